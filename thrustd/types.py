@@ -36,8 +36,44 @@ class Fault(NamedTuple):
 
     t_ns: int
     where: str  # "adc", "can", "log", "left_upper", "n1_pct[0]", ...
-    kind: str  # a word from the catalogue in docs/interfaces.md, e.g. "crc"
+    kind: str  # a word of FAULT_KINDS, e.g. "crc"
     count: int = 1  # how many at once, e.g. frames lost
+
+
+FAULT_KINDS: dict[str, str] = {
+    # serial bytes
+    "cobs": "bytes between two delimiters are not COBS",
+    "crc": "checksum does not match",
+    "length": "frame or message shorter or longer than its kind says",
+    "overlong": "no delimiter within the longest legal frame; bytes thrown away up to the next one",
+    "version": "ADC frame of an unknown version",
+    "channel_count": "ADC frame with another number of channels than configured",
+    # ADC sequence and time
+    "lost": "frames or messages missing by their counter (CAN: at least so many)",
+    "duplicate": "the same frame or message twice; dropped",
+    "late": "a frame older than one already seen; dropped",
+    "adc_reset": "ADC sequence and device time started again",
+    "sample_rate": "ADC samples come at another rate than configured",
+    "channel_fault": "ADC marks a channel open or shorted, or counts leave 24 bit",
+    "channel_recovered": "the channel measures again; count is the number of samples it did not",
+    # CAN messages
+    "can_data_type": "CANaerospace data type is not the one the DBC says",
+    "can_service": "CANaerospace service code is not 0: the sender does not call it normal data",
+    "can_node": "another node sends an identifier that already has a living sender; dropped",
+    "can_counter": "CANaerospace message code repeated with other data",
+    "not_finite": "NaN or infinity in a message; dropped",
+    # sources
+    "unplugged": "a port or bus disappeared or refuses to open",
+    "reconnected": "a port or bus is back",
+    "bus_error": "the CAN controller reports an error frame or a bus-off",
+    "queue_overrun": "events shed because the pipeline is too slow; the oldest go first",
+    # sinks
+    "log_overrun": "items missing in the log because the disk is too slow",
+    "log_write": "the log cannot be written (disk full, read-only); items lost until it can",
+    "log_resumed": "recording goes on in a new file",
+    "can_tx": "an estimate could not be sent on the bus",
+    "live_view": "an output could not be shown in the live view",
+}
 
 
 class Status(IntFlag):
@@ -93,5 +129,5 @@ class Estimate(NamedTuple):
     status: int  # Status bits
 
 
-Event = Frame | Tick
+Event = Frame | Tick | Fault  # a source's own faults (unplugged, overrun) are logged and replayed like bytes
 Output = Reading | MountOutput | Estimate | Fault
