@@ -1,0 +1,43 @@
+"""Chi-square gate with memory: one odd measurement is left out, a route that stays odd is declared failed.
+
+accepted  if  nu^2 / S <= gate,      nu = innovation, S = its predicted variance
+failed    once the time spent outside exceeds the time spent inside by `fail_after_s`
+recovered once the innovation has stayed inside the gate for `recover_after_s`
+"""
+
+from dataclasses import dataclass
+from math import isfinite
+
+MAX_STEP_S = 1.0  # a long silence says nothing about agreement
+
+
+@dataclass(slots=True)
+class Gate:
+    """The memory of one route."""
+
+    gate_chi2: float
+    fail_after_s: float
+    recover_after_s: float
+    outside_s: float = 0.0
+    inside_s: float = 0.0
+    failed: bool = False
+
+    def judge(self, innovation: float, variance: float, dt_s: float) -> bool:
+        """True when the measurement may be used; innovation and variance in the measurement's unit."""
+        dt_s = min(max(dt_s, 0.0), MAX_STEP_S)
+        inside = isfinite(innovation) and innovation * innovation <= self.gate_chi2 * variance
+        self.outside_s = max(self.outside_s - dt_s, 0.0) if inside else self.outside_s + dt_s
+        self.inside_s = self.inside_s + dt_s if inside else 0.0
+        if not self.failed and self.outside_s >= self.fail_after_s:
+            self.failed, self.inside_s = True, 0.0
+        elif self.failed and self.inside_s >= self.recover_after_s:
+            self.failed, self.outside_s = False, 0.0
+        return inside and not self.failed
+
+    def state(self) -> list[float]:
+        """For the checkpoint."""
+        return [self.outside_s, self.inside_s, float(self.failed)]
+
+    def load(self, state: list[float]) -> None:
+        """From the checkpoint."""
+        self.outside_s, self.inside_s, self.failed = state[0], state[1], bool(state[2])

@@ -1,0 +1,39 @@
+"""Noises, gates and time constants of the fusion: the `[fusion]` section of the configuration."""
+
+import msgspec
+
+from thrustd.errors import ConfigError
+
+
+class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """All one sigma unless named otherwise. Where each default comes from: docs/fusion.md."""
+
+    # thrust moves: first-order Gauss-Markov rate, its strength follows the throttle
+    thrust_rate_std_n_s: float = 12.0  # steady flight
+    thrust_rate_tau_s: float = 0.8
+    throttle_rate_gain_n_per_pct: float = 130.0  # thrust per per cent of N1 near cruise, JT15D-4
+    # mount route
+    mount_noise_std_n: float = 12.0  # load-cell class noise (thesis) of one engine's two mounts
+    mount_bias_std_n: float = 25.0  # zero offset left after the tare, creep, temperature
+    mount_bias_tau_s: float = 900.0
+    # brochure route
+    brochure_noise_relative: float = 0.004  # quantisation and mixing of fuel flow and N1
+    brochure_bias_std: float = 0.03  # engine against deck, relative
+    brochure_bias_tau_s: float = 3600.0
+    # gates
+    gate_chi2: float = 15.1  # chi-square with one degree of freedom, one false alarm in 10 000
+    fail_after_s: float = 2.0  # rejected this long: the route is declared failed
+    recover_after_s: float = 5.0  # back inside the gate this long: believed again
+    # engine off
+    engine_off_n1_pct: float = 5.0
+    engine_off_after_s: float = 3.0
+    tare_std_n: float = 10.0
+    converging_std_n: float = 400.0  # band wider than this: still converging
+
+
+def check_settings(settings: FusionSettings, where: str) -> None:
+    """Every number finite and above zero, else a ConfigError that names the key."""
+    for name in settings.__struct_fields__:
+        value = getattr(settings, name)
+        if not 0.0 < value < 1e9:
+            raise ConfigError(f"{where}: fusion.{name} = {value}: expected a positive number")
