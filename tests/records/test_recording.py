@@ -1,0 +1,95 @@
+"""The columnar recording: what it accepts, refuses, reports, and how it resamples."""
+
+import numpy as np
+import pytest
+
+from thrustd.errors import RecordingError
+from thrustd.records.recording import make_recording, signal_of, unit_of
+
+
+def ramp(rate_hz: float = 10.0, seconds: float = 10.0):
+    time_s = np.arange(round(rate_hz * seconds)) / rate_hz
+    return make_recording("ramp", {"time_s": time_s, "force_N": 3 * time_s, "bleed_valve_pct": time_s * 0})
+
+
+def test_unknown_columns_are_kept():
+    assert "bleed_valve_pct" in ramp()
+
+
+def test_no_time_column_is_named():
+    with pytest.raises(RecordingError, match=r"no column 'time_s'.*force_N"):
+        make_recording("a.csv", {"force_N": [1.0]})
+
+
+def test_time_running_backwards_names_the_row():
+    with pytest.raises(RecordingError, match=r"a.csv: time_s = 1.0 in data row 4 follows 2.0"):
+        make_recording("a.csv", {"time_s": [0.0, 1.0, 2.0, 1.0]})
+
+
+def test_time_that_is_not_a_number_names_the_row():
+    with pytest.raises(RecordingError, match="data row 2"):
+        make_recording("a.csv", {"time_s": [0.0, np.nan, 2.0]})
+
+
+def test_empty_recording_is_refused():
+    with pytest.raises(RecordingError, match="one or more samples"):
+        make_recording("a.csv", {"time_s": []})
+
+
+def test_uneven_columns_are_refused():
+    with pytest.raises(RecordingError, match=r"force_N has shape \(2,\); expected \(3,\)"):
+        make_recording("a.csv", {"time_s": [0.0, 1.0, 2.0], "force_N": [1.0, 2.0]})
+
+
+def test_missing_and_infinite_values_are_reported():
+    record = make_recording("a.csv", {"time_s": [0.0, 1.0, 2.0], "force_N": [1.0, np.nan, np.inf]})
+    assert np.isnan(record["force_N"][1:]).all()
+    assert record.notes == ("force_N: 2 of 3 values missing",)
+
+
+def test_gaps_split_and_are_reported():
+    record = make_recording("a.csv", {"time_s": [0.0, 0.1, 0.2, 5.0, 5.1]})
+    assert record.segments() == [slice(0, 3), slice(3, 5)]
+    assert record.notes == ("1 gap in time_s longer than 1.5 steps",)
+
+
+def test_missing_column_says_what_there_is():
+    with pytest.raises(RecordingError, match="no column 'mach'; it has bleed_valve_pct, force_N"):
+        ramp()["mach"]
+
+
+def test_window_and_select():
+    part = ramp().window(2.0, 3.0).select(["force_N"])
+    assert len(part) == 10
+    assert list(part.channels) == ["force_N"]
+    with pytest.raises(RecordingError, match=r"covers 0 to 9\.9 s"):
+        ramp().window(20.0, 30.0)
+
+
+@pytest.mark.parametrize("rate_hz", [2.0, 5.0, 10.0, 100.0])
+def test_resampling_keeps_a_straight_line(rate_hz):
+    record = ramp().resample(rate_hz)
+    inner = slice(1, -2)  # bins at the ends are cut in half
+    assert record.sample_hz == pytest.approx(rate_hz)
+    half_bin_s = 0.05 if rate_hz < 10 else 0.0
+    assert record["force_N"][inner] == pytest.approx(3 * record.time_s[inner], abs=3 * half_bin_s + 1e-9)
+
+
+def test_resampling_leaves_missing_values_out():
+    time_s = np.arange(100) / 10
+    values = np.where(np.arange(100) % 7 == 0, np.nan, 2.0)
+    record = make_recording("a", {"time_s": time_s, "force_N": values}).resample(2.0)
+    assert record["force_N"] == pytest.approx(2.0)
+
+
+def test_resampling_refuses_a_rate_of_zero():
+    with pytest.raises(RecordingError, match="expected > 0"):
+        ramp().resample(0.0)
+
+
+def test_units_come_from_the_catalogue_or_the_name():
+    assert unit_of("n1_pct_left") == "%"
+    assert unit_of("deformation_mm_left_upper") == "mm"
+    assert unit_of("hydraulic_pressure_bar") == "bar"
+    assert unit_of("remark") == ""
+    assert signal_of("mach_number") is None

@@ -1,0 +1,87 @@
+"""Read and write recordings by file extension; a file is written whole or not at all."""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from thrustd.errors import RecordingError
+from thrustd.records.csv_file import read_csv, write_csv
+from thrustd.records.loaded import Loaded
+from thrustd.records.mat_file import read_mat, write_mat
+from thrustd.records.mcap_file import read_mcap, write_mcap
+from thrustd.records.npz_file import read_npz, write_npz
+from thrustd.records.parquet_file import read_parquet, write_parquet
+from thrustd.records.recording import Recording, make_recording
+
+MAX_FILE_BYTES = 8 << 30  # read whole into memory: beyond this, cut the recording first
+
+READERS: dict[str, Callable[[Path], Loaded]] = {
+    ".csv": read_csv,
+    ".parquet": read_parquet,
+    ".npz": read_npz,
+    ".mat": read_mat,
+    ".mcap": read_mcap,
+}
+WRITERS: dict[str, Callable[[Recording, Path], None]] = {
+    ".csv": write_csv,
+    ".parquet": write_parquet,
+    ".npz": write_npz,
+    ".mat": write_mat,
+    ".mcap": write_mcap,
+}
+
+
+def read_recording(path: Path | str, needed: tuple[str, ...] = ()) -> Recording:
+    """Read a recording of any supported type; `needed` columns must be there.
+
+    Raises RecordingError with one line that names the file, the column or row, what stands there and what should.
+    """
+    path = Path(path)
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")
+    _check_size(path)
+    loaded = reader(path)
+    record = make_recording(path.name, loaded.columns, loaded.metadata, _sha256(path), loaded.notes)
+    for name in needed:
+        if name not in record.channels:
+            has = ", ".join(sorted(record.channels)) or "no other column"
+            raise RecordingError(f"{path.name}: no column {name!r}; it has {has}")
+    return record
+
+
+def write_recording(record: Recording, path: Path | str) -> None:
+    """Write by extension, under a temporary name first."""
+    path = Path(path)
+    writer = WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(WRITERS)}")
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        writer(record, part)
+        os.replace(part, path)
+    except OSError as error:
+        raise RecordingError(f"{path.name}: cannot be written: {error.strerror or error}") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _check_size(path: Path) -> None:
+    try:
+        size = path.stat().st_size
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read: {error.strerror}") from error
+    if path.is_dir():
+        raise RecordingError(f"{path}: is a directory; expected a file")
+    if size == 0:
+        raise RecordingError(f"{path.name}: is empty")
+    if size > MAX_FILE_BYTES:
+        raise RecordingError(
+            f"{path.name}: {size / 2**30:.1f} GiB; expected at most {MAX_FILE_BYTES / 2**30:.0f} GiB: cut it first"
+        )
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

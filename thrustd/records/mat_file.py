@@ -1,0 +1,59 @@
+"""MATLAB v5 files: one vector per channel, or the `flightdata` structure of a PH-LAB FTIS export."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import loadmat, savemat
+
+from thrustd.errors import RecordingError
+from thrustd.records.loaded import Loaded
+from thrustd.records.phlab import from_ftis, from_openap, is_ftis, is_openap
+from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
+
+
+def read_mat(path: Path) -> Loaded:
+    try:
+        variables = loadmat(path, squeeze_me=True, struct_as_record=False)
+    except NotImplementedError as error:
+        raise RecordingError(f"{path.name}: MATLAB 7.3 file; save it with '-v7' for thrustd") from error
+    except Exception as error:  # a damaged file makes scipy raise almost anything
+        raise RecordingError(
+            f"{path.name}: not a readable MATLAB v5 file: {' '.join(str(error).split())[:160]}"
+        ) from error
+    units: dict[str, str] = {}
+    if "flightdata" in variables:
+        variables, units = _ftis_fields(variables["flightdata"])
+    columns: dict[str, FloatArray] = {}
+    notes: list[str] = []
+    for name, value in variables.items():
+        if name.startswith("__"):
+            continue
+        array = np.atleast_1d(value)
+        if array.dtype.kind in "fiub" and array.ndim == 1:
+            columns[name] = array.astype(np.float64)
+        elif signal_of(name):
+            raise RecordingError(f"{path.name}: {name} has shape {array.shape} of {array.dtype}; expected 1-D numbers")
+        else:
+            notes.append(f"{name}: shape {array.shape} of {array.dtype} left out")
+    if is_ftis(columns):
+        return from_ftis(columns, units)
+    if is_openap(columns):
+        return from_openap(columns)
+    return Loaded(columns, {}, tuple(notes))
+
+
+def write_mat(record: Recording, path: Path) -> None:
+    for name in record.channels:
+        if not name.isidentifier() or name.startswith("_") or len(name) > 63:
+            raise RecordingError(f"{path.name}: column name {name!r} is not a MATLAB variable name; rename it")
+    with path.open("wb") as file:
+        savemat(file, {TIME: record.time_s, **record.channels}, oned_as="column", do_compression=True)
+
+
+def _ftis_fields(flightdata: Any) -> tuple[dict[str, Any], dict[str, str]]:
+    """`flightdata.<name>.data` and `.units`, as the FTIS export lays them out."""
+    fields = getattr(flightdata, "_fieldnames", [])
+    data = {name: getattr(getattr(flightdata, name), "data", np.empty(0)) for name in fields}
+    units = {name: str(getattr(getattr(flightdata, name), "units", "")) for name in fields}
+    return data, units

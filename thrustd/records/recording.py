@@ -1,0 +1,206 @@
+"""One columnar recording: bench, rig or flight data under the canonical channel names (ICD section 3).
+
+Whatever the file type, a `Recording` holds float64 columns on one strictly increasing time axis. Columns that are not
+in the catalogue are kept: the diagnosis offers them as explanations. Engine channels of a flight carry the engine's
+name as suffix (`n1_pct_left`), mount channels the mount's (`deformation_mm_left_upper`).
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from thrustd.errors import RecordingError
+from thrustd.signals import CATALOGUE, Signal
+
+FloatArray = npt.NDArray[np.float64]
+
+TIME = "time_s"
+GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
+SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
+    "N": "N",
+    "mm": "mm",
+    "g": "g",
+    "Pa": "Pa",
+    "bar": "bar",
+    "psi": "psi",
+    "pct": "%",
+    "deg": "deg",
+    "degC": "degC",
+    "m": "m",
+    "s": "s",
+    "Hz": "Hz",
+    "kg": "kg",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """Columns of equal length; build it with `make_recording`, which checks them."""
+
+    name: str
+    time_s: FloatArray  # (n,), strictly increasing
+    channels: dict[str, FloatArray]  # name -> (n,); NaN = missing
+    metadata: dict[str, str] = field(default_factory=dict)
+    sha256: str = ""  # of the source file, empty when made in memory
+    notes: tuple[str, ...] = ()  # what reading it had to report: gaps, missing values, columns left out
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def __contains__(self, channel: str) -> bool:
+        return channel in self.channels
+
+    def __getitem__(self, channel: str) -> FloatArray:
+        """The column, or a RecordingError which says what there is."""
+        if channel == TIME:
+            return self.time_s
+        if channel not in self.channels:
+            raise RecordingError(f"{self.name}: no column {channel!r}; it has {', '.join(sorted(self.channels))}")
+        return self.channels[channel]
+
+    @property
+    def sample_hz(self) -> float:
+        """The reciprocal of the median step; 0 for a single sample."""
+        return 1.0 / float(np.median(np.diff(self.time_s))) if len(self) > 1 else 0.0
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.time_s[-1] - self.time_s[0])
+
+    def segments(self, factor: float = GAP_FACTOR) -> list[slice]:
+        """Stretches without a gap, a gap being a step longer than `factor` median steps."""
+        steps_s = np.diff(self.time_s)
+        if len(steps_s) == 0:
+            return [slice(0, len(self))]
+        cuts = (np.flatnonzero(steps_s > factor * np.median(steps_s)) + 1).tolist()
+        return [slice(a, b) for a, b in zip([0, *cuts], [*cuts, len(self)], strict=True)]
+
+    def select(self, names: Iterable[str]) -> "Recording":
+        """Only these columns, in this order."""
+        return replace(self, channels={name: self[name] for name in names if name != TIME})
+
+    def rows(self, part: slice) -> "Recording":
+        """The rows of one slice, for example of one segment."""
+        return replace(
+            self, time_s=self.time_s[part], channels={name: column[part] for name, column in self.channels.items()}
+        )
+
+    def window(self, start_s: float, stop_s: float) -> "Recording":
+        """Rows with start_s <= time_s < stop_s; an empty window is an error."""
+        first, last = np.searchsorted(self.time_s, [start_s, stop_s])
+        if first == last:
+            raise RecordingError(
+                f"{self.name}: no samples from {start_s:g} to {stop_s:g} s;"
+                f" it covers {self.time_s[0]:g} to {self.time_s[-1]:g} s"
+            )
+        return self.rows(slice(int(first), int(last)))
+
+    def with_channels(self, **columns: FloatArray) -> "Recording":
+        """A copy with columns added or replaced."""
+        return make_recording(
+            self.name, {TIME: self.time_s, **self.channels, **columns}, self.metadata, self.sha256, self.notes
+        )
+
+    def resample(self, rate_hz: float) -> "Recording":
+        """On a uniform grid from the first sample on: means of the bins going down, straight lines going up.
+
+        Gaps are bridged by straight lines: split at `segments()` first where that matters.
+        """
+        if not rate_hz > 0:
+            raise RecordingError(f"{self.name}: resample rate is {rate_hz:g} Hz; expected > 0")
+        count = int(np.floor(self.duration_s * rate_hz * (1 + 1e-12))) + 1
+        grid_s = self.time_s[0] + np.arange(count) / rate_hz
+        bins = _bins(self.time_s, grid_s, rate_hz) if rate_hz < self.sample_hz / GAP_FACTOR else None
+        channels = {name: _on_grid(self.time_s, column, grid_s, bins) for name, column in self.channels.items()}
+        return replace(self, time_s=grid_s, channels=channels)
+
+
+def signal_of(name: str) -> Signal | None:
+    """The catalogue's entry for a column, its engine or mount suffix aside; None for an unknown column."""
+    if name in CATALOGUE:
+        return CATALOGUE[name]
+    known = [
+        signal for signal in CATALOGUE.values() if signal.scope != "aircraft" and name.startswith(signal.name + "_")
+    ]
+    return known[0] if known else None
+
+
+def unit_of(name: str) -> str:
+    """The unit that a column's name carries; empty when it says none."""
+    signal = signal_of(name)
+    return signal.unit if signal else SUFFIX_UNITS.get(name.rsplit("_", 1)[-1], "")
+
+
+def make_recording(
+    name: str,
+    columns: Mapping[str, npt.ArrayLike],
+    metadata: Mapping[str, str] | None = None,
+    sha256: str = "",
+    notes: tuple[str, ...] = (),
+) -> Recording:
+    """Check the columns (one of them `time_s`) and freeze them. Infinite values become NaN and are reported."""
+    if TIME not in columns:
+        raise RecordingError(f"{name}: no column 'time_s' (seconds, rising); it has {', '.join(sorted(columns))}")
+    time_s = np.ascontiguousarray(columns[TIME], dtype=np.float64)
+    _check_time(name, time_s)
+    channels: dict[str, FloatArray] = {}
+    found = list(notes)
+    for channel, values in columns.items():
+        if channel != TIME:
+            channels[channel] = _checked(name, channel, values, len(time_s), found)
+    record = Recording(name, time_s, channels, dict(metadata or {}), sha256)
+    gaps = len(record.segments()) - 1
+    if gaps:
+        found.append(f"{gaps} gap{'s' if gaps > 1 else ''} in time_s longer than {GAP_FACTOR} steps")
+    return replace(record, notes=tuple(dict.fromkeys(found)))
+
+
+def _check_time(name: str, time_s: FloatArray) -> None:
+    if time_s.ndim != 1 or len(time_s) == 0:
+        raise RecordingError(f"{name}: time_s has shape {time_s.shape}; expected one or more samples in one column")
+    bad = np.flatnonzero(~np.isfinite(time_s))
+    if len(bad):
+        raise RecordingError(f"{name}: time_s is {time_s[bad[0]]} in data row {bad[0] + 1}; expected a number")
+    back = np.flatnonzero(np.diff(time_s) <= 0)
+    if len(back):
+        row = int(back[0]) + 1
+        raise RecordingError(
+            f"{name}: time_s = {time_s[row]!s} in data row {row + 1} follows {time_s[row - 1]!s};"
+            " expected strictly rising times"
+        )
+
+
+def _checked(name: str, channel: str, values: npt.ArrayLike, count: int, notes: list[str]) -> FloatArray:
+    column = np.ascontiguousarray(values, dtype=np.float64)
+    if column.shape != (count,):
+        raise RecordingError(f"{name}: {channel} has shape {column.shape}; expected ({count},) as time_s")
+    finite = np.isfinite(column)
+    if not finite.all():
+        column = np.where(finite, column, np.nan)
+        notes.append(f"{channel}: {count - int(finite.sum())} of {count} values missing")
+    return column
+
+
+Bins = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
+
+
+def _bins(time_s: FloatArray, grid_s: FloatArray, rate_hz: float) -> Bins:
+    edges_s = np.append(grid_s, grid_s[-1] + 1 / rate_hz) - 0.5 / rate_hz
+    at = np.searchsorted(time_s, edges_s)
+    return at[:-1], at[1:]
+
+
+def _on_grid(time_s: FloatArray, column: FloatArray, grid_s: FloatArray, bins: Bins | None) -> FloatArray:
+    good = np.isfinite(column)
+    if not good.any():
+        return np.full(len(grid_s), np.nan)
+    line: FloatArray = np.interp(grid_s, time_s[good], column[good])
+    if bins is None:
+        return line
+    total = np.concatenate(([0.0], np.cumsum(np.where(good, column, 0.0))))
+    number = np.concatenate(([0], np.cumsum(good)))
+    inside = number[bins[1]] - number[bins[0]]
+    mean: FloatArray = (total[bins[1]] - total[bins[0]]) / np.maximum(inside, 1)
+    return np.where(inside > 0, mean, line)
