@@ -1,0 +1,151 @@
+"""ModelSpec -> CompiledModel at one sample rate; the only place where a model becomes fast.
+
+    compiled = compile_model(spec, rate_hz=1000.0)
+    state = compiled.start(row)                 # at rest with the first row of inputs
+    force_n = compiled.step(state, row)         # in flight, one sample
+    force_n = compiled.simulate(inputs)         # on the ground, a block (n, n_inputs) -> (n,)
+
+A row of inputs begins with deformation_mm, then the channels of the effects in `compiled.channels` order.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from thrustd.errors import ModelError
+from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, Witness
+from thrustd.model.curves import polynomial, pwl
+from thrustd.model.effect import SITES, Effect
+from thrustd.model.effects import effect_named
+from thrustd.model.linear import sections
+from thrustd.model.stage import Floats, Stage, compose
+
+WITNESS_TOLERANCE_N = 1e-6  # another processor or library may round differently; a wrong model differs by newtons
+_BLOCK = 65536  # samples per block: keeps memory flat
+
+
+def curve_stage(name: str, curve: Curve) -> Stage:
+    if isinstance(curve, PiecewiseLinear):
+        return pwl(name, np.array(curve.x), np.array(curve.y))
+    return polynomial(name, curve.centre, curve.scale, np.array(curve.coefficients))
+
+
+def linear_stage(linear: LinearBlock, dt_s: float) -> Stage:
+    complex_modes = [
+        (complex(-m.decay_1_s, m.frequency_rad_s), complex(m.gain_re, m.gain_im)) for m in linear.complex_modes
+    ]
+    real_modes = [(m.tau_s, m.gain) for m in linear.real_modes]
+    return sections("linear", linear.direct, real_modes, complex_modes, dt_s, linear.hold)
+
+
+def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
+    """All stages of a model in the order they act, at one sample period."""
+    placed: dict[str, list[Stage]] = {site: [] for site in SITES}
+    for chosen in spec.effects:
+        effect = effect_named(chosen.name)
+        placed[effect.site].append(effect.stage(_parameters(effect, chosen.parameters), dt_s))
+    core = [
+        curve_stage("input_curve", spec.input_curve),
+        linear_stage(spec.linear, dt_s),
+        curve_stage("output_curve", spec.output_curve),
+    ]
+    return (*placed["deformation"], *core, *placed["gain"], *placed["force"])
+
+
+def _parameters(effect: Effect, given: Mapping[str, float]) -> dict[str, float]:
+    known = {p.name: p for p in effect.parameters}
+    for name, value in given.items():
+        if name not in known:
+            raise ModelError(f"effect {effect.name}: unknown parameter '{name}', expected {', '.join(known)}")
+        if not known[name].low <= value <= known[name].high:
+            low, high = known[name].low, known[name].high
+            raise ModelError(f"effect {effect.name}: {name} = {value}, expected {low} to {high}")
+    return effect.neutral() | dict(given)
+
+
+@dataclass(frozen=True, slots=True)
+class CompiledModel:
+    """A model ready to run at one rate. Immutable: the state is handed in and out."""
+
+    spec: ModelSpec
+    rate_hz: float
+    stages: tuple[Stage, ...]
+    channels: tuple[str, ...]  # of one row of inputs; deformation_mm first
+    _step: Any
+    _c: Floats
+
+    def start(self, row: Floats) -> Floats:
+        """State (n_state,) of a mount at rest under the inputs row (n_inputs,)."""
+        states, column, v = [], 1, float(row[0])
+        for stage in self.stages:
+            u = row[column : column + len(stage.channels)]
+            x = stage.start(u, v)
+            v = float(stage.run(x.copy(), u[None, :], np.array([v]))[0])
+            states.append(x)
+            column += len(stage.channels)
+        return np.concatenate(states)
+
+    def step(self, state: Floats, row: Floats) -> float:
+        """Thrust share, N, of one sample; `state` is advanced in place."""
+        return float(self._step(state, self._c, row[1:], row[0]))
+
+    def simulate(self, inputs: Floats, state: Floats | None = None) -> Floats:
+        """Free run over inputs (n, n_inputs) -> force_n (n,), from rest or from `state` (advanced in place)."""
+        inputs = np.asarray(inputs, float)
+        state = self.start(inputs[0]) if state is None else state
+        force_n = np.empty(len(inputs))
+        for begin in range(0, len(inputs), _BLOCK):
+            rows = inputs[begin : begin + _BLOCK]
+            force_n[begin : begin + _BLOCK] = self._block(state, rows)
+        return force_n
+
+    def _block(self, state: Floats, rows: Floats) -> Floats:
+        v, column, begin = np.ascontiguousarray(rows[:, 0]), 1, 0
+        for stage in self.stages:
+            u = rows[:, column : column + len(stage.channels)]
+            v = stage.run(state[begin : begin + stage.n_state], u, v)
+            column, begin = column + len(stage.channels), begin + stage.n_state
+        return v
+
+    def inputs(self, channels: Mapping[str, Floats]) -> Floats:
+        """Gather the columns this model reads from channels (n,) -> (n, n_inputs); ModelError if one is missing."""
+        for name in self.channels:
+            if name not in channels:
+                raise ModelError(f"model '{self.spec.name}' needs channel '{name}', which is not in the data")
+        return np.column_stack([np.asarray(channels[name], float) for name in self.channels])
+
+
+def compile_model(spec: ModelSpec, rate_hz: float) -> CompiledModel:
+    """Discretise for `rate_hz` (samples per second), flatten the curves, compile; does not check the witness."""
+    stages = model_stages(spec, 1.0 / rate_hz)
+    channels = ("deformation_mm", *(name for stage in stages for name in stage.channels))
+    step, c = compose(stages)
+    model = CompiledModel(spec, rate_hz, stages, channels, step, c)
+    quiet = np.zeros(len(channels))
+    model.step(model.start(quiet), quiet)  # compile now: in flight nothing may
+    return model
+
+
+def witness_of(spec: ModelSpec, rate_hz: float, channels: Mapping[str, Floats]) -> Witness:
+    """Run a model over a few rows and keep inputs and outputs as its witness."""
+    model = compile_model(spec, rate_hz)
+    force_n = model.simulate(model.inputs(channels))
+    names = dict.fromkeys(model.channels)
+    return Witness(rate_hz, {name: list(map(float, channels[name])) for name in names}, list(map(float, force_n)))
+
+
+def check_witness(spec: ModelSpec, where: str) -> None:
+    """Refuse (ModelError) a model that has no witness rows or does not reproduce them."""
+    if spec.witness is None:
+        raise ModelError(f"{where}: no witness rows; expected an artifact written by thrustd")
+    model = compile_model(spec, spec.witness.rate_hz)
+    given = {name: np.array(rows) for name, rows in spec.witness.inputs.items()}
+    difference = np.abs(model.simulate(model.inputs(given)) - np.array(spec.witness.force_n))
+    worst = int(np.argmax(difference))
+    if not difference[worst] <= WITNESS_TOLERANCE_N:
+        raise ModelError(
+            f"{where}: witness row {worst} gives {difference[worst]:.3g} N other than stored, "
+            f"expected at most {WITNESS_TOLERANCE_N:g} N: the artifact was changed or the code computes differently"
+        )

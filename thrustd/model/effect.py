@@ -1,0 +1,56 @@
+"""The interface of a physical effect: what a file in `thrustd/model/effects/` says about itself.
+
+An effect is one stage of the chain plus its physics card. With its amplitudes at their neutral values it returns its
+input untouched, so adding one never makes a model worse at the start.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from thrustd.model.stage import Floats, Stage
+
+Site = Literal["deformation", "gain", "force"]
+SITES: tuple[Site, ...] = ("deformation", "gain", "force")  # in the order they act
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of an effect. `starts`: values from which an estimation should begin (typical for PH-LAB)."""
+
+    name: str  # with unit suffix, e.g. "mass_kg"
+    unit: str
+    neutral: float
+    low: float
+    high: float
+    starts: tuple[float, ...]
+    meaning: str
+    amplitude: bool = True  # False: a shape parameter, without influence while the amplitudes are neutral
+    expected: str = ""  # what physics says for PH-LAB, e.g. "186.5 kg for half an engine"
+    estimate: bool = True  # False: a reference value that stays fixed
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One physical effect; see the module docstring of its file for equation, sign, source and limits."""
+
+    name: str
+    title: str  # in words
+    site: Site  # where it acts: on the deformation (mm), or on the force (N) as gain or addition
+    channels: tuple[str, ...]  # what it reads (`u` of its step), canonical names
+    parameters: tuple[Parameter, ...]
+    step: Any  # compiled step(x, c, u, v) -> v
+    prepare: Callable[[Mapping[str, float], float], Floats]  # (parameters, dt_s) -> c
+    n_state: int
+    equation: str
+    source: str
+    separating_test: str  # the manoeuvre or bench test that shows it alone
+    initial: Callable[[Floats, Floats, Floats, float], None] | None = None
+
+    def neutral(self) -> dict[str, float]:
+        """Parameters with which the effect does nothing."""
+        return {p.name: p.neutral if p.amplitude else p.starts[0] for p in self.parameters}
+
+    def stage(self, parameters: Mapping[str, float], dt_s: float) -> Stage:
+        """The effect as a stage of a chain at one sample period."""
+        return Stage(self.name, self.step, self.prepare(parameters, dt_s), self.n_state, self.channels, self.initial)

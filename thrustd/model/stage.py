@@ -1,0 +1,104 @@
+"""A stage: the one building block of a chain. Curves, the linear block and every physical effect are stages.
+
+A stage maps the running signal v of one sample to the next stage's v. Its whole behaviour is two functions:
+
+    prepare(dt_s) -> c            coefficients for one sample period, float64 (n_c,)
+    step(x, c, u, v) -> v         one sample; x: state (n_x,), changed in place; u: its channels (n_u,)
+
+`step` is plain scalar Python that numba can compile. The compiled function runs once per sample in flight
+(`compose`) and in a loop over a block on the ground (`Stage.run`): one implementation, bit-equal results, because
+stages only feed forward.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Step = Callable[[Floats, Floats, Floats, float], float]
+
+
+def jit(function: Callable[..., Any]) -> Any:
+    """Compile without fast-math or fused multiply-add, so that block and stream agree to the last bit."""
+    return njit(cache=True, error_model="numpy")(function)
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One element of a chain, prepared for one sample period."""
+
+    name: str
+    step: Any  # compiled Step
+    c: Floats  # (n_c,)
+    n_state: int = 0
+    channels: tuple[str, ...] = ()
+    initial: Callable[[Floats, Floats, Floats, float], None] | None = None  # (x, c, u, v): fill x for a start at rest
+
+    def start(self, u: Floats, v: float) -> Floats:
+        """State (n_state,) at rest with channels u (n_u,) and running signal v; zeros unless the stage knows better."""
+        x = np.zeros(self.n_state)
+        if self.initial is not None:
+            self.initial(x, self.c, u, v)
+        return x
+
+    def run(self, x: Floats, u: Floats, v: Floats) -> Floats:
+        """Step over a block: u (n, n_u), v (n,) -> (n,); x is left at the state after the last sample."""
+        out = np.empty_like(v)
+        _block(self.step)(x, self.c, u, v, out)
+        return out
+
+
+@cache
+def _block(step: Any) -> Any:
+    @njit(error_model="numpy")
+    def block(x: Floats, c: Floats, u: Floats, v: Floats, out: Floats) -> None:
+        for k in range(v.shape[0]):
+            out[k] = step(x, c, u[k], v[k])
+
+    return block
+
+
+_Offsets = tuple[int, int, int]  # where a stage's slices of x, c and u begin
+
+
+@jit
+def _pass_through(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    return v
+
+
+@cache
+def _join(steps: tuple[Any, Any, Any], offsets: tuple[_Offsets, _Offsets, _Offsets, _Offsets]) -> Any:
+    """Three steps as one. Three at a time because every joint is compiled at start-up; LLVM inlines them all."""
+    first, second, third = steps
+    (xa, ca, ua), (xb, cb, ub), (xc, cc, uc), (xd, cd, ud) = offsets
+
+    @njit(error_model="numpy")
+    def joined(x: Floats, c: Floats, u: Floats, v: float) -> float:
+        v = first(x[xa:xb], c[ca:cb], u[ua:ub], v)
+        v = second(x[xb:xc], c[cb:cc], u[ub:uc], v)
+        return third(x[xc:xd], c[cc:cd], u[uc:ud], v)
+
+    return joined
+
+
+def compose(stages: tuple[Stage, ...]) -> tuple[Any, Floats]:
+    """Fuse stages into one compiled step(x, c, u, v) -> v and the joint coefficients c.
+
+    x, c and u of the joint step are those of the stages, one after the other.
+    """
+    parts = [(s.step, s.n_state, s.c.size, len(s.channels)) for s in stages]
+    while len(parts) > 1:
+        parts += [(_pass_through, 0, 0, 0)] * (-len(parts) % 3)
+        parts = [_joined(parts[i : i + 3]) for i in range(0, len(parts), 3)]
+    return parts[0][0], np.concatenate([stage.c for stage in stages])
+
+
+def _joined(three: list[tuple[Any, int, int, int]]) -> tuple[Any, int, int, int]:
+    sizes = np.array([part[1:] for part in three])
+    ends = [(0, 0, 0), *(tuple(map(int, row)) for row in np.cumsum(sizes, axis=0))]
+    return (_join(tuple(part[0] for part in three), tuple(ends)), *ends[-1])
