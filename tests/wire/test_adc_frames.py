@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Iterable
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -139,7 +140,7 @@ def test_noise_never_raises(chunks: list[tuple[int, bytes]]) -> None:
 def test_whatever_the_counters_do_the_axis_never_runs_backwards(steps: list[tuple[int, int, int]]) -> None:
     items = decode((t_ns, encode(sequence, time_us, COUNTS)) for t_ns, sequence, time_us in steps)
     taken = [item for item in items if isinstance(item, AdcSample)]
-    for this, following in zip(taken, taken[1:], strict=False):
+    for this, following in pairwise(taken):
         assert following.sequence > this.sequence
         assert following.device_time_us > this.device_time_us
 

@@ -1,0 +1,50 @@
+"""Event batches: what goes in comes out, and damaged bytes are refused in one line."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from thrustd.errors import LogError
+from thrustd.types import FAULT_KINDS, Event, Fault, Frame, Tick
+from thrustd.wire.event_batch import EventBatch, decode_batch, encode_batch
+
+t_ns = st.integers(-(2**63), 2**63 - 1)
+events = st.lists(
+    st.one_of(
+        st.builds(Tick, t_ns),
+        st.builds(Frame, t_ns, st.sampled_from(["adc", "can"]), st.integers(0, 2**32 - 1), st.binary(max_size=300)),
+        st.builds(
+            Fault, t_ns, st.sampled_from(["adc", "a port"]), st.sampled_from(list(FAULT_KINDS)), st.integers(0, 9)
+        ),
+    ),
+    max_size=64,
+)  # fmt: skip
+
+
+@given(st.integers(0, 2**64 - 1), events)
+def test_round_trip(first_number: int, sent: list[Event]) -> None:
+    decoded = decode_batch(encode_batch(first_number, sent))
+    assert decoded == EventBatch(first_number, sent)
+    assert [type(event) for event in decoded.events] == [type(event) for event in sent]
+
+
+@given(events, st.data())
+def test_a_cut_batch_is_refused(sent: list[Event], data: st.DataObject) -> None:
+    whole = encode_batch(1, sent)
+    with pytest.raises(LogError, match="event batch"):
+        decode_batch(whole[: data.draw(st.integers(0, len(whole) - 1))])
+
+
+@given(st.binary(max_size=400))
+def test_noise_is_refused_or_decoded_but_never_crashes(noise: bytes) -> None:
+    try:
+        decode_batch(noise)
+    except LogError as error:
+        assert "\n" not in str(error)
+
+
+def test_another_version_is_refused() -> None:
+    whole = bytearray(encode_batch(0, [Tick(1)]))
+    whole[0] = 2
+    with pytest.raises(LogError, match="version 2, expected 1"):
+        decode_batch(bytes(whole))
