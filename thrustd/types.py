@@ -62,6 +62,10 @@ FAULT_KINDS: dict[str, str] = {
     "can_node": "another node sends an identifier that already has a living sender; dropped",
     "can_counter": "CANaerospace message code repeated with other data",
     "not_finite": "NaN or infinity in a message; dropped",
+    # readings
+    "out_of_range": "value outside the catalogue's range; it does not count",
+    "stale": "no reading within the time its channel allows",
+    "fresh": "a stale channel reads again",
     # sources
     "unplugged": "a port or bus disappeared or refuses to open",
     "reconnected": "a port or bus is back",

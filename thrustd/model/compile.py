@@ -2,7 +2,7 @@
 
     compiled = compile_model(spec, rate_hz=1000.0)
     state = compiled.start(row)                 # at rest with the first row of inputs
-    force_n = compiled.step(state, row)         # in flight, one sample
+    force_n = compiled.step(state, row[1:], row[0])   # in flight, one sample
     force_n = compiled.simulate(inputs)         # on the ground, a block (n, n_inputs) -> (n,)
 
 A row of inputs begins with deformation_mm, then the channels of the effects in `compiled.channels` order.
@@ -87,9 +87,9 @@ class CompiledModel:
             column += len(stage.channels)
         return np.concatenate(states)
 
-    def step(self, state: Floats, row: Floats) -> float:
-        """Thrust share, N, of one sample; `state` is advanced in place."""
-        return float(self._step(state, self._c, row[1:], row[0]))
+    def step(self, state: Floats, channels: Floats, deformation_mm: float) -> float:
+        """Thrust share, N, of one sample; channels (n_inputs - 1,), `state` is advanced in place."""
+        return self._step(state, self._c, channels, deformation_mm)
 
     def simulate(self, inputs: Floats, state: Floats | None = None) -> Floats:
         """Free run over inputs (n, n_inputs) -> force_n (n,), from rest or from `state` (advanced in place)."""
@@ -100,6 +100,23 @@ class CompiledModel:
             rows = inputs[begin : begin + _BLOCK]
             force_n[begin : begin + _BLOCK] = self._block(state, rows)
         return force_n
+
+    def restart_uncertainty(self, before: Floats, after: Floats) -> tuple[tuple[float, float], ...]:
+        """What a restart at rest may be wrong by: (force_n one sigma, tau_s of its decay) per real mode.
+
+        `before`: state when the mount was last seen, `after`: state it was restarted with. The true state of a mode lies
+        between the two: half their difference, as force, is one sigma.
+        """
+        names = [stage.name for stage in self.stages]
+        at = sum(stage.n_state for stage in self.stages[: names.index("linear")])
+        w = after[at]
+        output = self.stages[names.index("output_curve")]
+        nearby = np.array([w, w + 1e-3 * max(abs(w), 1e-3)])
+        slope = np.diff(output.run(np.zeros(0), np.zeros((2, 0)), nearby))[0] / np.diff(nearby)[0]
+        return tuple(
+            (0.5 * abs(slope * mode.gain * (before[at + 1 + i] - w)), mode.tau_s)
+            for i, mode in enumerate(self.spec.linear.real_modes)
+        )
 
     def _block(self, state: Floats, rows: Floats) -> Floats:
         v, column, begin = np.ascontiguousarray(rows[:, 0]), 1, 0
@@ -124,7 +141,7 @@ def compile_model(spec: ModelSpec, rate_hz: float) -> CompiledModel:
     step, c = compose(stages)
     model = CompiledModel(spec, rate_hz, stages, channels, step, c)
     quiet = np.zeros(len(channels))
-    model.step(model.start(quiet), quiet)  # compile now: in flight nothing may
+    model.step(model.start(quiet), quiet[1:], 0.0)  # compile now: in flight nothing may
     return model
 
 

@@ -1,0 +1,178 @@
+"""The configuration: TOML text -> frozen Config. Unknown keys and impossible values are errors; no file access here.
+
+Every part receives its own section. Sections whose meaning belongs to a part on a higher floor (`fusion`, `can.units`,
+`can.input`) are kept as plain tables and converted by that part with `section`.
+"""
+
+import tomllib
+from collections.abc import Sequence
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+from msgspec import Meta
+
+from thrustd.errors import ConfigError
+
+MAX_BYTES = 1_000_000
+
+Name = Annotated[str, Meta(pattern="^[a-z][a-z0-9_]{0,31}$")]
+Positive = Annotated[float, Meta(gt=0, le=1e9)]
+Count = Annotated[int, Meta(ge=1, le=1_000_000)]
+Port = Annotated[int, Meta(ge=1, le=65535)]
+
+
+class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Base of every table of the configuration."""
+
+
+class Aircraft(Section, frozen=True):
+    name: Annotated[str, Meta(min_length=1, max_length=64)]
+    engines: Annotated[list[Name], Meta(min_length=1, max_length=4)]
+
+
+class Mount(Section, frozen=True):
+    """One mount with an LVDT; deformation_mm = counts * scale_mm + offset_mm, loaded by forward thrust +."""
+
+    name: Name
+    engine: Name
+    adc_channel: Annotated[int, Meta(ge=0, le=7)]
+    model: str  # artifact, relative to the configuration file
+    scale_mm: float
+    offset_mm: float = 0.0
+
+
+class Adc(Section, frozen=True):
+    """The serial ADC (ICD section 1)."""
+
+    port: str  # device path or any pyserial URL
+    sample_hz: Annotated[float, Meta(ge=10, le=10_000)]
+    channels: Annotated[int, Meta(ge=1, le=8)]
+    baud: Count = 921_600
+
+
+class Can(Section, frozen=True):
+    """The CAN bus (ICD section 2): a DBC file plus, for another aircraft, a table of its own."""
+
+    interface: str
+    channel: str
+    dbc: str  # relative to the configuration file
+    bitrate: Count = 1_000_000
+    input: list[dict[str, Any]] = []  # rows {dbc, signal, index}; empty = the ICD's table
+    units: dict[str, float] = {}
+
+
+class CanOut(Section, frozen=True):
+    """Estimates sent on the bus (ids 1850 to 1853)."""
+
+    node_id: Annotated[int, Meta(ge=0, le=255)]
+    rate_hz: Annotated[float, Meta(gt=0, le=100)] = 10.0
+
+
+class Steps(Section, frozen=True):
+    """How often what happens."""
+
+    estimate_hz: Annotated[float, Meta(ge=1, le=100)] = 50.0
+    reading_hz: Annotated[float, Meta(gt=0, le=100)] = 10.0  # decoded channels in the log
+    tick_hz: Annotated[float, Meta(ge=1, le=100)] = 20.0  # keeps estimates coming when the ADC is silent
+    bridge_gap_ms: Annotated[float, Meta(ge=0, le=2000)] = 500.0  # longer gaps re-initialise the linear block
+
+
+class Log(Section, frozen=True):
+    """The recorder; files rotate and never overwrite."""
+
+    folder: str  # relative to the configuration file
+    rotate_mb: Positive = 500.0
+    rotate_min: Positive = 60.0
+
+
+class LiveView(Section, frozen=True):
+    """WebSocket server for Foxglove."""
+
+    host: str = "127.0.0.1"
+    port: Port = 8765
+
+
+class Config(Section, frozen=True):
+    aircraft: Aircraft
+    mount: Annotated[list[Mount], Meta(min_length=1, max_length=8)]
+    adc: Adc
+    can: Can
+    deck: str  # brochure deck, relative to the configuration file
+    steps: Steps = Steps()
+    fusion: dict[str, Any] = {}
+    log: Log | None = None
+    live_view: LiveView | None = None
+    can_out: CanOut | None = None
+
+    def mounts_of(self, engine: str) -> tuple[int, ...]:
+        """Indices of the mounts that carry `engine`, in the order of the file."""
+        return tuple(i for i, mount in enumerate(self.mount) if mount.engine == engine)
+
+
+def read_config(text: str, where: str) -> Config:
+    """Parse and check a configuration; `where` names the file in errors (ConfigError, one line)."""
+    if len(text) > MAX_BYTES:
+        raise ConfigError(f"{where}: {len(text)} bytes, expected at most {MAX_BYTES}")
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise ConfigError(f"{where}: not TOML: {problem}") from None
+    config = section(table, Config, where)
+    _check(config, where)
+    return config
+
+
+T = TypeVar("T")
+
+
+def section(table: Any, kind: type[T], where: str) -> T:
+    """A plain table as the struct `kind`; ConfigError that names file, key, value and what was expected."""
+    try:
+        return msgspec.convert(table, kind)
+    except msgspec.ValidationError as problem:
+        raise ConfigError(f"{where}: {_with_value(table, str(problem))}") from None
+
+
+def _with_value(table: Any, problem: str) -> str:
+    """Add the offending value to msgspec's "Expected ... - at `$.adc.port`"."""
+    message, _, path = problem.partition(" - at `$")
+    value = table
+    try:
+        for part in path.rstrip("`").replace("[", ".").replace("]", "").strip(".").split("."):
+            value = value[int(part)] if isinstance(value, list) else value[part]
+    except (KeyError, IndexError, ValueError, TypeError):
+        return problem.replace("`$.", "`").replace("`$`", "the top level")
+    return f"{path.rstrip('`').lstrip('.')} = {value!r}: {message}"
+
+
+def _check(config: Config, where: str) -> None:
+    names = [mount.name for mount in config.mount]
+    channels = [mount.adc_channel for mount in config.mount]
+    lists: tuple[tuple[str, Sequence[Any]], ...] = (
+        ("name", names),
+        ("adc_channel", channels),
+        ("engines", config.aircraft.engines),
+    )
+    for kind, values in lists:
+        twice = {value for value in values if values.count(value) > 1}
+        if twice:
+            raise ConfigError(f"{where}: {kind} {sorted(twice)[0]!r} appears twice, expected different ones")
+    for i, mount in enumerate(config.mount):
+        if mount.engine not in config.aircraft.engines:
+            raise ConfigError(
+                f"{where}: mount[{i}].engine = {mount.engine!r}: expected one of {', '.join(config.aircraft.engines)}"
+            )
+        if mount.adc_channel >= config.adc.channels:
+            raise ConfigError(
+                f"{where}: mount[{i}].adc_channel = {mount.adc_channel}: expected 0 to {config.adc.channels - 1}"
+            )
+        if mount.scale_mm == 0:
+            raise ConfigError(f"{where}: mount[{i}].scale_mm = 0: expected mm per count, e.g. 5 mm / 2^24 = 2.98e-7")
+    for engine in config.aircraft.engines:
+        if len(config.mounts_of(engine)) > 2:
+            raise ConfigError(f"{where}: engine {engine!r} has more than 2 mounts, expected 1 or 2")
+    if config.steps.estimate_hz > config.adc.sample_hz:
+        raise ConfigError(
+            f"{where}: steps.estimate_hz = {config.steps.estimate_hz:g}: expected at most adc.sample_hz, "
+            f"{config.adc.sample_hz:g}"
+        )

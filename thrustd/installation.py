@@ -1,0 +1,138 @@
+"""An installation: a configuration with every file it names, read, checked and built into a pipeline.
+
+The texts of all files go into every log, so that a log can be replayed anywhere with what flew.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from thrustd.brochure.deck import Deck
+from thrustd.config import Config, read_config, section
+from thrustd.errors import ConfigError, LogError, ModelError
+from thrustd.model.artifact import read_model
+from thrustd.model.compile import CompiledModel, check_witness, compile_model
+from thrustd.pipeline import DERIVED, Parts, Pipeline
+from thrustd.signals import CATALOGUE
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
+from thrustd.wire.can_table import CanRow, CanTable, CanUnits
+
+CONFIG = "config.toml"  # name of the configuration among the files of a log
+MAX_FILE_BYTES = 4_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Installation:
+    """Configuration, the files it names (name in the configuration -> bytes), and where it came from."""
+
+    config: Config
+    files: Mapping[str, bytes]  # CONFIG and every file named in it
+    where: str
+
+    def pipeline(self) -> Pipeline:
+        """A fresh pipeline; compiles the models, so that nothing compiles afterwards."""
+        return Pipeline(self.config, self.parts())
+
+    def parts(self) -> Parts:
+        """Models, deck and CAN table, checked against what the aircraft delivers."""
+        config = self.config
+        deck = Deck.from_json(self._text(config.deck), self._place(config.deck))
+        table = self.can_table(_rows(config, self.where))
+        heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
+        models = []
+        for mount in config.mount:
+            model = self._model(mount.model)
+            scopes = {"engine": config.aircraft.engines.index(mount.engine), "mount": config.mount.index(mount)}
+            _check_channels(model, heard, scopes, self._place(mount.model))
+            models.append(model)
+        return Parts(tuple(models), deck, table)
+
+    def can_table(self, rows: tuple[CanRow, ...]) -> CanTable:
+        units = section(self.config.can.units, CanUnits, f"{self.where}: can.units")
+        return CanTable.from_dbc(self._text(self.config.can.dbc), rows, units, self._place(self.config.can.dbc))
+
+    def hashes(self) -> dict[str, str]:
+        """SHA-256 of every file, by name."""
+        return {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}
+
+    def _model(self, name: str) -> CompiledModel:
+        spec = read_model(self.files[name], self._place(name))
+        check_witness(spec, self._place(name))
+        return compile_model(spec, self.config.adc.sample_hz)
+
+    def _text(self, name: str) -> str:
+        try:
+            return self.files[name].decode()
+        except UnicodeDecodeError:
+            raise ConfigError(f"{self._place(name)}: not a text file") from None
+
+    def _place(self, name: str) -> str:
+        return f"{self.where}: {name}"
+
+
+def read_installation(path: Path | str) -> Installation:
+    """Read a configuration file and every file it names, relative to it."""
+    path = Path(path)
+    content = _read(path, str(path))
+    config = _parse(content, str(path))
+
+    def fetch(name: str) -> bytes:
+        return _read(path.parent / name, f"{path}: {name}")
+
+    return _complete(config, content, fetch, str(path))
+
+
+def installation_from_files(files: Mapping[str, bytes], where: str) -> Installation:
+    """The installation kept in a log; `where` names the log."""
+    if CONFIG not in files:
+        raise LogError(f"{where}: holds no configuration; give one with --config")
+    config = _parse(files[CONFIG], f"{where}: {CONFIG}")
+
+    def fetch(name: str) -> bytes:
+        if name not in files:
+            raise LogError(f"{where}: holds no {name}; give a configuration with --config")
+        return files[name]
+
+    return _complete(config, files[CONFIG], fetch, where)
+
+
+def _complete(config: Config, content: bytes, fetch: Callable[[str], bytes], where: str) -> Installation:
+    names = [config.deck, config.can.dbc, *(mount.model for mount in config.mount)]
+    return Installation(config, {CONFIG: content, **{name: fetch(name) for name in names}}, where)
+
+
+def _parse(content: bytes, where: str) -> Config:
+    try:
+        return read_config(content.decode(), where)
+    except UnicodeDecodeError:
+        raise ConfigError(f"{where}: not a text file, expected TOML") from None
+
+
+def _read(path: Path, where: str) -> bytes:
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise ConfigError(f"{where}: {path.stat().st_size} bytes, expected at most {MAX_FILE_BYTES}")
+        return path.read_bytes()
+    except OSError as problem:
+        raise ConfigError(f"{where}: cannot be read: {problem.strerror}") from None
+
+
+def _rows(config: Config, where: str) -> tuple[CanRow, ...]:
+    if not config.can.input:
+        return ICD_INPUT_ROWS
+    rows = [section(row, CanRow, f"{where}: can.input[{i}]") for i, row in enumerate(config.can.input)]
+    engines = range(len(config.aircraft.engines))
+    needed = {("n1_pct", e) for e in engines} | {(name, 0) for name in ("mach", "pressure_altitude_m", "sat_degC")}
+    missing = sorted(needed - {(row.signal, row.index) for row in rows})
+    if missing:
+        raise ConfigError(f"{where}: can.input: no row for {missing[0][0]} index {missing[0][1]}, which the deck needs")
+    return tuple(rows)
+
+
+def _check_channels(model: CompiledModel, heard: set[tuple[str, int]], scopes: Mapping[str, int], where: str) -> None:
+    for name in model.channels[1:]:
+        if name in DERIVED or name == "deformation_mm":
+            continue
+        if name not in CATALOGUE or (name, scopes.get(CATALOGUE[name].scope, 0)) not in heard:
+            raise ModelError(f"{where}: needs channel '{name}', which the CAN table does not deliver in flight")

@@ -1,0 +1,167 @@
+"""One mount in flight: its samples through the compiled model, gaps bridged or restarted, its error beside its force.
+
+bridged    up to `bridge_samples` missing: the model steps through them on a straight line of deformation
+restarted  longer: the model starts again at rest; the slow modes may be wrong, and the band says by how much
+"""
+
+from collections.abc import Sequence
+from math import exp, isfinite, nan, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from thrustd.model.artifact import ErrorMap
+from thrustd.model.compile import CompiledModel
+from thrustd.model.stage import Floats
+from thrustd.signals import CATALOGUE
+
+THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an artifact without an error map
+EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
+
+
+class MountState(NamedTuple):
+    """One mount at one fused step, means over the samples since the last; NaN = no sample."""
+
+    deformation_mm: float
+    force_n: float
+    std_n: float
+    extrapolating: bool
+    gap: bool
+
+
+class MountRoute:
+    """Steps one mount's model sample by sample. Mutable."""
+
+    def __init__(self, model: CompiledModel, bridge_samples: int) -> None:
+        self.model = model
+        self.signals = model.channels[1:]
+        self.channels = np.array([CATALOGUE[name].rest for name in self.signals])
+        self._unknown = np.array([CATALOGUE[name].spread for name in self.signals])  # 0 where measured
+        self._spread = self._unknown.copy()
+        self._state: Floats | None = None
+        self._bridge_samples = bridge_samples
+        self._period_s = 1.0 / model.rate_hz
+        self._sequence = -1
+        self._deformation_mm = nan
+        self._force_n = nan
+        self._sum_mm = self._sum_n = 0.0
+        self._count = 0
+        self._gap = False
+        self._restart: tuple[tuple[float, float], ...] = ()
+        self._since_restart = 0  # samples
+        self._last_fused_n = nan
+
+    def set_channel(self, position: int, value: float) -> None:
+        """A new value of `signals[position]`; NaN = not measured, the resting value takes its place."""
+        known = isfinite(value)
+        self.channels[position] = value if known else CATALOGUE[self.signals[position]].rest
+        self._unknown[position] = 0.0 if known else self._spread[position]
+
+    def take(self, sequence: int, deformation_mm: float) -> None:
+        """One good sample of deformation; `sequence` counts sample instants, missing ones included."""
+        missing = sequence - self._sequence - 1
+        if self._state is None or missing > self._bridge_samples:
+            self._start(deformation_mm)
+        elif missing > 0:
+            self._bridge(missing, deformation_mm)
+        assert self._state is not None
+        force_n = self.model.step(self._state, self.channels, deformation_mm)
+        self._sequence, self._deformation_mm, self._force_n = sequence, deformation_mm, force_n
+        self._sum_mm += deformation_mm
+        self._sum_n += force_n
+        self._count += 1
+        self._since_restart += 1 + max(missing, 0)
+
+    def fused(self, dt_s: float) -> MountState:
+        """Means since the last call, dt_s ago, and their one sigma."""
+        if self._count == 0:
+            self._last_fused_n = nan
+            return MountState(nan, nan, nan, False, self._take_gap())
+        deformation_mm, force_n = self._sum_mm / self._count, self._sum_n / self._count
+        self._sum_mm = self._sum_n = 0.0
+        self._count = 0
+        rate_n_s = (force_n - self._last_fused_n) / dt_s if isfinite(self._last_fused_n) and dt_s > 0 else 0.0
+        self._last_fused_n = force_n
+        excess_mm = self._outside(deformation_mm)
+        std_n = self._std(force_n, abs(rate_n_s), excess_mm)
+        return MountState(deformation_mm, force_n, std_n, excess_mm > 0, self._take_gap())
+
+    def snapshot(self) -> dict[str, list[float]]:
+        """Everything a warm restart needs, as plain numbers; empty before the first sample."""
+        if self._state is None:
+            return {}
+        return {"state": self._state.tolist(), "deformation_mm": [self._deformation_mm]}
+
+    def restore(self, snapshot: dict[str, list[float]]) -> bool:
+        """Take over a snapshot of the same model; False (and nothing changed) when it is not one."""
+        state = snapshot.get("state", [])
+        expected = self.model.start(np.concatenate(([0.0], self.channels))).size
+        if len(state) != expected or not all(map(isfinite, [*state, *snapshot.get("deformation_mm", [nan])])):
+            return False
+        self._state = np.array(state)
+        self._deformation_mm = snapshot["deformation_mm"][0]
+        return True
+
+    def resume(self, sequence: int) -> None:
+        """After `restore`: the next samples continue from here, as if none had been lost before `sequence`."""
+        self._sequence = sequence - 1
+
+    def _start(self, deformation_mm: float) -> None:
+        state = self.model.start(np.concatenate(([deformation_mm], self.channels)))
+        before = np.zeros_like(state) if self._state is None else self._state
+        self._restart = self.model.restart_uncertainty(before, state)
+        self._since_restart = 0
+        self._gap = self._state is not None
+        self._state = state
+
+    def _bridge(self, missing: int, deformation_mm: float) -> None:
+        assert self._state is not None
+        slope = (deformation_mm - self._deformation_mm) / (missing + 1)
+        for i in range(1, missing + 1):
+            self.model.step(self._state, self.channels, self._deformation_mm + i * slope)
+        self._gap = True
+
+    def _take_gap(self) -> bool:
+        gap, self._gap = self._gap, False
+        return gap
+
+    def _outside(self, deformation_mm: float) -> float:
+        low, high = self.model.spec.valid.deformation_mm
+        return max(low - deformation_mm, deformation_mm - high, 0.0)
+
+    def _std(self, force_n: float, rate_n_s: float, excess_mm: float) -> float:
+        valid = self.model.spec.valid
+        stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
+        age_s = self._since_restart * self._period_s
+        parts = [
+            region_std(self.model.spec.error, force_n, rate_n_s),
+            EXTRAPOLATION_STD * stiffness_n_mm * excess_mm,
+            *(std_n * exp(-age_s / tau_s) for std_n, tau_s in self._restart),
+            *self._unmeasured(),
+        ]
+        return sqrt(sum(part * part for part in parts))
+
+    def _unmeasured(self) -> list[float]:
+        """What channels that are not measured may do to the force, one sigma each."""
+        assert self._state is not None
+        parts = []
+        for position in np.flatnonzero(self._unknown):
+            moved = self.channels.copy()
+            moved[position] += self._unknown[position]
+            there = self.model.step(self._state.copy(), moved, self._deformation_mm)
+            here = self.model.step(self._state.copy(), self.channels, self._deformation_mm)
+            parts.append(abs(there - here))
+        return parts
+
+
+def region_std(error: ErrorMap | None, force_n: float, rate_n_s: float) -> float:
+    """One sigma of a model in the region of force and |force rate|."""
+    if error is None:
+        return THESIS_STD_N
+    row = _cell(error.force_edges_n, force_n)
+    return error.std_n[row][_cell(error.rate_edges_n_s, rate_n_s)]
+
+
+def _cell(edges: Sequence[float], value: float) -> int:
+    inner = edges[1:-1]
+    return sum(1 for edge in inner if value >= edge)

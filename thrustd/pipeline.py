@@ -1,0 +1,286 @@
+"""The one pipeline: events in, outputs out; live flight, replay and hardware in the loop differ only in who feeds it.
+
+    Frame "adc" -> ADC samples -> one model step per mount and sample (load-factor corrections inside)
+    Frame "can" -> readings, held until the next one
+    every fused step (ADC instants, or ticks while the ADC is silent):
+        readings -> brochure deck -> monitor: who is believed -> thrust filter per engine -> estimates
+
+Time is data: the pipeline reads only `event.t_ns`. Nothing that arrives can stop it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite, nan
+from typing import Any
+
+from thrustd.brochure.deck import Deck, DeckEstimate, DeckInputs
+from thrustd.config import Config, section
+from thrustd.fault_book import FaultBook
+from thrustd.fusion.monitor import Layout, Monitor, MonitorInputs, MonitorVerdict
+from thrustd.fusion.settings import FusionSettings, check_settings
+from thrustd.fusion.thrust_filter import FusionInputs, ThrustFilter
+from thrustd.model.compile import CompiledModel
+from thrustd.mount_route import MountRoute, MountState
+from thrustd.signals import CATALOGUE
+from thrustd.sync import ClockMap, Hold, SmoothRate
+from thrustd.types import Estimate, Event, Fault, Frame, MountOutput, Output, Reading, Status, Tick
+from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder, AdcSample
+from thrustd.wire.can_frames import CanDecoder
+from thrustd.wire.can_table import CanTable
+
+AIR_PRESSURE_SEA_LEVEL_PA = 101325.0  # ISO 2533
+HEAT_RATIO = 1.4  # air
+DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
+SILENT_AFTER_PERIODS = 2.5  # no ADC sample for so many fused periods: ticks take over
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What a pipeline is built from, besides the configuration."""
+
+    models: tuple[CompiledModel, ...]  # by mount
+    deck: Deck
+    can_table: CanTable
+
+
+class Pipeline:
+    """Mutable; `feed` is its whole life, `snapshot` / `restore` its memory across a restart."""
+
+    def __init__(self, config: Config, parts: Parts) -> None:
+        engines = config.aircraft.engines
+        settings = section(config.fusion, FusionSettings, "fusion")
+        check_settings(settings, "fusion")
+        self._mounts = config.mount
+        self._deck = parts.deck
+        self._adc = AdcDecoder(config.adc.channels, config.adc.sample_hz)
+        self._can = CanDecoder(parts.can_table)
+        self._clock = ClockMap()
+        self._hold = Hold()
+        bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
+        self._routes = tuple(MountRoute(model, bridge) for model in parts.models)
+        self._engine_of = tuple(engines.index(mount.engine) for mount in config.mount)
+        self._listeners = self._listen()
+        self._layout = Layout(
+            tuple(mount.name for mount in config.mount), tuple(config.mounts_of(engine) for engine in engines)
+        )
+        self._monitor = Monitor(self._layout)
+        self._filters = tuple(ThrustFilter(settings, e, name) for e, name in enumerate(engines))
+        self._n1_rates = tuple(SmoothRate() for _ in engines)
+        self._samples_per_step = round(config.adc.sample_hz / config.steps.estimate_hz)
+        self._step_ns = round(1e9 / config.steps.estimate_hz)
+        self._readings_every_ns = round(1e9 / config.steps.reading_hz)
+        self._next_step = 0  # ADC sequence of the next fused step
+        self._fused_ns = self._read_ns = self._start_ns = -1
+        self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
+        self._book = FaultBook()
+        self._out_of_range = False  # since the last fused step
+
+    def feed(self, event: Event | Fault) -> Sequence[Output]:
+        """Outputs that this event completes. Never raises on anything that comes over the wire."""
+        outputs: list[Output] = []
+        if isinstance(event, Frame):
+            if event.channel == "can":
+                self._take_can(event, outputs)
+            else:
+                self._take_adc(event, outputs)
+        elif isinstance(event, Tick):
+            self._tick(event.t_ns, outputs)
+        else:
+            self._report(event, outputs)
+        return outputs
+
+    def snapshot(self) -> dict[str, Any]:
+        """Everything a warm restart needs, JSON-able."""
+        return {
+            "mounts": [route.snapshot() for route in self._routes],
+            "filters": [thrust_filter.snapshot() for thrust_filter in self._filters],
+        }
+
+    def _listen(self) -> dict[tuple[str, int], list[tuple[MountRoute, int]]]:
+        """Which mount's model wants which reading."""
+        listeners: dict[tuple[str, int], list[tuple[MountRoute, int]]] = {}
+        for mount, route in enumerate(self._routes):
+            for position, name in enumerate(route.signals):
+                index = {"aircraft": 0, "engine": self._engine_of[mount], "mount": mount}[CATALOGUE[name].scope]
+                listeners.setdefault((name, index), []).append((route, position))
+        return listeners
+
+    def _report(self, fault: Fault, outputs: list[Output]) -> None:
+        self._out_of_range |= fault.kind == "out_of_range"
+        due = self._book.take(fault)
+        if due is not None:
+            outputs.append(due)
+
+    def _take_can(self, frame: Frame, outputs: list[Output]) -> None:
+        for item in self._can.feed(frame):
+            fault = self._take_reading(item) if isinstance(item, Reading) else item
+            if fault is not None:
+                self._report(fault, outputs)
+
+    def _take_reading(self, reading: Reading) -> Fault | None:
+        fault = self._hold.take(reading)
+        sensor = (reading.signal, reading.index)
+        if fault is None and sensor not in self._excluded:
+            for route, position in self._listeners.get(sensor, ()):
+                route.set_channel(position, reading.value)
+        return fault
+
+    def _take_adc(self, frame: Frame, outputs: list[Output]) -> None:
+        for item in self._adc.feed(frame.t_ns, frame.data):
+            if isinstance(item, Fault):
+                self._report(item, outputs)
+            else:
+                self._sample(item, outputs)
+
+    def _sample(self, sample: AdcSample, outputs: list[Output]) -> None:
+        t_ns = self._clock.to_ns(sample.t_ns, sample.device_time_us)
+        low, high = CATALOGUE["deformation_mm"].low, CATALOGUE["deformation_mm"].high
+        for mount, route in zip(self._mounts, self._routes, strict=True):
+            counts = sample.counts[mount.adc_channel]
+            if counts == CHANNEL_FAULT:
+                continue
+            deformation_mm = counts * mount.scale_mm + mount.offset_mm
+            if low <= deformation_mm <= high:
+                route.take(sample.sequence, deformation_mm)
+            else:
+                self._report(Fault(t_ns, mount.name, "out_of_range"), outputs)
+        if sample.sequence >= self._next_step or sample.sequence < self._next_step - 2 * self._samples_per_step:
+            self._next_step = sample.sequence - sample.sequence % self._samples_per_step + self._samples_per_step
+            self._fuse(max(t_ns, self._fused_ns + 1), outputs)
+
+    def _tick(self, t_ns: int, outputs: list[Output]) -> None:
+        if self._fused_ns < 0 or t_ns - self._fused_ns >= SILENT_AFTER_PERIODS * self._step_ns:
+            self._fuse(max(t_ns, self._fused_ns + 1), outputs)
+
+    def _fuse(self, t_ns: int, outputs: list[Output]) -> None:
+        if self._start_ns < 0:
+            self._start_ns = self._fused_ns = t_ns
+        dt_s = (t_ns - self._fused_ns) * 1e-9
+        self._fused_ns = t_ns
+        self._refresh(t_ns, outputs)
+        states = tuple(route.fused(dt_s) for route in self._routes)
+        engines = range(len(self._filters))
+        rates = tuple(self._n1_rates[e].step(t_ns, self._hold.value(t_ns, "n1_pct", e)) for e in engines)
+        raw = [self._deck.estimate(self._deck_inputs(t_ns, e, rates[e], frozenset()), e) for e in engines]
+        verdict = self._monitor.step(self._monitor_inputs(t_ns, states, raw))
+        self._exclude(verdict, t_ns, outputs)
+        for e in engines:
+            deck = raw[e]
+            if verdict.excluded:
+                deck = self._deck.estimate(self._deck_inputs(t_ns, e, rates[e], verdict.excluded), e)
+            outputs.append(self._estimate(t_ns, e, states, verdict, deck, rates[e]))
+            for fault in self._filters[e].take_faults():
+                self._report(fault, outputs)
+        for i, state in enumerate(states):
+            outputs.append(MountOutput(t_ns, i, state.deformation_mm, state.force_n, state.std_n))
+        self._out_of_range = False
+        outputs.extend(self._book.due(t_ns))
+
+    def _refresh(self, t_ns: int, outputs: list[Output]) -> None:
+        """Staleness, derived channels, and the readings for the log."""
+        for fault in self._hold.changes(t_ns):
+            self._report(fault, outputs)
+            if fault.kind == "stale":
+                signal, _, index = fault.where.rstrip("]").partition("[")
+                self._unset((signal, int(index)))
+        self._derive("time_s", (t_ns - self._start_ns) * 1e-9)
+        self._derive("dynamic_pressure_Pa", self._dynamic_pressure_pa(t_ns))
+        if t_ns - self._read_ns >= self._readings_every_ns:
+            self._read_ns = t_ns
+            outputs.extend(self._hold.readings(t_ns))
+
+    def _exclude(self, verdict: MonitorVerdict, t_ns: int, outputs: list[Output]) -> None:
+        for fault in verdict.faults:
+            self._report(fault, outputs)
+        for sensor in verdict.excluded - self._excluded:
+            self._unset(sensor)
+        self._excluded = verdict.excluded
+
+    def _unset(self, sensor: tuple[str, int]) -> None:
+        """A channel that is not measured any more: the models go back to its resting value."""
+        for route, position in self._listeners.get(sensor, ()):
+            route.set_channel(position, nan)
+
+    def _derive(self, signal: str, value: float) -> None:
+        for route, position in self._listeners.get((signal, 0), ()):
+            route.set_channel(position, value)
+
+    def _dynamic_pressure_pa(self, t_ns: int) -> float:
+        mach = self._hold.value(t_ns, "mach")
+        static_pa = static_pressure_pa(self._hold.value(t_ns, "pressure_altitude_m"))
+        return 0.5 * HEAT_RATIO * static_pa * mach * mach
+
+    def _deck_inputs(self, t_ns: int, engine: int, n1_rate: float, without: frozenset[tuple[str, int]]) -> DeckInputs:
+        def value(signal: str, index: int) -> float:
+            return nan if (signal, index) in without else self._hold.value(t_ns, signal, index)
+
+        return DeckInputs(
+            value("fuel_flow_kg_s", engine),
+            value("n1_pct", engine),
+            value("n2_pct", engine),
+            value("mach", 0),
+            value("pressure_altitude_m", 0),
+            value("sat_degC", 0),
+            n1_rate,
+        )
+
+    def _monitor_inputs(self, t_ns: int, states: tuple[MountState, ...], raw: Sequence[DeckEstimate]) -> MonitorInputs:
+        def by_engine(signal: str) -> tuple[float, ...]:
+            return tuple(self._hold.value(t_ns, signal, e) for e in range(len(self._filters)))
+
+        return MonitorInputs(
+            t_ns=t_ns,
+            deformation_mm=tuple(state.deformation_mm for state in states),
+            mount_force_n=tuple(state.force_n for state in states),
+            mount_std_n=tuple(state.std_n for state in states),
+            n1_pct=by_engine("n1_pct"),
+            n2_pct=by_engine("n2_pct"),
+            fuel_flow_kg_s=by_engine("fuel_flow_kg_s"),
+            fuel_flow_thrust_n=tuple(estimate.fuel_flow_thrust_n for estimate in raw),
+            n1_thrust_n=tuple(estimate.n1_thrust_n for estimate in raw),
+            fused_thrust_n=tuple(thrust_filter.thrust_n for thrust_filter in self._filters),
+            mach=self._hold.value(t_ns, "mach"),
+            pressure_altitude_m=self._hold.value(t_ns, "pressure_altitude_m"),
+            sat_degc=self._hold.value(t_ns, "sat_degC"),
+            accel_x_g=self._hold.value(t_ns, "accel_x_g"),
+            accel_y_g=self._hold.value(t_ns, "accel_y_g"),
+            accel_z_g=self._hold.value(t_ns, "accel_z_g"),
+        )
+
+    def _estimate(
+        self,
+        t_ns: int,
+        engine: int,
+        states: tuple[MountState, ...],
+        verdict: MonitorVerdict,
+        deck: DeckEstimate,
+        n1_rate: float,
+    ) -> Estimate:
+        mounts = verdict.mounts[engine]
+        mine = [states[i] for i in self._layout.mounts_of_engine[engine]]
+        load_factors = (self._hold.value(t_ns, "accel_x_g"), self._hold.value(t_ns, "accel_z_g"))
+        n1_known = ("n1_pct", engine) not in verdict.excluded
+        return self._filters[engine].step(
+            FusionInputs(
+                t_ns=t_ns,
+                mount_n=mounts.force_n,
+                mount_std_n=mounts.std_n,
+                brochure_n=deck.thrust_n,
+                brochure_std_n=deck.std_n,
+                n1_pct=self._hold.value(t_ns, "n1_pct", engine) if n1_known else nan,
+                n1_rate_pct_s=n1_rate if n1_known else nan,
+                load_share=mounts.load_share,
+                mount_extrapolating=any(state.extrapolating for state in mine),
+                brochure_extrapolating=deck.extrapolating,
+                transient=deck.transient,
+                gap=any(state.gap for state in mine),
+                one_mount=mounts.one_mount,
+                load_factor_stale=not all(map(isfinite, load_factors)),
+                status=verdict.status[engine] | (Status.OUT_OF_RANGE if self._out_of_range else 0),
+            )
+        )
+
+
+def static_pressure_pa(pressure_altitude_m: float) -> float:
+    """Static pressure of the standard atmosphere below 11 km, its continuation above (ISO 2533)."""
+    return AIR_PRESSURE_SEA_LEVEL_PA * max(1.0 - 2.25577e-5 * pressure_altitude_m, 1e-3) ** 5.25588
