@@ -17,6 +17,7 @@ FLOORS = {
     "cli": 7, "__main__": 8,
 }  # fmt: skip
 ALLOWED_SIDEWAYS = {
+    ("config", "errors"),
     ("diagnose", "identify"),
     ("pipeline", "mount_route"),
     ("pipeline", "fault_book"),

@@ -1,0 +1,209 @@
+"""What a flight log says about itself: the header, the topics and the form of their messages.
+
+    /raw                          events as they came, encoding of `event_batch`; replay reads nothing else
+    /estimate/<engine>            Estimate        /mount/<mount>    MountOutput
+    /reading/<signal>[/<owner>]   Reading         /fault            Fault
+    /truth/<engine or mount>      what a simulated flight really did
+
+Outputs are JSON objects with a JSON schema, the unit in the field name, so that Foxglove and PlotJuggler plot them as
+they are. NaN becomes null. Log time is `t_ns` plus the header's `epoch_offset_ns`; `t_ns` inside the message is the
+monotonic time everything is computed with.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, get_type_hints
+
+import msgspec
+
+from thrustd.errors import LogError
+from thrustd.signals import CATALOGUE
+from thrustd.types import Estimate, Fault, MountOutput, Output, Reading, Status
+
+RAW_TOPIC = "/raw"
+FAULT_TOPIC = "/fault"
+HEADER_NAME = "thrustd"  # of the metadata record
+FORMAT = "thrustd.log.v1"
+
+
+class LogHeader(msgspec.Struct, frozen=True, kw_only=True):
+    """Everything needed to run the log again, stored as text in the metadata record."""
+
+    engines: tuple[str, ...]
+    mounts: tuple[str, ...]
+    config_text: str = ""
+    config_sha256: str = ""
+    model_sha256: dict[str, str] = {}  # file name -> hash
+    files: dict[str, str] = {}  # name in the configuration -> text of every file the pipeline was built from
+    versions: dict[str, str] = {}  # package -> version
+    epoch_offset_ns: int = 0  # UTC [ns since 1970] = t_ns + offset, as known when the run started
+    run: str = ""  # all files of one run share it
+    part: int = 0  # files of one run, counted from 0
+    notes: dict[str, str] = {}
+
+    def to_metadata(self) -> dict[str, str]:
+        """Plain texts stay plain, everything else becomes JSON."""
+        values = msgspec.to_builtins(self)
+        texts = {name: v if isinstance(v, str) else msgspec.json.encode(v).decode() for name, v in values.items()}
+        return {"format": FORMAT, **texts}
+
+    @classmethod
+    def from_metadata(cls, metadata: dict[str, str]) -> "LogHeader":
+        """LogError when the metadata is not one of ours."""
+        if metadata.get("format") != FORMAT:
+            raise LogError(f"log header: format {metadata.get('format')!r}, expected {FORMAT!r}")
+        kinds = get_type_hints(cls)
+        known = {name: text for name, text in metadata.items() if name in kinds}
+        try:
+            plain = {name: text if kinds[name] is str else msgspec.json.decode(text) for name, text in known.items()}
+            return msgspec.convert(plain, cls)
+        except (msgspec.DecodeError, msgspec.ValidationError) as error:
+            raise LogError(f"log header: {error}") from None
+
+
+class EstimateMessage(msgspec.Struct, frozen=True):
+    """`types.Estimate` field by field, then its status in words."""
+
+    t_ns: int
+    engine: int
+    thrust_n: float
+    thrust_std_n: float
+    thrust_rate_n_s: float
+    mount_n: float
+    mount_std_n: float
+    brochure_n: float
+    brochure_std_n: float
+    innovation_n: float
+    brochure_innovation_n: float
+    nis: float
+    mount_bias_n: float
+    brochure_bias: float
+    load_share: float
+    status: int
+    status_text: list[str]
+
+
+class MountMessage(msgspec.Struct, frozen=True):
+    t_ns: int
+    mount: int
+    deformation_mm: float
+    force_n: float
+    std_n: float
+
+
+class ReadingMessage(msgspec.Struct, frozen=True):
+    t_ns: int
+    value: float
+
+
+class FaultMessage(msgspec.Struct, frozen=True):
+    t_ns: int
+    where: str
+    kind: str
+    count: int
+
+
+class EngineTruth(msgspec.Struct, frozen=True):
+    t_ns: int
+    thrust_n: float
+
+
+class MountTruth(msgspec.Struct, frozen=True):
+    t_ns: int
+    force_n: float
+
+
+_JSON_TYPES: dict[Any, dict[str, Any]] = {
+    int: {"type": "integer"},
+    float: {"type": "number"},
+    str: {"type": "string"},
+    list[str]: {"type": "array", "items": {"type": "string"}},
+}
+
+
+def json_schema(kind: type[msgspec.Struct]) -> bytes:
+    """JSON schema in the subset that plotting tools read."""
+    fields = {name: _JSON_TYPES[hint] for name, hint in get_type_hints(kind).items()}
+    return msgspec.json.encode({"title": schema_name(kind), "type": "object", "properties": fields})
+
+
+def schema_name(kind: type[msgspec.Struct]) -> str:
+    return f"thrustd.{kind.__name__.removesuffix('Message')}"
+
+
+class TopicKind(NamedTuple):
+    topic: str
+    kind: type[msgspec.Struct]
+
+
+class Topics:
+    """Output -> topic and JSON. Names come from the configuration; an unknown index names itself by number."""
+
+    __slots__ = ("_encode", "_engines", "_mounts", "_paths", "_status_words")
+
+    def __init__(self, engines: tuple[str, ...], mounts: tuple[str, ...]) -> None:
+        self._engines, self._mounts = engines, mounts
+        self._encode: Callable[[Any], bytes] = msgspec.json.Encoder().encode
+        self._paths: dict[tuple[str, int], TopicKind] = {}
+        self._status_words: dict[int, list[str]] = {}
+
+    def of(self, output: Output) -> TopicKind:
+        """Where `output` belongs."""
+        match output:
+            case Estimate():
+                key = ("/estimate", output.engine)
+            case Reading():
+                key = (output.signal, output.index)
+            case MountOutput():
+                key = ("/mount", output.mount)
+            case _:
+                key = (FAULT_TOPIC, 0)
+        found = self._paths.get(key)
+        if found is None:
+            found = self._paths[key] = self._place(*key)
+        return found
+
+    def encode(self, output: Output) -> bytes:
+        """The JSON object of `output`."""
+        match output:
+            case Estimate():
+                return self._encode(EstimateMessage(*output, self._words(output.status)))
+            case Reading():
+                return self._encode(ReadingMessage(output.t_ns, output.value))
+            case MountOutput():
+                return self._encode(MountMessage(*output))
+            case _:
+                return self._encode(FaultMessage(*output))
+
+    def fixed(self) -> list[TopicKind]:
+        """The topics every log of this aircraft has, whether or not something is said on them."""
+        engines = [TopicKind(f"/estimate/{name}", EstimateMessage) for name in self._engines]
+        mounts = [TopicKind(f"/mount/{name}", MountMessage) for name in self._mounts]
+        return [*engines, *mounts, TopicKind(FAULT_TOPIC, FaultMessage)]
+
+    def truth(self, name: str, t_ns: int, value_n: float) -> tuple[TopicKind, bytes]:
+        """Topic and JSON of the true thrust of an engine or the true force on a mount."""
+        if name in self._engines:
+            return TopicKind(f"/truth/{name}", EngineTruth), self._encode(EngineTruth(t_ns, value_n))
+        return TopicKind(f"/truth/{name}", MountTruth), self._encode(MountTruth(t_ns, value_n))
+
+    def _place(self, kind: str, index: int) -> TopicKind:
+        if kind == FAULT_TOPIC:
+            return TopicKind(kind, FaultMessage)
+        if kind == "/estimate":
+            return TopicKind(f"/estimate/{_name(self._engines, index)}", EstimateMessage)
+        if kind == "/mount":
+            return TopicKind(f"/mount/{_name(self._mounts, index)}", MountMessage)
+        signal = CATALOGUE.get(kind)
+        owners = {"engine": self._engines, "mount": self._mounts}.get(signal.scope if signal else "aircraft")
+        path = f"/reading/{kind}" if owners is None else f"/reading/{kind}/{_name(owners, index)}"
+        return TopicKind(path, ReadingMessage)
+
+    def _words(self, status: int) -> list[str]:
+        words = self._status_words.get(status)
+        if words is None:
+            words = self._status_words[status] = [str(bit.name) for bit in Status(status)]
+        return words
+
+
+def _name(names: tuple[str, ...], index: int) -> str:
+    return names[index] if 0 <= index < len(names) else str(index)
