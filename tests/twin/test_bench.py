@@ -1,0 +1,69 @@
+"""Bench records: the programme, the noise, and what the thesis saw in them."""
+
+import numpy as np
+import pytest
+
+from thrustd.twin.bench import Rig, multisine_bench, sine_bench, step_bench, weight_bench
+from thrustd.twin.mount import UPPER
+from thrustd.twin.sensors import COUNT_MM, Lvdt, lvdt_counts
+
+SLOW = Rig(sample_hz=10.0)
+
+
+@pytest.fixture(scope="module")
+def steps():
+    return step_bench(4.0, seed=3, rig=SLOW)
+
+
+def rmse_of_cubic(record) -> float:
+    x, force_n = record["deformation_mm"], record["force_N"]
+    return float(np.std(force_n - np.polyval(np.polyfit(x, force_n, 3), x)))
+
+
+def test_same_seed_same_record():
+    one, two, other = (step_bench(0.05, seed, rig=SLOW) for seed in (5, 5, 6))
+    assert np.array_equal(one["deformation_mm"], two["deformation_mm"])
+    assert not np.array_equal(one["deformation_mm"], other["deformation_mm"])
+
+
+def test_range_and_rate(steps):
+    assert len(steps) == 4 * 3600 * 10
+    assert steps.sample_hz == pytest.approx(10.0)
+    assert 300 < steps["force_N"].min() < 800
+    assert 6000 < steps["force_N"].max() < 6600
+
+
+def test_a_static_model_is_about_as_wrong_as_in_the_thesis(steps):
+    assert rmse_of_cubic(steps) == pytest.approx(103, abs=35)
+
+
+def test_without_friction_and_relaxation_only_noise_is_left():
+    plain = UPPER._replace(friction_n=(), friction_mm=(), relaxation=(0.0,), relaxation_s=(1.0,))
+    assert rmse_of_cubic(step_bench(0.5, 1, plain, SLOW)) == pytest.approx(12, abs=1)
+
+
+def test_a_sine_draws_a_loop():
+    record = sine_bench(1.0, seed=1, rig=SLOW)
+    x, force_n = record["deformation_mm"], record["force_N"]
+    rising = np.gradient(np.convolve(x, np.ones(50) / 50, mode="same")) > 0
+    middle = (x > 0.4) & (x < 0.6) & (record.time_s > 400)
+    trend = np.polyval(np.polyfit(x[middle], force_n[middle], 1), x)
+    assert (force_n - trend)[middle & rising].mean() - (force_n - trend)[middle & ~rising].mean() > 100
+
+
+def test_multisine_fills_the_range():
+    record = multisine_bench(0.5, seed=1, rig=SLOW)
+    assert np.ptp(record["force_N"]) == pytest.approx(6100, abs=120)
+
+
+def test_weight_steps_move_the_deformation():
+    record = weight_bench(1.0, seed=1, rig=SLOW)
+    assert np.ptp(record["accel_z_g"]) > 2
+    assert rmse_of_cubic(record) > 0
+
+
+def test_lvdt_counts_clip_and_quantise():
+    rng = np.random.default_rng(0)
+    quiet = Lvdt(noise_mm=0.0, zero_mm=0.001)
+    assert lvdt_counts(quiet, np.array([1.0]), rng)[0] == round(1.001 / COUNT_MM)
+    assert lvdt_counts(quiet, np.array([99.0, -99.0]), rng).tolist() == [2**23 - 1, -(2**23)]

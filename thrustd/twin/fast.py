@@ -1,0 +1,18 @@
+"""numba with the types kept, for the twin's loops."""
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar, cast
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+FloatArray = npt.NDArray[np.float64]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def jit(function: Callable[P, R]) -> Callable[P, R]:
+    """Compiled on first use and cached beside the source."""
+    return cast(Callable[P, R], njit(cache=True)(function))

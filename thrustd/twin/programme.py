@@ -1,0 +1,68 @@
+"""Force programmes for the bench, and random schedules of any channel.
+
+The thesis' identification programme steps through random forces between 400 N and 6.5 kN, each held for minutes; its
+characterisation adds slow sines; the sweep it recommends is a multisine here.
+"""
+
+import numpy as np
+
+from thrustd.twin.fast import FloatArray
+
+LOW_N = 400.0
+HIGH_N = 6500.0
+HOLD_S = (120.0, 480.0)
+RAMP_S = (0.5, 2.0)
+
+
+def random_steps(
+    duration_s: float,
+    sample_hz: float,
+    rng: np.random.Generator,
+    low: float = LOW_N,
+    high: float = HIGH_N,
+    hold_s: tuple[float, float] = HOLD_S,
+    ramp_s: tuple[float, float] = RAMP_S,
+    start: float | None = None,
+) -> FloatArray:
+    """Random levels held for random times with smooth ramps between them, (n,)."""
+    count = round(duration_s * sample_hz)
+    signal = np.empty(count)
+    level = low if start is None else start
+    done = 0
+    while done < count:
+        target = rng.uniform(low, high)
+        ramp = max(1, round(rng.uniform(*ramp_s) * sample_hz))
+        hold = round(rng.uniform(*hold_s) * sample_hz)
+        rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, ramp + 1) / ramp)
+        piece = np.concatenate((level + (target - level) * rise, np.full(hold, target)))[: count - done]
+        signal[done : done + len(piece)] = piece
+        done += len(piece)
+        level = target
+    return signal
+
+
+def sine(
+    duration_s: float, sample_hz: float, frequency_hz: float, low: float = LOW_N, high: float = HIGH_N
+) -> FloatArray:
+    """One frequency between two levels, starting at the lower one, (n,)."""
+    time_s = np.arange(round(duration_s * sample_hz)) / sample_hz
+    return low + (high - low) * (0.5 - 0.5 * np.cos(2 * np.pi * frequency_hz * time_s))
+
+
+def multisine(
+    duration_s: float,
+    sample_hz: float,
+    rng: np.random.Generator,
+    band_hz: tuple[float, float] = (0.001, 1.0),
+    lines: int = 40,
+    low: float = LOW_N,
+    high: float = HIGH_N,
+) -> FloatArray:
+    """Log-spaced lines of equal rate-weighted size and random phase, scaled to fill [low, high], (n,)."""
+    time_s = np.arange(round(duration_s * sample_hz)) / sample_hz
+    total = np.zeros(len(time_s))
+    for frequency_hz in np.geomspace(*band_hz, lines):
+        size = (band_hz[0] / frequency_hz) ** 0.5  # a hydraulic cylinder cannot move far and fast
+        total += size * np.sin(2 * np.pi * (frequency_hz * time_s + rng.random()))
+    span = total.max() - total.min()
+    return low + (high - low) * (total - total.min()) / span

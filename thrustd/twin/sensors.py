@@ -1,0 +1,44 @@
+"""The twin's transducers: what they make of the truth.
+
+LVDT: white noise, its own zero offset, 24-bit counts (ICD section 1). Load cell: 12 N of white noise, as on the
+thesis' rig. Accelerometers and everything else: white noise of a stated size.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from thrustd.twin.fast import FloatArray
+
+IntArray = npt.NDArray[np.int32]
+
+LVDT_STROKE_MM = 5.0
+COUNT_MM = LVDT_STROKE_MM / 2**24  # ICD section 1
+COARSE_COUNT_MM = LVDT_STROKE_MM / 2**16
+COUNT_LIMIT = 2**23 - 1
+LOAD_CELL_STD_N = 12.0
+
+
+class Lvdt(NamedTuple):
+    """One deformation transducer."""
+
+    noise_mm: float = 3e-5  # one sigma per sample; thesis 12.1.2: 0.07 um variation over a minute
+    count_mm: float = COUNT_MM
+    zero_mm: float = 0.0  # reading of the unloaded mount
+
+
+def lvdt_counts(lvdt: Lvdt, deformation_mm: FloatArray, rng: np.random.Generator) -> IntArray:
+    """Signed counts (n,) of a true deformation (n,), clipped to 24 bits."""
+    seen_mm = deformation_mm + lvdt.zero_mm + lvdt.noise_mm * rng.standard_normal(deformation_mm.shape)
+    return np.clip(np.rint(seen_mm / lvdt.count_mm), -COUNT_LIMIT - 1, COUNT_LIMIT).astype(np.int32)
+
+
+def lvdt_reading(lvdt: Lvdt, deformation_mm: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """The same in mm: a multiple of one count."""
+    return lvdt_counts(lvdt, deformation_mm, rng) * lvdt.count_mm
+
+
+def load_cell_reading(force_n: FloatArray, rng: np.random.Generator, std_n: float = LOAD_CELL_STD_N) -> FloatArray:
+    """Force with the load cell's noise, (n,)."""
+    return np.asarray(force_n + rng.normal(0.0, std_n, len(force_n)))
