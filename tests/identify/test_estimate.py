@@ -1,0 +1,183 @@
+"""Estimation of any parameters through the stages of a model."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from thrustd.errors import ModelError, RecordingError
+from thrustd.identify.estimate import EstimateSettings, estimate, jacobian, pack, simulate_records, unpack
+from thrustd.identify.segments import segments_of
+from thrustd.model.artifact import (
+    SCHEMA,
+    ComplexMode,
+    EffectSpec,
+    LinearBlock,
+    ModelSpec,
+    PiecewiseLinear,
+    RealMode,
+    ValidRange,
+)
+from thrustd.model.compile import compile_model
+from thrustd.records.recording import make_recording
+
+
+def mount(**changes):
+    x = np.linspace(0.0, 1.2, 6)
+    base = ModelSpec(
+        schema=SCHEMA,
+        name="test mount",
+        structure="hw-pwl",
+        input_curve=PiecewiseLinear(x.tolist(), (x + 0.1 * x**3).tolist()),
+        linear=LinearBlock(1.3, [RealMode(0.5, -0.1), RealMode(20.0, -0.2)], [ComplexMode(1.0, 3.0, 0.05, 0.02)]),
+        output_curve=PiecewiseLinear(x.tolist(), (5000 * x).tolist()),
+        valid=ValidRange((0.0, 1.2), (0.0, 6600.0)),
+        effects=[EffectSpec("axial_inertia", {"mass_kg": 0.0}), EffectSpec("engine_weight", {"stiffening_1_n": 0.0})],
+    )
+    return msgspec.structs.replace(base, **changes)
+
+
+def record(spec, n=6000, rate_hz=20.0, noise_n=0.0, seed=1, **extra):
+    rng = np.random.default_rng(seed)
+    steps = np.repeat(rng.uniform(0.1, 1.1, n // 200 + 1), 200)[:n]
+    columns = {
+        "deformation_mm": steps + 0.02 * np.sin(np.arange(n) * 0.7),
+        "accel_x_g": 0.2 * np.sin(np.arange(n) * 0.01),
+        "accel_z_g": 1.0 + np.repeat(rng.uniform(-0.5, 1.0, n // 300 + 1), 300)[:n],
+    } | extra
+    model = compile_model(spec, rate_hz)
+    force_n = model.simulate(model.inputs(columns)) + rng.normal(0, 1, n) * noise_n
+    return make_recording("bench", {"time_s": np.arange(n) / rate_hz, "force_N": force_n, **columns})
+
+
+def test_packing_and_unpacking_everything_changes_nothing():
+    spec = mount()
+    assert unpack(spec, pack(spec)) == msgspec.structs.replace(
+        spec,
+        linear=unpack(spec, pack(spec, ["linear.*"])).linear,
+    )
+    assert pack(unpack(spec, pack(spec))).values == pytest.approx(pack(spec).values, rel=1e-12)
+
+
+def test_an_unknown_pattern_is_named():
+    with pytest.raises(ModelError, match=r"no parameter matches 'hysteresis\.\*'"):
+        pack(mount(), ["hysteresis.*"])
+
+
+def test_residuals_are_those_of_the_compiled_model():
+    spec = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0})])
+    ((_, residual),) = simulate_records(spec, [record(spec)])
+    assert np.abs(residual).max() < 1e-9
+
+
+def test_jacobian_agrees_with_differences_of_whole_simulations():
+    spec = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0}), EffectSpec("engine_weight", {})])
+    data = record(spec)
+    vector = pack(spec)
+    columns = np.concatenate([block for _, _, _, block in jacobian(spec, [data], ["*"])])
+    for i in range(len(vector)):
+        step = 1e-5 * vector.scale[i]
+        values = vector.values.copy()
+        values[i] += step
+        moved = simulate_records(unpack(spec, vector.at(values)), [data])[0][1]
+        size = np.abs(columns[:, i]).max()
+        difference = np.abs(-moved / step - columns[:, i])
+        assert np.quantile(difference, 0.99) < 1e-3 * size + 1e-6, vector.names[i]
+
+
+def test_effects_and_curves_are_found_again():
+    truth = mount(
+        effects=[
+            EffectSpec("axial_inertia", {"mass_kg": 186.5}),
+            EffectSpec("engine_weight", {"stiffening_1_n": 1e-5}),
+        ]
+    )
+    data = record(truth, noise_n=10.0)
+    start = mount(output_curve=PiecewiseLinear([0.0, 1.2], [0.0, 5800.0]))
+    found = estimate(start, [data], ["axial_inertia.*", "engine_weight.*", "output_curve.y.*"])
+    assert found.rmse_after == pytest.approx(10.0, rel=0.03)
+    for name, true in (("axial_inertia.mass_kg", 186.5), ("engine_weight.stiffening_1_n", 1e-5)):
+        i = found.names.index(name)
+        assert abs(found.values[i] - true) < 4 * found.std[i]
+        assert found.std[i] < 0.2 * true
+
+
+def test_time_constants_are_found_again():
+    truth = mount(effects=[], linear=LinearBlock(1.5, [RealMode(0.4, -0.2), RealMode(15.0, -0.3)]))
+    start = mount(effects=[], linear=LinearBlock(1.2, [RealMode(0.2, -0.1), RealMode(40.0, -0.1)]))
+    found = estimate(start, [record(truth, noise_n=1.0)], ["linear.*"], EstimateSettings(max_iterations=50))
+    modes = found.spec.linear.real_modes
+    assert sorted(mode.tau_s for mode in modes) == pytest.approx([0.4, 15.0], rel=0.02)
+    assert sorted(mode.gain for mode in modes) == pytest.approx([-0.3, -0.2], rel=0.02)
+
+
+def test_coloured_residuals_widen_the_uncertainty():
+    truth = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0})])
+    clean = record(truth)
+    rng = np.random.default_rng(5)
+    white = rng.normal(0, 10, len(clean))
+    slow = np.convolve(white, np.ones(400) / 20, mode="same")
+    stds = []
+    for noise in (white, slow):
+        noisy = clean.with_channels(force_N=clean["force_N"] + noise)
+        stds.append(estimate(truth, [noisy], ["axial_inertia.*"]).std[0])
+    assert stds[1] > 5 * stds[0]
+
+
+def test_the_stated_uncertainty_covers_the_spread():
+    truth = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0})])
+    clean = record(truth, n=4000)
+    errors = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        noise = np.convolve(rng.normal(0, 10, len(clean) + 100), np.ones(50) / 7, mode="same")[: len(clean)]
+        found = estimate(truth, [clean.with_channels(force_N=clean["force_N"] + noise)], ["axial_inertia.*"])
+        errors.append((found.values[0] - 100.0) / found.std[0])
+    assert 0.5 < np.std(errors) < 1.6
+
+
+def test_outliers_do_not_move_a_robust_fit():
+    truth = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0})])
+    clean = record(truth, noise_n=5.0)
+    force_n = clean["force_N"].copy()
+    hit = np.flatnonzero(clean["accel_x_g"] > 0.18)[::20]
+    force_n[hit] += 3000.0
+    spoiled = clean.with_channels(force_N=force_n)
+    plain = estimate(truth, [spoiled], ["axial_inertia.*"])
+    robust = estimate(truth, [spoiled], ["axial_inertia.*"], EstimateSettings(robust=True))
+    assert abs(robust.values[0] - 100.0) < 3.0 < abs(plain.values[0] - 100.0)
+
+
+def test_a_prior_keeps_parameters_near_their_start():
+    truth = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0})])
+    data = record(truth, noise_n=5.0)
+    start = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 90.0})])
+    held = estimate(start, [data], ["axial_inertia.*"], EstimateSettings(prior_std={"axial_inertia.mass_kg": 1e-3}))
+    assert held.values[0] == pytest.approx(90.0, abs=0.5)
+
+
+def test_parameters_stay_inside_their_bounds():
+    truth = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 990.0})])
+    data = record(truth)
+    louder = data.with_channels(force_N=data["force_N"] + 500 * 9.80665 * data["accel_x_g"])
+    found = estimate(truth, [louder], ["axial_inertia.*"])
+    assert found.values[0] == 1000.0
+    assert found.at_bound == ("axial_inertia.mass_kg",)
+
+
+def test_gaps_and_holes_split_a_record():
+    data = record(mount())
+    time_s = data.time_s.copy()
+    time_s[3000:] += 100.0
+    deformation = data["deformation_mm"].copy()
+    deformation[1000:1003] = np.nan  # bridged
+    deformation[2000:2100] = np.nan  # too long to bridge
+    broken = make_recording("bench", {"time_s": time_s, **data.channels, "deformation_mm": deformation})
+    parts = segments_of([broken])
+    assert [len(part) for part in parts] == [2000, 900, 3000]
+    assert all(np.isfinite(part.inputs["deformation_mm"]).all() for part in parts)
+
+
+def test_too_short_a_record_is_refused():
+    data = record(mount()).rows(slice(0, 10))
+    with pytest.raises(RecordingError, match="too short"):
+        segments_of([data])

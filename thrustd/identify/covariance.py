@@ -1,0 +1,63 @@
+"""Parameter covariance with coloured residuals.
+
+Residuals of a mount model are correlated over minutes, so the textbook sigma^2 (J'J)^-1 is far too small. Klein &
+Morelli (Aircraft System Identification, AIAA 2006, section 5.3.3; Morelli & Klein, J. Aircraft 34(3), 1997):
+
+    cov = M^-1 [ sum_i sum_j s_i R(i - j) s_j' ] M^-1,   M = sum s_i s_i',   R = autocorrelation of the residual
+
+The double sum is taken on means over `n` consecutive samples (few thousand rows, products by FFT); what varies inside
+a mean is treated as white. R is tapered to zero (Bartlett) over a tenth of the record, which keeps the sum positive.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from thrustd.model.stage import Floats
+
+ROWS = 20_000  # means kept per segment at most
+TAPER = 0.1  # of the record
+
+
+@dataclass(slots=True)
+class ColouredSum:
+    """Collects means of sensitivities and residual of one segment, block by block."""
+
+    width: int  # samples per mean
+    means: list[Floats] = field(default_factory=list)  # rows (n_parameters + 1,): J and residual
+
+    @staticmethod
+    def for_length(n: int) -> "ColouredSum":
+        return ColouredSum(max(1, -(-n // ROWS)))
+
+    def add(self, residual: Floats, columns: Floats) -> None:
+        """One block; residual (m,), columns (m, n_parameters). A rest shorter than a mean is left out."""
+        m = len(residual) // self.width * self.width
+        table = np.column_stack((columns[:m], residual[:m]))
+        self.means.append(table.reshape(-1, self.width, table.shape[1]).mean(axis=1))
+
+    def middle(self) -> Floats:
+        """sum_i sum_j s_i R(i - j) s_j' of the collected means, (n_parameters, n_parameters)."""
+        table = np.concatenate(self.means)
+        sensitivity, residual = table[:, :-1], table[:, -1]
+        n = len(residual)
+        size = 1 << (2 * n - 1).bit_length()
+        power = np.abs(np.fft.rfft(residual, size)) ** 2
+        correlation = np.fft.irfft(power, size)[:n] / n
+        span = max(2, int(TAPER * n))
+        kernel = np.zeros(size)
+        kernel[:span] = correlation[:span] * (1 - np.arange(span) / span)
+        kernel[-span + 1 :] = kernel[1:span][::-1]
+        spectrum = np.maximum(np.fft.rfft(kernel).real, 0.0)
+        coloured = np.empty_like(sensitivity)
+        for i in range(sensitivity.shape[1]):
+            coloured[:, i] = np.fft.irfft(np.fft.rfft(sensitivity[:, i], size) * spectrum, size)[:n]
+        product = sensitivity.T @ coloured
+        return self.width**2 * (product + product.T) / 2
+
+
+def covariance(information: Floats, middle: Floats, white_variance: float) -> Floats:
+    """M^-1 (B + white M) M^-1; directions that the data do not determine are left out (pseudo-inverse)."""
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    inverse = np.linalg.pinv(information / np.outer(size, size), rcond=1e-10, hermitian=True) / np.outer(size, size)
+    return inverse @ (middle + white_variance * information) @ inverse

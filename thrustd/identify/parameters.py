@@ -1,0 +1,185 @@
+"""A model's numbers as one vector with names, and back: what estimation and diagnosis change.
+
+Names are `piece.place.field`, so that shell patterns choose them:
+
+    input_curve.y.3   input_curve.x.3   input_curve.coefficients.1       (the same for output_curve)
+    linear.direct   linear.real.0.log_tau_s   linear.real.0.gain
+    linear.complex.0.log_decay_1_s   ...log_frequency_rad_s   ...gain_re   ...gain_im
+    hysteresis.force_n                                        effect name . parameter; a second one: hysteresis#2.
+
+`log_` parameters are natural logarithms, so that time constants stay positive and step by ratios.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from math import exp, inf, log
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+
+from thrustd.errors import ModelError
+from thrustd.model.artifact import (
+    ComplexMode,
+    Curve,
+    EffectSpec,
+    LinearBlock,
+    ModelSpec,
+    PiecewiseLinear,
+    Polynomial,
+    RealMode,
+)
+from thrustd.model.effects import effect_named
+from thrustd.model.stage import Floats
+
+LOG_SPAN = 12.0  # time constants may move by a factor e^12 either way
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterVector:
+    """Chosen numbers of a model. `scale` is a typical change, for steps and damping; all arrays (n,)."""
+
+    names: tuple[str, ...]
+    values: Floats
+    low: Floats
+    high: Floats
+    scale: Floats
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def at(self, values: Floats) -> "ParameterVector":
+        """The same parameters with other values, clipped to their bounds."""
+        return ParameterVector(self.names, np.clip(values, self.low, self.high), self.low, self.high, self.scale)
+
+    def as_dict(self) -> dict[str, float]:
+        return dict(zip(self.names, map(float, self.values), strict=True))
+
+
+class _Place(NamedTuple):
+    value: float
+    low: float
+    high: float
+    scale: float
+
+
+def pack(spec: ModelSpec, which: Iterable[str] = ("*",)) -> ParameterVector:
+    """The parameters whose names match one of the patterns `which`; ModelError when a pattern matches none."""
+    places = parameter_places(spec)
+    patterns = list(which)
+    for pattern in patterns:
+        if not any(name == pattern or fnmatchcase(name, pattern) for name in places):
+            raise ModelError(f"model '{spec.name}': no parameter matches '{pattern}', it has {', '.join(places)}")
+    names = [n for n in places if any(n == p or fnmatchcase(n, p) for p in patterns)]
+    table = np.array([places[name] for name in names]).reshape(-1, 4)
+    return ParameterVector(tuple(names), table[:, 0], table[:, 1], table[:, 2], table[:, 3])
+
+
+def unpack(spec: ModelSpec, vector: ParameterVector) -> ModelSpec:
+    """The model with the vector's values (clipped to their bounds) in place."""
+    values = {name: place.value for name, place in parameter_places(spec).items()}
+    values |= vector.at(vector.values).as_dict()
+    return msgspec.structs.replace(
+        spec,
+        input_curve=_rebuilt_curve(spec.input_curve, "input_curve", values),
+        linear=_rebuilt_linear(spec.linear, values),
+        output_curve=_rebuilt_curve(spec.output_curve, "output_curve", values),
+        effects=[
+            EffectSpec(effect.name, {key: values[f"{label}.{key}"] for key in _full(effect)}, effect.std)
+            for label, effect in _labelled(spec)
+        ],
+    )
+
+
+def parameter_places(spec: ModelSpec) -> dict[str, _Place]:
+    """Every parameter of the model by name: value, bounds, scale."""
+    places = _curve_places("input_curve", spec.input_curve)
+    places |= _linear_places(spec.linear)
+    places |= _curve_places("output_curve", spec.output_curve)
+    for label, effect in _labelled(spec):
+        for parameter in effect_named(effect.name).parameters:
+            value = _full(effect)[parameter.name]
+            places[f"{label}.{parameter.name}"] = _Place(
+                value, parameter.low, parameter.high, _effect_scale(value, parameter.neutral, parameter.starts)
+            )
+    return places
+
+
+def effect_labels(spec: ModelSpec) -> tuple[str, ...]:
+    """The prefix of each effect's parameters, in the order of the artifact."""
+    return tuple(label for label, _ in _labelled(spec))
+
+
+def _labelled(spec: ModelSpec) -> list[tuple[str, EffectSpec]]:
+    seen: dict[str, int] = {}
+    labelled = []
+    for effect in spec.effects:
+        seen[effect.name] = seen.get(effect.name, 0) + 1
+        count = seen[effect.name]
+        labelled.append((effect.name if count == 1 else f"{effect.name}#{count}", effect))
+    return labelled
+
+
+def _full(effect: EffectSpec) -> dict[str, float]:
+    return effect_named(effect.name).neutral() | effect.parameters
+
+
+def _effect_scale(value: float, neutral: float, starts: tuple[float, ...]) -> float:
+    spans = [abs(start - neutral) for start in starts] + [abs(value - neutral)]
+    return max(spans) or max([abs(start) for start in starts] + [abs(value)]) or 1.0
+
+
+def _curve_places(label: str, curve: Curve) -> dict[str, _Place]:
+    if isinstance(curve, Polynomial):
+        size = max(map(abs, curve.coefficients)) or 1.0
+        return {f"{label}.coefficients.{i}": _Place(c, -inf, inf, size) for i, c in enumerate(curve.coefficients)}
+    height = max(curve.y) - min(curve.y) or 1.0
+    places = {f"{label}.y.{i}": _Place(y, -inf, inf, height) for i, y in enumerate(curve.y)}
+    x = curve.x
+    for i in range(1, len(x) - 1):  # a knot may move half way to its neighbours: the order stays
+        low, high = (x[i - 1] + x[i]) / 2, (x[i] + x[i + 1]) / 2
+        places[f"{label}.x.{i}"] = _Place(x[i], low, high, (x[-1] - x[0]) / (len(x) - 1))
+    return places
+
+
+def _linear_places(linear: LinearBlock) -> dict[str, _Place]:
+    places = {"linear.direct": _Place(linear.direct, -inf, inf, 1.0)}
+    for i, mode in enumerate(linear.real_modes):
+        places[f"linear.real.{i}.log_tau_s"] = _log_place(mode.tau_s)
+        places[f"linear.real.{i}.gain"] = _Place(mode.gain, -inf, inf, 0.1)
+    for i, pair in enumerate(linear.complex_modes):
+        places[f"linear.complex.{i}.log_decay_1_s"] = _log_place(pair.decay_1_s)
+        places[f"linear.complex.{i}.log_frequency_rad_s"] = _log_place(pair.frequency_rad_s)
+        places[f"linear.complex.{i}.gain_re"] = _Place(pair.gain_re, -inf, inf, 0.1)
+        places[f"linear.complex.{i}.gain_im"] = _Place(pair.gain_im, -inf, inf, 0.1)
+    return places
+
+
+def _log_place(value: float) -> _Place:
+    return _Place(log(value), log(value) - LOG_SPAN, log(value) + LOG_SPAN, 1.0)
+
+
+def _rebuilt_curve(curve: Curve, label: str, values: Mapping[str, float]) -> Curve:
+    if isinstance(curve, Polynomial):
+        coefficients = [values[f"{label}.coefficients.{i}"] for i in range(len(curve.coefficients))]
+        return Polynomial(curve.centre, curve.scale, coefficients)
+    x = [values.get(f"{label}.x.{i}", at) for i, at in enumerate(curve.x)]
+    return PiecewiseLinear(x, [values[f"{label}.y.{i}"] for i in range(len(curve.y))])
+
+
+def _rebuilt_linear(linear: LinearBlock, values: Mapping[str, float]) -> LinearBlock:
+    real = [
+        RealMode(exp(values[f"linear.real.{i}.log_tau_s"]), values[f"linear.real.{i}.gain"])
+        for i in range(len(linear.real_modes))
+    ]
+    pairs = [
+        ComplexMode(
+            exp(values[f"linear.complex.{i}.log_decay_1_s"]),
+            exp(values[f"linear.complex.{i}.log_frequency_rad_s"]),
+            values[f"linear.complex.{i}.gain_re"],
+            values[f"linear.complex.{i}.gain_im"],
+        )
+        for i in range(len(linear.complex_modes))
+    ]
+    return LinearBlock(values["linear.direct"], real, pairs, linear.hold)

@@ -1,0 +1,95 @@
+"""Recordings -> segments: stretches without a gap on a uniform time axis, which is what every estimator works on.
+
+Gaps split a record, because the state of a model is unknown after one. A few missing values are bridged by straight
+lines; a longer hole in an input splits the record. Missing reference force stays NaN and carries no weight.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from thrustd.errors import RecordingError
+from thrustd.model.stage import Floats
+from thrustd.records.recording import Recording
+
+DEFORMATION = "deformation_mm"
+FORCE = "force_N"
+SHORTEST = 20  # samples; a shorter stretch tells nothing about dynamics
+BRIDGE = 5  # missing samples bridged by a straight line
+UNEVEN = 0.02  # a step that differs more than this from the median step asks for resampling
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """One stretch of one record at a uniform sample period."""
+
+    record: str
+    start_s: float
+    dt_s: float
+    inputs: dict[str, Floats]  # channel -> (n,), finite, deformation_mm among them
+    force_n: Floats  # (n,), NaN where there is no reference
+
+    def __len__(self) -> int:
+        return len(self.force_n)
+
+    @property
+    def time_s(self) -> Floats:
+        time_s: Floats = self.start_s + self.dt_s * np.arange(len(self), dtype=np.float64)
+        return time_s
+
+
+def segments_of(records: Sequence[Recording], channels: Iterable[str] = (), force: bool = True) -> list[Segment]:
+    """Split records at gaps and holes. `channels`: inputs besides deformation_mm; `force=False` allows none."""
+    wanted = list(dict.fromkeys((DEFORMATION, *channels)))
+    found = [segment for record in records for segment in _of_record(record, wanted, force)]
+    if not found:
+        names = ", ".join(record.name for record in records) or "no record"
+        raise RecordingError(f"{names}: no stretch of {SHORTEST} samples without a gap; too short to identify from")
+    return found
+
+
+def _of_record(record: Recording, wanted: list[str], force: bool) -> list[Segment]:
+    columns = wanted + ([FORCE] if force or FORCE in record else [])
+    chosen = record.select(columns)
+    pieces = [chosen.rows(part) for part in chosen.segments() if part.stop - part.start >= SHORTEST]
+    return [segment for piece in pieces for segment in _of_piece(_even(piece), wanted)]
+
+
+def _even(piece: Recording) -> Recording:
+    steps_s = np.diff(piece.time_s)
+    middle_s = float(np.median(steps_s))
+    return piece if float(np.ptp(steps_s)) <= UNEVEN * middle_s else piece.resample(1.0 / middle_s)
+
+
+def _of_piece(piece: Recording, wanted: list[str]) -> list[Segment]:
+    dt_s = piece.duration_s / (len(piece) - 1)
+    inputs = {name: bridged(piece[name]) for name in wanted}
+    force_n = piece[FORCE] if FORCE in piece else np.full(len(piece), np.nan)
+    good = np.all([np.isfinite(column) for column in inputs.values()], axis=0)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], good.astype(np.int8), [0]))))
+    return [
+        Segment(
+            piece.name,
+            float(piece.time_s[a]),
+            dt_s,
+            {name: column[a:b] for name, column in inputs.items()},
+            force_n[a:b],
+        )
+        for a, b in zip(edges[::2], edges[1::2], strict=True)
+        if b - a >= SHORTEST and np.isfinite(force_n[a:b]).any()
+    ]
+
+
+def bridged(column: Floats) -> Floats:
+    """Missing runs of up to `BRIDGE` samples replaced by straight lines; longer ones stay NaN."""
+    good = np.isfinite(column)
+    if good.all() or not good.any():
+        return column
+    index = np.arange(len(column))
+    filled: Floats = np.interp(index, index[good], column[good])
+    edges = np.flatnonzero(np.diff(np.concatenate(([1], good.astype(np.int8), [1]))))
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        if b - a > BRIDGE or a == 0 or b == len(column):
+            filled[a:b] = np.nan
+    return filled
