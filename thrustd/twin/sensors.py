@@ -36,7 +36,7 @@ def lvdt_counts(lvdt: Lvdt, deformation_mm: FloatArray, rng: np.random.Generator
 
 def lvdt_reading(lvdt: Lvdt, deformation_mm: FloatArray, rng: np.random.Generator) -> FloatArray:
     """The same in mm: a multiple of one count."""
-    return lvdt_counts(lvdt, deformation_mm, rng) * lvdt.count_mm
+    return np.asarray(lvdt_counts(lvdt, deformation_mm, rng) * lvdt.count_mm, dtype=np.float64)
 
 
 def load_cell_reading(force_n: FloatArray, rng: np.random.Generator, std_n: float = LOAD_CELL_STD_N) -> FloatArray:
