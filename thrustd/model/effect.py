@@ -46,6 +46,12 @@ class Effect:
     source: str
     separating_test: str  # the manoeuvre or bench test that shows it alone
     initial: Callable[[Floats, Floats, Floats, float], None] | None = None
+    variant_of: str = ""  # another formulation of that effect; reports use that word
+
+    @property
+    def word(self) -> str:
+        """The word users type and reports print (ICD section 4)."""
+        return self.variant_of or self.name
 
     def neutral(self) -> dict[str, float]:
         """Parameters with which the effect does nothing."""

@@ -2,9 +2,9 @@
 
     force = core force * (1 + k * weight_n_1g * (accel_z_g - 1)),    k = stiffening per newton of weight on this mount
 
-Thesis section 12.1.2: 500 N more weight on a mount makes the thrust deformation 5 um smaller at 6 kN, about 30 N;
-k = 30 N / 6000 N / 500 N = 1e-5 1/N. The two front mounts carry 2162 N at 1 g (eq. 4.5), 1081 N each. The reference is
-1 g because that is where a mount is when it is identified in the aircraft; a bench record without weight has its own
+Thesis section 12.1.2: 500 N more weight on a mount makes the thrust deformation 5 um smaller at 6 kN, about 30 N; k =
+30 N / 6000 N / 500 N = 1e-5 1/N. The two front mounts carry 2162 N at 1 g (eq. 4.5), 1081 N each. The reference is 1
+g because that is where a mount is when it is identified in the aircraft; a bench record without weight has its own
 gain, which the output curve holds. Left out: lateral load.
 """
 

@@ -1,0 +1,100 @@
+"""One contract over every effect on the shelf: neutral is identity, finite at bounds, step = block, starts at rest."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from thrustd.model.effects import effect_named, shelf
+from thrustd.signals import CATALOGUE
+
+ICD_WORDS = (
+    "axial_inertia engine_weight hysteresis creep viscous_damping thermal_expansion thermal_stiffness free_play "
+    "mullins_softening payne ageing sensor_drift sensor_scale nacelle_drag time_delay vibration_rectification"
+).split()
+TYPICAL = {
+    "accel_x_g": (0.0, 0.1),
+    "accel_z_g": (1.0, 0.3),
+    "temperature_degC": (30.0, 10.0),
+    "vibration_mm_s": (10.0, 8.0),
+    "dynamic_pressure_Pa": (8000.0, 3000.0),
+}
+DT_S = 0.05
+EFFECTS = sorted(shelf())
+
+
+def record(n=600, seed=0):
+    rng = np.random.default_rng(seed)
+    deformation_mm = 0.6 + 0.3 * np.sin(np.arange(n) * 0.02) + np.cumsum(rng.normal(0, 0.002, n))
+    columns = {name: centre + spread * np.tanh(rng.normal(size=n)) for name, (centre, spread) in TYPICAL.items()}
+    return columns | {"deformation_mm": deformation_mm, "time_s": np.arange(n) * DT_S}
+
+
+def inputs_of(effect, columns):
+    n = len(columns["deformation_mm"])
+    u = np.column_stack([columns[name] for name in effect.channels]) if effect.channels else np.empty((n, 0))
+    v = columns["deformation_mm"] if effect.site == "deformation" else 5500.0 * columns["deformation_mm"]
+    return u, np.ascontiguousarray(v)
+
+
+def run(effect, parameters, columns):
+    stage = effect.stage(parameters, DT_S)
+    u, v = inputs_of(effect, columns)
+    return stage.run(stage.start(u[0], v[0]), u, v), u, v
+
+
+def test_every_word_of_the_interface_document_is_there():
+    assert set(ICD_WORDS) == {effect.word for effect in shelf().values()}
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_the_card_is_complete(name):
+    effect = effect_named(name)
+    assert all((effect.title, effect.equation, effect.source, effect.separating_test, effect.parameters))
+    assert set(effect.channels) <= set(CATALOGUE)
+    assert any(p.amplitude for p in effect.parameters)
+    for p in effect.parameters:
+        assert p.low < p.high
+        assert all(p.low <= value <= p.high for value in (p.neutral, *p.starts))
+        assert p.meaning
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_neutral_is_identity_to_the_bit(name):
+    effect = effect_named(name)
+    out, _, v = run(effect, effect.neutral(), record())
+    assert np.array_equal(out, v)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_a_typical_value_does_something(name):
+    effect = effect_named(name)
+    out, _, v = run(effect, effect.neutral() | {p.name: p.starts[0] for p in effect.parameters}, record())
+    assert np.abs(out - v).max() > 1e-5  # mm or N: a drift needs hours
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_finite_at_every_corner_of_the_bounds(name):
+    effect = effect_named(name)
+    for corner in itertools.product(*((p.low, p.high) for p in effect.parameters)):
+        out, _, _ = run(effect, dict(zip([p.name for p in effect.parameters], corner, strict=True)), record(200))
+        assert np.isfinite(out).all(), corner
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_sample_by_sample_equals_block(name):
+    effect = effect_named(name)
+    parameters = effect.neutral() | {p.name: p.starts[-1] for p in effect.parameters}
+    out, u, v = run(effect, parameters, record())
+    stage = effect.stage(parameters, DT_S)
+    x = stage.start(u[0], v[0])
+    assert np.array_equal([stage.step(x, stage.c, u[k], v[k]) for k in range(len(v))], out)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_starts_at_rest(name):
+    """Where nothing moves and no time passes, nothing drifts."""
+    effect = effect_named(name)
+    still = {channel: np.full(50, column[7]) for channel, column in record().items()}
+    out, _, _ = run(effect, effect.neutral() | {p.name: p.starts[0] for p in effect.parameters}, still)
+    assert out == pytest.approx(np.full(50, out[0]), rel=1e-12)

@@ -1,0 +1,63 @@
+"""Ageing: the rubber stiffens (or softens) with time in service, so its gain walks away.
+
+    force = core force * (1 + ageing_1_h * hours),        hours = (time_s - reference_s) / 3600
+
+Positive: hardening, as after-curing and oxidation do; softening by chain scission is negative. Scales with force: at
+zero load it shows nothing, unlike sensor drift. Arrhenius' law makes the real rate double per 10 K or so; over one
+recording it is a straight line. A healthy mount changes by a few per cent per 1000 h; a much larger figure points at
+something else that grows in time (warming of the mount, load-cell gain). Left out: recovery at rest, dependence on
+temperature.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    return v * (1.0 + c[0] * (u[0] - c[1]))
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    return np.array([p["ageing_1_h"] / 3600.0, p["reference_s"]])
+
+
+EFFECT = Effect(
+    name="ageing",
+    title="stiffness that changes with time in service",
+    site="gain",
+    channels=("time_s",),
+    parameters=(
+        Parameter(
+            "ageing_1_h",
+            "1/h",
+            0.0,
+            -1.0,
+            1.0,
+            (0.01,),
+            "relative change of stiffness per hour",
+            expected="below 1e-4 1/h in service; more in accelerated tests",
+        ),
+        Parameter(
+            "reference_s",
+            "s",
+            0.0,
+            -1000000000000.0,
+            1000000000000.0,
+            (0.0,),
+            "time at which the model was identified",
+            amplitude=False,
+            estimate=False,
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=0,
+    equation="F = F_core (1 + k (t - t_0))",
+    source="Gent, Engineering with Rubber, 3rd ed., ch. 7",
+    separating_test="the same force cycle (0 to 5 kN) at the start and at the end, at the same temperature",
+)

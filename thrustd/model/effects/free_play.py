@@ -1,0 +1,65 @@
+"""Free play (backlash) in the load path: after a reversal the joint moves through its gap before the mount follows.
+
+    deformation of the mount = p,    p <- clip(p, x - gap_mm / 2, x + gap_mm / 2),    x = reading
+
+The play operator: the mount lags the reading by half the gap, so loading shows less force than unloading at the same
+reading, the opposite sign to friction. A negative gap is lost motion between mount and LVDT: the reading lags the
+mount, v = x + stop(x). Then loading shows more force, as friction does; only the width of the turn-over (the gap
+itself) tells them apart. gap 0 returns the reading untouched. Starts in the middle of the gap. Left out: elasticity
+of the contact and a gap that only opens at zero load (a jump in the input curve represents that).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    stop = x[1] + (v - x[0])
+    x[0] = v
+    x[1] = min(max(stop, -abs(c[0])), abs(c[0]))
+    return v - x[1] if c[0] > 0.0 else v + x[1]
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    return np.array([0.5 * p["gap_mm"]])
+
+
+def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    x[0] = v
+
+
+EFFECT = Effect(
+    name="free_play",
+    title="free play in the load path",
+    site="deformation",
+    channels=(),
+    parameters=(
+        Parameter(
+            "gap_mm",
+            "mm",
+            0.0,
+            -0.5,
+            0.5,
+            (0.01, 0.03, -0.01, -0.03),
+            "total gap; negative: lost motion of the LVDT",
+            expected="0 for a bonded rubber mount; up to 0.05 mm in worn bolts",
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=2,
+    equation="x_mount = clip(x_mount, x - g/2, x + g/2)",
+    source=(
+        "Brokate & Sprekels, Hysteresis and Phase Transitions, 1996, ch. 2.1; Nordin & Gutman, "
+        "Automatica 38 (2002) 1633"
+    ),
+    separating_test=(
+        "reverse slowly by less than the suspected gap at 1 and at 5 kN: the reading moves, the force does not"
+    ),
+    initial=initial,
+)

@@ -1,0 +1,51 @@
+"""Sensor scale: the LVDT's millimetres are not the bench's (another transducer, conditioner or excitation voltage).
+
+    true deformation = reading / (1 + scale_error)
+
+Positive: it reads too much. Zero stays where it is. Because it scales deformation and not force, a stiffening mount
+shows it a little differently from a change of stiffness or of load-cell gain; on a nearly straight force curve
+nothing separates the three but a calibration. Valid for errors of up to a fifth. Left out: nonlinearity of the
+transducer (that is in the input curve).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    return v / (1.0 + c[0])
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    return np.array([p["scale_error"]])
+
+
+EFFECT = Effect(
+    name="sensor_scale",
+    title="scale of the deformation sensor",
+    site="deformation",
+    channels=(),
+    parameters=(
+        Parameter(
+            "scale_error",
+            "-",
+            0.0,
+            -0.5,
+            0.5,
+            (0.02,),
+            "relative excess of the reading",
+            expected="within 0.005 for a calibrated LVDT",
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=0,
+    equation="x = x_read / (1 + e)",
+    source="Nyce, Linear Position Sensors, ch. 3",
+    separating_test="calibrate the LVDT against gauge blocks (0, 0.5, 1 mm) without load",
+)

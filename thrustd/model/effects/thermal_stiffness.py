@@ -1,0 +1,65 @@
+"""Thermal stiffness: rubber changes its modulus with temperature, so the same deformation means another force.
+
+    force = core force * (1 + stiffness_1_k * (temperature_degC - reference_degC))
+
+Negative: softer when warm. Near and above room temperature rubber elasticity itself stiffens (modulus proportional to
+absolute temperature, +0.34 %/K), filler and viscosity soften. The isolator's specification allows up to 30 % more
+dynamic stiffness at -7 degC, that is about -1.1 %/K below room temperature; the thesis saw nothing measurable from 30
+to 80 degC. A first-order law around the reference, valid for some 30 K either side. Left out: WLF shift of the
+relaxation times, heating from within.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    return v * (1.0 + c[0] * (u[0] - c[1]))
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    return np.array([p["stiffness_1_k"], p["reference_degc"]])
+
+
+EFFECT = Effect(
+    name="thermal_stiffness",
+    title="stiffness that changes with temperature",
+    site="gain",
+    channels=("temperature_degC",),
+    parameters=(
+        Parameter(
+            "stiffness_1_k",
+            "1/K",
+            0.0,
+            -0.03,
+            0.03,
+            (-0.003,),
+            "relative stiffness per kelvin",
+            expected="0 to -0.011 1/K (30 % stiffer at -7 degC); unmeasurable from 30 to 80 degC in the thesis",
+        ),
+        Parameter(
+            "reference_degc",
+            "degC",
+            20.0,
+            -60.0,
+            150.0,
+            (20.0,),
+            "temperature at which the model was identified",
+            amplitude=False,
+            estimate=False,
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=0,
+    equation="F = F_core (1 + k (T - T_ref))",
+    source="Treloar, The Physics of Rubber Elasticity, 3rd ed., ch. 2; specification quoted in the thesis",
+    separating_test=(
+        "warm the mount by 20 K at two constant forces (0 and 5 kN): no change at 0, a proportional one at 5 kN"
+    ),
+)
