@@ -4,12 +4,11 @@ With the total-pressure and total-temperature ratios  delta_t = p_t / 101325 Pa,
 
     w  = fuel flow / (delta_t sqrt(theta_t))            corrected fuel flow [kg/s]
     n  = N1 / sqrt(theta_t)                             corrected fan speed [%]
-    F  = delta_t * G(w, M)                              net thrust [N],   G a polynomial in w and M
-    w  = exp(H_engine(n) + k_engine M)                  the N1 route: fuel flow the fan speed stands for
+    F  = delta_t * G(w, M)                              net thrust [N],   G(w, M) in thrustd.brochure.deck_data
+    w  = exp(H_engine(n) + k M) theta_t^e               the N1 route: the fuel flow which the fan speed stands for
 
 G is fitted to the brochure program's own pairs and to static reference points, H to flights (see
-`thrustd.identify.brochure_fit`). Outside the box of w and M the polynomial goes on along its tangent in w and is
-held in M, so the deck stays monotone and smooth everywhere; `extrapolating` says so and the band widens.
+`thrustd.identify.brochure_fit`). Outside the fitted region `extrapolating` is set and the band widens.
 Similarity of the corrected quantities: Walsh & Fletcher, Gas Turbine Performance, ch. 4; atmosphere: ISO 2533.
 """
 
@@ -106,7 +105,7 @@ class Deck:
         if curve is None or not (isfinite(n1_pct) and n1_pct > 0.0):
             return nan, False
         corrected_pct = n1_pct / sqrt(theta_t)
-        flow = exp(hermite(curve, corrected_pct) + curve.mach_slope * mach)
+        flow = exp(hermite(curve, corrected_pct) + curve.mach_slope * mach) * theta_t**curve.temperature_exponent
         low, high = curve.fitted_n1_pct
         outside = not low <= corrected_pct <= high or self._outside(flow, mach)
         return delta_t * corrected_thrust(self.data.thrust, flow, mach), outside

@@ -1,51 +1,69 @@
 """What a deck file holds, how its curves are read, and what makes it valid.
 
-Thrust surface: a polynomial in corrected fuel flow and Mach inside a box, its tangent in fuel flow beyond, held in Mach
-beyond. N1 curve: monotone cubic Hermite (Fritsch & Carlson 1980). Both are C1 and rise everywhere, or the deck is refused.
+Thrust surface, with X = w / scale, u = M / sqrt(1 + 0.2 M^2) (flight speed over the total speed of sound: ram drag) and
+q = (1 + 0.2 M^2)^-3.5 - 1 (static over total pressure: what the nozzles expand to):
+
+    G(w, M) = sum_ij a_ij X^i u^j + sum_i b_i X^i q
+
+inside a box; above it along the tangent in w; below it with a slope that dies out, so that the idle point is met,
+
+    G(w) = G(w_0) - G'(w_0) L (1 - exp(-(w_0 - w) / L));
+
+held in M beyond. N1 curve: monotone cubic Hermite (Fritsch & Carlson 1980).
+Both are C1 and rise everywhere, or the deck is refused.
 """
 
 from bisect import bisect_right
 from itertools import pairwise
-from math import inf
-from typing import Literal
+from math import exp, inf, sqrt
+from typing import Annotated, Literal
 
 import msgspec
 
 from thrustd.errors import DeckError
 
+Finite = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
+Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e9)]
+Coefficients = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=1, max_length=12)]
+Knots = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=2, max_length=200)]
+Range = tuple[Finite, Finite]
+
 
 class ThrustSurface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """G(w, M) = sum c[i][j] (w / scale)^i M^j in newton, trusted inside the box."""
+    """G(w, M) in newton."""
 
-    fuel_flow_scale_kg_s: float
-    coefficients_n: tuple[tuple[float, ...], ...]
-    fuel_flow_box_kg_s: tuple[float, float]  # tangent beyond it
-    mach_box: tuple[float, float]  # held beyond it
-    fitted_fuel_flow_kg_s: tuple[float, float]  # where data were: beyond it the deck says extrapolating
-    fitted_mach: tuple[float, float]
+    fuel_flow_scale_kg_s: Positive
+    speed_n: Annotated[tuple[Coefficients, ...], msgspec.Meta(min_length=2, max_length=12)]  # a[i][j]
+    nozzle_n: Coefficients  # b[i]
+    fuel_flow_box_kg_s: Range  # corrected; tangent above it
+    idle_length_kg_s: Positive  # L of the bend below it
+    mach_box: Range  # held beyond it
+    fitted_fuel_flow_kg_s: Range  # where the pairs were: beyond it the deck says extrapolating
+    fitted_mach: Range
 
 
 class N1Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """ln w over corrected N1: cubic Hermite through knots with given slopes, tangent beyond the ends."""
+    """ln w = H(n) + mach_slope M + temperature_exponent ln theta_t, tangent beyond the end knots of H."""
 
-    engine: int
-    corrected_n1_pct: tuple[float, ...]
-    log_fuel_flow: tuple[float, ...]
-    slope_per_pct: tuple[float, ...]
-    mach_slope: float
-    fitted_n1_pct: tuple[float, float]
-    relative_std: float  # thrust, against the fuel-flow route on flights not used for the fit
+    engine: Annotated[int, msgspec.Meta(ge=0, le=7)]
+    corrected_n1_pct: Knots
+    log_fuel_flow: Knots
+    slope_per_pct: Knots
+    mach_slope: Finite
+    temperature_exponent: Finite
+    fitted_n1_pct: Range
+    relative_std: Positive  # thrust, against the fuel-flow route on flights left out of the fit
 
 
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One sigma of the deck against a real engine."""
 
-    relative: float  # engine to engine and wear
-    floor_n: float
-    extrapolating_relative: float  # added in quadrature outside the fitted region
-    missing_temperature_relative: float  # added when ISA stands in for the measured temperature
-    transient_n1_rate_pct_s: float  # above this the throttle is moving
-    transient_lag_s: float  # thrust leads or lags the deck by about this much while it moves
+    relative: Positive  # engine to engine and wear
+    floor_n: Positive
+    extrapolating_relative: Positive  # added in quadrature outside the fitted region
+    missing_temperature_relative: Positive  # added when ISA stands in for the measured temperature
+    transient_n1_rate_pct_s: Positive  # above this the throttle is moving
+    transient_lag_s: Positive  # thrust leads or lags the deck by about this much while it moves
 
 
 class DeckData(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -55,27 +73,36 @@ class DeckData(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     name: str
     engine_type: str
     provenance: tuple[str, ...]
-    errors: dict[str, float]  # measured at the fit, relative, -
+    errors: dict[str, float]  # measured at the fit on data left out of it, relative, -
     thrust: ThrustSurface
     n1: tuple[N1Curve, ...]
     spread: Spread
 
 
 def corrected_thrust(surface: ThrustSurface, corrected_kg_s: float, mach: float) -> float:
-    """G(w, M) in N: the polynomial inside the box, its tangent in w beyond, held in M beyond."""
+    """G(w, M) in N."""
     mach = min(max(mach, surface.mach_box[0]), surface.mach_box[1])
+    stagnation = 1.0 + 0.2 * mach * mach
+    speed, expansion = mach / sqrt(stagnation), stagnation**-3.5 - 1.0
     low, high = surface.fuel_flow_box_kg_s
     inside = min(max(corrected_kg_s, low), high)
     scale = surface.fuel_flow_scale_kg_s
     x = inside / scale
     value = slope = 0.0
-    for row in reversed(surface.coefficients_n):
+    for i in range(max(len(surface.speed_n), len(surface.nozzle_n)) - 1, -1, -1):
+        row = horner(surface.speed_n[i], speed) if i < len(surface.speed_n) else 0.0
+        row += surface.nozzle_n[i] * expansion if i < len(surface.nozzle_n) else 0.0
         slope = slope * x + value
-        value = value * x + _horner(row, mach)
-    return value + slope * (corrected_kg_s - inside) / scale
+        value = value * x + row
+    slope_n_s_kg = slope / scale
+    if corrected_kg_s >= low:
+        return value + slope_n_s_kg * (corrected_kg_s - inside)
+    length = surface.idle_length_kg_s
+    return value - slope_n_s_kg * length * (1.0 - exp((corrected_kg_s - low) / length))
 
 
-def _horner(coefficients: tuple[float, ...], x: float) -> float:
+def horner(coefficients: tuple[float, ...], x: float) -> float:
+    """sum c_j x^j."""
     value = 0.0
     for coefficient in reversed(coefficients):
         value = value * x + coefficient
@@ -83,7 +110,7 @@ def _horner(coefficients: tuple[float, ...], x: float) -> float:
 
 
 def hermite(curve: N1Curve, n_pct: float) -> float:
-    """ln of corrected fuel flow at corrected N1: cubic Hermite, tangents beyond the end knots."""
+    """H(n): ln of corrected fuel flow at corrected N1 and Mach 0, theta_t 1."""
     knots, values, slopes = curve.corrected_n1_pct, curve.log_fuel_flow, curve.slope_per_pct
     if n_pct <= knots[0]:
         return values[0] + slopes[0] * (n_pct - knots[0])
@@ -102,46 +129,45 @@ def hermite(curve: N1Curve, n_pct: float) -> float:
 
 
 def check_deck(data: DeckData, where: str) -> None:
+    """Raise a DeckError that names what is not monotone or does not fit together."""
     surface = data.thrust
-    for name, pair in (
+    for name, (low, high) in (
         ("thrust.fuel_flow_box_kg_s", surface.fuel_flow_box_kg_s),
         ("thrust.mach_box", surface.mach_box),
+        ("thrust.fitted_fuel_flow_kg_s", surface.fitted_fuel_flow_kg_s),
+        ("thrust.fitted_mach", surface.fitted_mach),
     ):
-        if not 0.0 <= pair[0] < pair[1] < inf:
-            raise DeckError(f"{where}: {name} = {list(pair)}: expected 0 <= low < high")
-    if not surface.fuel_flow_scale_kg_s > 0.0:
-        raise DeckError(f"{where}: thrust.fuel_flow_scale_kg_s = {surface.fuel_flow_scale_kg_s}: expected > 0")
-    _check_monotone_surface(surface, where)
+        if not 0.0 <= low < high < inf:
+            raise DeckError(f"{where}: {name} = {[low, high]}: expected 0 <= low < high")
+    _check_surface(surface, where)
     if len({curve.engine for curve in data.n1}) != len(data.n1):
         raise DeckError(f"{where}: n1: one curve per engine expected, got {[c.engine for c in data.n1]}")
     for curve in data.n1:
         _check_curve(curve, where)
 
 
-def _check_monotone_surface(surface: ThrustSurface, where: str) -> None:
+def _check_surface(surface: ThrustSurface, where: str) -> None:
     low, high = surface.fuel_flow_box_kg_s
-    for i in range(8):
-        mach = surface.mach_box[0] + (surface.mach_box[1] - surface.mach_box[0]) * i / 7
-        thrusts = [corrected_thrust(surface, low + (high - low) * k / 40, mach) for k in range(42)]
+    flows = [low + (high - low) * k / 60 for k in range(-1, 62)]  # one step into either tangent
+    for i in range(21):
+        mach = surface.mach_box[0] + (surface.mach_box[1] - surface.mach_box[0]) * i / 20
+        thrusts = [corrected_thrust(surface, flow, mach) for flow in flows]
         if not all(a < b for a, b in pairwise(thrusts)):
-            raise DeckError(f"{where}: thrust.coefficients_n: thrust falls with fuel flow at Mach {mach:.2f}")
+            raise DeckError(f"{where}: thrust.speed_n: thrust must rise with fuel flow; it falls at Mach {mach:.2f}")
 
 
 def _check_curve(curve: N1Curve, where: str) -> None:
     name = f"{where}: n1 of engine {curve.engine}"
     n = len(curve.corrected_n1_pct)
-    if n < 2 or len(curve.log_fuel_flow) != n or len(curve.slope_per_pct) != n:
-        raise DeckError(f"{name}: expected the same number (>= 2) of knots, values and slopes")
-    for label, row in (
-        ("corrected_n1_pct", curve.corrected_n1_pct),
-        ("log_fuel_flow", curve.log_fuel_flow),
-    ):
+    if len(curve.log_fuel_flow) != n or len(curve.slope_per_pct) != n:
+        raise DeckError(f"{name}: expected the same number of knots, values and slopes")
+    for label, row in (("corrected_n1_pct", curve.corrected_n1_pct), ("log_fuel_flow", curve.log_fuel_flow)):
         if not all(a < b for a, b in pairwise(row)):
-            raise DeckError(f"{name}: {label}: expected strictly rising values, got {list(row)}")
+            raise DeckError(f"{name}: {label} = {list(row)}: expected strictly rising values")
     rises = [b - a for a, b in pairwise(curve.log_fuel_flow)]
     secants = [rise / (b - a) for rise, (a, b) in zip(rises, pairwise(curve.corrected_n1_pct), strict=True)]
     # Fritsch & Carlson 1980: slopes within three times the neighbouring secants keep a Hermite cubic monotone
     for i, slope in enumerate(curve.slope_per_pct):
         limit = 3.0 * min(secants[max(i - 1, 0)], secants[min(i, n - 2)])
-        if not 0.0 <= slope <= limit * (1.0 + 1e-9):
-            raise DeckError(f"{name}: slope_per_pct[{i}] = {slope}: expected 0 to {limit:.6g}")
+        if not 0.0 < slope <= limit * (1.0 + 1e-9):
+            raise DeckError(f"{name}: slope_per_pct[{i}] = {slope}: expected above 0, up to {limit:.6g}")
