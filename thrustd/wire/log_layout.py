@@ -17,7 +17,7 @@ import msgspec
 
 from thrustd.errors import LogError
 from thrustd.signals import CATALOGUE
-from thrustd.types import Estimate, Fault, MountOutput, Output, Reading, Status
+from thrustd.types import Estimate, MountOutput, Output, Reading, Status
 
 RAW_TOPIC = "/raw"
 FAULT_TOPIC = "/fault"

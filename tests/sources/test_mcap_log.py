@@ -1,0 +1,226 @@
+"""The flight log, written and read: order, header, cuts, damage, foreign readers."""
+
+import io
+import random
+from pathlib import Path
+
+import msgspec
+import pytest
+from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
+
+from thrustd.errors import LogError
+from thrustd.sinks.mcap_log import LogWriter, new_log
+from thrustd.sources.mcap_log import LogFile
+from thrustd.types import Estimate, Event, Fault, Frame, MountOutput, Output, Reading, Status, Tick
+from thrustd.wire.log_layout import LogHeader
+
+HEADER = LogHeader(
+    engines=("left", "right"),
+    mounts=("left_upper", "left_lower", "right_upper", "right_lower"),
+    config_text="[aircraft]\nname = 'test'\n",
+    config_sha256="ab" * 32,
+    model_sha256={"left.json": "cd" * 32},
+    epoch_offset_ns=1_500_000_000 * 10**9,
+)
+NAN = float("nan")
+
+
+def events(seconds: float = 3.0) -> list[Event]:
+    """A little flight: ADC chunks at 1 kHz, CAN at 100 Hz, ticks at 20 Hz, a fault now and then."""
+    out: list[Event] = []
+    for i in range(round(seconds * 1000)):
+        t_ns = 10**9 + i * 1_000_000
+        out.append(Frame(t_ns, "adc", 0, random.Random(i).randbytes(26)))
+        if i % 10 == 0:
+            out.append(Frame(t_ns + 5, "can", 300, i.to_bytes(8, "big")))
+        if i % 50 == 0:
+            out.append(Tick(t_ns + 7))
+        if i % 700 == 0:
+            out.append(Fault(t_ns + 9, "adc", "queue_overrun", 3))
+    return out
+
+
+def outputs(t_ns: int) -> list[Output]:
+    estimate = Estimate(
+        t_ns, 1, 5000.5, 40.0, 1.0, 5001.0, 50.0, NAN, NAN, 1.5, NAN, 0.9, 3.0, 0.01, 0.5,
+        int(Status.BROCHURE_LOST | Status.CONVERGING),
+    )  # fmt: skip
+    return [
+        estimate,
+        MountOutput(t_ns, 2, 0.5, 2500.0, 30.0),
+        Reading(t_ns, "n1_pct", 1, 80.25),
+        Reading(t_ns, "mach", 0, 0.3),
+        Fault(t_ns, "adc", "crc"),
+    ]
+
+
+def write(path: Path, flight: list[Event], reading_hz: float = 10.0) -> None:
+    with new_log(path, HEADER, reading_hz) as log:
+        for i, event in enumerate(flight):
+            log.write_event(event)
+            if i % 20 == 0:
+                for output in outputs(event.t_ns):
+                    log.write_output(output)
+                log.write_truth("right", event.t_ns, 5010.0)
+                log.write_truth("left_upper", event.t_ns, 2505.0)
+
+
+@pytest.fixture(scope="module")
+def flight() -> list[Event]:
+    return events()
+
+
+@pytest.fixture(scope="module")
+def log_path(tmp_path_factory: pytest.TempPathFactory, flight: list[Event]) -> Path:
+    path = tmp_path_factory.mktemp("log") / "flight.mcap"
+    write(path, flight)
+    return path
+
+
+def test_events_come_back_in_arrival_order(log_path: Path, flight: list[Event]) -> None:
+    log = LogFile(log_path)
+    assert list(log.events()) == flight
+    assert (log.cut, log.missing_events, log.position_bytes) == (False, 0, log.size_bytes)
+
+
+def test_arrival_order_is_kept_when_time_is_not_ordered(tmp_path: Path, flight: list[Event]) -> None:
+    shuffled = random.Random(1).sample(flight, len(flight))
+    write(tmp_path / "shuffled.mcap", shuffled)
+    assert list(LogFile(tmp_path / "shuffled.mcap").events()) == shuffled
+
+
+def test_the_header_comes_back(log_path: Path) -> None:
+    assert LogFile(log_path).header == HEADER
+
+
+def test_the_same_writes_give_the_same_bytes(tmp_path: Path, log_path: Path, flight: list[Event]) -> None:
+    write(tmp_path / "again.mcap", flight)
+    assert (tmp_path / "again.mcap").read_bytes() == log_path.read_bytes()
+
+
+def test_outputs_are_plottable_json_on_named_topics(log_path: Path) -> None:
+    rows = {m.topic: msgspec.json.decode(m.data) for m in LogFile(log_path).messages()}
+    assert set(rows) == {
+        "/estimate/right", "/mount/right_upper", "/reading/n1_pct/right", "/reading/mach", "/fault",
+        "/truth/right", "/truth/left_upper",
+    }  # fmt: skip
+    estimate = rows["/estimate/right"]
+    assert (estimate["thrust_n"], estimate["brochure_n"]) == (5000.5, None)
+    assert estimate["status_text"] == ["BROCHURE_LOST", "CONVERGING"]
+    assert rows["/truth/right"]["thrust_n"] == 5010.0
+    assert rows["/truth/left_upper"]["force_n"] == 2505.0
+
+
+def test_readings_are_thinned_per_channel(tmp_path: Path) -> None:
+    path = tmp_path / "readings.mcap"
+    with new_log(path, HEADER, reading_hz=10) as log:
+        for i in range(1000):
+            log.write_output(Reading(i * 10_000_000 + i % 3 * 100_000, "accel_x_g", 0, 0.1))  # 100 Hz, jitter
+        for i in range(100):
+            log.write_output(Reading(i * 100_000_000 + i % 3 * 1_000_000, "mach", 0, 0.1))  # 10 Hz, jitter
+    topics = [message.topic for message in LogFile(path).messages()]
+    assert 100 <= topics.count("/reading/accel_x_g") <= 130
+    assert topics.count("/reading/mach") == 100
+
+
+def test_the_mcap_package_reads_it_with_index_schemas_and_checksums(log_path: Path, flight: list[Event]) -> None:
+    with log_path.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        by_topic = {summary.channels[i].topic: n for i, n in summary.statistics.channel_message_counts.items()}
+        assert by_topic["/estimate/right"] == -(-len(flight) // 20)
+        one_topic = list(reader.iter_messages(topics=["/truth/right"]))
+        assert len(one_topic) == by_topic["/truth/right"]
+        schema, _, message = one_topic[0]
+        assert schema is not None
+        assert msgspec.json.decode(schema.data)["properties"]["thrust_n"] == {"type": "number"}
+        assert message.log_time == flight[0].t_ns + HEADER.epoch_offset_ns
+        assert [entry.name for entry in reader.iter_metadata()] == ["thrustd"]
+    with log_path.open("rb") as stream:
+        assert sum(1 for _ in StreamReader(stream, validate_crcs=True).records) > 100
+
+
+def test_a_log_cut_anywhere_gives_a_prefix_and_says_so(tmp_path: Path, log_path: Path, flight: list[Event]) -> None:
+    whole, path = log_path.read_bytes(), tmp_path / "cut.mcap"
+    first_chunk = 3000  # header, schemas and topics come first
+    for size in [*random.Random(2).sample(range(first_chunk, len(whole) - 1), 40), len(whole) - 1]:
+        path.write_bytes(whole[:size])
+        log = LogFile(path)
+        found = list(log.events())
+        assert log.cut
+        assert found == flight[: len(found)]
+
+
+def test_a_synced_log_loses_less_than_a_second(flight: list[Event]) -> None:
+    stream = io.BytesIO()
+    log, kept = LogWriter(stream, HEADER), 0
+    for event in flight:
+        log.write_event(event)
+        if stream.tell() > kept:
+            kept = stream.tell()
+            synced_ns = event.t_ns
+        assert event.t_ns - synced_ns < 600_000_000
+
+
+def test_four_flipped_bytes_anywhere_are_noticed(tmp_path: Path, log_path: Path) -> None:
+    whole, path, dice = log_path.read_bytes(), tmp_path / "flipped.mcap", random.Random(3)
+    for _ in range(150):
+        at, damaged = dice.randrange(len(whole) - 4), bytearray(whole)
+        for i in range(at, at + 4):
+            damaged[i] ^= dice.randrange(1, 256)
+        path.write_bytes(damaged)
+        with pytest.raises(LogError) as caught:
+            list(LogFile(path).events())
+        assert "flipped.mcap" in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+
+def test_noise_after_a_good_start_is_refused_not_crashed_on(tmp_path: Path, log_path: Path) -> None:
+    whole, path, dice = log_path.read_bytes(), tmp_path / "noise.mcap", random.Random(4)
+    for _ in range(100):
+        path.write_bytes(whole[: dice.randrange(8, 400)] + dice.randbytes(dice.randrange(0, 3000)))
+        try:
+            list(LogFile(path).events())
+        except LogError as error:
+            assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(b"", "empty file"), (b"PK\x03\x04 not mcap at all", "expected an MCAP"), (b"\x89MCAP0\r\n", "log header")],
+)
+def test_files_that_are_no_logs_are_refused(tmp_path: Path, content: bytes, words: str) -> None:
+    path = tmp_path / "wrong.mcap"
+    path.write_bytes(content)
+    with pytest.raises(LogError, match=words):
+        LogFile(path)
+    with pytest.raises(LogError, match="cannot be read"):
+        LogFile(tmp_path / "missing.mcap")
+
+
+def test_a_log_without_events_is_refused(tmp_path: Path) -> None:
+    write(tmp_path / "empty.mcap", [])
+    with pytest.raises(LogError, match="/raw"):
+        list(LogFile(tmp_path / "empty.mcap").events())
+
+
+def test_dropped_events_show_as_a_jump_in_their_numbers(tmp_path: Path, flight: list[Event]) -> None:
+    path = tmp_path / "dropped.mcap"
+    with new_log(path, HEADER) as log:
+        for number, event in enumerate(flight):
+            if not 500 <= number < 600:
+                log.write_event(event, number)
+    reader = LogFile(path)
+    assert list(reader.events()) == flight[:500] + flight[600:]
+    assert reader.missing_events == 100
+
+
+def test_a_failing_write_leaves_nothing_behind(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError), new_log(tmp_path / "x.mcap", HEADER) as log:
+        log.write_event(Tick(1 // 0))
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(LogError, match="cannot be written"), new_log(tmp_path / "no" / "x.mcap", HEADER):
+        pass

@@ -1,0 +1,149 @@
+"""The flight log: raw events in arrival order, outputs as JSON, everything about the run in the header.
+
+`LogWriter` is synchronous and deterministic: what is in the file depends only on what was written to it. Events are
+batched (at most 64, or 20 ms), chunks close at 64 KiB, and every `sync_s` of event time everything goes to the disk,
+so that a kill at any moment loses less than a second. A thread around it is in `log_recorder`.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO, Final
+
+from thrustd import __version__
+from thrustd.errors import LogError
+from thrustd.sinks.mcap_file import McapFile
+from thrustd.types import Event, Output, Reading
+from thrustd.wire.event_batch import ENCODING, MAX_EVENTS, encode_batch
+from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader, TopicKind, Topics, json_schema, schema_name
+
+BATCH_NS: Final = 20_000_000
+SYNC_S = 0.5  # of event time; "at most one second lost" includes a late writer
+LIBRARY = f"thrustd {__version__}"
+
+
+class LogWriter:
+    """Events, outputs and truth into one MCAP stream."""
+
+    def __init__(
+        self, stream: BinaryIO, header: LogHeader, reading_hz: float = 10.0, sync_s: float | None = SYNC_S
+    ) -> None:
+        """`reading_hz` thins decoded channels (0 = none); `sync_s` None = leave flushing to the caller."""
+        self._stream = stream
+        self._file = McapFile(stream, LIBRARY)
+        self._offset_ns = header.epoch_offset_ns
+        self._topics = Topics(header.engines, header.mounts)
+        self._reading_ns = round(1e9 / reading_hz) if reading_hz > 0 else None
+        self._sync_ns = None if sync_s is None else round(sync_s * 1e9)
+        self._synced_ns: int | None = None
+        self._batch: list[Event] = []
+        self._batch_number = self._next_number = 0
+        self._schema_ids: dict[str, int] = {}
+        self._channel_ids: dict[str, int] = {}
+        self._next_reading_ns: dict[tuple[str, int], int] = {}
+        self._file.add_metadata(HEADER_NAME, header.to_metadata())
+        self._raw_id = self._file.add_channel(RAW_TOPIC, ENCODING, 0)
+        for place in self._topics.fixed():
+            self._channel(place)
+
+    @property
+    def bytes_written(self) -> int:
+        return self._file.bytes_written
+
+    def write_event(self, event: Event, number: int | None = None) -> None:
+        """The next raw event; `number` when events before it were dropped, else it counts up by one."""
+        number = self._next_number if number is None else number
+        batch = self._batch
+        gap = number != self._next_number
+        if batch and (gap or len(batch) >= MAX_EVENTS or not 0 <= event.t_ns - batch[0].t_ns < BATCH_NS):
+            self._close_batch()
+            batch = self._batch
+            self._sync_when_due(event.t_ns)
+        if not batch:
+            self._batch_number = number
+        batch.append(event)
+        self._next_number = number + 1
+
+    def write_output(self, output: Output) -> None:
+        """One output of the pipeline; readings beyond `reading_hz` are left out."""
+        if isinstance(output, Reading) and not self._is_due(output):
+            return
+        channel_id = self._channel(self._topics.of(output))
+        self._file.add_message(channel_id, self._log_ns(output.t_ns), self._topics.encode(output))
+
+    def write_truth(self, name: str, t_ns: int, value_n: float) -> None:
+        """True thrust of the engine or true force on the mount called `name`."""
+        place, data = self._topics.truth(name, t_ns, value_n)
+        self._file.add_message(self._channel(place), self._log_ns(t_ns), data)
+
+    def sync(self) -> None:
+        """Everything written so far is readable after this, and on the disk if the stream is a file."""
+        self._close_batch()
+        self._file.close_chunk()
+        self._stream.flush()
+        try:
+            descriptor = self._stream.fileno()
+        except (OSError, AttributeError):
+            return  # not a file: nothing to wait for
+        os.fsync(descriptor)
+
+    def close(self) -> None:
+        """Write the summary and flush; the stream stays open."""
+        self._close_batch()
+        self._file.finish()
+        self._stream.flush()
+
+    def _log_ns(self, t_ns: int) -> int:
+        return max(0, t_ns + self._offset_ns)  # MCAP times are unsigned
+
+    def _close_batch(self) -> None:
+        if self._batch:
+            batch, self._batch = self._batch, []
+            data = encode_batch(self._batch_number, batch)
+            self._file.add_message(self._raw_id, self._log_ns(batch[0].t_ns), data)
+
+    def _sync_when_due(self, t_ns: int) -> None:
+        if self._sync_ns is None:
+            return
+        if self._synced_ns is None:
+            self._synced_ns = t_ns
+        elif not 0 <= t_ns - self._synced_ns < self._sync_ns:
+            self._synced_ns = t_ns
+            self.sync()
+
+    def _is_due(self, reading: Reading) -> bool:
+        if self._reading_ns is None:
+            return False
+        key = (reading.signal, reading.index)
+        early_ns = self._next_reading_ns.get(key, reading.t_ns) - reading.t_ns
+        if early_ns > self._reading_ns // 4:  # a channel at just this rate may jitter
+            return False
+        self._next_reading_ns[key] = reading.t_ns + self._reading_ns
+        return True
+
+    def _channel(self, place: TopicKind) -> int:
+        found = self._channel_ids.get(place.topic)
+        if found is None:
+            name = schema_name(place.kind)
+            if name not in self._schema_ids:
+                self._schema_ids[name] = self._file.add_schema(name, json_schema(place.kind))
+            found = self._file.add_channel(place.topic, "json", self._schema_ids[name])
+            self._channel_ids[place.topic] = found
+        return found
+
+
+@contextmanager
+def new_log(path: Path, header: LogHeader, reading_hz: float = 10.0) -> Iterator[LogWriter]:
+    """A log written on the ground: under `path` only when complete, nothing left behind when it fails."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        with part.open("wb") as stream:
+            writer = LogWriter(stream, header, reading_hz, sync_s=None)
+            yield writer
+            writer.close()
+        os.replace(part, path)
+    except OSError as error:
+        raise LogError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        part.unlink(missing_ok=True)

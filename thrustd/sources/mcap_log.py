@@ -1,0 +1,88 @@
+"""A flight log as a source: the raw events of `/raw` in the order they arrived, whatever speed they are read at."""
+
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from thrustd.errors import LogError
+from thrustd.sources.mcap_walk import McapWalk, Message
+from thrustd.types import Event
+from thrustd.wire.event_batch import ENCODING, decode_batch
+from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader
+
+
+class LogMessage(NamedTuple):
+    topic: str
+    log_ns: int
+    data: bytes
+
+
+class LogFile:
+    """One log, opened as often as it is iterated. `path` must exist and start like a thrustd log, else LogError."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.size_bytes = 0
+        self.position_bytes = 0  # how far the running iteration is
+        self.cut = False  # the file ended without a summary; known after a complete iteration
+        self.missing_events = 0  # dropped by the recorder; counted while `events` runs
+        self.header = self._read_header()
+
+    def events(self) -> Iterator[Event]:
+        """Raw events in arrival order."""
+        self.missing_events = 0
+        next_number: int | None = None
+        seen = False
+        for walk, message in self._walk():
+            if walk.topics.get(message.channel_id, ("", ""))[0] != RAW_TOPIC:
+                continue
+            first_number, events = self._decode(walk, message.channel_id, message.data)
+            if next_number is not None:
+                self.missing_events += max(0, first_number - next_number)
+            next_number, seen = first_number + len(events), True
+            yield from events
+        if not seen and not self.cut:
+            raise LogError(f"{self.path}: no message on topic {RAW_TOPIC!r}, expected the raw events of a flight")
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[LogMessage]:
+        """Messages in file order, of `topics` or of all but `/raw`."""
+        for walk, message in self._walk():
+            topic = walk.topics.get(message.channel_id, ("", ""))[0]
+            if topic in topics if topics is not None else topic != RAW_TOPIC:
+                yield LogMessage(topic, message.log_ns, message.data)
+
+    def _decode(self, walk: McapWalk, channel_id: int, data: bytes) -> tuple[int, list[Event]]:
+        encoding = walk.topics[channel_id][1]
+        if encoding != ENCODING:
+            raise LogError(f"{self.path}: topic {RAW_TOPIC!r} is encoded {encoding!r}, expected {ENCODING!r}")
+        try:
+            return decode_batch(data)
+        except LogError as error:
+            raise LogError(f"{self.path}: {error}") from None
+
+    def _walk(self) -> Iterator[tuple[McapWalk, Message]]:
+        with self._open() as stream:
+            walk = McapWalk(stream, str(self.path))
+            for message in walk.records():
+                self.position_bytes = walk.position_bytes
+                if message is not None:
+                    yield walk, message
+            self.cut, self.position_bytes = walk.cut, walk.position_bytes
+
+    def _read_header(self) -> LogHeader:
+        with self._open() as stream:
+            walk = McapWalk(stream, str(self.path))
+            self.size_bytes = walk.size_bytes
+            for message in walk.records():
+                if HEADER_NAME in walk.metadata or message is not None:
+                    break
+        try:
+            return LogHeader.from_metadata(walk.metadata.get(HEADER_NAME, {}))
+        except LogError as error:
+            raise LogError(f"{self.path}: {error}") from None
+
+    def _open(self) -> BinaryIO:
+        try:
+            return self.path.open("rb")
+        except OSError as error:
+            raise LogError(f"{self.path}: cannot be read: {error.strerror or error}") from None

@@ -1,0 +1,192 @@
+"""An MCAP file, read front to back: memory flat, every checksum judged, files that were cut off still read.
+
+Writers die; a log that ends in the middle of a record is read up to the last closed chunk (our chunks close at least
+every half second; zstd holds such a chunk as one block, so its torn half has nothing to give). A file that does end
+as it should, yet has a record that does not fit or a wrong checksum, is damaged: LogError with the byte offset.
+Reference: MCAP format specification, version 0 (https://mcap.dev/spec).
+"""
+
+import zlib
+from collections.abc import Iterator
+from os import SEEK_END
+from struct import Struct, error
+from typing import BinaryIO, NamedTuple
+
+import zstandard
+from mcap.opcode import Opcode
+
+from thrustd.errors import LogError
+
+MAGIC = b"\x89MCAP0\r\n"
+MAX_RECORD_BYTES = 64 * 1024 * 1024  # untrusted input: longer records are refused
+_HEAD = Struct("<BQ")
+_CHUNK_HEAD = Struct("<QQQII")
+_MESSAGE_HEAD = Struct("<HIQQ")
+_U64 = Struct("<Q")
+
+
+class Message(NamedTuple):
+    channel_id: int
+    log_ns: int
+    data: bytes
+
+
+class McapWalk:
+    """One pass over `stream`, named `name` in errors."""
+
+    def __init__(self, stream: BinaryIO, name: str) -> None:
+        self.name = name
+        self.position_bytes = 0
+        self.cut = False  # known after `records` is exhausted
+        self.topics: dict[int, tuple[str, str]] = {}  # channel id -> topic, encoding; grows while walking
+        self.metadata: dict[str, dict[str, str]] = {}
+        self._stream = stream
+        self.size_bytes = stream.seek(0, SEEK_END)
+        stream.seek(max(0, self.size_bytes - len(MAGIC)))
+        self._ends_well = stream.read() == MAGIC and self.size_bytes >= 2 * len(MAGIC)
+        stream.seek(0)
+        self._crc = 0
+        self._summary_crc: int | None = None  # None while in the data section
+
+    def records(self) -> Iterator[Message | None]:
+        """Messages in file order; None for anything else, so that a caller may look at `topics` and `metadata`."""
+        self._start()
+        while True:
+            at = self.position_bytes
+            head = self._read(_HEAD.size)
+            opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, 0)
+            content = self._read(length) if length <= MAX_RECORD_BYTES else b""
+            if len(head) < _HEAD.size or len(content) < length:
+                self._end_early(at, length)
+                return
+            try:
+                yield from self._record(opcode, head, content)
+            except (error, IndexError, UnicodeDecodeError, ValueError, zstandard.ZstdError) as why:
+                raise self._damaged(at, f"{type(why).__name__} {why}") from None
+            if opcode == Opcode.FOOTER:
+                self._finish()
+                return
+
+    def _start(self) -> None:
+        magic = self._read(len(MAGIC))
+        if not magic:
+            raise LogError(f"{self.name}: empty file, expected an MCAP flight log")
+        if magic != MAGIC:
+            raise LogError(f"{self.name}: starts with {magic!r}, expected an MCAP flight log ({MAGIC!r})")
+        self._crc = zlib.crc32(magic)
+
+    def _read(self, n_bytes: int) -> bytes:
+        data = self._stream.read(n_bytes)
+        self.position_bytes += len(data)
+        return data
+
+    def _end_early(self, at: int, length: int) -> None:
+        """The file ran out at a record: cut off, or a length that cannot be."""
+        if self._ends_well or length > MAX_RECORD_BYTES:
+            raise self._damaged(at, f"a record of {length} bytes does not fit")
+        self.cut = True
+        self.position_bytes = self.size_bytes
+
+    def _finish(self) -> None:
+        tail = self._read(len(MAGIC) + 1)
+        self.cut = MAGIC.startswith(tail) and tail != MAGIC
+        if tail != MAGIC and not self.cut:
+            raise self._damaged(self.position_bytes - len(tail), f"ends with {tail!r}, expected {MAGIC!r}")
+
+    def _damaged(self, at: int, why: str) -> LogError:
+        return LogError(f"{self.name}: damaged at byte {at}: {' '.join(why.split())[:120]}")
+
+    def _record(self, opcode: int, head: bytes, content: bytes) -> Iterator[Message | None]:
+        self._judge_checksums(opcode, head, content)
+        if opcode == Opcode.CHUNK:
+            yield from self._chunk(content)
+        elif opcode == Opcode.MESSAGE:
+            yield _message(content)
+        else:
+            self._note(opcode, content)
+            yield None
+
+    def _judge_checksums(self, opcode: int, head: bytes, content: bytes) -> None:
+        if opcode == Opcode.DATA_END:
+            _expect_crc("data section", int.from_bytes(content, "little"), self._crc)
+            self._summary_crc = 0
+        elif opcode == Opcode.FOOTER and self._summary_crc is not None:
+            crc = zlib.crc32(head + content[:16], self._summary_crc)
+            _expect_crc("summary", int.from_bytes(content[16:20], "little"), crc)
+        elif self._summary_crc is not None:
+            self._summary_crc = zlib.crc32(head + content, self._summary_crc)
+        else:
+            self._crc = zlib.crc32(content, zlib.crc32(head, self._crc))
+
+    def _chunk(self, content: bytes) -> Iterator[Message | None]:
+        records = _inflate(content)
+        at, end = 0, len(records)
+        while at < end:
+            opcode, length = _HEAD.unpack_from(records, at)
+            at += _HEAD.size
+            if at + length > end:
+                raise ValueError("record longer than its chunk")
+            if opcode == Opcode.MESSAGE:
+                yield _message(records[at : at + length])
+            else:
+                self._note(opcode, records[at : at + length])
+            at += length
+
+    def _note(self, opcode: int, content: bytes) -> None:
+        if opcode == Opcode.CHANNEL:
+            topic, at = _text(content, 4)
+            self.topics[int.from_bytes(content[:2], "little")] = topic, _text(content, at)[0]
+        elif opcode == Opcode.METADATA:
+            name, at = _text(content, 0)
+            end = at + 4 + int.from_bytes(content[at : at + 4], "little")
+            at, values = at + 4, {}
+            while at < end:
+                key, at = _text(content, at)
+                values[key], at = _text(content, at)
+            self.metadata[name] = values
+
+
+def _message(content: bytes) -> Message:
+    channel_id, _, log_ns, _ = _MESSAGE_HEAD.unpack_from(content)
+    return Message(channel_id, log_ns, content[_MESSAGE_HEAD.size :])
+
+
+def _text(content: bytes, at: int) -> tuple[str, int]:
+    """A length-prefixed text at `at`, and where it ends."""
+    end = at + 4 + int.from_bytes(content[at : at + 4], "little")
+    if end > len(content):
+        raise ValueError("text longer than its record")
+    return content[at + 4 : end].decode(), end
+
+
+def _inflate(content: bytes) -> bytes:
+    """The records inside a chunk, checksum judged."""
+    _, _, size, crc, name_bytes = _CHUNK_HEAD.unpack_from(content)
+    at = _CHUNK_HEAD.size + name_bytes
+    compression = content[_CHUNK_HEAD.size : at]
+    (n_bytes,) = _U64.unpack_from(content, at)
+    squeezed = content[at + _U64.size :]
+    if size > MAX_RECORD_BYTES or n_bytes != len(squeezed):
+        raise ValueError(f"chunk of {size} bytes in {n_bytes}, {len(squeezed)} present")
+    if compression == b"zstd":
+        records = _unzstd(squeezed, size)
+    elif compression == b"":
+        records = squeezed
+    else:
+        raise ValueError(f"compression {compression!r}, expected zstd or none")
+    if len(records) != size:
+        raise ValueError(f"chunk gives {len(records)} bytes, expected {size}")
+    _expect_crc("chunk", crc, zlib.crc32(records))
+    return records
+
+
+def _unzstd(squeezed: bytes, size: int) -> bytes:
+    stated = zstandard.get_frame_parameters(squeezed).content_size
+    if stated not in (size, zstandard.CONTENTSIZE_UNKNOWN):  # before it is allowed to allocate
+        raise ValueError(f"zstd frame of {stated} bytes, expected {size}")
+    return zstandard.ZstdDecompressor().decompress(squeezed, max_output_size=size)
+
+
+def _expect_crc(what: str, stored: int, calculated: int) -> None:
+    if stored not in (0, calculated):  # 0: the writer left it out
+        raise ValueError(f"checksum of the {what} is {calculated:08x}, expected {stored:08x}")
