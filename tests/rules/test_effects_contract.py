@@ -8,10 +8,24 @@ import pytest
 from thrustd.model.effects import effect_named, shelf
 from thrustd.signals import CATALOGUE
 
-ICD_WORDS = (
-    "axial_inertia engine_weight hysteresis creep viscous_damping thermal_expansion thermal_stiffness free_play "
-    "mullins_softening payne ageing sensor_drift sensor_scale nacelle_drag time_delay vibration_rectification"
-).split()
+ICD_WORDS = [
+    "axial_inertia",
+    "engine_weight",
+    "hysteresis",
+    "creep",
+    "viscous_damping",
+    "thermal_expansion",
+    "thermal_stiffness",
+    "free_play",
+    "mullins_softening",
+    "payne",
+    "ageing",
+    "sensor_drift",
+    "sensor_scale",
+    "nacelle_drag",
+    "time_delay",
+    "vibration_rectification",
+]
 TYPICAL = {
     "accel_x_g": (0.0, 0.1),
     "accel_z_g": (1.0, 0.3),
