@@ -7,7 +7,7 @@ Reference: MCAP format specification, version 0 (https://mcap.dev/spec).
 """
 
 import zlib
-from collections import Counter
+from collections import Counter, defaultdict
 from struct import Struct, pack
 from typing import Any, BinaryIO
 
@@ -32,6 +32,7 @@ MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 64 * 1024  # closing a chunk of this size stalls about 0.5 ms
 ZSTD_LEVEL = 1
 COMPRESSION = b"zstd"
+_OP_MESSAGE = int(Opcode.MESSAGE)
 _MESSAGE = Struct("<BQHIQQ")
 _MESSAGE_FIXED_BYTES = 22  # of the record's length: channel, sequence and two times
 _CHUNK = Struct(f"<BQQQQII{len(COMPRESSION)}sQ")
@@ -80,18 +81,13 @@ class McapFile:
 
     def add_message(self, channel_id: int, t_ns: int, data: bytes) -> None:
         """One message at `t_ns` >= 0 [ns since the epoch]; closes the chunk when it is full."""
-        head = _MESSAGE.pack(
-            Opcode.MESSAGE, _MESSAGE_FIXED_BYTES + len(data), channel_id, self._counts[channel_id], t_ns, t_ns
-        )
-        self._counts[channel_id] += 1
-        entries = self._entries.get(channel_id)
-        if entries is None:
-            entries = self._entries[channel_id] = []
-        entries.append(t_ns)
-        entries.append(self._size)
-        self._parts.append(head)
-        self._parts.append(data)
-        self._size += _MESSAGE.size + len(data)
+        length = len(data)
+        entries = self._entries[channel_id]
+        sequence = self._counts[channel_id] + (len(entries) >> 1)
+        entries += (t_ns, self._size)
+        head = _MESSAGE.pack(_OP_MESSAGE, _MESSAGE_FIXED_BYTES + length, channel_id, sequence, t_ns, t_ns)
+        self._parts += (head, data)
+        self._size += _MESSAGE.size + length
         if self._size >= self._chunk_bytes:
             self.close_chunk()
 
@@ -100,6 +96,7 @@ class McapFile:
         if not self._parts:
             return
         records, entries = b"".join(self._parts), self._entries
+        self._counts.update({channel: len(entry) // 2 for channel, entry in entries.items()})
         first_ns = min(min(entry[::2]) for entry in entries.values())
         last_ns = max(max(entry[::2]) for entry in entries.values())
         self._open_chunk()
@@ -139,7 +136,7 @@ class McapFile:
     def _open_chunk(self) -> None:
         self._parts: list[bytes] = []
         self._size = 0
-        self._entries: dict[int, list[int]] = {}  # channel -> time, offset, time, offset ...
+        self._entries: defaultdict[int, list[int]] = defaultdict(list)  # channel -> time, offset, time, offset ...
 
     def _write(self, data: bytes) -> None:
         self._stream.write(data)

@@ -17,7 +17,7 @@ import msgspec
 
 from thrustd.errors import LogError
 from thrustd.signals import CATALOGUE
-from thrustd.types import Estimate, MountOutput, Output, Reading, Status
+from thrustd.types import Estimate, Fault, MountOutput, Output, Reading, Status
 
 RAW_TOPIC = "/raw"
 FAULT_TOPIC = "/fault"
@@ -143,36 +143,33 @@ class Topics:
     def __init__(self, engines: tuple[str, ...], mounts: tuple[str, ...]) -> None:
         self._engines, self._mounts = engines, mounts
         self._encode: Callable[[Any], bytes] = msgspec.json.Encoder().encode
-        self._paths: dict[tuple[str, int], TopicKind] = {}
+        self._paths: dict[tuple[object, object], TopicKind] = {}
         self._status_words: dict[int, list[str]] = {}
 
     def of(self, output: Output) -> TopicKind:
         """Where `output` belongs."""
-        match output:
-            case Estimate():
-                key = ("/estimate", output.engine)
-            case Reading():
-                key = (output.signal, output.index)
-            case MountOutput():
-                key = ("/mount", output.mount)
-            case _:
-                key = (FAULT_TOPIC, 0)
+        kind = type(output)
+        key: tuple[object, object]
+        if kind is Reading:
+            key = (output[1], output[2])
+        elif kind is Fault:
+            key = (Fault, 0)
+        else:
+            key = (kind, output[1])
         found = self._paths.get(key)
         if found is None:
-            found = self._paths[key] = self._place(*key)
+            found = self._paths[key] = self._place(output)
         return found
 
     def encode(self, output: Output) -> bytes:
         """The JSON object of `output`."""
-        match output:
-            case Estimate():
-                return self._encode(EstimateMessage(*output, self._words(output.status)))
-            case Reading():
-                return self._encode(ReadingMessage(output.t_ns, output.value))
-            case MountOutput():
-                return self._encode(MountMessage(*output))
-            case _:
-                return self._encode(FaultMessage(*output))
+        if isinstance(output, MountOutput):
+            return self._encode(MountMessage(*output))
+        if isinstance(output, Estimate):
+            return self._encode(EstimateMessage(*output, self._words(output.status)))
+        if isinstance(output, Reading):
+            return self._encode(ReadingMessage(output.t_ns, output.value))
+        return self._encode(FaultMessage(*output))
 
     def fixed(self) -> list[TopicKind]:
         """The topics every log of this aircraft has, whether or not something is said on them."""
@@ -186,17 +183,22 @@ class Topics:
             return TopicKind(f"/truth/{name}", EngineTruth), self._encode(EngineTruth(t_ns, value_n))
         return TopicKind(f"/truth/{name}", MountTruth), self._encode(MountTruth(t_ns, value_n))
 
-    def _place(self, kind: str, index: int) -> TopicKind:
-        if kind == FAULT_TOPIC:
-            return TopicKind(kind, FaultMessage)
-        if kind == "/estimate":
-            return TopicKind(f"/estimate/{_name(self._engines, index)}", EstimateMessage)
-        if kind == "/mount":
-            return TopicKind(f"/mount/{_name(self._mounts, index)}", MountMessage)
-        signal = CATALOGUE.get(kind)
+    def _place(self, output: Output) -> TopicKind:
+        match output:
+            case Estimate():
+                return TopicKind(f"/estimate/{_name(self._engines, output.engine)}", EstimateMessage)
+            case MountOutput():
+                return TopicKind(f"/mount/{_name(self._mounts, output.mount)}", MountMessage)
+            case Reading():
+                return TopicKind(self._reading_topic(output), ReadingMessage)
+            case Fault():
+                return TopicKind(FAULT_TOPIC, FaultMessage)
+
+    def _reading_topic(self, reading: Reading) -> str:
+        signal = CATALOGUE.get(reading.signal)
         owners = {"engine": self._engines, "mount": self._mounts}.get(signal.scope if signal else "aircraft")
-        path = f"/reading/{kind}" if owners is None else f"/reading/{kind}/{_name(owners, index)}"
-        return TopicKind(path, ReadingMessage)
+        path = f"/reading/{reading.signal}"
+        return path if owners is None else f"{path}/{_name(owners, reading.index)}"
 
     def _words(self, status: int) -> list[str]:
         words = self._status_words.get(status)
