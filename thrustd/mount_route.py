@@ -35,8 +35,8 @@ class MountRoute:
     def __init__(self, model: CompiledModel, bridge_samples: int) -> None:
         self.model = model
         self.signals = model.channels[1:]
-        self.channels = np.array([CATALOGUE[name].rest for name in self.signals])
-        self._unknown = np.array([CATALOGUE[name].spread for name in self.signals])  # 0 where measured
+        self.channels = np.array([CATALOGUE[name].rest for name in self.signals], float)
+        self._unknown = np.array([CATALOGUE[name].spread for name in self.signals], float)  # 0 where measured
         self._spread = self._unknown.copy()
         self._state: Floats | None = None
         self._bridge_samples = bridge_samples
@@ -50,6 +50,7 @@ class MountRoute:
         self._restart: tuple[tuple[float, float], ...] = ()
         self._since_restart = 0  # samples
         self._last_fused_n = nan
+        self._resuming = False  # state taken over from before a restart, the ADC's count not yet known
 
     def set_channel(self, position: int, value: float) -> None:
         """A new value of `signals[position]`; NaN = not measured, the resting value takes its place."""
@@ -59,9 +60,11 @@ class MountRoute:
 
     def take(self, sequence: int, deformation_mm: float) -> None:
         """One good sample of deformation; `sequence` counts sample instants, missing ones included."""
-        missing = sequence - self._sequence - 1
+        missing = 0 if self._resuming else sequence - self._sequence - 1
+        self._resuming = False
         if self._state is None or missing > self._bridge_samples:
             self._start(deformation_mm)
+            missing = 0
         elif missing > 0:
             self._bridge(missing, deformation_mm)
         assert self._state is not None
@@ -100,11 +103,8 @@ class MountRoute:
             return False
         self._state = np.array(state)
         self._deformation_mm = snapshot["deformation_mm"][0]
+        self._resuming = True
         return True
-
-    def resume(self, sequence: int) -> None:
-        """After `restore`: the next samples continue from here, as if none had been lost before `sequence`."""
-        self._sequence = sequence - 1
 
     def _start(self, deformation_mm: float) -> None:
         state = self.model.start(np.concatenate(([deformation_mm], self.channels)))

@@ -96,6 +96,14 @@ class Pipeline:
             "filters": [thrust_filter.snapshot() for thrust_filter in self._filters],
         }
 
+    def restore(self, snapshot: dict[str, Any]) -> bool:
+        """Take over a snapshot made with the same models; False (and a cold start) when it is not one."""
+        pairs = [*zip(self._routes, snapshot.get("mounts", ()), strict=False)]
+        filters = [*zip(self._filters, snapshot.get("filters", ()), strict=False)]
+        if len(pairs) != len(self._routes) or len(filters) != len(self._filters):
+            return False
+        return all([part.restore(state) for part, state in (*pairs, *filters)])
+
     def _listen(self) -> dict[tuple[str, int], list[tuple[MountRoute, int]]]:
         """Which mount's model wants which reading."""
         listeners: dict[tuple[str, int], list[tuple[MountRoute, int]]] = {}

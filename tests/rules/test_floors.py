@@ -11,7 +11,7 @@ FLOORS = {
     "wire": 1, "sync": 1, "model": 1, "brochure": 1, "fusion": 1,
     "pipeline": 2, "mount_route": 2, "fault_book": 2,
     "sources": 3, "sinks": 3,
-    "loop": 4, "twin": 4, "records": 4, "installation": 4,
+    "loop": 4, "flight_score": 4, "flight_picture": 4, "twin": 4, "records": 4, "installation": 4,
     "daemon": 5, "replay": 5, "identify": 5, "diagnose": 5, "fleet": 5,
     "workbench": 6,
     "cli": 7, "__main__": 8,
@@ -23,6 +23,7 @@ ALLOWED_SIDEWAYS = {
     ("pipeline", "fault_book"),
     ("twin", "records"),
     ("twin", "installation"),
+    ("flight_picture", "flight_score"),
 }
 FORBIDDEN_BELOW_3 = {
     "time", "datetime", "random", "os", "pathlib", "io", "socket", "threading", "asyncio", "logging", "serial",

@@ -1,0 +1,33 @@
+# Everything runs in .venv, which `make` builds itself. Debian: apt install python3 python3-venv make
+PYTHON ?= python3
+BIN = .venv/bin
+export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
+
+.PHONY: help demo test check bench clean
+
+help: ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
+
+.venv/ready: pyproject.toml requirements.lock
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --upgrade pip
+	$(BIN)/pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
+	touch $@
+
+demo: .venv/ready ## replay a reference flight: numbers, estimate log, picture in out/
+	@mkdir -p out
+	$(BIN)/thrustd replay replay_logs/throttle-steps.mcap -o out/demo.mcap --picture out/demo.png
+
+test: .venv/ready ## everything that proves the project
+	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+check: .venv/ready ## format, lint, types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+bench: .venv/ready ## speed and memory, measured here
+	$(BIN)/python -m benchmarks
+
+clean: ## remove what make made
+	rm -rf .venv out

@@ -1,0 +1,38 @@
+"""`thrustd VERB ...`: hands over to the verb; bad input is one line and exit status 2, never a traceback."""
+
+import sys
+from collections.abc import Sequence
+
+from thrustd import __version__
+from thrustd.cli import flight
+from thrustd.cli.verb import Parser, note
+from thrustd.errors import ThrustdError
+
+
+def parser() -> Parser:
+    top = Parser(prog="thrustd", description="In-flight jet thrust from the deformation of the engine mounts.")
+    top.add_argument("--version", action="version", version=f"thrustd {__version__}")
+    verbs = top.add_subparsers(title="verbs", metavar="VERB", required=True, parser_class=Parser)
+    for group in (flight,):
+        group.add_verbs(verbs)
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Exit status: 0 done, 1 the answer is no, 2 bad input, 130 interrupted."""
+    try:
+        chosen = parser().parse_args(arguments)
+        status: int = chosen.verb(chosen)
+        return status
+    except ThrustdError as problem:
+        note(f"thrustd: {' '.join(str(problem).split())}")
+        return 2
+    except KeyboardInterrupt:
+        note("thrustd: interrupted")
+        return 130
+    except BrokenPipeError:
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,110 @@
+"""Verbs of a flight: run, replay, check."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.errors import UsageError
+
+if TYPE_CHECKING:
+    from thrustd.replay import ReplaySummary
+
+
+def add_verbs(verbs: Verbs) -> None:
+    run = add_verb(verbs, "run", run_verb, "fly: read the sensors, estimate, record", "thrustd run deploy/ph-lab.toml")
+    run.add_argument("config", type=Path)
+    run.add_argument("--log-folder", type=Path, help="record here instead of the configuration's folder")
+
+    replay = add_verb(
+        verbs, "replay", replay_verb, "run a recorded flight through the same pipeline",
+        "thrustd replay replay_logs/throttle-steps.mcap -o out/replayed.mcap --picture out/flight.png",
+    )  # fmt: skip
+    replay.add_argument("log", type=Path)
+    replay.add_argument("-o", "--out", type=Path, help="estimate log to write (MCAP)")
+    replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
+    replay.add_argument("--speed", type=float, help="play at this multiple of real time; default: as fast as it goes")
+    replay.add_argument("--picture", type=Path, help="PNG of thrust, band and error over time")
+    add_json(replay)
+
+    check = add_verb(
+        verbs, "check", check_verb, "check a configuration and every file it names", "thrustd check deploy/ph-lab.toml"
+    )
+    check.add_argument("config", type=Path)
+    add_json(check)
+
+
+def check_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.installation import read_installation
+
+    installation = read_installation(arguments.config)
+    installation.pipeline()
+    hashes = installation.hashes()
+    if arguments.json:
+        print_json({"config": str(arguments.config), "ok": True, "sha256": hashes})
+        return 0
+    for name, digest in hashes.items():
+        print(f"{digest[:16]}  {name}")
+    print(f"{arguments.config}: ready to fly")
+    return 0
+
+
+def replay_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.flight_picture import FlightPicture
+    from thrustd.installation import read_installation
+    from thrustd.replay import replay
+    from thrustd.sources.paced import paced
+
+    if arguments.speed is not None and not arguments.speed > 0:
+        raise UsageError(f"--speed {arguments.speed}: expected a number above 0")
+    config = read_installation(arguments.config) if arguments.config else None
+    picture = FlightPicture() if arguments.picture else None
+    with progress(f"replay {arguments.log.name}") as advance:
+        summary = replay(
+            arguments.log,
+            arguments.out,
+            config,
+            pace=(lambda events: paced(events, arguments.speed)) if arguments.speed else iter,
+            advance=advance,
+            picture=picture,
+        )
+    if picture is not None:
+        picture.save(arguments.picture, f"{summary.log}: {summary.length_s / 60:.1f} min")
+        note(f"picture: {arguments.picture}")
+    if arguments.json:
+        print_json(summary)
+    else:
+        _print_summary(summary)
+    return 0
+
+
+def run_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.daemon import fly
+    from thrustd.installation import read_installation
+
+    return fly(read_installation(arguments.config), arguments.config.parent, arguments.log_folder)
+
+
+def _print_summary(summary: "ReplaySummary") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    cut = ", log cut off: read up to the last whole chunk" if summary.cut else ""
+    console.print(
+        f"{summary.log}: {summary.length_s / 60:.1f} min, {summary.events} events, "
+        f"{summary.estimates} estimates, {summary.missing_events} events missing{cut}"
+    )
+    if summary.scores:
+        table = Table(
+            "", "route", "RMSE N", "bias N", "mean |error| % above 2 kN per mount", "worst N", "truth in 95 % band"
+        )
+        for name, routes in summary.scores.items():
+            for route, s in routes.items():
+                table.add_row(
+                    name, route, f"{s.rmse_n:.1f}", f"{s.bias_n:+.1f}", f"{s.mae_pct_above_2kn:.2f}",
+                    f"{s.worst_n:.0f}", f"{s.inside_95_pct:.1f} %",
+                )  # fmt: skip
+        console.print(table)
+    faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items()) or "none"
+    console.print(f"faults: {faults}")

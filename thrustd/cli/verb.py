@@ -1,0 +1,65 @@
+"""What all verbs share: the parser that complains in one line, JSON output, the console, the progress bar."""
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NoReturn
+
+import msgspec
+
+from thrustd.errors import UsageError
+
+Verb = Callable[[argparse.Namespace], int]
+Verbs = Any  # argparse's sub-parser collection has no public type
+Advance = Callable[[float], None]  # fraction done, 0 to 1
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument errors are one line, like every other error."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{self.prog}: {message} (see {self.prog} --help)")
+
+
+def add_verb(verbs: Verbs, name: str, verb: Verb, summary: str, example: str) -> argparse.ArgumentParser:
+    """A sub-command with its one-line summary and an example in the help."""
+    parser: argparse.ArgumentParser = verbs.add_parser(
+        name,
+        help=summary,
+        description=summary[0].upper() + summary[1:] + ".",
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(verb=verb)
+    return parser
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else")
+
+
+def print_json(value: Any) -> None:
+    """One JSON object; NaN and infinity become null."""
+    sys.stdout.write(msgspec.json.encode(value).decode() + "\n")
+
+
+def note(text: str) -> None:
+    """A remark for the user: standard error, so that standard output stays clean."""
+    sys.stderr.write(text + "\n")
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Advance]:
+    """A bar on standard error that takes the fraction done; silent when standard error is not a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(label, total=1.0)
+
+        def advance(fraction: float) -> None:
+            bar.update(task, completed=fraction)
+
+        yield advance

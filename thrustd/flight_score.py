@@ -1,0 +1,168 @@
+"""Estimates against a known truth: what a replay of a simulated flight was worth.
+
+The truth is read alongside the replay, so that memory stays flat. Between two truth rows it is a straight line.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from math import isfinite, nan, sqrt
+from typing import NamedTuple
+
+import msgspec
+
+from thrustd.types import Estimate, Fault, MountOutput, Output
+
+BAND_SIGMAS = 1.96  # 95 % of a normal distribution
+PCT_ABOVE_N = 2000.0  # per mount: the thesis' operating range
+
+
+class ErrorSums:
+    """Running sums of one estimate's error."""
+
+    __slots__ = ("_abs_pct", "_inside", "_n", "_n_band", "_n_pct", "_squares", "_sum", "_worst")
+
+    def __init__(self) -> None:
+        self._n = self._n_pct = self._n_band = self._inside = 0
+        self._sum = self._squares = self._abs_pct = self._worst = 0.0
+
+    def add(self, error_n: float, truth_n: float, pct_above_n: float, std_n: float) -> None:
+        self._n += 1
+        self._sum += error_n
+        self._squares += error_n * error_n
+        self._worst = max(self._worst, abs(error_n))
+        if truth_n > pct_above_n:
+            self._n_pct += 1
+            self._abs_pct += abs(error_n) / truth_n * 100.0
+        if isfinite(std_n):
+            self._n_band += 1
+            self._inside += abs(error_n) <= BAND_SIGMAS * std_n
+
+    def score(self) -> "Score":
+        if self._n == 0:
+            return Score(0, nan, nan, nan, nan, nan)
+        return Score(
+            self._n,
+            sqrt(self._squares / self._n),
+            self._sum / self._n,
+            self._abs_pct / self._n_pct if self._n_pct else nan,
+            self._worst,
+            100.0 * self._inside / self._n_band if self._n_band else nan,
+        )
+
+
+class Score(msgspec.Struct, frozen=True):
+    """Error of one estimate against the truth."""
+
+    n: int
+    rmse_n: float
+    bias_n: float
+    mae_pct_above_2kn: float  # mean absolute error in % of truth, where truth exceeds 2 kN per mount
+    worst_n: float
+    inside_95_pct: float  # share of truth inside the printed 95 % band
+
+
+class TruthRow(NamedTuple):
+    name: str
+    t_ns: int
+    value_n: float
+
+
+class FlightScore:
+    """Listens to outputs; `truth` rows of all names in time order (any interleaving of names)."""
+
+    def __init__(self, engines: tuple[str, ...], mounts: tuple[str, ...], n_mounts_of: tuple[int, ...]) -> None:
+        self._engines, self._mounts, self._n_mounts_of = engines, mounts, n_mounts_of
+        self._sums: dict[tuple[str, str], ErrorSums] = {}
+        self._lines: dict[str, _Line] = {}
+        self.faults: Counter[tuple[str, str]] = Counter()
+        self.estimates = 0
+        self.first_ns = self.last_ns = -1
+
+    def follow(self, truth: Iterable[TruthRow]) -> None:
+        """Compare with this truth from now on."""
+        feed = _Feed(iter(truth))
+        self._lines = {name: _Line(feed, name) for name in (*self._engines, *self._mounts)}
+
+    def take(self, output: Output) -> None:
+        """Count one output of the pipeline."""
+        if isinstance(output, Estimate):
+            self.estimates += 1
+            self.first_ns = output.t_ns if self.first_ns < 0 else self.first_ns
+            self.last_ns = output.t_ns
+            if self._lines:
+                self._take_estimate(output)
+        elif isinstance(output, MountOutput):
+            if self._lines:
+                name = self._mounts[output.mount]
+                self._add(name, "mount", output.t_ns, output.force_n, output.std_n, PCT_ABOVE_N)
+        elif isinstance(output, Fault):
+            self.faults[output.where, output.kind] += output.count
+
+    def truth_n(self, name: str) -> float:
+        """The truth at the time it was last asked for; NaN without."""
+        return self._lines[name].value_n if name in self._lines else nan
+
+    def scores(self) -> dict[str, dict[str, Score]]:
+        """By engine or mount name: route -> score."""
+        table: dict[str, dict[str, Score]] = {}
+        for (name, route), sums in sorted(self._sums.items()):
+            table.setdefault(name, {})[route] = sums.score()
+        return table
+
+    def _take_estimate(self, e: Estimate) -> None:
+        name, above = self._engines[e.engine], PCT_ABOVE_N * self._n_mounts_of[e.engine]
+        self._add(name, "fused", e.t_ns, e.thrust_n, e.thrust_std_n, above)
+        self._add(name, "mount", e.t_ns, e.mount_n, e.mount_std_n, above)
+        self._add(name, "brochure", e.t_ns, e.brochure_n, e.brochure_std_n, above)
+
+    def _add(self, name: str, route: str, t_ns: int, value_n: float, std_n: float, above_n: float) -> None:
+        truth_n = self._lines[name].at(t_ns)
+        if isfinite(value_n) and isfinite(truth_n):
+            key = (name, route)
+            if key not in self._sums:
+                self._sums[key] = ErrorSums()
+            self._sums[key].add(value_n - truth_n, truth_n, above_n, std_n)
+
+
+class _Feed:
+    """One pass over the truth rows, dealt to the lines by name."""
+
+    def __init__(self, rows: Iterator[TruthRow]) -> None:
+        self._rows = rows
+        self._waiting: dict[str, list[TruthRow]] = {}
+
+    def next(self, name: str) -> TruthRow | None:
+        waiting = self._waiting.setdefault(name, [])
+        while not waiting:
+            row = next(self._rows, None)
+            if row is None:
+                return None
+            self._waiting.setdefault(row.name, []).append(row)
+        return waiting.pop(0)
+
+
+class _Line:
+    """The straight line between the two truth rows around the present time."""
+
+    def __init__(self, feed: _Feed, name: str) -> None:
+        self._feed, self._name = feed, name
+        self._before: TruthRow | None = None
+        self._after = feed.next(name)
+        self.value_n = nan
+
+    def at(self, t_ns: int) -> float:
+        """Truth at t_ns (not decreasing from call to call); NaN outside the rows."""
+        self.value_n = self._at(t_ns)
+        return self.value_n
+
+    def _at(self, t_ns: int) -> float:
+        while self._after is not None and self._after.t_ns < t_ns:
+            self._before, self._after = self._after, self._feed.next(self._name)
+        if self._after is None:
+            return nan
+        if self._after.t_ns == t_ns:
+            return self._after.value_n
+        if self._before is None:
+            return nan
+        part = (t_ns - self._before.t_ns) / (self._after.t_ns - self._before.t_ns)
+        return self._before.value_n + part * (self._after.value_n - self._before.value_n)
