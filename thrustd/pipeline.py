@@ -246,6 +246,7 @@ class Pipeline:
             fuel_flow_kg_s=by_engine("fuel_flow_kg_s"),
             fuel_flow_thrust_n=tuple(estimate.fuel_flow_thrust_n for estimate in raw),
             n1_thrust_n=tuple(estimate.n1_thrust_n for estimate in raw),
+            n2_thrust_n=tuple(estimate.n2_thrust_n for estimate in raw),
             fused_thrust_n=tuple(thrust_filter.thrust_n for thrust_filter in self._filters),
             mach=self._hold.value(t_ns, "mach"),
             pressure_altitude_m=self._hold.value(t_ns, "pressure_altitude_m"),

@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple
 
 import msgspec
 
-from thrustd.brochure.deck_data import DeckData, N1Curve, check_deck, corrected_thrust, hermite
+from thrustd.brochure.deck_data import DeckData, SpoolCurve, check_deck, corrected_thrust, hermite
 from thrustd.errors import DeckError
 
 Route = Literal["fuel_flow", "n1", "none"]
@@ -50,17 +50,19 @@ class DeckEstimate(NamedTuple):
     transient: bool
     fuel_flow_thrust_n: float  # each route alone, NaN when its input is missing
     n1_thrust_n: float
+    n2_thrust_n: float
 
 
-NO_ESTIMATE = DeckEstimate(nan, nan, "none", False, False, nan, nan)
+NO_ESTIMATE = DeckEstimate(nan, nan, "none", False, False, nan, nan, nan)
 
 
 class Deck:
-    """A deck ready to fly: immutable after construction, plain float arithmetic, a few microseconds per call."""
+    """A deck ready to fly: immutable after construction, plain float arithmetic, some ten microseconds per call."""
 
     def __init__(self, data: DeckData) -> None:
         self.data = data
-        self._curves = {curve.engine: curve for curve in data.n1}
+        self._n1 = {curve.engine: curve for curve in data.n1}
+        self._n2 = {curve.engine: curve for curve in data.n2}
 
     @classmethod
     def from_json(cls, text: str, where: str) -> "Deck":
@@ -73,42 +75,25 @@ class Deck:
         return cls(data)
 
     def estimate(self, inputs: DeckInputs, engine: int) -> DeckEstimate:
-        """Thrust of `engine` with its spread; missing temperature is replaced by ISA, else NaN in means "none"."""
-        mach, altitude_m = inputs.mach, inputs.pressure_altitude_m
-        if not (isfinite(mach) and isfinite(altitude_m)):
+        """Thrust of `engine` with its spread; ISA stands in for a missing temperature, other NaN mean "none"."""
+        if not (isfinite(inputs.mach) and isfinite(inputs.pressure_altitude_m)):
             return NO_ESTIMATE
-        mach = max(mach, 0.0)
-        delta_t, theta_t = total_ratios(mach, altitude_m, inputs.sat_degc)
-        curve = self._curves.get(engine)
-        flow_n, flow_outside = self._by_fuel_flow(inputs.fuel_flow_kg_s, mach, delta_t, theta_t)
-        n1_n, n1_outside = self._by_n1(inputs.n1_pct, mach, delta_t, theta_t, curve)
+        mach = max(inputs.mach, 0.0)
+        delta_t, theta_t = total_ratios(mach, inputs.pressure_altitude_m, inputs.sat_degc)
+        flow = inputs.fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if inputs.fuel_flow_kg_s > 0.0 else nan
+        n1_flow, n1_outside = _spool_flow(self._n1.get(engine), inputs.n1_pct, mach, theta_t)
+        n2_flow, _ = _spool_flow(self._n2.get(engine), inputs.n2_pct, mach, theta_t)
+        flow_n, n1_n, n2_n = (delta_t * corrected_thrust(self.data.thrust, w, mach) for w in (flow, n1_flow, n2_flow))
         weight_n1 = self._n1_weight(flow_n, n1_n, inputs.n1_rate_pct_s)
         if not isfinite(weight_n1):
-            return NO_ESTIMATE
-        thrust_n = _blend(flow_n, n1_n, weight_n1)
+            return NO_ESTIMATE._replace(n2_thrust_n=n2_n)
         by_n1 = weight_n1 > 0.5
-        outside = n1_outside if by_n1 else flow_outside
-        rate_n_s = self._thrust_rate(inputs, mach, delta_t, theta_t, curve)
-        std_n = self._std(thrust_n, outside, weight_n1, curve, rate_n_s, not isfinite(inputs.sat_degc))
+        outside = self._outside(n1_flow if by_n1 else flow, mach) or (by_n1 and n1_outside)
+        thrust_n = flow_n if weight_n1 == 0.0 else n1_n if weight_n1 == 1.0 else flow_n + weight_n1 * (n1_n - flow_n)
+        std_n = self._std(inputs, engine, thrust_n, outside, weight_n1)
         transient = abs(inputs.n1_rate_pct_s) > self.data.spread.transient_n1_rate_pct_s
-        return DeckEstimate(thrust_n, std_n, "n1" if by_n1 else "fuel_flow", outside, transient, flow_n, n1_n)
-
-    def _by_fuel_flow(self, flow_kg_s: float, mach: float, delta_t: float, theta_t: float) -> tuple[float, bool]:
-        if not (isfinite(flow_kg_s) and flow_kg_s > 0.0):
-            return nan, False
-        corrected = flow_kg_s / (delta_t * sqrt(theta_t))
-        return delta_t * corrected_thrust(self.data.thrust, corrected, mach), self._outside(corrected, mach)
-
-    def _by_n1(
-        self, n1_pct: float, mach: float, delta_t: float, theta_t: float, curve: N1Curve | None
-    ) -> tuple[float, bool]:
-        if curve is None or not (isfinite(n1_pct) and n1_pct > 0.0):
-            return nan, False
-        corrected_pct = n1_pct / sqrt(theta_t)
-        flow = exp(hermite(curve, corrected_pct) + curve.mach_slope * mach) * theta_t**curve.temperature_exponent
-        low, high = curve.fitted_n1_pct
-        outside = not low <= corrected_pct <= high or self._outside(flow, mach)
-        return delta_t * corrected_thrust(self.data.thrust, flow, mach), outside
+        route: Route = "n1" if by_n1 else "fuel_flow"
+        return DeckEstimate(thrust_n, std_n, route, outside, transient, flow_n, n1_n, n2_n)
 
     def _outside(self, corrected_kg_s: float, mach: float) -> bool:
         low, high = self.data.thrust.fitted_fuel_flow_kg_s
@@ -126,31 +111,15 @@ class Deck:
         ratio = (rate_pct_s / self.data.spread.transient_n1_rate_pct_s) ** 2
         return ratio / (1.0 + ratio)
 
-    def _thrust_rate(
-        self, inputs: DeckInputs, mach: float, delta_t: float, theta_t: float, curve: N1Curve | None
-    ) -> float:
-        """dF/dt = dF/dN1 dN1/dt in N/s, the part of the spread that moves with the throttle."""
-        if curve is None or not (isfinite(inputs.n1_rate_pct_s) and inputs.n1_rate_pct_s and inputs.n1_pct > 0):
-            return 0.0
-        step_pct = 0.5
-        low, _ = self._by_n1(inputs.n1_pct, mach, delta_t, theta_t, curve)
-        high, _ = self._by_n1(inputs.n1_pct + step_pct, mach, delta_t, theta_t, curve)
-        return (high - low) / step_pct * inputs.n1_rate_pct_s
-
-    def _std(
-        self,
-        thrust_n: float,
-        outside: bool,
-        weight_n1: float,
-        curve: N1Curve | None,
-        rate_n_s: float,
-        no_temperature: bool,
-    ) -> float:
+    def _std(self, inputs: DeckInputs, engine: int, thrust_n: float, outside: bool, weight_n1: float) -> float:
         spread = self.data.spread
+        curve = self._n1.get(engine)
         relative_sq = spread.relative**2 + (spread.extrapolating_relative**2 if outside else 0.0)
         relative_sq += (weight_n1 * curve.relative_std) ** 2 if curve else 0.0
-        relative_sq += spread.missing_temperature_relative**2 if no_temperature else 0.0
-        return sqrt(relative_sq * thrust_n**2 + spread.floor_n**2 + (spread.transient_lag_s * rate_n_s) ** 2)
+        relative_sq += 0.0 if isfinite(inputs.sat_degc) else spread.missing_temperature_relative**2
+        rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else 0.0
+        lag_n = spread.transient_lag_s * spread.thrust_per_n1_n * rate_pct_s
+        return sqrt(relative_sq * thrust_n**2 + spread.floor_n**2 + lag_n**2)
 
 
 def total_ratios(mach: float, pressure_altitude_m: float, sat_degc: float) -> tuple[float, float]:
@@ -167,9 +136,11 @@ def total_ratios(mach: float, pressure_altitude_m: float, sat_degc: float) -> tu
     )
 
 
-def _blend(flow_n: float, n1_n: float, weight_n1: float) -> float:
-    if weight_n1 == 0.0:
-        return flow_n
-    if weight_n1 == 1.0:
-        return n1_n
-    return (1.0 - weight_n1) * flow_n + weight_n1 * n1_n
+def _spool_flow(curve: SpoolCurve | None, speed_pct: float, mach: float, theta_t: float) -> tuple[float, bool]:
+    """(corrected fuel flow that the spool speed stands for [kg/s], outside the flights of the fit)."""
+    if curve is None or not speed_pct > 0.0:
+        return nan, False
+    corrected_pct = speed_pct / sqrt(theta_t)
+    low, high = curve.fitted_pct
+    flow = exp(hermite(curve, corrected_pct) + curve.mach_slope * mach) * theta_t**curve.temperature_exponent
+    return flow, not low <= corrected_pct <= high

@@ -9,7 +9,7 @@ inside a box; above it along the tangent in w; below it with a slope that dies o
 
     G(w) = G(w_0) - G'(w_0) L (1 - exp(-(w_0 - w) / L));
 
-held in M beyond. N1 curve: monotone cubic Hermite (Fritsch & Carlson 1980).
+held in M beyond. Spool curves: monotone cubic Hermite (Fritsch & Carlson 1980).
 Both are C1 and rise everywhere, or the deck is refused.
 """
 
@@ -42,16 +42,16 @@ class ThrustSurface(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     fitted_mach: Range
 
 
-class N1Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class SpoolCurve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """ln w = H(n) + mach_slope M + temperature_exponent ln theta_t, tangent beyond the end knots of H."""
 
     engine: Annotated[int, msgspec.Meta(ge=0, le=7)]
-    corrected_n1_pct: Knots
+    corrected_pct: Knots
     log_fuel_flow: Knots
     slope_per_pct: Knots
     mach_slope: Finite
     temperature_exponent: Finite
-    fitted_n1_pct: Range
+    fitted_pct: Range
     relative_std: Positive  # thrust, against the fuel-flow route on flights left out of the fit
 
 
@@ -63,6 +63,7 @@ class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     extrapolating_relative: Positive  # added in quadrature outside the fitted region
     missing_temperature_relative: Positive  # added when ISA stands in for the measured temperature
     transient_n1_rate_pct_s: Positive  # above this the throttle is moving
+    thrust_per_n1_n: Positive  # thrust per per cent of N1 near cruise
     transient_lag_s: Positive  # thrust leads or lags the deck by about this much while it moves
 
 
@@ -75,7 +76,8 @@ class DeckData(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     provenance: tuple[str, ...]
     errors: dict[str, float]  # measured at the fit on data left out of it, relative, -
     thrust: ThrustSurface
-    n1: tuple[N1Curve, ...]
+    n1: tuple[SpoolCurve, ...]
+    n2: tuple[SpoolCurve, ...]  # cross-check only
     spread: Spread
 
 
@@ -109,9 +111,9 @@ def horner(coefficients: tuple[float, ...], x: float) -> float:
     return value
 
 
-def hermite(curve: N1Curve, n_pct: float) -> float:
-    """H(n): ln of corrected fuel flow at corrected N1 and Mach 0, theta_t 1."""
-    knots, values, slopes = curve.corrected_n1_pct, curve.log_fuel_flow, curve.slope_per_pct
+def hermite(curve: SpoolCurve, n_pct: float) -> float:
+    """H(n): ln of corrected fuel flow at corrected spool speed and Mach 0, theta_t 1."""
+    knots, values, slopes = curve.corrected_pct, curve.log_fuel_flow, curve.slope_per_pct
     if n_pct <= knots[0]:
         return values[0] + slopes[0] * (n_pct - knots[0])
     if n_pct >= knots[-1]:
@@ -140,10 +142,11 @@ def check_deck(data: DeckData, where: str) -> None:
         if not 0.0 <= low < high < inf:
             raise DeckError(f"{where}: {name} = {[low, high]}: expected 0 <= low < high")
     _check_surface(surface, where)
-    if len({curve.engine for curve in data.n1}) != len(data.n1):
-        raise DeckError(f"{where}: n1: one curve per engine expected, got {[c.engine for c in data.n1]}")
-    for curve in data.n1:
-        _check_curve(curve, where)
+    for spool, curves in (("n1", data.n1), ("n2", data.n2)):
+        if len({curve.engine for curve in curves}) != len(curves):
+            raise DeckError(f"{where}: {spool}: one curve per engine expected, got {[c.engine for c in curves]}")
+        for curve in curves:
+            _check_curve(curve, f"{where}: {spool} of engine {curve.engine}")
 
 
 def _check_surface(surface: ThrustSurface, where: str) -> None:
@@ -156,16 +159,15 @@ def _check_surface(surface: ThrustSurface, where: str) -> None:
             raise DeckError(f"{where}: thrust.speed_n: thrust must rise with fuel flow; it falls at Mach {mach:.2f}")
 
 
-def _check_curve(curve: N1Curve, where: str) -> None:
-    name = f"{where}: n1 of engine {curve.engine}"
-    n = len(curve.corrected_n1_pct)
+def _check_curve(curve: SpoolCurve, name: str) -> None:
+    n = len(curve.corrected_pct)
     if len(curve.log_fuel_flow) != n or len(curve.slope_per_pct) != n:
         raise DeckError(f"{name}: expected the same number of knots, values and slopes")
-    for label, row in (("corrected_n1_pct", curve.corrected_n1_pct), ("log_fuel_flow", curve.log_fuel_flow)):
+    for label, row in (("corrected_pct", curve.corrected_pct), ("log_fuel_flow", curve.log_fuel_flow)):
         if not all(a < b for a, b in pairwise(row)):
             raise DeckError(f"{name}: {label} = {list(row)}: expected strictly rising values")
     rises = [b - a for a, b in pairwise(curve.log_fuel_flow)]
-    secants = [rise / (b - a) for rise, (a, b) in zip(rises, pairwise(curve.corrected_n1_pct), strict=True)]
+    secants = [rise / (b - a) for rise, (a, b) in zip(rises, pairwise(curve.corrected_pct), strict=True)]
     # Fritsch & Carlson 1980: slopes within three times the neighbouring secants keep a Hermite cubic monotone
     for i, slope in enumerate(curve.slope_per_pct):
         limit = 3.0 * min(secants[max(i - 1, 0)], secants[min(i, n - 2)])

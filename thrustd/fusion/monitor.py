@@ -12,10 +12,23 @@ Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.whe
 "signal[index]"; "<kind>_over" when it is believed again.
 """
 
+from math import isfinite, nan
 from typing import NamedTuple
 
+from thrustd.fusion.common_mode import CommonMode, group_difference
+from thrustd.fusion.limits import FLYING_MACH, LIMITS, SAT_CLIMB_M, TURNING_N1_PCT
 from thrustd.fusion.mounts import EngineMounts, MountCombiner
-from thrustd.types import Fault
+from thrustd.fusion.opinions import AGREE_S, Opinions
+from thrustd.fusion.signal_watch import STEP_S, SignalWatch
+from thrustd.types import Fault, Status
+
+WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
+OPINIONS = 5
+RESTING_S = 2.0
+AGREE_WITHIN = 0.04
+ENGINE_SIGNALS = ("fuel_flow_kg_s", "n1_pct", "n2_pct")
+AIRCRAFT_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_y_g", "accel_z_g")
+SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # those that move several thrusts at once
 
 Sensor = tuple[str, int]  # (canonical channel name, engine or mount index)
 
@@ -46,6 +59,7 @@ class MonitorInputs(NamedTuple):
     accel_x_g: float
     accel_y_g: float
     accel_z_g: float
+    n2_thrust_n: tuple[float, ...] = ()
 
 
 class MonitorVerdict(NamedTuple):
@@ -56,23 +70,167 @@ class MonitorVerdict(NamedTuple):
 
 
 class Monitor:
-    """Watches every sensor of the aircraft. Mutable; `snapshot` / `restore` for the checkpoint."""
+    """Watches every sensor of the aircraft at 10 Hz. Mutable; `snapshot` / `restore` for the checkpoint."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self._combiners = tuple(MountCombiner() for _ in layout.mounts_of_engine)
-        self._t_ns = -1
+        self._engines = [Opinions() for _ in layout.mounts_of_engine]
+        self._common = CommonMode()
+        self._watches: dict[Sensor, SignalWatch] = {}
+        self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
+        self._judged: dict[Sensor, str] = {}  # by cross-checks
+        self._calm_s: dict[Sensor, float] = {}
+        self._excluded: frozenset[Sensor] = frozenset()
+        self._sat_since_m = nan  # altitude where SAT last moved
+        self._t_ns = self._watched_ns = -1
 
     def step(self, inputs: MonitorInputs) -> MonitorVerdict:
+        """Call once per fused step; the tests run every 0.1 s, the mounts are combined every time."""
         dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
-        mounts = tuple(
-            combiner.step(
-                tuple(inputs.mount_force_n[i] for i in indices),
-                tuple(inputs.mount_std_n[i] for i in indices),
-                tuple(True for _ in indices),
-                dt_s,
-            )
-            for combiner, indices in zip(self._combiners, self._layout.mounts_of_engine, strict=True)
+        faults: list[Fault] = []
+        if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
+            self._watched_ns = inputs.t_ns
+            self._watch(inputs)
+            faults = self._changes(inputs.t_ns)
+        mounts = tuple(self._combine(inputs, engine, dt_s) for engine in range(len(self._combiners)))
+        return MonitorVerdict(self._excluded, mounts, faults, tuple(map(self._status, range(len(mounts)))))
+
+    def _combine(self, inputs: MonitorInputs, engine: int, dt_s: float) -> EngineMounts:
+        indices = self._layout.mounts_of_engine[engine]
+        return self._combiners[engine].step(
+            tuple(inputs.mount_force_n[i] for i in indices),
+            tuple(inputs.mount_std_n[i] for i in indices),
+            tuple(("deformation_mm", i) not in self._excluded for i in indices),
+            dt_s,
         )
-        return MonitorVerdict(frozenset(), mounts, [], tuple(0 for _ in mounts))
+
+    def _status(self, engine: int) -> int:
+        mine = {("deformation_mm", i) for i in self._layout.mounts_of_engine[engine]}
+        mine |= {(name, engine) for name in ENGINE_SIGNALS} | {(name, 0) for name in AIRCRAFT_SIGNALS}
+        stuck = any(kind == "stuck" and sensor in mine for sensor, kind in self._kinds.items())
+        disagree = any(sensor[0] == "deformation_mm" and sensor in mine for sensor in self._kinds)
+        return int(Status.STUCK if stuck else 0) | int(Status.MOUNTS_DISAGREE if disagree else 0)
+
+    def _watch(self, inputs: MonitorInputs) -> None:
+        values = _values(inputs)
+        flying = inputs.mach > FLYING_MACH
+        for sensor, value in values.items():
+            watch = self._watches.get(sensor)
+            if watch is None:
+                watch = self._watches[sensor] = SignalWatch(LIMITS[sensor[0]])
+            watch.step(value, self._active(sensor, inputs, flying))
+        self._watch_temperature(inputs)
+        shared_doubt = any(self._out(sensor) for sensor in values if sensor[0] in SHARED_SIGNALS)
+        for engine, opinions in enumerate(self._engines):
+            self._cross_check(inputs, engine, opinions, shared_doubt)
+        self._check_shared(inputs, shared_doubt)
+        self._excluded = frozenset(sensor for sensor in values if self._out(sensor))
+
+    def _active(self, sensor: Sensor, inputs: MonitorInputs, flying: bool) -> bool:
+        if sensor[0] == "deformation_mm":
+            return True
+        if sensor[0] in ENGINE_SIGNALS:
+            others = (inputs.n1_pct[sensor[1]], inputs.n2_pct[sensor[1]])
+            return any(value > TURNING_N1_PCT for value in others)
+        return flying
+
+    def _out(self, sensor: Sensor) -> bool:
+        watch = self._watches[sensor]
+        return bool(watch.kind) or watch.doubted or sensor in self._judged
+
+    def _watch_temperature(self, inputs: MonitorInputs) -> None:
+        """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
+        sensor = ("sat_degC", 0)
+        watch = self._watches[sensor]
+        if watch.resting_s == 0.0 or not isfinite(self._sat_since_m):
+            self._sat_since_m = inputs.pressure_altitude_m
+            if self._judged.get(sensor) == "stuck":
+                del self._judged[sensor]
+        elif abs(inputs.pressure_altitude_m - self._sat_since_m) > SAT_CLIMB_M and not self._altitude_out():
+            self._judged[sensor] = "stuck"
+
+    def _altitude_out(self) -> bool:
+        return self._out(("pressure_altitude_m", 0))
+
+    def _cross_check(self, inputs: MonitorInputs, engine: int, opinions: Opinions, frozen: bool) -> None:
+        sensors = self._sensors(engine)
+        running = inputs.n1_pct[engine] > TURNING_N1_PCT or inputs.n2_pct[engine] > TURNING_N1_PCT
+        if len(sensors) != OPINIONS or not running:
+            return
+        own = [not (self._watches[sensor].kind or self._watches[sensor].doubted) for sensor in sensors]
+        opinions.step(self._opinions(inputs, engine), own, frozen)
+        for i, sensor in enumerate(sensors):
+            if opinions.faulty[i] and sensor not in self._judged:
+                watch = self._watches[sensor]
+                resting = "stuck" if watch.resting_s > RESTING_S else "drift"
+                self._judged[sensor] = "offset" if watch.jumped_lately else resting
+            elif not opinions.faulty[i]:
+                self._judged.pop(sensor, None)
+
+    def _sensors(self, engine: int) -> tuple[Sensor, ...]:
+        mounts = tuple(("deformation_mm", i) for i in self._layout.mounts_of_engine[engine])
+        return (*mounts, *((name, engine) for name in ("fuel_flow_kg_s", "n1_pct", "n2_pct")))
+
+    def _opinions(self, inputs: MonitorInputs, engine: int) -> tuple[float, ...]:
+        upper, lower = self._layout.mounts_of_engine[engine]
+        share = self._combiners[engine].share
+        return (
+            inputs.mount_force_n[upper] / share,
+            inputs.mount_force_n[lower] / (1.0 - share),
+            inputs.fuel_flow_thrust_n[engine],
+            inputs.n1_thrust_n[engine],
+            inputs.n2_thrust_n[engine] if inputs.n2_thrust_n else nan,
+        )
+
+    def _check_shared(self, inputs: MonitorInputs, shared_doubt: bool) -> None:
+        thrust_n = sum(inputs.fused_thrust_n) / len(inputs.fused_thrust_n)
+        watches = {name: self._watches[name, 0] for name in SHARED_SIGNALS}
+        if not shared_doubt:
+            guilty = self._common.step(self._engines, watches, thrust_n)
+            if guilty:
+                watch = watches[guilty]
+                resting = "stuck" if watch.resting_s > RESTING_S else "drift"
+                self._judged[guilty, 0] = "offset" if watch.jumped_lately else resting
+            return
+        for name in SHARED_SIGNALS:
+            self._acquit_shared((name, 0))
+
+    def _acquit_shared(self, sensor: Sensor) -> None:
+        """Mounts and brochure agree again with the sensor as it reads now: it is believed again."""
+        if self._judged.get(sensor, "") in ("", "stuck"):
+            return
+        agree = all(abs(d) < AGREE_WITHIN for d, _ in map(group_difference, self._engines))
+        self._calm_s[sensor] = self._calm_s.get(sensor, 0.0) + STEP_S if agree else 0.0
+        if self._calm_s[sensor] > AGREE_S:
+            del self._judged[sensor], self._calm_s[sensor]
+
+    def _changes(self, t_ns: int) -> list[Fault]:
+        now = {sensor: watch.kind or self._judged.get(sensor, "") for sensor, watch in self._watches.items()}
+        faults = []
+        for sensor, kind in now.items():
+            before = self._kinds.get(sensor, "")
+            # the first name stays until it is over: a dead sensor also rests, a noisy one also jumps
+            if kind and not before:
+                faults.append(Fault(t_ns, self._where(sensor), kind))
+                self._kinds[sensor] = kind
+            elif before and not kind:
+                faults.append(Fault(t_ns, self._where(sensor), f"{before}_over"))
+                del self._kinds[sensor]
+        return faults
+
+    def _where(self, sensor: Sensor) -> str:
+        name, index = sensor
+        return self._layout.mount_names[index] if name == "deformation_mm" else f"{name}[{index}]"
+
+
+def _values(inputs: MonitorInputs) -> dict[Sensor, float]:
+    values: dict[Sensor, float] = {("deformation_mm", i): value for i, value in enumerate(inputs.deformation_mm)}
+    for name, by_engine in zip(ENGINE_SIGNALS, (inputs.fuel_flow_kg_s, inputs.n1_pct, inputs.n2_pct), strict=True):
+        values |= {(name, engine): value for engine, value in enumerate(by_engine)}
+    aircraft = (
+        *(inputs.mach, inputs.pressure_altitude_m, inputs.sat_degc),
+        *(inputs.accel_x_g, inputs.accel_y_g, inputs.accel_z_g),
+    )
+    return values | {(name, 0): value for name, value in zip(AIRCRAFT_SIGNALS, aircraft, strict=True)}

@@ -8,7 +8,7 @@ from math import isfinite, nan, sqrt
 from typing import NamedTuple
 
 SHARE_FLOOR_N = 400.0  # below this total the share is noise
-SHARE_TAU_S = 60.0
+SHARE_TAU_S = 60.0  # slower still than a throttle movement; averages of what there was so far before that
 SHARE_STD = 0.02  # of one mount's part, when scaled from the other
 
 
@@ -26,6 +26,12 @@ class MountCombiner:
 
     def __init__(self) -> None:
         self._share = 0.5
+        self._age_s = 0.0
+
+    @property
+    def share(self) -> float:
+        """The first (upper) mount's part of the engine's mount force, slow average, -."""
+        return self._share
 
     def step(
         self, forces_n: tuple[float, ...], stds_n: tuple[float, ...], believed: tuple[bool, ...], dt_s: float
@@ -35,7 +41,8 @@ class MountCombiner:
         if len(usable) == len(forces_n) and len(forces_n) > 0:
             total = sum(forces_n)
             if len(forces_n) == 2 and total > SHARE_FLOOR_N:
-                gain = min(dt_s / SHARE_TAU_S, 1.0)
+                self._age_s = min(self._age_s + dt_s, SHARE_TAU_S)
+                gain = min(dt_s / max(self._age_s, 1.0), 1.0)
                 self._share += gain * (min(max(forces_n[0] / total, 0.2), 0.8) - self._share)
             # models of one rig share their errors: sigmas add, they do not average out
             return EngineMounts(total, sum(stds_n), self._share, False)
@@ -48,7 +55,7 @@ class MountCombiner:
         return EngineMounts(force, std, self._share, True)
 
     def snapshot(self) -> list[float]:
-        return [self._share]
+        return [self._share, self._age_s]
 
     def restore(self, state: list[float]) -> None:
-        self._share = state[0]
+        self._share, self._age_s = state

@@ -1,0 +1,130 @@
+"""One sensor on its own: dead, stuck, noisy, a jump that stays, a rate that the aircraft cannot have.
+
+Stepped at 10 Hz. A jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if the signal stays
+where it jumped to, it is an offset; if it came back it was a spike. Noise is the median of |second difference| over
+2 s, which one jump cannot lift.
+"""
+
+from collections import deque
+from math import isfinite
+from statistics import median
+
+from thrustd.fusion.limits import SensorLimits
+
+STEP_S = 0.1
+DEAD_S = 1.0
+CONFIRM_S = 1.0
+NOISE_STEPS = 21
+DRIFT_STEPS = 30
+CALM_S = 5.0  # free of the symptom this long: believed again
+JUMP_MEMORY_S = 4.0
+
+
+class SignalWatch:
+    """Mutable; `step` returns the kind of fault that is present, or ""."""
+
+    __slots__ = ("_calm_s", "_from", "_jump", "_missing_s", "_resting_s", "_seen", "_since_jump_s", "_values",
+                 "kind", "limits")  # fmt: skip
+
+    def __init__(self, limits: SensorLimits) -> None:
+        self.limits = limits
+        self.kind = ""
+        self._values: deque[float] = deque(maxlen=DRIFT_STEPS + 1)
+        self._seen = False
+        self._missing_s = self._resting_s = self._calm_s = 0.0
+        self._since_jump_s = 1e9
+        self._jump = 0.0  # size of the jump in doubt or confirmed
+        self._from = 0.0  # value before it
+
+    @property
+    def doubted(self) -> bool:
+        """A jump waits for its verdict."""
+        return self._jump != 0.0 and self.kind != "offset"
+
+    @property
+    def jumped_lately(self) -> bool:
+        return self._since_jump_s < JUMP_MEMORY_S
+
+    @property
+    def resting_s(self) -> float:
+        """How long the same value has been repeated."""
+        return self._resting_s
+
+    def change(self, steps: int) -> float:
+        """Change over the last `steps` steps; 0 when unknown."""
+        if len(self._values) <= steps:
+            return 0.0
+        return self._values[-1] - self._values[-1 - steps]
+
+    def step(self, value: float, active: bool) -> str:
+        """`active`: the signal should be alive now (flying, engine turning)."""
+        if not isfinite(value):
+            self._missing_s += STEP_S
+            self._values.clear()
+            self._jump = 0.0
+            return self._set("dead" if self._seen and self._missing_s >= DEAD_S else self.kind)
+        self._seen, self._missing_s = True, 0.0
+        self._watch_jump(value)
+        self._resting_s = self._resting_s + STEP_S if self._values and value == self._values[-1] else 0.0
+        self._values.append(value)
+        return self._set(self._symptom(value, active))
+
+    def _symptom(self, value: float, active: bool) -> str:
+        if active and self._resting_s >= self.limits.stuck_s:
+            return "stuck"
+        if self._noise() > self.limits.noise:
+            return "noisy"
+        if self._offset(value):
+            return "offset"
+        if self._drifts() or not self.limits.low <= value <= self.limits.high:
+            return "offset" if self.jumped_lately and not self._drifts() else "drift"
+        return ""
+
+    def _set(self, symptom: str) -> str:
+        if symptom:
+            self.kind, self._calm_s = symptom, 0.0
+        elif self.kind:
+            self._calm_s += STEP_S
+            if self._calm_s >= CALM_S:
+                self.kind = ""
+        return self.kind
+
+    def _watch_jump(self, value: float) -> None:
+        self._since_jump_s += STEP_S
+        if not self._values:
+            return
+        step = value - self._values[-1]
+        if abs(step) <= self.limits.jump:
+            return
+        self._since_jump_s = 0.0
+        if self._jump == 0.0:
+            self._jump, self._from = step, self._values[-1]
+        elif self._jump * step < 0 and abs(step) > 0.6 * abs(self._jump):
+            self._jump = 0.0  # back where it came from
+
+    def _offset(self, value: float) -> bool:
+        if self._jump == 0.0:
+            return False
+        if self.kind == "offset":
+            return True
+        if self._since_jump_s < CONFIRM_S:
+            return False
+        if abs(value - self._from) > 0.5 * abs(self._jump):
+            return True
+        self._jump = 0.0
+        return False
+
+    def _noise(self) -> float:
+        if len(self._values) < NOISE_STEPS:
+            return 0.0
+        v = list(self._values)[-NOISE_STEPS:]
+        return median(abs(v[i] - 2.0 * v[i - 1] + v[i - 2]) for i in range(2, NOISE_STEPS))
+
+    def _drifts(self) -> bool:
+        if len(self._values) <= DRIFT_STEPS or self.jumped_lately:
+            return False
+        return abs(self.change(DRIFT_STEPS)) > self.limits.rate * DRIFT_STEPS * STEP_S
+
+    def acquit(self) -> None:
+        """Cross-checks found it right again."""
+        self.kind, self._jump, self._calm_s = "", 0.0, 0.0
