@@ -1,4 +1,4 @@
-"""Hardware in the loop: events played into a real pseudo-terminal and a real CAN bus, so that an unchanged daemon flies.
+"""Hardware in the loop: events on a real pseudo-terminal and a real CAN bus, so that an unchanged daemon flies.
 
 The frames are those of a log or of the twin. A full pty or a failing bus loses the frame, as the wire would; the loss
 is counted.

@@ -1,0 +1,192 @@
+"""Verbs of files: convert, info."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json
+from thrustd.errors import UsageError
+
+
+def add_verbs(verbs: Verbs) -> None:
+    convert = add_verb(
+        verbs, "convert", convert_verb, "change a recording's file type (CSV, Parquet, MCAP, npz, mat)",
+        "thrustd convert ftis_flight.npz -o flight.mcap",
+    )  # fmt: skip
+    convert.add_argument("input", type=Path)
+    convert.add_argument("-o", "--out", type=Path, required=True)
+    convert.add_argument("--rate", type=float, metavar="HZ", help="resample onto a uniform grid")
+    add_json(convert)
+
+    info = add_verb(
+        verbs, "info", info_verb, "say what a file is: recording, flight log, model, deck or configuration",
+        "thrustd info models/left-upper.json",
+    )  # fmt: skip
+    info.add_argument("file", type=Path)
+    add_json(info)
+
+
+def convert_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.records.files import read_recording, write_recording
+
+    if arguments.rate is not None and not 0 < arguments.rate <= 1e6:
+        raise UsageError(f"--rate {arguments.rate}: expected 0 to 1e6 Hz")
+    record = read_recording(arguments.input)
+    if arguments.rate is not None:
+        record = record.resample(arguments.rate)
+    write_recording(record, arguments.out)
+    report = _recording_report(record, arguments.out)
+    if arguments.json:
+        print_json(report)
+    else:
+        for remark in record.notes:
+            note(f"{arguments.input.name}: {remark}")
+        print(f"{arguments.out}: {len(record)} samples, {record.duration_s:.1f} s, {len(record.channels)} channels")
+    return 0
+
+
+def info_verb(arguments: argparse.Namespace) -> int:
+    path: Path = arguments.file
+    if path.suffix == ".json":
+        report = _json_report(path)
+    elif path.suffix == ".toml":
+        report = _config_report(path)
+    elif path.suffix == ".mcap" and _is_flight_log(path):
+        report = _log_report(path)
+    else:
+        from thrustd.records.files import read_recording
+
+        report = _recording_report(read_recording(path), path)
+    if arguments.json:
+        print_json(report)
+    else:
+        _print_report(report)
+    return 0
+
+
+def _recording_report(record: Any, path: Path) -> dict[str, Any]:
+    from thrustd.records.recording import unit_of
+
+    return {
+        "file": str(path),
+        "kind": "recording",
+        "samples": len(record),
+        "duration_s": record.duration_s,
+        "sample_hz": record.sample_hz,
+        "sha256": record.sha256,
+        "notes": list(record.notes),
+        "channels": {name: unit_of(name) for name in record.channels},
+    }
+
+
+def _is_flight_log(path: Path) -> bool:
+    from thrustd.errors import LogError
+    from thrustd.sources.mcap_log import LogFile
+
+    try:
+        LogFile(path)
+    except LogError:
+        return False
+    return True
+
+
+def _log_report(path: Path) -> dict[str, Any]:
+    from collections import Counter
+
+    from thrustd.errors import LogError
+    from thrustd.sources.mcap_log import LogFile
+
+    log = LogFile(path)
+    topics: Counter[str] = Counter()
+    first_ns = last_ns = -1
+    for message in log.messages():
+        topics[message.topic] += 1
+        first_ns = message.log_ns if first_ns < 0 else min(first_ns, message.log_ns)
+        last_ns = max(last_ns, message.log_ns)
+    try:
+        events = sum(1 for _ in log.events())
+    except LogError:
+        events = 0  # an estimate log: outputs only
+    return {
+        "file": str(path),
+        "kind": "flight log",
+        "engines": list(log.header.engines),
+        "mounts": list(log.header.mounts),
+        "duration_s": max(last_ns - first_ns, 0) * 1e-9,
+        "events": events,
+        "missing_events": log.missing_events,
+        "cut": log.cut,
+        "files": sorted(log.header.files),
+        "topics": dict(sorted(topics.items())),
+        "notes": dict(log.header.notes),
+    }
+
+
+def _json_report(path: Path) -> dict[str, Any]:
+    text = _text(path)
+    if '"thrustd-model/' not in text[:4000]:
+        from thrustd.brochure.deck import Deck
+
+        Deck.from_json(text, str(path))
+        return {"file": str(path), "kind": "brochure deck"}
+    from thrustd.model.artifact import read_model
+
+    spec = read_model(text, str(path))
+    return {
+        "file": str(path),
+        "kind": "model",
+        "name": spec.name,
+        "structure": spec.structure,
+        "valid": spec.valid,
+        "effects": {effect.name: effect.parameters for effect in spec.effects},
+        "provenance": spec.provenance,
+        "ledger": spec.ledger,
+        "witness_rows": len(spec.witness.force_n) if spec.witness else 0,
+    }
+
+
+def _config_report(path: Path) -> dict[str, Any]:
+    from thrustd.config import read_config
+
+    config = read_config(_text(path), str(path))
+    return {
+        "file": str(path),
+        "kind": "configuration",
+        "aircraft": config.aircraft.name,
+        "engines": config.aircraft.engines,
+        "mounts": [mount.name for mount in config.mount],
+        "sample_hz": config.adc.sample_hz,
+    }
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text()
+    except UnicodeDecodeError:
+        raise UsageError(f"{path}: not a text file") from None
+    except OSError as problem:
+        raise UsageError(f"{path}: cannot be read: {problem.strerror}") from None
+
+
+def _print_report(report: dict[str, Any]) -> None:
+    import msgspec
+
+    for key, value in msgspec.to_builtins(report).items():
+        if isinstance(value, dict):
+            print(f"{key}:")
+            for name, item in value.items():
+                print(f"  {name}  {_one_line(item)}")
+        elif key == "ledger":
+            print("error ledger:")
+            for entry in value:
+                print(f"  + {entry['added']}: {entry['rmse_before_n']:.1f} N -> {entry['rmse_after_n']:.1f} N")
+        else:
+            print(f"{key}: {_one_line(value)}")
+
+
+def _one_line(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{name} = {_one_line(item)}" for name, item in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(_one_line, value)) or "none"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
