@@ -1,0 +1,259 @@
+"""Live sources: a pty, a virtual bus, a bounded queue. Waiting is on queues with generous limits, never timed."""
+
+import os
+import pty
+import tty
+import uuid
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from threading import Event as Flag
+
+import can
+import pytest
+
+from thrustd.errors import ConfigError
+from thrustd.sources.can_bus import CanBus
+from thrustd.sources.merge import EventQueue, merged
+from thrustd.sources.paced import paced
+from thrustd.sources.serial_port import SerialPort
+from thrustd.sources.ticker import Ticker
+from thrustd.types import Event, Fault, Frame, Tick
+from thrustd.wire.adc_frames import AdcDecoder, AdcSample, encode
+from thrustd.wire.can_table import EXTENDED_BIT
+
+LIMIT_S = 20.0
+
+
+def take_until(queue: EventQueue, done: Callable[[list[Event]], bool]) -> list[Event]:
+    """Events until `done`; an empty queue for LIMIT_S ends it."""
+    found: list[Event] = []
+    while not done(found):
+        events = queue.take(LIMIT_S)
+        if not events:
+            break
+        found += events
+    return found
+
+
+def faults(events: list[Event]) -> list[str]:
+    return [event.kind for event in events if isinstance(event, Fault)]
+
+
+def greet(terminal: "Terminal", queue: EventQueue) -> list[Event]:
+    """Delimiters until one arrives: pyserial throws away what was written before it opened the port."""
+    for _ in range(1000):
+        os.write(terminal.ours, b"\0")
+        events = queue.take(0.05)
+        if any(isinstance(event, Frame) for event in events):
+            return events
+    pytest.fail("the port did not open")
+
+
+class Terminal:
+    """A pseudo terminal behind a stable name, like a serial adapter behind its udev link."""
+
+    def __init__(self, link: Path) -> None:
+        self.link = link
+        self.plug()
+
+    def plug(self) -> None:
+        self.ours, theirs = pty.openpty()
+        tty.setraw(theirs)
+        self.link.unlink(missing_ok=True)
+        self.link.symlink_to(os.ttyname(theirs))
+        self._theirs = theirs
+
+    def unplug(self) -> None:
+        self.link.unlink()
+        os.close(self.ours)
+        os.close(self._theirs)
+
+
+@pytest.fixture
+def terminal(tmp_path: Path) -> Iterator[Terminal]:
+    made = Terminal(tmp_path / "ttyADC")
+    yield made
+    made.unplug()
+
+
+def test_serial_bytes_arrive_whole_and_in_order(terminal: Terminal) -> None:
+    queue = EventQueue()
+    port = SerialPort(str(terminal.link), 921_600, queue.put)
+    port.start()
+    greet(terminal, queue)
+    sent = b"".join(encode(n, n * 1000, (n, -n)) for n in range(300))  # a pty holds about 20 kB
+    os.write(terminal.ours, sent)
+    events = take_until(queue, lambda found: sent[-20:] in b"".join(e.data for e in found if isinstance(e, Frame)))
+    port.stop()
+    assert b"".join(event.data for event in events if isinstance(event, Frame)).lstrip(b"\0") == sent
+    decoder = AdcDecoder(2, 1000)
+    items = [item for e in events if isinstance(e, Frame) for item in decoder.feed(e.t_ns, e.data)]
+    assert [item.counts for item in items if isinstance(item, AdcSample)] == [(n, -n) for n in range(300)]
+    times = [event.t_ns for event in events]
+    assert times == sorted(times)
+
+
+def test_a_serial_port_may_go_and_come_back(terminal: Terminal) -> None:
+    queue = EventQueue()
+    port = SerialPort(str(terminal.link), 921_600, queue.put)
+    port.start()
+    first = greet(terminal, queue)
+    terminal.unplug()
+    gone = take_until(queue, lambda found: "unplugged" in faults(found))
+    terminal.plug()
+    back = take_until(queue, lambda found: "reconnected" in faults(found))
+    greet(terminal, queue)
+    os.write(terminal.ours, b"after")
+    last = take_until(queue, lambda found: any(b"a" in event.data for event in found if isinstance(event, Frame)))
+    port.stop()
+    assert faults([*first, *gone, *back, *last]) == ["unplugged", "reconnected"]
+    assert b"".join(event.data for event in last if isinstance(event, Frame)).strip(b"\0")[:1] == b"a"
+
+
+def test_a_serial_port_that_was_never_there_is_said_once(tmp_path: Path) -> None:
+    queue = EventQueue()
+    port = SerialPort(str(tmp_path / "nothing"), 921_600, queue.put)
+    port.start()
+    assert faults(queue.take(LIMIT_S)) == ["unplugged"]
+    port.stop()
+    assert queue.take(0.01) == []
+
+
+def test_a_pyserial_url_works_and_a_wrong_one_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"adc\.port = 'nonsense://x'"):
+        SerialPort("nonsense://x", 9600, EventQueue().put)
+    port = SerialPort("loop://", 9600, EventQueue().put)
+    port.start()
+    port.stop()
+
+
+def test_can_messages_arrive_in_order_with_their_identifiers() -> None:
+    queue, channel = EventQueue(), uuid.uuid4().hex
+    with can.Bus(interface="virtual", channel=channel) as sender:
+        source = CanBus("virtual", channel, 1_000_000, queue.put)
+        source.start()
+        await_open(source)
+        for n in range(100):
+            sender.send(can.Message(arbitration_id=300, data=[n], is_extended_id=False))
+        sender.send(can.Message(arbitration_id=300, is_remote_frame=True, is_extended_id=False))
+        sender.send(can.Message(arbitration_id=0x1ABCDEF, data=b"", is_extended_id=True))
+        events = take_until(queue, lambda found: len(found) >= 101)
+        source.stop()
+    frames = [event for event in events if isinstance(event, Frame)]
+    assert [frame.data for frame in frames[:100]] == [bytes([n]) for n in range(100)]
+    assert {frame.ident for frame in frames[:100]} == {300}
+    assert frames[100][1:] == ("can", 0x1ABCDEF | EXTENDED_BIT, b"")
+
+
+def await_open(source: CanBus) -> None:
+    """Sending works from the moment the bus is open."""
+    for _ in range(1_000_000):
+        try:
+            source.send(1, b"")
+        except OSError:
+            os.sched_yield()
+        else:
+            return
+    pytest.fail("the bus did not open")
+
+
+def test_what_we_send_reaches_the_bus() -> None:
+    channel = uuid.uuid4().hex
+    with can.Bus(interface="virtual", channel=channel) as listener:
+        source = CanBus("virtual", channel, 1_000_000, EventQueue().put)
+        with pytest.raises(OSError, match="not open"):
+            source.send(1850, b"\1")
+        source.start()
+        await_open(source)
+        source.send(1850, b"\1\2")
+        received = [listener.recv(LIMIT_S), listener.recv(LIMIT_S)]
+        source.stop()
+    assert received[1] is not None
+    assert (received[1].arbitration_id, bytes(received[1].data)) == (1850, b"\1\2")
+
+
+class BrokenBus:
+    """A driver on its worst day: every `recv` raises, then error frames, then silence."""
+
+    def __init__(self, script: list[object]) -> None:
+        self.script = script
+        self.shut = False
+
+    def recv(self, timeout: float) -> can.Message | None:
+        step = self.script.pop(0) if self.script else None
+        if isinstance(step, Exception):
+            raise step
+        return step if isinstance(step, can.Message) else None
+
+    def shutdown(self) -> None:
+        self.shut = True
+
+
+def test_a_failing_driver_is_counted_reopened_and_never_fatal(monkeypatch: pytest.MonkeyPatch) -> None:
+    good = can.Message(arbitration_id=5, data=b"x", is_extended_id=False)
+    dead = BrokenBus([KeyError("what"), *[OSError(19, "gone")] * 10])
+    alive = BrokenBus([can.Message(is_error_frame=True), good])
+    attempts: list[object] = [dead, can.CanInitializationError("not yet"), alive]
+
+    def fake_bus(**_: object) -> object:
+        step = attempts.pop(0)
+        if isinstance(step, Exception):
+            raise step
+        return step
+
+    monkeypatch.setattr(can, "Bus", fake_bus)
+    queue = EventQueue()
+    source = CanBus("virtual", "x", 1, queue.put, clock_ns=iter(range(10**9, 10**13, 10**9)).__next__)
+    source.start()
+    events = take_until(queue, lambda found: any(isinstance(event, Frame) for event in found))
+    source.stop()
+    kinds = faults(events)
+    assert kinds[-2:] == ["reconnected", "bus_error"]
+    assert kinds.count("unplugged") == 1
+    assert sum(e.count for e in events if isinstance(e, Fault) and e.kind == "bus_error") == 11
+    assert dead.shut
+
+
+def test_an_unknown_can_interface_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"can\.interface = 'tin-can', expected one of .*socketcan"):
+        CanBus("tin-can", "0", 1, EventQueue().put)
+
+
+def test_the_queue_sheds_the_oldest_but_never_a_fault() -> None:
+    queue, stopped = EventQueue(max_events=10), Flag()
+    queue.put(Fault(0, "adc", "unplugged"))
+    for n in range(1, 101):
+        queue.put(Frame(n, "adc", 0, b"x"))
+    stream = merged(queue, [], stopped)
+    events = [next(stream)]
+    stopped.set()
+    events += stream
+    overrun, rest = events[0], events[1:]
+    assert isinstance(overrun, Fault)
+    assert overrun.kind == "queue_overrun"
+    assert overrun.count + sum(isinstance(event, Frame) for event in rest) == 100
+    assert [event for event in rest if isinstance(event, Fault)] == [Fault(0, "adc", "unplugged")]
+    assert [event.t_ns for event in rest if isinstance(event, Frame)] == list(range(92, 101))
+
+
+def test_merged_starts_and_stops_its_receivers() -> None:
+    queue, stopped = EventQueue(), Flag()
+    stream = merged(queue, [Ticker(100, queue.put)], stopped)
+    ticks = [next(stream) for _ in range(3)]
+    assert all(isinstance(tick, Tick) for tick in ticks)
+    stopped.set()
+    list(stream)
+    queue.take(0.01)
+    assert queue.take(0.05) == []
+
+
+def test_pacing_waits_for_the_time_of_each_event_and_keeps_the_order() -> None:
+    now_s, waits = [100.0], list[float]()
+
+    def sleep(seconds: float) -> None:
+        waits.append(round(seconds, 6))
+        now_s[0] += seconds
+
+    flight: list[Event] = [Tick(0), Tick(10**9), Tick(5 * 10**8), Tick(3 * 10**9)]
+    assert list(paced(flight, 2.0, lambda: now_s[0], sleep)) == flight
+    assert waits == [0.5, 1.0]
