@@ -6,7 +6,9 @@ The texts of all files go into every log, so that a log can be replayed anywhere
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from thrustd.brochure.deck import Deck
 from thrustd.config import Config, read_config, section
@@ -17,6 +19,7 @@ from thrustd.pipeline import DERIVED, Parts, Pipeline
 from thrustd.signals import CATALOGUE
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanRow, CanTable, CanUnits
+from thrustd.wire.log_layout import LogHeader
 
 CONFIG = "config.toml"  # name of the configuration among the files of a log
 MAX_FILE_BYTES = 4_000_000
@@ -55,6 +58,17 @@ class Installation:
     def hashes(self) -> dict[str, str]:
         """SHA-256 of every file, by name."""
         return {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}
+
+    def log_header(self, **about: Any) -> LogHeader:
+        """Header of a log of this installation; `about`: further fields of LogHeader."""
+        return LogHeader(
+            engines=tuple(self.config.aircraft.engines),
+            mounts=tuple(mount.name for mount in self.config.mount),
+            files={name: content.decode() for name, content in self.files.items()},
+            sha256=self.hashes(),
+            versions={name: version(name) for name in ("thrustd", "numpy", "numba", "filterpy")},
+            **about,
+        )
 
     def _model(self, name: str) -> CompiledModel:
         spec = read_model(self.files[name], self._place(name))

@@ -13,7 +13,6 @@ from thrustd.loop import run
 from thrustd.sinks.mcap_log import LogWriter, new_log
 from thrustd.sources.mcap_log import LogFile
 from thrustd.types import Estimate, Event, Fault, Output
-from thrustd.wire.log_layout import LogHeader
 
 PROGRESS_EVERY = 5000  # events
 
@@ -67,24 +66,13 @@ def replay(
     if out is None:
         run(pace(log.events()), pipeline, count, take)
     else:
-        with new_log(out, header_of(installation, log.header)) as writer:
+        source = log.header
+        header = installation.log_header(epoch_offset_ns=source.epoch_offset_ns, run=source.run, notes=source.notes)
+        with new_log(out, header) as writer:
             _run_into(writer, pace(log.events()), pipeline, count, take)
             _copy_truth(log.path, writer)
     advance(1.0)
     return _summary(log, score, count.events)
-
-
-def header_of(installation: Installation, source: LogHeader | None = None) -> LogHeader:
-    """The header of a log made with this installation; times and run are those of `source`."""
-    config = installation.config
-    header = LogHeader(
-        engines=tuple(config.aircraft.engines),
-        mounts=tuple(mount.name for mount in config.mount),
-        files={name: content.decode() for name, content in installation.files.items()},
-    )
-    if source is None:
-        return header
-    return msgspec.structs.replace(header, epoch_offset_ns=source.epoch_offset_ns, run=source.run, notes=source.notes)
 
 
 def flight_score(installation: Installation) -> FlightScore:

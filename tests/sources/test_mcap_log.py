@@ -18,9 +18,8 @@ from thrustd.wire.log_layout import LogHeader
 HEADER = LogHeader(
     engines=("left", "right"),
     mounts=("left_upper", "left_lower", "right_upper", "right_lower"),
-    config_text="[aircraft]\nname = 'test'\n",
-    config_sha256="ab" * 32,
-    model_sha256={"left.json": "cd" * 32},
+    files={"config.toml": "[aircraft]\nname = 'test'\n"},
+    sha256={"config.toml": "ab" * 32},
     epoch_offset_ns=1_500_000_000 * 10**9,
 )
 NAN = float("nan")

@@ -30,10 +30,8 @@ class LogHeader(msgspec.Struct, frozen=True, kw_only=True):
 
     engines: tuple[str, ...]
     mounts: tuple[str, ...]
-    config_text: str = ""
-    config_sha256: str = ""
-    model_sha256: dict[str, str] = {}  # file name -> hash
     files: dict[str, str] = {}  # name in the configuration -> text of every file the pipeline was built from
+    sha256: dict[str, str] = {}  # the same names -> hash
     versions: dict[str, str] = {}  # package -> version
     epoch_offset_ns: int = 0  # UTC [ns since 1970] = t_ns + offset, as known when the run started
     run: str = ""  # all files of one run share it

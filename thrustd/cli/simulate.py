@@ -1,0 +1,143 @@
+"""The verb simulate: the twin makes a flight, a bench record or a hidden-effect exercise, or plays on real wires."""
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.errors import UsageError
+
+BENCH_KINDS = ("steps", "sine", "multisine", "weight")
+
+
+def add_verbs(verbs: Verbs) -> None:
+    parser = add_verb(
+        verbs, "simulate", simulate_verb, "let the twin make a flight (or, with --bench / --hide, other records)",
+        "thrustd simulate --minutes 10 --seed 7 -o out/flight.mcap\n"
+        "  thrustd simulate --recording flight.npz --seed 7 -o out/flight.mcap\n"
+        "  thrustd simulate --hil deploy/hil.toml --log out/flight.mcap",
+    )  # fmt: skip
+    parser.add_argument("-o", "--out", type=Path, help="log, record or (with --hide) folder to write")
+    parser.add_argument("--seed", type=int, default=1, help="draws engines, mounts, sensors and profile (default 1)")
+    parser.add_argument("--config", type=Path, default=Path("deploy/hil.toml"), help="installation to simulate")
+    parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
+    parser.add_argument("--recording", type=Path, help="fly this real recording instead of a scripted flight")
+    parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
+    parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record (default 8)")
+    parser.add_argument("--mount", choices=("upper", "lower"), default="upper", help="isolator on the bench")
+    parser.add_argument("--hide", metavar="EFFECT[,EFFECT]", help="bench, measured and held-out record with an effect")
+    parser.add_argument("--strength", type=float, default=3.0, help="size of the hidden effect, x the model's error")
+    parser.add_argument("--hil", type=Path, metavar="CONFIG", help="play in real time on the wires CONFIG listens to")
+    parser.add_argument("--log", type=Path, help="with --hil: play this log instead of a new flight")
+    parser.add_argument("--speed", type=float, default=1.0, help="with --hil: multiple of real time (default 1)")
+    add_json(parser)
+
+
+def simulate_verb(arguments: argparse.Namespace) -> int:
+    if arguments.hil is not None:
+        report = _hil(arguments)
+    elif arguments.out is None:
+        raise UsageError("thrustd simulate: -o is missing; expected the file or folder to write")
+    elif arguments.hide is not None:
+        report = _hide(arguments)
+    elif arguments.bench is not None:
+        report = _bench(arguments)
+    else:
+        report = _flight(arguments)
+    if arguments.json:
+        print_json(report)
+    else:
+        print(", ".join(f"{key}: {value}" for key, value in report.items()))
+    return 0
+
+
+def _profile(arguments: argparse.Namespace) -> tuple[Any, Any]:
+    from thrustd.records.files import read_recording
+    from thrustd.twin.flight import recorded_flight, scripted_flight
+
+    if arguments.recording is not None:
+        return recorded_flight(read_recording(arguments.recording), arguments.seed)
+    if not 0.1 <= arguments.minutes <= 6000:
+        raise UsageError(f"--minutes {arguments.minutes:g}: expected 0.1 to 6000")
+    return scripted_flight(arguments.minutes * 60.0, arguments.seed)
+
+
+def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
+    from thrustd.installation import read_installation
+    from thrustd.twin.flight import Rates, write_flight
+    from thrustd.wire.can_frames import ICD_INPUT_ROWS
+
+    installation = read_installation(arguments.config)
+    profile, airframe = _profile(arguments)
+    table = installation.can_table(ICD_INPUT_ROWS)
+    rates = Rates(adc_hz=installation.config.adc.sample_hz)
+    with progress(f"simulate {profile.name}"):
+        write_flight(arguments.out, profile, airframe, table, installation.log_header(), arguments.seed, rates)
+    return {"log": str(arguments.out), "minutes": round(profile.duration_s / 60, 2), "profile": profile.name}
+
+
+def _bench(arguments: argparse.Namespace) -> dict[str, Any]:
+    from thrustd.records.files import write_recording
+    from thrustd.twin import bench
+    from thrustd.twin.mount import LOWER, UPPER
+
+    makers = {
+        "steps": bench.step_bench, "sine": bench.sine_bench, "multisine": bench.multisine_bench,
+        "weight": bench.weight_bench,
+    }  # fmt: skip
+    mount = UPPER if arguments.mount == "upper" else LOWER
+    record = makers[arguments.bench](arguments.hours, arguments.seed, mount)
+    write_recording(record, arguments.out)
+    return {"record": str(arguments.out), "samples": len(record), "hours": arguments.hours}
+
+
+def _hide(arguments: argparse.Namespace) -> dict[str, Any]:
+    from thrustd.twin.hide import hide
+
+    if not 0 < arguments.strength <= 100:
+        raise UsageError(f"--strength {arguments.strength:g}: expected 0 to 100")
+    hide(tuple(arguments.hide.split(",")), arguments.seed, arguments.strength, arguments.out)
+    note(f"{arguments.out}/truth.json is sealed: look only after your own verdict")
+    return {"folder": str(arguments.out), "files": "bench.csv measured.csv heldout.csv"}
+
+
+def _hil(arguments: argparse.Namespace) -> dict[str, Any]:
+    from thrustd.installation import read_installation
+    from thrustd.sources.paced import paced
+    from thrustd.twin.hil import Bench
+
+    if not arguments.speed > 0:
+        raise UsageError(f"--speed {arguments.speed:g}: expected a number above 0")
+    config = read_installation(arguments.hil).config
+    bench = Bench(Path(config.adc.port), config.can.interface, config.can.channel)
+    note(f"ADC on {config.adc.port}, CAN on {config.can.interface} {config.can.channel}")
+    try:
+        with progress("hardware in the loop") as advance:
+            report = bench.play(paced(_events(arguments, advance), arguments.speed))
+    finally:
+        bench.close()
+    return {name: getattr(report, name) for name in report.__struct_fields__}
+
+
+def _events(arguments: argparse.Namespace, advance: Advance) -> Iterator[Any]:
+    from thrustd.sources.mcap_log import LogFile
+    from thrustd.types import Frame, Tick
+
+    if arguments.log is not None:
+        log = LogFile(arguments.log)
+        for event in log.events():
+            advance(log.position_bytes / max(log.size_bytes, 1))
+            yield event
+        return
+    from thrustd.installation import read_installation
+    from thrustd.twin.flight import Rates, fly
+    from thrustd.wire.can_frames import ICD_INPUT_ROWS
+
+    installation = read_installation(arguments.hil)
+    profile, airframe = _profile(arguments)
+    rates = Rates(adc_hz=installation.config.adc.sample_hz)
+    for item in fly(profile, airframe, installation.can_table(ICD_INPUT_ROWS), arguments.seed, rates):
+        if isinstance(item, Frame | Tick):
+            advance(max(item.t_ns * 1e-9 - float(profile.time_s[0]), 0.0) / max(profile.duration_s, 1e-9))
+            yield item
