@@ -30,6 +30,7 @@ class LogWriter:
         self, stream: BinaryIO, header: LogHeader, reading_hz: float = 10.0, sync_s: float | None = SYNC_S
     ) -> None:
         """`reading_hz` thins decoded channels (0 = none); `sync_s` None = leave flushing to the caller."""
+        self.syncs = 0  # how often everything went to the disk
         self._stream = stream
         self._file = McapFile(stream, LIBRARY)
         self._offset_ns = header.epoch_offset_ns
@@ -82,6 +83,7 @@ class LogWriter:
         self._close_batch()
         self._file.close_chunk()
         self._stream.flush()
+        self.syncs += 1
         try:
             descriptor = self._stream.fileno()
         except (OSError, AttributeError):

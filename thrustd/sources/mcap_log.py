@@ -31,7 +31,7 @@ class LogFile:
     def events(self) -> Iterator[Event]:
         """Raw events in arrival order."""
         self.missing_events = 0
-        next_number: int | None = None
+        next_number = 0 if self.header.part == 0 else None  # later files of a run go on counting
         seen = False
         for walk, message in self._walk():
             if walk.topics.get(message.channel_id, ("", ""))[0] != RAW_TOPIC:

@@ -1,0 +1,75 @@
+"""The live view: on loopback, in Foxglove's protocol, indifferent to clients that do not read."""
+
+import socket
+
+import pytest
+
+from thrustd.errors import ConfigError
+from thrustd.sinks.live_view import LiveView
+from thrustd.types import Estimate, Fault, MountOutput
+
+HELLO = (
+    "GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n"
+)
+LIMIT_S = 20.0
+
+
+def view(faults: list[Fault], **more: object) -> LiveView:
+    return LiveView(("left", "right"), ("left_upper",), faults.append, **{"port": 0, **more})
+
+
+def estimate(t_ns: int) -> Estimate:
+    return Estimate(t_ns, 1, 5000.0, 42.0, *[0.0] * 11, status=0)
+
+
+def test_a_client_is_told_the_topics_of_the_log() -> None:
+    faults: list[Fault] = []
+    live = view(faults)
+    with socket.create_connection(("127.0.0.1", live.port), timeout=LIMIT_S) as client:
+        client.sendall(HELLO.encode())
+        heard = b""
+        while b"/mount/left_upper" not in heard or b"/estimate/right" not in heard:
+            heard += client.recv(65536)
+    assert heard.startswith(b"HTTP/1.1 101")
+    live.write_output(estimate(0))
+    live.close()
+    assert faults == []
+
+
+def test_a_client_that_does_not_read_holds_up_nobody() -> None:
+    faults: list[Fault] = []
+    live = view(faults, rate_hz=1e6)
+    with socket.create_connection(("127.0.0.1", live.port), timeout=LIMIT_S) as client:
+        client.sendall(HELLO.encode())
+        client.recv(100)
+        for step in range(20_000):
+            live.write_output(MountOutput(step * 20_000_000, 0, 0.5, 2500.0, 30.0))
+    live.close()
+    assert live.failed_outputs == 0
+    assert faults == []
+
+
+def test_a_taken_port_is_refused_in_one_line() -> None:
+    first = view([])
+    with pytest.raises(ConfigError, match=f"live_view = 127.0.0.1:{first.port}"):
+        view([], port=first.port)
+    first.close()
+
+
+def test_it_binds_to_loopback_unless_told_otherwise() -> None:
+    live = LiveView(("left",), (), list[Fault]().append, port=0)
+    with pytest.raises(OSError):
+        socket.create_connection((_outer_address(), live.port), timeout=LIMIT_S).close()
+    live.close()
+
+
+def _outer_address() -> str:
+    """An address of this machine that is not loopback's first; connecting a datagram socket sends nothing."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+        except OSError:
+            return "127.0.0.2"
+        return str(probe.getsockname()[0])

@@ -1,0 +1,208 @@
+"""The recorder: nothing blocks, nothing raises, every loss is counted; a killed process loses less than a second."""
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+from datetime import UTC, datetime
+from io import FileIO
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Event as Flag
+from typing import Any
+
+import pytest
+
+from thrustd.errors import LogError
+from thrustd.sinks import log_recorder
+from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
+from thrustd.sources.mcap_log import LogFile
+from thrustd.types import Event, Fault, Frame, MountOutput, Tick
+from thrustd.wire.log_layout import LogHeader
+
+HEADER = LogHeader(engines=("left",), mounts=("left_upper",), run="r1")
+NOON = datetime(2018, 3, 12, 12, 0, 0, tzinfo=UTC)
+LIMIT_S = 20.0
+
+
+def flight(seconds: float, start_s: float = 0.0) -> list[Event]:
+    return [
+        Frame(round((start_s + i / 1000) * 1e9), "adc", 0, bytes((i & 255, i >> 8 & 255)) * 12)
+        for i in range(round(seconds * 1000))
+    ]
+
+
+def recorder(folder: Path, report: list[Fault], **more: Any) -> LogRecorder:
+    settings = RecorderSettings(folder, **more.pop("settings", {}))
+    return LogRecorder(settings, HEADER, report.append, utc=lambda: NOON, **more)
+
+
+def recorded(folder: Path) -> list[Event]:
+    """Events of all files of the run, in the order of their parts."""
+    return [event for path in sorted(folder.glob("*.mcap")) for event in LogFile(path).events()]
+
+
+def test_everything_is_recorded_under_a_name_with_the_time(tmp_path: Path) -> None:
+    faults: list[Fault] = []
+    log, events = recorder(tmp_path, faults), flight(2)
+    for event in events:
+        log.write_event(event)
+        log.write_output(MountOutput(event.t_ns, 0, 0.5, 2500.0, 20.0))
+    log.close()
+    assert [path.name for path in tmp_path.iterdir()] == ["flight_20180312T120000Z_0000.mcap"]
+    [path] = tmp_path.iterdir()
+    assert list(LogFile(path).events()) == events
+    assert sum(1 for _ in LogFile(path).messages(["/mount/left_upper"])) == len(events)
+    assert faults == []
+
+
+def test_files_rotate_by_time_and_size_and_continue_each_other(tmp_path: Path) -> None:
+    events = flight(10)
+    for name, limit in (("time", {"rotate_min": 3 / 60}), ("size", {"rotate_mb": 0.02})):
+        log = recorder(tmp_path / name, [], settings=limit)
+        for event in events:
+            log.write_event(event)
+        log.close()
+        files = sorted((tmp_path / name).glob("*.mcap"))
+        assert len(files) >= 3
+        assert [LogFile(path).header.part for path in files] == list(range(len(files)))
+        assert recorded(tmp_path / name) == events
+
+
+def test_an_existing_file_is_never_overwritten(tmp_path: Path) -> None:
+    old = tmp_path / "flight_20180312T120000Z_0000.mcap"
+    old.write_bytes(b"precious")
+    log = recorder(tmp_path, [])
+    log.write_event(Tick(1))
+    log.close()
+    assert old.read_bytes() == b"precious"
+    assert list(LogFile(tmp_path / "flight_20180312T120000Z_0000-1.mcap").events()) == [Tick(1)]
+
+
+def test_a_folder_that_cannot_be_is_an_error_at_the_start(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(LogError, match="no log can be written"):
+        recorder(tmp_path / "file" / "logs", [])
+
+
+class Disk:
+    """A disk with two switches: full, and stuck."""
+
+    def __init__(self) -> None:
+        self.full = False
+        self.moving = Flag()
+        self.moving.set()
+
+    def open(self, path: Path) -> Any:
+        return _DiskFile(path, self)
+
+
+class _DiskFile(FileIO):
+    def __init__(self, path: Path, disk: Disk) -> None:
+        super().__init__(path, "xb")
+        self._disk = disk
+
+    def write(self, data: Any) -> int:
+        self._disk.moving.wait(LIMIT_S)
+        if self._disk.full:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(data)
+
+
+def wait_for(faults: "SimpleQueue[Fault]", kind: str) -> Fault:
+    while True:
+        fault = faults.get(timeout=LIMIT_S)
+        if fault.kind == kind:
+            return fault
+
+
+def test_a_full_disk_is_counted_and_recording_resumes_in_a_new_file(tmp_path: Path) -> None:
+    disk, faults = Disk(), SimpleQueue[Fault]()
+    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk.open, lambda: NOON)
+    before, during, after = flight(3), flight(2, 3.0), flight(3, 5.0)
+    for event in before:
+        log.write_event(event)
+    disk.full = True
+    for event in during:
+        log.write_event(event)
+    lost = wait_for(faults, "log_write").count
+    disk.full = False
+    wait_for(faults, "log_resumed")
+    for event in after:
+        log.write_event(event)
+    log.close()
+    assert log.lost_items == lost < 2000
+    assert log.dropped_items == 0
+    events = recorded(tmp_path)
+    assert len(list(tmp_path.glob("*.mcap"))) == 2
+    assert len(events) == len([*before, *during, *after]) - lost
+    assert events[-len(after) :] == after
+
+
+def test_a_disk_that_is_full_from_now_on_costs_records_only(tmp_path: Path) -> None:
+    disk, faults = Disk(), SimpleQueue[Fault]()
+    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk.open, lambda: NOON)
+    disk.full = True
+    for event in flight(5):
+        log.write_event(event)
+    wait_for(faults, "log_write")
+    log.close()
+    assert list(LogFile(next(tmp_path.glob("*.mcap"))).events()) == []
+
+
+def test_a_stuck_disk_drops_the_oldest_and_never_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(log_recorder, "MAX_PARCELS", 20)
+    disk, faults = Disk(), SimpleQueue[Fault]()
+    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk.open, lambda: NOON)
+    events = flight(20)
+    disk.moving.clear()
+    for event in events:
+        log.write_event(event)
+    dropped = log.dropped_items
+    assert dropped > 0
+    disk.moving.set()
+    log.close()
+    told = 0
+    while told < dropped:
+        told += wait_for(faults, "log_overrun").count
+    [path] = tmp_path.glob("*.mcap")
+    reader = LogFile(path)
+    kept = list(reader.events())
+    assert len(kept) == len(events) - log.dropped_items
+    assert reader.missing_events == log.dropped_items
+    assert kept[-1] == events[-1]
+
+
+CHILD = """
+import sys
+from io import FileIO
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Event
+from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
+from thrustd.sources.merge import EventQueue, merged
+from thrustd.sources.ticker import Ticker
+from thrustd.wire.log_layout import LogHeader
+
+queue = EventQueue()
+log = LogRecorder(RecorderSettings(Path(sys.argv[1])), LogHeader(engines=(), mounts=()), queue.put)
+for event in merged(queue, [Ticker(1000, queue.put)], Event()):
+    log.write_event(event)
+    print(event.t_ns, flush=True)
+"""
+
+
+@pytest.mark.parametrize("ticks", [1, 137, 700, 1600, 2300])
+def test_kill_9_loses_less_than_a_second_and_the_rest_is_readable(tmp_path: Path, ticks: int) -> None:
+    with subprocess.Popen([sys.executable, "-c", CHILD, str(tmp_path)], stdout=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None
+        told = [int(child.stdout.readline()) for _ in range(ticks)]
+        os.kill(child.pid, signal.SIGKILL)
+        told += [int(line) for line in child.stdout if line.endswith("\n")]
+    [path] = tmp_path.glob("*.mcap")
+    log = LogFile(path)
+    kept = [event.t_ns for event in log.events()]
+    assert log.cut
+    assert kept == told[: len(kept)]
+    assert told[-1] - (kept[-1] if kept else told[0]) < 1_000_000_000
