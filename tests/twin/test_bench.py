@@ -5,7 +5,7 @@ import pytest
 
 from thrustd.twin.bench import Rig, multisine_bench, sine_bench, step_bench, weight_bench
 from thrustd.twin.mount import UPPER
-from thrustd.twin.sensors import COUNT_MM, Lvdt, lvdt_counts
+from thrustd.twin.sensors import COUNT_MM, Lvdt, lvdt_reading, to_counts
 
 SLOW = Rig(sample_hz=10.0)
 
@@ -62,8 +62,8 @@ def test_weight_steps_move_the_deformation():
     assert rmse_of_cubic(record) > 0
 
 
-def test_lvdt_counts_clip_and_quantise():
+def test_lvdt_reading_clip_and_quantise():
     rng = np.random.default_rng(0)
     quiet = Lvdt(noise_mm=0.0, zero_mm=0.001)
-    assert lvdt_counts(quiet, np.array([1.0]), rng)[0] == round(1.001 / COUNT_MM)
-    assert lvdt_counts(quiet, np.array([99.0, -99.0]), rng).tolist() == [2**23 - 1, -(2**23)]
+    assert lvdt_reading(quiet, np.array([1.0]), rng)[0] == round(1.001 / COUNT_MM) * COUNT_MM
+    assert to_counts(quiet, np.array([99.0, -99.0])).tolist() == [2**23 - 1, -(2**23)]

@@ -28,15 +28,15 @@ class Lvdt(NamedTuple):
     zero_mm: float = 0.0  # reading of the unloaded mount
 
 
-def lvdt_counts(lvdt: Lvdt, deformation_mm: FloatArray, rng: np.random.Generator) -> IntArray:
-    """Signed counts (n,) of a true deformation (n,), clipped to 24 bits."""
-    seen_mm = deformation_mm + lvdt.zero_mm + lvdt.noise_mm * rng.standard_normal(deformation_mm.shape)
-    return np.clip(np.rint(seen_mm / lvdt.count_mm), -COUNT_LIMIT - 1, COUNT_LIMIT).astype(np.int32)
+def to_counts(lvdt: Lvdt, reading_mm: FloatArray) -> IntArray:
+    """Signed counts (n,) of a reading (n,), clipped to 24 bits."""
+    return np.clip(np.rint(reading_mm / lvdt.count_mm), -COUNT_LIMIT - 1, COUNT_LIMIT).astype(np.int32)
 
 
 def lvdt_reading(lvdt: Lvdt, deformation_mm: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """The same in mm: a multiple of one count."""
-    return np.asarray(lvdt_counts(lvdt, deformation_mm, rng) * lvdt.count_mm, dtype=np.float64)
+    """What the transducer says of a true deformation (n,): zero and noise added, a multiple of one count."""
+    seen_mm = deformation_mm + lvdt.zero_mm + rng.normal(0.0, lvdt.noise_mm, len(deformation_mm))
+    return np.asarray(to_counts(lvdt, seen_mm) * lvdt.count_mm, dtype=np.float64)
 
 
 def load_cell_reading(force_n: FloatArray, rng: np.random.Generator, std_n: float = LOAD_CELL_STD_N) -> FloatArray:
