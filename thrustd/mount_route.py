@@ -36,8 +36,7 @@ class MountRoute:
         self.model = model
         self.signals = model.channels[1:]
         self.channels = np.array([CATALOGUE[name].rest for name in self.signals], float)
-        self._unknown = np.array([CATALOGUE[name].spread for name in self.signals], float)  # 0 where measured
-        self._spread = self._unknown.copy()
+        self._unknown = {i: CATALOGUE[name].spread for i, name in enumerate(self.signals)}  # not measured: one sigma
         self._state: Floats | None = None
         self._bridge_samples = bridge_samples
         self._period_s = 1.0 / model.rate_hz
@@ -54,9 +53,13 @@ class MountRoute:
 
     def set_channel(self, position: int, value: float) -> None:
         """A new value of `signals[position]`; NaN = not measured, the resting value takes its place."""
-        known = isfinite(value)
-        self.channels[position] = value if known else CATALOGUE[self.signals[position]].rest
-        self._unknown[position] = 0.0 if known else self._spread[position]
+        if isfinite(value):
+            self.channels[position] = value
+            self._unknown.pop(position, None)
+        else:
+            signal = CATALOGUE[self.signals[position]]
+            self.channels[position] = signal.rest
+            self._unknown[position] = signal.spread
 
     def take(self, sequence: int, deformation_mm: float) -> None:
         """One good sample of deformation; `sequence` counts sample instants, missing ones included."""
@@ -132,22 +135,22 @@ class MountRoute:
     def _std(self, force_n: float, rate_n_s: float, excess_mm: float) -> float:
         valid = self.model.spec.valid
         stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
+        variance = region_std(self.model.spec.error, force_n, rate_n_s) ** 2
+        variance += (EXTRAPOLATION_STD * stiffness_n_mm * excess_mm) ** 2
         age_s = self._since_restart * self._period_s
-        parts = [
-            region_std(self.model.spec.error, force_n, rate_n_s),
-            EXTRAPOLATION_STD * stiffness_n_mm * excess_mm,
-            *(std_n * exp(-age_s / tau_s) for std_n, tau_s in self._restart),
-            *self._unmeasured(),
-        ]
-        return sqrt(sum(part * part for part in parts))
+        for std_n, tau_s in self._restart:
+            variance += (std_n * exp(-age_s / tau_s)) ** 2
+        for part_n in self._unmeasured():
+            variance += part_n * part_n
+        return sqrt(variance)
 
     def _unmeasured(self) -> list[float]:
         """What channels that are not measured may do to the force, one sigma each."""
         assert self._state is not None
         parts = []
-        for position in np.flatnonzero(self._unknown):
+        for position, spread in self._unknown.items():
             moved = self.channels.copy()
-            moved[position] += self._unknown[position]
+            moved[position] += spread
             there = self.model.step(self._state.copy(), moved, self._deformation_mm)
             here = self.model.step(self._state.copy(), self.channels, self._deformation_mm)
             parts.append(abs(there - here))
