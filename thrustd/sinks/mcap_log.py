@@ -39,7 +39,7 @@ class LogWriter:
         self._sync_ns = None if sync_s is None else round(sync_s * 1e9)
         self._synced_ns: int | None = None
         self._batch: list[Event] = []
-        self._batch_number = self._next_number = 0
+        self._batch_number = self._batch_ns = 0  # of the first event in the batch
         self._schema_ids: dict[str, int] = {}
         self._channel_ids: dict[str, int] = {}
         self._next_reading_ns: dict[tuple[str, int], int] = {}
@@ -54,17 +54,19 @@ class LogWriter:
 
     def write_event(self, event: Event, number: int | None = None) -> None:
         """The next raw event; `number` when events before it were dropped, else it counts up by one."""
-        number = self._next_number if number is None else number
+        t_ns = event[0]
         batch = self._batch
-        gap = number != self._next_number
-        if batch and (gap or len(batch) >= MAX_EVENTS or not 0 <= event.t_ns - batch[0].t_ns < BATCH_NS):
-            self._close_batch()
-            batch = self._batch
-            self._sync_when_due(event.t_ns)
+        if batch:
+            gap = number is not None and number != self._batch_number + len(batch)
+            if gap or len(batch) >= MAX_EVENTS or not self._batch_ns <= t_ns < self._batch_ns + BATCH_NS:
+                self._close_batch()
+                self._sync_when_due(t_ns)
+                batch = self._batch
         if not batch:
-            self._batch_number = number
+            self._batch_ns = t_ns
+            if number is not None:
+                self._batch_number = number
         batch.append(event)
-        self._next_number = number + 1
 
     def write_output(self, output: Output) -> None:
         """One output of the pipeline; readings beyond `reading_hz` are left out."""
@@ -103,6 +105,7 @@ class LogWriter:
         if self._batch:
             batch, self._batch = self._batch, []
             data = encode_batch(self._batch_number, batch)
+            self._batch_number += len(batch)
             self._file.add_message(self._raw_id, self._log_ns(batch[0].t_ns), data)
 
     def _sync_when_due(self, t_ns: int) -> None:

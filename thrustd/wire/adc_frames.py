@@ -32,6 +32,7 @@ LATE_US = 1_000_000  # an old frame repeated is younger than this
 _HEADER_BYTES = 8
 _SEQUENCE_MASK = 0xFFFF
 _TIME_MASK = 0xFFFFFFFF
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
 _LAYOUTS = {n: Struct(f"<BBHI{n}i") for n in range(1, MAX_CHANNELS + 1)}
 
 
@@ -52,6 +53,14 @@ def encode(sequence: int, device_time_us: int, counts: tuple[int, ...]) -> bytes
     )
 
 
+def _misfit(payload: bytes) -> str:
+    """Why a payload is not the frame we expect."""
+    if payload[0] != VERSION:
+        return "version"
+    whole = len(payload) >= _HEADER_BYTES and len(payload) == _HEADER_BYTES + 4 * payload[1]
+    return "channel_count" if whole else "length"
+
+
 class AdcDecoder:
     """Serial chunks in, samples and faults out."""
 
@@ -60,8 +69,10 @@ class AdcDecoder:
         self._n_channels = n_channels
         self._layout = _LAYOUTS[n_channels]
         self._period_us = 1e6 / sample_hz
+        self._short_us, self._long_us = 0.5 * self._period_us, 2 * self._period_us  # of a normal step
         self._where = where
         self._started = False
+        self._watchful = True  # the next step is not to be taken for granted
         self._t_ns = self._raw_sequence = self._raw_time_us = self._sequence = self._device_time_us = 0
         self._late_run = 0  # late frames in a row
         self._off_rate = False
@@ -79,40 +90,37 @@ class AdcDecoder:
         return out
 
     def _payload(self, t_ns: int, payload: bytes, out: list[AdcSample | Fault]) -> None:
-        kind = self._misfit(payload)
-        if kind is not None:
-            out.append(Fault(t_ns, self._where, kind))
+        if payload[0] != VERSION or len(payload) != self._layout.size or payload[1] != self._n_channels:
+            out.append(Fault(t_ns, self._where, _misfit(payload)))
             return
-        _, _, raw_sequence, raw_time_us, *values = self._layout.unpack(payload)
-        step = (raw_sequence - self._raw_sequence) & _SEQUENCE_MASK
-        step_us = (raw_time_us - self._raw_time_us) & _TIME_MASK
-        if not self._started:
-            self._start(raw_sequence, raw_time_us)
-        elif step == 1 and 0 < step_us < 2 * self._period_us:
+        fields = self._layout.unpack(payload)
+        raw_sequence, raw_time_us, counts = fields[2], fields[3], fields[4:]
+        step = raw_sequence - self._raw_sequence & _SEQUENCE_MASK
+        step_us = raw_time_us - self._raw_time_us & _TIME_MASK
+        if step == 1 and self._short_us <= step_us < self._long_us and not self._watchful:
             self._sequence += 1
             self._device_time_us += step_us
-            self._late_run = 0
-            if self._off_rate or step_us < 0.5 * self._period_us:
-                self._judge_rate(t_ns, step, step_us, out)
-        elif not self._irregular(t_ns, step, step_us, out):
+        elif not self._step(t_ns, raw_sequence, raw_time_us, out):
             return
         self._t_ns, self._raw_sequence, self._raw_time_us = t_ns, raw_sequence, raw_time_us
-        counts: tuple[int, ...] = tuple(values)
         if max(counts) > COUNTS_HIGH or min(counts) < COUNTS_LOW or self._any_open:
             counts = self._mark_open_channels(t_ns, counts, out)
-        out.append(AdcSample(t_ns, self._sequence, self._device_time_us, counts))
+        out.append(_new(AdcSample, (t_ns, self._sequence, self._device_time_us, counts)))
 
-    def _misfit(self, payload: bytes) -> str | None:
-        """Why the payload is not a frame we can read; None when it is."""
-        if payload[0] != VERSION:
-            return "version"
-        if len(payload) < _HEADER_BYTES or len(payload) != _HEADER_BYTES + 4 * payload[1]:
-            return "length"
-        return None if payload[1] == self._n_channels else "channel_count"
-
-    def _start(self, raw_sequence: int, raw_time_us: int) -> None:
-        self._started = True
-        self._sequence, self._device_time_us = raw_sequence, raw_time_us
+    def _step(self, t_ns: int, raw_sequence: int, raw_time_us: int, out: list[AdcSample | Fault]) -> bool:
+        """Advance the axis by anything but the plain normal step; False when the frame is to be dropped."""
+        step = raw_sequence - self._raw_sequence & _SEQUENCE_MASK
+        step_us = raw_time_us - self._raw_time_us & _TIME_MASK
+        if not self._started:
+            self._started, self._watchful = True, False
+            self._sequence, self._device_time_us = raw_sequence, raw_time_us
+        elif step == 1 and 0 < step_us < self._long_us:
+            self._advance(t_ns, 1, step_us, out)
+        elif not self._irregular(t_ns, step, step_us, out):
+            self._watchful = True
+            return False
+        self._watchful, self._late_run = self._off_rate, 0
+        return True
 
     def _irregular(self, t_ns: int, step: int, step_us: int, out: list[AdcSample | Fault]) -> bool:
         """Judge a step that is not the normal one; False when the frame is to be dropped."""
@@ -123,14 +131,13 @@ class AdcDecoder:
         if self._is_late(step, step_us):
             out.append(Fault(t_ns, self._where, "late"))
             return False
-        self._late_run = 0
         whole_us = step_us + round((elapsed_us - step_us) / (_TIME_MASK + 1)) * (_TIME_MASK + 1)
         slack_us = ARRIVAL_SLACK_US + elapsed_us // 1000  # crystals agree to better than 0.1 %
         wraps = max(0, round((whole_us / self._period_us - step) / (_SEQUENCE_MASK + 1)))
         advance = step + wraps * (_SEQUENCE_MASK + 1)
         on_time = whole_us > 0 and abs(whole_us - elapsed_us) <= slack_us
         if on_time and 0 < advance * self._period_us <= RATE_FACTOR * whole_us:
-            self._gap(t_ns, advance, whole_us, out)
+            self._advance(t_ns, advance, whole_us, out)
         else:
             self._restart(t_ns, max(elapsed_us, 0), out)
         return True
@@ -143,7 +150,7 @@ class AdcDecoder:
         self._late_run += 1
         return self._late_run * self._period_us <= LATE_US  # longer than that it is a restart after all
 
-    def _gap(self, t_ns: int, advance: int, step_us: int, out: list[AdcSample | Fault]) -> None:
+    def _advance(self, t_ns: int, advance: int, step_us: int, out: list[AdcSample | Fault]) -> None:
         if advance > 1:
             out.append(Fault(t_ns, self._where, "lost", advance - 1))
         self._judge_rate(t_ns, advance, step_us, out)

@@ -12,7 +12,7 @@ A batch holds consecutive events in arrival order, columns first so that it pack
 
 from collections.abc import Sequence
 from struct import Struct, error, pack
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from thrustd.errors import LogError
 from thrustd.types import Event, Fault, Frame, Tick
@@ -25,6 +25,7 @@ _TICK = 255
 _FAULT = 254
 _HEAD = Struct("<BBHQ")
 _IDENT_MASK = 0xFFFFFFFF
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
 
 
 class EventBatch(NamedTuple):
@@ -89,7 +90,7 @@ def _decode(payload: bytes) -> EventBatch:
             where, _, word = payload[at:end].decode().rpartition(" ")
             events.append(Fault(t_ns, where, word, ident))
         else:
-            events.append(Frame(t_ns, names[kind], ident, payload[at:end]))
+            events.append(_new(Frame, (t_ns, names[kind], ident, payload[at:end])))
         at = end
     if at != len(payload):
         raise ValueError(f"{len(payload)} bytes, expected {at}")

@@ -36,19 +36,20 @@ class Deframer:
 
     def feed(self, data: bytes) -> list[bytes | Damage]:
         """What `data` completes, in order: the payload of a good frame, the name of the damage of a bad one."""
-        *complete, pending = (self._pending + data).split(DELIMITER)
+        complete = (self._pending + data).split(DELIMITER)
+        pending = complete.pop()
         found: list[bytes | Damage] = []
         for encoded in complete:
             if self._skipping:
                 self._skipping = False
             elif encoded:
                 found.append(self._unpack(encoded))
-        self._pending = pending
         if self._skipping:
-            self._pending = b""
+            pending = b""
         elif len(pending) > self._max_frame_bytes:
-            self._pending, self._skipping = b"", True
+            pending, self._skipping = b"", True
             found.append("overlong")
+        self._pending = pending
         return found
 
     def _unpack(self, encoded: bytes) -> bytes | Damage:
