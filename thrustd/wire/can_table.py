@@ -12,6 +12,7 @@ plain. Byte-aligned layouts become one `struct`; any other layout is left to can
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import isfinite
 from struct import Struct
 from typing import Any
 
@@ -23,6 +24,7 @@ from thrustd.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 
 HEADER = ("NodeId", "DataType", "ServiceCode", "MessageCode")  # CANaerospace 1.7, the first four bytes
 EXTENDED_BIT = 1 << 31  # set in `ident` for 29-bit identifiers
+MAX_DBC_BYTES = 4_000_000
 KELVIN_AT_0_DEGC = 273.15
 POUND_KG = 0.45359237
 FOOT_M = 0.3048
@@ -79,6 +81,8 @@ class CanTable:
     @classmethod
     def from_dbc(cls, text: str, rows: Iterable[CanRow], units: CanUnits, where: str = "DBC") -> "CanTable":
         """Compile `rows` against the DBC in `text`; `where` names the file in error messages."""
+        if len(text) > MAX_DBC_BYTES:
+            raise ConfigError(f"{where}: {len(text)} bytes, expected a DBC file of at most {MAX_DBC_BYTES}")
         try:
             database: Any = cantools.database.load_string(text, "dbc")
         except (cantools.Error, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
@@ -137,8 +141,10 @@ def _field(position: int, signal: Any, row: CanRow, units: CanUnits, where: str)
         raise ConfigError(f"{where}: unit {signal.unit!r} cannot become {wanted_unit!r} of {row.signal}")
     factor, shift = conversion
     scale = signal.scale * factor
-    if scale == 0:
-        raise ConfigError(f"{where}: factor {signal.scale} must not be 0")
+    if scale == 0 or not isfinite(scale) or not isfinite(signal.offset):
+        raise ConfigError(
+            f"{where}: factor {signal.scale} and offset {signal.offset}, expected finite and a factor not 0"
+        )
     return CanField(
         position, scale, signal.offset * factor + shift, row.signal, row.index, f"{row.signal}[{row.index}]"
     )
