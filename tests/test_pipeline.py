@@ -26,18 +26,21 @@ def adc(t_ns, sequence, deformation_mm):
 
 class Bus:
     def __init__(self, installation):
+        self._rng = np.random.default_rng(1)
         self._encoder = CanEncoder(installation.can_table(ICD_INPUT_ROWS), 1)
 
     def frames(self, t_ns, **changes):
         values = [(name, 0, value) for name, value in (CRUISE | changes).items()]
         values += [(name, e, value) for name, value in ENGINE.items() for e in range(2)]
+        noise = self._rng.normal(0, 1e-4, len(values))
+        values = [(name, e, value * (1 + d) + 1e-3 * d) for (name, e, value), d in zip(values, noise, strict=True)]
         for name, index, value in values:
             yield Frame(t_ns, "can", *self._encoder.encode(name, index, value))
 
 
 def flight(installation, seconds, deformation_mm=lambda t: (0.3, 0.3, 0.3, 0.3), drop=lambda k: False, **changes):
-    """100 Hz ADC, 10 Hz bus, 20 Hz ticks."""
-    bus = Bus(installation)
+    """100 Hz ADC, 10 Hz bus, 20 Hz ticks; every sensor has a little noise, as living sensors do."""
+    bus, rng = Bus(installation), np.random.default_rng(0)
     for k in range(int(seconds * 100)):
         t_ns = S + k * 10_000_000
         if k % 10 == 0:
@@ -45,7 +48,12 @@ def flight(installation, seconds, deformation_mm=lambda t: (0.3, 0.3, 0.3, 0.3),
         if k % 5 == 0:
             yield Tick(t_ns)
         if not drop(k):
-            yield adc(t_ns, k, deformation_mm(k / 100))
+            noise_mm = rng.normal(0, 2e-4, 4)
+            yield adc(
+                t_ns,
+                k,
+                [None if mm is None else mm + e for mm, e in zip(deformation_mm(k / 100), noise_mm, strict=True)],
+            )
 
 
 def fly(installation, events):
@@ -67,14 +75,14 @@ def test_engine_thrust_is_the_sum_of_its_mounts(aircraft):
     outputs = fly(aircraft, flight(aircraft, 30, lambda t: (0.2, 0.3, 0.25, 0.25)))
     left = of(outputs, Estimate, engine=0)[-1]
     forces = [of(outputs, MountOutput, mount=m)[-1].force_n for m in (0, 1)]
-    assert left.mount_n == pytest.approx(sum(forces), rel=1e-6)
-    assert forces == pytest.approx([0.2 * 5079, 0.3 * 5079], rel=1e-3)
+    assert left.mount_n == pytest.approx(sum(forces), rel=1e-3)
+    assert forces == pytest.approx([0.2 * 5079, 0.3 * 5079], abs=5)
 
 
 def test_the_mounts_carry_thrust_minus_inertia(aircraft):
     still = of(fly(aircraft, flight(aircraft, 5)), Estimate, engine=0)[-1]
     climbing = of(fly(aircraft, flight(aircraft, 5, accel_x_g=0.1)), Estimate, engine=0)[-1]
-    assert climbing.mount_n - still.mount_n == pytest.approx(373 * 9.80665 * 0.1, rel=1e-3)
+    assert climbing.mount_n - still.mount_n == pytest.approx(373 * 9.80665 * 0.1, abs=5)
 
 
 def test_short_gaps_are_stepped_through(aircraft):
@@ -84,7 +92,7 @@ def test_short_gaps_are_stepped_through(aircraft):
     assert of(holed, Fault, kind="lost")[0].count == 40
     assert any(e.status & Status.GAP for e in of(holed, Estimate))
     end = [of(outputs, MountOutput, mount=0)[-1].force_n for outputs in (whole, holed)]
-    assert end[1] == pytest.approx(end[0], abs=0.5)
+    assert end[1] == pytest.approx(end[0], abs=2)
 
 
 def test_long_gaps_restart_the_linear_block_and_widen_the_band(aircraft):
