@@ -50,7 +50,7 @@ class EventQueue:
         events: list[Event] = []
         with suppress(Empty):
             events.append(self._queue.get(timeout=timeout_s))
-            while len(events) < TAKE_EVENTS:
+            for _ in range(min(self._queue.qsize(), TAKE_EVENTS)):
                 events.append(self._queue.get_nowait())
         return events
 

@@ -1,12 +1,16 @@
 """The serial ADC as a source: bytes as they come, stamped on arrival; unplugged and back is a fault, not an end.
 
-Reads are as small as what is there, so that a byte waits for nobody (a fixed read size would wait for its timeout).
+pyserial opens and sets up the port; a device is then read with `select` and `os.read`, which return what is there at
+once (pyserial's `read(n)` waits for n bytes or its timeout, and its `in_waiting` costs another call into the kernel).
 `port` is a device path or any pyserial URL (`socket://`, `rfc2217://`, `loop://`, `spy://` ...).
 """
 
+import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
+from select import select
 from typing import Any
 
 import serial
@@ -51,9 +55,8 @@ class SerialPort:
         self._put(Fault(self._clock_ns(), CHANNEL, kind))
 
     def _open(self) -> Any | None:
-        timeout_s = URL_TIMEOUT_S if self._is_url else TIMEOUT_S
         try:
-            port = serial.serial_for_url(self._name, baudrate=self._baud, timeout=timeout_s)
+            port = serial.serial_for_url(self._name, baudrate=self._baud, timeout=URL_TIMEOUT_S)
         except (OSError, ValueError):  # SerialException is an OSError
             return None
         with suppress(OSError, ValueError, NotImplementedError, AttributeError):  # a pty or a URL has no such mode
@@ -63,11 +66,22 @@ class SerialPort:
     def _receive(self, port: Any) -> None:
         """Put what arrives until the port fails or the thread is stopped."""
         stopping, put, clock_ns = self._worker.stopping, self._put, self._clock_ns
-        with suppress(OSError, TypeError):  # unplugging raises either, also from `in_waiting`
+        read = partial(port.read, URL_READ_BYTES) if self._is_url else partial(_read_device, port.fileno())
+        with suppress(OSError, TypeError):  # unplugging raises either
             while not stopping.is_set():
-                wanted = URL_READ_BYTES if self._is_url else min(port.in_waiting or 1, MAX_READ_BYTES)
-                data = port.read(wanted)
+                data = read()
                 if data:
                     put(Frame(clock_ns(), CHANNEL, 0, data))
         with suppress(OSError):  # it may be gone already
             port.close()
+
+
+def _read_device(descriptor: int) -> bytes:
+    """What is there, at once when something is; empty after a silent TIMEOUT_S. OSError when unplugged."""
+    ready, _, _ = select([descriptor], [], [], TIMEOUT_S)
+    if not ready:
+        return b""
+    data = os.read(descriptor, MAX_READ_BYTES)
+    if not data:
+        raise OSError("readable without data: the device is gone")
+    return data
