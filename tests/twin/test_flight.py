@@ -176,7 +176,7 @@ def test_the_log_holds_the_events(flight, table, items, tmp_path):
     events = [item for item in items if not isinstance(item, Truth)]
     assert list(LogFile(path).events()) == events
     record = read_recording(path)
-    assert "truth_thrust_n_left" in record
+    assert "thrust_N_left" in record
     assert not any(isinstance(event, Fault) for event in events)
 
 
