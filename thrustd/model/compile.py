@@ -82,7 +82,7 @@ class CompiledModel:
         for stage in self.stages:
             u = row[column : column + len(stage.channels)]
             x = stage.start(u, v)
-            v = float(stage.run(x.copy(), u[None, :], np.array([v]))[0])
+            v = float(stage.step(x.copy(), stage.c, u, v))
             states.append(x)
             column += len(stage.channels)
         return np.concatenate(states)
@@ -104,15 +104,16 @@ class CompiledModel:
     def restart_uncertainty(self, before: Floats, after: Floats) -> tuple[tuple[float, float], ...]:
         """What a restart at rest may be wrong by: (force_n one sigma, tau_s of its decay) per real mode.
 
-        `before`: state when the mount was last seen, `after`: state it was restarted with. The true state of a mode lies
-        between the two: half their difference, as force, is one sigma.
+        `before`: state when the mount was last seen, `after`: state it was restarted with. The true state of a mode
+        lies between the two: half their difference, as force, is one sigma.
         """
         names = [stage.name for stage in self.stages]
         at = sum(stage.n_state for stage in self.stages[: names.index("linear")])
         w = after[at]
         output = self.stages[names.index("output_curve")]
-        nearby = np.array([w, w + 1e-3 * max(abs(w), 1e-3)])
-        slope = np.diff(output.run(np.zeros(0), np.zeros((2, 0)), nearby))[0] / np.diff(nearby)[0]
+        none, nearby = np.zeros(0), w + 1e-3 * max(abs(w), 1e-3)
+        here, there = (output.step(none, output.c, none, v) for v in (w, nearby))
+        slope = (there - here) / (nearby - w)
         return tuple(
             (0.5 * abs(slope * mode.gain * (before[at + 1 + i] - w)), mode.tau_s)
             for i, mode in enumerate(self.spec.linear.real_modes)
@@ -159,7 +160,10 @@ def check_witness(spec: ModelSpec, where: str) -> None:
         raise ModelError(f"{where}: no witness rows; expected an artifact written by thrustd")
     model = compile_model(spec, spec.witness.rate_hz)
     given = {name: np.array(rows) for name, rows in spec.witness.inputs.items()}
-    difference = np.abs(model.simulate(model.inputs(given)) - np.array(spec.witness.force_n))
+    rows = model.inputs(given)
+    state = model.start(rows[0])
+    force_n = np.array([model.step(state, row[1:], row[0]) for row in rows])
+    difference = np.abs(force_n - np.array(spec.witness.force_n))
     worst = int(np.argmax(difference))
     if not difference[worst] <= WITNESS_TOLERANCE_N:
         raise ModelError(

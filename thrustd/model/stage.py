@@ -63,6 +63,7 @@ def _block(step: Any) -> Any:
     return block
 
 
+_AT_ONCE = 6  # stages per compiled joint: a core of three and three effects
 _Offsets = tuple[int, int, int]  # where a stage's slices of x, c and u begin
 
 
@@ -72,16 +73,19 @@ def _pass_through(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 
 @cache
-def _join(steps: tuple[Any, Any, Any], offsets: tuple[_Offsets, _Offsets, _Offsets, _Offsets]) -> Any:
-    """Three steps as one. Three at a time because every joint is compiled at start-up; LLVM inlines them all."""
-    first, second, third = steps
-    (xa, ca, ua), (xb, cb, ub), (xc, cc, uc), (xd, cd, ud) = offsets
+def _join(steps: tuple[Any, ...], offsets: tuple[_Offsets, ...]) -> Any:
+    """`_AT_ONCE` steps as one. Written out, because every nested function is compiled at start-up; LLVM inlines all."""
+    f0, f1, f2, f3, f4, f5 = steps
+    (x0, c0, u0), (x1, c1, u1), (x2, c2, u2), (x3, c3, u3), (x4, c4, u4), (x5, c5, u5), (x6, c6, u6) = offsets
 
     @njit(error_model="numpy")
     def joined(x: Floats, c: Floats, u: Floats, v: float) -> float:
-        v = first(x[xa:xb], c[ca:cb], u[ua:ub], v)
-        v = second(x[xb:xc], c[cb:cc], u[ub:uc], v)
-        return third(x[xc:xd], c[cc:cd], u[uc:ud], v)
+        v = f0(x[x0:x1], c[c0:c1], u[u0:u1], v)
+        v = f1(x[x1:x2], c[c1:c2], u[u1:u2], v)
+        v = f2(x[x2:x3], c[c2:c3], u[u2:u3], v)
+        v = f3(x[x3:x4], c[c3:c4], u[u3:u4], v)
+        v = f4(x[x4:x5], c[c4:c5], u[u4:u5], v)
+        return f5(x[x5:x6], c[c5:c6], u[u5:u6], v)
 
     return joined
 
@@ -93,12 +97,12 @@ def compose(stages: tuple[Stage, ...]) -> tuple[Any, Floats]:
     """
     parts = [(s.step, s.n_state, s.c.size, len(s.channels)) for s in stages]
     while len(parts) > 1:
-        parts += [(_pass_through, 0, 0, 0)] * (-len(parts) % 3)
-        parts = [_joined(parts[i : i + 3]) for i in range(0, len(parts), 3)]
+        parts += [(_pass_through, 0, 0, 0)] * (-len(parts) % _AT_ONCE)
+        parts = [_joined(parts[i : i + _AT_ONCE]) for i in range(0, len(parts), _AT_ONCE)]
     return parts[0][0], np.concatenate([stage.c for stage in stages])
 
 
-def _joined(three: list[tuple[Any, int, int, int]]) -> tuple[Any, int, int, int]:
-    sizes = np.array([part[1:] for part in three])
+def _joined(group: list[tuple[Any, int, int, int]]) -> tuple[Any, int, int, int]:
+    sizes = np.array([part[1:] for part in group])
     ends = [(0, 0, 0), *(tuple(map(int, row)) for row in np.cumsum(sizes, axis=0))]
-    return (_join(tuple(part[0] for part in three), tuple(ends)), *ends[-1])
+    return (_join(tuple(part[0] for part in group), tuple(ends)), *ends[-1])
