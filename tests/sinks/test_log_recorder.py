@@ -16,7 +16,9 @@ import pytest
 
 from thrustd.errors import LogError
 from thrustd.sinks import log_recorder
+from thrustd.sinks.log_files import Disk
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
+from thrustd.sources.log_run import LogRun
 from thrustd.sources.mcap_log import LogFile
 from thrustd.types import Event, Fault, Frame, MountOutput, Tick
 from thrustd.wire.log_layout import LogHeader
@@ -24,6 +26,10 @@ from thrustd.wire.log_layout import LogHeader
 HEADER = LogHeader(engines=("left",), mounts=("left_upper",), run="r1")
 NOON = datetime(2018, 3, 12, 12, 0, 0, tzinfo=UTC)
 LIMIT_S = 20.0
+
+
+def disk(**more: Any) -> Disk:
+    return Disk(utc=lambda: NOON, **more)
 
 
 def flight(seconds: float, start_s: float = 0.0) -> list[Event]:
@@ -35,12 +41,15 @@ def flight(seconds: float, start_s: float = 0.0) -> list[Event]:
 
 def recorder(folder: Path, report: list[Fault], **more: Any) -> LogRecorder:
     settings = RecorderSettings(folder, **more.pop("settings", {}))
-    return LogRecorder(settings, HEADER, report.append, utc=lambda: NOON, **more)
+    return LogRecorder(settings, HEADER, report.append, disk(**more))
 
 
 def recorded(folder: Path) -> list[Event]:
     """Events of all files of the run, in the order of their parts."""
-    return [event for path in sorted(folder.glob("*.mcap")) for event in LogFile(path).events()]
+    run = LogRun(list(folder.glob("*.mcap")))
+    events = list(run.events())
+    assert run.position_bytes == run.size_bytes
+    return events
 
 
 def test_everything_is_recorded_under_a_name_with_the_time(tmp_path: Path) -> None:
@@ -86,7 +95,39 @@ def test_a_folder_that_cannot_be_is_an_error_at_the_start(tmp_path: Path) -> Non
         recorder(tmp_path / "file" / "logs", [])
 
 
-class Disk:
+def test_files_of_different_runs_or_with_one_missing_are_no_run(tmp_path: Path) -> None:
+    log = recorder(tmp_path, [], settings={"rotate_min": 1 / 60})
+    for event in flight(5):
+        log.write_event(event)
+    log.close()
+    first, second, third, *_ = sorted(tmp_path.glob("*.mcap"))
+    assert len(list(LogRun([second, first]).messages())) == 0
+    with pytest.raises(LogError, match="part 2, expected 1"):
+        LogRun([first, third])
+    with pytest.raises(LogError, match="part 0, expected 1"):
+        LogRun([first, first])
+    with pytest.raises(LogError, match="at least one"):
+        LogRun([])
+
+
+def test_the_oldest_logs_go_when_the_disk_gets_full_but_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "flight_notes.txt").write_text("keep")
+    (tmp_path / "other_20180312T110000Z_0000.mcap").write_text("keep")
+    old = [tmp_path / f"flight_2018031{day}T110000Z_0000.mcap" for day in range(5)]
+    for path in old:
+        path.write_text("old")
+    free = iter([1e6, 2e6, 3e6]).__next__
+    faults: list[Fault] = []
+    settings = RecorderSettings(tmp_path, keep_free_mb=3)
+    LogRecorder(settings, HEADER, faults.append, disk(free_bytes=lambda folder: int(free()))).close()
+    left = sorted(path.name for path in tmp_path.iterdir())
+    assert left == sorted(
+        ["flight_notes.txt", "other_20180312T110000Z_0000.mcap", "flight_20180312T120000Z_0000.mcap"]
+        + [path.name for path in old[2:]]
+    )
+
+
+class Drive:
     """A disk with two switches: full, and stuck."""
 
     def __init__(self) -> None:
@@ -95,17 +136,17 @@ class Disk:
         self.moving.set()
 
     def open(self, path: Path) -> Any:
-        return _DiskFile(path, self)
+        return _DriveFile(path, self)
 
 
-class _DiskFile(FileIO):
-    def __init__(self, path: Path, disk: Disk) -> None:
+class _DriveFile(FileIO):
+    def __init__(self, path: Path, drive: Drive) -> None:
         super().__init__(path, "xb")
-        self._disk = disk
+        self._drive = drive
 
     def write(self, data: Any) -> int:
-        self._disk.moving.wait(LIMIT_S)
-        if self._disk.full:
+        self._drive.moving.wait(LIMIT_S)
+        if self._drive.full:
             raise OSError(errno.ENOSPC, "No space left on device")
         return super().write(data)
 
@@ -118,16 +159,16 @@ def wait_for(faults: "SimpleQueue[Fault]", kind: str) -> Fault:
 
 
 def test_a_full_disk_is_counted_and_recording_resumes_in_a_new_file(tmp_path: Path) -> None:
-    disk, faults = Disk(), SimpleQueue[Fault]()
-    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk.open, lambda: NOON)
+    drive, faults = Drive(), SimpleQueue[Fault]()
+    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk(open_file=drive.open))
     before, during, after = flight(3), flight(2, 3.0), flight(3, 5.0)
     for event in before:
         log.write_event(event)
-    disk.full = True
+    drive.full = True
     for event in during:
         log.write_event(event)
     lost = wait_for(faults, "log_write").count
-    disk.full = False
+    drive.full = False
     wait_for(faults, "log_resumed")
     for event in after:
         log.write_event(event)
@@ -141,9 +182,9 @@ def test_a_full_disk_is_counted_and_recording_resumes_in_a_new_file(tmp_path: Pa
 
 
 def test_a_disk_that_is_full_from_now_on_costs_records_only(tmp_path: Path) -> None:
-    disk, faults = Disk(), SimpleQueue[Fault]()
-    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk.open, lambda: NOON)
-    disk.full = True
+    drive, faults = Drive(), SimpleQueue[Fault]()
+    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk(open_file=drive.open))
+    drive.full = True
     for event in flight(5):
         log.write_event(event)
     wait_for(faults, "log_write")
@@ -153,15 +194,15 @@ def test_a_disk_that_is_full_from_now_on_costs_records_only(tmp_path: Path) -> N
 
 def test_a_stuck_disk_drops_the_oldest_and_never_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(log_recorder, "MAX_PARCELS", 20)
-    disk, faults = Disk(), SimpleQueue[Fault]()
-    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk.open, lambda: NOON)
+    drive, faults = Drive(), SimpleQueue[Fault]()
+    log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk(open_file=drive.open))
     events = flight(20)
-    disk.moving.clear()
+    drive.moving.clear()
     for event in events:
         log.write_event(event)
     dropped = log.dropped_items
     assert dropped > 0
-    disk.moving.set()
+    drive.moving.set()
     log.close()
     told = 0
     while told < dropped:
@@ -180,6 +221,7 @@ from io import FileIO
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Event
+from thrustd.sinks.log_files import Disk
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.merge import EventQueue, merged
 from thrustd.sources.ticker import Ticker

@@ -26,20 +26,21 @@ class LogFile:
         self.position_bytes = 0  # how far the running iteration is
         self.cut = False  # the file ended without a summary; known after a complete iteration
         self.missing_events = 0  # dropped by the recorder; counted while `events` runs
+        self.next_number: int | None = None  # of the event after the last one read
         self.header = self._read_header()
 
-    def events(self) -> Iterator[Event]:
-        """Raw events in arrival order."""
+    def events(self, first_number: int | None = None) -> Iterator[Event]:
+        """Raw events in arrival order; `first_number` is known when the file before in the run was read."""
         self.missing_events = 0
-        next_number = 0 if self.header.part == 0 else None  # later files of a run go on counting
+        self.next_number = 0 if self.header.part == 0 else first_number
         seen = False
         for walk, message in self._walk():
             if walk.topics.get(message.channel_id, ("", ""))[0] != RAW_TOPIC:
                 continue
-            first_number, events = self._decode(walk, message.channel_id, message.data)
-            if next_number is not None:
-                self.missing_events += max(0, first_number - next_number)
-            next_number, seen = first_number + len(events), True
+            number, events = self._decode(walk, message.channel_id, message.data)
+            if self.next_number is not None:
+                self.missing_events += max(0, number - self.next_number)
+            self.next_number, seen = number + len(events), True
             yield from events
         if not seen and not self.cut:
             raise LogError(f"{self.path}: no message on topic {RAW_TOPIC!r}, expected the raw events of a flight")

@@ -1,0 +1,60 @@
+"""The files of one run as one log: the recorder starts a new file by size, by time and after a full disk."""
+
+from collections.abc import Collection, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+from thrustd.errors import LogError
+from thrustd.sources.mcap_log import LogFile, LogMessage
+from thrustd.types import Event
+from thrustd.wire.log_layout import LogHeader
+
+
+class LogRun:
+    """Reads like a `LogFile`. `paths` in any order; LogError when they are not consecutive files of one run."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        if not paths:
+            raise LogError("no log given, expected at least one file")
+        self.files = sorted((LogFile(path) for path in paths), key=lambda file: file.header.part)
+        for this, following in pairwise(self.files):
+            if following.header.run != this.header.run or not this.header.run:
+                raise LogError(f"{following.path}: run {following.header.run!r}, expected {this.header.run!r}")
+            if following.header.part != this.header.part + 1:
+                raise LogError(f"{following.path}: part {following.header.part}, expected {this.header.part + 1}")
+
+    @property
+    def path(self) -> Path:
+        return self.files[0].path
+
+    @property
+    def header(self) -> LogHeader:
+        return self.files[0].header
+
+    @property
+    def size_bytes(self) -> int:
+        return sum(file.size_bytes for file in self.files)
+
+    @property
+    def position_bytes(self) -> int:
+        return sum(file.position_bytes for file in self.files)
+
+    @property
+    def cut(self) -> bool:
+        return any(file.cut for file in self.files)
+
+    @property
+    def missing_events(self) -> int:
+        return sum(file.missing_events for file in self.files)
+
+    def events(self) -> Iterator[Event]:
+        """Raw events of all files in arrival order."""
+        number: int | None = None
+        for file in self.files:
+            yield from file.events(number)
+            number = file.next_number
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[LogMessage]:
+        """Messages of all files in file order, of `topics` or of all but `/raw`."""
+        for file in self.files:
+            yield from file.messages(topics)
