@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import medfilt
 
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, FloatArray
@@ -125,7 +126,8 @@ def _converted(raw: Mapping[str, FloatArray], table: Mapping[str, Source]) -> di
 def _body_accelerations(columns: dict[str, FloatArray], accel_m_s2: FloatArray) -> dict[str, FloatArray]:
     time_s, tas = columns[TIME], columns["tas_m_s"]
     flying = tas > MIN_AIRSPEED_M_S
-    sine = np.where(flying, columns["climb_rate_m_s"] / np.maximum(tas, MIN_AIRSPEED_M_S), 0.0)
+    climb_m_s = medfilt(columns["climb_rate_m_s"], 9)  # some recordings have spikes of 80 m/s
+    sine = np.where(flying, climb_m_s / np.maximum(tas, MIN_AIRSPEED_M_S), 0.0)
     gamma = _smooth(np.arcsin(np.clip(sine, -0.5, 0.5)))
     roll = np.radians(columns.get("roll_deg", np.zeros_like(tas)))
     along = accel_m_s2 / STANDARD_GRAVITY_M_S2 + np.sin(gamma)
