@@ -1,0 +1,146 @@
+"""Bad input is one line on standard error and exit status 2; no traceback, nothing written."""
+
+import numpy as np
+import pytest
+
+from tests.conftest import small_aircraft
+from thrustd.__main__ import main
+from thrustd.installation import CONFIG
+from thrustd.records.files import write_recording
+from thrustd.records.recording import make_recording
+from thrustd.twin.flight import Rates, scripted_flight, write_flight
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """A folder with an aircraft and a short flight."""
+    folder = tmp_path_factory.mktemp("good")
+    aircraft = small_aircraft()
+    for name, content in aircraft.files.items():
+        (folder / ("aircraft.toml" if name == CONFIG else name)).write_bytes(content)
+    profile, airframe = scripted_flight(20.0, 1)
+    table = aircraft.can_table(ICD_INPUT_ROWS)
+    write_flight(folder / "flight.mcap", profile, airframe, table, aircraft.log_header(), 1, Rates())
+    return folder
+
+
+@pytest.fixture
+def broken(good, tmp_path):
+    """A copy of `good` to damage."""
+    for path in good.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    return tmp_path
+
+
+def refused(capsys, *arguments):
+    """Run a verb that must refuse; -> its line."""
+    assert main([str(argument) for argument in arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    lines = [line for line in err.splitlines() if line.startswith("thrustd: ")]
+    assert len(lines) == 1
+    assert "Traceback" not in err
+    return lines[0]
+
+
+def edit(path, old, new):
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+def test_a_good_aircraft_is_ready(good, capsys):
+    assert main(["check", str(good / "aircraft.toml"), "--json"]) == 0
+    assert '"ok":true' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "words"),
+    [
+        ("aircraft.toml", "sample_hz", "sample_Hz", ("aircraft.toml", "sample_Hz")),
+        ("aircraft.toml", "left_lower.json", "gone.json", ("gone.json", "No such file")),
+        ("left_upper.json", "thrustd-model/1", "thrustd-model/2", ("left_upper.json", "schema")),
+        ("left_upper.json", '"direct": 1.1', '"direct": 1.2', ("left_upper.json", "witness")),
+        ("can.dbc", "Engine1_N1", "Engine1_NX", ("can.dbc", "Engine1_N1")),
+        ("can.dbc", "BO_ ", "BO ", ("can.dbc", "DBC")),
+        ("deck.json", "{", "[", ("deck.json",)),
+    ],
+)
+def test_check_refuses(broken, capsys, file, old, new, words):
+    edit(broken / file, old, new)
+    line = refused(capsys, "check", broken / "aircraft.toml")
+    for word in words:
+        assert word in line
+
+
+def test_replay_refuses_what_is_no_log(broken, capsys):
+    out = broken / "out.mcap"
+    (broken / "empty.mcap").write_bytes(b"")
+    (broken / "text.mcap").write_text("time_s,force_N\n")
+    for name, word in (("empty.mcap", "empty"), ("text.mcap", "MCAP"), ("gone.mcap", "gone.mcap")):
+        assert word in refused(capsys, "replay", broken / name, "-o", out)
+    assert not out.exists()
+
+
+def test_replay_refuses_four_flipped_bytes_but_reads_a_cut_log(broken, capsys):
+    content = bytearray((broken / "flight.mcap").read_bytes())
+    middle = len(content) // 2
+    (broken / "cut.mcap").write_bytes(content[:middle])
+    for i in range(middle, middle + 4):
+        content[i] ^= 0xFF
+    (broken / "flipped.mcap").write_bytes(content)
+    line = refused(capsys, "replay", broken / "flipped.mcap", "-o", broken / "out.mcap")
+    assert "flipped.mcap" in line
+    assert not (broken / "out.mcap").exists()
+    assert main(["replay", str(broken / "cut.mcap"), "--json"]) == 0
+    assert '"cut":true' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("deformation_mm,force_N\n0.1,5\n", ("time_s",)),
+        ("time_s,force_N\n0,5\n1,lots\n", ("lots",)),
+        ("time_s,force_N\n0,5\n2,5\n1,5\n", ("time_s",)),
+        ("", ("empty",)),
+    ],
+)
+def test_convert_refuses_and_writes_nothing(tmp_path, capsys, rows, words):
+    (tmp_path / "in.csv").write_text(rows)
+    line = refused(capsys, "convert", tmp_path / "in.csv", "-o", tmp_path / "out.parquet")
+    assert "in.csv" in line
+    for word in words:
+        assert word in line
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.csv"]
+
+
+def test_convert_goes_round_all_types(tmp_path, capsys):
+    columns = {"time_s": np.arange(50) * 0.1, "force_N": np.linspace(0, 6e3, 50), "bleed_pct": np.ones(50)}
+    write_recording(make_recording("r", columns), tmp_path / "r.csv")
+    before = tmp_path / "r.csv"
+    for suffix in (".parquet", ".mcap", ".npz", ".mat", ".csv"):
+        after = tmp_path / f"next{suffix}"
+        assert main(["convert", str(before), "-o", str(after)]) == 0
+        before = after
+    assert (tmp_path / "next.csv").read_text() == (tmp_path / "r.csv").read_text()
+
+
+@pytest.mark.parametrize("arguments", [["fly"], [], ["replay"], ["replay", "x.mcap", "--speed", "-1"], ["simulate"]])
+def test_a_call_that_makes_no_sense_is_one_line(capsys, arguments):
+    refused(capsys, *arguments)
+
+
+def test_every_verb_has_help_with_an_example(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    verbs = [
+        line.split()[0] for line in capsys.readouterr().out.splitlines() if line.startswith("    ") and line[4] != " "
+    ]
+    verbs = [verb for verb in verbs if verb.islower()]
+    assert {"run", "replay", "simulate", "convert", "check", "info"} <= set(verbs)
+    for verb in verbs:
+        with pytest.raises(SystemExit) as done:
+            main([verb, "--help"])
+        assert done.value.code == 0
+        assert "example" in capsys.readouterr().out
