@@ -50,7 +50,7 @@ EFFECT = Effect(
             "creep_per_decade",
             "-",
             0.0,
-            -0.3,
+            0.0,
             0.3,
             (0.01,),
             "share of the deformation added per tenfold of time",

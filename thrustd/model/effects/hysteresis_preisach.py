@@ -52,7 +52,7 @@ EFFECT = Effect(
             "friction_n",
             "N",
             0.0,
-            -5000.0,
+            0.0,
             5000.0,
             (50.0,),
             "friction force, half the width of the loop at its centre",

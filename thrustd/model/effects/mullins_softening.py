@@ -46,7 +46,7 @@ EFFECT = Effect(
             "softening",
             "-",
             0.0,
-            -0.9,
+            0.0,
             0.9,
             (0.05,),
             "relative loss of stiffness far below the largest deformation (1/r)",

@@ -37,7 +37,7 @@ EFFECT = Effect(
             "softening",
             "-",
             0.0,
-            -0.9,
+            0.0,
             0.9,
             (0.03,),
             "relative loss of stiffness under full vibration",

@@ -3,7 +3,7 @@
     force = core force + damping_n_s_mm * dx/dt,        dx/dt low-passed with filter_s
 
 Positive resists motion: more force than the spring while loading. The rate comes from the LVDT, whose steps of 5 mm /
-2^16 at 20 Hz are 1.5 um/s; the first-order filter of 0.05 s keeps that out. Kelvin-Voigt's element (thesis eq. 13.3).
+2^16 at 20 Hz are 1.5 um/s; the first-order filter keeps that out. Kelvin-Voigt's element (thesis eq. 13.3).
 Valid below a few hertz. Left out: damping which depends on amplitude (hysteresis) or that fades with frequency
 (relaxation). A pure time delay of the LVDT looks alike, since x(t + T) is x + T dx/dt to first order.
 """
@@ -42,7 +42,7 @@ EFFECT = Effect(
             "damping_n_s_mm",
             "N s/mm",
             0.0,
-            -100000.0,
+            0.0,
             100000.0,
             (500.0,),
             "force per rate of deformation",
@@ -52,12 +52,11 @@ EFFECT = Effect(
             "filter_s",
             "s",
             0.05,
-            0.001,
+            0.005,
             10.0,
-            (0.05,),
+            (0.02, 0.1, 0.5),
             "low-pass of the rate",
             amplitude=False,
-            estimate=False,
         ),
     ),
     step=step,

@@ -1,0 +1,125 @@
+"""What is refused or said before anything is computed: one clear line each (RecordingError)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from thrustd.diagnose.candidates import moves
+from thrustd.errors import ModelError, RecordingError
+from thrustd.identify.segments import DEFORMATION, FORCE
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.effect import Effect
+from thrustd.model.effects import effect_named
+from thrustd.model.stage import Floats
+from thrustd.records.recording import Recording
+from thrustd.signals import STANDARD_GRAVITY_M_S2
+
+LARGEST_MM = 50.0  # no engine mount moves further
+SMALLEST_MM = 0.02  # nor less, over a whole record with thrust
+SAME_N = 1e-6  # of the reference's size: a reference that is the model's own output
+SHORTEST_S = 10.0
+KELVIN = (200.0, 420.0)
+
+
+def check_recording(record: Recording) -> None:
+    """Refuse channels in the wrong unit and records in which nothing happens."""
+    for name in (DEFORMATION, FORCE):
+        if name not in record:
+            raise RecordingError(f"{record.name}: no column '{name}', it has {', '.join(sorted(record.channels))}")
+    if not moves(record[DEFORMATION]):
+        raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
+    if record.duration_s < SHORTEST_S:
+        raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
+    _check_deformation(record)
+    for axis, rest in (("accel_x_g", 0.0), ("accel_y_g", 0.0), ("accel_z_g", 1.0)):
+        if axis in record:
+            _check_accel(record, axis, rest)
+    if "temperature_degC" in record:
+        middle = _median(record["temperature_degC"])
+        if KELVIN[0] < middle < KELVIN[1]:
+            raise RecordingError(
+                f"{record.name}: temperature_degC is about {middle:.0f}: that is kelvin, expected degC"
+                " (subtract 273.15)"
+            )
+
+
+def _check_deformation(record: Recording) -> None:
+    size = _size(record[DEFORMATION])
+    force = _size(record[FORCE])
+    if size > LARGEST_MM:
+        unit = "micrometres, expected mm (divide by 1000)" if size < 1000 * LARGEST_MM else "not millimetres"
+        raise RecordingError(f"{record.name}: {DEFORMATION} reaches {size:.3g}: that is {unit}")
+    if size < SMALLEST_MM and force > 200.0 and force / size > 1e5:
+        raise RecordingError(
+            f"{record.name}: {DEFORMATION} reaches only {size:.3g} under {force:.0f} N: that is metres,"
+            " expected mm (multiply by 1000)"
+        )
+    if 0 < force < 20.0 and size > SMALLEST_MM:
+        raise RecordingError(
+            f"{record.name}: {FORCE} reaches only {force:.3g} at {size:.2g} mm: that is kN,"
+            " expected N (multiply by 1000)"
+        )
+
+
+def _check_accel(record: Recording, axis: str, rest: float) -> None:
+    column = record[axis]
+    middle, size = _median(column), _size(column)
+    if (rest == 1.0 and 6.0 < abs(middle) < 13.0) or (rest == 0.0 and size > STANDARD_GRAVITY_M_S2 / 2):
+        raise RecordingError(
+            f"{record.name}: {axis} is about {middle:.3g} and reaches {size:.3g}: that is m/s2, expected g"
+            f" (divide by {STANDARD_GRAVITY_M_S2})"
+        )
+
+
+def check_not_own_output(record: Recording, model_n: Floats, reference_n: Floats) -> None:
+    """A reference computed by the model itself proves nothing."""
+    if np.nanmax(np.abs(reference_n - model_n)) <= SAME_N * max(1.0, float(np.nanmax(np.abs(reference_n)))):
+        raise RecordingError(
+            f"{record.name}: {FORCE} is this model's own output; expected an independent reference"
+            " (load cell, brochure)"
+        )
+
+
+def check_length(records: Sequence[Recording], spec: ModelSpec) -> None:
+    """Diagnosis needs records that outlast the slowest mode it should not mistake for an effect."""
+    slowest = max((mode.tau_s for mode in spec.linear.real_modes if abs(mode.gain) > 1e-3), default=0.0)
+    total = sum(record.duration_s for record in records)
+    if total < slowest:
+        names = ", ".join(record.name for record in records)
+        raise RecordingError(
+            f"{names}: {total:.0f} s long, expected at least the model's slowest time constant, {slowest:.0f} s"
+        )
+
+
+def check_new(spec: ModelSpec, effect: Effect, where: str) -> None:
+    """An effect is added once."""
+    for present in spec.effects:
+        known = effect_named(present.name)
+        if known.word == effect.word and (known.name == effect.name or known.variant_of or effect.variant_of):
+            raise ModelError(f"{where}: effect '{effect.word}' is already in the model, expected one that is not")
+
+
+def check_channels(records: Sequence[Recording], effect: Effect) -> None:
+    """The channels of an effect must be there and move, or nothing can be estimated."""
+    for record in records:
+        for channel in effect.channels:
+            if channel != "time_s" and channel not in record:
+                raise RecordingError(
+                    f"{record.name}: no column '{channel}', which effect {effect.word} reads;"
+                    f" it has {', '.join(sorted(record.channels))}"
+                )
+    for channel in effect.channels:
+        if channel != "time_s" and not any(moves(record[channel]) for record in records):
+            names = ", ".join(record.name for record in records)
+            value = _median(records[0][channel])
+            raise RecordingError(
+                f"{names}: {channel} is constant ({value:.4g}): effect {effect.word} cannot be estimated"
+            )
+
+
+def _median(column: Floats) -> float:
+    return float(np.nanmedian(column))
+
+
+def _size(column: Floats) -> float:
+    return float(np.nanquantile(np.abs(column), 0.999))

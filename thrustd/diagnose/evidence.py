@@ -1,0 +1,134 @@
+"""What diagnosis looks at: one table of rows for all records, thin enough for linear algebra.
+
+A model is simulated at the full rate over every stretch of data; what the statistics see are means over `width`
+samples (at most `ROWS` rows in all), cut into contiguous blocks of time. Blocks are the unit of evidence: neighbouring
+samples of a mount's residual are anything but independent, blocks of minutes nearly are.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thrustd.identify.parameters import pack
+from thrustd.identify.segments import Segment, bridged, segments_of
+from thrustd.identify.sensitivity import jacobian_blocks
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.compile import model_stages
+from thrustd.model.stage import Floats, Stage
+from thrustd.records.recording import Recording
+
+ROWS = 150_000  # rows of the table at most; 250 columns of it are 300 MB
+BLOCKS = 48  # of equal length over all records
+FOLDS = 6  # blocks held back in turn
+BASE_PARAMETERS = ("input_curve.[yc]*", "linear.*", "output_curve.[yc]*")  # knots stay: moving them is hardly new
+
+Ints = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """Rows of all segments, one after the other."""
+
+    segments: tuple[Segment, ...]
+    width: int  # samples per row
+    reference_n: Floats  # (n,), NaN where there is none
+    time_s: Floats  # (n,)
+    block: Ints  # (n,) number of the block a row belongs to
+    segment: Ints  # (n,) number of the segment
+    channels: dict[str, Floats]  # every column of the records that all of them have, (n,)
+
+    @property
+    def n_blocks(self) -> int:
+        return int(self.block[-1]) + 1
+
+    @property
+    def row_s(self) -> float:
+        return self.width * self.segments[0].dt_s
+
+    def output(self, spec: ModelSpec) -> Floats:
+        """Model force by row (n,)."""
+        return self.rows([simulate(model_stages(spec, segment.dt_s), segment) for segment in self.segments])
+
+    def rows(self, columns: Sequence[Floats]) -> Floats:
+        """Full-rate columns, one per segment, as row means (n,)."""
+        return np.concatenate([_means(column, self.width) for column in columns])
+
+    def jacobian(self, spec: ModelSpec, which: Sequence[str] = BASE_PARAMETERS) -> Floats:
+        """d force / d parameter by row (n, p) of the parameters chosen."""
+        vector = pack(spec, [pattern for pattern in which if _matches(spec, pattern)])
+        tables = []
+        for segment in self.segments:
+            blocks = [columns for _, _, columns in jacobian_blocks(spec, segment, vector)]
+            full = np.concatenate(blocks)
+            tables.append(np.column_stack([_means(full[:, i], self.width) for i in range(full.shape[1])]))
+        return np.concatenate(tables)
+
+
+def _matches(spec: ModelSpec, pattern: str) -> bool:
+    return any(fnmatchcase(name, pattern) for name in pack(spec).names)
+
+
+def gather(spec: ModelSpec, records: Sequence[Recording]) -> Evidence:
+    """The table for a model and records that carry their reference as force_N."""
+    shared = _shared(records)
+    needed = [name for stage in model_stages(spec, 1.0) for name in stage.channels]
+    segments = segments_of(records, dict.fromkeys([*needed, *shared, "time_s"]))
+    total = sum(map(len, segments))
+    width = max(1, -(-total // ROWS))
+    counts = [len(segment) // width for segment in segments]
+    keep = [segment for segment, count in zip(segments, counts, strict=True) if count > 0]
+    counts = [count for count in counts if count > 0]
+    names = ["deformation_mm", *shared]
+    return Evidence(
+        tuple(keep),
+        width,
+        np.concatenate([_means(s.force_n, width) for s in keep]),
+        np.concatenate([_means(s.time_s, width) for s in keep]),
+        _blocks(counts),
+        np.repeat(np.arange(len(keep)), counts),
+        {name: np.concatenate([_means(s.inputs[name], width) for s in keep]) for name in dict.fromkeys(names)},
+    )
+
+
+def _shared(records: Sequence[Recording]) -> list[str]:
+    """Columns of every record that are complete enough to be used as an input."""
+    names = [name for name in records[0].channels if all(name in record for record in records)]
+    return [
+        name
+        for name in names
+        if name != "force_N" and all(np.isfinite(bridged(record[name])).mean() > 0.999 for record in records)
+    ]
+
+
+def _blocks(counts: Sequence[int]) -> Ints:
+    """Contiguous blocks of nearly equal length which never span two segments."""
+    total, blocks, next_block = sum(counts), [], 0
+    for count in counts:
+        number = max(1, round(BLOCKS * count / total))
+        blocks.append(next_block + np.arange(count) * number // count)
+        next_block += number
+    return np.concatenate(blocks)
+
+
+def _means(column: Floats, width: int) -> Floats:
+    m = len(column) // width * width
+    means: Floats = column[:m].reshape(-1, width).mean(axis=1)
+    return means
+
+
+def simulate(stages: Sequence[Stage], segment: Segment) -> Floats:
+    """Free run over a whole segment from rest (n,)."""
+    v = segment.inputs["deformation_mm"]
+    for stage in stages:
+        v = run_stage(stage, segment.inputs, v)
+    return v
+
+
+def run_stage(stage: Stage, inputs: Mapping[str, Floats], v: Floats) -> Floats:
+    """One stage over a whole segment, started at rest on the first sample."""
+    u = np.column_stack([inputs[name] for name in stage.channels]) if stage.channels else np.empty((len(v), 0))
+    v = np.ascontiguousarray(v)
+    return stage.run(stage.start(u[0], float(v[0])), u, v)

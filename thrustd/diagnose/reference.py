@@ -1,0 +1,80 @@
+"""The reference that a model is judged against, and the mount's view of a flight recording.
+
+On a bench that is the load cell, `force_N`. In flight a mount carries `share` of its engine's thrust: `against` names
+any column of force, or `brochure`, which asks a brochure deck with the recording's engine and air data.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from thrustd.brochure.deck import Deck, DeckInputs
+from thrustd.errors import RecordingError
+from thrustd.identify.segments import DEFORMATION, FORCE
+from thrustd.model.stage import Floats
+from thrustd.records.recording import Recording
+from thrustd.signals import CATALOGUE
+
+THRUST = "thrust_N"
+BROCHURE = "brochure"
+BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
+MOUNT_SHARE = 0.5  # two front mounts carry one engine
+_BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")
+
+
+def as_mount(record: Recording, mount: str) -> Recording:
+    """Columns of one mount and its engine under plain names: `deformation_mm_left_upper` -> `deformation_mm`."""
+    if not mount:
+        return record
+    engine = mount.split("_")[0]
+    plain = dict(record.channels)
+    for suffix in (engine, mount):
+        for name in CATALOGUE:
+            if f"{name}_{suffix}" in record:
+                plain[name] = record[f"{name}_{suffix}"]
+    if f"{DEFORMATION}_{mount}" not in record:
+        known = sorted(n.removeprefix(DEFORMATION + "_") for n in record.channels if n.startswith(DEFORMATION + "_"))
+        raise RecordingError(f"{record.name}: no mount '{mount}', it has {', '.join(known) or 'none with a name'}")
+    return replace(record, channels=plain)
+
+
+def with_reference(
+    record: Recording, against: str = "", share: float = MOUNT_SHARE, deck: Deck | None = None, engine: int = 0
+) -> Recording:
+    """The recording with its reference as `force_N`; RecordingError in one line when there is none."""
+    if against == BROCHURE:
+        return record.with_channels(**{FORCE: share * _brochure_n(record, deck, engine)})
+    if against and against != FORCE:
+        factor = share if against.startswith(THRUST) else 1.0
+        return record.with_channels(**{FORCE: factor * record[against]})
+    if FORCE in record:
+        return record
+    if THRUST in record:
+        return record.with_channels(**{FORCE: share * record[THRUST]})
+    has = ", ".join(sorted(record.channels)) or "no column"
+    raise RecordingError(
+        f"{record.name}: no reference: expected {FORCE} or {THRUST} (or against brochure), it has {has}"
+    )
+
+
+def _brochure_n(record: Recording, deck: Deck | None, engine: int) -> Floats:
+    if deck is None:
+        raise RecordingError(f"{record.name}: against brochure: expected a brochure deck, none is given")
+    _require(record, ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC"))
+    step = max(1, round(record.sample_hz / BROCHURE_HZ))
+    rows = np.arange(0, len(record), step)
+    table = [record[name][rows] if name in record else np.full(len(rows), np.nan) for name in _BROCHURE_INPUTS]
+    rate = np.gradient(table[1], record.time_s[rows]) if len(rows) > 1 else np.zeros(len(rows))
+    thrust = [
+        deck.estimate(DeckInputs(*(float(v) for v in values)), engine).thrust_n
+        for values in zip(*table, rate, strict=True)
+    ]
+    found: Floats = np.interp(record.time_s, record.time_s[rows], np.array(thrust))
+    return found
+
+
+def _require(record: Recording, names: Sequence[str]) -> None:
+    missing = [name for name in names if name not in record]
+    if missing:
+        raise RecordingError(f"{record.name}: against brochure needs {', '.join(missing)}, which is not in the data")

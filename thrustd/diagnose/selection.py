@@ -1,0 +1,223 @@
+"""Forward selection of absent effects, judged on blocks that were held back.
+
+Each round asks every absent effect for its columns, regresses the residual on them (beside the effects found so far)
+with blocks held back in turn, polishes the few that matter, and takes the one that removes most, if that is
+
+    enough        at least `ENOUGH` of the model's own squared error (what it is known to leave when nothing is missing)
+    sure          gain per held-back block over its standard error above `SURE`
+    worth it      at least `WORTH` of the squared error that is left
+
+The present parameters stay as identified in this ranking; `absorbed` adds what re-estimating them would do instead.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import msgspec
+import numpy as np
+
+from thrustd.diagnose.candidates import Candidate, candidates, column_at, with_effect
+from thrustd.diagnose.dependence import FreeCurve, curve_fit, free_curves
+from thrustd.diagnose.evidence import Evidence
+from thrustd.diagnose.gram import BlockGram, Fit, block_gram, gain_t, held_out_fit
+from thrustd.diagnose.polish import polished
+from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.effect import Effect
+from thrustd.model.effects import effect_named
+from thrustd.model.stage import Floats
+
+ENOUGH = 0.30  # of the own squared error
+SURE = 2.5  # standard errors
+WORTH = 0.12  # of the squared error left
+DEEP = 0.4  # of the squared error: an effect that shows only when the present parameters move
+SURE_DEEP = 4.0
+POLISH = 6  # candidates polished per round
+NEAR = 1.35  # ... whose held-back error is within this factor of the best
+VARIANT = 0.97  # another formulation of an effect must be this much better than the effect itself
+RIDGES = (0.003, 0.03, 0.3, 3.0)  # of the re-estimated present parameters; the best on held-back blocks counts
+MOST = 3  # effects found at most
+
+Progress = Callable[[float, str], None]  # (share done, what is being done)
+
+
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """A candidate with its held-out error."""
+
+    candidate: Candidate
+    fit: Fit  # present parameters as identified
+    absorbed: Fit | None  # present parameters re-estimated along with it
+    before: Fit
+    t: float
+
+    @property
+    def gain(self) -> float:
+        """Mean squared error removed, N^2."""
+        return self.before.mse - self.fit.mse
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """One look at a model: what is left, who explains it."""
+
+    spec: ModelSpec
+    output_n: Floats
+    residual_n: Floats
+    before: Fit  # held-out error of the model as it is
+    absorbed: Fit  # the same with its present parameters re-estimated
+    scored: tuple[Scored, ...]  # best first, one per effect
+    curves: dict[str, Fit]  # free curve of each channel beside the present model, one scheme of holding back
+    before_curves: Fit  # the model as it is, same scheme
+
+
+def look(
+    spec: ModelSpec,
+    evidence: Evidence,
+    effects: Sequence[Effect],
+    added: Sequence[EffectSpec],
+    progress: Progress | None = None,
+) -> Round:
+    """Judge every absent effect beside `added` ones that are in `spec` already and may be re-estimated."""
+    output_n = evidence.output(spec)
+    residual_n = evidence.reference_n - output_n
+    present = evidence.jacobian(spec)
+    beside = _tangents(spec, added, evidence, output_n)
+    rough: list[Candidate] = []
+    for i, effect in enumerate(effects):
+        _tell(progress, 0.7 * i / max(1, len(effects)), effect.name)
+        rough += candidates(effect, spec, evidence, output_n)
+    curves = free_curves(evidence, output_n)
+    table = _Table.of(evidence, residual_n, present, beside, rough, curves)
+    first = table.scored(rough)
+    _tell(progress, 0.75, "polish")
+    fine = [
+        polished(s.candidate, spec, evidence, output_n, beside) if _matters(s, first, i) else s.candidate
+        for i, s in enumerate(first)
+    ]
+    last = _Table.of(evidence, residual_n, present, beside, fine, [])
+    _tell(progress, 1.0, "")
+    return Round(
+        spec,
+        output_n,
+        residual_n,
+        last.before(),
+        last.absorbed([]),
+        tuple(last.scored(fine, absorbed=True)),
+        table.curve_fits(curves),
+        table.before(schemes=1),
+    )
+
+
+def _matters(scored: Scored, first: Sequence[Scored], place: int) -> bool:
+    return place < POLISH and scored.gain > 0 and scored.fit.rmse <= NEAR * first[0].fit.rmse
+
+
+def acceptable(scored: Scored, own_n: float) -> bool:
+    """Enough, sure and worth it."""
+    return scored.gain >= ENOUGH * own_n**2 and scored.t >= SURE and scored.gain >= WORTH * scored.before.mse
+
+
+def deep(scored: Scored, first: Round) -> bool:
+    """An effect that hides in the identification data too: only visible when the present parameters may move.
+
+    They have absorbed part of it, so nothing shows while they stay; together with them it must remove much more than
+    they can alone.
+    """
+    if scored.absorbed is None:
+        return False
+    reference = min(first.before, first.absorbed, key=lambda fit: fit.mse)
+    return scored.absorbed.mse <= (1 - DEEP) * reference.mse and gain_t(reference, scored.absorbed) >= SURE_DEEP
+
+
+def taken(spec: ModelSpec, scored: Scored) -> tuple[ModelSpec, EffectSpec]:
+    """The model with the candidate at its estimated amplitude."""
+    values = scored.fit.beta[-len(scored.candidate.amplitudes) :]
+    effect = EffectSpec(scored.candidate.effect.name, scored.candidate.with_amplitudes(values))
+    return with_effect(spec, effect), effect
+
+
+def _tangents(spec: ModelSpec, added: Sequence[EffectSpec], evidence: Evidence, output_n: Floats) -> Floats:
+    """Columns (n, k) of the amplitudes of effects found in earlier rounds: re-estimated beside every candidate."""
+    columns = []
+    for effect in added:
+        without = _without(spec, effect)
+        bare = evidence.output(without)
+        columns.append(column_at(effect_named(effect.name), effect.parameters, without, evidence, bare).columns)
+    return np.column_stack(columns) if columns else np.empty((len(output_n), 0))
+
+
+def _without(spec: ModelSpec, effect: EffectSpec) -> ModelSpec:
+    return msgspec.structs.replace(spec, effects=[e for e in spec.effects if e is not effect and e != effect])
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """Column numbers in one Gram table: residual 0, present parameters, effects beside, candidates, free curves."""
+
+    gram: BlockGram
+    present: list[int]
+    beside: list[int]
+    candidates: list[list[int]]
+    curves: list[list[int]]
+
+    @staticmethod
+    def of(
+        evidence: Evidence,
+        residual_n: Floats,
+        present: Floats,
+        beside: Floats,
+        chosen: Sequence[Candidate],
+        curves: Sequence[FreeCurve],
+    ) -> "_Table":
+        groups = [*(c.columns for c in chosen), *(c.columns for c in curves)]
+        ends = np.cumsum([1] + [g.shape[1] for g in (present, beside, *groups)])
+        places = [list(range(a, b)) for a, b in pairwise(ends)]
+        gram = block_gram(evidence, residual_n, np.column_stack((present, beside)), groups)
+        n = len(chosen)
+        return _Table(gram, places[0], places[1], places[2 : 2 + n], places[2 + n :])
+
+    def before(self, schemes: int = 2) -> Fit:
+        return held_out_fit(self.gram, self.beside, [0.0] * len(self.beside), schemes)
+
+    def absorbed(self, extra: Sequence[int]) -> Fit:
+        """With the present parameters re-estimated, held back by the ridge that predicts best."""
+        at = [*self.present, *self.beside, *extra]
+        free = len(self.beside) + len(extra)
+        fits = [held_out_fit(self.gram, at, [ridge] * len(self.present) + [0.0] * free) for ridge in RIDGES]
+        return min(fits, key=lambda fit: fit.mse)
+
+    def scored(self, chosen: Sequence[Candidate], absorbed: bool = False) -> list[Scored]:
+        """Best shape of each effect, best effect first."""
+        before = self.before()
+        best: dict[str, Scored] = {}
+        for candidate, columns in zip(chosen, self.candidates, strict=True):
+            if not float(self.gram.size[columns].min()) > 0:
+                continue
+            fit = held_out_fit(self.gram, [*self.beside, *columns], [0.0] * (len(self.beside) + len(columns)))
+            if candidate.impossible(fit.beta[len(self.beside) :]):
+                fit = before
+            with_present = self.absorbed(columns) if absorbed else None
+            scored = Scored(candidate, fit, with_present, before, gain_t(before, fit))
+            known = best.get(candidate.word)
+            if known is None or _better(scored, known):
+                best[candidate.word] = scored
+        return sorted(best.values(), key=lambda s: s.fit.mse)
+
+    def curve_fits(self, curves: Sequence[FreeCurve]) -> dict[str, Fit]:
+        return {
+            curve.channel: curve_fit(self.gram, columns, self.beside)
+            for curve, columns in zip(curves, self.curves, strict=True)
+        }
+
+
+def _better(scored: Scored, known: Scored) -> bool:
+    """A variant replaces the plain effect only when it is clearly better."""
+    plain, other = (e.candidate.effect.variant_of == "" for e in (known, scored))
+    factor = VARIANT if plain and not other else 1 / VARIANT if other and not plain else 1.0
+    return scored.fit.mse < factor * known.fit.mse
+
+
+def _tell(progress: Progress | None, share: float, what: str) -> None:
+    if progress is not None:
+        progress(share, what)

@@ -1,0 +1,141 @@
+"""From rounds of selection to a verdict: effects by name, none, or unknown.
+
+none      nothing absent removes enough on held-back blocks, and no channel carries structure that is left
+unknown   a channel carries structure (a free curve of it removes it), but no effect of the library does
+names     otherwise, in the order they were found; free curves then only show what is still left
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from thrustd.diagnose.dependence import OWN
+from thrustd.diagnose.evidence import Evidence
+from thrustd.diagnose.expected import own_error_n
+from thrustd.diagnose.gram import Fit, gain_t
+from thrustd.diagnose.selection import MOST, Progress, Round, Scored, acceptable, deep, look, taken
+from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.effect import Effect
+
+STRUCTURE = 0.5  # of the own squared error: what a free curve must still remove to count as structure
+BY_CHANNEL = 0.5  # of that which a mere constant (offset and gain) would not
+IMPOSTOR = 0.3  # of the own squared error: a free curve of one channel beats all effects found by this much
+NEARLY = 0.1  # channels that remove this much less than the best are named too
+UNSAID = 2.0  # squared error in units of the own one, unexplained by anything: unknown without a channel
+SURE_CURVE = 2.5
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """The verdict with everything it rests on."""
+
+    verdict: tuple[str, ...]
+    found: tuple[Scored, ...]  # effects of the verdict, in the order they were found
+    added: tuple[EffectSpec, ...]
+    rounds: tuple[Round, ...]  # the first looks at the model as given
+    own_n: float  # what the model leaves where nothing is missing
+    promised: bool  # own_n comes from the artifact (else the best that anything reached)
+    channels: tuple[str, ...]  # which carry structure, best first
+    deep: bool = False  # found only when the present parameters are re-estimated along
+
+
+def judge(
+    spec: ModelSpec, evidence: Evidence, effects: Sequence[Effect], progress: Progress | None = None
+) -> Judgement:
+    """Rounds of selection until nothing is worth adding, then the question whether something else is left."""
+    rounds: list[Round] = []
+    found: list[Scored] = []
+    added: list[EffectSpec] = []
+    own_n, promised = 0.0, False
+    while True:
+        absent = [e for e in effects if e.word not in {s.candidate.word for s in found}]
+        rounds.append(look(spec, evidence, absent, added, _within(progress, len(rounds))))
+        if len(rounds) == 1:
+            own_n, promised = _own(spec, evidence, rounds[0])
+        best = next((s for s in rounds[-1].scored if acceptable(s, own_n)), None)
+        if best is None or len(found) == MOST:
+            break
+        spec, effect = taken(spec, best)
+        found.append(best)
+        added.append(effect)
+    return _concluded(rounds, found, added, own_n, promised)
+
+
+def _own(spec: ModelSpec, evidence: Evidence, first: Round) -> tuple[float, bool]:
+    promised = own_error_n(spec, evidence, first.output_n)
+    reached = [first.before.rmse, first.absorbed.rmse, *(s.fit.rmse for s in first.scored)]
+    reached += [fit.rmse for fit in first.curves.values()]
+    return (min(promised, first.before.rmse), True) if promised is not None else (min(reached), False)
+
+
+def _concluded(
+    rounds: list[Round], found: list[Scored], added: list[EffectSpec], own_n: float, promised: bool
+) -> Judgement:
+    first, last = rounds[0], rounds[-1]
+    left = structured(last, own_n)
+    impostor = [
+        name
+        for name, fit in sorted(first.curves.items(), key=lambda item: item[1].mse)
+        if name not in OWN
+        and name != "(constant)"
+        and found
+        and fit.mse < last.before_curves.mse - IMPOSTOR * own_n**2
+        and fit.mse < last.before_curves.mse - 0.25 * (first.before_curves.mse - last.before_curves.mse)
+    ]
+    words = tuple(s.candidate.word for s in found)
+    if found and not (impostor and left):
+        return Judgement(words, tuple(found), tuple(added), tuple(rounds), own_n, promised, left)
+    if found:
+        return Judgement(("unknown",), (), (), tuple(rounds), own_n, promised, _nearest(first, impostor))
+    buried = next((s for s in first.scored if deep(s, first)), None)
+    if buried is not None:
+        _, effect = taken(first.spec, buried)
+        return Judgement((buried.candidate.word,), (buried,), (effect,), tuple(rounds), own_n, promised, left, True)
+    unsaid = min(first.before.mse, first.absorbed.mse) > UNSAID * own_n**2 and promised
+    verdict = ("unknown",) if left or unsaid else ("none",)
+    return Judgement(verdict, (), (), tuple(rounds), own_n, promised, left or (best_curves(first) if unsaid else ()))
+
+
+def structured(look_at: Round, own_n: float) -> tuple[str, ...]:
+    """Channels whose free curve still removes enough, more than offset and gain would; best first."""
+    before, constant = look_at.before_curves, look_at.curves["(constant)"]
+    names = []
+    for name, fit in sorted(look_at.curves.items(), key=lambda item: item[1].mse):
+        removed = before.mse - fit.mse
+        beyond = min(before.mse, constant.mse) - fit.mse
+        if name in OWN or name == "(constant)" or removed < STRUCTURE * own_n**2:
+            continue
+        if beyond >= BY_CHANNEL * removed and _sure(before, fit):
+            names.append(name)
+    best = _own_curve(look_at)
+    names = [n for n in names if look_at.curves[n].mse < best - 0.25 * (before.mse - best)]
+    return _nearest(look_at, names)
+
+
+def _nearest(look_at: Round, names: Sequence[str]) -> tuple[str, ...]:
+    """The best of the channels and those which remove nearly as much (correlated channels)."""
+    if not names:
+        return ()
+    before, best = look_at.before_curves.mse, look_at.curves[names[0]].mse
+    return tuple(n for n in names if look_at.curves[n].mse <= best + NEARLY * (before - best))
+
+
+def _own_curve(look_at: Round) -> float:
+    """Squared error after a free curve of what the model itself reads: not an absent effect, but a poor model."""
+    return min([look_at.before_curves.mse, *(look_at.curves[n].mse for n in OWN if n in look_at.curves)])
+
+
+def _sure(before: Fit, after: Fit) -> bool:
+    return gain_t(before, after) >= SURE_CURVE
+
+
+def best_curves(look_at: Round) -> tuple[str, ...]:
+    """The one channel with the best free curve."""
+    names = [n for n in look_at.curves if n != "(constant)"]
+    return (min(names, key=lambda n: look_at.curves[n].mse),) if names else ()
+
+
+def _within(progress: Progress | None, number: int) -> Progress | None:
+    if progress is None:
+        return None
+    begin = 1 - 0.6**number
+    return lambda share, what: progress(begin + share * 0.4 * 0.6**number, what)
