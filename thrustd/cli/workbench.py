@@ -1,0 +1,24 @@
+"""The verb workbench: the local page."""
+
+import argparse
+from pathlib import Path
+
+from thrustd.cli.verb import Verbs, add_verb, note
+
+
+def add_verbs(verbs: Verbs) -> None:
+    parser = add_verb(
+        verbs, "workbench", workbench_verb, "open a local page on a folder: where a model fails and what is missing",
+        "thrustd workbench measurements/",
+    )  # fmt: skip
+    parser.add_argument("folder", type=Path, nargs="?", default=Path(), help="recordings and models (default: here)")
+    parser.add_argument("--port", type=int, default=0, help="on 127.0.0.1 (default: any free one)")
+    parser.add_argument("--no-browser", action="store_true", help="only print the address")
+
+
+def workbench_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.workbench.serve import serve
+
+    note("thrustd workbench: open this address (it works for you alone, until you press Ctrl+C)")
+    serve(arguments.folder, arguments.port, not arguments.no_browser, lambda url: print(url, flush=True))
+    return 0

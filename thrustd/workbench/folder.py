@@ -1,0 +1,152 @@
+"""The folder the page works on: which recordings and models it holds, and the one gate through which names pass.
+
+FOLDER/                     recordings (CSV, Parquet, npz, MAT, MCAP) and models (JSON), subfolders one deep
+FOLDER/.thrustd/            state of the page; may be deleted while no page is open
+    columns/ jobs/ reports/ incoming/ undone/ sealed/ session.json
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+
+from thrustd.errors import ModelError, UsageError
+from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec, read_model
+from thrustd.workbench.columns import Columns, columns_key, open_columns
+
+STATE = ".thrustd"
+RECORDING_TYPES = (".csv", ".parquet", ".npz", ".mat", ".mcap")
+MODEL_TYPE = ".json"
+MAX_NAME = 120  # characters
+
+
+class Folder:
+    """Names are relative with `/`; whatever leads outside, or into hidden files, does not exist."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root.resolve()
+        self.state = self.root / STATE
+        self._models: dict[str, tuple[str, ModelSpec]] = {}
+        if not self.root.is_dir():
+            raise UsageError(f"{root}: expected a folder with recordings and models")
+
+    def path(self, name: str) -> Path:
+        """The file of that name; UsageError when it leads outside or there is none."""
+        path = self.new_path(name)
+        if not path.is_file():
+            raise UsageError(f"{name[:MAX_NAME]!r}: no such file in the folder")
+        return path
+
+    def new_path(self, name: str) -> Path:
+        """Where a file of that name belongs; UsageError for a name that is not plain or leads outside."""
+        parts = name.split("/")
+        plain = all(part and not part.startswith(".") and part.isprintable() and "\\" not in part for part in parts)
+        if not plain or len(parts) > 2 or len(name) > MAX_NAME:
+            raise UsageError(f"{name[:MAX_NAME]!r}: not a file of the folder; expected a plain name")
+        path = (self.root / name).resolve()
+        if not path.is_relative_to(self.root):
+            raise UsageError(f"{name!r}: leads outside the folder")
+        return path
+
+    def name(self, path: Path) -> str:
+        return path.relative_to(self.root).as_posix()
+
+    def recordings(self) -> list[str]:
+        return [self.name(path) for path in self._files() if path.suffix.lower() in RECORDING_TYPES]
+
+    def models(self) -> list[str]:
+        return [name for name in map(self.name, self._files()) if self._is_model(name)]
+
+    def model(self, name: str) -> ModelSpec:
+        """The model, parsed again only when its file changed."""
+        path = self.path(name)
+        key = columns_key(path)
+        held = self._models.get(name)
+        if held is None or held[0] != key:
+            held = self._models[name] = (key, read_model(path.read_bytes(), name))
+        return held[1]
+
+    def columns_folder(self, name: str) -> Path:
+        return self.state / "columns" / columns_key(self.path(name))
+
+    def model_columns_folder(self, recording: str, model: str) -> Path:
+        return self.columns_folder(recording) / columns_key(self.path(model))
+
+    def columns(self, recording: str) -> Columns | None:
+        return open_columns(self.columns_folder(recording))
+
+    def model_columns(self, recording: str, model: str) -> Columns | None:
+        base = self.columns(recording)
+        return None if base is None else open_columns(self.model_columns_folder(recording, model), base.time_s)
+
+    def stamp(self) -> str:
+        """Changes whenever a file is added, removed or written."""
+        return "".join(columns_key(path) for path in self._files())
+
+    def free_name(self, stem: str, suffix: str) -> str:
+        """A name nobody has yet: `stem.json`, `stem-2.json`, ..."""
+        number, name = 1, f"{stem}{suffix}"
+        while self.new_path(name).exists():
+            number += 1
+            name = f"{stem}-{number}{suffix}"
+        return name
+
+    def _files(self) -> Iterator[Path]:
+        for path in sorted(self.root.iterdir()):
+            if path.name.startswith("."):
+                continue
+            if path.is_dir() and not path.is_symlink():
+                yield from (inner for inner in sorted(path.iterdir()) if self._is_ours(inner))
+            elif self._is_ours(path):
+                yield path
+
+    def _is_ours(self, path: Path) -> bool:
+        known = path.suffix.lower() in (*RECORDING_TYPES, MODEL_TYPE)
+        return known and not path.name.startswith(".") and path.is_file() and path.resolve().is_relative_to(self.root)
+
+    def _is_model(self, name: str) -> bool:
+        path = self.root / name
+        if path.suffix.lower() != MODEL_TYPE or path.stat().st_size > MAX_BYTES:
+            return False
+        with path.open("rb") as file:
+            return SCHEMA.encode() in file.read(400)
+
+
+class ModelCard(msgspec.Struct, frozen=True):
+    """What the overview says of one model."""
+
+    name: str
+    title: str
+    structure: str
+    effects: list[dict[str, object]]
+    ledger: list[dict[str, object]]
+    deformation_mm: tuple[float, float]
+    force_n: tuple[float, float]
+    parent: str  # file name of the parent, empty without
+    provenance: dict[str, object]
+    problem: str = ""  # the one line that says why it cannot be used
+
+
+def model_cards(folder: Folder) -> list[ModelCard]:
+    """Every model of the folder; one that cannot be read carries its problem."""
+    cards = []
+    for name in folder.models():
+        try:
+            cards.append(_card(name, folder.model(name)))
+        except (ModelError, UsageError) as problem:
+            cards.append(ModelCard(name, name, "", [], [], (0, 0), (0, 0), "", {}, str(problem)))
+    return cards
+
+
+def _card(name: str, spec: ModelSpec) -> ModelCard:
+    return ModelCard(
+        name,
+        spec.name,
+        spec.structure,
+        [msgspec.to_builtins(effect) for effect in spec.effects],
+        [msgspec.to_builtins(entry) for entry in spec.ledger],
+        spec.valid.deformation_mm,
+        spec.valid.force_n,
+        str(spec.provenance.get("parent", "")),
+        dict(spec.provenance),
+    )

@@ -1,0 +1,60 @@
+"""Models run on recordings, as columns the time histories draw."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from thrustd.diagnose.evidence import simulate
+from thrustd.identify.segments import segments_of
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.compile import model_stages
+from thrustd.records.files import read_recording
+from thrustd.records.recording import Recording, make_recording
+from thrustd.workbench.columns import write_columns
+from thrustd.workbench.folder import Folder
+from thrustd.workbench.prepare import prepare
+from thrustd.workbench.pyramid import Floats
+
+Progress = Callable[[float, str], None]
+
+
+def recording_of(folder: Folder, name: str) -> Recording:
+    """The recording from its columns: mapped, so that a long one is not read twice."""
+    columns = folder.columns(name)
+    if columns is None:
+        return read_recording(folder.path(name))
+    channels: Mapping[str, Floats] = {c.name: columns.column(c.name) for c in columns.meta.channels}
+    return make_recording(
+        columns.meta.name, {"time_s": columns.time_s, **channels}, None, columns.meta.sha256, columns.meta.notes
+    )
+
+
+def simulate_models(folder: Folder, name: str, models: Sequence[str], progress: Progress) -> dict[str, Any]:
+    """Columns `model` (force, N) and `residual` (measured - model, N) of each model on the recording."""
+    prepare(folder, name, progress)
+    record: Recording | None = None
+    for i, model in enumerate(models):
+        if folder.model_columns(name, model) is None:
+            progress(0.2 + 0.8 * i / len(models), f"running {model}")
+            record = record or recording_of(folder, name)
+            force_n = model_force(folder.model(model), record)
+            channels = {"model": force_n}
+            if "force_N" in record:
+                channels["residual"] = record["force_N"] - force_n
+            run = make_recording(f"{model} on {name}", {"time_s": record.time_s, **channels})
+            write_columns(folder.model_columns_folder(name, model), run, with_time=False)
+    return {"recording": name, "models": list(models)}
+
+
+def model_force(spec: ModelSpec, record: Recording) -> Floats:
+    """Free run of a model over every stretch of a recording, on its own time axis (n,), N; NaN in holes."""
+    needed = [channel for stage in model_stages(spec, 1.0) for channel in stage.channels]
+    force_n = np.full(len(record), np.nan)
+    record = record.with_channels(force_N=np.zeros(len(record)))  # also where the reference is missing
+    for segment in segments_of([record], dict.fromkeys(needed)):
+        first, last = np.searchsorted(record.time_s, [segment.start_s, segment.time_s[-1] + 0.5 * segment.dt_s])
+        at_s = record.time_s[first:last]
+        run = simulate(model_stages(spec, segment.dt_s), segment)
+        force_n[first:last] = run if len(run) == len(at_s) else np.interp(at_s, segment.time_s, run)
+    return force_n

@@ -1,0 +1,133 @@
+"""What the page may ask the worker to do: validated before it is queued."""
+
+from typing import Annotated, Any
+
+import msgspec
+
+from thrustd.errors import UsageError
+from thrustd.workbench.folder import Folder
+
+Names = Annotated[tuple[str, ...], msgspec.Meta(min_length=1, max_length=20)]
+Effect = Annotated[str, msgspec.Meta(min_length=1, max_length=200)]
+
+
+class Order(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag=str.lower):
+    """`kind` says which."""
+
+
+class Prepare(Order, frozen=True):
+    """Columns and pyramids of a recording."""
+
+    recording: str
+
+
+class Simulate(Order, frozen=True):
+    """Force and residual of models on a recording, as columns."""
+
+    recording: str
+    models: Names
+
+
+class Exercise(Order, frozen=True):
+    """The twin hides an effect nobody is told."""
+
+    strength: Annotated[float, msgspec.Meta(gt=0, le=20)] = 3.0
+
+
+class Reveal(Order, frozen=True):
+    """Open the sealed answer of an exercise."""
+
+    exercise: str
+
+
+class Fit(Order, frozen=True):
+    """Identify a first model."""
+
+    recordings: Names
+    out: str
+
+
+class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Samples with low <= channel <= high, and force rising or falling if so asked."""
+
+    channel: str = ""
+    low: float | None = None
+    high: float | None = None
+    phase: str = ""  # "loading", "unloading" or "" for both
+
+
+class Compare(Order, frozen=True):
+    models: Names
+    recordings: Names
+    condition: Condition | None = None
+
+
+class Diagnose(Order, frozen=True):
+    model: str
+    recordings: Names
+
+
+class Extend(Order, frozen=True):
+    model: str
+    effect: Effect
+    recordings: Names
+    heldout: tuple[str, ...]
+    out: str
+
+
+class Compile(Order, frozen=True):
+    """Check that a model is ready to fly."""
+
+    model: str
+    rate_hz: Annotated[float, msgspec.Meta(gt=0, le=100_000)]
+
+
+class Report(Order, frozen=True):
+    """A self-contained HTML page of all answers so far."""
+
+    title: Annotated[str, msgspec.Meta(max_length=200)] = ""
+
+
+Any_ = Prepare | Simulate | Exercise | Reveal | Fit | Compare | Diagnose | Extend | Compile | Report
+
+
+def order_of(folder: Folder, body: bytes) -> tuple[str, str, dict[str, Any]]:
+    """(kind, title for people, arguments) of a JSON order; UsageError when it cannot be carried out."""
+    try:
+        order = msgspec.json.decode(body, type=Any_)
+    except msgspec.DecodeError as problem:
+        raise UsageError(f"order: {problem}") from None
+    arguments = msgspec.to_builtins(order)
+    kind = arguments.pop("kind")
+    for field in ("recording", "model"):
+        if field in arguments:
+            folder.path(arguments[field])
+    for field in ("recordings", "models", "heldout"):
+        for name in arguments.get(field, ()):
+            folder.path(name)
+    if "out" in arguments and folder.new_path(arguments["out"]).exists():
+        raise UsageError(f"{arguments['out']}: is already in the folder; choose another name")
+    return kind, _title(order), arguments
+
+
+def _title(order: Any_) -> str:
+    """What the page calls the job."""
+    fields = {
+        name: ", ".join(value) if isinstance(value, tuple) else value
+        for name, value in msgspec.structs.asdict(order).items()
+    }
+    return TITLES[type(order)].format(**fields)
+
+
+TITLES: dict[type[Order], str] = {
+    Prepare: "read {recording}",
+    Simulate: "run {models} on {recording}",
+    Exercise: "make a hidden-effect exercise",
+    Reveal: "open the sealed answer",
+    Fit: "identify {out} from {recordings}",
+    Compare: "compare {models} with {recordings}",
+    Diagnose: "what is missing in {model}",
+    Extend: "add {effect} to {model}",
+    Compile: "compile {model} at {rate_hz:g} Hz",
+    Report: "write the report",
+}

@@ -1,0 +1,61 @@
+"""The worker's part of drawing: recordings to columns, uploads to files, answers to reports."""
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+
+from thrustd.errors import ThrustdError, UsageError
+from thrustd.model.artifact import read_model
+from thrustd.records.files import read_recording
+from thrustd.workbench.columns import forget_old, write_columns
+from thrustd.workbench.folder import MODEL_TYPE, Folder
+
+Progress = Callable[[float, str], None]
+
+
+def prepare(folder: Folder, name: str, progress: Progress) -> dict[str, Any]:
+    """Columns and pyramids of a recording, unless they are there already."""
+    columns = folder.columns(name)
+    if columns is None:
+        progress(0.05, "reading")
+        record = read_recording(folder.path(name))
+        progress(0.7, "min/max pyramid")
+        forget_old(folder.state)
+        write_columns(folder.columns_folder(name), record)
+    return {"recording": name}
+
+
+def adopt(folder: Folder, incoming: str, name: str, progress: Progress) -> dict[str, Any]:
+    """An uploaded file, read whole to prove it, then moved into the folder; else removed, with one line why."""
+    part = folder.state / "incoming" / os.path.basename(incoming)
+    try:
+        progress(0.1, "checking")
+        try:
+            if part.suffix == MODEL_TYPE:
+                read_model(part.read_bytes(), name)
+            else:
+                read_recording(part)
+        except ThrustdError as problem:
+            raise type(problem)(str(problem).replace(part.name, name)) from None
+        target = folder.new_path(name)
+        if target.exists():
+            raise UsageError(f"{name}: is already in the folder")
+        target.parent.mkdir(exist_ok=True)
+        os.replace(part, target)
+    finally:
+        part.unlink(missing_ok=True)
+    if target.suffix.lower() != MODEL_TYPE:
+        prepare(folder, name, progress)
+    return {"name": name}
+
+
+def write_report(folder: Folder, job: str, value: Any) -> str:
+    """Keep a report as JSON; returns its number."""
+    reports = folder.state / "reports"
+    reports.mkdir(parents=True, exist_ok=True)
+    part = reports / f".{job}.part"
+    part.write_bytes(msgspec.json.encode(value))
+    os.replace(part, reports / f"{job}.json")
+    return f"{job}.json"

@@ -1,0 +1,61 @@
+"""What the page is looking at: chosen model and recordings, kept in a file so that a reload finds them."""
+
+import os
+
+import msgspec
+
+from thrustd.errors import UsageError
+from thrustd.workbench.folder import Folder
+
+
+class Session(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Names of files of the folder; empty = not chosen yet."""
+
+    model: str = ""
+    measured: tuple[str, ...] = ()  # recordings the model is asked about
+    heldout: tuple[str, ...] = ()  # recordings kept back for the error ledger
+    bench: tuple[str, ...] = ()  # recordings a first model is identified from
+    exercise: str = ""  # folder of the running exercise
+    compare: str = ""  # report numbers of the latest answers
+    diagnose: str = ""
+    extend: str = ""
+
+
+def read_session(folder: Folder) -> Session:
+    """The stored choice, less what is no longer in the folder, and with an obvious choice made."""
+    try:
+        kept = msgspec.json.decode((folder.state / "session.json").read_bytes(), type=Session)
+    except (OSError, msgspec.DecodeError):
+        kept = Session()
+    models, records = set(folder.models()), folder.recordings()
+    return msgspec.structs.replace(
+        kept,
+        model=kept.model if kept.model in models else "",
+        measured=tuple(name for name in kept.measured if name in records) or _named(records, "measured", kept.exercise),
+        heldout=tuple(name for name in kept.heldout if name in records) or _named(records, "heldout", kept.exercise),
+        bench=tuple(name for name in kept.bench if name in records) or _named(records, "bench", kept.exercise),
+    )
+
+
+def _named(records: list[str], word: str, exercise: str) -> tuple[str, ...]:
+    """The recording whose name says what it is for, of the running exercise if there is one."""
+    found = [name for name in records if word in name.rsplit("/", 1)[-1] and name.startswith(exercise)]
+    return tuple(found[:1])
+
+
+def write_session(folder: Folder, session: Session) -> None:
+    part = folder.state / ".session.part"
+    part.write_bytes(msgspec.json.encode(session))
+    os.replace(part, folder.state / "session.json")
+
+
+def change_session(folder: Folder, body: bytes) -> Session:
+    """Take the fields given in a JSON object; UsageError for anything else."""
+    try:
+        changes = msgspec.json.decode(body, type=dict[str, object])
+        kept = msgspec.to_builtins(read_session(folder))
+        session = msgspec.convert({**kept, **changes}, Session)
+    except (msgspec.DecodeError, msgspec.ValidationError) as problem:
+        raise UsageError(f"session: {problem}") from None
+    write_session(folder, session)
+    return session

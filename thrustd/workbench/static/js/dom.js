@@ -1,0 +1,25 @@
+// Elements without templates: h("button", {class: "primary", onclick: go}, "Go").
+export function h(tag, props = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(props)) {
+    if (value === undefined || value === null || value === false) continue;
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name === "class") element.className = value;
+    else if (name === "style") for (const [k, v] of Object.entries(value)) element.style.setProperty(k, v);
+    else if (name === "value" || name === "checked" || name === "selected" || name === "disabled") element[name] = value;
+    else element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false));
+  return element;
+}
+
+export function panel(title, header, ...body) {
+  return h("section", { class: "panel" }, h("header", {}, h("h2", {}, title), ...[header].flat()), ...body);
+}
+
+export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+export function select(options, chosen, onchange, label) {
+  return h("select", { onchange: (event) => onchange(event.target.value), "aria-label": label },
+    options.map(([value, text]) => h("option", { value, selected: value === chosen }, text)));
+}

@@ -1,0 +1,28 @@
+// Drag and drop: files go to the server, which checks them before the folder gets them.
+import { h } from "./dom.js";
+import { fileUrl, put } from "./api.js";
+import { attempt, refresh, say, session, store } from "./store.js";
+
+export function dropFiles(target) {
+  let veil = null;
+  const end = () => { veil?.remove(); veil = null; };
+  target.addEventListener("dragover", (event) => {
+    if (![...event.dataTransfer.types].includes("Files")) return;
+    event.preventDefault();
+    if (!veil) { veil = h("div", { class: "drop-veil" }, `Drop to add to ${store.server.folder}`); document.body.append(veil); }
+  });
+  target.addEventListener("dragleave", (event) => { if (!event.relatedTarget) end(); });
+  target.addEventListener("drop", (event) => { event.preventDefault(); end(); addFiles([...event.dataTransfer.files]); });
+}
+
+export async function addFiles(files) {
+  for (const file of files) await attempt(add)(file);
+}
+
+async function add(file) {
+  const job = await put(fileUrl(file.name), file);
+  if (!store.server.jobs.some((one) => one.id === job.id)) store.server.jobs.unshift(job);
+  say(`${file.name}: received; checking it`, "ok");
+  await refresh();
+  return session();
+}

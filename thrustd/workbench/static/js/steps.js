@@ -1,0 +1,45 @@
+// The steps of the loop as orders to the worker.
+import { choose, order, say, session, store } from "./store.js";
+
+export async function exerciseNow(strength = 3) {
+  const job = await order("exercise", { strength: typeof strength === "number" ? strength : 3 });
+  if (job.state === "done") await choose({ exercise: job.result.exercise, model: "", measured: [], heldout: [], bench: [] });
+}
+
+export async function identifyNow() {
+  const chosen = session(), folder = chosen.bench[0].includes("/") ? chosen.bench[0].split("/")[0] + "/" : "";
+  const job = await order("fit", { recordings: chosen.bench, out: free(folder + "bench-model") });
+  if (job.state === "done") await choose({ model: job.result.model });
+}
+
+export async function compareNow(models, condition = null) {
+  const chosen = session();
+  return order("compare", { models: models ?? [chosen.model], recordings: chosen.measured, condition });
+}
+
+export async function diagnoseNow() {
+  const chosen = session();
+  return order("diagnose", { model: chosen.model, recordings: chosen.measured });
+}
+
+export async function extendWith(effect) {
+  const chosen = session();
+  const word = effect.replace(/[^A-Za-z0-9_]+/g, "-").replace(/^-+|-+$/g, "").slice(0, 40);
+  const job = await order("extend", { model: chosen.model, effect, recordings: chosen.measured, heldout: chosen.heldout, out: free(stem(chosen.model) + "+" + word) });
+  if (job.state !== "done") return;
+  if (job.result.model) { await choose({ model: job.result.model }); say(job.result.say, "ok"); } else say(job.result.say);
+}
+
+export async function revealNow() {
+  const job = await order("reveal", { exercise: session().exercise });
+  if (job.state === "done") location.hash = "overview";
+}
+
+const stem = (name) => name.replace(/\.json$/, "");
+
+export function free(base) {
+  const taken = new Set(store.server.models.map((one) => one.name));
+  let name = base + ".json";
+  for (let number = 2; taken.has(name); number++) name = `${base}-${number}.json`;
+  return name;
+}

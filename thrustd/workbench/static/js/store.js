@@ -1,0 +1,87 @@
+// The one state of the page: what the server says, where we are, and who wants to hear of changes.
+import { get, post, remove, Problem } from "./api.js";
+
+export const store = {
+  server: null, // answer of api/state
+  reports: new Map(), // number -> report
+  view: location.hash.slice(1) || "overview",
+  focus: null, // {recording, from, to, why}: where the time histories should look
+  ui: {}, // what views remember between renderings
+};
+const listeners = new Set();
+let pending = 0;
+
+export const listen = (listener) => { listeners.add(listener); return () => listeners.delete(listener); };
+export function changed(what = "all") {
+  for (const listener of [...listeners]) listener(what);
+}
+
+export async function refresh() {
+  const mine = ++pending, server = await get("api/state");
+  if (mine !== pending) return;
+  store.server = server;
+  changed("state");
+}
+
+export function follow() {
+  const events = new EventSource("api/events");
+  events.addEventListener("job", (event) => {
+    const job = JSON.parse(event.data), jobs = store.server.jobs, at = jobs.findIndex((one) => one.id === job.id);
+    if (at >= 0) jobs[at] = job; else jobs.unshift(job);
+    if (["done", "failed", "cancelled"].includes(job.state)) finished(job);
+    changed("jobs");
+  });
+  events.addEventListener("folder", () => refresh());
+  let broken = false;
+  events.onerror = () => { broken = true; };
+  events.onopen = () => { if (broken) { broken = false; refresh(); } };
+}
+
+const waiting = new Map();
+async function finished(job) {
+  await refresh();
+  const later = waiting.get(job.id);
+  waiting.delete(job.id);
+  if (job.state === "failed") say(job.error);
+  later?.(job);
+  changed("state");
+}
+
+// queue a job; resolves with the finished job
+export async function order(kind, fields = {}) {
+  const job = await post("api/jobs", { kind, ...fields });
+  const jobs = store.server.jobs;
+  if (!jobs.some((one) => one.id === job.id)) jobs.unshift(job);
+  changed("jobs");
+  return new Promise((resolve) => waiting.set(job.id, resolve));
+}
+export const cancel = (job) => remove("api/jobs/" + job.id);
+
+export async function choose(fields) {
+  store.server.session = await post("api/session", fields);
+  changed("state");
+}
+
+export async function report(number) {
+  if (!number) return null;
+  if (!store.reports.has(number)) store.reports.set(number, await get("api/reports/" + number));
+  return store.reports.get(number);
+}
+
+export function say(line, kind = "") {
+  document.dispatchEvent(new CustomEvent("say", { detail: { line, kind } }));
+}
+
+// run what may fail; the one line of the problem is shown
+export const attempt = (work) => async (...given) => {
+  try { return await work(...given); } catch (problem) {
+    if (!(problem instanceof Problem)) console.error(problem);
+    say(problem.message || String(problem));
+    return undefined;
+  }
+};
+
+export const running = (kind) => store.server.jobs.find((job) => job.kind === kind && ["waiting", "running"].includes(job.state));
+export const recording = (name) => store.server.recordings.find((one) => one.name === name);
+export const model = (name) => store.server.models.find((one) => one.name === name);
+export const session = () => store.server.session;

@@ -1,0 +1,204 @@
+// One sheet: panels of lines over the same time axis, zoomed together, each zoom answered by the server's pyramid.
+import uPlot from "../vendor/uPlot.esm.js";
+import { css, h } from "./dom.js";
+import { number, clock } from "./format.js";
+import { fetchWindow, toColumns, valueAt } from "./lines.js";
+
+const MIN_SPAN_S = 1e-3;
+
+export class Sheet {
+  // panels: [{title, unit, series: [{channel, label, color, width}], bands: [...], height}]; spans(): shaded stretches
+  constructor({ recording, panels, range, limits, spans = () => [], onRange, onMark, sync }) {
+    Object.assign(this, { recording, limits, spans, onRange, onMark, sync });
+    this.range = range ?? [...limits];
+    this.plots = panels.map((panel) => ({ panel, window: null }));
+    this.status = h("div", { class: "status", "aria-live": "off" });
+    this.root = h("div", { class: "sheet", tabindex: "0", role: "group", "aria-label": `time histories of ${recording}`, onkeydown: (event) => this.key(event) },
+      this.plots.map((plot) => this.build(plot)), this.status);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(this.root);
+  }
+
+  build(plot) {
+    plot.readout = h("div", { class: "readout" });
+    plot.title = h("div", { class: "title" }, plot.panel.title);
+    plot.box = h("div");
+    return h("div", { class: "plot" }, plot.title, plot.readout, plot.box);
+  }
+
+  resize() {
+    const width = Math.max(240, this.root.clientWidth - 10);
+    if (width === this.width) return;
+    this.width = width;
+    if (this.plots[0]?.chart) for (const plot of this.plots) plot.chart.setSize({ width, height: this.height(plot) });
+    else this.draw();
+    this.fetch();
+  }
+
+  height(plot) { return (plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? 24 : 0); }
+
+  draw() {
+    const key = uPlot.sync(this.sync ?? this.recording);
+    for (const plot of this.plots) {
+      plot.chart?.destroy();
+      plot.chart = new uPlot(this.options(plot, key), plot.window ? toColumns(plot.window) : [[], ...plot.panel.series.map(() => [])], plot.box);
+    }
+    this.paint();
+  }
+
+  options(plot, key) {
+    const last = plot === this.plots.at(-1), grid = { stroke: () => css("--line"), width: 1 };
+    const axis = { stroke: () => css("--ink-2"), font: "11.5px system-ui, sans-serif", grid, ticks: grid };
+    return {
+      width: this.width, height: this.height(plot), legend: { show: false }, padding: [22, 14, last ? 0 : 6, 0],
+      cursor: { sync: { key: key.key, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
+      scales: { x: { time: false, range: () => this.range }, y: { range: (u, low, high) => padded(low, high) } },
+      axes: [
+        { ...axis, show: last, size: 34, label: last ? "time [s]" : undefined, labelSize: 15, labelFont: "11.5px system-ui", labelGap: 0, space: 90, values: (u, ticks) => ticks.map((t) => number(t, digitsFor(this.range))) },
+        { ...axis, size: 68, space: 26, values: (u, ticks) => ticks.map((v) => number(v, 5)) },
+      ],
+      series: [{}, ...plot.panel.series.map((s) => ({ label: s.label, stroke: () => css(s.color), width: s.width ?? 1.25, points: { show: (u) => (plot.window?.raw && plot.window.count < 160) || false, size: 4 }, spanGaps: false }))],
+      bands: plot.panel.bands?.map((b) => ({ series: b, fill: () => css("--mark") })),
+      hooks: {
+        setSelect: [(u) => this.selected(u)],
+        setCursor: [(u) => this.cursor(u)],
+        drawClear: [(u) => this.shade(u)],
+        ready: [(u) => this.gestures(u)],
+      },
+    };
+  }
+
+  shade(u) {
+    const { ctx, bbox } = u;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    for (const span of this.spans()) {
+      if (span.to < this.range[0] || span.from > this.range[1]) continue;
+      const a = u.valToPos(span.from, "x", true), b = u.valToPos(span.to, "x", true);
+      ctx.fillStyle = css(span.color);
+      ctx.fillRect(a, bbox.top, Math.max(b - a, 1.5), bbox.height);
+    }
+    ctx.restore();
+  }
+
+  gestures(u) {
+    u.over.addEventListener("mousedown", (event) => { this.marking = event.shiftKey; });
+    u.over.addEventListener("dblclick", () => this.show([...this.limits]));
+    u.over.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      const at = u.posToVal(event.offsetX, "x"), by = Math.exp(Math.sign(event.deltaY) * 0.25);
+      this.show([at - (at - this.range[0]) * by, at + (this.range[1] - at) * by]);
+    }, { passive: false });
+  }
+
+  selected(u) {
+    if (u.select.width < 4) return;
+    const from = u.posToVal(u.select.left, "x"), to = u.posToVal(u.select.left + u.select.width, "x");
+    u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    if (this.marking && this.onMark) this.onMark(from, to);
+    else this.show([from, to]);
+  }
+
+  cursor(u) {
+    const t = u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null;
+    for (const plot of this.plots) {
+      const cells = plot.panel.series.map((s, i) => {
+        const hit = t === null || !plot.window ? null : valueAt(plot.window, i, t);
+        const said = hit === null ? "" : hit[0] === hit[1] ? number(hit[0], 6) : `${number(hit[0], 5)} … ${number(hit[1], 5)}`;
+        const mark = h("i");
+        mark.style.borderTopColor = css(s.color);
+        return h("span", { class: "key" }, mark, `${s.label}${said ? "  " + said : ""}${said && plot.panel.unit ? " " + plot.panel.unit : ""}`);
+      });
+      plot.readout.replaceChildren(...cells);
+    }
+    this.at = t;
+    this.tell();
+  }
+
+  tell() {
+    const first = this.plots[0].window;
+    if (!first) return;
+    const each = first.raw ? "every sample" : `lowest and highest of ${number(first.samples / first.count, 3)} samples per column`;
+    this.status.replaceChildren(
+      h("span", {}, this.at === null || this.at === undefined ? "" : `t = ${number(this.at, 7)} s (${clock(this.at)})`),
+      h("span", {}, `${number(first.samples, 9)} samples in ${number(this.range[1] - this.range[0], 5)} s; ${each}`),
+      h("span", {}, `answered in ${Math.round(this.took)} ms`));
+  }
+
+  key(event) {
+    const [a, b] = this.range, step = (b - a) / 4;
+    const moves = { ArrowLeft: [a - step, b - step], ArrowRight: [a + step, b + step], "+": [a + step, b - step], "=": [a + step, b - step], "-": [a - 2 * step, b + 2 * step], 0: [...this.limits], Home: [this.limits[0], this.limits[0] + b - a], End: [this.limits[1] - (b - a), this.limits[1]] };
+    if (!(event.key in moves)) return;
+    event.preventDefault();
+    this.show(moves[event.key]);
+  }
+
+  show([from, to], tell = true) {
+    const whole = this.limits[1] - this.limits[0], span = Math.min(Math.max(to - from, MIN_SPAN_S), whole);
+    const start = Math.min(Math.max(from, this.limits[0]), this.limits[1] - span);
+    this.range = [start, start + span];
+    for (const plot of this.plots) plot.chart?.redraw(false, true);
+    this.paint();
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.fetch(), 25);
+    if (tell) this.onRange?.(this.range);
+  }
+
+  paint() { for (const plot of this.plots) plot.chart?.setScale("x", { min: this.range[0], max: this.range[1] }); }
+
+  async fetch() {
+    this.abort?.abort();
+    const abort = (this.abort = new AbortController()), began = performance.now(), [from, to] = this.range;
+    try {
+      const windows = await Promise.all(this.plots.map((plot) =>
+        fetchWindow(this.recording, plot.panel.series.map((s) => s.channel), from, to, this.width, abort.signal)));
+      this.took = performance.now() - began;
+      this.plots.forEach((plot, i) => {
+        plot.window = windows[i];
+        plot.chart.setData(toColumns(windows[i]), true);
+      });
+      this.paint();
+      this.cursor(this.plots[0].chart);
+      this.root.dataset.ready = `${from} ${to}`;
+    } catch (problem) {
+      if (problem.name !== "AbortError") this.status.replaceChildren(h("span", { class: "bad" }, problem.message));
+    }
+  }
+
+  reshade() { for (const plot of this.plots) plot.chart?.redraw(false); }
+
+  picture() {
+    const scale = devicePixelRatio, canvases = this.plots.map((plot) => plot.chart.ctx.canvas);
+    const canvas = h("canvas"), ctx = canvas.getContext("2d");
+    canvas.width = Math.max(...canvases.map((c) => c.width));
+    canvas.height = canvases.reduce((sum, c) => sum + c.height, 0);
+    ctx.fillStyle = css("--panel");
+    ctx.fillRect(0, 0, canvas.width, canvas.height);
+    ctx.font = `${12 * scale}px system-ui, sans-serif`;
+    let y = 0;
+    canvases.forEach((c, i) => {
+      ctx.drawImage(c, 0, y);
+      ctx.fillStyle = css("--ink-2");
+      ctx.fillText(`${this.recording}: ${this.plots[i].panel.title}`, 80 * scale, y + 15 * scale);
+      y += c.height;
+    });
+    return canvas;
+  }
+
+  close() {
+    this.abort?.abort();
+    this.observer.disconnect();
+    for (const plot of this.plots) plot.chart?.destroy();
+  }
+}
+
+const digitsFor = ([from, to]) => Math.min(9, Math.max(4, 2 + Math.ceil(Math.log10(Math.max(Math.abs(from), Math.abs(to), 1) / Math.max(to - from, 1e-6)))));
+
+function padded(low, high) {
+  if (low === null || high === null || !Number.isFinite(low)) return [0, 1];
+  if (low === high) { const room = Math.abs(low) * 0.05 || 1; return [low - room, high + room]; }
+  const room = 0.06 * (high - low);
+  return [low - room, high + room];
+}

@@ -1,0 +1,2 @@
+import { h } from "../dom.js";
+export function add(root) { root.append(h("p", {class: "empty"}, "add")); return {}; }
