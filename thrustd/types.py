@@ -86,9 +86,9 @@ class Status(IntFlag):
     MOUNT_LOST = 1 << 0  # no fresh mount measurement
     BROCHURE_LOST = 1 << 1  # no fresh brochure measurement
     MOUNT_REJECTED = 1 << 2  # gated out this step
-    BROCHURE_REJECTED = 1 << 3
+    BROCHURE_REJECTED = 1 << 3  # gated out this step
     MOUNT_FAILED = 1 << 4  # declared failed until it agrees again
-    BROCHURE_FAILED = 1 << 5
+    BROCHURE_FAILED = 1 << 5  # declared failed until it agrees again
     MODEL_EXTRAPOLATING = 1 << 6  # deformation outside the model's valid range
     DECK_EXTRAPOLATING = 1 << 7  # outside the brochure deck's fitted region
     TRANSIENT = 1 << 8  # throttle moving: brochure route down-weighted
