@@ -89,6 +89,11 @@ def test_an_existing_file_is_never_overwritten(tmp_path: Path) -> None:
     assert list(LogFile(tmp_path / "flight_20180312T120000Z_0000-1.mcap").events()) == [Tick(1)]
 
 
+def test_a_name_cannot_leave_the_folder(tmp_path: Path) -> None:
+    recorder(tmp_path / "logs", [], settings={"name": "../PH LAB"}).close()
+    assert [path.name for path in (tmp_path / "logs").iterdir()] == ["-PH-LAB_20180312T120000Z_0000.mcap"]
+
+
 def test_a_folder_that_cannot_be_is_an_error_at_the_start(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(LogError, match="no log can be written"):

@@ -1,6 +1,7 @@
 """The files of one run: names never used before, rotated by size and time, given up when the disk refuses."""
 
 import os
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -48,15 +49,33 @@ def _exclusive(path: Path) -> BinaryIO:
     return path.open("xb")
 
 
-def _first_free(folder: Path, stem: str, open_file: Callable[[Path], BinaryIO]) -> tuple[Path, BinaryIO]:
-    """Open the first of stem.mcap, stem-1.mcap, stem-2.mcap ... that does not exist."""
+def _claim(part: Path, folder: Path, stem: str) -> Path:
+    """Give `part` the first of stem.mcap, stem-1.mcap ... that is free. Its header is written: no log is without."""
     attempt = 0
     while True:
         path = folder / (f"{stem}-{attempt}.mcap" if attempt else f"{stem}.mcap")
         try:
-            return path, open_file(path)
+            os.link(part, path)  # never overwrites
         except FileExistsError:
             attempt += 1
+            continue
+        except OSError:  # a file system without hard links
+            if path.exists():
+                attempt += 1
+                continue
+            part.rename(path)
+        part.unlink(missing_ok=True)
+        _sync_folder(folder)
+        return path
+
+
+def _sync_folder(folder: Path) -> None:
+    """The name survives a power cut too."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _utc_now() -> datetime:
@@ -80,6 +99,7 @@ class LogFiles:
     def __init__(self, settings: RecorderSettings, header: LogHeader, disk: Disk) -> None:
         self.path: Path | None = None
         self._settings = settings
+        self._name = re.sub(r"[^\w-]+", "-", settings.name)  # it becomes part of file names
         self._header = header
         self._disk = disk
         self._stream: BinaryIO | None = None
@@ -96,15 +116,19 @@ class LogFiles:
         if self._settings.keep_free_mb > 0:
             self._make_room()
         stamp = self._disk.utc().strftime("%Y%m%dT%H%M%SZ")
-        path, stream = _first_free(folder, f"{self._settings.name}_{stamp}_{self._part:04d}", self._disk.open_file)
-        self._run = self._run or f"{self._settings.name}_{stamp}"
+        self._run = self._run or f"{self._name}_{stamp}"
+        stem = f"{self._name}_{stamp}_{self._part:04d}"
         header = msgspec.structs.replace(self._header, part=self._part, run=self._run)
+        part = folder / f".{stem}.{os.getpid()}.part"
+        part.unlink(missing_ok=True)
+        stream = self._disk.open_file(part)
         try:
             writer = LogWriter(stream, header, self._settings.reading_hz)
             writer.sync()
+            path = _claim(part, folder, stem)
         except OSError:
             _discard(stream)
-            path.unlink(missing_ok=True)
+            part.unlink(missing_ok=True)
             raise
         self._stream, self._writer, self.path = stream, writer, path
         self._part += 1
@@ -120,13 +144,14 @@ class LogFiles:
     def write(self, parcel: Parcel) -> None:
         writer = self._writer
         assert writer is not None, "ready() comes first"
-        self._unsynced_items += len(parcel.events) + len(parcel.outputs)
+        items = len(parcel.events) + len(parcel.outputs)
+        self._unsynced_items += items
         for number, event in enumerate(parcel.events, start=parcel.first_number):
             writer.write_event(event, number)
         for output in parcel.outputs:
             writer.write_output(output)
         if writer.syncs != self._syncs:
-            self._syncs, self._unsynced_items = writer.syncs, 0
+            self._syncs, self._unsynced_items = writer.syncs, items  # it syncs before it takes a new parcel
         if parcel.events:
             self._rotate_when_due(parcel.events[-1].t_ns)
 
@@ -159,7 +184,7 @@ class LogFiles:
     def _make_room(self) -> None:
         """Delete the oldest finished logs of this name until `keep_free_mb` is free."""
         folder = self._settings.folder
-        pattern = f"{escape(self._settings.name)}_[0-9]*T[0-9]*Z_[0-9]*.mcap"
+        pattern = f"{escape(self._name)}_[0-9]*T[0-9]*Z_[0-9]*.mcap"
         old = sorted(folder.glob(pattern), key=lambda path: path.name)
         while old and self._disk.free_bytes(folder) < self._settings.keep_free_mb * 1e6:
             with suppress(OSError):
