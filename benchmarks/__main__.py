@@ -1,0 +1,16 @@
+"""`python -m benchmarks [NAME ...]`: every short benchmark, or the named ones. Long ones have their own make targets."""
+
+import sys
+from importlib import import_module
+
+SHORT = ("bench_model", "bench_flight", "bench_live", "bench_wire", "bench_log", "bench_identify", "bench_zoom")
+
+
+def main() -> None:
+    chosen = sys.argv[1:] or SHORT
+    for name in chosen:
+        import_module(f"benchmarks.{name}").main()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+"""What a model step costs, per sample in flight and in blocks on the ground: `python -m benchmarks bench_model`."""
+
+import statistics
+import time
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from thrustd.model.artifact import read_model
+from thrustd.model.compile import CompiledModel, compile_model
+
+MODEL = Path(__file__).parents[1] / "models" / "left-upper.json"
+THESIS_SAMPLES = 13_400_000  # 37 h at 100 Hz
+STEPS = 200_000
+RUNS = 7
+
+
+def step_us(model: CompiledModel) -> float:
+    """One sample as the pipeline takes it: a Python call per mount."""
+    channels = np.ones(len(model.channels) - 1)
+    state, deformations = model.start(np.ones(len(model.channels))), np.linspace(0.1, 1.0, STEPS).tolist()
+    times = []
+    for _ in range(RUNS):
+        start = time.process_time()
+        for deformation_mm in deformations:
+            model.step(state, channels, deformation_mm)
+        times.append(time.process_time() - start)
+    return statistics.median(times) / STEPS * 1e6
+
+
+def block_s(model: CompiledModel) -> float:
+    """37 h of random steps, minutes each, as on the bench."""
+    levels = np.repeat(np.random.default_rng(1).uniform(0.1, 1.1, 500), THESIS_SAMPLES // 500)
+    inputs = np.zeros((len(levels), len(model.channels)))
+    inputs[:, 0] = levels + 1e-3 * np.sin(np.arange(len(levels)) * 0.01)
+    model.simulate(inputs[:1000])
+    times = []
+    for _ in range(RUNS):
+        start = time.process_time()
+        model.simulate(inputs)
+        times.append(time.process_time() - start)
+    return statistics.median(times)
+
+
+def main() -> None:
+    spec = read_model(MODEL.read_text(), MODEL.name)
+    bare = msgspec.structs.replace(spec, effects=[], witness=None)
+    shown = Table("what", "measured", "target", title="model")
+    shown.add_row("HW-PWL step, one mount, one sample", f"{step_us(compile_model(bare, 1000.0)):.2f} us", "< 1 us")
+    with_effects = step_us(compile_model(spec, 1000.0))
+    shown.add_row(f"the same with {len(spec.effects)} effects", f"{with_effects:.2f} us", "")
+    shown.add_row("13.4 million samples (37 h)", f"{block_s(compile_model(bare, 100.0)):.2f} s", "< 0.5 s")
+    Console().print(shown)
+
+
+if __name__ == "__main__":
+    main()
