@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.signal import coherence, welch
 
-from thrustd.diagnose.candidates import moves
-from thrustd.diagnose.dependence import Dependence, drawn
-from thrustd.diagnose.regions import force_rate
+from thrustd.diagnose.dependence import Dependence
+from thrustd.diagnose.picture_data import SLOWEST_N_S, channel_dependences, loop_of, rate_map_of, spectrum_of
 from thrustd.model.stage import Floats
 from thrustd.records.recording import unit_of
 
@@ -65,13 +63,13 @@ def _history(c: "Comparison") -> Figure:
 
 
 def _channels(c: "Comparison") -> Figure:
-    columns = {n: w for n, w in c.channels.items() if moves(w)} | {"model force_N": c.model_n, "time_s": c.time_s}
-    rows = -(-len(columns) // 3)
+    dependences = channel_dependences(c)
+    rows = -(-len(dependences) // 3)
     figure = Figure(figsize=(11, 2.8 * rows), layout="constrained")
     axes = figure.subplots(rows, 3, squeeze=False).ravel()
-    for axis, (name, column) in zip(axes, columns.items(), strict=False):
-        _draw_dependence(axis, drawn(name, column, c.residual_n, c.rmse_n, c.rmse_n))
-    for axis in axes[len(columns) :]:
+    for axis, dependence in zip(axes, dependences, strict=False):
+        _draw_dependence(axis, dependence)
+    for axis in axes[len(dependences) :]:
         axis.set_axis_off()
     return figure
 
@@ -89,11 +87,12 @@ def _draw_dependence(axis: Axes, dependence: Dependence) -> None:
 def _loop(c: "Comparison") -> Figure:
     figure = Figure(figsize=(7, 6), layout="constrained")
     axis = figure.subplots()
-    step = max(1, len(c.time_s) // 40_000)
-    x, force, residual = c.channels["deformation_mm"][::step], c.reference_n[::step], c.residual_n[::step]
-    limit = float(np.nanquantile(np.abs(residual), 0.98)) or 1.0
-    dots = axis.scatter(x, force, c=residual, s=1, cmap="RdBu_r", vmin=-limit, vmax=limit, rasterized=True)
-    axis.plot(x, c.model_n[::step], color=MODEL, lw=0.2, alpha=0.6)
+    loop = loop_of(c)
+    x, limit = loop.deformation_mm, loop.limit_n
+    dots = axis.scatter(
+        x, loop.reference_n, c=loop.residual_n, s=1, cmap="RdBu_r", vmin=-limit, vmax=limit, rasterized=True
+    )
+    axis.plot(x, loop.model_n, color=MODEL, lw=0.2, alpha=0.6)
     figure.colorbar(dots, label="measured - model [N]")
     axis.set(xlabel="deformation [mm]", ylabel="force [N]", title=f"{c.recording}: loop, coloured by error")
     return figure
@@ -102,35 +101,23 @@ def _loop(c: "Comparison") -> Figure:
 def _spectrum(c: "Comparison") -> Figure:
     figure = Figure(figsize=(9, 6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
-    residual = np.where(np.isfinite(c.residual_n), c.residual_n, 0.0)
-    rate_hz = 1.0 / float(np.median(np.diff(c.time_s)))
-    length = min(len(residual), 1 << 14)
-    frequency, power = welch(residual, rate_hz, nperseg=length)
-    top.loglog(frequency[1:], np.sqrt(power[1:]), color=RESIDUAL, lw=0.9)
+    spectrum = spectrum_of(c)
+    top.loglog(spectrum.frequency_hz, spectrum.residual_n_rthz, color=RESIDUAL, lw=0.9)
     top.set(ylabel="residual [N/sqrt(Hz)]", title=f"{c.model} on {c.recording}")
-    for name, column in c.channels.items():
-        if moves(column):
-            frequency, share = coherence(residual, column, rate_hz, nperseg=min(length, 1 << 12))
-            bottom.semilogx(frequency[1:], share[1:], lw=0.8, label=name)
+    for name, share in spectrum.coherence.items():
+        bottom.semilogx(spectrum.coherence_hz, share, lw=0.8, label=name)
     bottom.set(xlabel="frequency [Hz]", ylabel="coherence with the residual", ylim=(0, 1))
     bottom.legend(fontsize=7, ncols=2)
     return figure
 
 
 def _map(c: "Comparison") -> Figure:
-    rate = np.abs(force_rate(c.model_n, float(np.median(np.diff(c.time_s)))))
-    good = np.isfinite(c.residual_n)
-    force_edges = np.unique(np.quantile(c.model_n, np.linspace(0, 1, 13)))
-    rate_edges = np.concatenate(([0.0], np.geomspace(5.0, max(10.0, float(rate.max()) * 1.01), 9)))
-    inside = (c.model_n[good], rate[good])
-    total, _, _ = np.histogram2d(*inside, bins=(force_edges, rate_edges), weights=c.residual_n[good] ** 2)
-    count, _, _ = np.histogram2d(*inside, bins=(force_edges, rate_edges))
     figure = Figure(figsize=(8, 5), layout="constrained")
     axis = figure.subplots()
-    rms = np.sqrt(np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0))
-    mesh = axis.pcolormesh(force_edges, rate_edges, rms.T, cmap="viridis")
+    errors = rate_map_of(c)
+    mesh = axis.pcolormesh(errors.force_edges_n, errors.rate_edges_n_s, errors.rms_n.T, cmap="viridis")
     figure.colorbar(mesh, label="RMS error [N]")
-    axis.set_yscale("symlog", linthresh=5.0)
+    axis.set_yscale("symlog", linthresh=SLOWEST_N_S)
     axis.set(xlabel="model force [N]", ylabel="|force rate| [N/s]", title=f"{c.model} on {c.recording}: error map")
     return figure
 
