@@ -32,6 +32,11 @@ SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     "s": "s",
     "Hz": "Hz",
     "kg": "kg",
+    "m_s": "m/s",
+    "mm_s": "mm/s",
+    "kg_s": "kg/s",
+    "deg_s": "deg/s",
+    "m_s2": "m/s2",
 }
 
 
@@ -130,7 +135,10 @@ def signal_of(name: str) -> Signal | None:
 def unit_of(name: str) -> str:
     """The unit that a column's name carries; empty when it says none."""
     signal = signal_of(name)
-    return signal.unit if signal else SUFFIX_UNITS.get(name.rsplit("_", 1)[-1], "")
+    if signal:
+        return signal.unit
+    endings = ("_".join(name.split("_")[-parts:]) for parts in (2, 1))
+    return next((SUFFIX_UNITS[ending] for ending in endings if ending in SUFFIX_UNITS), "")
 
 
 def make_recording(

@@ -11,7 +11,7 @@ with s the stiffness factor (temperature, ageing, ...), and the transducer sees 
 step f(x) is taken as a ramp, so the relaxation terms are exact at any sample rate; the step is solved for x by Newton
 on a monotone function. Forward thrust loads the mount positively.
 
-Magnitudes: fore and aft spring rates of Lamers' thesis, table 4.1 (5079 and 5954 N/mm), dynamic ones of table 4.2
+Magnitudes: fore and aft spring rates of the thesis, table 4.1 (5079 and 5954 N/mm), dynamic ones of table 4.2
 (28 and 24 % more at 20 Hz), friction that keeps a step ten minutes long from returning to the centre line (fig. 12.6).
 """
 
