@@ -1,14 +1,16 @@
 """A flight log as a source: the raw events of `/raw` in the order they arrived, whatever speed they are read at."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, Final, NamedTuple
 
 from thrustd.errors import LogError
 from thrustd.sources.mcap_walk import McapWalk, Message
 from thrustd.types import Event
 from thrustd.wire.event_batch import ENCODING, decode_batch
 from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader
+
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
 
 
 class LogMessage(NamedTuple):
@@ -34,10 +36,8 @@ class LogFile:
         self.missing_events = 0
         self.next_number = 0 if self.header.part == 0 else first_number
         seen = False
-        for walk, message in self._walk():
-            if walk.topics.get(message.channel_id, ("", ""))[0] != RAW_TOPIC:
-                continue
-            number, events = self._decode(walk, message.channel_id, message.data)
+        for walk, message in self._walk(lambda topic: topic == RAW_TOPIC):
+            number, events = self._decode(walk, message)
             if self.next_number is not None:
                 self.missing_events += max(0, number - self.next_number)
             self.next_number, seen = number + len(events), True
@@ -47,26 +47,26 @@ class LogFile:
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[LogMessage]:
         """Messages in file order, of `topics` or of all but `/raw`."""
-        for walk, message in self._walk():
-            topic = walk.topics.get(message.channel_id, ("", ""))[0]
-            if topic in topics if topics is not None else topic != RAW_TOPIC:
-                yield LogMessage(topic, message.log_ns, message.data)
+        wanted = (lambda topic: topic != RAW_TOPIC) if topics is None else (lambda topic: topic in topics)
+        for walk, message in self._walk(wanted):
+            channel_id, log_ns, data = message
+            yield _new(LogMessage, (walk.topics[channel_id][0], log_ns, data))
 
-    def _decode(self, walk: McapWalk, channel_id: int, data: bytes) -> tuple[int, list[Event]]:
-        encoding = walk.topics[channel_id][1]
+    def _decode(self, walk: McapWalk, message: Message) -> tuple[int, list[Event]]:
+        encoding = walk.topics[message.channel_id][1]
         if encoding != ENCODING:
             raise LogError(f"{self.path}: topic {RAW_TOPIC!r} is encoded {encoding!r}, expected {ENCODING!r}")
         try:
-            return decode_batch(data)
+            return decode_batch(message.data)
         except LogError as error:
             raise LogError(f"{self.path}: {error}") from None
 
-    def _walk(self) -> Iterator[tuple[McapWalk, Message]]:
+    def _walk(self, wanted: Callable[[str], bool]) -> Iterator[tuple[McapWalk, Message]]:
         with self._open() as stream:
-            walk = McapWalk(stream, str(self.path))
-            for message in walk.records():
+            walk = McapWalk(stream, str(self.path), wanted)
+            for messages in walk.records():
                 self.position_bytes = walk.position_bytes
-                if message is not None:
+                for message in messages:
                     yield walk, message
             self.cut, self.position_bytes = walk.cut, walk.position_bytes
 
@@ -74,8 +74,8 @@ class LogFile:
         with self._open() as stream:
             walk = McapWalk(stream, str(self.path))
             self.size_bytes = walk.size_bytes
-            for message in walk.records():
-                if HEADER_NAME in walk.metadata or message is not None:
+            for messages in walk.records():
+                if HEADER_NAME in walk.metadata or messages:
                     break
         try:
             return LogHeader.from_metadata(walk.metadata.get(HEADER_NAME, {}))
