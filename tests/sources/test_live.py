@@ -110,6 +110,19 @@ def test_a_serial_port_may_go_and_come_back(terminal: Terminal) -> None:
     assert b"".join(event.data for event in last if isinstance(event, Frame)).strip(b"\0")[:1] == b"a"
 
 
+def test_a_serial_port_is_not_shared(terminal: Terminal) -> None:
+    first, second = EventQueue(), EventQueue()
+    owner = SerialPort(str(terminal.link), 921_600, first.put)
+    owner.start()
+    greet(terminal, first)
+    guest = SerialPort(str(terminal.link), 921_600, second.put)
+    guest.start()
+    assert faults(second.take(LIMIT_S)) == ["unplugged"]
+    owner.stop()
+    assert "reconnected" in faults(take_until(second, lambda found: "reconnected" in faults(found)))
+    guest.stop()
+
+
 def test_a_serial_port_that_was_never_there_is_said_once(tmp_path: Path) -> None:
     queue = EventQueue()
     port = SerialPort(str(tmp_path / "nothing"), 921_600, queue.put)

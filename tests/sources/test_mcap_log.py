@@ -2,10 +2,12 @@
 
 import io
 import random
+import struct
 from pathlib import Path
 
 import msgspec
 import pytest
+import zstandard
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
@@ -223,3 +225,33 @@ def test_a_failing_write_leaves_nothing_behind(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(LogError, match="cannot be written"), new_log(tmp_path / "no" / "x.mcap", HEADER):
         pass
+
+
+def chunk(uncompressed_size: int, squeezed: bytes, compression: bytes = b"zstd") -> bytes:
+    """A chunk record that says of itself what it likes."""
+    head = struct.pack("<QQQII", 0, 0, uncompressed_size, 0, len(compression)) + compression
+    content = head + struct.pack("<Q", len(squeezed)) + squeezed
+    return struct.pack("<BQ", 6, len(content)) + content
+
+
+BOMB = zstandard.compress(bytes(300_000_000))
+
+
+@pytest.mark.parametrize(
+    ("record", "words"),
+    [
+        (chunk(2**40, b"x"), "chunk of 1099511627776 bytes"),
+        (chunk(1000, BOMB), "zstd frame of 300000000 bytes, expected 1000"),
+        (chunk(300_000_000, BOMB), "chunk of 300000000 bytes"),
+        (chunk(10, b"0123456789", b"lzma"), "expected zstd or none"),
+        (chunk(9, struct.pack("<BQ", 5, 1000), b""), "longer than its chunk"),
+        (chunk(10, struct.pack("<BQB", 5, 1, 0), b""), "message of 1 bytes"),
+        (struct.pack("<BQ", 6, 2**60), "a record of 1152921504606846976 bytes"),
+        (struct.pack("<BQ", 12, 4) + struct.pack("<I", 2**31), "text longer"),
+    ],
+)
+def test_a_log_that_lies_about_its_sizes_costs_no_memory(tmp_path: Path, record: bytes, words: str) -> None:
+    path = tmp_path / "liar.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + record + b"\x89MCAP0\r\n")
+    with pytest.raises(LogError, match=words):
+        LogFile(path)

@@ -55,8 +55,9 @@ class SerialPort:
         self._put(Fault(self._clock_ns(), CHANNEL, kind))
 
     def _open(self) -> Any | None:
+        only_us = None if self._is_url else True  # two readers of one device would each get half of the bytes
         try:
-            port = serial.serial_for_url(self._name, baudrate=self._baud, timeout=URL_TIMEOUT_S)
+            port = serial.serial_for_url(self._name, baudrate=self._baud, timeout=URL_TIMEOUT_S, exclusive=only_us)
         except (OSError, ValueError):  # SerialException is an OSError
             return None
         with suppress(OSError, ValueError, NotImplementedError, AttributeError):  # a pty or a URL has no such mode
