@@ -1,0 +1,110 @@
+"""A disk that fails at random moments: `python benchmarks/disk_log.py --moments 50`. Nothing lost may go uncounted.
+
+A minute of 1 kHz events goes through the recorder while the disk gets full, read-only or slow at a random moment and
+recovers at another. Afterwards every event is in the logs, or counted as lost or dropped. The minute passes within
+a second, so the queue (16 s of real flight) overflows here although it would not in the air.
+"""
+
+import argparse
+import errno
+import random
+import tempfile
+from io import FileIO
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Event as Flag
+from typing import Any
+
+from rich.progress import track
+
+from thrustd.sinks.log_files import Disk
+from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
+from thrustd.sources.log_run import LogRun
+from thrustd.types import Fault, Frame
+from thrustd.wire.log_layout import LogHeader
+
+EVENTS = 60_000
+LIMIT_S = 60.0
+TROUBLES = {"full": errno.ENOSPC, "read-only": errno.EROFS, "slow": 0}
+
+
+class Drive:
+    """Files that fail or wait on demand."""
+
+    def __init__(self) -> None:
+        self.error = 0
+        self.moving = Flag()
+        self.moving.set()
+
+    def open(self, path: Path) -> Any:
+        return _DriveFile(path, self)
+
+
+class _DriveFile(FileIO):
+    def __init__(self, path: Path, drive: Drive) -> None:
+        if drive.error:
+            raise OSError(drive.error, "trouble")
+        super().__init__(path, "xb")
+        self._drive = drive
+
+    def write(self, data: Any) -> int:
+        self._drive.moving.wait(LIMIT_S)
+        if self._drive.error:
+            raise OSError(self._drive.error, "trouble")
+        return super().write(data)
+
+
+def fly(folder: Path, trouble: str, dice: random.Random) -> tuple[int, int, int]:
+    """-> events found in the logs, lost with a file, dropped for lack of speed."""
+    drive, faults = Drive(), SimpleQueue[Fault]()
+    log = LogRecorder(
+        RecorderSettings(folder), LogHeader(engines=(), mounts=()), faults.put, Disk(open_file=drive.open)
+    )
+    begins = dice.randrange(EVENTS // 2)
+    ends = begins + dice.randrange(600, EVENTS // 2)
+    for number in range(EVENTS):
+        if number == begins:
+            drive.error = TROUBLES[trouble]
+            if not drive.error:
+                drive.moving.clear()
+        if number == ends:
+            if drive.error:
+                _wait_for(faults, "log_write")
+            drive.error = 0
+            drive.moving.set()
+            if trouble != "slow":
+                _wait_for(faults, "log_resumed")
+        log.write_event(Frame(number * 1_000_000, "adc", 0, number.to_bytes(26, "little")))
+    log.close()
+    run = LogRun(list(folder.glob("*.mcap")))
+    found = list(run.events())
+    assert [event.t_ns for event in found] == sorted(event.t_ns for event in found)
+    return len(found), log.lost_items, log.dropped_items
+
+
+def _wait_for(faults: "SimpleQueue[Fault]", kind: str) -> None:
+    while faults.get(timeout=LIMIT_S).kind != kind:
+        pass
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--moments", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    dice = random.Random(arguments.seed)
+    for trouble in TROUBLES:
+        worst_lost = worst_dropped = 0
+        for _ in track(range(arguments.moments), trouble):
+            with tempfile.TemporaryDirectory() as folder:
+                found, lost, dropped = fly(Path(folder), trouble, dice)
+            assert found + lost + dropped == EVENTS, f"{EVENTS - found - lost - dropped} events went uncounted"
+            worst_lost, worst_dropped = max(worst_lost, lost), max(worst_dropped, dropped)
+        print(
+            f"{trouble}: {arguments.moments} moments, every event recorded or counted; "
+            f"worst: {worst_lost} lost with a file, {worst_dropped} dropped, of {EVENTS}"
+        )
+
+
+if __name__ == "__main__":
+    main()
