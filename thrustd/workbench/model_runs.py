@@ -19,6 +19,10 @@ from thrustd.workbench.pyramid import Floats
 Progress = Callable[[float, str], None]
 
 
+def simulate_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    return simulate_models(folder, arguments["recording"], arguments["models"], progress)
+
+
 def recording_of(folder: Folder, name: str) -> Recording:
     """The recording from its columns: mapped, so that a long one is not read twice."""
     columns = folder.columns(name)

@@ -1,7 +1,7 @@
 """The worker's part of drawing: recordings to columns, uploads to files, answers to reports."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
@@ -13,6 +13,14 @@ from thrustd.workbench.columns import forget_old, write_columns
 from thrustd.workbench.folder import MODEL_TYPE, Folder
 
 Progress = Callable[[float, str], None]
+
+
+def prepare_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    return prepare(folder, arguments["recording"], progress)
+
+
+def adopt_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    return adopt(folder, arguments["incoming"], arguments["name"], progress)
 
 
 def prepare(folder: Folder, name: str, progress: Progress) -> dict[str, Any]:
@@ -51,11 +59,11 @@ def adopt(folder: Folder, incoming: str, name: str, progress: Progress) -> dict[
     return {"name": name}
 
 
-def write_report(folder: Folder, job: str, value: Any) -> str:
+def write_report(folder: Folder, number: str, value: Any) -> str:
     """Keep a report as JSON; returns its number."""
     reports = folder.state / "reports"
     reports.mkdir(parents=True, exist_ok=True)
-    part = reports / f".{job}.part"
+    part = reports / f".{number}.part"
     part.write_bytes(msgspec.json.encode(value))
-    os.replace(part, reports / f"{job}.json")
-    return f"{job}.json"
+    os.replace(part, reports / f"{number}.json")
+    return f"{number}.json"

@@ -1,35 +1,73 @@
 """What the worker does for each kind of order: calls the function the command line calls, keeps its report.
 
 Every task takes (folder, arguments, progress) and returns a small JSON object; large answers go to
-`.thrustd/reports/`. No number is made here.
+`.thrustd/reports/`. No number is made here. Modules are imported when they are first needed, so that a recording is on
+the screen before the numerical libraries are loaded.
 """
 
+import secrets
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from typing import Any
 
 from thrustd.workbench.folder import Folder
-from thrustd.workbench.prepare import adopt, prepare
+from thrustd.workbench.prepare import write_report
 
 Progress = Callable[[float, str], None]
-Task = Callable[[Folder, Mapping[str, Any], Progress], dict[str, Any]]
+Arguments = Mapping[str, Any]
+Task = Callable[[Folder, Arguments, Progress], dict[str, Any]]
 
 
-def _prepare(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    return prepare(folder, arguments["recording"], progress)
+def _call(module: str, name: str) -> Task:
+    def task(folder: Folder, arguments: Arguments, progress: Progress) -> dict[str, Any]:
+        answer: dict[str, Any] = getattr(import_module(f"thrustd.workbench.{module}"), name)(
+            folder, arguments, progress
+        )
+        return answer
+
+    return task
 
 
-def _simulate(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    from thrustd.workbench.model_runs import simulate_models
+def _kept(module: str, name: str, shown: Callable[[dict[str, Any]], dict[str, Any]]) -> Task:
+    """A task whose answer is kept as a report; the job itself carries only what `shown` takes of it."""
+    asked = _call(module, name)
 
-    return simulate_models(folder, arguments["recording"], arguments["models"], progress)
+    def task(folder: Folder, arguments: Arguments, progress: Progress) -> dict[str, Any]:
+        answer = asked(folder, arguments, progress)
+        return {"report": write_report(folder, secrets.token_hex(8), answer), **shown(answer)}
+
+    return task
 
 
-def _adopt(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    return adopt(folder, arguments["incoming"], arguments["name"], progress)
+def _compared(answer: dict[str, Any]) -> dict[str, Any]:
+    names = ("model", "recording", "rmse_n", "bias_n")
+    worst = [cell["where_it_fails"][0]["sentence"] for cell in answer["cells"] if cell["where_it_fails"]]
+    return {"cells": [{name: cell[name] for name in names} for cell in answer["cells"]], "worst": worst}
+
+
+def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
+    names = ("effect", "name", "rmse_before_n", "rmse_after_n", "in_verdict")
+    return {
+        "verdict": answer["verdict"],
+        "candidates": [{name: c[name] for name in names} for c in answer["candidates"][:3]],
+        "depends_on": [d["channel"] for d in answer["depends_on"]],
+    }
+
+
+def _extended(answer: dict[str, Any]) -> dict[str, Any]:
+    names = ("model", "parent", "effects", "rmse_before_n", "rmse_after_n", "estimates", "heldout")
+    return {name: answer[name] for name in names if name in answer}
 
 
 TASKS: dict[str, Task] = {
-    "prepare": _prepare,
-    "simulate": _simulate,
-    "adopt": _adopt,
+    "prepare": _call("prepare", "prepare_order"),
+    "adopt": _call("prepare", "adopt_order"),
+    "simulate": _call("model_runs", "simulate_order"),
+    "exercise": _call("exercise", "make_exercise"),
+    "reveal": _call("exercise", "reveal"),
+    "fit": _call("finding", "fit"),
+    "compare": _kept("asking", "ask_compare", _compared),
+    "diagnose": _kept("finding", "ask_diagnose", _diagnosed),
+    "extend": _kept("finding", "ask_extend", _extended),
+    "compile": _call("finding", "compile_for_flight"),
 }

@@ -1,0 +1,96 @@
+"""Identify, diagnose, extend and compile, as the page asks for them: the functions of the command line."""
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from thrustd.diagnose.diagnose import CandidateReport, diagnose
+from thrustd.identify.artifact import finished, spec_of
+from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw
+from thrustd.model.artifact import ModelSpec, write_model
+from thrustd.model.compile import check_witness, compile_model
+from thrustd.model.effects import effect_named
+from thrustd.records.recording import Recording, unit_of
+from thrustd.workbench.asking import marked_recordings
+from thrustd.workbench.figures import short
+from thrustd.workbench.folder import Folder
+
+Progress = Callable[[float, str], None]
+
+CARD = ("title", "equation", "source", "channels", "site", "separating_test")
+HELD_BACK = 0.25  # of a bench record: its end judges the fit and makes the error map
+ORDER = 4  # time constants of a first model
+STEPS = 30.0  # of a search, after which its bar is two thirds full
+
+
+def fit(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """A first model from bench recordings, as `thrustd identify` makes it."""
+    records = marked_recordings(folder, arguments["recordings"])
+    train, held_back = zip(*map(_parted, records), strict=True)
+    seen = 0
+
+    def tell(what: str, rmse_n: float) -> None:
+        nonlocal seen
+        seen += 1
+        progress(0.9 * (1 - math.exp(-seen / STEPS)), f"{what}: {rmse_n:.1f} N")
+
+    found = fit_hw(list(train), HwSettings(order=ORDER), tell)
+    progress(0.92, "error map on the held-back end")
+    name = arguments["out"]
+    spec = finished(spec_of(found, Path(name).stem), list(train), list(held_back), {})
+    save_model(folder, name, spec)
+    return {"model": name}
+
+
+def _parted(record: Recording) -> tuple[Recording, Recording]:
+    """The beginning to fit, the end to judge."""
+    cut_s = float(record.time_s[0] + (1 - HELD_BACK) * record.duration_s)
+    return record.window(float(record.time_s[0]), cut_s), record.window(cut_s, math.inf)
+
+
+def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """The report of `thrustd diagnose`, with the physics card of every candidate."""
+    records = marked_recordings(folder, arguments["recordings"])
+    report = diagnose(folder.model(arguments["model"]), records, name=arguments["model"], progress=progress)
+    answer = report.to_json()
+    answer["candidates"] = [_candidate(c) for c in report.candidates]
+    answer["depends_on"] = [
+        {
+            "channel": d.channel, "unit": unit_of(d.channel), "rmse_before_n": d.rmse_before_n,
+            "rmse_after_n": d.rmse_after_n, "at": short(d.at), "mean": short(d.residual_n), "low": short(d.low_n),
+            "high": short(d.high_n),
+        }
+        for d in report.depends_on
+    ]  # fmt: skip
+    return answer
+
+
+def _candidate(candidate: CandidateReport) -> dict[str, Any]:
+    effect = effect_named(candidate.name)
+    card = {key: getattr(effect, key) for key in ("title", "equation", "source", "channels", "site", "separating_test")}
+    card["parameters"] = {
+        p.name: {"meaning": p.meaning, "unit": p.unit, "expected": p.expected} for p in effect.parameters
+    }
+    return candidate.to_json() | {"card": card, "estimates": [asdict(p) for p in candidate.parameters]}
+
+
+def compile_for_flight(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Prove that a model reproduces its witness rows and compiles at a rate."""
+    name, rate_hz = arguments["model"], float(arguments["rate_hz"])
+    spec = folder.model(name)
+    progress(0.2, "witness rows")
+    check_witness(spec, name)
+    progress(0.6, f"compiling at {rate_hz:g} Hz")
+    compiled = compile_model(spec, rate_hz)
+    return {"model": name, "rate_hz": rate_hz, "channels": list(compiled.channels), "stages": len(compiled.stages)}
+
+
+def save_model(folder: Folder, name: str, spec: ModelSpec) -> None:
+    """Whole or not at all."""
+    path = folder.new_path(name)
+    part = path.with_name(f".{path.name}.part")
+    part.write_text(write_model(spec))
+    os.replace(part, path)
