@@ -20,7 +20,7 @@ from thrustd.model.compile import model_stages
 from thrustd.model.stage import Floats, Stage
 from thrustd.records.recording import Recording
 
-ROWS = 150_000  # rows of the table at most; 250 columns of it are 300 MB
+ROWS = 50_000  # rows of the table at most; 250 columns of it are 100 MB
 BLOCKS = 48  # of equal length over all records
 FOLDS = 6  # blocks held back in turn
 BASE_PARAMETERS = ("input_curve.[yc]*", "linear.*", "output_curve.[yc]*")  # knots stay: moving them is hardly new
@@ -40,6 +40,20 @@ class Evidence:
     segment: Ints  # (n,) number of the segment
     channels: dict[str, Floats]  # every column of the records that all of them have, (n,)
 
+    def white_n2(self, spec: ModelSpec) -> float:
+        """Squared error of a model inside the rows, which their means do not show, N^2."""
+        if self.width == 1:
+            return 0.0
+        total, count = 0.0, 0
+        for segment in self.segments:
+            m = len(segment) // self.width * self.width
+            residual = segment.force_n[:m] - simulate(model_stages(spec, segment.dt_s), segment)[:m]
+            rows = residual.reshape(-1, self.width)
+            inside = (rows - rows.mean(axis=1, keepdims=True)) ** 2
+            total += float(np.nansum(inside))
+            count += int(np.isfinite(inside).sum())
+        return total / max(1, count)
+
     @property
     def n_blocks(self) -> int:
         return int(self.block[-1]) + 1
@@ -58,7 +72,7 @@ class Evidence:
 
     def jacobian(self, spec: ModelSpec, which: Sequence[str] = BASE_PARAMETERS) -> Floats:
         """d force / d parameter by row (n, p) of the parameters chosen."""
-        vector = pack(spec, [pattern for pattern in which if _matches(spec, pattern)])
+        vector = pack(spec, base_patterns(spec, which))
         tables = []
         for segment in self.segments:
             blocks = [columns for _, _, columns in jacobian_blocks(spec, segment, vector)]
@@ -67,8 +81,10 @@ class Evidence:
         return np.concatenate(tables)
 
 
-def _matches(spec: ModelSpec, pattern: str) -> bool:
-    return any(fnmatchcase(name, pattern) for name in pack(spec).names)
+def base_patterns(spec: ModelSpec, which: Sequence[str] = BASE_PARAMETERS) -> list[str]:
+    """Those of the patterns that this model has parameters for."""
+    names = pack(spec).names
+    return [pattern for pattern in which if any(fnmatchcase(name, pattern) for name in names)]
 
 
 def gather(spec: ModelSpec, records: Sequence[Recording]) -> Evidence:

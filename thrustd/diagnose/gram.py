@@ -25,6 +25,7 @@ class BlockGram:
     matrices: Floats  # (n_blocks, q, q)
     counts: Floats  # (n_blocks,) rows with a reference
     fold: Floats  # (n_schemes, n_blocks) which fold holds the block back
+    white_n2: float = 0.0  # squared error inside the rows, added to every fit
 
     @property
     def size(self) -> Floats:
@@ -33,7 +34,9 @@ class BlockGram:
         return total
 
 
-def block_gram(evidence: Evidence, residual_n: Floats, core: Floats, groups: Sequence[Floats]) -> BlockGram:
+def block_gram(
+    evidence: Evidence, residual_n: Floats, core: Floats, groups: Sequence[Floats], white_n2: float = 0.0
+) -> BlockGram:
     """Normal matrices of residual, core (n, p) and groups (n, k_i) of columns, in that order.
 
     Products are formed with the core and inside each group; no regression here joins two groups, so the products
@@ -55,7 +58,7 @@ def block_gram(evidence: Evidence, residual_n: Floats, core: Floats, groups: Seq
             inside = part.T @ part if end - begin > 1 else np.einsum("ij,ij->j", part, part)[:, None]
             matrix[p + begin : p + end, p + begin : p + end] = inside
     counts = np.add.reduceat(good.astype(float), starts[:-1])
-    return BlockGram(matrices, counts, _fold_schemes(evidence.n_blocks))
+    return BlockGram(matrices, counts, _fold_schemes(evidence.n_blocks), white_n2)
 
 
 def _fold_schemes(n_blocks: int) -> Floats:
@@ -71,10 +74,11 @@ class Fit:
     beta: Floats  # (k,)
     sse: Floats  # (n_blocks,), mean of the schemes
     counts: Floats  # (n_blocks,)
+    white_n2: float = 0.0
 
     @property
     def mse(self) -> float:
-        return float(self.sse.sum() / self.counts.sum())
+        return float(self.sse.sum() / self.counts.sum()) + self.white_n2
 
     @property
     def rmse(self) -> float:
@@ -85,7 +89,7 @@ def held_out_fit(gram: BlockGram, chosen: Sequence[int], ridge: Sequence[float],
     """Regress the residual on columns `chosen` (numbers >= 1), each with a ridge relative to its own size."""
     at = np.asarray(chosen, int)
     if len(at) == 0:
-        return Fit(np.zeros(0), gram.matrices[:, 0, 0].copy(), gram.counts)
+        return Fit(np.zeros(0), gram.matrices[:, 0, 0].copy(), gram.counts, gram.white_n2)
     cc = gram.matrices[:, at[:, None], at]
     cy = gram.matrices[:, at, 0]
     yy = gram.matrices[:, 0, 0]
@@ -96,7 +100,7 @@ def held_out_fit(gram: BlockGram, chosen: Sequence[int], ridge: Sequence[float],
             test = fold == held
             beta = _solve(cc[~test].sum(axis=0), cy[~test].sum(axis=0), relative)
             sse[test] += yy[test] - 2 * cy[test] @ beta + np.einsum("i,bij,j->b", beta, cc[test], beta)
-    return Fit(_solve(cc.sum(axis=0), cy.sum(axis=0), relative), sse / schemes, gram.counts)
+    return Fit(_solve(cc.sum(axis=0), cy.sum(axis=0), relative), sse / schemes, gram.counts, gram.white_n2)
 
 
 def _solve(cc: Floats, cy: Floats, relative: Floats) -> Floats:
@@ -108,7 +112,15 @@ def _solve(cc: Floats, cy: Floats, relative: Floats) -> Floats:
 
 
 def gain_t(before: Fit, after: Fit) -> float:
-    """How sure the held-back gain is: mean gain per block over its standard error."""
+    """How sure the held-back gain is: mean gain per block over its standard error.
+
+    An effect of steps or manoeuvres gains much in few blocks, which a plain mean takes for chance; so the same is
+    asked of the gains' signed square roots, and the larger answer counts.
+    """
     gain = before.sse - after.sse
-    spread = float(np.std(gain, ddof=1)) * len(gain) ** 0.5
-    return float(gain.sum() / spread) if spread > 0 else 0.0
+    return max(_t(gain), _t(np.sign(gain) * np.sqrt(np.abs(gain))))
+
+
+def _t(values: Floats) -> float:
+    spread = float(np.std(values, ddof=1)) * len(values) ** 0.5
+    return float(values.sum() / spread) if spread > 0 else 0.0

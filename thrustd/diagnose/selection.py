@@ -32,6 +32,7 @@ SURE = 2.5  # standard errors
 WORTH = 0.12  # of the squared error left
 DEEP = 0.4  # of the squared error: an effect that shows only when the present parameters move
 SURE_DEEP = 4.0
+SHAPE_COST = 0.04  # of the own squared error per free shape parameter: of two alike, the simpler one
 POLISH = 6  # candidates polished per round
 NEAR = 1.35  # ... whose held-back error is within this factor of the best
 VARIANT = 0.97  # another formulation of an effect must be this much better than the effect itself
@@ -88,14 +89,15 @@ def look(
         _tell(progress, 0.7 * i / max(1, len(effects)), effect.name)
         rough += candidates(effect, spec, evidence, output_n)
     curves = free_curves(evidence, output_n)
-    table = _Table.of(evidence, residual_n, present, beside, rough, curves)
+    white_n2 = evidence.white_n2(spec)
+    table = _Table.of(evidence, residual_n, present, beside, rough, curves, white_n2)
     first = table.scored(rough)
     _tell(progress, 0.75, "polish")
     fine = [
         polished(s.candidate, spec, evidence, output_n, beside) if _matters(s, first, i) else s.candidate
         for i, s in enumerate(first)
     ]
-    last = _Table.of(evidence, residual_n, present, beside, fine, [])
+    last = _Table.of(evidence, residual_n, present, beside, fine, [], white_n2)
     _tell(progress, 1.0, "")
     return Round(
         spec,
@@ -116,6 +118,12 @@ def _matters(scored: Scored, first: Sequence[Scored], place: int) -> bool:
 def acceptable(scored: Scored, own_n: float) -> bool:
     """Enough, sure and worth it."""
     return scored.gain >= ENOUGH * own_n**2 and scored.t >= SURE and scored.gain >= WORTH * scored.before.mse
+
+
+def rank(scored: Scored, own_n: float) -> float:
+    """Held-back squared error with a small charge for every shape parameter that was free to fit."""
+    free = sum(not p.amplitude and p.estimate for p in scored.candidate.effect.parameters)
+    return scored.fit.mse + SHAPE_COST * own_n**2 * free
 
 
 def deep(scored: Scored, first: Round) -> bool:
@@ -169,11 +177,12 @@ class _Table:
         beside: Floats,
         chosen: Sequence[Candidate],
         curves: Sequence[FreeCurve],
+        white_n2: float,
     ) -> "_Table":
         groups = [*(c.columns for c in chosen), *(c.columns for c in curves)]
         ends = np.cumsum([1] + [g.shape[1] for g in (present, beside, *groups)])
         places = [list(range(a, b)) for a, b in pairwise(ends)]
-        gram = block_gram(evidence, residual_n, np.column_stack((present, beside)), groups)
+        gram = block_gram(evidence, residual_n, np.column_stack((present, beside)), groups, white_n2)
         n = len(chosen)
         return _Table(gram, places[0], places[1], places[2 : 2 + n], places[2 + n :])
 

@@ -12,7 +12,7 @@ from thrustd.diagnose.dependence import OWN
 from thrustd.diagnose.evidence import Evidence
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import Fit, gain_t
-from thrustd.diagnose.selection import MOST, Progress, Round, Scored, acceptable, deep, look, taken
+from thrustd.diagnose.selection import MOST, Progress, Round, Scored, acceptable, deep, look, rank, taken
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
 
@@ -51,7 +51,7 @@ def judge(
         rounds.append(look(spec, evidence, absent, added, _within(progress, len(rounds))))
         if len(rounds) == 1:
             own_n, promised = _own(spec, evidence, rounds[0])
-        best = next((s for s in rounds[-1].scored if acceptable(s, own_n)), None)
+        best = min((s for s in rounds[-1].scored if acceptable(s, own_n)), key=lambda s: rank(s, own_n), default=None)
         if best is None or len(found) == MOST:
             break
         spec, effect = taken(spec, best)

@@ -1,11 +1,11 @@
 """Creep: under load rubber keeps yielding, in proportion to the logarithm of time (Rivin's eq. in thesis 4.2).
 
     deformation = elastic deformation * (1 + b log10(t / 1 min))      under a load held from t = 0
-    here:  v = x - creep_per_decade / 2 * sum_i lag_i(x)
-    lag_i: first-order lags, two per decade from start_s to 5 decades above
+    here:  v = x - creep_per_decade / 2 * sum_i exp(-start_s / tau_i) lag_i(x)
+    lag_i: first-order lags of time constant tau_i, two per decade from start_s / 10 on
 
-The logarithm is written as a sum of exponentials (a box spectrum of retardation times), so that it holds for any load
-history and runs causally. b = creep_per_decade: share of the deformation that is added by every tenfold of time,
+The weights are the retardation spectrum of log10(1 + t / start_s), exp(-start / tau) / ln 10 per unit of ln tau, so it
+holds for any load history and runs causally. b = creep_per_decade: share of deformation added by every tenfold of time,
 positive; typical 0.01 to 0.05 for natural rubber. It takes away the slowly grown part of the reading before the core
 sees it. Starts settled at the first reading. What relaxes within minutes is in the linear block; this is what goes on
 for hours. Left out: temperature (WLF) and load dependence of b.
@@ -19,21 +19,22 @@ from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
 LAGS_PER_DECADE = 2
-N_LAGS = 10  # five decades
+N_LAGS = 14  # seven decades
 
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     crept = 0.0
     for i in range(x.shape[0]):
-        x[i] += c[1 + i] * (v - x[i])
-        crept += x[i]
-    return v - c[0] * crept
+        x[i] += c[i] * (v - x[i])
+        crept += c[x.shape[0] + i] * x[i]
+    return v - crept
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    tau_s = p["start_s"] * 10.0 ** ((np.arange(N_LAGS) + 0.5) / LAGS_PER_DECADE)
-    return np.concatenate(([p["creep_per_decade"] / LAGS_PER_DECADE], -np.expm1(-dt_s / tau_s)))
+    tau_s = p["start_s"] * 10.0 ** ((np.arange(N_LAGS) + 0.5) / LAGS_PER_DECADE - 1.0)
+    weights = p["creep_per_decade"] / LAGS_PER_DECADE * np.exp(-p["start_s"] / tau_s)
+    return np.concatenate((-np.expm1(-dt_s / tau_s), weights))
 
 
 def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
@@ -62,14 +63,15 @@ EFFECT = Effect(
             60.0,
             0.1,
             3600.0,
-            (60.0, 10.0, 300.0),
+            (60.0,),
             "time at which it begins to count",
             amplitude=False,
+            estimate=False,
         ),
     ),
     step=step,
     prepare=prepare,
-    n_state=10,
+    n_state=14,
     equation="x_elastic = x - b sum lag_i(x) / 2,  about x (1 - b log10(t / t_0))",
     source=(
         "Rivin, Passive Vibration Isolation, 2003 (thesis eq. 4.2); Tschoegl, Linear Viscoelastic Behavior, 1989, ch. 6"

@@ -1,0 +1,256 @@
+"""Diagnose: which absent effect explains what a model leaves, how sure that is, and what else could.
+
+    report = diagnose(spec, [recording])
+    report.verdict            ("axial_inertia",) or ("none",) or ("unknown",)
+
+The statistics are explained in docs/diagnosis.md; the steps are selection (rounds), verdict, estimates, look-alikes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from thrustd.brochure.deck import Deck
+from thrustd.diagnose.candidates import NotJudged, judgeable
+from thrustd.diagnose.checks import check_length, check_not_own_output, check_recording
+from thrustd.diagnose.dependence import Dependence, channels_of, drawn
+from thrustd.diagnose.estimates import ParameterEstimate, estimated
+from thrustd.diagnose.evidence import Evidence, gather
+from thrustd.diagnose.look_alikes import advice_for, look_alikes
+from thrustd.diagnose.reference import as_mount, with_reference
+from thrustd.diagnose.selection import Progress, Round, Scored, taken
+from thrustd.diagnose.verdict import Judgement, judge
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.effect import Effect
+from thrustd.model.effects import effect_named, shelf
+from thrustd.records.recording import Recording
+
+POOR = 1.5  # squared error over what the artifact promises, from which re-identification is advised
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateReport:
+    """One effect: what adding it would do on held-back blocks, its numbers, its look-alikes."""
+
+    effect: str  # the word of ICD section 4
+    name: str  # what `extend` takes: the effect or the variant of it that fits best
+    rmse_before_n: float
+    rmse_after_n: float
+    parameters: tuple[ParameterEstimate, ...]
+    separable_from: tuple[str, ...]  # look-alikes: what these data cannot separate it from
+    evidence: str
+    in_verdict: bool
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "effect": self.effect,
+            "name": self.name,
+            "rmse_before_n": self.rmse_before_n,
+            "rmse_after_n": self.rmse_after_n,
+            "parameters": {p.name: p.to_json() for p in self.parameters},
+            "separable_from": list(self.separable_from),
+            "evidence": self.evidence,
+            "in_verdict": self.in_verdict,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnoseReport:
+    """The verdict and what it rests on."""
+
+    model: str
+    recordings: tuple[str, ...]
+    verdict: tuple[str, ...]
+    candidates: tuple[CandidateReport, ...]  # those of the verdict first, then by what they would remove
+    depends_on: tuple[Dependence, ...]
+    not_judged: tuple[NotJudged, ...]
+    advice: tuple[str, ...]
+    rmse_before_n: float
+    rmse_after_n: float  # with all effects of the verdict
+    own_error_n: float  # what the model leaves where nothing is missing
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "model": self.model,
+            "recordings": list(self.recordings),
+            "verdict": list(self.verdict),
+            "candidates": [c.to_json() for c in self.candidates],
+            "depends_on": [_dependence_json(d) for d in self.depends_on],
+            "not_judged": [{"effect": n.effect, "reason": n.reason} for n in self.not_judged],
+            "advice": list(self.advice),
+            "rmse_before_n": self.rmse_before_n,
+            "rmse_after_n": self.rmse_after_n,
+            "own_error_n": self.own_error_n,
+        }
+
+    def print(self, console: Console) -> None:
+        from thrustd.diagnose.diagnose_print import print_report
+
+        print_report(self, console)
+
+    def pictures(self, folder: Path) -> list[Path]:
+        """The dependence that is left, drawn; nothing when nothing is left."""
+        if not self.depends_on:
+            return []
+        from thrustd.diagnose.pictures import dependence_picture  # matplotlib takes a second to import
+
+        folder.mkdir(parents=True, exist_ok=True)
+        return [dependence_picture(list(self.depends_on), folder / "depends_on.png")]
+
+
+def diagnose(
+    spec: ModelSpec,
+    recordings: Sequence[Recording],
+    *,
+    name: str = "",
+    against: str = "",
+    mount: str = "",
+    deck: Deck | None = None,
+    extra: Sequence[Effect] = (),
+    progress: Progress | None = None,
+) -> DiagnoseReport:
+    """Judge every effect of the shelf and `extra` ones. `progress(share, what)` is called as it goes."""
+    records = [with_reference(as_mount(record, mount), against, deck=deck) for record in recordings]
+    for record in records:
+        check_recording(record)
+    check_length(records, spec)
+    evidence = gather(spec, records)
+    check_not_own_output(records[0], evidence.output(spec), evidence.reference_n)
+    present = [effect_named(effect.name).word for effect in spec.effects]
+    effects, not_judged = judgeable([*shelf().values(), *extra], spec, records, present)
+    judgement = judge(spec, evidence, effects, _scaled(progress, 0.0, 0.85))
+    reports, after_n = _candidates(judgement, evidence)
+    if progress is not None:
+        progress(1.0, "done")
+    first = judgement.rounds[0]
+    return DiagnoseReport(
+        name or spec.name,
+        tuple(record.name for record in records),
+        judgement.verdict,
+        tuple(reports),
+        tuple(_drawn(judgement, evidence)),
+        tuple(not_judged),
+        tuple(_advice(judgement, reports, not_judged)),
+        first.before.rmse,
+        after_n,
+        judgement.own_n,
+    )
+
+
+def _candidates(judgement: Judgement, evidence: Evidence) -> tuple[list[CandidateReport], float]:
+    """Reports of the effects found, then of the rest as the first look saw them."""
+    first, last = judgement.rounds[0], judgement.rounds[-1]
+    numbers: list[ParameterEstimate] = []
+    if judgement.found:
+        spec = last.spec if not judgement.deep else _one(first, judgement)
+        _, numbers = estimated(spec, judgement.added, evidence)
+    reports = []
+    for i, scored in enumerate(judgement.found):
+        own = [n for n in numbers if n.effect == scored.candidate.word]
+        reports.append(_report(scored, _seen(judgement, i), judgement, tuple(own), True))
+    words = {r.effect for r in reports}
+    reports += [_report(s, first, judgement, _rough(s), False) for s in first.scored if s.candidate.word not in words]
+    return reports, _after_n(judgement)
+
+
+def _seen(judgement: Judgement, i: int) -> Round:
+    """The round in which effect i was found."""
+    return judgement.rounds[min(i, len(judgement.rounds) - 1)]
+
+
+def _after_n(judgement: Judgement) -> float:
+    if judgement.deep and judgement.found[0].absorbed is not None:
+        return judgement.found[0].absorbed.rmse
+    return judgement.rounds[-1].before.rmse if judgement.found else judgement.rounds[0].before.rmse
+
+
+def _one(first: Round, judgement: Judgement) -> ModelSpec:
+    return taken(first.spec, judgement.found[0])[0]
+
+
+def _report(
+    scored: Scored, seen: Round, judgement: Judgement, numbers: tuple[ParameterEstimate, ...], in_verdict: bool
+) -> CandidateReport:
+    after = scored.absorbed if judgement.deep and in_verdict and scored.absorbed is not None else scored.fit
+    removed = 100 * (1 - after.mse / scored.before.mse) if scored.before.mse > 0 else 0.0
+    better = int(np.count_nonzero(after.sse < scored.before.sse))
+    alike = look_alikes(scored, seen.scored, judgement.own_n) if scored.gain > 0 else ()
+    evidence = (
+        f"{scored.candidate.word} removes {removed:.0f} % of the squared error on held-back blocks"
+        f" ({scored.before.rmse:.1f} -> {after.rmse:.1f} N), better in {better} of {len(after.sse)} blocks,"
+        f" {scored.t:.1f} standard errors"
+    )
+    return CandidateReport(
+        scored.candidate.word,
+        scored.candidate.effect.name,
+        scored.before.rmse,
+        after.rmse,
+        numbers,
+        alike,
+        evidence,
+        in_verdict,
+    )
+
+
+def _rough(scored: Scored) -> tuple[ParameterEstimate, ...]:
+    """Amplitudes of the linear fit; their sigma from the gain in standard errors."""
+    candidate = scored.candidate
+    cards = {p.name: p for p in candidate.effect.parameters}
+    values = (
+        scored.fit.beta[-len(candidate.amplitudes) :] if len(scored.fit.beta) else [0.0] * len(candidate.amplitudes)
+    )
+    sure = max(abs(scored.t), 0.5)
+    return tuple(
+        ParameterEstimate(candidate.word, key, float(v), abs(float(v)) / sure, cards[key].unit, cards[key].expected)
+        for key, v in zip(candidate.amplitudes, values, strict=True)
+    )
+
+
+def _drawn(judgement: Judgement, evidence: Evidence) -> list[Dependence]:
+    seen = judgement.rounds[-1] if judgement.found else judgement.rounds[0]
+    columns = channels_of(evidence, seen.output_n)
+    before = seen.before_curves.rmse
+    return [drawn(n, columns[n], seen.residual_n, before, seen.curves[n].rmse) for n in judgement.channels]
+
+
+def _advice(judgement: Judgement, reports: Sequence[CandidateReport], not_judged: Sequence[NotJudged]) -> list[str]:
+    advice = []
+    for i, scored in enumerate(judgement.found):
+        alike = next(r.separable_from for r in reports if r.effect == scored.candidate.word)
+        advice += advice_for(scored, alike, _seen(judgement, i).scored)
+    if judgement.verdict == ("unknown",):
+        advice += [
+            f"no known effect explains how the residual follows {name}: look at its picture, then try an expression,"
+            f' for example --effect "k * {name}"'
+            for name in judgement.channels
+        ]
+    first = judgement.rounds[0]
+    if judgement.verdict == ("none",) and judgement.promised and first.before.mse > POOR * judgement.own_n**2:
+        advice.append(
+            f"no effect is missing, yet the model is {first.before.rmse:.0f} N wrong where its identification promises"
+            f" {judgement.own_n:.0f} N: identify it again with data that cover this operation"
+        )
+    if judgement.deep:
+        advice.append("the effect is in the identification data too: identify again with it in the structure")
+    missing = sorted({n.reason for n in not_judged})
+    return advice + [f"not judged: {reason}" for reason in missing]
+
+
+def _dependence_json(dependence: Dependence) -> dict[str, Any]:
+    return {
+        "channel": dependence.channel,
+        "rmse_before_n": dependence.rmse_before_n,
+        "rmse_after_n": dependence.rmse_after_n,
+        "at": dependence.at.tolist(),
+        "residual_n": dependence.residual_n.tolist(),
+    }
+
+
+def _scaled(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    if progress is None:
+        return None
+    return lambda share, what: progress(begin + (end - begin) * share, what)

@@ -1,0 +1,49 @@
+"""A diagnosis for people: verdict, candidates, what is left, advice."""
+
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from thrustd.diagnose.diagnose import DiagnoseReport
+
+SHOWN = 8  # candidates in the table
+
+
+def print_report(report: "DiagnoseReport", console: Console) -> None:
+    console.print(f"[bold]Verdict on {report.model}:[/bold] {', '.join(report.verdict)}", highlight=False)
+    console.print(
+        f"held-back error {report.rmse_before_n:.1f} N, {report.rmse_after_n:.1f} N with the verdict;"
+        f" the model alone leaves {report.own_error_n:.1f} N",
+        highlight=False,
+    )
+    for candidate in report.candidates:
+        if candidate.in_verdict:
+            console.print(f"  {candidate.evidence}", highlight=False)
+            for number in candidate.parameters:
+                console.print(f"    {number.sentence}", highlight=False)
+            if candidate.separable_from:
+                console.print(f"    looks like: {', '.join(candidate.separable_from)}", highlight=False)
+    console.print(_table(report))
+    for dependence in report.depends_on:
+        console.print(
+            f"the residual follows {dependence.channel}: a free curve of it leaves {dependence.rmse_after_n:.1f} N",
+            highlight=False,
+        )
+    for line in report.advice:
+        console.print(f"  - {line}", highlight=False, markup=False)
+
+
+def _table(report: "DiagnoseReport") -> Table:
+    table = Table(title="Absent effects, by what they would leave on held-back blocks")
+    table.add_column("effect")
+    for heading in ("before N", "after N"):
+        table.add_column(heading, justify="right")
+    table.add_column("amplitude")
+    table.add_column("looks like")
+    for c in report.candidates[:SHOWN]:
+        numbers = ", ".join(f"{p.name} {p.value:.3g} +- {p.std:.1g}" for p in c.parameters[:1])
+        after = f"{c.rmse_after_n:.1f}"
+        table.add_row(c.effect, f"{c.rmse_before_n:.1f}", after, numbers, ", ".join(c.separable_from))
+    return table

@@ -1,0 +1,110 @@
+"""Parameters of effects with honest error bars, in units a person can check.
+
+Amplitudes and shapes are estimated by Levenberg-Marquardt on the full model (thrustd.identify.estimate), whose
+covariance knows that the residual is coloured. Misfit of the model itself shows as estimates that differ from one part
+of the record to another, so the spread over parts left out (a delete-a-group jackknife, Efron & Tibshirani 1993,
+chapter 11) is computed as well, and the larger of the two is reported.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from thrustd.diagnose.candidates import column_at
+from thrustd.diagnose.evidence import Evidence
+from thrustd.identify.estimate import EstimateSettings, estimate_segments
+from thrustd.identify.parameters import effect_labels
+from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.effects import effect_named
+from thrustd.model.stage import Floats
+
+GROUPS = 12  # parts left out in turn
+ITERATIONS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterEstimate:
+    """One number with one sigma."""
+
+    effect: str
+    name: str
+    value: float
+    std: float
+    unit: str
+    expected: str
+
+    @property
+    def sentence(self) -> str:
+        unit = f" {self.unit}" if self.unit not in ("", "-") else ""
+        tail = f" (expected {self.expected})" if self.expected else ""
+        return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.std:.2g}{unit}{tail}"
+
+    def to_json(self) -> dict[str, Any]:
+        return {"value": self.value, "std": self.std, "unit": self.unit, "expected": self.expected}
+
+
+def free_names(spec: ModelSpec, effects: Sequence[EffectSpec]) -> list[str]:
+    """Names of the parameters of these effects that may be estimated (see thrustd.identify.parameters)."""
+    names = []
+    for label, present in zip(effect_labels(spec), spec.effects, strict=True):
+        if present in effects:
+            names += [f"{label}.{p.name}" for p in effect_named(present.name).parameters if p.estimate]
+    return names
+
+
+def estimated(
+    spec: ModelSpec, effects: Sequence[EffectSpec], evidence: Evidence
+) -> tuple[ModelSpec, list[ParameterEstimate]]:
+    """The model with these of its effects re-estimated together on all the data, and the numbers."""
+    places = [i for i, present in enumerate(spec.effects) if present in effects]
+    names = free_names(spec, effects)
+    result = estimate_segments(
+        spec, list(evidence.segments), names, EstimateSettings(max_iterations=ITERATIONS, tolerance=1e-4)
+    )
+    std = dict(zip(result.names, result.std, strict=True))
+    spread = _jackknife(result.spec, places, evidence)
+    labels = effect_labels(spec)
+    numbers: list[ParameterEstimate] = []
+    finished = list(result.spec.effects)
+    for i in places:
+        effect = effect_named(finished[i].name)
+        for p in effect.parameters:
+            if p.estimate:
+                sigma = max(float(std[f"{labels[i]}.{p.name}"]), spread.get(f"{i}.{p.name}", 0.0))
+                value = finished[i].parameters[p.name]
+                numbers.append(ParameterEstimate(effect.word, p.name, value, sigma, p.unit, p.expected))
+        sigmas = {n.name: n.std for n in numbers if n.effect == effect.word}
+        finished[i] = EffectSpec(finished[i].name, finished[i].parameters, sigmas)
+    return msgspec.structs.replace(result.spec, effects=finished), numbers
+
+
+def _jackknife(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> dict[str, float]:
+    """One sigma of each amplitude from estimates with parts of the record left out, linear about the solution."""
+    names, columns = [], []
+    for i in places:
+        effect = effect_named(spec.effects[i].name)
+        others = [e for j, e in enumerate(spec.effects) if j != i]
+        without = msgspec.structs.replace(spec, effects=others)
+        candidate = column_at(effect, spec.effects[i].parameters, without, evidence, evidence.output(without))
+        names += [f"{i}.{name}" for name in candidate.amplitudes]
+        columns.append(candidate.columns)
+    table = np.column_stack(columns)
+    residual = evidence.reference_n - evidence.output(spec)
+    return dict(zip(names, _spread(table, residual, evidence), strict=True))
+
+
+def _spread(table: Floats, residual: Floats, evidence: Evidence) -> list[float]:
+    good = np.isfinite(residual)
+    size = np.maximum(np.sqrt(np.mean(table[good] ** 2, axis=0)), 1e-300)
+    group = evidence.block * GROUPS // evidence.n_blocks
+    estimates = []
+    for left_out in range(GROUPS):
+        keep = good & (group != left_out)
+        rows = table[keep] / size
+        estimates.append(np.linalg.lstsq(rows, residual[keep], rcond=1e-9)[0] / size)
+    moved = np.array(estimates) - np.mean(estimates, axis=0)
+    sigma = np.sqrt((GROUPS - 1) / GROUPS * np.sum(moved**2, axis=0))
+    return [float(s) for s in sigma]

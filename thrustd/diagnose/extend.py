@@ -1,0 +1,218 @@
+"""Extend a model by an effect: start neutral, estimate, keep only what is better on held-back blocks, write the ledger.
+
+The effects of the model are estimated together. The rest moves gently or not at all: a ridge step of the curves and
+the linear block, of the strength that predicts held-back blocks best, taken only when it pays.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+from rich.console import Console
+
+from thrustd.brochure.deck import Deck
+from thrustd.diagnose.candidates import candidates, moves, with_effect
+from thrustd.diagnose.checks import (
+    check_channels,
+    check_length,
+    check_new,
+    check_not_own_output,
+    check_recording,
+)
+from thrustd.diagnose.estimates import ParameterEstimate, estimated
+from thrustd.diagnose.evidence import Evidence, base_patterns, gather
+from thrustd.diagnose.gram import block_gram, held_out_fit
+from thrustd.diagnose.polish import polished
+from thrustd.diagnose.reference import as_mount, with_reference
+from thrustd.diagnose.selection import RIDGES, Progress
+from thrustd.errors import ModelError
+from thrustd.identify.artifact import data_sha256, witness_rows
+from thrustd.identify.parameters import pack, unpack
+from thrustd.model.artifact import EffectSpec, LedgerEntry, ModelSpec, write_model
+from thrustd.model.effect import Effect
+from thrustd.model.effects import effect_named
+from thrustd.model.stage import Floats
+from thrustd.records.recording import Recording
+
+PAYS = 0.97  # the rest of the model moves only when that leaves less than this of the squared error
+POLISHED = 3  # starting shapes that are polished
+
+
+@dataclass(frozen=True, slots=True)
+class ExtendReport:
+    """The extended model and what it gained on held-back blocks."""
+
+    spec: ModelSpec
+    effects: tuple[str, ...]
+    rmse_before_n: float
+    rmse_after_n: float
+    parameters: tuple[ParameterEstimate, ...]
+    rest_moved: bool  # whether curves and linear block were re-estimated, gently
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "model": self.spec.name,
+            "effects": list(self.effects),
+            "rmse_before_n": self.rmse_before_n,
+            "rmse_after_n": self.rmse_after_n,
+            "parameters": {p.name: p.to_json() | {"effect": p.effect} for p in self.parameters},
+            "rest_moved": self.rest_moved,
+        }
+
+    def print(self, console: Console) -> None:
+        names = " and ".join(self.effects)
+        console.print(
+            f"[bold]{names}[/bold] added: {self.rmse_before_n:.1f} -> {self.rmse_after_n:.1f} N on held-back blocks",
+            highlight=False,
+        )
+        for number in self.parameters:
+            console.print(f"  {number.sentence}", highlight=False)
+        if self.rest_moved:
+            console.print("  curves and linear block moved a little as well")
+
+
+def extend(
+    spec: ModelSpec,
+    recordings: Sequence[Recording],
+    effects: Sequence[Effect | str],
+    *,
+    name: str = "",
+    against: str = "",
+    mount: str = "",
+    deck: Deck | None = None,
+    progress: Progress | None = None,
+) -> ExtendReport:
+    """Add `effects` to a model. ModelError, and no model, when held-back blocks are not better with them."""
+    chosen = [effect_named(effect) if isinstance(effect, str) else effect for effect in effects]
+    records = [with_reference(as_mount(record, mount), against, deck=deck) for record in recordings]
+    for record in records:
+        check_recording(record)
+    for effect in chosen:
+        check_new(spec, effect, spec.name)
+        check_channels(records, effect)
+    check_length(records, spec)
+    evidence = gather(spec, records)
+    check_not_own_output(records[0], evidence.output(spec), evidence.reference_n)
+    before = _rmse(spec, evidence)
+    started = spec
+    for i, effect in enumerate(chosen):
+        _tell(progress, 0.5 * i / len(chosen), effect.name)
+        started = with_effect(started, _start(effect, started, evidence))
+    _tell(progress, 0.5, "estimate")
+    better, numbers = estimated(started, _estimable(started, records, chosen), evidence)
+    after = _held_out(spec, better, evidence, len(spec.effects))
+    _tell(progress, 0.9, "the rest, gently")
+    gentle, gentle_after = _gently(better, evidence)
+    moved = gentle_after < PAYS**0.5 * after
+    final, final_after = (gentle, gentle_after) if moved else (better, after)
+    if not final_after < before:
+        raise ModelError(
+            f"{spec.name}: {_words(chosen)} not added: {before:.2f} N before and {final_after:.2f} N after"
+            " on held-back blocks, expected less; no model written"
+        )
+    _tell(progress, 1.0, "done")
+    words = tuple(effect.word for effect in chosen)
+    written = _finished(spec, final, name or spec.name, chosen, records, (before, final_after), evidence)
+    return ExtendReport(written, words, before, final_after, tuple(numbers), moved)
+
+
+def _start(effect: Effect, spec: ModelSpec, evidence: Evidence) -> EffectSpec:
+    """The best shape and amplitude beside the model as it is."""
+    output_n = evidence.output(spec)
+    residual = evidence.reference_n - output_n
+    nothing = np.empty((len(residual), 0))
+    rough = list(candidates(effect, spec, evidence, output_n))
+    order = sorted(rough, key=lambda c: _left(evidence, residual, c.columns))
+    fine = [polished(c, spec, evidence, output_n, nothing) for c in order[:POLISHED]]
+    best = min(fine, key=lambda c: _left(evidence, residual, c.columns))
+    return EffectSpec(effect.name, best.parameters)
+
+
+def _left(evidence: Evidence, residual: Floats, columns: Floats) -> float:
+    gram = block_gram(evidence, residual, np.empty((len(residual), 0)), [columns])
+    return held_out_fit(gram, range(1, 1 + columns.shape[1]), [0.0] * columns.shape[1]).mse
+
+
+def _estimable(spec: ModelSpec, records: Sequence[Recording], chosen: Sequence[Effect]) -> list[EffectSpec]:
+    """The new effects, and those found earlier from data (they carry a sigma) whose channels are here to move them."""
+    names = {effect.name for effect in chosen}
+
+    def movable(effect: EffectSpec) -> bool:
+        channels = [c for c in effect_named(effect.name).channels if c != "time_s"]
+        return bool(effect.std) and all(all(c in r and moves(r[c]) for r in records) for c in channels)
+
+    return [effect for effect in spec.effects if effect.name in names or movable(effect)]
+
+
+def _held_out(spec: ModelSpec, better: ModelSpec, evidence: Evidence, n_before: int) -> float:
+    """Error on held-back blocks, the amplitudes of the new effects estimated on the other blocks each time."""
+    output_n = evidence.output(better)
+    columns = []
+    for i in range(n_before, len(better.effects)):
+        without = msgspec.structs.replace(better, effects=[e for j, e in enumerate(better.effects) if j != i])
+        size = _amplitude(better.effects[i])
+        columns.append((output_n - evidence.output(without)) / size)
+    table, white = np.column_stack(columns), evidence.white_n2(better)
+    gram = block_gram(evidence, evidence.reference_n - output_n, table, [], white)
+    return held_out_fit(gram, range(1, 1 + len(columns)), [0.0] * len(columns)).rmse
+
+
+def _amplitude(effect: EffectSpec) -> float:
+    sizes = [abs(effect.parameters[p.name]) for p in effect_named(effect.name).parameters if p.amplitude]
+    return max(max(sizes), 1e-12)
+
+
+def _gently(spec: ModelSpec, evidence: Evidence) -> tuple[ModelSpec, float]:
+    """A ridge step of curves and linear block, of the strength that predicts held-back blocks best."""
+    residual = evidence.reference_n - evidence.output(spec)
+    present = evidence.jacobian(spec)
+    gram = block_gram(evidence, residual, present, [], evidence.white_n2(spec))
+    at = range(1, 1 + present.shape[1])
+    fits = [held_out_fit(gram, at, [ridge] * present.shape[1]) for ridge in RIDGES]
+    best = min(fits, key=lambda fit: fit.mse)
+    vector = pack(spec, base_patterns(spec))
+    moved = unpack(spec, vector.at(vector.values + best.beta))
+    real = _rmse(moved, evidence)
+    linear = held_out_fit(gram, [], []).rmse
+    return moved, best.rmse if real < linear else float("inf")
+
+
+def _finished(
+    parent: ModelSpec,
+    spec: ModelSpec,
+    name: str,
+    chosen: Sequence[Effect],
+    records: Sequence[Recording],
+    errors: tuple[float, float],
+    evidence: Evidence,
+) -> ModelSpec:
+    """Name, ledger, provenance and witness of the new model."""
+    entry = LedgerEntry(
+        added=_words(chosen),
+        rmse_before_n=errors[0],
+        rmse_after_n=errors[1],
+        data=", ".join(record.name for record in records),
+        parent_sha256=hashlib.sha256(write_model(parent).encode()).hexdigest(),
+    )
+    provenance = dict(parent.provenance) | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records]}
+    draft = msgspec.structs.replace(
+        spec, name=name, ledger=[*parent.ledger, entry], provenance=provenance, witness=None
+    )
+    return msgspec.structs.replace(draft, witness=witness_rows(draft, evidence.segments[0]))
+
+
+def _words(effects: Sequence[Effect]) -> str:
+    return ", ".join(effect.word for effect in effects)
+
+
+def _rmse(spec: ModelSpec, evidence: Evidence) -> float:
+    residual = evidence.reference_n - evidence.output(spec)
+    return float(np.sqrt(np.nanmean(residual**2) + evidence.white_n2(spec)))
+
+
+def _tell(progress: Progress | None, share: float, what: str) -> None:
+    if progress is not None:
+        progress(share, what)

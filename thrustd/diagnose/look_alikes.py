@@ -1,0 +1,57 @@
+"""Effects that the data at hand cannot tell apart, and the test that would.
+
+Two effects are look-alikes when, on held-back blocks, the one removes nearly what the other does. Neighbours in physics
+(the groups below) are named a little sooner: their difference rests on the exact form of the law, which a real mount
+need not obey.
+"""
+
+from collections.abc import Sequence
+
+from thrustd.diagnose.gram import gain_t
+from thrustd.diagnose.selection import Scored
+
+NEIGHBOURS: tuple[frozenset[str], ...] = (
+    frozenset({"hysteresis", "free_play"}),
+    frozenset({"viscous_damping", "time_delay"}),
+    frozenset({"creep", "ageing", "sensor_drift", "thermal_expansion", "thermal_stiffness"}),
+    frozenset({"payne", "vibration_rectification", "mullins_softening"}),
+    frozenset({"sensor_scale", "ageing", "thermal_stiffness", "mullins_softening"}),
+)
+CLOSE = 0.4  # of the own squared error: a difference this small is none
+ALIKE = 0.8  # of the squared error removed
+NEIGHBOUR_CLOSE = 1.0  # the same for neighbours
+NEIGHBOUR_ALIKE = 0.6
+SURE = 2.5  # standard errors of the difference per block
+
+
+def look_alikes(scored: Scored, others: Sequence[Scored], own_n: float) -> tuple[str, ...]:
+    """Names of effects that the data cannot separate from `scored`, nearest first."""
+    found = [o for o in others if o.candidate.word != scored.candidate.word and _alike(scored, o, own_n)]
+    return tuple(o.candidate.word for o in sorted(found, key=lambda o: o.fit.mse))
+
+
+def _alike(scored: Scored, other: Scored, own_n: float) -> bool:
+    if other.gain <= 0 or scored.gain <= 0:
+        return False
+    near = neighbours(scored.candidate.word, other.candidate.word)
+    gap = (other.fit.mse - scored.fit.mse) / own_n**2
+    share = other.gain / scored.gain
+    close, alike = (NEIGHBOUR_CLOSE, NEIGHBOUR_ALIKE) if near else (CLOSE, ALIKE)
+    unsure = gain_t(other.fit, scored.fit) < SURE and share >= NEIGHBOUR_ALIKE
+    return share >= alike or unsure or (gap <= close and share >= 0.3)
+
+
+def neighbours(one: str, other: str) -> bool:
+    """Whether two effects stand close in physics."""
+    return any(one in group and other in group for group in NEIGHBOURS)
+
+
+def advice_for(scored: Scored, alike: Sequence[str], others: Sequence[Scored]) -> list[str]:
+    """One sentence per look-alike: the test which separates it."""
+    tests = {o.candidate.word: o.candidate.effect.separating_test for o in others}
+    return [
+        f"to tell {scored.candidate.word} from {name}: {scored.candidate.effect.separating_test};"
+        f" for {name}: {tests[name]}"
+        for name in alike
+        if name in tests
+    ]
