@@ -5,7 +5,7 @@ restarted  longer: the model starts again at rest; the slow modes may be wrong, 
 """
 
 from collections.abc import Sequence
-from math import exp, isfinite, nan, sqrt
+from math import exp, hypot, isfinite, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +40,7 @@ class MountRoute:
         self._state: Floats | None = None
         self._bridge_samples = bridge_samples
         self._period_s = 1.0 / model.rate_hz
+        self._n_doubts = 2 * len(model.spec.linear.real_modes)
         self._sequence = -1
         self._deformation_mm = nan
         self._force_n = nan
@@ -49,7 +50,7 @@ class MountRoute:
         self._restart: tuple[tuple[float, float], ...] = ()
         self._since_restart = 0  # samples
         self._last_fused_n = nan
-        self._resuming = False  # state taken over from before a restart, the ADC's count not yet known
+        self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
 
     def set_channel(self, position: int, value: float) -> None:
         """A new value of `signals[position]`; NaN = not measured, the resting value takes its place."""
@@ -63,13 +64,16 @@ class MountRoute:
 
     def take(self, sequence: int, deformation_mm: float) -> None:
         """One good sample of deformation; `sequence` counts sample instants, missing ones included."""
-        missing = 0 if self._resuming else sequence - self._sequence - 1
-        self._resuming = False
-        if self._state is None or missing > self._bridge_samples:
+        missing = sequence - self._sequence - 1
+        if self._state is None or (missing > self._bridge_samples and not self._resuming):
             self._start(deformation_mm)
             missing = 0
         elif missing > 0:
+            before = self._state.copy()
             self._bridge(missing, deformation_mm)
+            if missing > self._bridge_samples:
+                self._doubt(before)
+        self._resuming = False
         assert self._state is not None
         force_n = self.model.step(self._state, self.channels, deformation_mm)
         self._sequence, self._deformation_mm, self._force_n = sequence, deformation_mm, force_n
@@ -96,26 +100,45 @@ class MountRoute:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
         if self._state is None:
             return {}
-        return {"state": self._state.tolist(), "deformation_mm": [self._deformation_mm]}
+        doubts = [value for doubt in self._restart for value in doubt]
+        place = [self._deformation_mm, float(self._sequence), float(self._since_restart)]
+        return {"state": self._state.tolist(), "place": place, "restart": doubts}
 
     def restore(self, snapshot: dict[str, list[float]]) -> bool:
         """Take over a snapshot of the same model; False (and nothing changed) when it is not one."""
-        state = snapshot.get("state", [])
+        if not snapshot:
+            return True
+        state, place, doubts = (snapshot.get(key, []) for key in ("state", "place", "restart"))
         expected = self.model.start(np.concatenate(([0.0], self.channels))).size
-        if len(state) != expected or not all(map(isfinite, [*state, *snapshot.get("deformation_mm", [nan])])):
+        if len(state) != expected or len(place) != 3 or len(doubts) not in (0, self._n_doubts):
+            return False
+        if not all(map(isfinite, [*state, *place, *doubts])) or not all(tau_s > 0 for tau_s in doubts[1::2]):
             return False
         self._state = np.array(state)
-        self._deformation_mm = snapshot["deformation_mm"][0]
-        self._resuming = True
+        self._deformation_mm, self._sequence, self._since_restart = place[0], int(place[1]), int(place[2])
+        self._restart = tuple(zip(doubts[::2], doubts[1::2], strict=True))
         return True
+
+    def resume(self, last: int, shift: int) -> None:
+        """After `restore`: the ADC's last sample instant before the restart counts as `last` + `shift` from now on."""
+        self._resuming = last - self._sequence <= self._bridge_samples
+        self._sequence += shift
 
     def _start(self, deformation_mm: float) -> None:
         state = self.model.start(np.concatenate(([deformation_mm], self.channels)))
         before = np.zeros_like(state) if self._state is None else self._state
-        self._restart = self.model.restart_uncertainty(before, state)
-        self._since_restart = 0
         self._gap = self._state is not None
         self._state = state
+        self._doubt(before)
+
+    def _doubt(self, before: Floats) -> None:
+        """The slow modes are somewhere between the states before and after what was not seen: the band says so."""
+        assert self._state is not None
+        new = self.model.restart_uncertainty(before, self._state)
+        age_s = self._since_restart * self._period_s
+        old = [std_n * exp(-age_s / tau_s) for std_n, tau_s in self._restart] or [0.0] * len(new)
+        self._restart = tuple((hypot(std_n, was), tau_s) for (std_n, tau_s), was in zip(new, old, strict=True))
+        self._since_restart = 0
 
     def _bridge(self, missing: int, deformation_mm: float) -> None:
         assert self._state is not None

@@ -8,29 +8,31 @@
 Time is data: the pipeline reads only `event.t_ns`. Nothing that arrives can stop it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan
 from typing import Any
 
-from thrustd.brochure.deck import Deck, DeckEstimate, DeckInputs
+from thrustd.brochure.deck import Deck, DeckEstimate
 from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
-from thrustd.fusion.monitor import Layout, Monitor, MonitorInputs, MonitorVerdict
+from thrustd.fusion.monitor import Layout, Monitor, MonitorVerdict
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.thrust_filter import FusionInputs, ThrustFilter
 from thrustd.model.compile import CompiledModel
 from thrustd.mount_route import MountRoute, MountState
 from thrustd.signals import CATALOGUE
+from thrustd.snapshot import plain, read_memory
+from thrustd.step_inputs import deck_inputs, dynamic_pressure_pa, monitor_inputs
 from thrustd.sync import ClockMap, Hold, SmoothRate
 from thrustd.types import Estimate, Event, Fault, Frame, MountOutput, Output, Reading, Status, Tick
 from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder, AdcSample
 from thrustd.wire.can_frames import CanDecoder
 from thrustd.wire.can_table import CanTable
 
-AIR_PRESSURE_SEA_LEVEL_PA = 101325.0  # ISO 2533
-HEAT_RATIO = 1.4  # air
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
+LONGEST_PAUSE_S = 60.0  # of a warm restart; the models step through it when the first sample comes
+NEVER = (-1, -1)
 SILENT_AFTER_PERIODS = 2.5  # no ADC sample for so many fused periods: ticks take over
 
 
@@ -69,6 +71,9 @@ class Pipeline:
         self._samples_per_step = round(config.adc.sample_hz / config.steps.estimate_hz)
         self._step_ns = round(1e9 / config.steps.estimate_hz)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
+        self._sample_hz = config.adc.sample_hz
+        self._sampled_ns = self._sequence = -1  # of the last sample
+        self._resume_from = NEVER  # time and sequence of the last sample before a warm restart
         self._next_step = 0  # ADC sequence of the next fused step
         self._fused_ns = self._read_ns = self._start_ns = -1
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
@@ -91,18 +96,36 @@ class Pipeline:
 
     def snapshot(self) -> dict[str, Any]:
         """Everything a warm restart needs, JSON-able."""
-        return {
-            "mounts": [route.snapshot() for route in self._routes],
-            "filters": [thrust_filter.snapshot() for thrust_filter in self._filters],
-        }
+        return plain(
+            {
+                "t_ns": [self._fused_ns, self._start_ns],
+                "sample": [self._sampled_ns, self._sequence],
+                "mounts": [route.snapshot() for route in self._routes],
+                "filters": [thrust_filter.snapshot() for thrust_filter in self._filters],
+                "monitor": self._monitor.snapshot(),
+                "hold": self._hold.snapshot(),
+            }
+        )
 
-    def restore(self, snapshot: dict[str, Any]) -> bool:
-        """Take over a snapshot made with the same models; False (and a cold start) when it is not one."""
-        pairs = [*zip(self._routes, snapshot.get("mounts", ()), strict=False)]
-        filters = [*zip(self._filters, snapshot.get("filters", ()), strict=False)]
-        if len(pairs) != len(self._routes) or len(filters) != len(self._filters):
+    def restore(self, snapshot: Mapping[str, Any], shift_ns: int = 0) -> bool:
+        """Take over a snapshot made with the same models, its times moved by `shift_ns`.
+
+        Only for a fresh pipeline; False when it is no such snapshot: throw this pipeline away then.
+        """
+        memory = read_memory(snapshot, len(self._routes), len(self._filters), shift_ns)
+        if memory is None:
             return False
-        return all([part.restore(state) for part, state in (*pairs, *filters)])
+        self._fused_ns, self._start_ns = memory.t_ns
+        self._resume_from = memory.sample
+        restored = all([route.restore(state) for route, state in zip(self._routes, memory.mounts, strict=True)])
+        restored &= all([part.restore(state) for part, state in zip(self._filters, memory.filters, strict=True)])
+        restored &= self._monitor.restore(memory.monitor, shift_ns) and self._hold.restore(memory.hold, shift_ns)
+        self._excluded = self._monitor.excluded
+        for (signal, index), listeners in self._listeners.items():
+            if (signal, index) not in self._excluded:
+                for route, position in listeners:
+                    route.set_channel(position, self._hold.value(self._fused_ns, signal, index))
+        return restored
 
     def _listen(self) -> dict[tuple[str, int], list[tuple[MountRoute, int]]]:
         """Which mount's model wants which reading."""
@@ -140,8 +163,20 @@ class Pipeline:
             else:
                 self._sample(item, outputs)
 
+    def _resume(self, t_ns: int, sequence: int) -> None:
+        """The first sample after a warm restart: how many instants nobody saw."""
+        saved_ns, last = self._resume_from
+        self._resume_from = NEVER
+        missing = max(round((t_ns - saved_ns) * 1e-9 * self._sample_hz) - 1, 0)
+        if saved_ns >= 0 and missing <= LONGEST_PAUSE_S * self._sample_hz:
+            for route in self._routes:
+                route.resume(last, sequence - missing - 1 - last)
+
     def _sample(self, sample: AdcSample, outputs: list[Output]) -> None:
         t_ns = self._clock.to_ns(sample.t_ns, sample.device_time_us)
+        if self._resume_from is not NEVER:
+            self._resume(t_ns, sample.sequence)
+        self._sampled_ns, self._sequence = t_ns, sample.sequence
         low, high = CATALOGUE["deformation_mm"].low, CATALOGUE["deformation_mm"].high
         for mount, route in zip(self._mounts, self._routes, strict=True):
             counts = sample.counts[mount.adc_channel]
@@ -169,13 +204,14 @@ class Pipeline:
         states = tuple(route.fused(dt_s) for route in self._routes)
         engines = range(len(self._filters))
         rates = tuple(self._n1_rates[e].step(t_ns, self._hold.value(t_ns, "n1_pct", e)) for e in engines)
-        raw = [self._deck.estimate(self._deck_inputs(t_ns, e, rates[e], frozenset()), e) for e in engines]
-        verdict = self._monitor.step(self._monitor_inputs(t_ns, states, raw))
+        raw = [self._deck.estimate(deck_inputs(self._hold, t_ns, e, rates[e]), e) for e in engines]
+        fused_n = tuple(thrust_filter.thrust_n for thrust_filter in self._filters)
+        verdict = self._monitor.step(monitor_inputs(self._hold, t_ns, states, raw, fused_n))
         self._exclude(verdict, t_ns, outputs)
         for e in engines:
             deck = raw[e]
             if verdict.excluded:
-                deck = self._deck.estimate(self._deck_inputs(t_ns, e, rates[e], verdict.excluded), e)
+                deck = self._deck.estimate(deck_inputs(self._hold, t_ns, e, rates[e], verdict.excluded), e)
             outputs.append(self._estimate(t_ns, e, states, verdict, deck, rates[e]))
             for fault in self._filters[e].take_faults():
                 self._report(fault, outputs)
@@ -192,7 +228,7 @@ class Pipeline:
                 signal, _, index = fault.where.rstrip("]").partition("[")
                 self._unset((signal, int(index)))
         self._derive("time_s", (t_ns - self._start_ns) * 1e-9)
-        self._derive("dynamic_pressure_Pa", self._dynamic_pressure_pa(t_ns))
+        self._derive("dynamic_pressure_Pa", dynamic_pressure_pa(self._hold, t_ns))
         if t_ns - self._read_ns >= self._readings_every_ns:
             self._read_ns = t_ns
             outputs.extend(self._hold.readings(t_ns))
@@ -212,49 +248,6 @@ class Pipeline:
     def _derive(self, signal: str, value: float) -> None:
         for route, position in self._listeners.get((signal, 0), ()):
             route.set_channel(position, value)
-
-    def _dynamic_pressure_pa(self, t_ns: int) -> float:
-        mach = self._hold.value(t_ns, "mach")
-        static_pa = static_pressure_pa(self._hold.value(t_ns, "pressure_altitude_m"))
-        return 0.5 * HEAT_RATIO * static_pa * mach * mach
-
-    def _deck_inputs(self, t_ns: int, engine: int, n1_rate: float, without: frozenset[tuple[str, int]]) -> DeckInputs:
-        def value(signal: str, index: int) -> float:
-            return nan if (signal, index) in without else self._hold.value(t_ns, signal, index)
-
-        return DeckInputs(
-            value("fuel_flow_kg_s", engine),
-            value("n1_pct", engine),
-            value("n2_pct", engine),
-            value("mach", 0),
-            value("pressure_altitude_m", 0),
-            value("sat_degC", 0),
-            n1_rate,
-        )
-
-    def _monitor_inputs(self, t_ns: int, states: tuple[MountState, ...], raw: Sequence[DeckEstimate]) -> MonitorInputs:
-        def by_engine(signal: str) -> tuple[float, ...]:
-            return tuple(self._hold.value(t_ns, signal, e) for e in range(len(self._filters)))
-
-        return MonitorInputs(
-            t_ns=t_ns,
-            deformation_mm=tuple(state.deformation_mm for state in states),
-            mount_force_n=tuple(state.force_n for state in states),
-            mount_std_n=tuple(state.std_n for state in states),
-            n1_pct=by_engine("n1_pct"),
-            n2_pct=by_engine("n2_pct"),
-            fuel_flow_kg_s=by_engine("fuel_flow_kg_s"),
-            fuel_flow_thrust_n=tuple(estimate.fuel_flow_thrust_n for estimate in raw),
-            n1_thrust_n=tuple(estimate.n1_thrust_n for estimate in raw),
-            n2_thrust_n=tuple(estimate.n2_thrust_n for estimate in raw),
-            fused_thrust_n=tuple(thrust_filter.thrust_n for thrust_filter in self._filters),
-            mach=self._hold.value(t_ns, "mach"),
-            pressure_altitude_m=self._hold.value(t_ns, "pressure_altitude_m"),
-            sat_degc=self._hold.value(t_ns, "sat_degC"),
-            accel_x_g=self._hold.value(t_ns, "accel_x_g"),
-            accel_y_g=self._hold.value(t_ns, "accel_y_g"),
-            accel_z_g=self._hold.value(t_ns, "accel_z_g"),
-        )
 
     def _estimate(
         self,
@@ -288,8 +281,3 @@ class Pipeline:
                 status=verdict.status[engine] | (Status.OUT_OF_RANGE if self._out_of_range else 0),
             )
         )
-
-
-def static_pressure_pa(pressure_altitude_m: float) -> float:
-    """Static pressure of the standard atmosphere below 11 km, its continuation above (ISO 2533)."""
-    return AIR_PRESSURE_SEA_LEVEL_PA * max(1.0 - 2.25577e-5 * pressure_altitude_m, 1e-3) ** 5.25588

@@ -5,6 +5,7 @@ counts as missing once it is older than the catalogue's `stale_after_s`.
 """
 
 from math import exp, isfinite, nan
+from typing import Any
 
 from thrustd.signals import CATALOGUE
 from thrustd.types import Fault, Reading
@@ -74,6 +75,18 @@ class Hold:
             for (signal, index), (value, since_ns) in self._values.items()
             if (signal, index) not in self._stale
         ]
+
+    def snapshot(self) -> list[list[Any]]:
+        """Rows of signal, index, value, t_ns."""
+        return [[signal, index, value, t_ns] for (signal, index), (value, t_ns) in self._values.items()]
+
+    def restore(self, rows: list[list[Any]], shift_ns: int = 0) -> bool:
+        """Take over the readings of a snapshot, their times moved by `shift_ns`; False when it is none."""
+        try:
+            readings = [Reading(int(t_ns) + shift_ns, name, int(i), float(value)) for name, i, value, t_ns in rows]
+            return all([self.take(reading) is None for reading in readings])
+        except (KeyError, TypeError, ValueError):
+            return False
 
 
 class SmoothRate:

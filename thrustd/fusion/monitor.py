@@ -12,11 +12,13 @@ Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.whe
 "signal[index]"; "<kind>_over" when it is believed again.
 """
 
+from collections.abc import Iterable
 from math import isfinite, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from thrustd.fusion.common_mode import CommonMode, group_difference
 from thrustd.fusion.limits import FLYING_MACH, LIMITS, SAT_CLIMB_M, TURNING_N1_PCT
+from thrustd.fusion.memory import recall, remember
 from thrustd.fusion.mounts import EngineMounts, MountCombiner
 from thrustd.fusion.opinions import AGREE_S, Opinions
 from thrustd.fusion.signal_watch import STEP_S, SignalWatch
@@ -96,6 +98,53 @@ class Monitor:
             faults = self._changes(inputs.t_ns)
         mounts = tuple(self._combine(inputs, engine, dt_s) for engine in range(len(self._combiners)))
         return MonitorVerdict(self._excluded, mounts, faults, tuple(map(self._status, range(len(mounts)))))
+
+    @property
+    def excluded(self) -> frozenset[Sensor]:
+        """The sensors that are not believed now."""
+        return self._excluded
+
+    def snapshot(self) -> dict[str, Any]:
+        """Everything a warm restart needs, JSON-able."""
+        return {
+            "t_ns": [self._t_ns, self._watched_ns],
+            "combiners": [combiner.snapshot() for combiner in self._combiners],
+            "engines": [remember(opinions) for opinions in self._engines],
+            "common": remember(self._common),
+            "watches": [[*sensor, remember(watch)] for sensor, watch in self._watches.items()],
+            "kinds": _rows(self._kinds),
+            "judged": _rows(self._judged),
+            "excluded": sorted(map(list, self._excluded)),
+            "sat_since_m": self._sat_since_m if isfinite(self._sat_since_m) else None,
+        }
+
+    def restore(self, state: dict[str, Any], shift_ns: int = 0) -> bool:
+        """Take over a snapshot, its times moved by `shift_ns`. False when it is none: throw this monitor away then."""
+        try:
+            self._t_ns, self._watched_ns = (t_ns + shift_ns for t_ns in map(int, state["t_ns"]))
+            for combiner, memory in zip(self._combiners, state["combiners"], strict=True):
+                combiner.restore(_finite(memory))
+            pairs = [*zip(self._engines, state["engines"], strict=True), (self._common, state["common"])]
+            self._watches = {(name, int(i)): SignalWatch(LIMITS[name]) for name, i, _ in state["watches"]}
+            pairs += zip(self._watches.values(), (row[2] for row in state["watches"]), strict=True)
+            self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
+            self._judged = {(str(name), int(i)): str(kind) for name, i, kind in state["judged"]}
+            self._excluded = frozenset((str(name), int(i)) for name, i in state["excluded"])
+            self._sat_since_m = nan if state["sat_since_m"] is None else float(state["sat_since_m"])
+        except (KeyError, TypeError, ValueError):
+            return False
+        known = set(self._watches) >= {*self._kinds, *self._judged, *self._excluded}
+        restored = known and all([recall(thing, memory) for thing, memory in pairs])
+        self._forget_last_values()
+        return restored
+
+    def _forget_last_values(self) -> None:
+        """Nobody watched for a while: a change since the last value is not a jump."""
+        for watch in self._watches.values():
+            if watch.kind != "offset":
+                watch.step(nan, False)
+        for opinions in self._engines:
+            opinions.step((nan,) * OPINIONS, [False] * OPINIONS, True)
 
     def _combine(self, inputs: MonitorInputs, engine: int, dt_s: float) -> EngineMounts:
         indices = self._layout.mounts_of_engine[engine]
@@ -223,6 +272,17 @@ class Monitor:
     def _where(self, sensor: Sensor) -> str:
         name, index = sensor
         return self._layout.mount_names[index] if name == "deformation_mm" else f"{name}[{index}]"
+
+
+def _rows(words: dict[Sensor, str]) -> list[list[Any]]:
+    return [[*sensor, word] for sensor, word in words.items()]
+
+
+def _finite(values: Iterable[Any]) -> list[float]:
+    numbers = [float(value) for value in values]
+    if not all(map(isfinite, numbers)):
+        raise ValueError("not finite")
+    return numbers
 
 
 def _values(inputs: MonitorInputs) -> dict[Sensor, float]:
