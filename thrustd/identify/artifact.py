@@ -1,4 +1,4 @@
-"""From a fit to an artifact: units of the data, valid range, error by region, uncertainty, provenance, witness rows."""
+"""What makes a fitted model an artifact: error by region, uncertainty, provenance, witness rows."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -7,89 +7,19 @@ from importlib.metadata import version
 import msgspec
 import numpy as np
 
-from thrustd.identify.error_map import error_map, rates_of
+from thrustd.identify.error_map import error_map
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
-from thrustd.identify.fit_hw_pwl import HwFit
-from thrustd.identify.hw_theta import gain_values, pole_values
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.sensitivity import residuals, segments_for
-from thrustd.model.artifact import (
-    SCHEMA,
-    ComplexMode,
-    LinearBlock,
-    ModelSpec,
-    PiecewiseLinear,
-    RealMode,
-    ValidRange,
-    Witness,
-)
+from thrustd.model.artifact import ModelSpec, Witness
 from thrustd.model.compile import model_stages, witness_of
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.signals import CATALOGUE
 
 WITNESS_ROWS = 48
 STD_SAMPLES = 100_000  # stretch on which the uncertainty is computed; scaled to the whole by the square root of length
 DATES = ("date", "recorded", "start_time", "start", "date_utc")
-JUMP = 1e-3  # of the curve's range: two knots nearer than this are a jump
-
-
-def spec_of(fit: HwFit, name: str, structure: str = "hw-pwl") -> ModelSpec:
-    """The fitted curves and linear block in mm and N, without anything measured about their quality."""
-    layout, theta, units = fit.point.layout, fit.point.theta, fit.units
-    c = theta[layout.c]
-    unit_gain = abs(c) > 1e-6 and c != 1.0
-    scale = c if unit_gain else 1.0
-    gains = gain_values(layout, theta) / scale
-    poles = pole_values(layout, theta)
-    n = layout.n_real
-    linear = LinearBlock(
-        float(c / scale - gains.real.sum()),
-        [RealMode(float(-1 / p.real), float(g.real)) for p, g in zip(poles[:n], gains[:n], strict=True)],
-        [
-            ComplexMode(float(-p.real), float(p.imag), float(g.real), float(g.imag))
-            for p, g in zip(poles[n:], gains[n:], strict=True)
-        ],
-    )
-    f_x = units.u_zero + units.u_span * theta[layout.fx]
-    f_y = units.u_zero + units.u_span * theta[layout.fy]
-    middle = c / scale * units.u_zero  # what the zero shift of w becomes behind the linear block
-    h_x = middle + units.u_span * theta[layout.hx] / scale
-    h_y = units.y_zero + units.y_span * theta[layout.hy]
-    force_n = [segment.force_n for segment in fit.segments]
-    deformation = [segment.inputs[DEFORMATION] for segment in fit.segments]
-    return ModelSpec(
-        schema=SCHEMA,
-        name=name,
-        structure=structure,
-        input_curve=_curve(f_x, f_y),
-        linear=linear,
-        output_curve=_curve(h_x, h_y),
-        valid=ValidRange(_span(deformation), _span(force_n), (0.0, _fastest(fit.segments))),
-    )
-
-
-def _curve(x: Floats, y: Floats) -> PiecewiseLinear:
-    """Knots as a curve, x rising; a steep pair closer than `JUMP` of the range becomes a jump."""
-    if x[-1] < x[0]:
-        x, y = x[::-1], y[::-1]
-    x = x.copy()
-    for i in range(1, len(x) - 2):
-        near = x[i + 1] - x[i] < JUMP * (x[-1] - x[0])
-        if near and abs(y[i + 1] - y[i]) > 20 * JUMP * np.ptp(y):
-            x[i] = x[i + 1] = (x[i] + x[i + 1]) / 2
-    return PiecewiseLinear(list(map(float, x)), list(map(float, y)))
-
-
-def _span(parts: Sequence[Floats]) -> tuple[float, float]:
-    return min(float(np.nanmin(part)) for part in parts), max(float(np.nanmax(part)) for part in parts)
-
-
-def _fastest(segments: Sequence[Segment]) -> float:
-    """Deformation rate, mm/s, that one sample in a thousand exceeds."""
-    rates = [np.quantile(np.abs(rates_of(segment.inputs[DEFORMATION], segment.dt_s)), 0.999) for segment in segments]
-    return float(max(rates))
 
 
 def finished(
