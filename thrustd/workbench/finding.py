@@ -7,9 +7,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from thrustd.diagnose.compare import compare
 from thrustd.diagnose.diagnose import CandidateReport, diagnose
-from thrustd.identify.artifact import finished, spec_of
-from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw
+from thrustd.diagnose.extend import extend
+from thrustd.identify.artifact import finished
+from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
 from thrustd.model.artifact import ModelSpec, write_model
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.model.effects import effect_named
@@ -37,12 +39,11 @@ def fit(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dic
         seen += 1
         progress(0.9 * (1 - math.exp(-seen / STEPS)), f"{what}: {rmse_n:.1f} N")
 
-    found = fit_hw(list(train), HwSettings(order=ORDER), tell)
-    progress(0.92, "error map on the held-back end")
     name = arguments["out"]
-    spec = finished(spec_of(found, Path(name).stem), list(train), list(held_back), {})
-    save_model(folder, name, spec)
-    return {"model": name}
+    found = fit_hw_pwl(list(train), HwSettings(order=ORDER), tell, Path(name).stem)
+    progress(0.92, "error map on the held-back end")
+    save_model(folder, name, finished(found.spec, list(train), list(held_back), {"order": ORDER}))
+    return {"model": name, "rmse_n": found.rmse_n, "warnings": list(found.warnings)}
 
 
 def _parted(record: Recording) -> tuple[Recording, Recording]:
@@ -70,11 +71,28 @@ def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progres
 
 def _candidate(candidate: CandidateReport) -> dict[str, Any]:
     effect = effect_named(candidate.name)
-    card = {key: getattr(effect, key) for key in ("title", "equation", "source", "channels", "site", "separating_test")}
-    card["parameters"] = {
-        p.name: {"meaning": p.meaning, "unit": p.unit, "expected": p.expected} for p in effect.parameters
-    }
+    card = {key: getattr(effect, key) for key in CARD}
+    card["parameters"] = [{"name": p.name, "meaning": p.meaning, "unit": p.unit} for p in effect.parameters]
     return candidate.to_json() | {"card": card, "estimates": [asdict(p) for p in candidate.parameters]}
+
+
+def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """The model with an effect added, and both models on the held-back recordings. The old one stays as it is."""
+    records = marked_recordings(folder, arguments["recordings"])
+    parent, name = arguments["model"], arguments["out"]
+    report = extend(
+        folder.model(parent), records, [arguments["effect"]], name=Path(name).stem,
+        progress=lambda share, note: progress(0.05 + 0.75 * share, note),
+    )  # fmt: skip
+    judged = {}
+    if arguments["heldout"]:
+        progress(0.85, "held-back recordings")
+        both = {parent: folder.model(parent), name: report.spec}
+        found = compare(both, marked_recordings(folder, arguments["heldout"])).comparisons
+        judged = {"heldout": [{"model": c.model, "recording": c.recording, "rmse_n": c.rmse_n} for c in found]}
+    save_model(folder, name, report.spec)
+    numbers = [asdict(p) | {"sentence": p.sentence} for p in report.parameters]
+    return report.to_json() | {"parent": parent, "model": name, "estimates": numbers, **judged}
 
 
 def compile_for_flight(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:

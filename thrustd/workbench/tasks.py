@@ -20,10 +20,8 @@ Task = Callable[[Folder, Arguments, Progress], dict[str, Any]]
 
 def _call(module: str, name: str) -> Task:
     def task(folder: Folder, arguments: Arguments, progress: Progress) -> dict[str, Any]:
-        answer: dict[str, Any] = getattr(import_module(f"thrustd.workbench.{module}"), name)(
-            folder, arguments, progress
-        )
-        return answer
+        work: Task = getattr(import_module(f"thrustd.workbench.{module}"), name)
+        return work(folder, arguments, progress)
 
     return task
 

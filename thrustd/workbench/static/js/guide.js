@@ -1,4 +1,5 @@
 // The next sensible step, in words, from what is there: a newcomer needs nothing else.
+import { newtons } from "./format.js";
 import { choose, session, store } from "./store.js";
 
 import { compareNow, diagnoseNow, exerciseNow, extendWith, identifyNow, revealNow } from "./steps.js";
@@ -14,7 +15,7 @@ export function nextStep() {
   if (!chosen.measured.length) return { view: "overview", say: "Choose the measured recording the model should explain, at the top." };
   const compared = latest("compare"), asked = latest("diagnose");
   if (!compared) return { view: "fails", say: `See how well ${chosen.model} explains ${chosen.measured[0]}, and where it fails.`, label: "Compare", go: async () => { go("fails"); await compareNow(); }, kinds: ["compare"] };
-  if (!asked) return { view: "missing", say: `${compared.say} Ask which absent physical effect would explain what is left.`, label: "What is missing?", go: async () => { go("missing"); await diagnoseNow(); }, kinds: ["diagnose"] };
+  if (!asked) return { view: "missing", say: `The model is ${newtons(compared.cells.at(-1).rmse_n)} RMS wrong${compared.worst[0] ? ", most of all " + compared.worst[0] : ""}. Ask which absent physical effect would explain what is left.`, label: "What is missing?", go: async () => { go("missing"); await diagnoseNow(); }, kinds: ["diagnose"] };
   return afterDiagnosis(asked, chosen);
 }
 

@@ -1,4 +1,5 @@
 // The steps of the loop as orders to the worker.
+import { newtons } from "./format.js";
 import { choose, order, say, session, store } from "./store.js";
 
 export async function exerciseNow(strength = 3) {
@@ -27,7 +28,7 @@ export async function extendWith(effect) {
   const word = effect.replace(/[^A-Za-z0-9_]+/g, "-").replace(/^-+|-+$/g, "").slice(0, 40);
   const job = await order("extend", { model: chosen.model, effect, recordings: chosen.measured, heldout: chosen.heldout, out: free(stem(chosen.model) + "+" + word) });
   if (job.state !== "done") return;
-  if (job.result.model) { await choose({ model: job.result.model }); say(job.result.say, "ok"); } else say(job.result.say);
+  if (job.result.model) { await choose({ model: job.result.model }); say(`${job.result.effects.join(" and ")} added: ${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`, "ok"); }
 }
 
 export async function revealNow() {
