@@ -13,7 +13,7 @@ class SensorLimits(NamedTuple):
 
     jump: float  # a step larger than this which stays is an offset
     noise: float  # median |second difference| over 2 s above this is noise
-    stuck_s: float  # the same value, bit for bit, for longer than this
+    stuck_s: float  # the same value, bit for bit, for longer than this (less for a sensor that is never at rest)
     rate: float = inf  # per second, held for DRIFT_S: the aircraft cannot do it
     low: float = -inf  # outside: not this aircraft
     high: float = inf
@@ -23,11 +23,11 @@ LIMITS = {
     "deformation_mm": SensorLimits(0.15, 0.02, 2.0),
     "n1_pct": SensorLimits(6.0, 1.0, 6.0),
     "n2_pct": SensorLimits(5.0, 0.8, 6.0),
-    "fuel_flow_kg_s": SensorLimits(0.02, 0.004, 6.0),
+    "fuel_flow_kg_s": SensorLimits(0.05, 0.004, 6.0),
     "mach": SensorLimits(0.02, 0.004, 10.0, rate=0.035),
-    "pressure_altitude_m": SensorLimits(40.0, 3.0, 28.0, rate=120.0),
-    "sat_degC": SensorLimits(2.0, 0.8, inf, rate=1.6),  # stuck: see SAT_CLIMB_M
-    "accel_x_g": SensorLimits(0.1, 0.04, 3.0, low=-0.6, high=0.9),
+    "pressure_altitude_m": SensorLimits(60.0, 8.0, 28.0, rate=120.0),
+    "sat_degC": SensorLimits(2.0, 1.0, inf, rate=1.6),  # coarse sensors hold a value for minutes: see SAT_CLIMB_M
+    "accel_x_g": SensorLimits(0.18, 0.04, 3.0, low=-0.6, high=0.9),
     "accel_y_g": SensorLimits(0.12, 0.05, 3.0, low=-0.6, high=0.6),
     "accel_z_g": SensorLimits(0.4, 0.15, 3.0, low=-0.6, high=3.0),
 }

@@ -3,9 +3,10 @@
     consensus  c   = median of (o_i - b_i s),          s = max(|c|, 2000 N)
     deviation  d_i = (o_i - c) / s - b_i               b_i = what opinion i usually deviates by (slow average)
 
-One opinion that stands alone outside its tolerance for a second is the faulty one: the median of the others cannot be
-pulled by it. Tolerances open with the throttle, because fuel flow leads and spools lag the thrust. When several
-opinions deviate at once the cause is something they share (air data, accelerations): see `common_mode`.
+One opinion that stands alone outside its tolerance for a second, twice as far out as any other, is the faulty one:
+the median of the others cannot be pulled by it. Tolerances open with the throttle, because fuel flow leads and spools
+lag the thrust. When several opinions deviate at once the cause is something they share (air data, accelerations): see
+`common_mode`.
 """
 
 from math import isfinite, nan
@@ -14,11 +15,12 @@ from statistics import median
 from thrustd.fusion.signal_watch import STEP_S
 
 UPPER, LOWER, FUEL_FLOW, N1, N2 = range(5)
-TOLERANCE = (0.07, 0.07, 0.10, 0.09, 0.12)  # of the scale, steady
+TOLERANCE = (0.10, 0.10, 0.10, 0.09, 0.12)  # of the scale, steady
 LAG_S = (0.4, 0.4, 4.0, 1.5, 2.5)  # tolerance per relative thrust rate
 SCALE_FLOOR_N = 2000.0
 RATE_MEMORY_S = 8.0
 ALONE_S = 1.0
+ALONE_FACTOR = 2.0
 AGREE_S = 10.0
 LEARN_S = 20.0  # quick averages first
 SLOW_S = 120.0
@@ -75,8 +77,7 @@ class Opinions:
             self._rate -= self._rate * STEP_S / RATE_MEMORY_S
 
     def _judge(self, outside: list[bool]) -> None:
-        suspects = [i for i in range(5) if outside[i] and not self.faulty[i]]
-        alone = suspects[0] if len(suspects) == 1 else -1
+        alone = self._alone([i for i in range(5) if outside[i] and not self.faulty[i]])
         for i in range(5):
             self._outside_s[i] = self._outside_s[i] + STEP_S if i == alone else 0.0
             if self.faulty[i]:
@@ -85,6 +86,13 @@ class Opinions:
                     self.faulty[i], self._agree_s[i] = False, 0.0
             elif self._outside_s[i] >= ALONE_S - 1e-9:
                 self.faulty[i], self._agree_s[i] = True, 0.0
+
+    def _alone(self, suspects: list[int]) -> int:
+        if len(suspects) != 1:
+            return -1
+        sizes = [abs(d) if isfinite(d) and not self.faulty[i] else 0.0 for i, d in enumerate(self.deviation)]
+        largest = sizes.pop(suspects[0])
+        return suspects[0] if largest > ALONE_FACTOR * max(sizes) else -1
 
     def _learn(self, usable: list[int]) -> None:
         for i in usable:

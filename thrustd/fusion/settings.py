@@ -9,17 +9,18 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """All one sigma unless named otherwise. Where each default comes from: docs/fusion.md."""
 
     # thrust moves: first-order Gauss-Markov rate, its strength follows the throttle
-    thrust_rate_std_n_s: float = 12.0  # steady flight
-    thrust_rate_tau_s: float = 0.8
-    throttle_rate_gain_n_per_pct: float = 130.0  # thrust per per cent of N1 near cruise, JT15D-4
-    # mount route
-    mount_noise_std_n: float = 12.0  # load-cell class noise (thesis) of one engine's two mounts
-    mount_bias_std_n: float = 25.0  # zero offset left after the tare, creep, temperature
-    mount_bias_tau_s: float = 900.0
-    # brochure route
-    brochure_noise_relative: float = 0.004  # quantisation and mixing of fuel flow and N1
-    brochure_bias_std: float = 0.03  # engine against deck, relative
-    brochure_bias_tau_s: float = 3600.0
+    thrust_rate_std_n_s: float = 40.0  # steady flight
+    surprise_rate_n_s: float = 600.0  # after a measurement that was gated out
+    thrust_rate_tau_s: float = 0.5
+    throttle_rate_gain_n_per_pct: float = 600.0  # twice the thrust per per cent of N1 at high power, JT15D-4
+    # slow errors of both routes: how long they last, and the thrust movement after which they are others
+    mount_noise_std_n: float = 12.0  # white part of one engine's mounts, per fused step
+    mount_bias_tau_s: float = 120.0  # sigma itself: the model's error map, `mount_std_n`
+    brochure_noise_std_n: float = 20.0
+    brochure_bias_std: float = 0.03  # engine against deck, relative, for the whole flight
+    brochure_bias_tau_s: float = 7200.0
+    brochure_shape_tau_s: float = 120.0  # the rest of the deck's spread: shape of the deck, lag
+    forget_after_n: float = 1500.0
     # gates
     gate_chi2: float = 15.1  # chi-square with one degree of freedom, one false alarm in 10 000
     fail_after_s: float = 2.0  # rejected this long: the route is declared failed

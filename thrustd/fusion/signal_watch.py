@@ -6,6 +6,7 @@ where it jumped to, it is an offset; if it came back it was a spike. Noise is th
 """
 
 from collections import deque
+from itertools import pairwise
 from math import isfinite
 from statistics import median
 
@@ -17,14 +18,19 @@ CONFIRM_S = 1.0
 NOISE_STEPS = 21
 DRIFT_STEPS = 30
 CALM_S = 5.0  # free of the symptom this long: believed again
-JUMP_MEMORY_S = 4.0
+JUMP_MEMORY_STEPS = 30
+LEARN_REST_S = 60.0  # watched for this long, a sensor has shown how long it may rest
+REST_FACTOR = 4.0
+SHORTEST_STUCK_S = 6.0
 
 
 class SignalWatch:
     """Mutable; `step` returns the kind of fault that is present, or ""."""
 
-    __slots__ = ("_calm_s", "_from", "_jump", "_missing_s", "_resting_s", "_seen", "_since_jump_s", "_values",
-                 "kind", "limits")  # fmt: skip
+    __slots__ = (
+        *("kind", "limits", "_values", "_seen", "_calm_s", "_missing_s"),
+        *("_jump", "_from", "_since_jump_s", "_resting_s", "_longest_s", "_watched_s"),
+    )
 
     def __init__(self, limits: SensorLimits) -> None:
         self.limits = limits
@@ -32,6 +38,7 @@ class SignalWatch:
         self._values: deque[float] = deque(maxlen=DRIFT_STEPS + 1)
         self._seen = False
         self._missing_s = self._resting_s = self._calm_s = 0.0
+        self._watched_s = self._longest_s = 0.0
         self._since_jump_s = 1e9
         self._jump = 0.0  # size of the jump in doubt or confirmed
         self._from = 0.0  # value before it
@@ -43,7 +50,19 @@ class SignalWatch:
 
     @property
     def jumped_lately(self) -> bool:
-        return self._since_jump_s < JUMP_MEMORY_S
+        """Most of the last seconds' change came in one step."""
+        v = self._values
+        if len(v) < 2:
+            return False
+        largest = max(abs(b - a) for a, b in pairwise(v))
+        return largest >= 0.5 * (max(v) - min(v))
+
+    @property
+    def stuck_s(self) -> float:
+        """How long this sensor may repeat one value."""
+        if self._watched_s < LEARN_REST_S:
+            return self.limits.stuck_s
+        return min(self.limits.stuck_s, max(REST_FACTOR * self._longest_s, SHORTEST_STUCK_S))
 
     @property
     def resting_s(self) -> float:
@@ -65,19 +84,19 @@ class SignalWatch:
             return self._set("dead" if self._seen and self._missing_s >= DEAD_S else self.kind)
         self._seen, self._missing_s = True, 0.0
         self._watch_jump(value)
-        self._resting_s = self._resting_s + STEP_S if self._values and value == self._values[-1] else 0.0
+        self._watch_rest(value, active)
         self._values.append(value)
         return self._set(self._symptom(value, active))
 
     def _symptom(self, value: float, active: bool) -> str:
-        if active and self._resting_s >= self.limits.stuck_s:
+        if active and self._resting_s >= self.stuck_s:
             return "stuck"
         if self._noise() > self.limits.noise:
             return "noisy"
         if self._offset(value):
             return "offset"
         if self._drifts() or not self.limits.low <= value <= self.limits.high:
-            return "offset" if self.jumped_lately and not self._drifts() else "drift"
+            return "offset" if self.jumped_lately else "drift"
         return ""
 
     def _set(self, symptom: str) -> str:
@@ -88,6 +107,15 @@ class SignalWatch:
             if self._calm_s >= CALM_S:
                 self.kind = ""
         return self.kind
+
+    def _watch_rest(self, value: float, active: bool) -> None:
+        if self._values and value == self._values[-1]:
+            self._resting_s += STEP_S
+            return
+        if active and self.kind != "stuck":
+            self._watched_s += STEP_S + self._resting_s
+            self._longest_s = max(self._longest_s, self._resting_s)
+        self._resting_s = 0.0
 
     def _watch_jump(self, value: float) -> None:
         self._since_jump_s += STEP_S

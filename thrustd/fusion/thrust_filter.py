@@ -1,35 +1,31 @@
 """One engine's thrust from two routes: an extended Kalman filter on filterpy.
 
-State  x = [T, r, b, c]:  thrust [N], thrust rate [N/s], bias of the mount route [N], relative bias of the brochure.
+State  x = [T, r, b, c, d], see `dynamics`. Measurements, each a scalar update behind its own gate:
 
-    T' = r                    r' = -r / tau_r + w_r      w_r grows with the throttle's movement
-    b' = -b / tau_b + w_b     c' = -c / tau_c + w_c      first-order Gauss-Markov: stays within its sigma
+    mount     z = T + b + v              H = [1, 0, 1, 0, 0]
+    brochure  z = T (1 + c) + d + v      H = [1 + c, 0, 0, T, 1]
+    tare      0 = T + v                  engine off (N1 < 5 %): mount's zero is learnt as b
 
-    mount     z = T + b + v          H = [1, 0, 1, 0]
-    brochure  z = T (1 + c) + v      H = [1 + c, 0, 0, T]
-    tare      0 = T + v              engine off (N1 < 5 %)
-
-Reference: Brown & Hwang, Introduction to Random Signals and Applied Kalman Filtering, ch. 4 and 5. filterpy takes NaN
-without a word and is poisoned for good: nothing that is not finite reaches `update` (see `_measure`).
+filterpy takes NaN without a word and is poisoned for good: nothing that is not finite reaches `update`.
 """
 
-from math import exp, inf, isfinite, nan, sqrt
+from math import isfinite, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from filterpy.kalman import KalmanFilter
 
+from thrustd.fusion.dynamics import BROCHURE, MOUNT, N_STATE, RATE, SHAPE, THRUST, Matrix, Motion, propagate, rate_sigma
 from thrustd.fusion.gate import Gate
 from thrustd.fusion.settings import FusionSettings
 from thrustd.types import Estimate, Fault, Status
 
-THRUST, RATE, MOUNT_BIAS, BROCHURE_BIAS = range(4)
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
+TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0]])
+MOUNT_H = np.array([[1.0, 0.0, 1.0, 0.0, 0.0]])
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then
-
-Matrix = npt.NDArray[np.float64]
+START_ERROR_N = 60.0  # of either route, before the first measurement says its own
 
 
 class FusionInputs(NamedTuple):
@@ -52,6 +48,9 @@ class FusionInputs(NamedTuple):
     status: int = 0  # Status bits found elsewhere (monitor, catalogue): handed through
 
 
+Verdict = tuple[float, float, bool]  # innovation, its NIS, used
+
+
 class ThrustFilter:
     """Fuses one engine. `step` per fused instant; the state can be checkpointed and restored."""
 
@@ -62,19 +61,17 @@ class ThrustFilter:
         self._t_ns = -1
         self._off_s = 0.0
         self._tared = False
+        self._mount_heard = False  # and used at the last step
+        self._surprised = False  # a measurement was gated out at the last step
         self._faults: list[Fault] = []
         self._mount_gate = Gate(settings.gate_chi2, settings.fail_after_s, settings.recover_after_s)
         self._brochure_gate = Gate(settings.gate_chi2, settings.fail_after_s, settings.recover_after_s)
-        self._kf = KalmanFilter(dim_x=4, dim_z=1)
-        self._kf.x = np.zeros((4, 1))
-        self._kf.P = np.diag(
-            [
-                START_STD_N**2,
-                START_RATE_STD_N_S**2,
-                settings.mount_bias_std_n**2,
-                settings.brochure_bias_std**2,
-            ]
-        )
+        self._mount_sigma_n = self._shape_sigma_n = START_ERROR_N
+        self._kf = KalmanFilter(dim_x=N_STATE, dim_z=1)
+        self._kf.inv = np.reciprocal  # scalar measurements: S is 1 x 1
+        self._kf.x = np.zeros((N_STATE, 1))
+        sigmas = (START_STD_N, START_RATE_STD_N_S, START_ERROR_N, settings.brochure_bias_std, START_ERROR_N)
+        self._kf.P = np.diag(np.square(sigmas))
 
     @property
     def thrust_n(self) -> float:
@@ -88,9 +85,12 @@ class ThrustFilter:
         off = self._engine_off(inputs, dt_s)
         status = self._flags(inputs) | (Status.ENGINE_OFF if off else 0)
         if off:
-            self._update(0.0, np.array([[1.0, 0.0, 0.0, 0.0]]), self._settings.tare_std_n**2, 0.0)
-        mount = self._mount(inputs, dt_s)
+            self._update(0.0, TARE_H, self._settings.tare_std_n**2, 0.0)
+        # the brochure first: a mount that jumps alone then meets a thrust that is held
         brochure = (nan, nan, False) if off else self._brochure(inputs, dt_s)
+        mount = self._mount(inputs, dt_s)
+        self._surprised = self._is_surprised(mount, brochure)
+        self._mount_heard = mount[2]
         status |= self._route_flags(inputs, mount[2], brochure[2], off)
         return self._estimate(inputs, mount, brochure, status)
 
@@ -105,23 +105,25 @@ class ThrustFilter:
             "clock": [float(self._t_ns), self._off_s, float(self._tared)],
             "x": self._kf.x.ravel().tolist(),
             "p": self._kf.P.ravel().tolist(),
+            "sigmas": [self._mount_sigma_n, self._shape_sigma_n],
             "mount_gate": self._mount_gate.state(),
             "brochure_gate": self._brochure_gate.state(),
         }
 
     def restore(self, state: dict[str, list[float]]) -> bool:
         """Take over a snapshot; False (and nothing changed) when it is not a sane one."""
-        shapes = {"clock": 3, "x": 4, "p": 16, "mount_gate": 3, "brochure_gate": 3}
+        shapes = {"clock": 3, "x": N_STATE, "p": N_STATE**2, "sigmas": 2, "mount_gate": 3, "brochure_gate": 3}
         if set(state) != set(shapes) or any(len(state[key]) != n for key, n in shapes.items()):
             return False
         if not all(isfinite(value) for row in state.values() for value in row):
             return False
-        p = np.array(state["p"]).reshape(4, 4)
+        p = np.array(state["p"]).reshape(N_STATE, N_STATE)
         if not np.linalg.eigvalsh(p).min() > 0.0:
             return False
-        self._kf.x, self._kf.P = np.array(state["x"]).reshape(4, 1), p
+        self._kf.x, self._kf.P = np.array(state["x"]).reshape(N_STATE, 1), p
         clock = state["clock"]
         self._t_ns, self._off_s, self._tared = int(clock[0]), clock[1], bool(clock[2])
+        self._mount_sigma_n, self._shape_sigma_n = state["sigmas"]
         self._mount_gate.load(state["mount_gate"])
         self._brochure_gate.load(state["brochure_gate"])
         return True
@@ -130,29 +132,44 @@ class ThrustFilter:
         if dt_s <= 0.0:
             return
         s = self._settings
-        rate = abs(inputs.n1_rate_pct_s) if isfinite(inputs.n1_rate_pct_s) else 0.0
-        rate_std = sqrt(s.thrust_rate_std_n_s**2 + (s.throttle_rate_gain_n_per_pct * rate) ** 2)
-        self._kf.predict(F=transition(dt_s, s), Q=process_noise(dt_s, s, rate_std))
-
-    def _mount(self, inputs: FusionInputs, dt_s: float) -> tuple[float, float, bool]:
-        h = np.array([[1.0, 0.0, 1.0, 0.0]])
-        predicted = float(self._kf.x[THRUST, 0] + self._kf.x[MOUNT_BIAS, 0])
-        r = self._settings.mount_noise_std_n**2 + max(
-            _square(inputs.mount_std_n) - self._settings.mount_bias_std_n**2, 0.0
+        n1_rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else 0.0
+        mount_n, shape_n = self._error_sigmas(inputs)
+        motion = Motion(
+            dt_s=dt_s,
+            rate_sigma_n_s=rate_sigma(s, n1_rate_pct_s, self._surprised),
+            moving_n_s=max(abs(float(self._kf.x[RATE, 0])), s.throttle_rate_gain_n_per_pct * abs(n1_rate_pct_s)),
+            mount_sigma_n=mount_n,
+            mount_sigma_before_n=self._mount_sigma_n,
+            shape_sigma_n=shape_n,
+            shape_sigma_before_n=self._shape_sigma_n,
         )
-        return self._measure(inputs.mount_n, predicted, h, r, self._mount_gate, "mount", dt_s)
+        self._mount_sigma_n, self._shape_sigma_n = mount_n, shape_n
+        f, q = propagate(s, motion)
+        self._kf.predict(F=f, Q=q)
 
-    def _brochure(self, inputs: FusionInputs, dt_s: float) -> tuple[float, float, bool]:
+    def _error_sigmas(self, inputs: FusionInputs) -> tuple[float, float]:
+        """Slow errors of (mount, deck's shape) in N; the last known ones where a route is silent."""
         s = self._settings
-        thrust, bias = float(self._kf.x[THRUST, 0]), float(self._kf.x[BROCHURE_BIAS, 0])
-        h = np.array([[1.0 + bias, 0.0, 0.0, thrust]])
-        slow = (s.brochure_bias_std * inputs.brochure_n) ** 2
-        r = (s.brochure_noise_relative * inputs.brochure_n) ** 2 + max(_square(inputs.brochure_std_n) - slow, 1.0)
-        return self._measure(inputs.brochure_n, thrust * (1.0 + bias), h, r, self._brochure_gate, "brochure", dt_s)
+        mount_n = inputs.mount_std_n if isfinite(inputs.mount_std_n) else self._mount_sigma_n
+        if not isfinite(inputs.brochure_std_n):
+            return mount_n, self._shape_sigma_n
+        biased = s.brochure_bias_std * inputs.brochure_n
+        return mount_n, sqrt(max(inputs.brochure_std_n**2 - biased**2, s.brochure_noise_std_n**2))
 
-    def _measure(
-        self, z: float, predicted: float, h: Matrix, r: float, gate: Gate, route: str, dt_s: float
-    ) -> tuple[float, float, bool]:
+    def _mount(self, inputs: FusionInputs, dt_s: float) -> Verdict:
+        predicted = float(self._kf.x[THRUST, 0] + self._kf.x[MOUNT, 0])
+        noise = self._settings.mount_noise_std_n**2
+        return self._measure(inputs.mount_n, predicted, MOUNT_H, noise, self._mount_gate, "mount", dt_s)
+
+    def _brochure(self, inputs: FusionInputs, dt_s: float) -> Verdict:
+        thrust, bias, shape = (float(self._kf.x[i, 0]) for i in (THRUST, BROCHURE, SHAPE))
+        h = np.array([[1.0 + bias, 0.0, 0.0, thrust, 1.0]])
+        noise = self._settings.brochure_noise_std_n**2
+        # second order: E[T c] = T c + P_Tc, or the product leaks into c step by step
+        predicted = thrust * (1.0 + bias) + shape + float(self._kf.P[THRUST, BROCHURE])
+        return self._measure(inputs.brochure_n, predicted, h, noise, self._brochure_gate, "brochure", dt_s)
+
+    def _measure(self, z: float, predicted: float, h: Matrix, r: float, gate: Gate, route: str, dt_s: float) -> Verdict:
         """Gate one scalar measurement and use it; -> (innovation, its NIS, used)."""
         if not (isfinite(z) and isfinite(r)):
             return nan, nan, False
@@ -166,10 +183,31 @@ class ThrustFilter:
             self._update(z, h, r, predicted)
         return innovation, innovation * innovation / variance, used
 
+    def _is_surprised(self, mount: Verdict, brochure: Verdict) -> bool:
+        """A route was gated out, and either it is not yet given up or there is no other to hold the thrust."""
+        routes = ((mount, self._mount_gate), (brochure, self._brochure_gate))
+        rejected = [gate for verdict, gate in routes if isfinite(verdict[0]) and not verdict[2]]
+        alone = not any(verdict[2] for verdict, _ in routes)
+        return any(alone or not gate.failed for gate in rejected)
+
     def _update(self, z: float, h: Matrix, r: float, predicted: float) -> None:
         # z - H x must be the innovation of the nonlinear h(x): shift z by the difference
         shift = float((h @ self._kf.x)[0, 0]) - predicted
+        bias, before = self._kf.x[BROCHURE, 0], self._kf.P
         self._kf.update(np.array([[z + shift]]), R=np.array([[r]]), H=h)
+        if not self._mount_heard:
+            self._consider_bias(bias, before, h, r)
+
+    def _consider_bias(self, bias: float, before: Matrix, h: Matrix, r: float) -> None:
+        """Without the mounts nothing tells the deck's bias from thrust: it is considered, not estimated.
+
+        Schmidt-Kalman: the gain of c is zero and P = (I - K H) P' (I - K H)^T + K R K^T with that gain.
+        """
+        gain = self._kf.K.copy()
+        gain[BROCHURE, 0] = 0.0
+        self._kf.x[BROCHURE, 0] = bias
+        left = np.eye(N_STATE) - gain @ h
+        self._kf.P = left @ before @ left.T + r * (gain @ gain.T)
 
     def _engine_off(self, inputs: FusionInputs, dt_s: float) -> bool:
         turning = not inputs.n1_pct < self._settings.engine_off_n1_pct  # NaN counts as turning
@@ -212,8 +250,8 @@ class ThrustFilter:
     def _estimate(
         self,
         inputs: FusionInputs,
-        mount: tuple[float, float, bool],
-        brochure: tuple[float, float, bool],
+        mount: Verdict,
+        brochure: Verdict,
         status: int,
     ) -> Estimate:
         x = self._kf.x
@@ -231,37 +269,8 @@ class ThrustFilter:
             innovation_n=mount[0],
             brochure_innovation_n=brochure[0],
             nis=sum(used) / len(used) if used else nan,
-            mount_bias_n=float(x[MOUNT_BIAS, 0]),
-            brochure_bias=float(x[BROCHURE_BIAS, 0]),
+            mount_bias_n=float(x[MOUNT, 0]),
+            brochure_bias=float(x[BROCHURE, 0]),
             load_share=inputs.load_share,
             status=int(status),
         )
-
-
-def transition(dt_s: float, s: FusionSettings) -> Matrix:
-    """F = exp(A dt), (4, 4)."""
-    a = exp(-dt_s / s.thrust_rate_tau_s)
-    f = np.diag([1.0, a, exp(-dt_s / s.mount_bias_tau_s), exp(-dt_s / s.brochure_bias_tau_s)])
-    f[THRUST, RATE] = s.thrust_rate_tau_s * (1.0 - a)
-    return f
-
-
-def process_noise(dt_s: float, s: FusionSettings, rate_std_n_s: float) -> Matrix:
-    """Q, (4, 4): integrated Gauss-Markov rate (Brown & Hwang, eq. 5.3), and the two Gauss-Markov biases."""
-    tau = s.thrust_rate_tau_s
-    u = dt_s / tau
-    a = exp(-u)
-    var = rate_std_n_s**2
-    q = np.zeros((4, 4))
-    q[RATE, RATE] = var * (1.0 - a * a)
-    q[THRUST, RATE] = q[RATE, THRUST] = var * tau * (1.0 - a) ** 2
-    # the closed form loses its digits below u = 1e-3: its series is 2/3 u^3
-    exact = 2.0 * u - 3.0 + 4.0 * a - a * a
-    q[THRUST, THRUST] = var * tau**2 * (exact if u > 1e-3 else 2.0 / 3.0 * u**3)
-    q[MOUNT_BIAS, MOUNT_BIAS] = s.mount_bias_std_n**2 * (1.0 - exp(-2.0 * dt_s / s.mount_bias_tau_s))
-    q[BROCHURE_BIAS, BROCHURE_BIAS] = s.brochure_bias_std**2 * (1.0 - exp(-2.0 * dt_s / s.brochure_bias_tau_s))
-    return q
-
-
-def _square(value: float) -> float:
-    return value * value if isfinite(value) else inf
