@@ -18,6 +18,8 @@ LARGEST_MM = 50.0  # no engine mount moves further
 SMALLEST_MM = 0.02  # nor less, over a whole record with thrust
 SAME_N = 1e-6  # of the reference's size: a reference that is the model's own output
 SHORTEST_S = 10.0
+COUNTS = 0.01  # of the DC gain: weaker modes hold nothing that could be mistaken
+SLOWEST_S = 3600.0  # slower modes are drift to any record, an hour shows enough
 KELVIN = (200.0, 420.0)
 
 
@@ -82,7 +84,8 @@ def check_not_own_output(record: Recording, model_n: Floats, reference_n: Floats
 
 def check_length(records: Sequence[Recording], spec: ModelSpec) -> None:
     """Diagnosis needs records that outlast the slowest mode it should not mistake for an effect."""
-    slowest = max((mode.tau_s for mode in spec.linear.real_modes if abs(mode.gain) > 1e-3), default=0.0)
+    slow = [mode.tau_s for mode in spec.linear.real_modes if abs(mode.gain) > COUNTS]
+    slowest = min(max(slow, default=0.0), SLOWEST_S)
     total = sum(record.duration_s for record in records)
     if total < slowest:
         names = ", ".join(record.name for record in records)

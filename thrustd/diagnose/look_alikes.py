@@ -21,6 +21,7 @@ CLOSE = 0.4  # of the own squared error: a difference this small is none
 ALIKE = 0.8  # of the squared error removed
 NEIGHBOUR_CLOSE = 1.0  # the same for neighbours
 NEIGHBOUR_ALIKE = 0.6
+FAINT = 0.1  # of the own squared error: an effect that removes less looks like nothing at all
 SURE = 2.5  # standard errors of the difference per block
 
 
@@ -31,7 +32,7 @@ def look_alikes(scored: Scored, others: Sequence[Scored], own_n: float) -> tuple
 
 
 def _alike(scored: Scored, other: Scored, own_n: float) -> bool:
-    if other.gain <= 0 or scored.gain <= 0:
+    if other.gain <= 0 or scored.gain <= FAINT * own_n**2:
         return False
     near = neighbours(scored.candidate.word, other.candidate.word)
     gap = (other.fit.mse - scored.fit.mse) / own_n**2

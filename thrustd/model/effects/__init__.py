@@ -1,4 +1,7 @@
-"""The shelf of physical effects: the folder is the registry; other packages add theirs by entry point."""
+"""The shelf of physical effects: the folder is the registry; other packages add theirs by entry point.
+
+Effects of a user's file join by `put_on_shelf`; a name that is a formula is an effect made of it (model/expression.py).
+"""
 
 from collections.abc import Mapping
 from functools import cache
@@ -8,6 +11,7 @@ from pkgutil import iter_modules
 
 from thrustd.errors import ModelError
 from thrustd.model.effect import Effect
+from thrustd.model.expression import expression_effect, is_expression
 
 ENTRY_POINT = "thrustd.effects"
 
@@ -24,11 +28,25 @@ def shelf() -> Mapping[str, Effect]:
         if effect.name in found:
             raise ModelError(f"effect '{effect.name}' of package entry point '{point.value}' already exists")
         found[effect.name] = effect
-    return found
+    return found | _more
+
+
+def put_on_shelf(effect: Effect, where: str) -> None:
+    """Add an effect that was loaded on request; ModelError when its name is taken by another."""
+    known = shelf().get(effect.name)
+    if known is not None and known is not effect:
+        raise ModelError(f"{where}: effect '{effect.name}' already exists, expected a new name")
+    _more[effect.name] = effect
+    shelf.cache_clear()
+
+
+_more: dict[str, Effect] = {}  # loaded from files since the start of the process
 
 
 def effect_named(name: str) -> Effect:
-    """The effect of that name; ModelError that lists what there is."""
+    """The effect of that name (or formula); ModelError that lists what there is."""
+    if is_expression(name):
+        return expression_effect(name)
     if name not in shelf():
         raise ModelError(f"unknown effect '{name}': expected one of {', '.join(sorted(shelf()))}")
     return shelf()[name]

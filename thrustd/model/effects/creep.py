@@ -5,9 +5,9 @@
     lag_i: first-order lags of time constant tau_i, two per decade from start_s / 10 on
 
 The weights are the retardation spectrum of log10(1 + t / start_s), exp(-start / tau) / ln 10 per unit of ln tau, so it
-holds for any load history and runs causally. b = creep_per_decade: share of deformation added by every tenfold of time,
+holds for any load history and runs causally. b = creep_per_decade: share of deformation added per tenfold of time,
 positive; typical 0.01 to 0.05 for natural rubber. It takes away the slowly grown part of the reading before the core
-sees it. Starts settled at the first reading. What relaxes within minutes is in the linear block; this is what goes on
+sees it. `settled` says how a recording begins. What relaxes in minutes is in the linear block; this goes on
 for hours. Left out: temperature (WLF) and load dependence of b.
 """
 
@@ -34,11 +34,11 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     tau_s = p["start_s"] * 10.0 ** ((np.arange(N_LAGS) + 0.5) / LAGS_PER_DECADE - 1.0)
     weights = p["creep_per_decade"] / LAGS_PER_DECADE * np.exp(-p["start_s"] / tau_s)
-    return np.concatenate((-np.expm1(-dt_s / tau_s), weights))
+    return np.concatenate((-np.expm1(-dt_s / tau_s), weights, [p["settled"]]))
 
 
 def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[:] = v
+    x[:] = c[-1] * v
 
 
 EFFECT = Effect(
@@ -65,6 +65,17 @@ EFFECT = Effect(
             3600.0,
             (60.0,),
             "time at which it begins to count",
+            amplitude=False,
+            estimate=False,
+        ),
+        Parameter(
+            "settled",
+            "-",
+            1.0,
+            0.0,
+            1.0,
+            (1.0, 0.0),
+            "1: the load of the first sample had been there for ever, 0: it comes at that moment",
             amplitude=False,
             estimate=False,
         ),
