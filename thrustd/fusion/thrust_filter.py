@@ -51,6 +51,16 @@ class FusionInputs(NamedTuple):
 Verdict = tuple[float, float, bool]  # innovation, its NIS, used
 
 
+class StepRecord(NamedTuple):
+    """What the smoother needs of one step: state (5,) and covariance (5, 5) after it, and how it was predicted."""
+
+    t_ns: int
+    x: Matrix
+    p: Matrix
+    f: Matrix
+    q: Matrix
+
+
 class ThrustFilter:
     """Fuses one engine. `step` per fused instant; the state can be checkpointed and restored."""
 
@@ -72,10 +82,15 @@ class ThrustFilter:
         self._kf.x = np.zeros((N_STATE, 1))
         sigmas = (START_STD_N, START_RATE_STD_N_S, START_ERROR_N, settings.brochure_bias_std, START_ERROR_N)
         self._kf.P = np.diag(np.square(sigmas))
+        self._motion: tuple[Matrix, Matrix] = (np.eye(N_STATE), np.zeros((N_STATE, N_STATE)))
 
     @property
     def thrust_n(self) -> float:
         return float(self._kf.x[THRUST, 0])
+
+    def record(self) -> StepRecord:
+        """The last step, for `smoother.smooth`; the arrays are never changed afterwards."""
+        return StepRecord(self._t_ns, self._kf.x.ravel().copy(), self._kf.P, *self._motion)
 
     def step(self, inputs: FusionInputs) -> Estimate:
         """Predict to `t_ns`, weigh what is there, return the estimate."""
@@ -130,6 +145,7 @@ class ThrustFilter:
 
     def _predict(self, dt_s: float, inputs: FusionInputs) -> None:
         if dt_s <= 0.0:
+            self._motion = (np.eye(N_STATE), np.zeros((N_STATE, N_STATE)))
             return
         s = self._settings
         n1_rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else 0.0
@@ -144,8 +160,8 @@ class ThrustFilter:
             shape_sigma_before_n=self._shape_sigma_n,
         )
         self._mount_sigma_n, self._shape_sigma_n = mount_n, shape_n
-        f, q = propagate(s, motion)
-        self._kf.predict(F=f, Q=q)
+        self._motion = propagate(s, motion)
+        self._kf.predict(F=self._motion[0], Q=self._motion[1])
 
     def _error_sigmas(self, inputs: FusionInputs) -> tuple[float, float]:
         """Slow errors of (mount, deck's shape) in N; the last known ones where a route is silent."""
