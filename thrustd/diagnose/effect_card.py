@@ -41,7 +41,7 @@ class Signature:
 def signature(effect: Effect) -> Signature:
     """Run the effect at its first `starts` on two triangles of deformation; hours pass for what counts them."""
     n = int(SECONDS / DT_S)
-    time_s: Floats = np.arange(n) * DT_S
+    time_s = np.arange(n, dtype=np.float64) * DT_S
     deformation_mm: Floats = 0.1 + 0.8 * np.abs((2 * time_s / SECONDS + 0.5) % 1.0 - 0.5) * 2
     swing: Floats = np.where(time_s > SECONDS / 2, 0.5 - 0.5 * np.cos(4 * np.pi * time_s / SECONDS), 0.0)
     columns = {"deformation_mm": deformation_mm, "time_s": time_s * 60}

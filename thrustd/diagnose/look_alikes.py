@@ -18,9 +18,10 @@ NEIGHBOURS: tuple[frozenset[str], ...] = (
     frozenset({"sensor_scale", "ageing", "thermal_stiffness", "mullins_softening"}),
 )
 CLOSE = 0.4  # of the own squared error: a difference this small is none
-ALIKE = 0.8  # of the squared error removed
+ALIKE = 0.9  # of the squared error removed
 NEIGHBOUR_CLOSE = 1.0  # the same for neighbours
-NEIGHBOUR_ALIKE = 0.6
+NEIGHBOUR_ALIKE = 0.8
+UNSURE_ALIKE = 0.6  # the same where the difference is not sure block by block
 FAINT = 0.1  # of the own squared error: an effect that removes less looks like nothing at all
 SURE = 2.5  # standard errors of the difference per block
 
@@ -38,7 +39,7 @@ def _alike(scored: Scored, other: Scored, own_n: float) -> bool:
     gap = (other.fit.mse - scored.fit.mse) / own_n**2
     share = other.gain / scored.gain
     close, alike = (NEIGHBOUR_CLOSE, NEIGHBOUR_ALIKE) if near else (CLOSE, ALIKE)
-    unsure = gain_t(other.fit, scored.fit) < SURE and share >= NEIGHBOUR_ALIKE
+    unsure = gain_t(other.fit, scored.fit) < SURE and share >= UNSURE_ALIKE
     return share >= alike or unsure or (gap <= close and share >= 0.3)
 
 
