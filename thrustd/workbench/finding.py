@@ -19,6 +19,7 @@ from thrustd.records.recording import Recording, unit_of
 from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.figures import short
 from thrustd.workbench.folder import Folder
+from thrustd.workbench.signature import signature_of
 
 Progress = Callable[[float, str], None]
 
@@ -73,6 +74,7 @@ def _candidate(candidate: CandidateReport) -> dict[str, Any]:
     effect = effect_named(candidate.name)
     card = {key: getattr(effect, key) for key in CARD}
     card["parameters"] = [{"name": p.name, "meaning": p.meaning, "unit": p.unit} for p in effect.parameters]
+    card["signature"] = signature_of(effect, {p.name: p.value for p in candidate.parameters})
     return candidate.to_json() | {"card": card, "estimates": [asdict(p) for p in candidate.parameters]}
 
 

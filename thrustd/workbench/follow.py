@@ -12,7 +12,7 @@ from struct import Struct
 from typing import Any
 
 import msgspec
-from mcap.exceptions import McapError
+from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
 
@@ -73,6 +73,8 @@ class FollowedLog:
                 inner = breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
                 for item in inner:
                     self._record(item)
+        except EndOfFile:
+            return  # the reader says so at the end of what it was given
         except (McapError, msgspec.DecodeError, EOFError, ValueError) as problem:
             raise LogError(f"{self.path.name}: damaged near byte {self._at}: {type(problem).__name__}") from None
 

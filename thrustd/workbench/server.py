@@ -16,13 +16,14 @@ from starlette.staticfiles import StaticFiles
 from thrustd import __version__
 from thrustd.errors import ThrustdError, UsageError
 from thrustd.records.marks import Mark, read_marks, write_marks
+from thrustd.types import Status
 from thrustd.workbench.exporting import window_csv
 from thrustd.workbench.folder import Folder, model_cards
 from thrustd.workbench.follow import FollowedLog
 from thrustd.workbench.jobs import Job, JobBoard
 from thrustd.workbench.lines import Line, window
 from thrustd.workbench.orders import order_of
-from thrustd.workbench.session import change_session, read_session
+from thrustd.workbench.session import after_job, change_session, read_session
 from thrustd.workbench.uploads import receive
 from thrustd.workbench.versions import undo
 
@@ -39,7 +40,12 @@ class Bench:
         self.folder = Folder(root)
         self.folder.state.mkdir(exist_ok=True)
         self.board = JobBoard(self.folder.root, self.folder.state)
+        self.board.listen(self._after)
         self.followed: dict[str, FollowedLog] = {}
+
+    def _after(self, job: Job) -> None:
+        if job.state == "done":
+            after_job(self.folder, job.kind, job.result)
 
     async def state(self, request: Request) -> Response:
         """Everything the overview shows."""
@@ -51,6 +57,7 @@ class Bench:
             "models": model_cards(folder),
             "session": read_session(folder),
             "jobs": self.board.jobs(),
+            "status_words": {bit.value: bit.name for bit in Status},
         })  # fmt: skip
 
     def _recording(self, name: str) -> dict[str, Any]:

@@ -1,6 +1,8 @@
 """What the page is looking at: chosen model and recordings, kept in a file so that a reload finds them."""
 
 import os
+from collections.abc import Mapping
+from typing import Any
 
 import msgspec
 
@@ -16,9 +18,6 @@ class Session(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     heldout: tuple[str, ...] = ()  # recordings kept back for the error ledger
     bench: tuple[str, ...] = ()  # recordings a first model is identified from
     exercise: str = ""  # folder of the running exercise
-    compare: str = ""  # report numbers of the latest answers
-    diagnose: str = ""
-    extend: str = ""
 
 
 def read_session(folder: Folder) -> Session:
@@ -59,3 +58,12 @@ def change_session(folder: Folder, body: bytes) -> Session:
         raise UsageError(f"session: {problem}") from None
     write_session(folder, session)
     return session
+
+
+def after_job(folder: Folder, kind: str, result: Mapping[str, Any]) -> None:
+    """What a finished job makes the obvious choice, whether or not a page is open to see it."""
+    session = read_session(folder)
+    if kind == "exercise":
+        write_session(folder, Session(exercise=result["exercise"]))
+    elif kind in ("fit", "extend"):
+        write_session(folder, msgspec.structs.replace(session, model=result["model"]))

@@ -68,4 +68,5 @@ TASKS: dict[str, Task] = {
     "diagnose": _kept("finding", "ask_diagnose", _diagnosed),
     "extend": _kept("finding", "ask_extend", _extended),
     "compile": _call("finding", "compile_for_flight"),
+    "report": _call("html_report", "write_html"),
 }

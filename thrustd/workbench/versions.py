@@ -16,7 +16,7 @@ def undo(folder: Folder, model: str) -> Session:
     undone.mkdir(parents=True, exist_ok=True)
     path = folder.path(model)
     path.rename(undone / f"{time.time_ns()}-{path.name}")
-    session = msgspec.structs.replace(read_session(folder), model=parent, compare="", diagnose="", extend="")
+    session = msgspec.structs.replace(read_session(folder), model=parent)
     write_session(folder, session)
     return session
 

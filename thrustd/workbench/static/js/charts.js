@@ -1,6 +1,6 @@
 // Small exact charts on canvas: axes with ticks, titles with units, a readout under the pointer.
 import { css, h } from "./dom.js";
-import { number } from "./format.js";
+import { number, plainTick } from "./format.js";
 
 const LEFT = 62, RIGHT = 12, TOP = 10, BOTTOM = 40, FONT = "11.5px Inter, 'Segoe UI', system-ui, 'DejaVu Sans', sans-serif";
 
@@ -52,15 +52,16 @@ function axes(p, spec) {
   const { ctx } = p;
   ctx.font = FONT;
   ctx.lineWidth = 1;
-  for (const tick of ticks(spec.x, Math.max(2, p.width / 80))) {
+  const xs = ticks(spec.x, Math.max(2, p.width / 80)), ys = ticks(spec.y, Math.max(2, p.height / 36));
+  for (const tick of xs) {
     const x = Math.round(p.x(tick)) + 0.5;
     rule(ctx, x, p.top, x, p.top + p.height);
-    text(ctx, number(tick, 4), x, p.top + p.height + 14, "center");
+    text(ctx, tickLabel(tick, xs, spec.x), x, p.top + p.height + 14, "center");
   }
-  for (const tick of ticks(spec.y, Math.max(2, p.height / 36))) {
+  for (const tick of ys) {
     const y = Math.round(p.y(tick)) + 0.5;
     rule(ctx, p.left, y, p.left + p.width, y);
-    text(ctx, number(tick, 4), p.left - 6, y + 4, "right");
+    text(ctx, tickLabel(tick, ys, spec.y), p.left - 6, y + 4, "right");
   }
   text(ctx, spec.x.title, p.left + p.width / 2, p.top + p.height + 31, "center", "--ink-2");
   ctx.save();
@@ -95,6 +96,8 @@ export function ticks({ low, high, log }, most) {
   for (let v = Math.ceil(low / step) * step; v <= high + 1e-9 * step; v += step) found.push(Math.abs(v) < step / 1e6 ? 0 : v);
   return found;
 }
+
+const tickLabel = (tick, all, { log }) => (log ? plainTick(tick, Math.abs(tick) || 1) : plainTick(tick, all.length > 1 ? all[1] - all[0] : 1));
 
 export const span = (values, room = 0.05) => {
   const good = values.flat().filter((v) => Number.isFinite(v));
@@ -233,4 +236,19 @@ export function coherenceChart(s) {
     draw(p) { most.forEach(([, share], i) => line(p, hz, share, MANY[i], 1.4)); },
   });
   return h("div", {}, plot, h("div", { class: "keys" }, most.map(([name], i) => { const mark = h("i"); mark.style.borderTopColor = `var(${MANY[i]})`; return h("span", { class: "key" }, mark, name); })));
+}
+
+// what an effect adds to the force in a standard programme
+export function signatureChart(s) {
+  const top = Math.max(...s.added_n.map(Math.abs), 1e-9);
+  return chart({
+    height: 200, x: { title: "time [s]", low: 0, high: s.time_s.at(-1) }, y: { title: "added force [N]", low: -1.15 * top, high: 1.15 * top },
+    at: (x) => { const i = nearest(s.time_s, x); return `${number(s.time_s[i], 3)} s: ${number(s.added_n[i], 3)} N at ${number(s.programme_n[i], 3)} N`; },
+    draw(p) {
+      const high = Math.max(...s.programme_n);
+      line(p, s.time_s, s.programme_n.map((v) => (1.9 * v / high - 0.95) * top), "--line-strong", 1.2);
+      rule(p.ctx, p.left, p.y(0), p.left + p.width, p.y(0), "--ink-3");
+      line(p, s.time_s, s.added_n, "--s1", 1.8);
+    },
+  });
 }

@@ -23,3 +23,6 @@ export function select(options, chosen, onchange, label) {
   return h("select", { onchange: (event) => onchange(event.target.value), "aria-label": label },
     options.map(([value, text]) => h("option", { value, selected: value === chosen }, text)));
 }
+
+// replace what an element holds; nothing for null
+export const fill = (element, ...children) => element.replaceChildren(...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false));

@@ -36,3 +36,12 @@ export function axisTitle(name, unit) {
   const stem = unit ? name.replace(new RegExp(`_(N|mm|g|Pa|pct|deg|degC|m|s|mm_s|kg_s|bar)(?=$|_)`), "") : name;
   return stem.replaceAll("_", " ") + (unit && unit !== "-" ? ` [${unit}]` : "");
 }
+
+// a tick of an axis with just the digits its step needs
+export function plainTick(value, step) {
+  if (value === 0) return "0";
+  if (Math.abs(value) < 1e-4 || Math.abs(value) >= 1e9) return number(value, 3);
+  const places = Math.max(0, Math.min(8, Math.ceil(-Math.log10(Math.abs(step)) - 1e-9) + (String(+step.toPrecision(3)).replace(/[.0]/g, "").startsWith("25") ? 1 : 0)));
+  const [whole, part] = Math.abs(value).toFixed(places).split(".");
+  return (value < 0 ? MINUS : "") + (whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, THIN) : whole) + (part ? "." + part : "");
+}

@@ -1,5 +1,5 @@
 // What is always there: the loop's steps, the choice of model and recordings, the next step in words, running work.
-import { h, select } from "./dom.js";
+import { fill, h, select } from "./dom.js";
 import { newtons } from "./format.js";
 import { bar, ledgerOf } from "./ledger.js";
 import { attempt, cancel, choose, store } from "./store.js";
@@ -26,7 +26,7 @@ export class Frame {
     this.main.append(this.guide, this.body);
     this.jobs = h("div", { class: "jobs", role: "status", "aria-label": "running work" });
     root.className = "app";
-    root.replaceChildren(
+    fill(root, 
       h("aside", { class: "rail" }, h("div", { class: "brand" }, h("b", {}, "thrustd workbench"), this.folder), this.nav, this.ledger,
         h("footer", {}, h("button", { onclick: () => this.theme() }, "Light / dark"), `thrustd ${store.server.version}, this machine only`)),
       this.context, this.main, this.jobs);
@@ -50,7 +50,7 @@ export class Frame {
     const same = key === this.key;
     this.view?.close?.();
     this.key = key;
-    this.body.replaceChildren();
+    fill(this.body, );
     this.view = VIEWS[key](this.body);
     document.title = `${NAMES[key]} · thrustd workbench`;
     if (!same) this.main.scrollTop = 0;
@@ -59,10 +59,10 @@ export class Frame {
   drawRail() {
     this.folder.textContent = store.server.folder;
     const next = nextStep();
-    this.nav.replaceChildren(...Object.entries(NAMES).map(([key, name], i) => h("a", { href: "#" + key, "aria-current": key === this.viewKey() ? "page" : null, class: next?.view === key ? "next" : "" },
+    fill(this.nav, ...Object.entries(NAMES).map(([key, name], i) => h("a", { href: "#" + key, "aria-current": key === this.viewKey() ? "page" : null, class: next?.view === key ? "next" : "" },
       h("span", { class: "no" }, String(i + 1)), h("span", {}, name), h("span", { class: "tick", "aria-hidden": "true" }, next?.view === key ? "●" : ""))));
     const steps = ledgerOf(store.server.session.model), top = Math.max(...steps.map((s) => s.rmse_n), 1);
-    this.ledger.replaceChildren(...(steps.length ? [h("h3", {}, "Error on held-back data"), ...steps.map((s) => h("div", { class: "ledger-line" },
+    fill(this.ledger, ...(steps.length ? [h("h3", {}, "Error on held-back data"), ...steps.map((s) => h("div", { class: "ledger-line" },
       h("span", {}, s.name), h("span", { class: "num" }, newtons(s.rmse_n)), bar(s.rmse_n / top)))] : []));
   }
 
@@ -71,7 +71,7 @@ export class Frame {
     const files = (list, none) => [["", none], ...list.map((name) => [name, name])];
     const names = recordings.map((r) => r.name);
     const pick = (field) => (name) => attempt(choose)({ [field]: name ? [name] : [] });
-    this.context.replaceChildren(
+    fill(this.context, 
       h("label", {}, "Model", select(files(models.map((m) => m.name), models.length ? "choose a model" : "no model yet"), session.model, (name) => attempt(choose)({ model: name }), "model")),
       h("label", {}, "Measured", select(files(names, "choose a recording"), session.measured[0] ?? "", pick("measured"), "measured recording")),
       h("label", {}, "Held back", select(files(names, "none"), session.heldout[0] ?? "", pick("heldout"), "held-back recording")),
@@ -80,14 +80,14 @@ export class Frame {
 
   drawGuide() {
     const next = nextStep();
-    this.guide.replaceChildren(...(next ? [h("div", { class: "say" }, h("b", {}, "Next"), next.say),
+    fill(this.guide, ...(next ? [h("div", { class: "say" }, h("b", {}, "Next"), next.say),
       next.label ? h("button", { class: "primary", id: "next", disabled: next.busy, onclick: attempt(next.go) }, next.label) : null].filter(Boolean) : []));
     this.guide.hidden = !next;
   }
 
   drawJobs() {
     const open = store.server.jobs.filter((job) => ["waiting", "running"].includes(job.state)).reverse();
-    this.jobs.replaceChildren(...open.map((job) => h("div", { class: "job" }, h("span", {}, job.title), bar(job.fraction),
+    fill(this.jobs, ...open.map((job) => h("div", { class: "job" }, h("span", {}, job.title), bar(job.fraction),
       h("span", { class: "quiet" }, job.state === "waiting" ? "waiting" : job.note || "working"),
       h("button", { onclick: () => attempt(cancel)(job) }, "Cancel"))));
     document.documentElement.dataset.busy = String(open.length);

@@ -1,16 +1,15 @@
 // The steps of the loop as orders to the worker.
 import { newtons } from "./format.js";
-import { choose, order, say, session, store } from "./store.js";
+import { order, say, session, store } from "./store.js";
 
 export async function exerciseNow(strength = 3) {
-  const job = await order("exercise", { strength: typeof strength === "number" ? strength : 3 });
-  if (job.state === "done") await choose({ exercise: job.result.exercise, model: "", measured: [], heldout: [], bench: [] });
+  return order("exercise", { strength: typeof strength === "number" ? strength : 3 });
 }
 
 export async function identifyNow() {
   const chosen = session(), folder = chosen.bench[0].includes("/") ? chosen.bench[0].split("/")[0] + "/" : "";
   const job = await order("fit", { recordings: chosen.bench, out: free(folder + "bench-model") });
-  if (job.state === "done") await choose({ model: job.result.model });
+  for (const line of job.result?.warnings ?? []) say(`${job.result.model}: ${line}`);
 }
 
 export async function compareNow(models, condition = null) {
@@ -28,7 +27,7 @@ export async function extendWith(effect) {
   const word = effect.replace(/[^A-Za-z0-9_]+/g, "-").replace(/^-+|-+$/g, "").slice(0, 40);
   const job = await order("extend", { model: chosen.model, effect, recordings: chosen.measured, heldout: chosen.heldout, out: free(stem(chosen.model) + "+" + word) });
   if (job.state !== "done") return;
-  if (job.result.model) { await choose({ model: job.result.model }); say(`${job.result.effects.join(" and ")} added: ${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`, "ok"); }
+  say(`${job.result.effects.join(" and ")} added: ${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`, "ok");
 }
 
 export async function revealNow() {

@@ -1,7 +1,7 @@
 // One sheet: panels of lines over the same time axis, zoomed together, each zoom answered by the server's pyramid.
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
-import { number, clock } from "./format.js";
+import { clock, number, plainTick } from "./format.js";
 import { fetchWindow, toColumns, valueAt } from "./lines.js";
 
 const MIN_SPAN_S = 1e-3;
@@ -35,15 +35,22 @@ export class Sheet {
     this.fetch();
   }
 
-  height(plot) { return (plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? 24 : 0); }
+  height(plot) { return (plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? 40 : 0); }
 
   draw() {
     const key = uPlot.sync(this.sync ?? this.recording);
     for (const plot of this.plots) {
       plot.chart?.destroy();
-      plot.chart = new uPlot(this.options(plot, key), plot.window ? toColumns(plot.window) : [[], ...plot.panel.series.map(() => [])], plot.box);
+      plot.chart = new uPlot(this.options(plot, key), this.columns(plot), plot.box);
     }
     this.paint();
+  }
+
+  // what uPlot draws; a panel may turn the fetched channels into others (a band out of value and sigma)
+  columns({ panel, window }) {
+    if (!window) return [[], ...(panel.drawn ?? panel.series).map(() => [])];
+    const columns = toColumns(window);
+    return panel.transform ? panel.transform(columns) : columns;
   }
 
   options(plot, key) {
@@ -54,10 +61,10 @@ export class Sheet {
       cursor: { sync: { key: key.key, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
       scales: { x: { time: false, range: () => this.range }, y: { range: (u, low, high) => padded(low, high) } },
       axes: [
-        { ...axis, show: last, size: 34, label: last ? "time [s]" : undefined, labelSize: 15, labelFont: "11.5px system-ui", labelGap: 0, space: 90, values: (u, ticks) => ticks.map((t) => number(t, digitsFor(this.range))) },
-        { ...axis, size: 68, space: 26, values: (u, ticks) => ticks.map((v) => number(v, 5)) },
+        { ...axis, size: last ? 26 : 0, space: 90, ticks: { ...grid, show: last }, values: (u, at, i, space, step) => at.map((t) => (last ? plainTick(t, step) : "")), label: last ? "time [s]" : undefined, labelSize: last ? 15 : 0, labelFont: "11.5px system-ui, sans-serif", labelGap: 0 },
+        { ...axis, size: 68, space: 26, values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)) },
       ],
-      series: [{}, ...plot.panel.series.map((s) => ({ label: s.label, stroke: () => css(s.color), width: s.width ?? 1.25, points: { show: (u) => (plot.window?.raw && plot.window.count < 160) || false, size: 4 }, spanGaps: false }))],
+      series: [{}, ...(plot.panel.drawn ?? plot.panel.series).map((s) => ({ label: s.label, stroke: () => (s.color ? css(s.color) : "transparent"), width: s.width ?? 1.25, points: { show: (u) => (plot.window?.raw && plot.window.count < 160) || false, size: 4 }, spanGaps: false }))],
       bands: plot.panel.bands?.map((b) => ({ series: b, fill: () => css("--mark") })),
       hooks: {
         setSelect: [(u) => this.selected(u)],
@@ -157,7 +164,7 @@ export class Sheet {
       this.took = performance.now() - began;
       this.plots.forEach((plot, i) => {
         plot.window = windows[i];
-        plot.chart.setData(toColumns(windows[i]), true);
+        plot.chart.setData(this.columns(plot), true);
       });
       this.paint();
       this.cursor(this.plots[0].chart);
@@ -193,8 +200,6 @@ export class Sheet {
     for (const plot of this.plots) plot.chart?.destroy();
   }
 }
-
-const digitsFor = ([from, to]) => Math.min(9, Math.max(4, 2 + Math.ceil(Math.log10(Math.max(Math.abs(from), Math.abs(to), 1) / Math.max(to - from, 1e-6)))));
 
 function padded(low, high) {
   if (low === null || high === null || !Number.isFinite(low)) return [0, 1];

@@ -1,5 +1,5 @@
 // Add it: the error ledger as falling bars, the numbers found, undo, save, compile, report.
-import { h, panel, select } from "../dom.js";
+import { fill, h, panel, select } from "../dom.js";
 import { newtons, number } from "../format.js";
 import { fileUrl, post } from "../api.js";
 import { attempt, model, order, refresh, running, say, session, store } from "../store.js";
@@ -11,7 +11,7 @@ import { save } from "./histories.js";
 export function add(root) {
   const draw = () => {
     const name = session().model, card = model(name);
-    root.replaceChildren(h("div", { class: "head" }, h("h1", {}, "Add it"), h("p", {}, "An effect starts at its neutral value, its parameters are estimated, the rest moves gently. A model that is worse on held-back blocks is refused.")),
+    fill(root, h("div", { class: "head" }, h("h1", {}, "Add it"), h("p", {}, "An effect starts at its neutral value, its parameters are estimated, the rest moves gently. A model that is worse on held-back blocks is refused.")),
       ...(card ? [h("div", { class: "columns wide-left" }, ledger(card), choice(card)), lastStep(card), keep(card)].filter(Boolean) : [h("section", { class: "panel" }, h("p", { class: "empty" }, "Choose a model at the top."))]));
   };
 

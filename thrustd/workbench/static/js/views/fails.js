@@ -1,5 +1,5 @@
 // Where it fails: the numbers, the ranked list in words, and the pictures; a click takes all of them to those samples.
-import { h, panel } from "../dom.js";
+import { fill, h, panel } from "../dom.js";
 import { newtons, number, percent, signed } from "../format.js";
 import { attempt, report, running, session, store } from "../store.js";
 import { coherenceChart, dependenceChart, loopChart, mapChart, span, spectrumChart } from "../charts.js";
@@ -26,7 +26,7 @@ export function fails(root) {
 
   function empty() {
     const s = session(), can = s.model && s.measured.length;
-    root.replaceChildren(title(), h("section", { class: "panel" }, h("div", { class: "empty" },
+    fill(root, title(), h("section", { class: "panel" }, h("div", { class: "empty" },
       can ? `${s.model} has not been compared with ${s.measured.join(", ")} yet.` : "Choose a model and a measured recording at the top.",
       h("div", {}, h("button", { class: "primary", disabled: !can || Boolean(running("compare")), onclick: attempt(() => compareNow()) }, "Compare")))));
   }
@@ -35,7 +35,7 @@ export function fails(root) {
 
   function draw() {
     const c = answer.cells[ui.cell], failure = ui.chosen === null ? null : c.where_it_fails[ui.chosen];
-    root.replaceChildren(title(),
+    fill(root, title(),
       answer.cells.length > 1 ? h("div", { class: "buttons" }, answer.cells.map((one, i) => h("button", { "aria-pressed": String(i === ui.cell), onclick: () => { ui.cell = i; ui.chosen = null; draw(); } }, `${one.model} on ${one.recording}`))) : null,
       figures(c), list(c), pictures(c, failure));
   }

@@ -1,5 +1,5 @@
 // Time histories: measured, models, residual and any channel of one or several recordings, zoomed and marked together.
-import { h, panel } from "../dom.js";
+import { fill, h, panel } from "../dom.js";
 import { attempt, order, recording, refresh, running, session, store } from "../store.js";
 import { put, query } from "../api.js";
 import { number } from "../format.js";
@@ -33,7 +33,7 @@ export function histories(root) {
     drawTools();
     const wanted = recordings();
     grid.className = "columns " + (wanted.length > 1 ? "" : "one");
-    grid.replaceChildren(...wanted.map(sheetPanel));
+    fill(grid, ...wanted.map(sheetPanel));
     store.focus = null;
   }
 
@@ -133,7 +133,7 @@ export function histories(root) {
     const metas = recordings().map(recording).filter((one) => one?.meta), units = new Map();
     for (const one of metas) for (const c of one.meta.channels) if (c.name !== "force_N") units.set(c.name, c.unit);
     const shownChannels = state.channels ?? ["deformation_mm", ...FIRST];
-    tools.replaceChildren(h("div", { class: "body toolbar" },
+    fill(tools, h("div", { class: "body toolbar" },
       pick("Recordings", checks(store.server.recordings.map((r) => r.name), recordings(), (v) => { state.shown = v; }), "recordings"),
       pick("Models", checks(store.server.models.map((m) => m.name), models(), (v) => { state.models = v; }), "models"),
       pick("Channels", checks([...units.keys()], shownChannels, (v) => { state.channels = v; }, (c) => units.get(c)), "channels"),

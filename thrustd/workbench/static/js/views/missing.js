@@ -1,8 +1,8 @@
 // What is missing: the verdict, the ranked candidates with their physics cards, look-alikes, what could not be judged.
-import { h, panel } from "../dom.js";
+import { fill, h, panel } from "../dom.js";
 import { newtons, number, withUnit } from "../format.js";
 import { attempt, report, running, session, store } from "../store.js";
-import { dependenceChart, span } from "../charts.js";
+import { dependenceChart, signatureChart, span } from "../charts.js";
 import { diagnoseNow, extendWith } from "../steps.js";
 import { latest } from "../guide.js";
 import { bar } from "../ledger.js";
@@ -25,13 +25,13 @@ export function missing(root) {
 
   function empty() {
     const s = session(), can = s.model && s.measured.length;
-    root.replaceChildren(title(), h("section", { class: "panel" }, h("div", { class: "empty" },
+    fill(root, title(), h("section", { class: "panel" }, h("div", { class: "empty" },
       can ? `Nobody has asked yet what ${s.model} lacks on ${s.measured.join(", ")}.` : "Choose a model and a measured recording at the top.",
       h("div", {}, h("button", { class: "primary", disabled: !can || Boolean(running("diagnose")), onclick: attempt(diagnoseNow) }, "What is missing?")))));
   }
 
   function draw() {
-    root.replaceChildren(title(), verdict(), ...[candidates(), dependences(), tests(), hypothesis()].filter(Boolean));
+    fill(root, title(), verdict(), ...[candidates(), dependences(), tests(), hypothesis()].filter(Boolean));
   }
 
   function verdict() {
@@ -72,7 +72,7 @@ export function missing(root) {
       h("dl", { class: "fields" }, ...k.parameters.flatMap((p) => [h("dt", {}, p.name), h("dd", {}, p.meaning, expected(c, p.name))]),
         h("dt", {}, "reads"), h("dd", {}, k.channels.join(", ") || "the force itself"), h("dt", {}, "shown alone by"), h("dd", {}, k.separating_test), h("dt", {}, "source"), h("dd", {}, k.source)),
       c.in_verdict ? null : h("div", { class: "buttons" }, h("button", { onclick: attempt(async () => { location.hash = "add"; await extendWith(c.name); }) }, `Add ${c.effect} all the same`))),
-    h("img", { src: `api/effects/${encodeURIComponent(c.name)}.svg`, alt: `signature of ${c.effect}`, loading: "lazy" }));
+    h("div", {}, h("h3", {}, "Signature in a standard programme"), signatureChart(k.signature), h("p", { class: "faint" }, "blue: force it adds, with the parameters found; grey: the programme, 1 to 5 kN with every channel moving")));
   }
 
   function expected(c, name) {

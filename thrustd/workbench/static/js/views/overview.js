@@ -1,5 +1,5 @@
 // Overview: what the folder holds, the exercise, and the error ledger of every model.
-import { h, panel } from "../dom.js";
+import { fill, h, panel } from "../dom.js";
 import { bytes, duration, newtons, number } from "../format.js";
 import { attempt, choose, order, running, session, store } from "../store.js";
 import { addFiles } from "../drop.js";
@@ -10,7 +10,7 @@ export function overview(root) {
   const asked = new Set();
   const draw = () => {
     const { recordings, models } = store.server;
-    root.replaceChildren(
+    fill(root, 
       h("div", { class: "head" }, h("h1", {}, "Overview"), h("p", {}, "Recordings and models of the folder. The page and the command line read the same files.")),
       exercisePanel(),
       panel(`Recordings (${recordings.length})`, [h("span", { class: "push" }), picker()], recordings.length ? recordingTable(recordings) : h("p", { class: "empty" }, "None yet. Drop CSV, Parquet, MCAP, npz or MATLAB files anywhere on this page.")),
