@@ -5,6 +5,7 @@ import { store } from "./store.js";
 
 const GRAVE = ["MOUNT_LOST", "BROCHURE_LOST", "MOUNT_FAILED", "BROCHURE_FAILED", "STUCK", "OUT_OF_RANGE", "MOUNTS_DISAGREE"];
 const SIGMAS = 1.96; // 95 % of a normal distribution
+const UNSETTLED_N = 2000; // one sigma before the first measurement: a band that wide says nothing
 const words = (name) => name.toLowerCase().replaceAll("_", " ");
 
 export class EngineTile {
@@ -23,7 +24,8 @@ export class EngineTile {
     const width = SIGMAS * e.thrust_std_n;
     this.thrust.textContent = number(e.thrust_n, Math.abs(e.thrust_n) >= 1000 ? 4 : 3);
     this.band.textContent = `95 %: ${number(e.thrust_n - width, 4)} to ${number(e.thrust_n + width, 4)} N`;
-    const said = [[`± ${newtons(width)}`, `rate ${signed(e.thrust_rate_n_s, 2)} N/s`], [newtons(e.mount_n), `± ${newtons(e.mount_std_n && SIGMAS * e.mount_std_n)}, bias ${signed(e.mount_bias_n, 2)} N`], [newtons(e.brochure_n), `± ${newtons(e.brochure_std_n && SIGMAS * e.brochure_std_n)}, bias ${signed(100 * e.brochure_bias, 2)} %`]];
+    const route = (value, std, bias) => (Number.isFinite(value) && value !== null ? [newtons(value), `± ${newtons(SIGMAS * std)}, bias ${bias}`] : ["no measurement", `bias ${bias}`]);
+    const said = [[`± ${newtons(width)}`, `rate ${signed(e.thrust_rate_n_s, 2)} N/s`], route(e.mount_n, e.mount_std_n, `${signed(e.mount_bias_n, 2)} N`), route(e.brochure_n, e.brochure_std_n, `${signed(100 * e.brochure_bias, 2)} %`)];
     this.routes.forEach((r, i) => { r.value.textContent = said[i][0]; r.more.textContent = said[i][1]; });
     const on = Object.entries(store.server.status_words).filter(([bit]) => (e.status & bit) !== 0).map(([, name]) => name);
     const key = on.join();
@@ -41,9 +43,10 @@ export function thrustPanel(engine, channels, height) {
   const lines = [one("thrust_n", "fused", "--s1", 1.8), one("mount_n", "mount route", "--s2", 1), one("brochure_n", "brochure route", "--s3", 1)];
   const truth = [`thrust_N_${engine}`, `truth_thrust_n_${engine}`].find((c) => channels.has(c));
   if (truth) lines.push({ channel: truth, label: "truth", color: "--measured", width: 1 });
-  const transform = ([x, thrust, std, ...rest]) => [x, thrust.map((v, i) => (v === null || std[i] === null ? null : v + SIGMAS * std[i])), thrust.map((v, i) => (v === null || std[i] === null ? null : v - SIGMAS * std[i])), thrust, ...rest];
+  const edge = (sign, thrust, std) => thrust.map((v, i) => (v === null || std[i] === null || std[i] > UNSETTLED_N ? null : v + sign * SIGMAS * std[i]));
+  const transform = ([x, thrust, std, ...rest]) => [x, edge(1, thrust, std), edge(-1, thrust, std), thrust, ...rest];
   return {
-    title: `${engine} engine: net thrust [N], forward +; band 95 %`, unit: "N", height, series: [lines[0], { ...one("thrust_std_n", "one sigma", "--line-strong") }, ...lines.slice(1)],
+    title: `${engine} engine: net thrust [N], forward +; band 95 %`, unit: "N", height, series: [lines[0], { ...one("thrust_std_n", "one sigma", "--line-strong"), unseen: true }, ...lines.slice(1)],
     drawn: [{ label: "high" }, { label: "low" }, lines[0], ...lines.slice(1)], transform, bands: [[1, 2]], span: lines.map((s) => s.channel),
   };
 }

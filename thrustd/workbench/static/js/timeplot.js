@@ -1,7 +1,7 @@
 // One sheet: panels of lines over the same time axis, zoomed together, each zoom answered by the server's pyramid.
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
-import { clock, number, plainTick } from "./format.js";
+import { clock, count, number, plainTick, seconds } from "./format.js";
 import { fetchWindow, toColumns, valueAt } from "./lines.js";
 
 const MIN_SPAN_S = 1e-3;
@@ -114,8 +114,8 @@ export class Sheet {
       const cells = plot.panel.series.map((s, i) => {
         const hit = t === null || !plot.window ? null : valueAt(plot.window, i, t);
         const said = hit === null ? "" : hit[0] === hit[1] ? number(hit[0], 6) : `${number(hit[0], 5)} … ${number(hit[1], 5)}`;
-        const mark = h("i");
-        mark.style.borderTopColor = css(s.color);
+        const mark = s.unseen ? "" : h("i");
+        if (mark) mark.style.borderTopColor = css(s.color);
         return h("span", { class: "key" }, mark, `${s.label}${said ? "  " + said : ""}${said && plot.panel.unit ? " " + plot.panel.unit : ""}`);
       });
       plot.readout.replaceChildren(...cells);
@@ -129,8 +129,8 @@ export class Sheet {
     if (!first) return;
     const each = first.raw ? "every sample" : `lowest and highest of ${number(first.samples / first.count, 3)} samples per column`;
     this.status.replaceChildren(
-      h("span", {}, this.at === null || this.at === undefined ? "" : `t = ${number(this.at, 7)} s (${clock(this.at)})`),
-      h("span", {}, `${number(first.samples, 9)} samples in ${number(this.range[1] - this.range[0], 5)} s; ${each}`),
+      h("span", {}, this.at === null || this.at === undefined ? "" : `t = ${seconds(this.at)} (${clock(this.at)})`),
+      h("span", {}, `${count(first.samples)} samples in ${number(this.range[1] - this.range[0], 4)} s; ${each}`),
       h("span", {}, `answered in ${Math.round(this.took)} ms`));
   }
 

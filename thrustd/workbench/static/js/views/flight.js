@@ -1,8 +1,8 @@
 // Live and flight: follow a log that a daemon is writing, or play a flight back, with both engines.
 import { fill, h, panel, select } from "../dom.js";
-import { clock, number } from "../format.js";
+import { clock, number, seconds } from "../format.js";
 import { get, query } from "../api.js";
-import { attempt, order, running, store } from "../store.js";
+import { attempt, order, store } from "../store.js";
 import { EngineTile, FIELDS, thrustPanel } from "../engine.js";
 import { fetchWindow, valueAt } from "../lines.js";
 import { LiveStrip } from "../strip.js";
@@ -39,8 +39,9 @@ export function flight(root) {
     ui.waiting = false;
     if (!card.meta) {
       ui.waiting = true;
-      if (!running("prepare") && ui.asked !== card.name) { ui.asked = card.name; attempt(order)("prepare", { recording: card.name }); }
-      fill(body, h("section", { class: "panel" }, h("p", { class: "empty" }, running("prepare") ? "Reading the flight log …" : "This log could not be read as columns; it may hold raw events only (run thrustd replay on it), or follow it live.")));
+      const failed = store.server.jobs.find((job) => job.kind === "prepare" && job.state === "failed" && job.arguments.recording === card.name);
+      if (!failed && ui.asked !== card.name) { ui.asked = card.name; attempt(order)("prepare", { recording: card.name }); }
+      fill(body, h("section", { class: "panel" }, h("p", { class: "empty" }, !failed ? "Reading the flight log …" : "This log could not be read as columns; it may hold raw events only (run thrustd replay on it), or follow it live.")));
       return () => {};
     }
     const channels = new Set(card.meta.channels.map((c) => c.name));
@@ -74,7 +75,7 @@ function playback(body, card, engines, channels) {
   }
 
   function paint() {
-    at.textContent = `${clock(now.t - limits[0])} (t = ${number(now.t, 7)} s)`;
+    at.textContent = `${clock(now.t - limits[0])} (t = ${seconds(now.t)})`;
     slider.value = now.t;
     engines.forEach((name, i) => {
       const window = now.windows[i];
@@ -127,7 +128,7 @@ function live(body, log) {
     for (const strip of strips.values()) strip.paint();
     const growing = found.bytes !== bytes;
     bytes = found.bytes;
-    state.textContent = found.latest_ns ? `${growing ? "● following" : "○ no new data"}: ${log}, t = ${number(found.latest_ns * 1e-9, 7)} s` : "no estimates in this log yet";
+    state.textContent = found.latest_ns ? `${growing ? "● following" : "○ no new data"}: ${log}, t = ${seconds(found.latest_ns * 1e-9)}` : "no estimates in this log yet";
     fill(readings, Object.entries(found.readings).map(([name, r]) => h("tr", {}, h("td", {}, name), h("td", { class: "num" }, number(r.value, 5)), h("td", { class: "num faint" }, `${number((found.latest_ns - r.t_ns) * 1e-9, 2)} s old`))));
     fill(faults, Object.entries(found.faults).length ? Object.entries(found.faults).map(([what, n]) => h("tr", {}, h("td", {}, what), h("td", { class: "num" }, `× ${n}`))) : h("tr", {}, h("td", { class: "good" }, "none")));
     timer = setTimeout(look, growing && found.rows.length > 5000 ? 0 : 1000);

@@ -49,7 +49,6 @@ export function missing(root) {
   const addButton = (c) => h("button", { class: "primary", onclick: attempt(async () => { location.hash = "add"; await extendWith(c.name); }) }, `Add ${c.effect}`);
 
   function candidates() {
-    const top = Math.max(...answer.candidates.map((c) => c.rmse_before_n), 1);
     const rows = answer.candidates.flatMap((c) => {
       const open = c.effect === ui.open, row = h("tr", { class: "pick candidate", tabindex: "0", "aria-selected": String(open), "aria-expanded": String(open), onclick: () => toggle(c), onkeydown: (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); toggle(c); } } },
         h("td", {}, c.effect, c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null),
@@ -59,7 +58,7 @@ export function missing(root) {
         h("td", {}, c.separable_from.length ? c.separable_from.join(", ") : h("span", { class: "faint" }, "–")));
       return open ? [row, h("tr", {}, h("td", { colspan: "6" }, card(c)))] : [row];
     });
-    return panel("Candidates, ranked", [h("span", { class: "faint" }, "click one for its physics")], h("div", { class: "flush" }, h("table", { "data-top": number(top) }, h("thead", {}, h("tr", {}, h("th", {}, "Effect"), h("th", { class: "num" }, "Error before"), h("th", { class: "num" }, "after"), h("th", {}, "Squared error removed"), h("th", {}, "Parameters"), h("th", {}, "Looks like"))), h("tbody", {}, rows))));
+    return panel("Candidates, ranked", [h("span", { class: "faint" }, "click one for its physics")], h("div", { class: "flush" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, "Effect"), h("th", { class: "num" }, "Error before"), h("th", { class: "num" }, "after"), h("th", {}, "Squared error removed"), h("th", {}, "Parameters"), h("th", {}, "Looks like"))), h("tbody", {}, rows))));
   }
 
   function toggle(c) { ui.open = ui.open === c.effect ? null : c.effect; draw(); }
@@ -72,7 +71,7 @@ export function missing(root) {
       h("dl", { class: "fields" }, ...k.parameters.flatMap((p) => [h("dt", {}, p.name), h("dd", {}, p.meaning, expected(c, p.name))]),
         h("dt", {}, "reads"), h("dd", {}, k.channels.join(", ") || "the force itself"), h("dt", {}, "shown alone by"), h("dd", {}, k.separating_test), h("dt", {}, "source"), h("dd", {}, k.source)),
       c.in_verdict ? null : h("div", { class: "buttons" }, h("button", { onclick: attempt(async () => { location.hash = "add"; await extendWith(c.name); }) }, `Add ${c.effect} all the same`))),
-    h("div", {}, h("h3", {}, "Signature in a standard programme"), signatureChart(k.signature), h("p", { class: "faint" }, "blue: force it adds, with the parameters found; grey: the programme, 1 to 5 kN with every channel moving")));
+    k.signature && h("div", {}, h("h3", {}, "Signature in a standard programme"), signatureChart(k.signature), h("p", { class: "faint" }, "blue: force it adds, with the parameters found; grey: the programme, 1 to 5 kN with every channel moving")));
   }
 
   function expected(c, name) {

@@ -1,6 +1,6 @@
 // Overview: what the folder holds, the exercise, and the error ledger of every model.
 import { fill, h, panel } from "../dom.js";
-import { bytes, duration, newtons, number } from "../format.js";
+import { bytes, count, duration, newtons, number } from "../format.js";
 import { attempt, choose, order, running, session, store } from "../store.js";
 import { addFiles } from "../drop.js";
 import { exerciseNow, revealNow } from "../steps.js";
@@ -64,7 +64,7 @@ function recordingTable(recordings) {
         one.problem ? h("div", { class: "bad" }, one.problem) : null,
         meta?.notes.length ? h("div", { class: "faint" }, meta.notes.join("; ")) : null),
       h("td", { class: "num" }, meta ? duration(meta.stop_s - meta.start_s) : "reading …"),
-      h("td", { class: "num" }, meta ? number(meta.samples, 9) : ""),
+      h("td", { class: "num" }, meta ? count(meta.samples) : ""),
       h("td", { class: "num" }, meta ? number(meta.sample_hz, 4) + " Hz" : ""),
       h("td", {}, meta ? h("details", {}, h("summary", {}, `${channels.length} channels${channels.some((c) => c.name === "force_N") ? ", with reference force_N" : ""}`), h("div", { class: "chips" }, channels.map((c) => h("span", { class: "chip", title: c.meaning }, c.name)))) : ""),
       h("td", { class: "num" }, String(one.marks.length || "")),
