@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.model.artifact import ErrorMap
+from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap
 from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
 from thrustd.signals import CATALOGUE
@@ -49,7 +49,7 @@ class MountRoute:
         self._gap = False
         self._restart: tuple[tuple[float, float], ...] = ()
         self._since_restart = 0  # samples
-        self._last_fused_n = nan
+        self._lagged_n = nan
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
 
     def set_channel(self, position: int, value: float) -> None:
@@ -85,13 +85,15 @@ class MountRoute:
     def fused(self, dt_s: float) -> MountState:
         """Means since the last call, dt_s ago, and their one sigma."""
         if self._count == 0:
-            self._last_fused_n = nan
+            self._lagged_n = nan
             return MountState(nan, nan, nan, False, self._take_gap())
         deformation_mm, force_n = self._sum_mm / self._count, self._sum_n / self._count
         self._sum_mm = self._sum_n = 0.0
         self._count = 0
-        rate_n_s = (force_n - self._last_fused_n) / dt_s if isfinite(self._last_fused_n) and dt_s > 0 else 0.0
-        self._last_fused_n = force_n
+        if not isfinite(self._lagged_n):
+            self._lagged_n = force_n
+        self._lagged_n += (1.0 - exp(-dt_s / FORCE_RATE_TAU_S)) * (force_n - self._lagged_n)
+        rate_n_s = (force_n - self._lagged_n) / FORCE_RATE_TAU_S
         excess_mm = self._outside(deformation_mm)
         std_n = self._std(force_n, abs(rate_n_s), excess_mm)
         return MountState(deformation_mm, force_n, std_n, excess_mm > 0, self._take_gap())

@@ -3,27 +3,24 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.signal import lfilter
 
 from thrustd.identify.segments import Segment
 from thrustd.identify.sensitivity import residuals
-from thrustd.model.artifact import ErrorMap, ModelSpec
+from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap, ModelSpec
 from thrustd.model.stage import Floats
 
-STEP_S = 0.02  # the rate is taken over a step of the fused estimate, 50 Hz
 FORCE_CELLS = 8
 RATE_SHARES = (0.5, 0.9, 0.97, 0.99)  # quantiles of the rate that bound its cells
 FEWEST = 300  # samples for a cell of its own
 
 
 def rates_of(signal: Floats, dt_s: float) -> Floats:
-    """Rate of change over `STEP_S` at every sample (n,), unit of the signal per second."""
-    width = max(1, round(STEP_S / dt_s))
-    if len(signal) <= 2 * width:
-        return np.zeros(len(signal))
-    total = np.concatenate(([0.0], np.cumsum(signal)))
-    mean = (total[width:] - total[:-width]) / width
-    rate = (mean[width:] - mean[:-width]) / (width * dt_s)
-    return np.pad(rate, (len(signal) - len(rate), 0), mode="edge")
+    """Rate of change behind a first-order lag at every sample (n,), unit of the signal per second."""
+    keep = np.exp(-dt_s / FORCE_RATE_TAU_S)
+    lagged = lfilter([1.0 - keep], [1.0, -keep], signal, zi=[keep * signal[0]])[0]
+    rate: Floats = (signal - lagged) / FORCE_RATE_TAU_S
+    return rate
 
 
 def error_map(spec: ModelSpec, segments: Sequence[Segment]) -> ErrorMap:

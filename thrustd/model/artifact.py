@@ -13,6 +13,7 @@ from msgspec import Meta
 from thrustd.errors import ModelError
 
 SCHEMA = "thrustd-model/1"
+FORCE_RATE_TAU_S = 1.0  # of the force rate that chooses the region of an ErrorMap
 MAX_BYTES = 4_000_000  # an artifact is a few kB; refuse what is clearly something else
 
 Positive = Annotated[float, Meta(gt=0)]
@@ -85,7 +86,8 @@ class ErrorMap(Struct, frozen=True):
     """One sigma of the model on held-out data by region.
 
     force_edges_n (n+1,) and rate_edges_n_s (m+1,) bound the cells of std_n (n rows of m); outer cells extend outwards.
-    The rate is the absolute value of the model's force rate.
+    The rate is the absolute value of the model's force rate, behind a first-order lag of `FORCE_RATE_TAU_S`: over less
+    than that it is noise.
     """
 
     force_edges_n: Annotated[list[float], Meta(min_length=2)]
