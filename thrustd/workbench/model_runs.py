@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from thrustd.diagnose.evidence import simulate
+from thrustd.identify.error_map import rates_of
 from thrustd.identify.segments import segments_of
-from thrustd.model.artifact import ModelSpec
+from thrustd.model.artifact import ErrorMap, ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording, make_recording
@@ -17,6 +18,8 @@ from thrustd.workbench.prepare import prepare
 from thrustd.workbench.pyramid import Floats
 
 Progress = Callable[[float, str], None]
+
+SIGMAS = 1.96  # 95 % of a normal distribution
 
 
 def simulate_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -34,6 +37,17 @@ def recording_of(folder: Folder, name: str) -> Recording:
     )
 
 
+def band_of(error: ErrorMap | None, force_n: Floats, record: Recording) -> dict[str, Floats]:
+    """The 95 % band of a model (n,), N, from the error map of its identification; nothing without one."""
+    if error is None:
+        return {}
+    rate_n_s = np.abs(rates_of(np.nan_to_num(force_n), 1.0 / record.sample_hz))
+    row = np.searchsorted(error.force_edges_n[1:-1], force_n, side="right")
+    column = np.searchsorted(error.rate_edges_n_s[1:-1], rate_n_s, side="right")
+    half_n = SIGMAS * np.array(error.std_n)[row, column]
+    return {"band_low": force_n - half_n, "band_high": force_n + half_n}
+
+
 def simulate_models(folder: Folder, name: str, models: Sequence[str], progress: Progress) -> dict[str, Any]:
     """Columns `model` (force, N) and `residual` (measured - model, N) of each model on the recording."""
     prepare(folder, name, progress)
@@ -46,6 +60,7 @@ def simulate_models(folder: Folder, name: str, models: Sequence[str], progress: 
             channels = {"model": force_n}
             if "force_N" in record:
                 channels["residual"] = record["force_N"] - force_n
+            channels |= band_of(folder.model(model).error, force_n, record)
             run = make_recording(f"{model} on {name}", {"time_s": record.time_s, **channels})
             write_columns(folder.model_columns_folder(name, model), run, with_time=False)
     return {"recording": name, "models": list(models)}

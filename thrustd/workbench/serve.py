@@ -45,6 +45,7 @@ def listening(port: int) -> socket.socket:
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((LOOPBACK, port))
+        listener.listen()  # before the address is told: whoever is early waits instead of being refused
     except (OSError, OverflowError) as problem:
         listener.close()
         raise UsageError(f"--port {port}: cannot be used on {LOOPBACK}: {problem}") from None

@@ -112,6 +112,7 @@ export class Sheet {
     const t = u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null;
     for (const plot of this.plots) {
       const cells = plot.panel.series.map((s, i) => {
+        if (s.silent) return "";
         const hit = t === null || !plot.window ? null : valueAt(plot.window, i, t);
         const said = hit === null ? "" : hit[0] === hit[1] ? number(hit[0], 6) : `${number(hit[0], 5)} … ${number(hit[1], 5)}`;
         const mark = s.unseen ? "" : h("i");

@@ -41,7 +41,7 @@ export function histories(root) {
     const card = recording(name);
     if (!card.meta) { want("prepare", { recording: name }); return false; }
     if (!card.meta.channels.some((c) => c.name === "deformation_mm")) return true;
-    const missing = models().filter((m) => !(card.models ?? []).includes(m));
+    const missing = models().filter((m) => !(m in (card.models ?? {})));
     if (missing.length) want("simulate", { recording: name, models: missing });
     return true;
   }
@@ -56,7 +56,7 @@ export function histories(root) {
   function sheetPanel(name) {
     if (!ready(name)) return panel(name, [], h("p", { class: "empty" }, running("prepare") ? "Reading the recording and making its zoom pyramid …" : "Not read yet."));
     sheets.get(name)?.close();
-    const card = recording(name), has = models().filter((m) => (card.models ?? []).includes(m));
+    const card = recording(name), has = models().filter((m) => m in (card.models ?? {}));
     const limits = [card.meta.start_s, card.meta.stop_s];
     const focus = store.focus?.recording === name ? store.focus : null;
     const range = focus?.from !== undefined ? around(focus, limits) : state[name]?.limits?.[1] === limits[1] ? state[name].range : limits;
@@ -89,7 +89,9 @@ export function histories(root) {
     const channels = new Map(card.meta.channels.map((c) => [c.name, c])), panels = [];
     const force = channels.has("force_N") ? [{ channel: "force_N", label: "measured", color: "--measured", width: 1.1 }] : [];
     const runs = has.map((m, i) => ({ channel: `model@${m}`, label: m.replace(/\.json$/, ""), color: COLORS[i % COLORS.length], width: 1.3 }));
-    if (force.length || runs.length) panels.push({ title: "force [N], forward thrust +", unit: "N", series: [...force, ...runs], height: 220 });
+    const banded = has.find((m) => card.models[m].includes("band_low"));
+    const edges = banded ? ["band_high", "band_low"].map((edge) => ({ channel: `${edge}@${banded}`, unseen: true, silent: true })) : [];
+    if (force.length || runs.length) panels.push({ title: `force [N], forward thrust +${banded ? "; band: 95 % of the model's own error" : ""}`, unit: "N", series: [...edges, ...force, ...runs], bands: banded ? [[1, 2]] : [], height: 220 });
     if (force.length && runs.length) panels.push({ title: "measured − model [N]", unit: "N", series: has.map((m, i) => ({ channel: `residual@${m}`, label: m.replace(/\.json$/, ""), color: COLORS[i % COLORS.length] })), height: 150 });
     const chosen = (state.channels ?? ["deformation_mm", ...FIRST, ...(force.length ? [] : [...channels.keys()].filter((c) => c.startsWith("estimate_thrust_n")))]).filter((c) => channels.has(c));
     chosen.forEach((c, i) => {

@@ -1,0 +1,72 @@
+"""A real workbench on a real port for tests: the verb as a child process, asked over HTTP."""
+
+import http.client
+import json
+import re
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import urlsplit
+
+
+class Served:
+    """One running workbench."""
+
+    def __init__(self, url: str, folder: Path) -> None:
+        self.url, self.folder = url, folder
+        parts = urlsplit(url)
+        self.port, self.token = parts.port, parts.path.strip("/")
+
+    def ask(self, method, path, body=None, headers=None, token=None):
+        """(status, headers, body) of one request below the token."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        prefix = f"/{self.token if token is None else token}" if token != "" else ""
+        connection.request(method, f"{prefix}/{path}", body, headers or {})
+        answer = connection.getresponse()
+        content = answer.read()
+        connection.close()
+        return answer.status, dict(answer.getheaders()), content
+
+    def get(self, path):
+        status, _, content = self.ask("GET", path)
+        assert status == 200, content
+        return json.loads(content)
+
+    def order(self, kind, **fields):
+        """Queue a job and wait for its end, by the event stream."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=300)
+        connection.request("GET", f"/{self.token}/api/events")
+        events = connection.getresponse()
+        assert events.readline().startswith(b": connected")
+        status, _, content = self.ask("POST", "api/jobs", json.dumps({"kind": kind, **fields}))
+        assert status == 200, content
+        job = json.loads(content)
+        while job["state"] not in ("done", "failed", "cancelled"):
+            line = events.readline()
+            assert line, "the event stream ended"
+            if line.startswith(b"data: ") and (said := json.loads(line[6:])).get("id") == job["id"]:
+                job = said
+        connection.close()
+        return job
+
+
+@contextmanager
+def workbench(folder: Path):
+    """Start `thrustd workbench FOLDER`, stop it at the end."""
+    command = (sys.executable, "-m", "thrustd", "workbench", str(folder), "--no-browser")
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    noise: list[str] = []
+    reader = threading.Thread(target=lambda: noise.extend(child.stderr), daemon=True)
+    reader.start()
+    try:
+        url = re.search(r"http\S+", child.stdout.readline())
+        assert url, "".join(noise)
+        yield Served(url.group(), folder)
+    finally:
+        child.terminate()
+        child.wait(20)
+        reader.join(20)
+        child.stdout.close()
+        child.stderr.close()
