@@ -83,6 +83,33 @@ class Log(Section, frozen=True):
     folder: str  # relative to the configuration file
     rotate_mb: Positive = 500.0
     rotate_min: Positive = 60.0
+    keep_free_mb: Annotated[float, Meta(ge=0, le=1e9)] = 0.0  # delete the oldest logs when less is free; 0 = never
+
+
+class Health(Section, frozen=True):
+    """Prometheus page on loopback, read by `thrustd status`."""
+
+    port: Port = 9105
+
+
+class WarmRestart(Section, frozen=True):
+    """The state goes to `file` every second; a restart takes it over when it is not older than `max_age_s`."""
+
+    file: str  # relative to the configuration file
+    max_age_s: Annotated[float, Meta(gt=0, le=60)] = 10.0
+
+
+class Realtime(Section, frozen=True):
+    """Asked of the kernel after READY's preparations; refused = flown without, with a word."""
+
+    fifo_priority: Annotated[int, Meta(ge=0, le=99)] = 0  # SCHED_FIFO; 0 = ordinary
+    lock_memory: bool = False
+
+
+class Trust(Section, frozen=True):
+    """Only models signed with this key fly: base64 Ed25519 signature in MODEL.sig beside each model."""
+
+    public_key: str  # PEM file, relative to the configuration file
 
 
 class LiveView(Section, frozen=True):
@@ -103,6 +130,10 @@ class Config(Section, frozen=True):
     log: Log | None = None
     live_view: LiveView | None = None
     can_out: CanOut | None = None
+    health: Health | None = None
+    warm_restart: WarmRestart | None = None
+    realtime: Realtime = Realtime()
+    trust: Trust | None = None
 
     def mounts_of(self, engine: str) -> tuple[int, ...]:
         """Indices of the mounts that carry `engine`, in the order of the file."""

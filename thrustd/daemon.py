@@ -1,24 +1,35 @@
 """The onboard process: sources -> pipeline -> sinks, from READY until a signal says stop.
 
-    serial port, CAN bus, ticks -> one queue -> loop.run -> recorder, CAN out, live view, service manager
+    serial port, CAN bus, ticks -> one queue -> loop.run -> recorder, CAN out, live view, health page
+                                                   once a second: service manager, checkpoint, clock
 
-Everything that can fail for a reason worth telling fails before READY; afterwards nothing that arrives ends it.
+What is wrong with the configuration or a model fails before READY. A disk, a port or a bus that refuses is a fault and
+flies along; afterwards nothing that arrives ends the process.
 """
 
 import gc
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from threading import Event as Flag
-from typing import Any
+from typing import Any, NamedTuple
 
-import sdnotify
+import msgspec
 
-from thrustd.installation import Installation
+from thrustd.checkpoint import SCHEMA, Checkpoint, Clocks, Resume, clocks, encode, read_checkpoint
+from thrustd.errors import ConfigError
+from thrustd.heartbeat import Heartbeat, ServiceManager
+from thrustd.installation import CONFIG, WARM_START, Installation, WarmStart
 from thrustd.loop import run
+from thrustd.pipeline import Pipeline
+from thrustd.realtime import ask_for
 from thrustd.sinks.can_tx import CanTx
+from thrustd.sinks.health_counts import HealthCounts
+from thrustd.sinks.health_page import HealthPage, Watched
+from thrustd.sinks.latest_file import LatestFile
 from thrustd.sinks.live_view import LiveView
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.can_bus import CanBus
@@ -27,72 +38,165 @@ from thrustd.sources.serial_port import SerialPort
 from thrustd.sources.ticker import Ticker
 from thrustd.types import Event, Fault, Output
 from thrustd.wire.can_frames import ICD_OUTPUT_ROWS
+from thrustd.wire.log_layout import LogHeader
+
+
+class Shell(NamedTuple):
+    """What the parts around the pipeline share."""
+
+    installation: Installation
+    base: Path  # relative names in the configuration start here
+    queue: EventQueue
+    opened: ExitStack  # closes them
 
 
 def fly(installation: Installation, base: Path, log_folder: Path | None = None) -> int:
     """Run until SIGTERM or SIGINT; `base`: the folder that relative names in the configuration start from."""
     config = installation.config
-    pipeline = installation.pipeline()
-    queue = EventQueue()
-    bus = CanBus(config.can.interface, config.can.channel, config.can.bitrate, queue.put)
-    receivers = (
-        SerialPort(config.adc.port, config.adc.baud, queue.put),
-        bus,
-        Ticker(config.steps.tick_hz, queue.put),
-    )
+    queue, counts, service = EventQueue(), HealthCounts(), ServiceManager()
     with ExitStack() as opened, stop_on_signal() as stop:
-        recorder, sinks = open_sinks(installation, bus, queue, base, log_folder, opened)
-        service = sdnotify.SystemdNotifier()
+        shell = Shell(installation, base, queue, opened)
+        pipeline, start = start_pipeline(shell)
+        bus = CanBus(config.can.interface, config.can.channel, config.can.bitrate, queue.put)
+        receivers = (
+            SerialPort(config.adc.port, config.adc.baud, queue.put),
+            bus,
+            Ticker(config.steps.tick_hz, queue.put),
+        )
+        recorder, sinks = open_sinks(shell, bus, log_folder, start)
+        saver = open_checkpoint(shell, pipeline)
+        open_health(shell, counts, recorder, saver)
+        heart = Heartbeat(service, counts, tuple(config.aircraft.engines), clocks, queue.put, saver.save)
+        takers = [counts.take_event, heart.take_event]
+        takers = takers if recorder is None else [recorder.write_event, *takers]
 
         def record(event: Event | Fault) -> None:
-            if recorder is not None:
-                recorder.write_event(event)
+            for take in takers:
+                take(event)
 
         def listen(output: Output) -> None:
-            for sink in sinks:
+            for sink in (*sinks, counts):
                 sink.write_output(output)
 
         gc.collect()
         gc.freeze()  # the models and tables stay: no collection walks them in flight
-        service.notify("READY=1")
+        ask_for(config.realtime, say)
+        service.say(f"READY=1\nSTATUS={heart.status()}")
         run(merged(queue, receivers, stop), pipeline, record, listen)
-        service.notify("STOPPING=1")
+        service.say("STOPPING=1")
     return 0
 
 
+def say(word: str) -> None:
+    """For the journal."""
+    sys.stderr.write(f"thrustd: {word}\n")
+
+
+def start_pipeline(shell: Shell) -> tuple[Pipeline, WarmStart | None]:
+    """Warm when there is a good checkpoint, and what was taken over; else cold, with a word."""
+    wish = shell.installation.config.warm_restart
+    if wish is None:
+        return shell.installation.pipeline(), None
+    path = shell.base / wish.file
+    found = read_checkpoint(path, shell.installation.hashes(), clocks(), wish.max_age_s)
+    pipeline, warm = shell.installation.warm_pipeline(found.start)
+    if found.start is not None and not warm:
+        found = Resume(None, f"{path}: does not fit this pipeline: starting cold", True)
+    say(found.word)
+    if found.refused:
+        shell.queue.put(Fault(time.monotonic_ns(), "checkpoint", "checkpoint_refused"))
+    return pipeline, found.start
+
+
+class Saver:
+    """Hands the state to the checkpoint's thread; does nothing when the configuration wants no checkpoint."""
+
+    def __init__(self, file: LatestFile[Checkpoint] | None, sha256: dict[str, str], pipeline: Pipeline) -> None:
+        self._file, self._sha256, self._pipeline = file, sha256, pipeline
+
+    @property
+    def written_ns(self) -> int | None:
+        return None if self._file is None else self._file.written_ns
+
+    def save(self, now: Clocks) -> None:
+        if self._file is not None:
+            self._file.put(Checkpoint(SCHEMA, now, self._sha256, self._pipeline.snapshot()))
+
+
+def open_checkpoint(shell: Shell, pipeline: Pipeline) -> Saver:
+    wish, hashes = shell.installation.config.warm_restart, shell.installation.hashes()
+    if wish is None:
+        return Saver(None, hashes, pipeline)
+    file = LatestFile(shell.base / wish.file, encode, shell.queue.put)
+    return Saver(shell.opened.enter_context(closing(file)), hashes, pipeline)
+
+
 def open_sinks(
-    installation: Installation,
-    bus: CanBus,
-    queue: EventQueue,
-    base: Path,
-    log_folder: Path | None,
-    opened: ExitStack,
+    shell: Shell, bus: CanBus, log_folder: Path | None, start: WarmStart | None
 ) -> tuple[LogRecorder | None, list[Any]]:
-    """The recorder and all sinks that the configuration asks for; closed by `opened`."""
+    """The recorder, and all sinks for outputs that the configuration asks for."""
+    installation, put = shell.installation, shell.queue.put
     config = installation.config
-    header = installation.log_header(epoch_offset_ns=time.time_ns() - time.monotonic_ns())
+    notes = {} if start is None else {WARM_START: msgspec.json.encode(start).decode()}
+    header = installation.log_header(epoch_offset_ns=time.time_ns() - time.monotonic_ns(), notes=notes)
     sinks: list[Any] = []
     recorder = None
-    if config.log is not None or log_folder is not None:
-        folder = log_folder if log_folder is not None else base / (config.log.folder if config.log else ".")
-        limits = {} if config.log is None else {"rotate_mb": config.log.rotate_mb, "rotate_min": config.log.rotate_min}
+    folder = log_folder_of(shell, log_folder)
+    if folder is not None:
+        limits = {}
+        if config.log is not None:
+            limits = {name: getattr(config.log, name) for name in ("rotate_mb", "rotate_min", "keep_free_mb")}
         settings = RecorderSettings(folder, config.aircraft.name.lower(), reading_hz=config.steps.reading_hz, **limits)
-        recorder = LogRecorder(settings, header, queue.put)
-        sinks.append(opened.enter_context(closing(recorder)))
+        recorder = LogRecorder(settings, header, put)
+        sinks.append(shell.opened.enter_context(closing(recorder)))
     if config.can_out is not None:
         table = installation.can_table(ICD_OUTPUT_ROWS)
-        sinks.append(CanTx(table, config.can_out.node_id, config.can_out.rate_hz, bus.send, queue.put))
-    if config.live_view is not None:
-        view = LiveView(
-            header.engines,
-            header.mounts,
-            queue.put,
-            config.live_view.host,
-            config.live_view.port,
-            epoch_offset_ns=header.epoch_offset_ns,
-        )
-        sinks.append(opened.enter_context(closing(view)))
-    return recorder, sinks
+        sinks.append(CanTx(table, config.can_out.node_id, config.can_out.rate_hz, bus.send, put))
+    view = open_live_view(shell, header)
+    return recorder, sinks if view is None else [*sinks, view]
+
+
+def log_folder_of(shell: Shell, log_folder: Path | None) -> Path | None:
+    """Where to record; None = nowhere."""
+    log = shell.installation.config.log
+    if log_folder is not None or log is None:
+        return log_folder
+    return shell.base / log.folder
+
+
+def open_live_view(shell: Shell, header: LogHeader) -> LiveView | None:
+    wish, put = shell.installation.config.live_view, shell.queue.put
+    if wish is None:
+        return None
+    offset_ns = header.epoch_offset_ns
+    try:
+        view = LiveView(header.engines, header.mounts, put, wish.host, wish.port, epoch_offset_ns=offset_ns)
+    except ConfigError as problem:  # nobody need see the thrust for it to be estimated
+        say(str(problem))
+        put(Fault(time.monotonic_ns(), "live_view", "live_view"))
+        return None
+    return shell.opened.enter_context(closing(view))
+
+
+def open_health(shell: Shell, counts: HealthCounts, recorder: LogRecorder | None, saver: Saver) -> None:
+    config, hashes = shell.installation.config, shell.installation.hashes()
+    if config.health is None:
+        return
+    watched = Watched(
+        engines=tuple(config.aircraft.engines),
+        about={"aircraft": config.aircraft.name, "config_sha256": hashes[CONFIG]},
+        queue_events=shell.queue.waiting,
+        shed_events=lambda: shell.queue.shed_events,
+        log_folder=None if recorder is None else recorder.folder,
+        log_path=lambda: None if recorder is None else recorder.path,
+        log_missing=lambda: (0, 0) if recorder is None else (recorder.dropped_items, recorder.lost_items),
+        checkpoint_ns=lambda: saver.written_ns,
+    )
+    try:
+        shell.opened.enter_context(closing(HealthPage(counts, watched, config.health.port)))
+    except ConfigError as problem:
+        say(str(problem))
+        shell.queue.put(Fault(time.monotonic_ns(), "health", "health"))
 
 
 @contextmanager

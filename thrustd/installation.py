@@ -10,6 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from thrustd.brochure.deck import Deck
 from thrustd.config import Config, read_config, section
 from thrustd.errors import ConfigError, LogError, ModelError
@@ -17,11 +19,13 @@ from thrustd.model.artifact import read_model
 from thrustd.model.compile import CompiledModel, check_witness, compile_model
 from thrustd.pipeline import DERIVED, Parts, Pipeline
 from thrustd.signals import CATALOGUE
+from thrustd.signature import SIGNATURE, check_signature
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanRow, CanTable, CanUnits
 from thrustd.wire.log_layout import LogHeader
 
 CONFIG = "config.toml"  # name of the configuration among the files of a log
+WARM_START = "warm_start"  # note in a log's header: the WarmStart (JSON) of its run
 MAX_FILE_BYTES = 4_000_000
 
 
@@ -36,6 +40,16 @@ class Installation:
     def pipeline(self) -> Pipeline:
         """A fresh pipeline; compiles the models, so that nothing compiles afterwards."""
         return Pipeline(self.config, self.parts())
+
+    def warm_pipeline(self, start: "WarmStart | None") -> tuple[Pipeline, bool]:
+        """A pipeline that goes on from `start`, and whether it does; a fresh one when the snapshot does not fit."""
+        parts = self.parts()
+        pipeline = Pipeline(self.config, parts)
+        if start is None:
+            return pipeline, False
+        if pipeline.restore(start.snapshot, start.shift_ns):
+            return pipeline, True
+        return Pipeline(self.config, parts), False
 
     def parts(self) -> Parts:
         """Models, deck and CAN table, checked against what the aircraft delivers."""
@@ -71,6 +85,9 @@ class Installation:
         )
 
     def _model(self, name: str) -> CompiledModel:
+        if self.config.trust is not None:
+            key, signature = self.files[self.config.trust.public_key], self.files[name + SIGNATURE]
+            check_signature(self.files[name], signature, key, self._place(name))
         spec = read_model(self.files[name], self._place(name))
         check_witness(spec, self._place(name))
         return compile_model(spec, self.config.adc.sample_hz)
@@ -83,6 +100,13 @@ class Installation:
 
     def _place(self, name: str) -> str:
         return f"{self.where}: {name}"
+
+
+class WarmStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The state that a run takes over from the one before."""
+
+    snapshot: dict[str, Any]
+    shift_ns: int = 0  # added to its times
 
 
 def read_installation(path: Path | str) -> Installation:
@@ -112,7 +136,10 @@ def installation_from_files(files: Mapping[str, bytes], where: str) -> Installat
 
 
 def _complete(config: Config, content: bytes, fetch: Callable[[str], bytes], where: str) -> Installation:
-    names = [config.deck, config.can.dbc, *(mount.model for mount in config.mount)]
+    models = [mount.model for mount in config.mount]
+    names = [config.deck, config.can.dbc, *models]
+    if config.trust is not None:
+        names += [config.trust.public_key, *(model + SIGNATURE for model in models)]
     return Installation(config, {CONFIG: content, **{name: fetch(name) for name in names}}, where)
 
 

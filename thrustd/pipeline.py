@@ -16,6 +16,7 @@ from typing import Any
 from thrustd.brochure.deck import Deck, DeckEstimate
 from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
+from thrustd.fault_status import FaultStatus
 from thrustd.fusion.monitor import Layout, Monitor, MonitorVerdict
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.thrust_filter import FusionInputs, ThrustFilter
@@ -25,7 +26,7 @@ from thrustd.signals import CATALOGUE
 from thrustd.snapshot import plain, read_memory
 from thrustd.step_inputs import deck_inputs, dynamic_pressure_pa, monitor_inputs
 from thrustd.sync import ClockMap, Hold, SmoothRate
-from thrustd.types import Estimate, Event, Fault, Frame, MountOutput, Output, Reading, Status, Tick
+from thrustd.types import Estimate, Event, Fault, Frame, MountOutput, Output, Reading, Tick
 from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder, AdcSample
 from thrustd.wire.can_frames import CanDecoder
 from thrustd.wire.can_table import CanTable
@@ -78,7 +79,7 @@ class Pipeline:
         self._fused_ns = self._read_ns = self._start_ns = -1
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
         self._book = FaultBook()
-        self._out_of_range = False  # since the last fused step
+        self._troubles = FaultStatus()
 
     def feed(self, event: Event | Fault) -> Sequence[Output]:
         """Outputs that this event completes. Never raises on anything that comes over the wire."""
@@ -137,7 +138,7 @@ class Pipeline:
         return listeners
 
     def _report(self, fault: Fault, outputs: list[Output]) -> None:
-        self._out_of_range |= fault.kind == "out_of_range"
+        self._troubles.take(fault)
         due = self._book.take(fault)
         if due is not None:
             outputs.append(due)
@@ -217,7 +218,6 @@ class Pipeline:
                 self._report(fault, outputs)
         for i, state in enumerate(states):
             outputs.append(MountOutput(t_ns, i, state.deformation_mm, state.force_n, state.std_n))
-        self._out_of_range = False
         outputs.extend(self._book.due(t_ns))
 
     def _refresh(self, t_ns: int, outputs: list[Output]) -> None:
@@ -278,6 +278,6 @@ class Pipeline:
                 gap=any(state.gap for state in mine),
                 one_mount=mounts.one_mount,
                 load_factor_stale=not all(map(isfinite, load_factors)),
-                status=verdict.status[engine] | (Status.OUT_OF_RANGE if self._out_of_range else 0),
+                status=verdict.status[engine] | self._troubles.bits(t_ns),
             )
         )

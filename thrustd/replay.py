@@ -6,9 +6,10 @@ from typing import Any
 
 import msgspec
 
+from thrustd.errors import LogError
 from thrustd.flight_picture import FlightPicture
 from thrustd.flight_score import FlightScore, Score, TruthRow
-from thrustd.installation import Installation, installation_from_files
+from thrustd.installation import WARM_START, Installation, WarmStart, installation_from_files
 from thrustd.loop import run
 from thrustd.sinks.mcap_log import LogWriter, new_log
 from thrustd.sources.mcap_log import LogFile
@@ -52,7 +53,7 @@ def replay(
     """
     log = LogFile(path)
     installation = open_installation(log, config)
-    pipeline = installation.pipeline()
+    pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
     score = flight_score(installation)
     score.follow(truth_rows(log.path))
     count = _Count(log, advance)
@@ -73,6 +74,17 @@ def replay(
             _copy_truth(log.path, writer)
     advance(1.0)
     return _summary(log, score, count.events)
+
+
+def _start_of(log: LogFile) -> WarmStart | None:
+    """The state that the recorded run took over from the one before, when it did."""
+    note = log.header.notes.get(WARM_START)
+    if note is None or log.header.part > 0:
+        return None
+    try:
+        return msgspec.json.decode(note, type=WarmStart)
+    except msgspec.DecodeError:
+        raise LogError(f"{log.path}: header note {WARM_START!r} is not a snapshot") from None
 
 
 def flight_score(installation: Installation) -> FlightScore:

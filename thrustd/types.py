@@ -77,6 +77,12 @@ FAULT_KINDS: dict[str, str] = {
     "log_resumed": "recording goes on in a new file",
     "can_tx": "an estimate could not be sent on the bus",
     "live_view": "an output could not be shown in the live view",
+    "health": "the health page cannot be served",
+    # the process itself
+    "clock_step": "the machine's calendar clock jumped; count is the size in ms. Estimates use the monotonic clock",
+    "checkpoint_refused": "the checkpoint is old, damaged or of other models: started cold",
+    "checkpoint_write": "the checkpoint cannot be written: a restart now would be cold",
+    "checkpoint_resumed": "checkpoints are written again",
 }
 
 
@@ -100,6 +106,16 @@ class Status(IntFlag):
     STUCK = 1 << 14  # a sensor repeats itself although the other route moves
     OUT_OF_RANGE = 1 << 15  # a reading was outside the catalogue's range
     MOUNTS_DISAGREE = 1 << 16  # load share between the two mounts of an engine is implausible
+    # about the installation: the estimate itself may be as good as ever (see `fault_status`)
+    WIRE_FAULT = 1 << 17  # damaged, missing, repeated or contradictory frames or messages in the last second
+    CHANNEL_OPEN = 1 << 18  # the ADC marks a channel open or shorted
+    LINK_LOST = 1 << 19  # a port or bus is away, or in error in the last second
+    SIGNAL_STALE = 1 << 20  # a channel that was there is silent
+    OVERLOAD = 1 << 21  # events or log items were shed in the last second
+    NOT_RECORDING = 1 << 22  # the log cannot be written
+    OUTPUT_FAULT = 1 << 23  # CAN output or live view failed in the last second
+    CLOCK_STEP = 1 << 24  # the calendar clock jumped in the last ten seconds
+    NO_CHECKPOINT = 1 << 25  # a restart now would be cold
 
 
 class MountOutput(NamedTuple):

@@ -94,10 +94,13 @@ def test_a_name_cannot_leave_the_folder(tmp_path: Path) -> None:
     assert [path.name for path in (tmp_path / "logs").iterdir()] == ["-PH-LAB_20180312T120000Z_0000.mcap"]
 
 
-def test_a_folder_that_cannot_be_is_an_error_at_the_start(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_is_a_fault_from_the_start(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(LogError, match="no log can be written"):
-        recorder(tmp_path / "file" / "logs", [])
+    faults: list[Fault] = []
+    log = recorder(tmp_path / "file" / "logs", faults)
+    assert log.path is None
+    log.close()
+    assert [(fault.where, fault.kind) for fault in faults] == [("log", "log_write")]
 
 
 def test_files_of_different_runs_or_with_one_missing_are_no_run(tmp_path: Path) -> None:

@@ -17,7 +17,6 @@ from threading import Event as Flag
 from threading import Thread
 from typing import Final
 
-from thrustd.errors import LogError
 from thrustd.sinks.log_files import REAL_DISK, Disk, LogFiles, Parcel, RecorderSettings
 from thrustd.sinks.mcap_log import BATCH_NS
 from thrustd.types import Event, Fault, Output
@@ -44,8 +43,9 @@ class LogRecorder:
         report: Callable[[Fault], None],
         disk: Disk = REAL_DISK,
     ) -> None:
-        """`report` takes faults from any thread. The first file is opened here: LogError when that fails."""
+        """`report` takes faults from any thread. A disk that refuses the first file is a fault like any later one."""
         self._report = report
+        self.folder = settings.folder
         self._files = LogFiles(settings, header, disk)
         self._parcels: deque[Parcel] = deque()
         self._parcel = Parcel(0, [], [])
@@ -55,10 +55,7 @@ class LogRecorder:
         self._refused = False  # the disk, at the last attempt
         self.dropped_items = 0  # missing in the log for lack of speed
         self.lost_items = 0  # missing because a file had to be given up
-        try:
-            self._files.start()
-        except OSError as error:
-            raise LogError(f"{settings.folder}: no log can be written: {error.strerror or error}") from None
+        self._guard(self._files.start)
         self._thread = Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 

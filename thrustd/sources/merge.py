@@ -45,6 +45,10 @@ class EventQueue:
         if self._queue.qsize() > self._max_events:
             self._shed()
 
+    def waiting(self) -> int:
+        """Events that nobody has taken yet."""
+        return self._queue.qsize()
+
     def take(self, timeout_s: float = POLL_S) -> list[Event]:
         """What has arrived, waiting up to `timeout_s` for the first event."""
         events: list[Event] = []

@@ -1,0 +1,70 @@
+"""Faults of the installation as status bits: every kind of fault that comes over the event stream has its bit.
+
+A fault with an end (unplugged .. reconnected) holds its bit until then, by place; all others for a moment.
+"""
+
+from thrustd.types import Fault, Status
+
+MOMENT_NS = 1_000_000_000
+LONG_MOMENT_NS = 10_000_000_000
+ENDS: dict[str, str] = {  # kind -> the kind that ends it
+    "unplugged": "reconnected",
+    "channel_fault": "channel_recovered",
+    "stale": "fresh",
+    "log_write": "log_resumed",
+    "checkpoint_write": "checkpoint_resumed",
+}
+WIRE = (
+    *("cobs", "crc", "length", "overlong", "version", "channel_count", "lost", "duplicate", "late", "adc_reset"),
+    *("sample_rate", "can_data_type", "can_service", "can_node", "can_counter", "not_finite"),
+)
+BITS: dict[str, Status] = {
+    **dict.fromkeys(WIRE, Status.WIRE_FAULT),
+    "out_of_range": Status.OUT_OF_RANGE,
+    "channel_fault": Status.CHANNEL_OPEN,
+    "stale": Status.SIGNAL_STALE,
+    "unplugged": Status.LINK_LOST,
+    "bus_error": Status.LINK_LOST,
+    "queue_overrun": Status.OVERLOAD,
+    "log_overrun": Status.OVERLOAD,
+    "log_write": Status.NOT_RECORDING,
+    "can_tx": Status.OUTPUT_FAULT,
+    "live_view": Status.OUTPUT_FAULT,
+    "health": Status.OUTPUT_FAULT,
+    "clock_step": Status.CLOCK_STEP,
+    "checkpoint_write": Status.NO_CHECKPOINT,
+    "checkpoint_refused": Status.CONVERGING,
+}
+_BEGINS = {end: begin for begin, end in ENDS.items()}
+
+
+class FaultStatus:
+    """Which bits are on. Mutable, reads no clock."""
+
+    __slots__ = ("_bits", "_changed", "_momentary", "_open")
+
+    def __init__(self) -> None:
+        self._open: set[tuple[str, str]] = set()  # place, kind
+        self._momentary: dict[Status, int] = {}  # bit -> until when
+        self._bits, self._changed = 0, False
+
+    def take(self, fault: Fault) -> None:
+        bit = BITS.get(fault.kind)
+        if fault.kind in ENDS:
+            self._open.add((fault.where, fault.kind))
+        elif fault.kind in _BEGINS:
+            self._open.discard((fault.where, _BEGINS[fault.kind]))
+        elif bit is not None:
+            moment_ns = LONG_MOMENT_NS if bit is Status.CLOCK_STEP else MOMENT_NS
+            self._momentary[bit] = fault.t_ns + moment_ns
+        self._changed = True
+
+    def bits(self, t_ns: int) -> int:
+        """Status bits at t_ns."""
+        if self._changed or self._momentary:
+            self._momentary = {bit: until_ns for bit, until_ns in self._momentary.items() if until_ns > t_ns}
+            self._bits = 0
+            for bit in (*self._momentary, *(BITS[kind] for _, kind in self._open)):
+                self._bits |= int(bit)
+            self._changed = False
+        return self._bits
