@@ -1,7 +1,8 @@
 """The four mount models that the daemon flies: `python benchmarks/ship_models.py [FOLDER] [--hours H]`.
 
-Every mount gets its own campaign on the twin's bench (another seed each): random steps and a multisine to fit, other
-steps, a slow sine and another multisine to measure the error on. The bench knows neither acceleration nor weight; both
+Every mount gets its own campaign on the twin's bench (another seed each), from no load to full load, as it is flown:
+throttle steps held for half a minute to five minutes and a multisine to fit, other steps and another multisine to
+measure the error on. The bench knows neither acceleration nor weight; both
 effects are added with the values of the thesis (373 kg per engine, eq. 4.5 and section 12.1.2).
 """
 
@@ -10,6 +11,7 @@ import os
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
 from thrustd.identify.artifact import finished, fitted_rmse
 from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
@@ -18,8 +20,9 @@ from thrustd.model.artifact import EffectSpec, write_model
 from thrustd.model.compile import check_witness
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
-from thrustd.twin.bench import multisine_bench, sine_bench, step_bench
+from thrustd.twin.bench import RIG, multisine_bench, run_bench
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics
+from thrustd.twin.programme import HIGH_N, random_steps
 
 MOUNTS = {"left-upper": UPPER, "left-lower": LOWER, "right-upper": UPPER, "right-lower": LOWER}
 EFFECTS = [
@@ -28,14 +31,17 @@ EFFECTS = [
 ]
 
 
+def throttle_bench(hours: float, seed: int, mount: MountPhysics) -> Recording:
+    """Random steps from no load to full load, held and ramped as a throttle is moved in flight."""
+    rng = np.random.default_rng(seed)
+    command_n = random_steps(hours * 3600, RIG.sample_hz, rng, 0.0, HIGH_N, (30.0, 300.0), (1.0, 8.0), start=0.0)
+    return run_bench(f"throttle_{hours:g}h_seed{seed}", command_n, seed, mount, RIG)
+
+
 def campaign(mount: MountPhysics, seed: int, hours: float) -> tuple[list[Recording], list[Recording]]:
     """Records to fit and records to hold out."""
-    fit = [step_bench(hours, seed, mount), multisine_bench(hours / 4, seed + 1, mount)]
-    held_out = [
-        step_bench(hours / 2, seed + 2, mount),
-        multisine_bench(hours / 8, seed + 3, mount),
-        sine_bench(hours / 8, seed + 4, mount=mount),
-    ]
+    fit = [throttle_bench(hours, seed, mount), multisine_bench(hours / 4, seed + 1, mount)]
+    held_out = [throttle_bench(hours / 2, seed + 2, mount), multisine_bench(hours / 8, seed + 3, mount)]
     return fit, held_out
 
 
