@@ -13,6 +13,7 @@ import hashlib
 import os
 import shutil
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -54,17 +55,25 @@ class Columns:
         self.meta = msgspec.json.decode((folder / META).read_bytes(), type=ColumnsMeta)
         self.time_s: Floats = np.load(folder / "time.npy", mmap_mode="r") if time_s is None else time_s
         self._at = {channel.name: i for i, channel in enumerate(self.meta.channels)}
+        self._mapped: dict[str, Floats | Singles] = {}
 
     def __contains__(self, channel: str) -> bool:
         return channel in self._at
 
     def column(self, channel: str) -> Floats:
-        values: Floats = np.load(self.folder / f"c{self._at[channel]:03d}.npy", mmap_mode="r")
+        """The column (n,), every sample."""
+        values: Floats = self._map(f"c{self._at[channel]:03d}.npy")
         return values
 
     def levels(self, channel: str) -> Singles:
-        levels: Singles = np.load(self.folder / f"c{self._at[channel]:03d}.mm.npy", mmap_mode="r")
+        """Its pyramid (2, m)."""
+        levels: Singles = self._map(f"c{self._at[channel]:03d}.mm.npy")
         return levels
+
+    def _map(self, file: str) -> Any:
+        if file not in self._mapped:
+            self._mapped[file] = np.load(self.folder / file, mmap_mode="r")
+        return self._mapped[file]
 
 
 def columns_key(path: Path) -> str:

@@ -13,11 +13,13 @@ import msgspec
 from thrustd.errors import ModelError, UsageError
 from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec, read_model
 from thrustd.workbench.columns import Columns, columns_key, open_columns
+from thrustd.workbench.pyramid import Floats
 
 STATE = ".thrustd"
 RECORDING_TYPES = (".csv", ".parquet", ".npz", ".mat", ".mcap")
 MODEL_TYPE = ".json"
 MAX_NAME = 120  # characters
+OPEN = 24  # sets of columns mapped at a time
 
 
 class Folder:
@@ -27,6 +29,7 @@ class Folder:
         self.root = root.resolve()
         self.state = self.root / STATE
         self._models: dict[str, tuple[str, ModelSpec]] = {}
+        self._open: dict[Path, Columns] = {}
         if not self.root.is_dir():
             raise UsageError(f"{root}: expected a folder with recordings and models")
 
@@ -73,11 +76,23 @@ class Folder:
         return self.columns_folder(recording) / columns_key(self.path(model))
 
     def columns(self, recording: str) -> Columns | None:
-        return open_columns(self.columns_folder(recording))
+        """The prepared columns of a recording; None while there are none."""
+        return self._opened(self.columns_folder(recording), None)
 
     def model_columns(self, recording: str, model: str) -> Columns | None:
+        """The columns of a model run on a recording; None while there are none."""
         base = self.columns(recording)
-        return None if base is None else open_columns(self.model_columns_folder(recording, model), base.time_s)
+        return None if base is None else self._opened(self.model_columns_folder(recording, model), base.time_s)
+
+    def _opened(self, folder: Path, time_s: Floats | None) -> Columns | None:
+        """Maps are kept open, the latest `OPEN` of them."""
+        held = self._open.pop(folder, None)
+        found = held if held is not None and folder.exists() else open_columns(folder, time_s)
+        if found is not None:
+            self._open[folder] = found
+        while len(self._open) > OPEN:
+            del self._open[next(iter(self._open))]
+        return found
 
     def stamp(self) -> str:
         """Changes whenever a file is added, removed or written."""

@@ -10,6 +10,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -63,6 +64,7 @@ def main(root: str) -> None:
     os.dup2(2, 1)
     os.nice(NICE)
     folder, voice = Folder(Path(root)), Voice(out)
+    import_module("thrustd.workbench.prepare")  # now, while nobody waits: the first order is a recording to be read
     for line in sys.stdin.buffer:
         carry_out(folder, line, voice)
 

@@ -1,0 +1,44 @@
+"""Debian's chromium for tests; where there is none, the test says how to get it."""
+
+import shutil
+from contextlib import contextmanager
+
+import pytest
+
+PATHS = ("chromium", "chromium-browser", "google-chrome")
+LONG_MS = 300_000  # a fit on a busy machine
+
+
+@contextmanager
+def page_of(url, width=1280, height=800, scheme="light"):
+    """A page on `url`; complaints of the page's own code fail the test."""
+    executable = next(filter(None, map(shutil.which, PATHS)), None)
+    if executable is None:
+        pytest.skip("no chromium on this machine: apt-get install chromium, then this test runs")
+    sync_api = pytest.importorskip("playwright.sync_api", reason="pip install playwright, then this test runs")
+    complaints: list[str] = []
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+        page.set_default_timeout(60_000)
+        page.on("pageerror", lambda problem: complaints.append(str(problem)))
+        page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
+        page.goto(url)
+        yield page
+        browser.close()
+    expected = ("Failed to load resource",)  # refused requests are what some tests are about
+    assert [line for line in complaints if not line.startswith(expected)] == []
+
+
+def idle(page):
+    """Wait until no job runs."""
+    page.wait_for_selector("html[data-busy='0']", timeout=LONG_MS)
+
+
+def next_step(page, word):
+    """Press the guide's button, once it offers `word`; wait until the work is done."""
+    button = page.locator("#next:not([disabled])", has_text=word)
+    button.wait_for(timeout=LONG_MS)
+    button.click()
+    page.wait_for_selector("html:not([data-busy='0']), .toast", timeout=10_000)
+    idle(page)

@@ -1,0 +1,154 @@
+"""The page in a real browser: the whole loop on a hidden effect, long records, reloads, bad files."""
+
+import re
+
+import numpy as np
+import pytest
+
+from tests.workbench.browser import LONG_MS, idle, next_step, page_of
+from tests.workbench.served import workbench
+from thrustd.records.files import write_recording
+from thrustd.records.recording import make_recording
+from thrustd.twin.hide import hide
+
+N_LONG = 10_000_000
+SPIKE_AT_S = 61_234.56
+
+
+@pytest.fixture(scope="module")
+def exercise(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("exercise")
+    hide(("axial_inertia",), seed=3, strength=4.0, out_dir=folder)
+    (folder / "truth.json").unlink()
+    with workbench(folder) as served:
+        yield served
+
+
+def test_whole_loop_on_a_hidden_effect(exercise):
+    with page_of(exercise.url) as page:
+        reload_and_cancel(page)
+        next_step(page, "Identify a model")
+        next_step(page, "Compare")
+        see_where_it_fails(page)
+        next_step(page, "What is missing?")
+        verdict = page.locator(".verdict .name")
+        verdict.wait_for()
+        assert verdict.inner_text() == "axial_inertia"
+        assert "kg" in page.locator("tr.candidate").first.inner_text()
+        next_step(page, "Add axial_inertia")
+        see_the_fallen_bar(page)
+        next_step(page, "Compare")
+        next_step(page, "What is missing?")
+        page.get_by_text("Nothing is left").wait_for()
+        page.locator("nav a", has_text="Add it").click()
+        page.get_by_role("button", name="Undo").click()
+        page.get_by_text("is chosen again").wait_for()
+        assert page.locator(".context select").first.input_value() == "bench-model.json"
+
+
+def reload_and_cancel(page):
+    """A fit goes on while the page is loaded again, and stops when it is told to."""
+    button = page.locator("#next:not([disabled])", has_text="Identify")
+    button.click()
+    job = page.locator(".job", has_text="identify")
+    job.wait_for()
+    page.reload()
+    job.wait_for()
+    job.get_by_role("button", name="Cancel").click()
+    idle(page)
+    assert job.count() == 0
+
+
+def see_where_it_fails(page):
+    """A click on the first sentence takes the pictures, then the time history, to those samples."""
+    first = page.locator(".reasons button").first
+    first.wait_for()
+    assert re.search(r"\d+ % of the squared error in [\d.]+ % of the time", first.inner_text())
+    first.click()
+    page.get_by_text("blue: the chosen samples").wait_for()
+    page.get_by_role("button", name="Show in the time history").click()
+    sheet = page.locator(".sheet[data-ready]")
+    sheet.wait_for()
+    low, high = map(float, sheet.get_attribute("data-ready").split())
+    assert high - low < 7199
+
+
+def see_the_fallen_bar(page):
+    bars = page.locator(".ledger .step")
+    bars.nth(1).wait_for()
+    before, after = (float(bars.nth(i).locator("b").inner_text().split()[0]) for i in (0, 1))
+    assert after < 0.6 * before
+    heights = [bars.nth(i).locator("i").bounding_box()["height"] for i in (0, 1)]
+    assert heights[1] < 0.6 * heights[0]
+    assert page.get_by_text("On recordings that were not used").is_visible()
+
+
+@pytest.fixture(scope="module")
+def long_record(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("long")
+    time_s = np.arange(N_LONG) / 100.0
+    deformation = 0.5 + 0.3 * np.sin(time_s / 500) + np.random.default_rng(0).standard_normal(N_LONG) * 1e-3
+    deformation[round(SPIKE_AT_S * 100)] = 4.321
+    write_recording(make_recording("long", {"time_s": time_s, "deformation_mm": deformation}), folder / "long.npz")
+    with workbench(folder) as served:
+        assert served.order("prepare", recording="long.npz")["state"] == "done"
+        yield served
+
+
+def test_zooming_ten_million_samples(long_record):
+    sizes = []
+    with page_of(long_record.url + "#histories") as page:
+        page.on("response", lambda r: sizes.append(int(r.headers["content-length"])) if "api/lines" in r.url else None)
+        sheet = page.locator(".sheet[data-ready]")
+        sheet.wait_for()
+        box = page.locator(".u-over").first.bounding_box()
+
+        def x_of(t_s):
+            low, high = map(float, sheet.get_attribute("data-ready").split())
+            return box["x"] + box["width"] * (t_s - low) / (high - low)
+
+        for _ in range(6):
+            page.mouse.move(x_of(SPIKE_AT_S), box["y"] + 40)
+            assert "4.32" in page.locator(".plot .readout").first.inner_text()
+            shown = sheet.get_attribute("data-ready")
+            for _ in range(4):
+                page.mouse.wheel(0, -120)
+            page.wait_for_selector(f".sheet[data-ready]:not([data-ready='{shown}'])")
+            page.wait_for_timeout(300)
+        low, high = map(float, sheet.get_attribute("data-ready").split())
+        assert high - low < 600
+        sheet.press("0")
+        page.wait_for_selector(".sheet[data-ready^='0 ']")
+    assert len(sizes) >= 8 and max(sizes) < 100_000
+
+
+def test_marking_a_bad_stretch(long_record):
+    with page_of(long_record.url + "#histories") as page:
+        page.locator(".sheet[data-ready]").wait_for()
+        page.get_by_role("button", name="Mark this window").click()
+        page.get_by_label("label").fill("spike")
+        page.get_by_label("exclude").check()
+        page.locator("dialog button", has_text="Mark").click()
+        page.locator("table.marks", has_text="spike").wait_for()
+        page.reload()
+        page.locator("table.marks", has_text="excluded").wait_for()
+        page.get_by_role("button", name="remove").click()
+        page.locator("table.marks").wait_for(state="detached")
+
+
+def test_a_corrupt_file_dropped_in(long_record):
+    with page_of(long_record.url) as page:
+        bad = {"name": "bad.csv", "mimeType": "text/csv", "buffer": b"time_s,force_N\n0,1\n1,oops\n"}
+        page.locator("input[type=file]").set_input_files(bad)
+        toast = page.locator(".toast", has_text="oops")
+        toast.wait_for(timeout=LONG_MS)
+        assert "bad.csv" in toast.inner_text() and "data row 2" in toast.inner_text()
+        assert page.locator("td", has_text="bad.csv").count() == 0
+
+
+def test_without_the_token_and_outside_the_folder(long_record):
+    bare = f"http://127.0.0.1:{long_record.port}/"
+    with page_of(bare) as page:
+        assert "token" in page.inner_text("body")
+        assert page.request.get(long_record.url + "api/files/..%2f..%2fetc%2fpasswd").status == 400
+        assert page.request.get(bare + "static/js/main.js").status == 403
