@@ -28,10 +28,10 @@ def check_recording(record: Recording) -> None:
     for name in (DEFORMATION, FORCE):
         if name not in record:
             raise RecordingError(f"{record.name}: no column '{name}', it has {', '.join(sorted(record.channels))}")
-    if not moves(record[DEFORMATION]):
-        raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
     if record.duration_s < SHORTEST_S:
         raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
+    if not moves(record[DEFORMATION]):
+        raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
     _check_deformation(record)
     for axis, rest in (("accel_x_g", 0.0), ("accel_y_g", 0.0), ("accel_z_g", 1.0)):
         if axis in record:

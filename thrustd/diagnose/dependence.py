@@ -17,6 +17,7 @@ from thrustd.model.stage import Floats
 
 KNOTS = 5  # inner knots of a free curve
 RIDGE = 0.01
+BESIDE = 1e-6
 RATE_S = 1.0  # over which the rate of deformation is taken
 OWN = ("force_model_N", "deformation_mm", "deformation_rate_mm_s")  # what the model itself reads
 
@@ -74,7 +75,7 @@ def _broken_lines(column: Floats) -> Floats:
 
 def curve_fit(gram: BlockGram, at: Sequence[int], others: Sequence[int]) -> Fit:
     """Held-out fit of a free curve beside columns `others`."""
-    return held_out_fit(gram, [*others, *at], [0.0] * len(others) + [RIDGE] * len(at), schemes=1)
+    return held_out_fit(gram, [*others, *at], [BESIDE] * len(others) + [RIDGE] * len(at), schemes=1)
 
 
 def drawn(channel: str, column: Floats, residual_n: Floats, before: float, after: float, bins: int = 24) -> Dependence:

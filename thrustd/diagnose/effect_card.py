@@ -7,6 +7,7 @@ channel swings once, with and without the effect at a typical size. Drawn is wha
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -75,6 +76,26 @@ def card_text(effect: Effect) -> str:
             lines.append(f"  {'':<12} expected: {p.expected}")
     lines += [f"  separate by  {effect.separating_test}", f"  source       {effect.source}", ""]
     return "\n".join([*lines, physics(effect), "", *sketch(signature(effect))])
+
+
+def card_json(effect: Effect) -> dict[str, Any]:
+    """The card as plain values."""
+    return {
+        "effect": effect.word,
+        "name": effect.name,
+        "title": effect.title,
+        "site": effect.site,
+        "channels": list(effect.channels),
+        "equation": effect.equation,
+        "source": effect.source,
+        "separating_test": effect.separating_test,
+        "parameters": [
+            {"name": p.name, "unit": p.unit, "neutral": p.neutral, "low": p.low, "high": p.high, "meaning": p.meaning,
+             "expected": p.expected}
+            for p in effect.parameters
+        ],
+        "physics": physics(effect),
+    }  # fmt: skip
 
 
 def physics(effect: Effect) -> str:

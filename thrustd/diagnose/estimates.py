@@ -7,7 +7,7 @@ chapter 11) is computed as well, and the larger of the two is reported.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import msgspec
@@ -17,6 +17,7 @@ from thrustd.diagnose.candidates import column_at
 from thrustd.diagnose.evidence import Evidence
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.parameters import effect_labels
+from thrustd.identify.segments import Segment
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
@@ -61,9 +62,8 @@ def estimated(
     """The model with these of its effects re-estimated together on all the data, and the numbers."""
     places = [i for i, present in enumerate(spec.effects) if present in effects]
     names = free_names(spec, effects)
-    result = estimate_segments(
-        spec, list(evidence.segments), names, EstimateSettings(max_iterations=ITERATIONS, tolerance=1e-4)
-    )
+    settings = EstimateSettings(max_iterations=ITERATIONS, tolerance=1e-4)
+    result = estimate_segments(spec, _started(spec, places, evidence), names, settings)
     std = dict(zip(result.names, result.std, strict=True))
     spread = _jackknife(result.spec, places, evidence)
     labels = effect_labels(spec)
@@ -81,8 +81,36 @@ def estimated(
     return msgspec.structs.replace(result.spec, effects=finished), numbers
 
 
+def _started(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> list[Segment]:
+    """The segments, their reference without what the unknown state at the start adds (fitted beside the effects)."""
+    starts = evidence.starts(spec)
+    if starts.shape[1] == 0:
+        return list(evidence.segments)
+    residual = evidence.reference_n - evidence.output(spec)
+    good = np.isfinite(residual)
+    table = np.column_stack((starts, _amplitude_columns(spec, places, evidence)[1]))[good]
+    size = np.maximum(np.sqrt(np.mean(table**2, axis=0)), 1e-300)
+    beta = np.linalg.lstsq(table / size, residual[good], rcond=1e-6)[0] / size
+    added = starts @ beta[: starts.shape[1]]
+    segments = []
+    for i, segment in enumerate(evidence.segments):
+        mine = evidence.segment == i
+        row_s = evidence.time_s[mine]
+        drift = np.interp(segment.time_s, row_s, added[mine])
+        segments.append(replace(segment, force_n=segment.force_n - drift))
+    return segments
+
+
 def _jackknife(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> dict[str, float]:
     """One sigma of each amplitude from estimates with parts of the record left out, linear about the solution."""
+    names, table = _amplitude_columns(spec, places, evidence)
+    residual = evidence.reference_n - evidence.output(spec)
+    spread = _spread(np.column_stack((table, evidence.starts(spec))), residual, evidence)
+    return dict(zip(names, spread[: len(names)], strict=True))
+
+
+def _amplitude_columns(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> tuple[list[str], Floats]:
+    """Names and columns (n, k) of the amplitudes of the effects at `places`, about their present values."""
     names, columns = [], []
     for i in places:
         effect = effect_named(spec.effects[i].name)
@@ -91,9 +119,7 @@ def _jackknife(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> di
         candidate = column_at(effect, spec.effects[i].parameters, without, evidence, evidence.output(without))
         names += [f"{i}.{name}" for name in candidate.amplitudes]
         columns.append(candidate.columns)
-    table = np.column_stack(columns)
-    residual = evidence.reference_n - evidence.output(spec)
-    return dict(zip(names, _spread(table, residual, evidence), strict=True))
+    return names, np.column_stack(columns)
 
 
 def _spread(table: Floats, residual: Floats, evidence: Evidence) -> list[float]:
@@ -104,7 +130,7 @@ def _spread(table: Floats, residual: Floats, evidence: Evidence) -> list[float]:
     for left_out in range(GROUPS):
         keep = good & (group != left_out)
         rows = table[keep] / size
-        estimates.append(np.linalg.lstsq(rows, residual[keep], rcond=1e-9)[0] / size)
+        estimates.append(np.linalg.lstsq(rows, residual[keep], rcond=1e-6)[0] / size)
     moved = np.array(estimates) - np.mean(estimates, axis=0)
     sigma = np.sqrt((GROUPS - 1) / GROUPS * np.sum(moved**2, axis=0))
     return [float(s) for s in sigma]

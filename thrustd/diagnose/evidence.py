@@ -22,6 +22,8 @@ from thrustd.records.recording import Recording
 
 ROWS = 50_000  # rows of the table at most; 250 columns of it are 100 MB
 BLOCKS = 48  # of equal length over all records
+START_GAIN = 1e-3  # modes weaker than this share of the force start as they like
+START_SEGMENTS = 4  # the longest ones; the start of a short stretch weighs little
 FOLDS = 6  # blocks held back in turn
 BASE_PARAMETERS = ("input_curve.[yc]*", "linear.*", "output_curve.[yc]*")  # knots stay: moving them is hardly new
 
@@ -39,6 +41,22 @@ class Evidence:
     block: Ints  # (n,) number of the block a row belongs to
     segment: Ints  # (n,) number of the segment
     channels: dict[str, Floats]  # every column of the records that all of them have, (n,)
+
+    def starts(self, spec: ModelSpec) -> Floats:
+        """What an unknown state at the start of each segment may add to the force (n, k): decays of the slow modes.
+
+        A model starts settled, the mount it models was at work before the record began; nothing else about the first
+        minutes is evidence of an effect.
+        """
+        columns = []
+        slow = [m.tau_s for m in spec.linear.real_modes if abs(m.gain) > START_GAIN and m.tau_s > 5 * self.row_s]
+        for i in np.argsort([-len(segment) for segment in self.segments])[:START_SEGMENTS]:
+            mine = self.segment == i
+            since_s = np.where(mine, self.time_s - self.segments[i].start_s, 0.0)
+            for tau_s in slow:
+                if tau_s < len(self.segments[i]) * self.segments[i].dt_s:
+                    columns.append(np.where(mine, np.exp(-np.minimum(since_s / tau_s, 50.0)), 0.0))
+        return np.column_stack(columns) if columns else np.empty((len(self.time_s), 0))
 
     def white_n2(self, spec: ModelSpec) -> float:
         """Squared error of a model inside the rows, which their means do not show, N^2."""

@@ -24,10 +24,11 @@ from thrustd.diagnose.checks import (
 )
 from thrustd.diagnose.estimates import ParameterEstimate, estimated
 from thrustd.diagnose.evidence import Evidence, base_patterns, gather
+from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import block_gram, held_out_fit
 from thrustd.diagnose.polish import polished
 from thrustd.diagnose.reference import as_mount, with_reference
-from thrustd.diagnose.selection import RIDGES, Progress
+from thrustd.diagnose.selection import BESIDE, RIDGES, Progress
 from thrustd.errors import ModelError
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.parameters import pack, unpack
@@ -38,6 +39,7 @@ from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 PAYS = 0.97  # the rest of the model moves only when that leaves less than this of the squared error
+LITTLE = 1.4  # times what the identification promises
 POLISHED = 3  # starting shapes that are polished
 
 
@@ -96,7 +98,7 @@ def extend(
     check_length(records, spec)
     evidence = gather(spec, records)
     check_not_own_output(records[0], evidence.output(spec), evidence.reference_n)
-    before = _rmse(spec, evidence)
+    before = _held_out(spec, spec, evidence, len(spec.effects))
     started = spec
     for i, effect in enumerate(chosen):
         _tell(progress, 0.5 * i / len(chosen), effect.name)
@@ -105,7 +107,7 @@ def extend(
     better, numbers = estimated(started, _estimable(started, records, chosen), evidence)
     after = _held_out(spec, better, evidence, len(spec.effects))
     _tell(progress, 0.9, "the rest, gently")
-    gentle, gentle_after = _gently(better, evidence)
+    gentle, gentle_after = _gently(better, evidence) if _settled(spec, after, evidence) else (better, after)
     moved = gentle_after < PAYS**0.5 * after
     final, final_after = (gentle, gentle_after) if moved else (better, after)
     if not final_after < before:
@@ -123,17 +125,18 @@ def _start(effect: Effect, spec: ModelSpec, evidence: Evidence) -> EffectSpec:
     """The best shape and amplitude beside the model as it is."""
     output_n = evidence.output(spec)
     residual = evidence.reference_n - output_n
-    nothing = np.empty((len(residual), 0))
+    starts = evidence.starts(spec)
     rough = list(candidates(effect, spec, evidence, output_n))
-    order = sorted(rough, key=lambda c: _left(evidence, residual, c.columns))
-    fine = [polished(c, spec, evidence, output_n, nothing) for c in order[:POLISHED]]
-    best = min(fine, key=lambda c: _left(evidence, residual, c.columns))
+    order = sorted(rough, key=lambda c: _left(evidence, residual, c.columns, starts))
+    fine = [polished(c, spec, evidence, output_n, starts) for c in order[:POLISHED]]
+    best = min(fine, key=lambda c: _left(evidence, residual, c.columns, starts))
     return EffectSpec(effect.name, best.parameters)
 
 
-def _left(evidence: Evidence, residual: Floats, columns: Floats) -> float:
-    gram = block_gram(evidence, residual, np.empty((len(residual), 0)), [columns])
-    return held_out_fit(gram, range(1, 1 + columns.shape[1]), [0.0] * columns.shape[1]).mse
+def _left(evidence: Evidence, residual: Floats, columns: Floats, starts: Floats) -> float:
+    gram = block_gram(evidence, residual, columns, [], 0.0, starts)
+    count = columns.shape[1]
+    return held_out_fit(gram, range(1, 1 + count), [BESIDE] * count).mse
 
 
 def _estimable(spec: ModelSpec, records: Sequence[Recording], chosen: Sequence[Effect]) -> list[EffectSpec]:
@@ -155,9 +158,10 @@ def _held_out(spec: ModelSpec, better: ModelSpec, evidence: Evidence, n_before: 
         without = msgspec.structs.replace(better, effects=[e for j, e in enumerate(better.effects) if j != i])
         size = _amplitude(better.effects[i])
         columns.append((output_n - evidence.output(without)) / size)
-    table, white = np.column_stack(columns), evidence.white_n2(better)
-    gram = block_gram(evidence, evidence.reference_n - output_n, table, [], white)
-    return held_out_fit(gram, range(1, 1 + len(columns)), [0.0] * len(columns)).rmse
+    table = np.column_stack(columns) if columns else np.empty((len(output_n), 0))
+    white, starts = evidence.white_n2(better), evidence.starts(spec)
+    gram = block_gram(evidence, evidence.reference_n - output_n, table, [], white, starts)
+    return held_out_fit(gram, range(1, 1 + table.shape[1]), [BESIDE] * table.shape[1]).rmse
 
 
 def _amplitude(effect: EffectSpec) -> float:
@@ -165,13 +169,19 @@ def _amplitude(effect: EffectSpec) -> float:
     return max(max(sizes), 1e-12)
 
 
+def _settled(spec: ModelSpec, after_n: float, evidence: Evidence) -> bool:
+    """Whether little enough is left to be the model's own; else the rest would absorb what is still missing."""
+    own_n = own_error_n(spec, evidence, evidence.output(spec))
+    return own_n is None or after_n <= LITTLE * own_n
+
+
 def _gently(spec: ModelSpec, evidence: Evidence) -> tuple[ModelSpec, float]:
     """A ridge step of curves and linear block, of the strength that predicts held-back blocks best."""
     residual = evidence.reference_n - evidence.output(spec)
     present = evidence.jacobian(spec)
-    gram = block_gram(evidence, residual, present, [], evidence.white_n2(spec))
-    at = range(1, 1 + present.shape[1])
-    fits = [held_out_fit(gram, at, [ridge] * present.shape[1]) for ridge in RIDGES]
+    gram = block_gram(evidence, residual, present, [], evidence.white_n2(spec), evidence.starts(spec))
+    n = present.shape[1]
+    fits = [held_out_fit(gram, range(1, 1 + n), [ridge] * n) for ridge in RIDGES]
     best = min(fits, key=lambda fit: fit.mse)
     vector = pack(spec, base_patterns(spec))
     moved = unpack(spec, vector.at(vector.values + best.beta))

@@ -35,9 +35,17 @@ class BlockGram:
 
 
 def block_gram(
-    evidence: Evidence, residual_n: Floats, core: Floats, groups: Sequence[Floats], white_n2: float = 0.0
+    evidence: Evidence,
+    residual_n: Floats,
+    core: Floats,
+    groups: Sequence[Floats],
+    white_n2: float = 0.0,
+    starts: Floats | None = None,
 ) -> BlockGram:
     """Normal matrices of residual, core (n, p) and groups (n, k_i) of columns, in that order.
+
+    What `starts` (n, k) can represent is taken out of everything first: it lives at the start of the record only, and
+    could not be learnt from other blocks.
 
     Products are formed with the core and inside each group; no regression here joins two groups, so the products
     between them stay zero. Rows without reference carry no weight.
@@ -45,10 +53,14 @@ def block_gram(
     good = np.isfinite(residual_n)
     always = np.column_stack((np.where(good, residual_n, 0.0), core)) * good[:, None]
     rest = np.column_stack(groups) * good[:, None] if groups else np.empty((len(good), 0))
+    if starts is not None and starts.shape[1]:
+        basis = _orthonormal(starts * good[:, None])
+        always = (always - basis @ (basis.T @ always)) * good[:, None]
+        rest = (rest - basis @ (basis.T @ rest)) * good[:, None]
     p, ends = always.shape[1], np.cumsum([0, *(group.shape[1] for group in groups)])
-    starts = np.searchsorted(evidence.block, np.arange(evidence.n_blocks + 1))
+    firsts = np.searchsorted(evidence.block, np.arange(evidence.n_blocks + 1))
     matrices = np.zeros((evidence.n_blocks, p + rest.shape[1], p + rest.shape[1]))
-    for matrix, i, j in zip(matrices, starts[:-1], starts[1:], strict=True):
+    for matrix, i, j in zip(matrices, firsts[:-1], firsts[1:], strict=True):
         mine, others = always[i:j], rest[i:j]
         matrix[:p, :p] = mine.T @ mine
         matrix[:p, p:] = mine.T @ others
@@ -57,8 +69,16 @@ def block_gram(
             part = others[:, begin:end]
             inside = part.T @ part if end - begin > 1 else np.einsum("ij,ij->j", part, part)[:, None]
             matrix[p + begin : p + end, p + begin : p + end] = inside
-    counts = np.add.reduceat(good.astype(float), starts[:-1])
+    counts = np.add.reduceat(good.astype(float), firsts[:-1])
     return BlockGram(matrices, counts, _fold_schemes(evidence.n_blocks), white_n2)
+
+
+def _orthonormal(columns: Floats) -> Floats:
+    """Orthonormal basis of the columns' span, nearly dependent ones left out."""
+    size = np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
+    left, singular, _ = np.linalg.svd(columns / size, full_matrices=False)
+    basis: Floats = left[:, singular > 1e-6 * singular[0]]
+    return basis
 
 
 def _fold_schemes(n_blocks: int) -> Floats:

@@ -21,6 +21,7 @@ CLOSE = 0.4  # of the own squared error: a difference this small is none
 ALIKE = 0.9  # of the squared error removed
 NEIGHBOUR_CLOSE = 1.0  # the same for neighbours
 NEIGHBOUR_ALIKE = 0.8
+LEAST_ALIKE = 0.3  # whatever the difference in N: less than this is another matter
 UNSURE_ALIKE = 0.6  # the same where the difference is not sure block by block
 FAINT = 0.1  # of the own squared error: an effect that removes less looks like nothing at all
 SURE = 2.5  # standard errors of the difference per block
@@ -40,7 +41,7 @@ def _alike(scored: Scored, other: Scored, own_n: float) -> bool:
     share = other.gain / scored.gain
     close, alike = (NEIGHBOUR_CLOSE, NEIGHBOUR_ALIKE) if near else (CLOSE, ALIKE)
     unsure = gain_t(other.fit, scored.fit) < SURE and share >= UNSURE_ALIKE
-    return share >= alike or unsure or (gap <= close and share >= 0.3)
+    return share <= 1 / alike and (share >= alike or unsure or (gap <= close and share >= LEAST_ALIKE))
 
 
 def neighbours(one: str, other: str) -> bool:

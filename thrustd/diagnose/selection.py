@@ -36,6 +36,7 @@ SHAPE_COST = 0.04  # of the own squared error per free shape parameter: of two a
 POLISH = 6  # candidates polished per round
 NEAR = 1.35  # ... whose held-back error is within this factor of the best
 VARIANT = 0.97  # another formulation of an effect must be this much better than the effect itself
+BESIDE = 1e-6  # ridge of effects found before
 RIDGES = (0.003, 0.03, 0.3, 3.0)  # of the re-estimated present parameters; the best on held-back blocks counts
 MOST = 3  # effects found at most
 
@@ -83,6 +84,7 @@ def look(
     output_n = evidence.output(spec)
     residual_n = evidence.reference_n - output_n
     present = evidence.jacobian(spec)
+    starts = evidence.starts(spec)
     beside = _tangents(spec, added, evidence, output_n)
     rough: list[Candidate] = []
     for i, effect in enumerate(effects):
@@ -90,14 +92,16 @@ def look(
         rough += candidates(effect, spec, evidence, output_n)
     curves = free_curves(evidence, output_n)
     white_n2 = evidence.white_n2(spec)
-    table = _Table.of(evidence, residual_n, present, beside, rough, curves, white_n2)
+    table = _Table.of(evidence, residual_n, present, beside, rough, curves, white_n2, starts)
     first = table.scored(rough)
     _tell(progress, 0.75, "polish")
     fine = [
-        polished(s.candidate, spec, evidence, output_n, beside) if _matters(s, first, i) else s.candidate
+        polished(s.candidate, spec, evidence, output_n, np.column_stack((beside, starts)))
+        if _matters(s, first, i)
+        else s.candidate
         for i, s in enumerate(first)
     ]
-    last = _Table.of(evidence, residual_n, present, beside, fine, [], white_n2)
+    last = _Table.of(evidence, residual_n, present, beside, fine, [], white_n2, starts)
     _tell(progress, 1.0, "")
     return Round(
         spec,
@@ -178,22 +182,23 @@ class _Table:
         chosen: Sequence[Candidate],
         curves: Sequence[FreeCurve],
         white_n2: float,
+        starts: Floats,
     ) -> "_Table":
         groups = [*(c.columns for c in chosen), *(c.columns for c in curves)]
         ends = np.cumsum([1] + [g.shape[1] for g in (present, beside, *groups)])
         places = [list(range(a, b)) for a, b in pairwise(ends)]
-        gram = block_gram(evidence, residual_n, np.column_stack((present, beside)), groups, white_n2)
+        gram = block_gram(evidence, residual_n, np.column_stack((present, beside)), groups, white_n2, starts)
         n = len(chosen)
         return _Table(gram, places[0], places[1], places[2 : 2 + n], places[2 + n :])
 
     def before(self, schemes: int = 2) -> Fit:
-        return held_out_fit(self.gram, self.beside, [0.0] * len(self.beside), schemes)
+        return held_out_fit(self.gram, self.beside, [BESIDE] * len(self.beside), schemes)
 
     def absorbed(self, extra: Sequence[int]) -> Fit:
         """With the present parameters re-estimated, held back by the ridge that predicts best."""
         at = [*self.present, *self.beside, *extra]
         free = len(self.beside) + len(extra)
-        fits = [held_out_fit(self.gram, at, [ridge] * len(self.present) + [0.0] * free) for ridge in RIDGES]
+        fits = [held_out_fit(self.gram, at, [ridge] * len(self.present) + [BESIDE] * free) for ridge in RIDGES]
         return min(fits, key=lambda fit: fit.mse)
 
     def scored(self, chosen: Sequence[Candidate], absorbed: bool = False) -> list[Scored]:
@@ -203,7 +208,7 @@ class _Table:
         for candidate, columns in zip(chosen, self.candidates, strict=True):
             if not float(self.gram.size[columns].min()) > 0:
                 continue
-            fit = held_out_fit(self.gram, [*self.beside, *columns], [0.0] * (len(self.beside) + len(columns)))
+            fit = held_out_fit(self.gram, [*self.beside, *columns], [BESIDE] * len(self.beside) + [0.0] * len(columns))
             if candidate.impossible(fit.beta[len(self.beside) :]):
                 fit = before
             with_present = self.absorbed(columns) if absorbed else None

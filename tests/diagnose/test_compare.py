@@ -1,0 +1,72 @@
+"""Compare: the numbers are right, and where it fails is said in words."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import NOISE_N, inertia, mount, record
+from thrustd.diagnose.compare import compare
+from thrustd.diagnose.failures import where_it_fails
+from thrustd.diagnose.regions import regions_of
+
+
+def test_a_right_model_leaves_the_noise():
+    c = compare({"mount": mount()}, [record()], load_cell_std_n=NOISE_N).comparisons[0]
+    assert c.rmse_n == pytest.approx(NOISE_N, rel=0.03)
+    assert c.rmse_in_noise == pytest.approx(1.0, rel=0.03)
+    assert abs(c.bias_n) < 1.0
+    assert c.fit_pct > 99.0
+    assert all(abs(value) < 0.05 for value in c.autocorrelation.values())
+
+
+def test_the_worst_error_is_found_with_its_time():
+    data = record()
+    force = data["force_N"].copy()
+    force[1000] += 500.0
+    c = compare({"mount": mount()}, [data.with_channels(force_N=force)]).comparisons[0]
+    assert c.worst_at_s == pytest.approx(50.0)
+    assert c.worst_n == pytest.approx(500.0, abs=60.0)
+
+
+def test_a_failure_is_named_in_words_with_its_shares():
+    wrong = record(added=lambda d: np.where(d["temperature_degC"] > 34.0, 100.0, 0.0))
+    c = compare({"mount": mount()}, [wrong]).comparisons[0]
+    first = c.where_it_fails[0]
+    assert "temperature above" in first.words
+    assert first.share_of_squared_error > 0.8
+    assert "% of the squared error in" in first.sentence
+
+
+def test_an_even_error_fails_nowhere():
+    rng = np.random.default_rng(0)
+    force = np.linspace(0, 6000, 20_000)
+    assert where_it_fails(regions_of(force, 0.05, {}), rng.normal(0, 10, 20_000)) == []
+
+
+def test_shares_of_a_dimension_add_up():
+    c = compare({"mount": mount()}, [record([inertia(150.0)])]).comparisons[0]
+    for dimension in {r.dimension for r in c.regions}:
+        lines = [r for r in c.regions if r.dimension == dimension]
+        assert sum(r.share_of_time for r in lines) == pytest.approx(1.0)
+        assert sum(r.share_of_squared_error for r in lines) == pytest.approx(1.0)
+
+
+def test_several_models_and_recordings_side_by_side(tmp_path):
+    models = {"without": mount(), "with": mount(effects=[inertia(150.0)])}
+    report = compare(models, [record([inertia(150.0)], name="one"), record([inertia(150.0)], seed=3, name="two")])
+    data = json.loads(json.dumps(report.to_json()))
+    assert [(c["model"], c["recording"]) for c in data["comparisons"]] == [
+        ("without", "one"),
+        ("without", "two"),
+        ("with", "one"),
+        ("with", "two"),
+    ]
+    assert {"rmse_n", "mae_n", "bias_n", "fit_pct", "worst", "regions"} <= set(data["comparisons"][0])
+    assert data["comparisons"][2]["rmse_n"] < data["comparisons"][0]["rmse_n"]
+
+
+def test_pictures_are_written(tmp_path):
+    paths = compare({"mount": mount()}, [record(n=4000)]).pictures(tmp_path / "pictures")
+    assert len(paths) == 5
+    assert all(path.stat().st_size > 5000 for path in paths)
