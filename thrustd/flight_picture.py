@@ -110,6 +110,9 @@ def _draw(above: "Axes", below: "Axes", p: NDArray[np.float64]) -> None:
         spread = np.nanpercentile(np.abs(np.concatenate(((brochure - truth)[settled], band[settled]))), 98)
         if isfinite(spread):
             below.set_ylim(-1.6 * spread, 1.6 * spread)
+    shown = np.concatenate((thrust, truth[known]))
+    reach = float(np.ptp(shown)) or 1.0
+    above.set_ylim(shown.min() - 0.08 * reach, shown.max() + 0.12 * reach)
     for axis in (above, below):
         axis.grid(alpha=0.3, lw=0.5)
         axis.margins(x=0)

@@ -1,7 +1,7 @@
 """The verb simulate: the twin makes a flight, a bench record or a hidden-effect exercise, or plays on real wires."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +82,7 @@ def _bench(arguments: argparse.Namespace) -> dict[str, Any]:
     from thrustd.twin import bench
     from thrustd.twin.mount import LOWER, UPPER
 
-    makers = {
+    makers: dict[str, Callable[..., Any]] = {
         "steps": bench.step_bench, "sine": bench.sine_bench, "multisine": bench.multisine_bench,
         "weight": bench.weight_bench,
     }  # fmt: skip

@@ -21,6 +21,7 @@ from thrustd.model.effect import SITES, Effect
 from thrustd.model.effects import effect_named
 from thrustd.model.linear import sections
 from thrustd.model.stage import Floats, Stage, compose
+from thrustd.signals import CATALOGUE
 
 WITNESS_TOLERANCE_N = 1e-6  # another processor or library may round differently; a wrong model differs by newtons
 _BLOCK = 65536  # samples per block: keeps memory flat
@@ -144,6 +145,19 @@ def compile_model(spec: ModelSpec, rate_hz: float) -> CompiledModel:
     quiet = np.zeros(len(channels))
     model.step(model.start(quiet), quiet[1:], 0.0)  # compile now: in flight nothing may
     return model
+
+
+def rate_difference_n(one: CompiledModel, other: CompiledModel) -> float:
+    """Largest difference, N, of one model compiled at two rates, over a minute of throttle movement."""
+    common_s = np.arange(0.0, 60.0, 1.0)
+    forces = []
+    for model in (one, other):
+        time_s = np.arange(round(60.0 * model.rate_hz)) / model.rate_hz
+        low, high = model.spec.valid.deformation_mm
+        inputs = np.tile([CATALOGUE[n].rest if n in CATALOGUE else 0.0 for n in model.channels], (time_s.size, 1))
+        inputs[:, 0] = low + (high - low) * (0.5 - 0.5 * np.cos(2 * np.pi * time_s / 20.0))
+        forces.append(np.interp(common_s, time_s, model.simulate(inputs)))
+    return float(np.max(np.abs(forces[0] - forces[1])))
 
 
 def witness_of(spec: ModelSpec, rate_hz: float, channels: Mapping[str, Floats]) -> Witness:

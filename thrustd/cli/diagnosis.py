@@ -1,0 +1,167 @@
+"""The loop on the command line: compare, diagnose, extend, and the shelf of effects."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from thrustd.cli.files import read_deck, read_models, read_recordings, split_models
+from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+
+if TYPE_CHECKING:
+    from thrustd.model.effect import Effect
+
+
+def add_verbs(verbs: Verbs) -> None:
+    compare = add_verb(
+        verbs, "compare", compare_verb, "compare models with measurements: how wrong, and where",
+        "thrustd compare mount.json measured.csv --pictures out/compare",
+    )  # fmt: skip
+    compare.add_argument("files", type=Path, nargs="+", metavar="FILE", help="models (.json) and recordings")
+    _add_reference(compare)
+    compare.add_argument("--load-cell-std", type=float, metavar="N", help="noise of the reference, one sigma")
+    compare.add_argument("--pictures", type=Path, metavar="FOLDER", help="write the pictures here")
+    add_json(compare)
+
+    diagnose = add_verb(
+        verbs, "diagnose", diagnose_verb, "find the absent effect that explains what a model leaves",
+        "thrustd diagnose mount.json measured.csv",
+    )  # fmt: skip
+    _add_model_and_data(diagnose)
+    _add_effects(diagnose, "judge this effect as well (a name or an expression over channels); may be repeated")
+    diagnose.add_argument("--pictures", type=Path, metavar="FOLDER", help="draw the dependence that is left here")
+    add_json(diagnose)
+
+    extend = add_verb(
+        verbs, "extend", extend_verb, "add an effect to a model and estimate it; refused unless held-back error falls",
+        "thrustd extend mount.json measured.csv --effect axial_inertia -o better.json",
+    )  # fmt: skip
+    _add_model_and_data(extend)
+    _add_effects(extend, "effect to add: a name or an expression over channels; may be repeated")
+    extend.add_argument("-o", "--out", type=Path, required=True, help="model to write")
+    add_json(extend)
+
+    effects = add_verb(
+        verbs, "effects", effects_verb, "list the physical effects, or explain one", "thrustd effects axial_inertia"
+    )
+    effects.add_argument("name", nargs="?", help="effect to explain")
+    effects.add_argument("--picture", type=Path, help="with a name: PNG of its signature")
+    add_json(effects)
+
+
+def compare_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.diagnose.compare import compare
+
+    models, data = split_models(arguments.files)
+    specs, records = read_models(models), read_recordings(data)
+    with progress("compare") as advance:
+        report = compare(
+            specs,
+            records,
+            against=arguments.against,
+            mount=arguments.mount,
+            deck=read_deck(arguments.deck) if arguments.against == "brochure" else None,
+            load_cell_std_n=arguments.load_cell_std,
+            progress=lambda share, what: advance(share),
+        )
+    _show(report, arguments)
+    if arguments.pictures is not None:
+        for path in report.pictures(arguments.pictures):
+            note(f"picture: {path}")
+    return 0
+
+
+def diagnose_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.diagnose.diagnose import diagnose
+
+    (spec,) = read_models([arguments.model]).values()
+    records, extra = read_recordings(arguments.data), _effects(arguments)
+    with progress(f"diagnose {arguments.model.name}") as advance:
+        report = diagnose(
+            spec,
+            records,
+            name=arguments.model.stem,
+            against=arguments.against,
+            mount=arguments.mount,
+            deck=read_deck(arguments.deck) if arguments.against == "brochure" else None,
+            extra=extra,
+            progress=lambda share, what: advance(share),
+        )
+    _show(report, arguments)
+    if arguments.pictures is not None:
+        for path in report.pictures(arguments.pictures):
+            note(f"picture: {path}")
+    return 0
+
+
+def extend_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.cli.files import write_model_file
+    from thrustd.diagnose.extend import extend
+    from thrustd.errors import UsageError
+
+    effects = _effects(arguments)
+    if not effects:
+        raise UsageError("thrustd extend: --effect is missing; expected a name (see thrustd effects) or an expression")
+    (spec,) = read_models([arguments.model]).values()
+    with progress(f"extend {arguments.model.name}") as advance:
+        report = extend(
+            spec,
+            read_recordings(arguments.data),
+            effects,
+            name=arguments.out.stem,
+            against=arguments.against,
+            mount=arguments.mount,
+            deck=read_deck(arguments.deck) if arguments.against == "brochure" else None,
+            progress=lambda share, what: advance(share),
+        )
+    write_model_file(report.spec, arguments.out)
+    _show(report, arguments)
+    note(f"written: {arguments.out}")
+    return 0
+
+
+def effects_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.diagnose.effect_card import card_json, card_picture, card_text, shelf_text
+    from thrustd.model.effects import effect_named, shelf
+
+    chosen = [effect_named(arguments.name)] if arguments.name else list(shelf().values())
+    if arguments.json:
+        print_json([card_json(effect) for effect in chosen])
+    else:
+        print(card_text(chosen[0]) if arguments.name else shelf_text())
+    if arguments.name and arguments.picture:
+        note(f"picture: {card_picture(chosen[0], arguments.picture)}")
+    return 0
+
+
+def _show(report: Any, arguments: argparse.Namespace) -> None:
+    if arguments.json:
+        print_json(report.to_json())
+        return
+    from rich.console import Console
+
+    report.print(Console())
+
+
+def _add_model_and_data(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, help="model artifact (.json)")
+    parser.add_argument("data", type=Path, nargs="+", help="recordings (CSV, Parquet, MCAP, npz, mat)")
+    _add_reference(parser)
+
+
+def _add_reference(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--against", default="", metavar="COLUMN", help="reference: a column, or 'brochure'")
+    parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
+    parser.add_argument("--deck", type=Path, default=Path("models/brochure/jt15d-4.json"), help="brochure deck")
+
+
+def _add_effects(parser: argparse.ArgumentParser, words: str) -> None:
+    parser.add_argument("--effect", action="append", default=[], metavar="NAME|EXPRESSION", help=words)
+    parser.add_argument("--effect-file", action="append", default=[], type=Path, help="Python file with an EFFECT")
+
+
+def _effects(arguments: argparse.Namespace) -> list["Effect"]:
+    from thrustd.diagnose.effect_file import load_effect_file
+    from thrustd.model.effects import effect_named
+
+    own = [effect for path in arguments.effect_file for effect in load_effect_file(path)]
+    return [*own, *map(effect_named, arguments.effect)]

@@ -1,0 +1,74 @@
+"""Files named on the command line: read them, or say in one line why not."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from thrustd.errors import UsageError
+
+if TYPE_CHECKING:
+    from thrustd.brochure.deck import Deck
+    from thrustd.model.artifact import ModelSpec
+    from thrustd.records.recording import Recording
+
+
+def read_text(path: Path) -> str:
+    try:
+        return path.read_text()
+    except UnicodeDecodeError:
+        raise UsageError(f"{path}: not a text file") from None
+    except OSError as problem:
+        raise UsageError(f"{path}: cannot be read: {problem.strerror}") from None
+
+
+def split_models(files: Sequence[Path]) -> tuple[list[Path], list[Path]]:
+    """Model artifacts (.json) and recordings (anything else); at least one of each."""
+    models = [path for path in files if path.suffix == ".json"]
+    data = [path for path in files if path.suffix != ".json"]
+    if not models or not data:
+        raise UsageError(
+            f"{len(models)} models (.json) and {len(data)} recordings given; expected at least one of each"
+        )
+    return models, data
+
+
+def read_models(paths: Sequence[Path]) -> dict[str, "ModelSpec"]:
+    """Models by file name without suffix; a name given twice gets its folder in front."""
+    from thrustd.model.artifact import read_model
+
+    specs = {}
+    for path in paths:
+        name = path.stem if path.stem not in specs else str(path.with_suffix(""))
+        specs[name] = read_model(read_text(path), str(path))
+    return specs
+
+
+def read_recordings(paths: Sequence[Path]) -> list["Recording"]:
+    from thrustd.records.files import read_recording
+
+    return [read_recording(path) for path in paths]
+
+
+def read_deck(path: Path) -> "Deck":
+    from thrustd.brochure.deck import Deck
+
+    return Deck.from_json(read_text(path), str(path))
+
+
+def write_model_file(spec: "ModelSpec", path: Path) -> None:
+    """Written whole or not at all."""
+    from thrustd.model.artifact import write_model
+
+    write_text(path, write_model(spec))
+
+
+def write_text(path: Path, text: str) -> None:
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_text(text)
+        os.replace(part, path)
+    except OSError as problem:
+        raise UsageError(f"{path}: cannot be written: {problem.strerror}") from None
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,166 @@
+"""Verbs that make models and decks: identify, plan-test, compile, brochure."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from thrustd.cli.files import read_models, read_recordings, read_text, write_model_file, write_text
+from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.errors import UsageError
+
+
+def add_verbs(verbs: Verbs) -> None:
+    identify = add_verb(
+        verbs, "identify", identify_verb, "estimate models from bench records, score them on other records",
+        "thrustd identify bench.csv --validate other.csv -o mount.json\n"
+        "  thrustd identify bench.parquet --validate other.parquet --all -o mount.json",
+    )  # fmt: skip
+    identify.add_argument("records", type=Path, nargs="+", help="bench records with deformation_mm and force_N")
+    identify.add_argument("--validate", type=Path, nargs="+", default=[], help="records that are not fitted to")
+    identify.add_argument("-o", "--out", type=Path, required=True, help="model artifact to write")
+    identify.add_argument("--structure", action="append", default=[], help="structure to fit (default hw-pwl)")
+    identify.add_argument("--all", action="store_true", help="fit every structure of the thesis, side by side")
+    identify.add_argument("--order", default="6", help="order of the linear block, or 'auto' (default 6)")
+    identify.add_argument("--segments", type=int, default=10, help="segments of both curves (default 10)")
+    add_json(identify)
+
+    plan = add_verb(
+        verbs, "plan-test", plan_verb, "write a bench programme for the rig",
+        "thrustd plan-test multisine --hours 2 -o out/programme.csv",
+    )  # fmt: skip
+    plan.add_argument("programme", choices=("steps", "multisine", "sweep", "weight"))
+    plan.add_argument("-o", "--out", type=Path, required=True, help="CSV to write: time_s, force_N (, accel_z_g)")
+    plan.add_argument("--hours", type=float, default=8.0)
+    plan.add_argument("--low", type=float, default=400.0, metavar="N", help="smallest force (default 400)")
+    plan.add_argument("--high", type=float, default=6500.0, metavar="N", help="largest force (default 6500)")
+    plan.add_argument("--seed", type=int, default=0)
+
+    compile_ = add_verb(
+        verbs, "compile", compile_verb, "discretise a model for a sample rate and prove it against its artifact",
+        "thrustd compile models/left-upper.json --rate 1000",
+    )  # fmt: skip
+    compile_.add_argument("model", type=Path)
+    compile_.add_argument("--rate", type=float, required=True, metavar="HZ", help="sample rate of the ADC")
+    add_json(compile_)
+
+    brochure = add_verb(
+        verbs, "brochure", brochure_verb, "fit the per-engine curves of a brochure deck to recorded flights",
+        "thrustd brochure fit flight1.npz flight2.npz -o models/brochure/my-engines.json",
+    )  # fmt: skip
+    brochure.add_argument("action", choices=("fit",))
+    brochure.add_argument("flights", type=Path, nargs="+")
+    brochure.add_argument("-o", "--out", type=Path, required=True, help="deck to write")
+    brochure.add_argument("--base", type=Path, default=Path("models/brochure/jt15d-4.json"), help="deck to start from")
+    brochure.add_argument(
+        "--pairs", type=Path, help="pairs of the brochure program (CSV): refit the thrust surface too"
+    )
+    add_json(brochure)
+
+
+def identify_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.identify.identify import identify
+    from thrustd.identify.structures import shelf
+
+    train, validate = read_recordings(arguments.records), read_recordings(arguments.validate)
+    names = list(shelf()) if arguments.all else arguments.structure or ["hw-pwl"]
+    settings, choices = _settings(arguments, train)
+    with progress("identify") as advance:
+        done = 0
+
+        def heard(what: str, rmse_n: float) -> None:
+            advance(min(0.99, done / len(names)))
+
+        found = identify(train, validate, names, settings, arguments.out.stem, heard)
+    write_model_file(found.spec, arguments.out)
+    if arguments.json:
+        print_json(found.to_json() | ({"order": choices.to_json()} if choices is not None else {}))
+    else:
+        from rich.console import Console
+
+        if choices is not None:
+            Console().print(choices.table())
+        found.print(Console())
+    note(f"written: {arguments.out} ({found.spec.structure})")
+    return 0
+
+
+def _settings(arguments: argparse.Namespace, train: list[Any]) -> tuple[Any, Any]:
+    """(settings, table of choices or None); --order auto chooses by held-out blocks."""
+    from thrustd.identify.fit_hw_pwl import HwSettings
+
+    if not 1 <= arguments.segments <= 100:
+        raise UsageError(f"--segments {arguments.segments}: expected 1 to 100")
+    if arguments.order == "auto":
+        from thrustd.identify.order import choose_order
+
+        with progress("order"):
+            chosen = choose_order(train)
+        return chosen.settings, chosen
+    if not (arguments.order.isdecimal() and 1 <= int(arguments.order) <= 20):
+        raise UsageError(f"--order {arguments.order}: expected 1 to 20, or auto")
+    segments = arguments.segments
+    return HwSettings(order=int(arguments.order), input_segments=segments, output_segments=segments), None
+
+
+def plan_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.identify.plan_test import BenchPlan, as_csv, programme
+
+    plan = BenchPlan(hours=arguments.hours, low_n=arguments.low, high_n=arguments.high, seed=arguments.seed)
+    columns = programme(arguments.programme, plan)
+    write_text(arguments.out, as_csv(columns))
+    print(f"{arguments.out}: {arguments.programme}, {arguments.hours:g} h, {len(columns['time_s'])} rows")
+    return 0
+
+
+def compile_verb(arguments: argparse.Namespace) -> int:
+    import numpy as np
+
+    from thrustd.model.compile import check_witness, compile_model, rate_difference_n
+
+    (spec,) = read_models([arguments.model]).values()
+    if not 1 <= arguments.rate <= 100_000:
+        raise UsageError(f"--rate {arguments.rate:g}: expected 1 to 100000 Hz")
+    check_witness(spec, str(arguments.model))
+    assert spec.witness is not None  # check_witness refuses a model without
+    own, other = compile_model(spec, spec.witness.rate_hz), compile_model(spec, arguments.rate)
+    difference_n = rate_difference_n(own, other)
+    report = {
+        "model": str(arguments.model),
+        "rate_hz": arguments.rate,
+        "witness_rows": len(spec.witness.force_n),
+        "states": int(other.start(np.zeros(len(other.channels))).size),
+        "channels": list(other.channels),
+        "worst_difference_between_rates_n": difference_n,
+    }
+    if arguments.json:
+        print_json(report)
+    else:
+        print(
+            f"{arguments.model}: {len(spec.witness.force_n)} witness rows reproduced; channels {', '.join(other.channels)}"
+        )
+        print(f"at {arguments.rate:g} Hz within {difference_n:.2g} N of the same model at {spec.witness.rate_hz:g} Hz")
+    return 0
+
+
+def brochure_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.identify.brochure_fit import fit_deck_file, report_lines
+
+    read_text(arguments.base)
+    with progress("brochure fit"):
+        fit = fit_deck_file(arguments.flights, arguments.out, arguments.base, arguments.pairs)
+    rows = report_lines(fit)
+    if arguments.json:
+        print_json({"deck": str(arguments.out), "leave_one_flight_out": rows})
+        return 0
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("engine", "flight left out", "error of N1 route, %", "N2, %", title="leave one flight out")
+    for row in rows:
+        n2 = row["n2_left_out_error_pct"]
+        table.add_row(
+            row["engine"], row["flight"], f"{row['n1_left_out_error_pct']:.2f}", "-" if n2 is None else f"{n2:.2f}"
+        )
+    Console().print(table)
+    note(f"written: {arguments.out}")
+    return 0
