@@ -16,15 +16,18 @@ from thrustd.errors import RecordingError
 from thrustd.identify import linear_start
 from thrustd.identify.hw_merge import merged
 from thrustd.identify.hw_search import (
+    BEND_STD,
     Point,
     Signal,
     choose_samples,
     normal_equations,
+    prior_variance,
+    residual_of,
     search,
     simulate,
-    slow_variance,
     with_priors,
 )
+from thrustd.identify.hw_shapes import Shape, directions_of, knots_of
 from thrustd.identify.hw_theta import Layout
 from thrustd.identify.linear_start import Poles
 from thrustd.identify.segments import DEFORMATION, Segment, segments_of
@@ -40,6 +43,9 @@ FASTEST = 0.3  # of a sample period: shortest time constant
 SLOWEST = 3.0  # of the longest segment: longest time constant
 HEAT = 3  # iterations of every starting point before the best go on
 FINALISTS = 2
+CROSSINGS = 150  # of the input's range: with fewer, curves of fifty numbers follow single excursions
+SMOOTHER = (5.0, 1.0, 0.2)  # priors to choose from then, in units of BEND_STD
+TRAIN_SHARE = 0.75  # of every segment for that choice
 SMALL = 200_000  # samples: passes are cheap, iterate to the end
 TINY_GAIN = 1e-3
 
@@ -51,6 +57,8 @@ class HwSettings:
     order: int = 6
     input_segments: int = 10
     output_segments: int = 10
+    input_shape: Shape = "pwl"
+    output_shape: Shape = "pwl"
     surplus: float = 2.0  # start with so many times the segments, then merge
     iterations: int = 25
 
@@ -91,13 +99,68 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
     say = _scaled(progress, units)
     point = _best_start(segments, units, settings, limits, say)
     coarse = _signals(segments, units, COARSE_ROWS)
-    point, _ = search(point, coarse, limits, settings.iterations, 1e-3, say("all data"))
+    excursions = crossings(segments)
+    if settings.input_shape == settings.output_shape == "pwl" and excursions < CROSSINGS:
+        point = smoothest(point, coarse, settings, limits, excursions, say("smoothness"))
+    point, _ = _search(point, coarse, settings, limits, settings.iterations, 1e-3, say("all data"))
     point = _fewer_knots(point, coarse, settings, limits, say)
     small = sum(map(len, segments)) < SMALL
     for rows, count, stall in ((MIDDLE_ROWS, 20 if small else 4, 2e-4), (FINE_ROWS, 3, 1e-4)):
         signals = _signals(segments, units, rows)
-        point, variance = search(point, signals, limits, count, stall, say("fine"))
+        point, variance = _search(point, signals, settings, limits, count, stall, say("fine"))
     return HwFit(point, units, segments, float(np.sqrt(variance)) * units.y_span, limits)
+
+
+def crossings(segments: Sequence[Segment]) -> float:
+    """How often the input travels its whole range: path of hundred-sample means over the range."""
+    means = []
+    for segment in segments:
+        u = segment.inputs[DEFORMATION]
+        width = max(1, min(100, len(u) // 50))
+        means.append(u[: len(u) // width * width].reshape(-1, width).mean(axis=1))
+    low, high = min(float(m.min()) for m in means), max(float(m.max()) for m in means)
+    return sum(float(np.abs(np.diff(m)).sum()) for m in means) / max(high - low, 1e-300)
+
+
+def smoothest(
+    point: Point,
+    signals: list[Signal],
+    settings: HwSettings,
+    limits: tuple[float, float],
+    excursions: float,
+    say: Callable[[float], None] | None,
+) -> Point:
+    """The prior on bends that predicts the last quarter of every segment best when fitted to the rest."""
+    cuts = [round(TRAIN_SHARE * len(signal.u)) for signal in signals]
+    seen = [replace(s, chosen=s.chosen[s.chosen < cut]) for s, cut in zip(signals, cuts, strict=True)]
+    new = [replace(s, chosen=s.chosen[s.chosen >= cut]) for s, cut in zip(signals, cuts, strict=True)]
+    logs = point.theta[point.layout.poles]
+    n_real = point.layout.n_real
+    poles = Poles(np.exp(logs[:n_real]), np.exp(logs[n_real:]).reshape(-1, 2))
+    first = starting_point(poles, seen, settings, sum(len(s.chosen) for s in seen))
+
+    def held_out(begun: Point) -> tuple[float, Point]:
+        found, _ = _search(begun, seen, settings, limits, 4 * HEAT, 1e-3, say)
+        errors = np.concatenate([residual_of(found, i, signal) for i, signal in enumerate(new)])
+        return float(np.mean(errors**2)), found
+
+    tried = [held_out(first)]
+    misfit = tried[0][0] / (2 * excursions)
+    tried += [held_out(replace(first, bend_std=BEND_STD * factor, misfit=misfit)) for factor in SMOOTHER]
+    return min(tried, key=lambda result: result[0])[1]
+
+
+def _search(
+    point: Point,
+    signals: list[Signal],
+    settings: HwSettings,
+    limits: tuple[float, float],
+    iterations: int,
+    stall: float,
+    say: Callable[[float], None] | None,
+) -> tuple[Point, float]:
+    directions = directions_of(point, settings.input_shape, settings.output_shape)
+    return search(point, signals, limits, iterations, stall, say, directions)
 
 
 def units_of(segments: Sequence[Segment]) -> Units:
@@ -151,13 +214,13 @@ def _best_start(
     trial = [_signal(part, units, max(1, len(part) // COARSE_ROWS))]
     count = sum(len(signal.chosen) for signal in _signals(segments, units, FINE_ROWS))
     tried = [
-        search(starting_point(poles, trial, settings, count), trial, limits, HEAT, 1e-3, say("starts"))
+        _search(starting_point(poles, trial, settings, count), trial, settings, limits, HEAT, 1e-3, say("starts"))
         for poles in candidates(trial[0], settings.order)
     ]
     tried.sort(key=lambda result: result[1])
-    finals = [search(point, trial, limits, 3 * HEAT, 1e-3, say("starts")) for point, _ in tried[:FINALISTS]]
+    finals = [_search(point, trial, settings, limits, 3 * HEAT, 1e-3, say("starts")) for point, _ in tried[:FINALISTS]]
     best = min(finals, key=lambda result: result[1])[0]
-    return Point(best.layout, best.theta, np.zeros((len(segments), best.layout.width)))
+    return replace(best, starts=np.zeros((len(segments), best.layout.width)))
 
 
 def candidates(signal: Signal, order: int) -> list[Poles]:
@@ -180,8 +243,8 @@ def starting_point(poles: Poles, signals: list[Signal], settings: HwSettings, co
     """f = identity, gains by linear least squares for these poles, h = the straight line; knots between even and
     quantile spacing, as many as the data bear."""
     most = max(2, count // ROWS_PER_KNOT // 4)
-    n_f = min(most, round(settings.surplus * settings.input_segments)) + 1
-    n_h = min(most, round(settings.surplus * settings.output_segments)) + 1
+    n_f = knots_of(settings.input_shape, min(most, round(settings.surplus * settings.input_segments)))
+    n_h = knots_of(settings.output_shape, min(most, round(settings.surplus * settings.output_segments)))
     layout = Layout(n_f, len(poles.tau_s), len(poles.pairs), n_h)
     theta = np.zeros(layout.size)
     theta[layout.fx] = _knots(signals[0].u, n_f)
@@ -224,14 +287,14 @@ def _linear_fit(point: Point, signals: list[Signal]) -> Point:
     theta = point.theta.copy()
     theta[layout.gains] = found[:-2] / slope
     theta[layout.c] = gain / slope
-    return _fitted_output(Point(layout, theta, point.starts), signals, slope, level)
+    return _fitted_output(replace(point, theta=theta), signals, slope, level)
 
 
 def _fitted_output(point: Point, signals: list[Signal], slope: float, level: float) -> Point:
     """h as a straight line over the range that x takes."""
     layout, theta = point.layout, point.theta.copy()
     theta[layout.hx] = theta[layout.hy] = np.linspace(-1, 1, layout.n_h)
-    straight = Point(layout, theta, point.starts)
+    straight = replace(point, theta=theta)
     x = np.concatenate([simulate(straight, i, signal) for i, signal in enumerate(signals)])
     theta[layout.hx] = _knots(x[:: max(1, len(x) // 50_000)], layout.n_h)
     theta[layout.hy] = level + slope * theta[layout.hx]
@@ -246,11 +309,13 @@ def _fewer_knots(
     say: Callable[[str], Callable[[float], None] | None],
 ) -> Point:
     """Merge in rounds, a third of the surplus at a time, re-fitting in between."""
-    n_f = min(point.layout.n_f, settings.input_segments + 1)
-    n_h = min(point.layout.n_h, settings.output_segments + 1)
+    n_f, n_h = point.layout.n_f, point.layout.n_h
+    n_f = min(n_f, settings.input_segments + 1) if settings.input_shape == "pwl" else n_f
+    n_h = min(n_h, settings.output_segments + 1) if settings.output_shape == "pwl" else n_h
     while point.layout.n_f > n_f or point.layout.n_h > n_h:
-        normal, _ = with_priors(point, normal_equations(point, signals), slow_variance(point, signals))
+        normal, _ = with_priors(point, normal_equations(point, signals), prior_variance(point, signals))
         f_next = max(n_f, point.layout.n_f - max(1, (point.layout.n_f - n_f + 2) // 3))
         h_next = max(n_h, point.layout.n_h - max(1, (point.layout.n_h - n_h + 2) // 3))
-        point, _ = search(merged(point, normal, f_next, h_next), signals, limits, 3, 1e-3, say("merging"))
+        fewer = merged(point, normal, f_next, h_next)
+        point, _ = _search(fewer, signals, settings, limits, 3, 1e-3, say("merging"))
     return point

@@ -5,6 +5,8 @@ the knot's distance from that line, the cost rises by (e' theta)^2 / (e' M^-1 e)
 adjusted (a Wald statistic). The cheapest ones go, never two neighbours at once.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from thrustd.identify.hw_search import Normal, Point, bend_rows, free_columns
@@ -38,7 +40,7 @@ def merged(point: Point, normal: Normal, n_f: int, n_h: int) -> Point:
     for part, out in ((layout.fy, f_out), (layout.fx, f_out), (layout.hy, h_out), (layout.hx, h_out)):
         kept[part.start + 1 + out] = False
     smaller = Layout(layout.n_f - len(f_out), layout.n_real, layout.n_complex, layout.n_h - len(h_out))
-    return Point(smaller, point.theta[kept], point.starts)
+    return replace(point, layout=smaller, theta=point.theta[kept])
 
 
 def _cheapest(costs: Floats, count: int) -> Floats:

@@ -6,7 +6,7 @@ knots straight where there is no data, and initial states near rest; they weigh 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +39,17 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Where the search stands. starts (n_segments, width): initial deviations from rest."""
+    """Where the search stands. starts (n_segments, width): initial deviations from rest.
+
+    bend_std: prior, see above. misfit: squared error of the structure itself per excursion of the input, found on
+    held-out data; priors are weighed against it where the residual, having followed those excursions, is less.
+    """
 
     layout: Layout
     theta: Floats
     starts: Floats
+    bend_std: float = BEND_STD
+    misfit: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +109,11 @@ def slow_variance(point: Point, signals: Sequence[Signal]) -> float:
     length = max(1, len(residual) // COLOUR_BLOCKS)
     means = residual[: len(residual) // length * length].reshape(-1, length).mean(axis=1)
     return float(max(np.mean(residual**2), length * np.mean(means**2)))
+
+
+def prior_variance(point: Point, signals: Sequence[Signal]) -> float:
+    """What priors are weighed against: the residual's slow variance, or the structure's known misfit."""
+    return max(slow_variance(point, signals), point.misfit * sum(len(signal.chosen) for signal in signals))
 
 
 def normal_equations(point: Point, signals: Sequence[Signal]) -> Normal:
@@ -173,7 +184,7 @@ def with_priors(point: Point, normal: Normal, variance: float) -> tuple[Normal, 
 def _prior_rows(point: Point) -> tuple[Floats, Floats]:
     """Rows (n_priors, n_columns) and values, in units of one sigma of the prior: bends, gains, initial states."""
     layout, n = point.layout, point.layout.size
-    bends = bend_rows(layout, point.theta) / BEND_STD
+    bends = bend_rows(layout, point.theta) / point.bend_std
     rows = np.zeros((len(bends) + layout.width + point.starts.size, n + point.starts.size))
     rows[: len(bends), :n] = bends
     gains = len(bends) + np.arange(layout.width)
@@ -204,17 +215,16 @@ def moved(point: Point, step: Floats, limits: tuple[float, float]) -> Point:
     poles = theta[layout.poles]
     poles[: layout.n_real] = np.clip(poles[: layout.n_real], *np.log(limits))
     poles[layout.n_real :] = np.clip(poles[layout.n_real :], -np.log(limits[1]), -np.log(limits[0]))
-    return Point(layout, theta, point.starts + step[n:].reshape(point.starts.shape))
+    return replace(point, theta=theta, starts=point.starts + step[n:].reshape(point.starts.shape))
 
 
-def damped_step(normal: Normal, free: NDArray[np.bool_], damping: float) -> Floats:
-    """(J'J + damping diag) step = J'r over the free columns."""
-    matrix, gradient = normal.matrix[np.ix_(free, free)], normal.gradient[free]
+def damped_step(normal: Normal, directions: Floats, damping: float) -> Floats:
+    """Minimise along the directions (n_columns, n_free): (D'MD + damping diag) step = D'g."""
+    matrix, gradient = directions.T @ normal.matrix @ directions, normal.gradient @ directions
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-12 * max(1e-300, float(np.max(np.diag(matrix))))))
     scaled = matrix / np.outer(size, size)
     scaled[np.diag_indices_from(scaled)] += damping
-    step = np.zeros(len(free))
-    step[free] = np.linalg.lstsq(scaled, gradient / size, rcond=1e-14)[0] / size
+    step: Floats = directions @ (np.linalg.lstsq(scaled, gradient / size, rcond=1e-14)[0] / size)
     return step
 
 
@@ -225,18 +235,24 @@ def search(
     iterations: int,
     stall: float = STALL,
     progress: Callable[[float], None] | None = None,
+    directions: Floats | None = None,
 ) -> tuple[Point, float]:
-    """Minimise from a point; returns where it ends and the mean squared residual there."""
-    free = free_columns(point.layout, point.starts.size)
+    """Minimise from a point; returns where it ends and the mean squared residual there.
+
+    directions (n_columns, n_free) restrict where it may go; None: everything but what fixes the units.
+    """
+    if directions is None:
+        free = free_columns(point.layout, point.starts.size)
+        directions = np.eye(len(free))[:, free]
     damping, cost = 1e-3, np.inf
     for _ in range(iterations):
-        variance = slow_variance(point, signals)
+        variance = prior_variance(point, signals)
         normal, prior = with_priors(point, normal_equations(point, signals), variance)
         before = normal.squares + prior
         if not np.isfinite(normal.matrix).all():
             break
         for _ in range(6):
-            trial = moved(point, damped_step(normal, free, damping), limits)
+            trial = moved(point, damped_step(normal, directions, damping), limits)
             cost = squares(trial, signals) + _prior_cost(trial, variance)
             if cost < before:
                 point, damping = trial, max(damping / 10, 1e-9)

@@ -6,15 +6,27 @@ import numpy as np
 
 from thrustd.identify.error_map import rates_of
 from thrustd.identify.hw_fit import HwFit
+from thrustd.identify.hw_shapes import Shape
 from thrustd.identify.hw_theta import gain_values, pole_values
 from thrustd.identify.segments import DEFORMATION, Segment
-from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode, ValidRange
+from thrustd.model.artifact import (
+    ComplexMode,
+    Curve,
+    LinearBlock,
+    ModelSpec,
+    PiecewiseLinear,
+    Polynomial,
+    RealMode,
+    ValidRange,
+)
 from thrustd.model.stage import Floats
 
 JUMP = 1e-3  # of the curve's range: two knots nearer than this are a jump
 
 
-def spec_of(fit: HwFit, name: str, structure: str = "hw-pwl") -> ModelSpec:
+def spec_of(
+    fit: HwFit, name: str, structure: str = "hw-pwl", shapes: tuple[Shape, Shape] = ("pwl", "pwl")
+) -> ModelSpec:
     """The fitted curves and linear block in mm and N, without anything measured about their quality."""
     layout, theta, units = fit.point.layout, fit.point.theta, fit.units
     c = theta[layout.c]
@@ -42,15 +54,18 @@ def spec_of(fit: HwFit, name: str, structure: str = "hw-pwl") -> ModelSpec:
         schema="thrustd-model/1",
         name=name,
         structure=structure,
-        input_curve=_curve(f_x, f_y),
+        input_curve=_curve(f_x, f_y, shapes[0]),
         linear=linear,
-        output_curve=_curve(h_x, h_y),
+        output_curve=_curve(h_x, h_y, shapes[1]),
         valid=ValidRange(_span(deformation), _span(force_n), (0.0, _fastest(fit.segments))),
     )
 
 
-def _curve(x: Floats, y: Floats) -> PiecewiseLinear:
+def _curve(x: Floats, y: Floats, shape: Shape) -> Curve:
     """Knots as a curve, x rising; a steep pair closer than `JUMP` of the range becomes a jump."""
+    if shape == "cubic":
+        centre, scale = float(x[0] + x[-1]) / 2, abs(float(x[-1] - x[0])) / 2
+        return Polynomial(centre, scale, list(map(float, np.polynomial.polynomial.polyfit((x - centre) / scale, y, 3))))
     if x[-1] < x[0]:
         x, y = x[::-1], y[::-1]
     x = x.copy()

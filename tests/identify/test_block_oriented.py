@@ -1,0 +1,39 @@
+"""Shapes of the curves: a cubic or a straight line instead of free knots."""
+
+import numpy as np
+import pytest
+
+from thrustd.identify.hw_fit import HwSettings, crossings, fit_segments
+from thrustd.identify.hw_spec import spec_of
+from thrustd.identify.segments import segments_of
+from thrustd.identify.structures.structure import of_spec
+from thrustd.model.artifact import LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, RealMode, ValidRange
+
+from .hw_truth import record
+
+LINEAR = LinearBlock(1.4, [RealMode(0.3, -0.3), RealMode(4.0, -0.1)])
+
+
+def cubic_hammerstein():
+    straight = PiecewiseLinear([0.0, 1.2], [0.0, 6000.0])
+    curve = Polynomial(0.6, 0.6, [0.5, 0.6, 0.05, 0.1])
+    return ModelSpec("thrustd-model/1", "h", "hammerstein", curve, LINEAR, straight, ValidRange((0, 1.2), (0, 6500)))
+
+
+def test_a_cubic_hammerstein_system_is_found_exactly():
+    data, sigma = record(cubic_hammerstein(), 8000)
+    fit = fit_segments(segments_of([data]), HwSettings(2, input_shape="cubic", output_shape="line"))
+    assert fit.rmse < 1.03 * sigma
+    spec = spec_of(fit, "found", "hammerstein", ("cubic", "line"))
+    assert isinstance(spec.input_curve, Polynomial)
+    assert len(spec.output_curve.x) == 2
+    segment = segments_of([data])[0]
+    error = segment.force_n - of_spec(spec, 0).simulate(segment)
+    assert np.std(error[2000:]) < 1.05 * sigma
+
+
+def test_crossings_count_how_often_the_input_travels_its_range():
+    data, _ = record(cubic_hammerstein(), 8000)
+    u = np.tile(np.concatenate((np.linspace(0, 1, 1000), np.linspace(1, 0, 1000))), 4)
+    (segment,) = segments_of([data.with_channels(deformation_mm=u)])
+    assert crossings([segment]) == pytest.approx(8, rel=0.2)

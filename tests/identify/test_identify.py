@@ -1,0 +1,139 @@
+"""Structures, table, checks: small records of a known system."""
+
+import json
+
+import msgspec
+import numpy as np
+import pytest
+
+from thrustd.errors import RecordingError, UsageError
+from thrustd.identify.checks import check_records
+from thrustd.identify.hw_fit import HwSettings
+from thrustd.identify.identify import identify
+from thrustd.identify.order import Choice, _smallest
+from thrustd.identify.report import as_table, errors_of
+from thrustd.identify.segments import segments_of
+from thrustd.identify.sensitivity import residuals
+from thrustd.identify.structures import shelf, structure_named
+from thrustd.identify.structures.structure import Fitted
+from thrustd.identify.structures.with_effects import thinned, with_effect
+from thrustd.model.artifact import (
+    EffectSpec,
+    LinearBlock,
+    ModelSpec,
+    PiecewiseLinear,
+    ValidRange,
+    read_model,
+    write_model,
+)
+from thrustd.model.compile import check_witness, compile_model
+from thrustd.records.recording import make_recording
+
+from .hw_truth import record, truth
+
+SMALL = HwSettings(order=2, input_segments=4, output_segments=4)
+QUICK = [name for name in shelf() if shelf()[name].family in {"physical", "static", "autoregressive"}]
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return record(truth(), 6000)[0], record(truth(), 6000, seed=3, name="other")[0]
+
+
+@pytest.fixture(scope="module")
+def found(bench):
+    names = [*QUICK, "arx", "armax", "oe-2-2", "box-jenkins", "hammerstein"]
+    return identify([bench[0]], [bench[1]], names, name="left upper")
+
+
+def test_every_structure_of_the_issue_is_on_the_shelf():
+    wanted = """maxwell kelvin-voigt zener generalised-maxwell polynomial-ols polynomial-wls static-pwl arx armax oe-2-2
+    oe-6-4 box-jenkins narx hammerstein hammerstein-pwl wiener hammerstein-wiener hw-pwl hw-pwl+bouc-wen
+    hw-pwl+prandtl-ishlinskii hw-pwl+weight"""
+    assert set(wanted.split()) == set(shelf())
+
+
+def test_the_table_scores_all_of_them(found):
+    scores = {score.structure: score for score in found.scores}
+    assert len(scores) == len(QUICK) + 5
+    rmse = {name: score.validation.rmse_n for name, score in scores.items()}
+    assert rmse["hammerstein"] < min(rmse["oe-2-2"], rmse["arx"])
+    assert scores["generalised-maxwell"].train.rmse_n < scores["zener"].train.rmse_n
+    assert rmse["static-pwl"] < 1.1 * rmse["polynomial-ols"]
+    assert as_table(found.scores).row_count == len(scores)
+    json.dumps(found.to_json(), allow_nan=False)
+
+
+def test_the_best_becomes_an_artifact_that_proves_itself(found):
+    best = min((s for s in found.scores), key=lambda s: s.validation.rmse_n)
+    assert found.spec.structure in {best.structure, "hammerstein"}
+    check_witness(read_model(write_model(found.spec), "model"), "model")
+    assert found.spec.provenance["held_out"][0].startswith("other ")
+
+
+def test_without_validation_data_the_end_of_every_record_is_held_out(bench):
+    only = identify([bench[0]], structures=["static-pwl"])
+    assert only.scores[0].validation.samples == 1200
+    assert only.scores[0].train.samples == 4800
+
+
+def test_friction_is_found_beyond_the_core(bench):
+    """A mount with a friction loop: Bouc-Wen friction added to the core removes most of what it leaves."""
+    line = PiecewiseLinear([0.0, 1.2], [0.0, 1.2])
+    core = ModelSpec(
+        "thrustd-model/1", "m", "hw-pwl", line, LinearBlock(1.0), PiecewiseLinear([0.0, 1.2], [0.0, 6000.0]),
+        ValidRange((0.0, 1.2), (0.0, 6000.0)),
+    )  # fmt: skip
+    loop = EffectSpec("hysteresis", {"friction_n": 120.0, "yield_mm": 0.05})
+    model = compile_model(msgspec.structs.replace(core, effects=[loop]), 20.0)
+    force_n = model.simulate(model.inputs(bench[0].channels))
+    data = make_recording(
+        "loop",
+        {"time_s": np.arange(6000) / 20, "deformation_mm": bench[0]["deformation_mm"], "force_N": force_n},
+    )
+    segments = thinned(segments_of([data]), 6000)
+    fitted = with_effect(core, "hysteresis", segments)
+    assert np.std(residuals(fitted, segments[0])) < 0.3 * np.std(residuals(core, segments[0]))
+
+
+def test_an_unstable_free_run_is_reported_and_no_crash(bench):
+    segments = segments_of([bench[0]])
+    runaway = Fitted(1, lambda segment: np.exp(np.arange(len(segment)) * 1.0))
+    errors = errors_of(runaway, segments)
+    assert not errors.stable
+    assert np.isnan(errors.rmse_n)
+
+
+def test_weight_without_its_channel_is_left_out_with_a_word(bench):
+    structure = structure_named("hw-pwl+weight")
+    assert structure.channels == ("accel_z_g",)
+
+
+def test_unknown_structures_are_named():
+    with pytest.raises(UsageError, match="unknown structure 'hw', expected one of maxwell"):
+        structure_named("hw")
+
+
+def test_wrong_units_clipping_and_rates_are_said(bench):
+    good = bench[0]
+    metres = good.with_channels(deformation_mm=good["deformation_mm"] / 1000)
+    clipped = good.with_channels(force_N=np.minimum(good["force_N"], 3500.0))
+    slower = make_recording("slow", {"time_s": good.time_s * 5, **good.channels})
+    assert any("is it in m?" in line for line in check_records([metres]))
+    assert any("clipped above" in line for line in check_records([clipped]))
+    assert any("different rates" in line for line in check_records([good, slower]))
+    assert check_records([good]) == []
+
+
+def test_useless_records_are_refused(bench):
+    flat = bench[0].with_channels(deformation_mm=np.ones(6000))
+    with pytest.raises(RecordingError, match="deformation_mm is 1 all the time"):
+        check_records([flat])
+    empty = bench[0].with_channels(force_N=np.full(6000, np.nan))
+    with pytest.raises(RecordingError, match="force_N has no value"):
+        check_records([empty])
+
+
+def test_the_smallest_model_near_the_best_is_chosen():
+    choices = [Choice(6, n, 1.0, error) for n, error in ((1, 50.0), (3, 10.1), (6, 10.0), (10, 10.3))]
+    assert _smallest(choices, [c.segments for c in choices]) == 3

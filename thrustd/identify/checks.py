@@ -1,0 +1,69 @@
+"""What is wrong with records before anything is fitted: refused where it cannot be handled, else said in a warning."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from thrustd.errors import RecordingError
+from thrustd.identify.segments import DEFORMATION, FORCE, SHORTEST
+from thrustd.model.stage import Floats
+from thrustd.records.recording import Recording
+
+METRE_SPAN = 0.02  # mm: a mount that moves less under kilonewtons was recorded in metres
+METRE_FORCE_N = 500.0
+CLIPPED_SHARE = 0.002  # of the samples at exactly the largest force
+FEWEST = 1000  # samples: less identifies a few numbers at most
+RATE_SPREAD = 1.02
+
+
+def check_records(records: Sequence[Recording]) -> list[str]:
+    """Warnings; RecordingError for what cannot be used."""
+    for record in records:
+        _refuse(record)
+    warnings = [line for record in records for line in _warnings(record)]
+    rates = {record.name: record.sample_hz for record in records}
+    if max(rates.values()) > RATE_SPREAD * min(rates.values()):
+        each = ", ".join(f"{name} {rate:g} Hz" for name, rate in rates.items())
+        warnings.append(f"records at different rates ({each}); each is used at its own")
+    return warnings
+
+
+def _refuse(record: Recording) -> None:
+    for name in (DEFORMATION, FORCE):
+        if not np.isfinite(record[name]).any():
+            raise RecordingError(f"{record.name}: {name} has no value at all; expected numbers")
+    if len(record) < SHORTEST:
+        raise RecordingError(f"{record.name}: {len(record)} samples; expected at least {SHORTEST}")
+    span = float(np.nanmax(record[DEFORMATION]) - np.nanmin(record[DEFORMATION]))
+    if span == 0.0:
+        level = float(np.nanmean(record[DEFORMATION]))
+        raise RecordingError(f"{record.name}: {DEFORMATION} is {level:g} all the time; a constant identifies nothing")
+
+
+def _warnings(record: Recording) -> list[str]:
+    lines = list(record.notes)
+    deformation, force_n = record[DEFORMATION], record[FORCE]
+    span_mm, span_n = np.nanmax(deformation) - np.nanmin(deformation), np.nanmax(force_n) - np.nanmin(force_n)
+    if span_mm < METRE_SPAN and span_n > METRE_FORCE_N:
+        lines.append(f"{DEFORMATION} spans {span_mm:g} for {span_n:g} N: is it in m? expected mm")
+    if span_n == 0.0:
+        lines.append(f"{FORCE} is {np.nanmean(force_n):g} all the time")
+    clipped = _clipped(force_n)
+    if clipped:
+        lines.append(clipped)
+    if len(record) < FEWEST:
+        lines.append(f"only {len(record)} samples; a model with many parameters will follow the noise")
+    return [f"{record.name}: {line}" for line in lines]
+
+
+def _clipped(force_n: Floats) -> str:
+    """A load cell at its end stop repeats one value; noise never does."""
+    good = force_n[np.isfinite(force_n)]
+    for word, limit in (("above", good.max()), ("below", good.min())):
+        share = float(np.mean(good == limit))
+        runs = np.flatnonzero((good[1:] == limit) & (good[:-1] == limit))
+        if share > CLIPPED_SHARE and len(runs) > 10 and np.ptp(good) > 0.0:
+            return (
+                f"{FORCE} stays at {limit:g} N for {100 * share:.1f} % of the samples: clipped {word} by the load cell?"
+            )
+    return ""

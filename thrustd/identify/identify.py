@@ -1,0 +1,109 @@
+"""The verb `identify`: fit structures to records, score all of them on held-out data, make the winner an artifact."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import msgspec
+from rich.console import Console
+
+from thrustd.errors import RecordingError
+from thrustd.identify.artifact import finished
+from thrustd.identify.checks import check_records
+from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
+from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
+from thrustd.identify.segments import Segment, segments_of
+from thrustd.identify.structures import Fitted, Structure, structure_named
+from thrustd.identify.structures.structure import of_spec
+from thrustd.model.artifact import ModelSpec
+from thrustd.records.recording import Recording
+
+HELD_OUT = 0.2  # of every record, at its end, when no other records are given
+Progress = Callable[[str, float], None]  # (what, rmse so far)
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """What came out. `spec` is the best structure that an artifact can hold."""
+
+    spec: ModelSpec
+    scores: tuple[Score, ...]
+    warnings: tuple[str, ...]
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "model": self.spec.name,
+            "structure": self.spec.structure,
+            "structures": as_rows(self.scores),
+            "warnings": list(self.warnings),
+        }
+
+    def print(self, console: Console) -> None:
+        console.print(as_table(self.scores))
+        for line in self.warnings:
+            console.print(f"warning: {line}", style="yellow", highlight=False)
+
+
+def identify(
+    train: Sequence[Recording],
+    validate: Sequence[Recording] = (),
+    structures: Sequence[str] = ("hw-pwl",),
+    settings: HwSettings | None = None,
+    name: str = "mount",
+    progress: Progress | None = None,
+) -> Identified:
+    """Fit `structures` to `train`, score on `validate` (or the last fifth of `train`, then not fitted to)."""
+    chosen = [structure_named(structure) for structure in structures]
+    fitting, held_out = (list(train), list(validate)) if validate else split(train)
+    warnings = check_records([*fitting, *held_out])
+    results = []
+    for structure in chosen:
+        fitted, score = score_structure(structure, fitting, held_out, settings, progress)
+        results.append((fitted, score))
+        warnings += [f"{structure.name}: {line}" for line in fitted.warnings]
+    usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
+    if not usable:
+        raise RecordingError(f"{structures[0]}: no structure gave a stable model that an artifact can hold")
+    fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
+    assert fitted.spec is not None
+    options: dict[str, str | float] = {"structure": best.structure, "order": (settings or HwSettings()).order}
+    spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
+    return Identified(spec, tuple(score for _, score in results), tuple(warnings))
+
+
+def split(records: Sequence[Recording]) -> tuple[list[Recording], list[Recording]]:
+    """The first four fifths of every record, and the last."""
+    cuts = [(record, round(len(record) * (1 - HELD_OUT))) for record in records]
+    return [r.rows(slice(0, cut)) for r, cut in cuts], [r.rows(slice(cut, len(r))) for r, cut in cuts]
+
+
+def score_structure(
+    structure: Structure,
+    train: Sequence[Recording],
+    validate: Sequence[Recording],
+    settings: HwSettings | None,
+    progress: Progress | None,
+) -> tuple[Fitted, Score]:
+    """Fit one structure and score it; `settings` replace those of hw-pwl."""
+    segments = _segments(structure, train)
+    unseen = _segments(structure, validate)
+    started = perf_counter()
+    if structure.name == "hw-pwl" and settings is not None:
+        found = fit_hw_pwl(train, settings, progress)
+        fitted = of_spec(found.spec, 2 * (settings.input_segments + settings.output_segments + settings.order))
+    else:
+        fitted = structure.fit(segments, progress)
+    fit_s = perf_counter() - started
+    seen, new = errors_of(fitted, segments), errors_of(fitted, unseen)
+    aic, bic = information(seen, fitted.n_parameters)
+    score = Score(structure.name, structure.title, structure.family, seen, new, fit_s, fitted.n_parameters, aic, bic)
+    return fitted, score
+
+
+def _segments(structure: Structure, records: Sequence[Recording]) -> list[Segment]:
+    """Channels which a structure reads and a record lacks stand at rest."""
+    filled = []
+    for record in records:
+        missing = {name: record.time_s * 0.0 + 1.0 for name in structure.channels if name not in record}
+        filled.append(record.with_channels(**missing) if missing else record)
+    return segments_of(filled, structure.channels)

@@ -1,0 +1,116 @@
+"""The comparison table: every structure's free-run error on the data it was fitted to and on data it has not seen."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite, log, nan
+
+import numpy as np
+from rich.table import Table
+
+from thrustd.identify.segments import Segment
+from thrustd.identify.structures.structure import Fitted
+from thrustd.model.stage import Floats
+
+OPERATING_N = 2000.0  # the thesis counts errors in percent above this force
+RUNAWAY = 100.0  # times the range of the data: further out a free run is called unstable
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """Free run over all segments, each from rest. NaN where it cannot be said."""
+
+    rmse_n: float
+    mae_pct_above_2kn: float
+    fit_pct: float  # 100 (1 - rmse / standard deviation of the force)
+    worst_n: float
+    stable: bool
+    samples: int
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """One line of the table."""
+
+    structure: str
+    title: str
+    family: str
+    train: Errors
+    validation: Errors
+    fit_s: float
+    n_parameters: int
+    aic: float
+    bic: float
+
+
+def errors_of(fitted: Fitted, segments: Sequence[Segment]) -> Errors:
+    """Errors of one fitted structure; a run that grows beyond all measure is unstable, not a crash."""
+    parts, forces = [], []
+    for segment in segments:
+        with np.errstate(all="ignore"):
+            force_n = fitted.simulate(segment)
+        good = np.isfinite(segment.force_n)
+        parts.append((segment.force_n - force_n)[good])
+        forces.append(segment.force_n[good])
+    error, force = np.concatenate(parts), np.concatenate(forces)
+    span = float(np.ptp(force))
+    if not np.isfinite(error).all() or float(np.max(np.abs(error))) > RUNAWAY * span:
+        return Errors(nan, nan, nan, nan, False, len(error))
+    return _errors(error, force)
+
+
+def _errors(error: Floats, force: Floats) -> Errors:
+    rmse = float(np.sqrt(np.mean(error**2)))
+    above = force > OPERATING_N
+    share = 100 * float(np.mean(np.abs(error[above]) / force[above])) if above.any() else nan
+    spread = float(np.std(force))
+    fit = 100 * (1 - rmse / spread) if spread > 0 else nan
+    return Errors(rmse, share, fit, float(np.max(np.abs(error))), True, len(error))
+
+
+def information(errors: Errors, n_parameters: int) -> tuple[float, float]:
+    """Akaike's and Schwarz' criteria for Gaussian residuals: n ln(mse) + 2 p and n ln(mse) + p ln n."""
+    if not isfinite(errors.rmse_n) or errors.rmse_n <= 0:
+        return nan, nan
+    fit = 2 * errors.samples * log(errors.rmse_n)
+    return fit + 2 * n_parameters, fit + n_parameters * log(errors.samples)
+
+
+def as_rows(scores: Sequence[Score]) -> list[dict[str, object]]:
+    """For JSON: numbers that cannot be said are null."""
+    return [_without_nan(asdict(score)) for score in scores]
+
+
+def _without_nan(row: dict[str, object]) -> dict[str, object]:
+    return {
+        key: _without_nan(value) if isinstance(value, dict) else None if value != value else value
+        for key, value in row.items()
+    }
+
+
+def as_table(scores: Sequence[Score]) -> Table:
+    """For the terminal."""
+    table = Table(title="free-run error, N")
+    for name in ("structure", "train", "validation", "above 2 kN", "fit", "worst", "parameters", "fit time", "BIC"):
+        table.add_column(name, justify="left" if name == "structure" else "right")
+    for score in scores:
+        table.add_row(*_cells(score))
+    return table
+
+
+def _cells(score: Score) -> list[str]:
+    seen, new = score.train, score.validation
+    return [
+        score.title,
+        _number(seen.rmse_n) if seen.stable else "unstable",
+        _number(new.rmse_n) if new.stable else "unstable",
+        f"{new.mae_pct_above_2kn:.2f} %" if isfinite(new.mae_pct_above_2kn) else "-",
+        f"{new.fit_pct:.2f} %" if isfinite(new.fit_pct) else "-",
+        _number(new.worst_n),
+        str(score.n_parameters),
+        f"{score.fit_s:.1f} s",
+        f"{score.bic:.4g}" if isfinite(score.bic) else "-",
+    ]
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if isfinite(value) else "-"

@@ -1,0 +1,58 @@
+"""Box-Jenkins: y = B/F u + C/D e. Output error first, an autoregressive model of what it leaves (D, C = 1), then output
+error again on data filtered with D, which whitens the residual (generalised least squares, Clarke 1967)."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+from scipy.signal import lfilter
+
+from thrustd.identify.hw_fit import HwSettings, Progress
+from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.identify.structures.block_oriented import fit_blocks
+from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.model.artifact import ModelSpec, PiecewiseLinear
+from thrustd.model.stage import Floats
+
+NOISE_LAGS = 4
+LINEAR = HwSettings(2, input_shape="line", output_shape="line")
+
+
+def _fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+    first = fit_blocks(segments, LINEAR, "box-jenkins", progress)
+    whitener = _whitener([s.force_n - first.simulate(s) for s in segments])
+    second = fit_blocks([_filtered(s, whitener) for s in segments], LINEAR, "box-jenkins", progress)
+    assert second.spec is not None
+    spec = _with_level(second.spec, segments)
+    return of_spec(spec, second.n_parameters + NOISE_LAGS)
+
+
+def _whitener(parts: Sequence[Floats]) -> Floats:
+    """D(q) = 1 - d_1 q^-1 - ... by least squares on the residual."""
+    tables, targets = [], []
+    for residual in parts:
+        r = np.nan_to_num(residual)
+        columns = [r[NOISE_LAGS - k : len(r) - k] for k in range(1, NOISE_LAGS + 1)]
+        tables.append(np.column_stack(columns))
+        targets.append(r[NOISE_LAGS:])
+    d = np.linalg.lstsq(np.concatenate(tables), np.concatenate(targets), rcond=1e-10)[0]
+    return np.concatenate(([1.0], -d))
+
+
+def _filtered(segment: Segment, whitener: Floats) -> Segment:
+    keep = len(whitener) - 1
+    u = lfilter(whitener, [1.0], segment.inputs[DEFORMATION])[keep:]
+    return replace(segment, inputs={DEFORMATION: u}, force_n=lfilter(whitener, [1.0], segment.force_n)[keep:])
+
+
+def _with_level(spec: ModelSpec, segments: Sequence[Segment]) -> ModelSpec:
+    """The straight output curve with the offset that suits the unfiltered data."""
+    fitted = of_spec(spec, 0)
+    level = float(np.nanmean(np.concatenate([s.force_n - fitted.simulate(s) for s in segments])))
+    curve = spec.output_curve
+    assert isinstance(curve, PiecewiseLinear)
+    return msgspec.structs.replace(spec, output_curve=PiecewiseLinear(curve.x, [y + level for y in curve.y]))
+
+
+STRUCTURES = (Structure("box-jenkins", "Box-Jenkins 2/2, AR 4", "linear", _fit),)

@@ -1,0 +1,53 @@
+"""The interface of a model structure: its name, how to fit it, and a fitted model that runs freely.
+
+Free run means: deformation in, force out, never looking at the measured force. Every stretch of data starts at rest.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from thrustd.identify.hw_fit import Progress
+from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.identify.sensitivity import residuals
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.stage import Floats
+
+Family = Literal["physical", "static", "linear", "autoregressive", "block-oriented", "beyond"]
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """`simulate`: segment -> force (n,), N. `spec`: the model as an artifact, where the chain of stages can hold it."""
+
+    n_parameters: int
+    simulate: Callable[[Segment], Floats]
+    spec: ModelSpec | None = None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """`channels`: what it reads besides deformation_mm."""
+
+    name: str
+    title: str
+    family: Family
+    fit: Callable[[Sequence[Segment], Progress | None], Fitted]
+    channels: tuple[str, ...] = ()
+
+
+def of_spec(spec: ModelSpec, n_parameters: int, warnings: tuple[str, ...] = ()) -> Fitted:
+    """A fitted artifact."""
+    return Fitted(n_parameters, lambda segment: _simulated(spec, segment), spec, warnings)
+
+
+def _simulated(spec: ModelSpec, segment: Segment) -> Floats:
+    unloaded = Segment(segment.record, segment.start_s, segment.dt_s, segment.inputs, np.zeros(len(segment)))
+    return -residuals(spec, unloaded)
+
+
+def deformation(segment: Segment) -> Floats:
+    return segment.inputs[DEFORMATION]
