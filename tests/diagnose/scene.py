@@ -34,7 +34,7 @@ def mount(k1=5000.0, k3=1000.0, gains=(0.05, 0.04), taus_s=(0.4, 60.0), effects=
     )
 
 
-def columns(n=24_000, seed=0):
+def columns(n=12_000, seed=0):
     """Deformation in steps and manoeuvre channels that move independently."""
     rng = np.random.default_rng(seed)
     levels = np.repeat(rng.uniform(0.1, 1.1, n // 600 + 1), 600)[:n]
@@ -56,7 +56,7 @@ def columns(n=24_000, seed=0):
     }
 
 
-def record(effects=(), seed=0, added=None, name="measured", n=24_000):
+def record(effects=(), seed=0, added=None, name="measured", n=12_000):
     """A recording of `mount` with effects, 12 N of load-cell noise; `added`: further force from the columns."""
     data = columns(n, seed)
     model = compile_model(mount(effects=effects), 1 / DT_S)
