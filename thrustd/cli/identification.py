@@ -135,9 +135,8 @@ def compile_verb(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(report)
     else:
-        print(
-            f"{arguments.model}: {len(spec.witness.force_n)} witness rows reproduced; channels {', '.join(other.channels)}"
-        )
+        print(f"{arguments.model}: {len(spec.witness.force_n)} witness rows reproduced")
+        print(f"reads {', '.join(other.channels)}")
         print(f"at {arguments.rate:g} Hz within {difference_n:.2g} N of the same model at {spec.witness.rate_hz:g} Hz")
     return 0
 

@@ -154,7 +154,8 @@ def rate_difference_n(one: CompiledModel, other: CompiledModel) -> float:
     for model in (one, other):
         time_s = np.arange(round(60.0 * model.rate_hz)) / model.rate_hz
         low, high = model.spec.valid.deformation_mm
-        inputs = np.tile([CATALOGUE[n].rest if n in CATALOGUE else 0.0 for n in model.channels], (time_s.size, 1))
+        rest = [CATALOGUE[name].rest if name in CATALOGUE else 0.0 for name in model.channels]
+        inputs = np.tile(np.array(rest, float), (time_s.size, 1))
         inputs[:, 0] = low + (high - low) * (0.5 - 0.5 * np.cos(2 * np.pi * time_s / 20.0))
         forces.append(np.interp(common_s, time_s, model.simulate(inputs)))
     return float(np.max(np.abs(forces[0] - forces[1])))
