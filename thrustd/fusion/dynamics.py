@@ -1,12 +1,16 @@
 """How the filter's state moves between two steps.
 
-State  x = [T, r, b, c, d]: thrust [N], thrust rate [N/s], error of the mount route [N], relative bias of the
-brochure, error of the deck's shape [N]. T' = r; the others are first-order Gauss-Markov, with their own sigmas:
+State  x = [T, r, b, e, d], all in newton or N/s: thrust, thrust rate, error of the mount route, the engine's own error
+against the brochure, error of the deck's shape. T' = r; the others are first-order Gauss-Markov, with their own sigmas:
 
     r' = -r / tau_r + w        sigma_r^2 = steady^2 + (gain |dN1/dt|)^2
     b' = -b / tau_b + w        sigma_b = the mount model's error here
-    c' = -c / tau_c + w        an engine differs from the brochure for the whole flight
+    e  = c s                   c' = -c / tau_c + w: relative, an engine differs from the brochure for the whole flight
     d' = -d / tau_d + w        sigma_d = what else the deck says about its spread
+
+s is the brochure thrust that was accepted so far, low-passed, and carries both along: F_TT = F_ee = s_k / s_(k-1).
+Scaling
+e alone, or c as the state with z = T (1 + c), leaks what is not observable from T into e, a little at every step.
 
 Friction in the rubber and the shape of the deck are other errors at another thrust, however soon it is reached:
 1/tau = 1/tau_0 + |r| / forget_after. Reference: Brown & Hwang, Introduction to Random Signals and Applied Kalman
@@ -21,7 +25,7 @@ import numpy.typing as npt
 
 from thrustd.fusion.settings import FusionSettings
 
-THRUST, RATE, MOUNT, BROCHURE, SHAPE = range(5)
+THRUST, RATE, MOUNT, ENGINE, SHAPE = range(5)
 N_STATE = 5
 Matrix = npt.NDArray[np.float64]
 
@@ -50,6 +54,8 @@ class Motion(NamedTuple):
     mount_sigma_before_n: float
     shape_sigma_n: float
     shape_sigma_before_n: float
+    scale_n: float  # s, brochure thrust, low-passed
+    scale_before_n: float
 
 
 def propagate(settings: FusionSettings, motion: Motion) -> tuple[Matrix, Matrix]:
@@ -61,7 +67,8 @@ def propagate(settings: FusionSettings, motion: Motion) -> tuple[Matrix, Matrix]
     keep_mount = exp(-dt_s / settings.mount_bias_tau_s - moved)
     keep_shape = exp(-dt_s / settings.brochure_shape_tau_s - moved)
     keep_bias = exp(-dt_s / settings.brochure_bias_tau_s)
-    f = np.diag([1.0, a, keep_mount, keep_bias, keep_shape])
+    scaled = motion.scale_n / motion.scale_before_n
+    f = np.diag([scaled, a, keep_mount, keep_bias * scaled, keep_shape])
     f[THRUST, RATE] = tau * (1.0 - a)
     var = motion.rate_sigma_n_s**2
     # the closed form loses its digits below u = 1e-3: its series is 2/3 u^3
@@ -71,7 +78,7 @@ def propagate(settings: FusionSettings, motion: Motion) -> tuple[Matrix, Matrix]
             var * tau * tau * drift,
             var * (1.0 - a * a),
             _error_noise(motion.mount_sigma_n, motion.mount_sigma_before_n, keep_mount),
-            settings.brochure_bias_std**2 * (1.0 - keep_bias**2),
+            (settings.brochure_bias_std * motion.scale_n) ** 2 * (1.0 - keep_bias**2),
             _error_noise(motion.shape_sigma_n, motion.shape_sigma_before_n, keep_shape),
         ]
     )

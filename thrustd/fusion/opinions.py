@@ -19,6 +19,7 @@ TOLERANCE = (0.10, 0.10, 0.10, 0.09, 0.12)  # of the scale, steady
 LAG_S = (0.4, 0.4, 4.0, 1.5, 2.5)  # tolerance per relative thrust rate
 SCALE_FLOOR_N = 2000.0
 RATE_MEMORY_S = 8.0
+C_PART = 0.2  # per step, of the consensus' low pass
 ALONE_S = 1.0
 ALONE_FACTOR = 2.0
 AGREE_S = 10.0
@@ -68,8 +69,11 @@ class Opinions:
         return believed and isfinite(self.deviation[i]) and abs(self.deviation[i]) > self.tolerance(i)
 
     def _track_rate(self, c: float, scale: float) -> None:
-        rate = abs(c - self._last_c) / STEP_S / scale if isfinite(self._last_c) else 0.0
-        self._last_c = c
+        if not isfinite(self._last_c):
+            self._last_c = c
+        moved_n = C_PART * (c - self._last_c)  # low-passed: sensor noise is no throttle movement
+        self._last_c += moved_n
+        rate = abs(moved_n) / STEP_S / scale
         # one step of noise is not a throttle movement: rise over a few steps, fall slowly
         if rate > self._rate:
             self._rate += 0.3 * (rate - self._rate)

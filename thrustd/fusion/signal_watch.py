@@ -28,7 +28,7 @@ class SignalWatch:
     """Mutable; `step` returns the kind of fault that is present, or ""."""
 
     __slots__ = (
-        *("kind", "limits", "_values", "_seen", "_calm_s", "_missing_s"),
+        *("kind", "limits", "_values", "_bends", "_seen", "_calm_s", "_missing_s"),
         *("_jump", "_from", "_since_jump_s", "_resting_s", "_longest_s", "_watched_s"),
     )
 
@@ -36,6 +36,7 @@ class SignalWatch:
         self.limits = limits
         self.kind = ""
         self._values: deque[float] = deque(maxlen=DRIFT_STEPS + 1)
+        self._bends: deque[float] = deque(maxlen=NOISE_STEPS - 2)  # |second differences|
         self._seen = False
         self._missing_s = self._resting_s = self._calm_s = 0.0
         self._watched_s = self._longest_s = 0.0
@@ -80,11 +81,14 @@ class SignalWatch:
         if not isfinite(value):
             self._missing_s += STEP_S
             self._values.clear()
+            self._bends.clear()
             self._jump = 0.0
             return self._set("dead" if self._seen and self._missing_s >= DEAD_S else self.kind)
         self._seen, self._missing_s = True, 0.0
         self._watch_jump(value)
         self._watch_rest(value, active)
+        if len(self._values) >= 2:
+            self._bends.append(abs(value - 2.0 * self._values[-1] + self._values[-2]))
         self._values.append(value)
         return self._set(self._symptom(value, active))
 
@@ -143,10 +147,7 @@ class SignalWatch:
         return False
 
     def _noise(self) -> float:
-        if len(self._values) < NOISE_STEPS:
-            return 0.0
-        v = list(self._values)[-NOISE_STEPS:]
-        return median(abs(v[i] - 2.0 * v[i - 1] + v[i - 2]) for i in range(2, NOISE_STEPS))
+        return median(self._bends) if len(self._bends) == self._bends.maxlen else 0.0
 
     def _drifts(self) -> bool:
         if len(self._values) <= DRIFT_STEPS or self.jumped_lately:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.fusion.dynamics import BROCHURE, MOUNT, RATE, THRUST, Matrix
+from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, THRUST, Matrix
 from thrustd.fusion.thrust_filter import StepRecord
 
 
@@ -24,7 +24,7 @@ class Smoothed(NamedTuple):
     thrust_std_n: Matrix
     thrust_rate_n_s: Matrix
     mount_bias_n: Matrix
-    brochure_bias: Matrix  # relative, -
+    brochure_error_n: Matrix
 
 
 def smooth(records: Sequence[StepRecord]) -> Smoothed:
@@ -39,12 +39,12 @@ def smooth(records: Sequence[StepRecord]) -> Smoothed:
     t_ns = np.array([record.t_ns for record in records], dtype=np.int64)
     if not records:
         return Smoothed(t_ns, *(np.zeros(0) for _ in range(5)))
-    return Smoothed(t_ns, x[:, THRUST], std_n, x[:, RATE], x[:, MOUNT], x[:, BROCHURE])
+    return Smoothed(t_ns, x[:, THRUST], std_n, x[:, RATE], x[:, MOUNT], x[:, ENGINE])
 
 
 def _backward(now: StepRecord, later: StepRecord, x_later: Matrix, p_later: Matrix) -> tuple[Matrix, Matrix]:
     p_ahead = later.f @ now.p @ later.f.T + later.q
-    # C^T = P'^-1 F P: solving is better conditioned than inverting (thrust^2 stands beside a relative bias^2)
+    # C^T = P'^-1 F P: solving is better conditioned than inverting
     gain = np.linalg.solve(p_ahead, later.f @ now.p).T
     x = now.x + gain @ (x_later - later.f @ now.x)
     p = now.p + gain @ (p_later - p_ahead) @ gain.T

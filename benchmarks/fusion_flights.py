@@ -1,0 +1,130 @@
+"""Twin flights through the unchanged pipeline, in memory: what the fusion table is made of."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from thrustd.fusion.settings import FusionSettings
+from thrustd.fusion.smoother import smooth
+from thrustd.fusion.thrust_filter import FusionInputs, ThrustFilter
+from thrustd.installation import CONFIG, Installation, installation_from_files, read_installation
+from thrustd.records.files import read_recording
+from thrustd.records.recording import Recording
+from thrustd.sync import SmoothRate
+from thrustd.twin.faults import SensorFault
+from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
+from thrustd.types import Estimate, Fault, Status
+
+ROOT = Path(__file__).parents[1]
+PH_LAB = ROOT.parent / "shared" / "data" / "ph_lab"
+FLIGHTS = ("ftis_20180312_ref.npz", "ftis_20190312_1014.npz", "ftis_20190312_pm.npz")
+ENGINES = ("left", "right")
+ADC_HZ = 100.0
+EVERY = 5  # keep one fused step in so many: 10 Hz of 50 Hz
+Array = npt.NDArray[np.float64]
+
+
+class Flown(NamedTuple):
+    """One engine of one flight at 10 Hz; all (n,)."""
+
+    time_s: Array  # of the profile
+    truth_n: Array
+    n1_pct: Array
+    estimates: list[Estimate]
+
+    def column(self, name: str) -> Array:
+        return np.array([getattr(estimate, name) for estimate in self.estimates], dtype=np.float64)
+
+
+class Flight(NamedTuple):
+    name: str
+    engines: tuple[Flown, ...]
+    faults: list[Fault]
+    start_s: float
+
+
+def installation(folder: Path = ROOT / "deploy") -> Installation:
+    """The shipped installation with its ADC at 100 Hz, as the identification bench runs it."""
+    shipped = read_installation(folder / "ph-lab.toml")
+    text = shipped.files[CONFIG].decode().replace("sample_hz = 1000.0", f"sample_hz = {ADC_HZ}")
+    return installation_from_files({**shipped.files, CONFIG: text.encode()}, "ph-lab.toml at 100 Hz")
+
+
+def profiles(seconds: float) -> Iterator[tuple[str, Recording | None]]:
+    """Three real recordings, or (None = scripted) three scripted flights when they are not at hand."""
+    for number, name in enumerate(FLIGHTS):
+        path = PH_LAB / name
+        record = read_recording(path) if path.exists() else None
+        if record is not None and seconds < record.duration_s:
+            record = record.window(record.time_s[0], record.time_s[0] + seconds)
+        yield (name if record is not None else f"scripted {number}"), record
+
+
+def fly_through(
+    place: Installation,
+    name: str,
+    record: Recording | None,
+    seed: int,
+    faults: tuple[SensorFault, ...] = (),
+    scripted_s: float = 1200.0,
+) -> Flight:
+    """One flight with one twin aircraft; the estimates of the pipeline beside the truth."""
+    profile, airframe = recorded_flight(record, seed) if record is not None else scripted_flight(scripted_s, seed)
+    pipeline = place.pipeline()
+    kept: tuple[list[Estimate], ...] = ([], [])
+    reported: list[Fault] = []
+    count = 0
+    for event in fly(profile, airframe, place.parts().can_table, seed, faults=faults):
+        if isinstance(event, Truth):
+            continue
+        for output in pipeline.feed(event):
+            if isinstance(output, Estimate):
+                count += 1
+                if (count - 1) // 2 % EVERY == 0:
+                    kept[output.engine].append(output)
+            elif isinstance(output, Fault):
+                reported.append(output)
+    return Flight(name, tuple(_flown(profile, e, kept[e]) for e in range(2)), reported, float(profile.time_s[0]))
+
+
+def _flown(profile: Recording, engine: int, estimates: list[Estimate]) -> Flown:
+    time_s = np.array([estimate.t_ns for estimate in estimates]) * 1e-9
+    side = ENGINES[engine]
+    lines = [np.interp(time_s, profile.time_s, profile[f"{name}_{side}"]) for name in ("thrust_N", "n1_pct")]
+    return Flown(time_s, lines[0], lines[1], estimates)
+
+
+def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Array, Array]:
+    """(thrust, one sigma) when one route is taken away, at 10 Hz."""
+    outputs = [flt.step(inputs) for flt, inputs in _steps(flown, mount, brochure)]
+    return np.array([o.thrust_n for o in outputs]), np.array([o.thrust_std_n for o in outputs])
+
+
+def smoothed(flown: Flown) -> tuple[Array, Array]:
+    """(filtered, smoothed) thrust of the same 10 Hz filter."""
+    records, filtered = [], []
+    for thrust_filter, inputs in _steps(flown, True, True):
+        filtered.append(thrust_filter.step(inputs).thrust_n)
+        records.append(thrust_filter.record())
+    return np.array(filtered), smooth(records).thrust_n
+
+
+def _steps(flown: Flown, mount: bool, brochure: bool) -> Iterator[tuple[ThrustFilter, FusionInputs]]:
+    thrust_filter, rate = ThrustFilter(FusionSettings(), 0), SmoothRate()
+    for estimate, n1_pct in zip(flown.estimates, flown.n1_pct.tolist(), strict=True):
+        yield (
+            thrust_filter,
+            FusionInputs(
+                t_ns=estimate.t_ns,
+                mount_n=estimate.mount_n if mount else np.nan,
+                mount_std_n=estimate.mount_std_n if mount else np.nan,
+                brochure_n=estimate.brochure_n if brochure else np.nan,
+                brochure_std_n=estimate.brochure_std_n if brochure else np.nan,
+                n1_pct=n1_pct,
+                n1_rate_pct_s=rate.step(estimate.t_ns, n1_pct),
+                status=estimate.status & int(Status.GAP),
+            ),
+        )

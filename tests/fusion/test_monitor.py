@@ -1,0 +1,100 @@
+"""The sensor monitor: each of the five faults on each kind of sensor is named, a healthy flight stays quiet."""
+
+from math import nan
+
+import numpy as np
+import pytest
+
+from thrustd.fusion.monitor import Layout, Monitor, MonitorInputs
+
+LAYOUT = Layout(("left_upper", "left_lower", "right_upper", "right_lower"), ((0, 1), (2, 3)))
+START_S, END_S = 65.0, 90.0
+SENSORS = {  # name -> (cruise value, noise, offset, drift per second, noise of the noisy one)
+    ("deformation_mm", 0): (0.4, 2e-5, 0.2, 0.04, 0.1),
+    ("deformation_mm", 3): (0.4, 2e-5, 0.2, 0.04, 0.1),
+    ("n1_pct", 0): (75.0, 0.03, 8.0, 3.0, 3.0),
+    ("n2_pct", 1): (84.0, 0.03, 6.0, 2.0, 3.0),
+    ("fuel_flow_kg_s", 0): (0.06, 0.0002, 0.015, 0.006, 0.01),
+    ("mach", 0): (0.35, 0.0003, 0.06, 0.05, 0.02),
+    ("pressure_altitude_m", 0): (3000.0, 0.7, 150.0, 200.0, 30.0),
+    ("sat_degC", 0): (-5.0, 0.08, 6.0, 2.5, 4.0),
+    ("accel_x_g", 0): (0.05, 0.002, 0.3, 0.3, 0.2),
+    ("accel_y_g", 0): (0.0, 0.002, 0.3, 0.3, 0.3),
+    ("accel_z_g", 0): (1.0, 0.003, 0.8, 1.0, 0.6),
+}
+ALL = [*SENSORS, *[("deformation_mm", 1), ("deformation_mm", 2), ("n1_pct", 1), ("n2_pct", 0), ("fuel_flow_kg_s", 1)]]
+
+
+def spoilt(kind, value, at_stuck, since_s, parts, rng):
+    _, _, offset, drift, noise = parts
+    return {
+        "stuck": at_stuck,
+        "noisy": value + noise * rng.normal(),
+        "offset": value + offset,
+        "drift": value + drift * since_s,
+        "dead": nan,
+    }[kind]
+
+
+def fly(sensor=None, kind="", seconds=92.0, seed=0):
+    """(t, fault) of the monitor in a straight climb with noise; `sensor` fails from START_S to END_S."""
+    rng = np.random.default_rng(seed)
+    monitor, found, excluded, held = Monitor(LAYOUT), [], [], None
+    for k in range(round(seconds * 10)):
+        t_s = k / 10
+        read = {}
+        for name in ALL:
+            parts = SENSORS.get(name) or next(p for key, p in SENSORS.items() if key[0] == name[0])
+            value = parts[0] + parts[1] * rng.normal() + (5.0 * t_s if name[0] == "pressure_altitude_m" else 0.0)
+            if name == sensor and START_S <= t_s < END_S:
+                held = value if held is None else held
+                value = spoilt(kind, value, held, t_s - START_S, parts, rng)
+            read[name] = value
+        verdict = monitor.step(monitor_inputs(k, read))
+        found += [(t_s, f"{fault.where} {fault.kind}") for fault in verdict.faults]
+        excluded.append(verdict.excluded)
+    return found, excluded
+
+
+def monitor_inputs(k, read):
+    forces = tuple(3600.0 * read["deformation_mm", i] for i in range(4))
+    fuel, n1, n2 = (tuple(read[name, e] for e in (0, 1)) for name in ("fuel_flow_kg_s", "n1_pct", "n2_pct"))
+    # plain stand-ins for the deck: right at the cruise point, with its sensitivities
+    by_mach = 1.0 - 1.2 * (read["mach", 0] - 0.35)
+    return MonitorInputs(
+        t_ns=k * 100_000_000,
+        deformation_mm=tuple(read["deformation_mm", i] for i in range(4)),
+        mount_force_n=tuple(force + 1830.0 * (read["accel_x_g", 0] - 0.05) for force in forces),
+        mount_std_n=(50.0,) * 4,
+        n1_pct=n1,
+        n2_pct=n2,
+        fuel_flow_kg_s=fuel,
+        fuel_flow_thrust_n=tuple(2900.0 * (1.0 + 22.0 * (f - 0.06)) * by_mach for f in fuel),
+        n1_thrust_n=tuple(2850.0 * (1.0 + 0.035 * (n - 75.0)) * by_mach for n in n1),
+        n2_thrust_n=tuple(2950.0 * (1.0 + 0.07 * (n - 84.0)) * by_mach for n in n2),
+        fused_thrust_n=(2880.0, 2880.0),
+        mach=read["mach", 0],
+        pressure_altitude_m=read["pressure_altitude_m", 0],
+        sat_degc=read["sat_degC", 0],
+        accel_x_g=read["accel_x_g", 0],
+        accel_y_g=read["accel_y_g", 0],
+        accel_z_g=read["accel_z_g", 0],
+    )
+
+
+def test_a_healthy_flight_stays_quiet():
+    found, excluded = fly(seconds=120.0)
+    assert found == []
+    assert not any(excluded)
+
+
+@pytest.mark.parametrize("kind", ["stuck", "noisy", "offset", "drift", "dead"])
+@pytest.mark.parametrize("sensor", list(SENSORS), ids=lambda sensor: f"{sensor[0]}[{sensor[1]}]")
+def test_each_fault_is_named_in_time_and_nothing_else(sensor, kind):
+    found, excluded = fly(sensor, kind)
+    where = LAYOUT.mount_names[sensor[1]] if sensor[0] == "deformation_mm" else f"{sensor[0]}[{sensor[1]}]"
+    first_s, first = found[0]
+    assert first == f"{where} {kind}"
+    assert first_s - START_S <= (30.0 if kind == "stuck" else 5.0)
+    assert {word for _, word in found} <= {f"{where} {kind}", f"{where} {kind}_over"}
+    assert all(out <= {sensor} for out in excluded)

@@ -1,0 +1,179 @@
+"""The thrust filter on signals whose truth is known: bands, gates, tare, poison, memory."""
+
+from math import inf, nan, sqrt
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from thrustd.errors import ConfigError
+from thrustd.fusion.settings import FusionSettings, check_settings
+from thrustd.fusion.smoother import smooth
+from thrustd.fusion.thrust_filter import FusionInputs, ThrustFilter
+from thrustd.types import Status
+
+HZ = 10.0
+STEP_NS = round(1e9 / HZ)
+MOUNT_STD_N = 60.0
+
+
+def inputs(k, mount_n=nan, brochure_n=nan, n1_pct=80.0, n1_rate=0.0, **more):
+    return FusionInputs(
+        t_ns=(k + 1) * STEP_NS,
+        mount_n=mount_n,
+        mount_std_n=MOUNT_STD_N if mount_n == mount_n else nan,
+        brochure_n=brochure_n,
+        brochure_std_n=sqrt((0.04 * brochure_n) ** 2 + 35.0**2) if brochure_n == brochure_n else nan,
+        n1_pct=n1_pct,
+        n1_rate_pct_s=n1_rate,
+        transient=abs(n1_rate) > 1.0,
+        **more,
+    )
+
+
+def flown(seed, seconds=300.0, mount=True, brochure=True):
+    """Estimates, truth and filter on a flight with throttle steps and slow errors as the filter assumes them."""
+    rng = np.random.default_rng(seed)
+    n = round(seconds * HZ)
+    wanted = np.repeat(rng.uniform(50, 90, 1 + n // 300), 300)[:n]
+    n1 = np.empty(n)
+    n1[0] = wanted[0]
+    for k in range(1, n):
+        n1[k] = n1[k - 1] + np.clip((wanted[k] - n1[k - 1]) / 9.0, -0.4, 0.4)
+    rate = np.gradient(n1, 1 / HZ)
+    truth = 2500.0 + 60.0 * (n1 - 70.0)
+    bias, shape = rng.normal(0, 0.03), 0.0
+    error = rng.normal(0, MOUNT_STD_N)
+    keep = np.exp(-1 / (HZ * 120.0))
+    thrust_filter, estimates, records = ThrustFilter(FusionSettings(), 0), [], []
+    for k in range(n):
+        error = keep * error + MOUNT_STD_N * sqrt(1 - keep**2) * rng.normal()
+        shape = keep * shape + 70.0 * sqrt(1 - keep**2) * rng.normal()
+        mount_n = truth[k] + error + 12.0 * rng.normal() if mount else nan
+        brochure_n = truth[k] * (1 + bias) + shape + 20.0 * rng.normal() if brochure else nan
+        estimates.append(thrust_filter.step(inputs(k, mount_n, brochure_n, n1[k], rate[k])))
+        records.append(thrust_filter.record())
+    return estimates, truth, thrust_filter, records
+
+
+@pytest.mark.parametrize(("mount", "brochure"), [(True, True), (True, False), (False, True)])
+def test_band_holds_the_truth(mount, brochure):
+    inside = []
+    for seed in range(10):
+        estimates, truth, thrust_filter, _ = flown(seed, 60.0, mount, brochure)
+        inside += [abs(e.thrust_n - t) <= 1.96 * e.thrust_std_n for e, t in zip(estimates, truth, strict=True)]
+        assert thrust_filter.take_faults() == []
+    assert np.mean(inside) > 0.9
+
+
+def test_fused_is_better_than_either_route():
+    errors = {"fused": [], "mount": [], "brochure": []}
+    for seed in range(6):
+        estimates, truth, _, _ = flown(seed, 100.0)
+        for e, t in zip(estimates[100:], truth[100:], strict=True):
+            errors["fused"].append(e.thrust_n - t)
+            errors["mount"].append(e.mount_n - t)
+            errors["brochure"].append(e.brochure_n - t)
+    rmse = {name: np.sqrt(np.mean(np.square(values))) for name, values in errors.items()}
+    assert rmse["fused"] < min(rmse["mount"], rmse["brochure"])
+
+
+def test_smoothing_is_rauch_tung_striebel():
+    """Against filterpy's own smoother; the smoothed band is never wider than the filtered one."""
+    _, _, _, records = flown(3, 20.0)
+    smoothed = smooth(records)
+    kf = KalmanFilter(dim_x=5, dim_z=1)
+    columns = [np.array([getattr(record, name) for record in records]) for name in ("x", "p", "f", "q")]
+    x, p, _, _ = kf.rts_smoother(columns[0][:, :, None], *columns[1:])
+    assert smoothed.thrust_n == pytest.approx(x[:, 0, 0], abs=0.5)
+    assert smoothed.thrust_std_n == pytest.approx(np.sqrt(p[:, 0, 0]), rel=0.01)
+    assert (smoothed.thrust_std_n <= np.sqrt(columns[1][:, 0, 0]) + 1e-6).all()
+    assert len(smooth([]).thrust_n) == 0
+
+
+def settled():
+    thrust_filter = ThrustFilter(FusionSettings(), 0, "left")
+    for k in range(300):
+        estimate = thrust_filter.step(inputs(k, 3000.0 + 5 * (-1) ** k, 3050.0))
+    return thrust_filter, estimate
+
+
+@pytest.mark.parametrize("route", ["mount", "brochure"])
+def test_a_route_that_jumps_is_rejected_failed_and_recovers_within_the_band(route):
+    thrust_filter, before = settled()
+    kinds, worst, jump_over = [], 0.0, 0.0
+    for k in range(300, 700):
+        off = 900.0 if k < 450 else 0.0
+        mount_n = 3000.0 + 5 * (-1) ** k + (off if route == "mount" else 0.0)
+        estimate = thrust_filter.step(inputs(k, mount_n, 3050.0 + (off if route == "brochure" else 0.0)))
+        kinds += [(k, fault.kind) for fault in thrust_filter.take_faults()]
+        worst = max(worst, abs(estimate.thrust_n - before.thrust_n) / estimate.thrust_std_n)
+        jump_over = max(jump_over, abs(estimate.thrust_n - before.thrust_n))
+    assert [kind for _, kind in kinds] == [f"{route}_failed", f"{route}_recovered"]
+    assert kinds[0][0] - 300 <= 3 * HZ
+    assert worst < 1.96
+    assert jump_over < 200.0
+    assert not estimate.status & (Status.MOUNT_FAILED | Status.BROCHURE_FAILED)
+
+
+def test_the_band_grows_when_a_route_goes():
+    thrust_filter, before = settled()
+    for k in range(300, 2300):
+        alone = thrust_filter.step(inputs(k, nan, 3050.0))
+    assert alone.status & Status.MOUNT_LOST
+    assert before.thrust_std_n < alone.thrust_std_n < 300.0
+
+
+def test_engine_off_is_a_tare():
+    thrust_filter = ThrustFilter(FusionSettings(), 1, "right")
+    for k in range(600):
+        estimate = thrust_filter.step(inputs(k, 85.0, nan, n1_pct=0.0))
+    assert [fault.kind for fault in thrust_filter.take_faults()] == ["tare"]
+    assert estimate.status & Status.ENGINE_OFF
+    assert abs(estimate.thrust_n) < 20.0
+    assert estimate.mount_bias_n == pytest.approx(85.0, abs=25.0)
+
+
+odd = st.sampled_from((nan, inf, -inf, 0.0, 1e9, -1e9, 3000.0))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(odd, odd, odd, odd, odd, odd), min_size=1, max_size=30))
+def test_nothing_poisons_the_filter(rows):
+    thrust_filter, _ = settled()
+    for k, (mount, mount_std, brochure, brochure_std, n1, rate) in enumerate(rows):
+        estimate = thrust_filter.step(
+            FusionInputs((400 + k) * STEP_NS, mount, abs(mount_std), brochure, abs(brochure_std), n1, rate)
+        )
+        assert np.isfinite([estimate.thrust_n, estimate.thrust_std_n, estimate.mount_bias_n]).all()
+
+
+def test_time_that_stands_still_or_goes_back_is_survived():
+    thrust_filter, _ = settled()
+    for k in (300, 300, 100, 5000):
+        assert np.isfinite(thrust_filter.step(inputs(k, 3000.0, 3050.0)).thrust_std_n)
+
+
+def test_a_restored_filter_goes_on_as_the_first():
+    first, _ = settled()
+    second = ThrustFilter(FusionSettings(), 0, "left")
+    assert second.restore(first.snapshot())
+    for k in range(300, 320):
+        assert second.step(inputs(k, 3010.0, 3040.0)) == first.step(inputs(k, 3010.0, 3040.0))
+
+
+@pytest.mark.parametrize("change", [{"p": [nan] * 25}, {"p": [0.0] * 25}, {"x": [1.0]}, {"clock": None}])
+def test_a_damaged_memory_is_refused(change):
+    first, _ = settled()
+    memory = {key: value for key, value in {**first.snapshot(), **change}.items() if value is not None}
+    second = ThrustFilter(FusionSettings(), 0)
+    before = second.snapshot()
+    assert not second.restore(memory)
+    assert second.snapshot() == before
+
+
+def test_settings_must_be_positive():
+    with pytest.raises(ConfigError, match=r"fusion\.gate_chi2 = -1"):
+        check_settings(FusionSettings(gate_chi2=-1.0), "x.toml")
