@@ -6,7 +6,7 @@ export function number(value, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const size = Math.abs(value);
   if (size >= 1e5 && Number.isInteger(value)) return (value < 0 ? MINUS : "") + count(size);
-  if (size !== 0 && (size < 1e-4 || size >= 1e9)) return value.toExponential(Math.max(1, digits - 2)).replace("-", MINUS);
+  if (size !== 0 && (size < 1e-4 || size >= 1e9)) return value.toExponential(Math.max(1, digits - 2)).replaceAll("-", MINUS);
   const places = size === 0 ? 0 : Math.max(0, Math.min(8, digits - 1 - Math.floor(Math.log10(size))));
   const [whole, part] = size.toFixed(places).split(".");
   const grouped = whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, THIN) : whole;

@@ -62,16 +62,19 @@ function recordingTable(recordings) {
     return h("tr", {},
       h("td", {}, h("a", { href: "#histories", onclick: () => { store.focus = { recording: one.name }; } }, one.name), " ", roles(one.name),
         one.problem ? h("div", { class: "bad" }, one.problem) : null,
-        meta?.notes.length ? h("div", { class: "faint" }, meta.notes.join("; ")) : null),
+        meta?.notes.length ? remarks(meta.notes) : null),
       h("td", { class: "num" }, meta ? duration(meta.stop_s - meta.start_s) : "reading …"),
       h("td", { class: "num" }, meta ? count(meta.samples) : ""),
       h("td", { class: "num" }, meta ? number(meta.sample_hz, 4) + " Hz" : ""),
-      h("td", {}, meta ? h("details", {}, h("summary", {}, `${channels.length} channels${channels.some((c) => c.name === "force_N") ? ", with reference force_N" : ""}`), h("div", { class: "chips" }, channels.map((c) => h("span", { class: "chip", title: c.meaning }, c.name)))) : ""),
+      h("td", { class: "channels" }, meta ? h("details", {}, h("summary", {}, `${channels.length} channels${channels.some((c) => c.name === "force_N") ? ", with force_N" : ""}`), h("div", { class: "chips" }, channels.map((c) => h("span", { class: "chip", title: c.meaning }, c.name)))) : ""),
       h("td", { class: "num" }, String(one.marks.length || "")),
       h("td", { class: "num faint" }, bytes(one.bytes)));
   });
   return h("div", { class: "flush" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, "Recording"), h("th", { class: "num" }, "Length"), h("th", { class: "num" }, "Samples"), h("th", { class: "num" }, "Rate"), h("th", {}, "Channels"), h("th", { class: "num" }, "Marks"), h("th", { class: "num" }, "File"))), h("tbody", {}, rows)));
 }
+
+// one remark is said, many are folded
+const remarks = (notes) => (notes.length === 1 ? h("div", { class: "faint" }, notes[0]) : h("details", { class: "faint" }, h("summary", {}, `${notes[0]}; ${notes.length - 1} more remarks`), h("ul", {}, notes.slice(1).map((note) => h("li", {}, note)))));
 
 function modelTable(models) {
   const rows = models.map((one) => h("tr", { "aria-selected": String(one.name === session().model), class: "pick", onclick: () => attempt(choose)({ model: one.name }) },

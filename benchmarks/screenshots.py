@@ -1,0 +1,113 @@
+"""Pictures of the workbench for docs/, from the real page: `python -m benchmarks.screenshots [FOLDER_FOR_PNG]`.
+
+The twin hides an effect (seed and effect below), a browser walks the loop as a person would, and every screen is taken
+in light and dark at 1280 and 1920 px. Needs Debian's chromium and the package playwright.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import sync_playwright
+
+from thrustd.twin.hide import hide
+
+EFFECT, SEED, STRENGTH = "axial_inertia", 3, 4.0
+SIZES = ((1280, 800), (1920, 1080))
+LONG_MS = 600_000
+FLIGHT = Path("replay_logs/throttle-steps.mcap")
+VIEWS = ("overview", "histories", "fails", "missing", "add", "flight")
+
+
+def screenshots(out: Path) -> None:
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        sys.exit("no chromium on this machine: apt-get install chromium")
+    out.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "mount-campaign"
+        hide((EFFECT,), SEED, STRENGTH, folder)
+        (folder / "truth.json").unlink()
+        add_flight(folder)
+        command = (sys.executable, "-m", "thrustd", "workbench", str(folder), "--no-browser")
+        server = stack.enter_context(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
+        stack.callback(server.terminate)
+        assert server.stdout is not None
+        found = re.search(r"http\S+", server.stdout.readline())
+        assert found is not None
+        playwright = stack.enter_context(sync_playwright())
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        walk(browser, found.group())
+        for width, height in SIZES:
+            for scheme in ("light", "dark"):
+                take(browser, found.group(), out, (width, height), scheme)
+        browser.close()
+
+
+def add_flight(folder: Path) -> None:
+    """A short flight with estimates beside the recordings."""
+    log = folder / "flight.mcap"
+    made = folder.parent / "flown.mcap"
+    thrustd = (sys.executable, "-m", "thrustd")
+    if FLIGHT.exists():
+        shutil.copy(FLIGHT, made)
+    else:
+        subprocess.run((*thrustd, "simulate", "--minutes", "4", "--seed", "7", "-o", str(made)), check=True)
+    subprocess.run((*thrustd, "replay", str(made), "-o", str(log)), check=True, stdout=subprocess.DEVNULL)
+
+
+def walk(browser: Any, url: str) -> None:
+    """Identify, compare, ask, add, compare and ask again, pressing only the button the page offers."""
+    page = browser.new_page()
+    page.goto(url)
+    for word in ("Identify", "Compare", "missing", "Add", "Compare", "missing"):
+        button = page.locator("#next:not([disabled])", has_text=word)
+        button.wait_for(timeout=LONG_MS)
+        button.click()
+        page.wait_for_selector("html:not([data-busy='0'])")
+        page.wait_for_selector("html[data-busy='0']", timeout=LONG_MS)
+    page.close()
+
+
+def take(browser: Any, url: str, out: Path, size: tuple[int, int], scheme: str) -> None:
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+    page = context.new_page()
+    for view in VIEWS:
+        page.goto(f"{url}#{view}")
+        page.wait_for_selector("html[data-started]")
+        page.wait_for_timeout(2500)
+        page.wait_for_selector("html[data-busy='0']", timeout=LONG_MS)
+        prepare(page, view)
+        page.wait_for_timeout(900)
+        page.screenshot(path=out / f"workbench-{view}-{size[0]}-{scheme}.png")
+    context.close()
+
+
+def prepare(page: Any, view: str) -> None:
+    """What a person would do on this screen before looking."""
+    if view in ("fails", "missing"):
+        first_model(page)
+    if view == "fails":
+        page.locator(".reasons button").first.click()
+    if view == "flight":
+        page.locator("input[type=range]").evaluate(
+            "slider => { slider.value = +slider.min + 0.6 * (slider.max - slider.min);"
+            " slider.dispatchEvent(new Event('input')); }"
+        )
+    if view == "histories":
+        page.mouse.move(700, 420)
+
+
+def first_model(page: Any) -> None:
+    """The model before the effect was added: that is where something fails."""
+    page.locator(".context select").first.select_option("bench-model.json")
+    page.wait_for_timeout(1500)
+
+
+if __name__ == "__main__":
+    screenshots(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out/screenshots"))
