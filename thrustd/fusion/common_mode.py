@@ -13,7 +13,7 @@ the sensor whose own change over the last seconds explains the change of y, by t
 
 from math import isfinite
 
-from thrustd.fusion.opinions import FUEL_FLOW, LOWER, N1, N2, SCALE_FLOOR_N, UPPER, Opinions
+from thrustd.fusion.opinions import FUEL_FLOW, LOWER, N1, N2, SCALE_FLOOR_N, TOLERANCE, UPPER, Opinions
 from thrustd.fusion.signal_watch import DRIFT_STEPS, STEP_S, SignalWatch
 from thrustd.signals import STANDARD_GRAVITY_M_S2
 
@@ -32,7 +32,7 @@ def group_difference(engine: Opinions) -> tuple[float, float]:
         return float("nan"), 0.0
     brochure = [engine.deviation[i] for i in routes]
     difference = sum(mounts) / len(mounts) - sum(brochure) / len(brochure)
-    return difference, THRESHOLD + max(engine.tolerance(i) for i in routes) - 0.10
+    return difference, THRESHOLD + max(engine.tolerance(i) for i in routes) - TOLERANCE[FUEL_FLOW]
 
 
 class CommonMode:

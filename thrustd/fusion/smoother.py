@@ -29,16 +29,16 @@ class Smoothed(NamedTuple):
 
 def smooth(records: Sequence[StepRecord]) -> Smoothed:
     """Smooth a flight; `records` in the order of the steps. An empty flight gives empty rows."""
-    x = np.array([record.x for record in records]).reshape(len(records), -1)
+    if not records:
+        return Smoothed(np.zeros(0, dtype=np.int64), *(np.zeros(0) for _ in range(5)))
+    x = np.array([record.x for record in records])
     std_n = np.zeros(len(records))
-    p_next = records[-1].p if records else np.zeros((0, 0))
+    p_next = records[-1].p
     for k in range(len(records) - 1, -1, -1):
         if k < len(records) - 1:
             x[k], p_next = _backward(records[k], records[k + 1], x[k + 1], p_next)
         std_n[k] = np.sqrt(p_next[THRUST, THRUST])
     t_ns = np.array([record.t_ns for record in records], dtype=np.int64)
-    if not records:
-        return Smoothed(t_ns, *(np.zeros(0) for _ in range(5)))
     return Smoothed(t_ns, x[:, THRUST], std_n, x[:, RATE], x[:, MOUNT], x[:, ENGINE])
 
 
