@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 
 from thrustd import __version__
-from thrustd.cli import data, diagnosis, flight, identification, simulate, status, workbench
+from thrustd.cli import data, diagnosis, fleet, flight, identification, simulate, status, workbench
 from thrustd.cli.verb import Parser, note
 from thrustd.errors import ThrustdError
 
@@ -13,7 +13,7 @@ def parser() -> Parser:
     top = Parser(prog="thrustd", description="In-flight jet thrust from the deformation of the engine mounts.")
     top.add_argument("--version", action="version", version=f"thrustd {__version__}")
     verbs = top.add_subparsers(title="verbs", metavar="VERB", required=True, parser_class=Parser)
-    for group in (flight, status, simulate, data, identification, diagnosis, workbench):
+    for group in (flight, status, simulate, data, identification, diagnosis, fleet, workbench):
         group.add_verbs(verbs)
     return top
 

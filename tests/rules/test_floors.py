@@ -13,8 +13,8 @@ FLOORS = {
     "sources": 3, "sinks": 3,
     "loop": 4, "flight_score": 4, "flight_picture": 4, "twin": 4, "records": 4, "installation": 4,
     "checkpoint": 4, "realtime": 4, "heartbeat": 4,
-    "daemon": 5, "replay": 5, "identify": 5, "diagnose": 5, "fleet": 5,
-    "workbench": 6,
+    "daemon": 5, "replay": 5, "identify": 5, "diagnose": 5,
+    "workbench": 6, "fleet": 6,
     "cli": 7, "__main__": 8,
 }  # fmt: skip
 ALLOWED_SIDEWAYS = {

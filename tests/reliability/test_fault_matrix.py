@@ -1,0 +1,49 @@
+"""The fault matrix in its short form: every fault once, at one of three moments. Long: benchmarks/fault_matrix.py."""
+
+import pytest
+
+from benchmarks.damage import CASES, fields, is_adc, whole_frames
+from benchmarks.fault_matrix import Z95, S, cell, flown, twin_events
+from tests.conftest import small_aircraft
+from thrustd.types import Fault, Frame, Tick
+from thrustd.wire.adc_frames import encode
+
+START_S = 25.0  # the engines turn by then
+MOMENTS_S = (9.0, 10.5, 12.0)
+SETTLE_S = 8.0
+REST_N = 50.0  # of a turning engine at rest this is nothing
+
+
+@pytest.fixture(scope="module")
+def flight():
+    """-> (installation, parts, events, the good run)."""
+    installation = small_aircraft()
+    parts = installation.parts()
+    events = [event for event in twin_events(installation, 56.0, 3) if event.t_ns > (1 + START_S) * S]
+    return installation, parts, events, flown(installation, parts, events)
+
+
+@pytest.mark.parametrize("case, moment_s", [(case, MOMENTS_S[i % 3]) for i, case in enumerate(CASES)],
+                         ids=[case.name for case in CASES])  # fmt: skip
+def test_the_flight_goes_on_says_so_and_recovers(flight, case, moment_s):
+    verdict = cell(*flight, case, moment_s, SETTLE_S)
+    unseen_s = case.lasts_s if case.name == "queue overrun" else 0.0
+    assert verdict.longest_pause_s < unseen_s + 0.2
+    assert verdict.reported
+    assert verdict.flagged
+    assert verdict.inside_95 > 0.8
+    assert verdict.off_sigma < Z95 or verdict.off_n < REST_N
+    assert not verdict.still_flagged
+
+
+def test_the_good_flight_has_no_fault_but_the_tare(flight):
+    assert {fault.kind for fault in flight[3].faults} <= {"tare"}
+
+
+def test_frames_in_pieces_become_whole():
+    data = encode(5, 60_000, (1, -2, 3, 4))
+    pieces = [Frame(1, "adc", 0, data[:7]), Tick(2), Frame(3, "adc", 0, data[7:])]
+    whole = whole_frames(pieces)
+    assert [event for event in whole if is_adc(event)] == [Frame(3, "adc", 0, data)]
+    assert fields(whole[-1]) == (5, 60_000, (1, -2, 3, 4))
+    assert not any(isinstance(event, Fault) for event in whole)

@@ -1,0 +1,71 @@
+"""The verb fleet: replay, compare or identify hundreds of files on Dask, one table for all."""
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.errors import UsageError
+
+if TYPE_CHECKING:
+    from thrustd.fleet import Job
+
+
+def add_verbs(verbs: Verbs) -> None:
+    fleet = add_verb(
+        verbs, "fleet", fleet_verb, "replay, compare or identify many files, one table for all",
+        "thrustd fleet replay flights/*.mcap -o table.parquet\n"
+        "  thrustd fleet compare bench/*.csv --model models/left-upper.json -o table.parquet\n"
+        "  thrustd fleet identify bench/*.csv --out models/ -o table.parquet --scheduler tcp://10.0.0.5:8786",
+    )  # fmt: skip
+    fleet.add_argument("job", choices=("replay", "compare", "identify"))
+    fleet.add_argument("files", type=Path, nargs="+")
+    fleet.add_argument("-o", "--table", type=Path, required=True, help="table to write (Parquet)")
+    fleet.add_argument("--model", type=Path, action="append", default=[], help="with compare: model artifact")
+    fleet.add_argument("--structure", action="append", default=[], help="with identify: structure (default hw-pwl)")
+    fleet.add_argument("--out", type=Path, help="folder for estimate logs (replay) or models (identify)")
+    fleet.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="on this machine (default: cores)")
+    fleet.add_argument("--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler")
+    add_json(fleet)
+
+
+def fleet_verb(arguments: argparse.Namespace) -> int:
+    try:
+        from thrustd.fleet import at, local, run_fleet, write_table
+    except ModuleNotFoundError as problem:
+        raise UsageError(
+            f"thrustd fleet: {problem.name} is not installed, expected: pip install 'thrustd[fleet]'"
+        ) from None
+    if not 1 <= arguments.processes <= 1024:
+        raise UsageError(f"--processes {arguments.processes}: expected 1 to 1024")
+    if arguments.out is not None:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    workers = at(arguments.scheduler) if arguments.scheduler else local(arguments.processes)
+    with progress(f"fleet {arguments.job}") as advance:
+        rows = run_fleet(_job(arguments), [file.absolute() for file in arguments.files], workers, advance)
+    write_table(rows, arguments.table)
+    errors = [row for row in rows if row["error"]]
+    for row in errors:
+        note(f"{row['error']}")
+    report = {"table": str(arguments.table), "files": len(arguments.files), "rows": len(rows), "errors": len(errors)}
+    if arguments.json:
+        print_json(report)
+    else:
+        print(", ".join(f"{key}: {value}" for key, value in report.items()))
+    return 1 if errors else 0
+
+
+def _job(arguments: argparse.Namespace) -> "Job":
+    from thrustd.fleet import CompareJob, IdentifyJob, ReplayJob
+
+    out = str(arguments.out.absolute()) if arguments.out is not None else ""
+    if arguments.job == "replay":
+        return ReplayJob(out)
+    if arguments.job == "compare":
+        if not arguments.model:
+            raise UsageError("thrustd fleet compare: --model is missing; expected at least one model artifact")
+        return CompareJob(tuple(str(model.absolute()) for model in arguments.model))
+    if not out:
+        raise UsageError("thrustd fleet identify: --out is missing; expected the folder for the models")
+    return IdentifyJob(out, tuple(arguments.structure) or ("hw-pwl",))
