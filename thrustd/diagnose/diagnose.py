@@ -143,10 +143,10 @@ def diagnose(
 
 def _candidates(judgement: Judgement, evidence: Evidence) -> tuple[list[CandidateReport], float]:
     """Reports of the effects found, then of the rest as the first look saw them."""
-    first, last = judgement.rounds[0], judgement.rounds[-1]
+    first = judgement.rounds[0]
     numbers: list[ParameterEstimate] = []
     if judgement.found:
-        spec = last.spec if not judgement.deep else _one(first, judgement)
+        spec = _one(first, judgement) if judgement.deep or judgement.spec is None else judgement.spec
         _, numbers = estimated(spec, judgement.added, evidence)
     reports = []
     for i, scored in enumerate(judgement.found):
@@ -158,8 +158,9 @@ def _candidates(judgement: Judgement, evidence: Evidence) -> tuple[list[Candidat
 
 
 def _seen(judgement: Judgement, i: int) -> Round:
-    """The round in which effect i was found."""
-    return judgement.rounds[min(i, len(judgement.rounds) - 1)]
+    """The round in which effect i of the verdict was found."""
+    scored = judgement.found[i]
+    return next((r for r in judgement.rounds if any(s is scored for s in r.scored)), judgement.rounds[0])
 
 
 def _after_n(judgement: Judgement) -> float:

@@ -14,17 +14,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-import msgspec
 import numpy as np
 
-from thrustd.diagnose.candidates import Candidate, candidates, column_at, with_effect
+from thrustd.diagnose.candidates import Candidate, candidates, with_effect
 from thrustd.diagnose.dependence import FreeCurve, curve_fit, free_curves
 from thrustd.diagnose.evidence import Evidence
 from thrustd.diagnose.gram import BlockGram, Fit, block_gram, gain_t, held_out_fit
 from thrustd.diagnose.polish import polished
+from thrustd.diagnose.pruning import tangents
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
-from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
 
 ENOUGH = 0.30  # of the own squared error
@@ -85,7 +84,7 @@ def look(
     residual_n = evidence.reference_n - output_n
     present = evidence.jacobian(spec)
     starts = evidence.starts(spec)
-    beside = _tangents(spec, added, evidence, output_n)
+    beside = tangents(spec, added, evidence, output_n)
     rough: list[Candidate] = []
     for i, effect in enumerate(effects):
         _tell(progress, 0.7 * i / max(1, len(effects)), effect.name)
@@ -147,20 +146,6 @@ def taken(spec: ModelSpec, scored: Scored) -> tuple[ModelSpec, EffectSpec]:
     values = scored.fit.beta[-len(scored.candidate.amplitudes) :]
     effect = EffectSpec(scored.candidate.effect.name, scored.candidate.with_amplitudes(values))
     return with_effect(spec, effect), effect
-
-
-def _tangents(spec: ModelSpec, added: Sequence[EffectSpec], evidence: Evidence, output_n: Floats) -> Floats:
-    """Columns (n, k) of the amplitudes of effects found in earlier rounds: re-estimated beside every candidate."""
-    columns = []
-    for effect in added:
-        without = _without(spec, effect)
-        bare = evidence.output(without)
-        columns.append(column_at(effect_named(effect.name), effect.parameters, without, evidence, bare).columns)
-    return np.column_stack(columns) if columns else np.empty((len(output_n), 0))
-
-
-def _without(spec: ModelSpec, effect: EffectSpec) -> ModelSpec:
-    return msgspec.structs.replace(spec, effects=[e for e in spec.effects if e is not effect and e != effect])
 
 
 @dataclass(frozen=True, slots=True)

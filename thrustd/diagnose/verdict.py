@@ -6,13 +6,14 @@ names     otherwise, in the order they were found; free curves then only show wh
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from thrustd.diagnose.dependence import OWN
 from thrustd.diagnose.evidence import Evidence
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import Fit, gain_t
-from thrustd.diagnose.selection import MOST, Progress, Round, Scored, acceptable, deep, look, rank, taken
+from thrustd.diagnose.pruning import redundant, without
+from thrustd.diagnose.selection import ENOUGH, MOST, Progress, Round, Scored, acceptable, deep, look, rank, taken
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
 
@@ -35,6 +36,7 @@ class Judgement:
     own_n: float  # what the model leaves where nothing is missing
     promised: bool  # own_n comes from the artifact (else the best that anything reached)
     channels: tuple[str, ...]  # which carry structure, best first
+    spec: ModelSpec | None = None  # the model with the effects found
     deep: bool = False  # found only when the present parameters are re-estimated along
 
 
@@ -57,7 +59,11 @@ def judge(
         spec, effect = taken(spec, best)
         found.append(best)
         added.append(effect)
-    return _concluded(rounds, found, added, own_n, promised)
+    while (idle := redundant(spec, added, evidence, ENOUGH * own_n**2)) is not None:
+        found.pop(added.index(idle))
+        added.remove(idle)
+        spec = without(spec, idle)
+    return replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
 
 
 def _own(spec: ModelSpec, evidence: Evidence, first: Round) -> tuple[float, bool]:
@@ -89,10 +95,13 @@ def _concluded(
     buried = next((s for s in first.scored if deep(s, first)), None)
     if buried is not None:
         _, effect = taken(first.spec, buried)
-        return Judgement((buried.candidate.word,), (buried,), (effect,), tuple(rounds), own_n, promised, left, True)
+        return Judgement(
+            (buried.candidate.word,), (buried,), (effect,), tuple(rounds), own_n, promised, left, deep=True
+        )
     unsaid = min(first.before.mse, first.absorbed.mse) > UNSAID * own_n**2 and promised
     verdict = ("unknown",) if left or unsaid else ("none",)
-    return Judgement(verdict, (), (), tuple(rounds), own_n, promised, left or (best_curves(first) if unsaid else ()))
+    channels = left or (best_curves(first) if unsaid else ())
+    return Judgement(verdict, (), (), tuple(rounds), own_n, promised, channels)
 
 
 def structured(look_at: Round, own_n: float) -> tuple[str, ...]:
