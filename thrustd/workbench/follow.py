@@ -15,6 +15,7 @@ import msgspec
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
+from zstandard import ZstdError
 
 from thrustd.errors import LogError
 
@@ -75,7 +76,7 @@ class FollowedLog:
                     self._record(item)
         except EndOfFile:
             return  # the reader says so at the end of what it was given
-        except (McapError, msgspec.DecodeError, EOFError, ValueError) as problem:
+        except (McapError, ZstdError, msgspec.DecodeError, EOFError, ValueError) as problem:
             raise LogError(f"{self.path.name}: damaged near byte {self._at}: {type(problem).__name__}") from None
 
     def _record(self, record: Any) -> None:

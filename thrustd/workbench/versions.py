@@ -1,10 +1,12 @@
 """Undo: the newest model of a chain is put aside (not deleted), and its parent is chosen again."""
 
+import hashlib
 import time
 
 import msgspec
 
-from thrustd.errors import UsageError
+from thrustd.errors import ModelError, UsageError
+from thrustd.model.artifact import write_model
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import Session, read_session, write_session
 
@@ -26,12 +28,16 @@ def parent_of(folder: Folder, model: str) -> str:
     ledger = folder.model(model).ledger
     wanted = ledger[-1].parent_sha256 if ledger else ""
     for name in folder.models():
-        if wanted and name != model and file_sha256(folder, name) == wanted:
+        if wanted and name != model and wanted in _hashes(folder, name):
             return name
     raise UsageError(f"{model}: its parent is not in the folder; nothing to go back to")
 
 
-def file_sha256(folder: Folder, name: str) -> str:
-    import hashlib
-
-    return hashlib.sha256(folder.path(name).read_bytes()).hexdigest()
+def _hashes(folder: Folder, name: str) -> tuple[str, str]:
+    """Of the file as it stands, and of the model written anew: numbers may be spelled differently."""
+    plain = folder.path(name).read_bytes()
+    try:
+        again = write_model(folder.model(name)).encode()
+    except ModelError:
+        again = plain  # another model of the folder that cannot be read is no parent
+    return hashlib.sha256(plain).hexdigest(), hashlib.sha256(again).hexdigest()
