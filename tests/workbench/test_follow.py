@@ -61,7 +61,7 @@ def test_other_files_and_damage_are_said(tmp_path):
     content = (tmp_path / "log.mcap").read_bytes()
     said = [outcome(tmp_path / "log.mcap", content, len(content) * part // 23) for part in range(1, 23)]
     assert {rows for rows, problem in said if not problem} <= {600}  # a flip in an index changes no row
-    assert len([problem for _, problem in said if "damaged" in problem]) > 10
+    assert len([problem for _, problem in said if "damaged" in problem]) > 4
 
 
 def outcome(path, content, flipped):
