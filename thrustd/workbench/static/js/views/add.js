@@ -41,7 +41,7 @@ export function add(root) {
     const job = store.server.jobs.find((one) => one.kind === "extend" && one.state === "done" && one.result.model === card.name);
     if (!job) return null;
     const r = job.result, held = r.heldout ?? [];
-    return panel(`What was found: ${r.effects.join(", ")}`, [h("span", { class: "push buttons" }, h("button", { onclick: attempt(async () => { say(`${(await post("api/undo", card.name)).model} is chosen again; ${card.name} was put aside`, "ok"); await refresh(); }) }, "Undo"),
+    return panel(`What was found: ${r.effects.join(", ")}`, [h("span", { class: "push buttons" }, h("button", { onclick: attempt(async () => { const kept = await post("api/undo", card.name); await refresh(); say(`${kept.model} is chosen again; ${card.name} was put aside`, "ok"); }) }, "Undo"),
       h("button", { onclick: attempt(async () => { location.hash = "fails"; await compareNow([r.parent, r.model]); }) }, "Before and after, side by side"))],
       h("div", { class: "columns body" }, h("div", {}, h("h3", {}, "Parameters"), h("table", {}, h("tbody", {}, r.estimates.map((p) => h("tr", {}, h("td", {}, p.effect, " ", h("b", {}, p.name)), h("td", { class: "num" }, `${number(p.value, 4)} ± ${number(p.std, 2)} ${p.unit === "-" ? "" : p.unit}`), h("td", { class: "quiet" }, p.expected ? `expected ${p.expected}` : "")))))),
         h("div", {}, h("h3", {}, held.length ? "On recordings that were not used" : "Held-back blocks"), h("table", {}, h("tbody", {},
