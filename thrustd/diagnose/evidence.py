@@ -93,9 +93,10 @@ class Evidence:
         vector = pack(spec, base_patterns(spec, which))
         tables = []
         for segment in self.segments:
-            blocks = [columns for _, _, columns in jacobian_blocks(spec, segment, vector)]
-            full = np.concatenate(blocks)
-            tables.append(np.column_stack([_means(full[:, i], self.width) for i in range(full.shape[1])]))
+            sums = np.zeros((len(segment) // self.width, len(vector)))
+            for begin, _, columns in jacobian_blocks(spec, segment, vector):
+                _add_rows(sums, begin, columns, self.width)
+            tables.append(sums / self.width)
         return np.concatenate(tables)
 
 
@@ -145,6 +146,15 @@ def _blocks(counts: Sequence[int]) -> Ints:
         blocks.append(next_block + np.arange(count) * number // count)
         next_block += number
     return np.concatenate(blocks)
+
+
+def _add_rows(sums: Floats, begin: int, columns: Floats, width: int) -> None:
+    """Add a block of full-rate columns that begins at sample `begin` to the sums of its rows."""
+    rows = (begin + np.arange(len(columns))) // width
+    rows = rows[rows < len(sums)]
+    if len(rows):
+        firsts = np.flatnonzero(np.diff(rows, prepend=-1))
+        sums[rows[firsts]] += np.add.reduceat(columns[: len(rows)], firsts, axis=0)
 
 
 def _means(column: Floats, width: int) -> Floats:
