@@ -1,9 +1,8 @@
 """Shapes of the curves: a cubic or a straight line instead of free knots."""
 
 import numpy as np
-import pytest
 
-from thrustd.identify.hw_fit import HwSettings, crossings, fit_segments
+from thrustd.identify.hw_fit import HwSettings, fit_segments
 from thrustd.identify.hw_spec import spec_of
 from thrustd.identify.segments import segments_of
 from thrustd.identify.structures.structure import of_spec
@@ -30,10 +29,3 @@ def test_a_cubic_hammerstein_system_is_found_exactly():
     segment = segments_of([data])[0]
     error = segment.force_n - of_spec(spec, 0).simulate(segment)
     assert np.std(error[2000:]) < 1.05 * sigma
-
-
-def test_crossings_count_how_often_the_input_travels_its_range():
-    data, _ = record(cubic_hammerstein(), 8000)
-    u = np.tile(np.concatenate((np.linspace(0, 1, 1000), np.linspace(1, 0, 1000))), 4)
-    (segment,) = segments_of([data.with_channels(deformation_mm=u)])
-    assert crossings([segment]) == pytest.approx(8, rel=0.2)

@@ -16,15 +16,13 @@ from thrustd.errors import RecordingError
 from thrustd.identify import linear_start
 from thrustd.identify.hw_merge import merged
 from thrustd.identify.hw_search import (
-    BEND_STD,
     Point,
     Signal,
     choose_samples,
     normal_equations,
-    prior_variance,
-    residual_of,
     search,
     simulate,
+    slow_variance,
     with_priors,
 )
 from thrustd.identify.hw_shapes import Shape, directions_of, knots_of
@@ -43,9 +41,6 @@ FASTEST = 0.3  # of a sample period: shortest time constant
 SLOWEST = 3.0  # of the longest segment: longest time constant
 HEAT = 3  # iterations of every starting point before the best go on
 FINALISTS = 2
-CROSSINGS = 150  # of the input's range: with fewer, curves of fifty numbers follow single excursions
-SMOOTHER = (5.0, 1.0, 0.2)  # priors to choose from then, in units of BEND_STD
-TRAIN_SHARE = 0.75  # of every segment for that choice
 SMALL = 200_000  # samples: passes are cheap, iterate to the end
 TINY_GAIN = 1e-3
 
@@ -99,9 +94,6 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
     say = _scaled(progress, units)
     point = _best_start(segments, units, settings, limits, say)
     coarse = _signals(segments, units, COARSE_ROWS)
-    excursions = crossings(segments)
-    if settings.input_shape == settings.output_shape == "pwl" and excursions < CROSSINGS:
-        point = smoothest(point, coarse, settings, limits, excursions, say("smoothness"))
     point, _ = _search(point, coarse, settings, limits, settings.iterations, 1e-3, say("all data"))
     point = _fewer_knots(point, coarse, settings, limits, say)
     small = sum(map(len, segments)) < SMALL
@@ -109,45 +101,6 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
         signals = _signals(segments, units, rows)
         point, variance = _search(point, signals, settings, limits, count, stall, say("fine"))
     return HwFit(point, units, segments, float(np.sqrt(variance)) * units.y_span, limits)
-
-
-def crossings(segments: Sequence[Segment]) -> float:
-    """How often the input travels its whole range: path of hundred-sample means over the range."""
-    means = []
-    for segment in segments:
-        u = segment.inputs[DEFORMATION]
-        width = max(1, min(100, len(u) // 50))
-        means.append(u[: len(u) // width * width].reshape(-1, width).mean(axis=1))
-    low, high = min(float(m.min()) for m in means), max(float(m.max()) for m in means)
-    return sum(float(np.abs(np.diff(m)).sum()) for m in means) / max(high - low, 1e-300)
-
-
-def smoothest(
-    point: Point,
-    signals: list[Signal],
-    settings: HwSettings,
-    limits: tuple[float, float],
-    excursions: float,
-    say: Callable[[float], None] | None,
-) -> Point:
-    """The prior on bends that predicts the last quarter of every segment best when fitted to the rest."""
-    cuts = [round(TRAIN_SHARE * len(signal.u)) for signal in signals]
-    seen = [replace(s, chosen=s.chosen[s.chosen < cut]) for s, cut in zip(signals, cuts, strict=True)]
-    new = [replace(s, chosen=s.chosen[s.chosen >= cut]) for s, cut in zip(signals, cuts, strict=True)]
-    logs = point.theta[point.layout.poles]
-    n_real = point.layout.n_real
-    poles = Poles(np.exp(logs[:n_real]), np.exp(logs[n_real:]).reshape(-1, 2))
-    first = starting_point(poles, seen, settings, sum(len(s.chosen) for s in seen))
-
-    def held_out(begun: Point) -> tuple[float, Point]:
-        found, _ = _search(begun, seen, settings, limits, 4 * HEAT, 1e-3, say)
-        errors = np.concatenate([residual_of(found, i, signal) for i, signal in enumerate(new)])
-        return float(np.mean(errors**2)), found
-
-    tried = [held_out(first)]
-    misfit = tried[0][0] / (2 * excursions)
-    tried += [held_out(replace(first, bend_std=BEND_STD * factor, misfit=misfit)) for factor in SMOOTHER]
-    return min(tried, key=lambda result: result[0])[1]
 
 
 def _search(
@@ -313,7 +266,8 @@ def _fewer_knots(
     n_f = min(n_f, settings.input_segments + 1) if settings.input_shape == "pwl" else n_f
     n_h = min(n_h, settings.output_segments + 1) if settings.output_shape == "pwl" else n_h
     while point.layout.n_f > n_f or point.layout.n_h > n_h:
-        normal, _ = with_priors(point, normal_equations(point, signals), prior_variance(point, signals))
+        variance = slow_variance(point, signals)
+        normal, _ = with_priors(point, normal_equations(point, signals), variance)
         f_next = max(n_f, point.layout.n_f - max(1, (point.layout.n_f - n_f + 2) // 3))
         h_next = max(n_h, point.layout.n_h - max(1, (point.layout.n_h - n_h + 2) // 3))
         fewer = merged(point, normal, f_next, h_next)

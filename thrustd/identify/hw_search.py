@@ -16,7 +16,7 @@ from thrustd.identify.hw_theta import Layout, column_map, mode_table, power_tabl
 from thrustd.model.stage import Floats
 
 BEND_STD = 0.02  # prior: a knot lies this near to the line of its neighbours, in units of the output's range
-REST_STD = 0.05  # prior: initial states lie this near to rest, in units of the input's range
+REST_STD = 0.1  # prior: initial states lie this near to rest, in units of the input's range
 COLOUR_BLOCKS = 100  # blocks whose means show how coloured the residual is
 LONGEST_LAG = 64  # samples between two rows before decays are applied in between: 1 / a^64 must not overflow
 GAIN_STD = 1.0  # prior: a mode's gain, in units of the DC gain; keeps modes from cancelling each other
@@ -39,17 +39,11 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Where the search stands. starts (n_segments, width): initial deviations from rest.
-
-    bend_std: prior, see above. misfit: squared error of the structure itself per excursion of the input, found on
-    held-out data; priors are weighed against it where the residual, having followed those excursions, is less.
-    """
+    """Where the search stands. starts (n_segments, width): initial deviations from rest."""
 
     layout: Layout
     theta: Floats
     starts: Floats
-    bend_std: float = BEND_STD
-    misfit: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,11 +103,6 @@ def slow_variance(point: Point, signals: Sequence[Signal]) -> float:
     length = max(1, len(residual) // COLOUR_BLOCKS)
     means = residual[: len(residual) // length * length].reshape(-1, length).mean(axis=1)
     return float(max(np.mean(residual**2), length * np.mean(means**2)))
-
-
-def prior_variance(point: Point, signals: Sequence[Signal]) -> float:
-    """What priors are weighed against: the residual's slow variance, or the structure's known misfit."""
-    return max(slow_variance(point, signals), point.misfit * sum(len(signal.chosen) for signal in signals))
 
 
 def normal_equations(point: Point, signals: Sequence[Signal]) -> Normal:
@@ -184,7 +173,7 @@ def with_priors(point: Point, normal: Normal, variance: float) -> tuple[Normal, 
 def _prior_rows(point: Point) -> tuple[Floats, Floats]:
     """Rows (n_priors, n_columns) and values, in units of one sigma of the prior: bends, gains, initial states."""
     layout, n = point.layout, point.layout.size
-    bends = bend_rows(layout, point.theta) / point.bend_std
+    bends = bend_rows(layout, point.theta) / BEND_STD
     rows = np.zeros((len(bends) + layout.width + point.starts.size, n + point.starts.size))
     rows[: len(bends), :n] = bends
     gains = len(bends) + np.arange(layout.width)
@@ -246,7 +235,7 @@ def search(
         directions = np.eye(len(free))[:, free]
     damping, cost = 1e-3, np.inf
     for _ in range(iterations):
-        variance = prior_variance(point, signals)
+        variance = slow_variance(point, signals)
         normal, prior = with_priors(point, normal_equations(point, signals), variance)
         before = normal.squares + prior
         if not np.isfinite(normal.matrix).all():

@@ -18,6 +18,7 @@ from thrustd.model.stage import Floats
 DEGREE = 3
 SEGMENTS = 10
 BINS = 50
+STRAIGHTEN = 0.01  # weight of a bend, in units of all samples
 STRAIGHT = PiecewiseLinear([0.0, 1.0], [0.0, 1.0])
 
 
@@ -63,9 +64,20 @@ def _pwl(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
     side = np.bincount(at, t * (1 - t), n)[:-1]
     matrix += np.diag(side, 1) + np.diag(side, -1)
     right = np.bincount(at, (1 - t) * force_n, n) + np.bincount(at + 1, t * force_n, n)
+    bends = _bends(knots)
+    matrix += STRAIGHTEN * len(u) * bends.T @ bends  # hardly anything where there are data, a straight line where not
     heights = np.linalg.lstsq(matrix, right, rcond=1e-12)[0]
     curve = PiecewiseLinear(list(map(float, knots)), list(map(float, heights)))
     return _static("static-pwl", curve, u, force_n, n)
+
+
+def _bends(knots: Floats) -> Floats:
+    """Rows (n - 2, n): distance of each inner knot from the line of its neighbours."""
+    rows = np.zeros((len(knots) - 2, len(knots)))
+    for j in range(1, len(knots) - 1):
+        t = (knots[j] - knots[j - 1]) / (knots[j + 1] - knots[j - 1])
+        rows[j - 1, j - 1 : j + 2] = t - 1, 1, -t
+    return rows
 
 
 STRUCTURES = (
