@@ -58,15 +58,12 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         shell = Shell(installation, base, queue, opened)
         pipeline, start = start_pipeline(shell)
         bus = CanBus(config.can.interface, config.can.channel, config.can.bitrate, queue.put)
-        receivers = (
-            SerialPort(config.adc.port, config.adc.baud, queue.put),
-            bus,
-            Ticker(config.steps.tick_hz, queue.put),
-        )
+        adc = SerialPort(config.adc.port, config.adc.baud, queue.put)
         recorder, sinks = open_sinks(shell, bus, log_folder, start)
         saver = open_checkpoint(shell, pipeline)
         open_health(shell, counts, recorder, saver)
         heart = Heartbeat(service, counts, tuple(config.aircraft.engines), clocks, queue.put, saver.save)
+        sinks.append(counts)
         takers = [counts.take_event, heart.take_event]
         takers = takers if recorder is None else [recorder.write_event, *takers]
 
@@ -75,14 +72,14 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
                 take(event)
 
         def listen(output: Output) -> None:
-            for sink in (*sinks, counts):
+            for sink in sinks:
                 sink.write_output(output)
 
         gc.collect()
         gc.freeze()  # the models and tables stay: no collection walks them in flight
         ask_for(config.realtime, say)
         service.say(f"READY=1\nSTATUS={heart.status()}")
-        run(merged(queue, receivers, stop), pipeline, record, listen)
+        run(merged(queue, (adc, bus, Ticker(config.steps.tick_hz, queue.put)), stop), pipeline, record, listen)
         service.say("STOPPING=1")
     return 0
 

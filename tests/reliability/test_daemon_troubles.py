@@ -1,0 +1,50 @@
+"""The onboard process starts and flies although nothing around it works."""
+
+import resource
+import socket
+
+from tests.hil.test_hil import ServiceManager
+from tests.reliability.rig import Daemon, reliable_aircraft
+from thrustd.config import Realtime
+from thrustd.installation import read_installation
+from thrustd.realtime import ask_for
+
+
+def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
+    config = reliable_aircraft(tmp_path, "239.74.163.51")
+    (tmp_path / "logs").write_text("a file where the folder of the logs should be")
+    (tmp_path / "checkpoint.json").write_text('{"sha256": "00", "body": {}}')
+    with socket.socket() as taken, ServiceManager(tmp_path / "notify") as manager:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        text = config.read_text().replace(f"port = {read_installation(config).config.health.port}", f"port = {port}")
+        config.write_text(f"{text}\n[live_view]\nport = {port}\n")
+        daemon = Daemon(config, manager)
+        try:
+            assert manager.wait_for("not recording")  # in the status line of a heartbeat
+            words = daemon.stop()
+        finally:
+            daemon.close()
+    assert daemon.process.returncode == 0
+    assert f"health.port = {port}: cannot be bound" in words
+    assert f"live_view = 127.0.0.1:{port}: cannot be bound" in words
+    assert "damaged: its checksum does not match: starting cold" in words
+    assert "Traceback" not in words
+
+
+def test_what_the_kernel_refuses_is_said_and_flown_without(monkeypatch):
+    def refuse(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr("os.sched_setscheduler", refuse)
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (65536, 65536))
+    said = []
+    ask_for(Realtime(fifo_priority=20, lock_memory=True), said.append)
+    assert [word.split(":")[0] for word in said] == ["realtime.fifo_priority = 20", "realtime.lock_memory = true"]
+    assert all("refused" in word for word in said)
+
+
+def test_nothing_is_asked_of_the_kernel_unless_wished(monkeypatch):
+    monkeypatch.delattr("os.sched_setscheduler")
+    ask_for(Realtime(), lambda word: None)
