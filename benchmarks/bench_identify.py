@@ -79,11 +79,11 @@ def main() -> None:
     found = fit_hw_pwl([data], HwSettings(order=given.order))
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    unseen, _ = record(spec, given.unseen, 2)
+    unseen, unseen_floor_n = record(spec, given.unseen, 2)
     print(f"fit of {given.samples} samples: {wall:.1f} s, {cpu:.1f} s of processor time")
     print(f"memory: peak {peak_mb:.0f} MB, {before_mb:.0f} MB of it before the fit (data and libraries)")
     print(f"error / noise floor: training {free_run(found.spec, data) / floor_n:.4f}, "
-          f"unseen {free_run(found.spec, unseen) / floor_n:.4f}")  # fmt: skip
+          f"unseen {free_run(found.spec, unseen) / unseen_floor_n:.4f}")  # fmt: skip
     taus = sorted(mode.tau_s for mode in found.spec.linear.real_modes)
     print("time constants:", ", ".join(f"{tau:.4g} s" for tau in taus))
     print(f"simulation of 13.4 million samples: {simulation_s(found.spec, 13_400_000):.2f} s")
