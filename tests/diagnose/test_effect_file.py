@@ -5,6 +5,7 @@ import pytest
 from thrustd.diagnose.effect_card import card_picture, card_text, shelf_text
 from thrustd.diagnose.effect_file import load_effect_file
 from thrustd.errors import ModelError
+from thrustd.model import effects
 from thrustd.model.effects import effect_named, shelf
 
 OWN = '''"""Cabin pressure pushes on the pylon: F = F_core + k p."""
@@ -23,6 +24,13 @@ EFFECT = Effect("cabin_push", "cabin pressure on the pylon", "force", ("cabin_ps
     (Parameter("k_n_psi", "N/psi", 0.0, -1e3, 1e3, (10.0,), "force per pressure"),),
     step, prepare, 0, "F = F_core + k p", "a guess", "change the cabin pressure on the ground")
 '''
+
+
+@pytest.fixture(autouse=True)
+def shelf_as_it_was(monkeypatch):
+    monkeypatch.setattr(effects, "_more", {})
+    yield
+    shelf.cache_clear()
 
 
 @pytest.mark.parametrize("name", sorted(shelf()))
