@@ -127,6 +127,7 @@ def main() -> None:
     parser.add_argument("--config", type=Path, default=Path("deploy/hil.toml"))
     parser.add_argument("--minutes", type=float, default=5.0)
     parser.add_argument("--moments", type=int, default=3)
+    parser.add_argument("--first", type=float, default=60.0, help="no fault before so many seconds")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     installation = read_installation(arguments.config)
@@ -135,7 +136,7 @@ def main() -> None:
     events = twin_events(installation, seconds, arguments.seed)
     good = flown(installation, parts, events)
     room_s = seconds - SETTLE_S - TAIL_S - max(case.lasts_s for case in CASES)
-    moments = np.random.default_rng(arguments.seed).uniform(60.0, room_s, arguments.moments)
+    moments = np.random.default_rng(arguments.seed).uniform(arguments.first, room_s, arguments.moments)
     print("| fault | status bit | longest pause s | seen | inside 95 % band | after 12 s: N, sigma |")
     print("|---|---|---|---|---|---|")
     for case in track(CASES, "flying", transient=True):
