@@ -9,6 +9,7 @@ from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progre
 
 if TYPE_CHECKING:
     from thrustd.model.effect import Effect
+    from thrustd.records.recording import Recording
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -73,8 +74,9 @@ def compare_verb(arguments: argparse.Namespace) -> int:
 def diagnose_verb(arguments: argparse.Namespace) -> int:
     from thrustd.diagnose.diagnose import diagnose
 
+    records = read_recordings(arguments.data)
+    extra = _effects(arguments, records)
     (spec,) = read_models([arguments.model]).values()
-    records, extra = read_recordings(arguments.data), _effects(arguments)
     with progress(f"diagnose {arguments.model.name}") as advance:
         report = diagnose(
             spec,
@@ -98,14 +100,15 @@ def extend_verb(arguments: argparse.Namespace) -> int:
     from thrustd.diagnose.extend import extend
     from thrustd.errors import UsageError
 
-    effects = _effects(arguments)
+    records = read_recordings(arguments.data)
+    effects = _effects(arguments, records)
     if not effects:
         raise UsageError("thrustd extend: --effect is missing; expected a name (see thrustd effects) or an expression")
     (spec,) = read_models([arguments.model]).values()
     with progress(f"extend {arguments.model.name}") as advance:
         report = extend(
             spec,
-            read_recordings(arguments.data),
+            records,
             effects,
             name=arguments.out.stem,
             against=arguments.against,
@@ -159,9 +162,15 @@ def _add_effects(parser: argparse.ArgumentParser, words: str) -> None:
     parser.add_argument("--effect-file", action="append", default=[], type=Path, help="Python file with an EFFECT")
 
 
-def _effects(arguments: argparse.Namespace) -> list["Effect"]:
+def _effects(arguments: argparse.Namespace, records: list["Recording"]) -> list["Effect"]:
+    """Effects from files, names and expressions; an expression may read any column of the recordings."""
     from thrustd.diagnose.effect_file import load_effect_file
     from thrustd.model.effects import effect_named
+    from thrustd.model.expression import expression_effect
 
     own = [effect for path in arguments.effect_file for effect in load_effect_file(path)]
-    return [*own, *map(effect_named, arguments.effect)]
+    columns = tuple(records[0].channels)
+    for text in arguments.effect:
+        is_name = text.replace("_", "").isalnum()
+        own.append(effect_named(text) if is_name else expression_effect(text, columns))
+    return own
