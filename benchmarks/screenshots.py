@@ -18,6 +18,7 @@ from playwright.sync_api import sync_playwright
 from thrustd.twin.hide import hide
 
 EFFECT, SEED, STRENGTH = "axial_inertia", 3, 4.0
+FIRST = "bench-model"
 SIZES = ((1280, 800), (1920, 1080))
 LONG_MS = 600_000
 FLIGHT = Path("replay_logs/throttle-steps.mcap")
@@ -90,8 +91,7 @@ def take(browser: Any, url: str, out: Path, size: tuple[int, int], scheme: str) 
 
 def prepare(page: Any, view: str) -> None:
     """What a person would do on this screen before looking."""
-    if view in ("fails", "missing"):
-        first_model(page)
+    choose_model(page, FIRST if view in ("fails", "missing") else f"{FIRST}+{EFFECT}")
     if view == "fails":
         page.locator(".reasons button").first.click()
     if view == "flight":
@@ -103,10 +103,10 @@ def prepare(page: Any, view: str) -> None:
         page.mouse.move(700, 420)
 
 
-def first_model(page: Any) -> None:
-    """The model before the effect was added: that is where something fails."""
-    page.locator(".context select").first.select_option("bench-model.json")
-    page.wait_for_timeout(1500)
+def choose_model(page: Any, stem: str) -> None:
+    """What fails is the model before the effect was added; what is kept is the one after."""
+    page.locator(".context select").first.select_option(f"{stem}.json")
+    page.wait_for_timeout(2500)
 
 
 if __name__ == "__main__":

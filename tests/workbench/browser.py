@@ -9,13 +9,21 @@ PATHS = ("chromium", "chromium-browser", "google-chrome")
 LONG_MS = 300_000  # a fit on a busy machine
 
 
-@contextmanager
-def page_of(url, width=1280, height=800, scheme="light"):
-    """A page on `url`; complaints of the page's own code fail the test."""
+def chromium():
+    """Its path; skips the test, and says what to do, where there is none."""
     executable = next(filter(None, map(shutil.which, PATHS)), None)
     if executable is None:
         pytest.skip("no chromium on this machine: apt-get install chromium, then this test runs")
-    sync_api = pytest.importorskip("playwright.sync_api", reason="pip install playwright, then this test runs")
+    pytest.importorskip("playwright.sync_api", reason="pip install playwright, then this test runs")
+    return executable
+
+
+@contextmanager
+def page_of(url, width=1280, height=800, scheme="light"):
+    """A page on `url`; complaints of the page's own code fail the test."""
+    executable = chromium()
+    from playwright import sync_api
+
     complaints: list[str] = []
     with sync_api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.workbench.browser import LONG_MS, idle, next_step, page_of
+from tests.workbench.browser import LONG_MS, chromium, idle, next_step, page_of
 from tests.workbench.served import workbench
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
@@ -17,6 +17,7 @@ SPIKE_AT_S = 61_234.56
 
 @pytest.fixture(scope="module")
 def exercise(tmp_path_factory):
+    chromium()
     folder = tmp_path_factory.mktemp("exercise")
     hide(("axial_inertia",), seed=3, strength=4.0, out_dir=folder)
     (folder / "truth.json").unlink()
@@ -85,6 +86,7 @@ def see_the_fallen_bar(page):
 
 @pytest.fixture(scope="module")
 def long_record(tmp_path_factory):
+    chromium()
     folder = tmp_path_factory.mktemp("long")
     time_s = np.arange(N_LONG) / 100.0
     deformation = 0.5 + 0.3 * np.sin(time_s / 500) + np.random.default_rng(0).standard_normal(N_LONG) * 1e-3

@@ -1,162 +1,45 @@
-// Small exact charts on canvas: axes with ticks, titles with units, a readout under the pointer.
+// The pictures of a comparison and of a diagnosis.
+import { band, chart, FONT, line, nearest, rule, span, text } from "./axes.js";
 import { css, h } from "./dom.js";
-import { number, plainTick } from "./format.js";
-
-const LEFT = 62, RIGHT = 12, TOP = 10, BOTTOM = 40, FONT = "11.5px Inter, 'Segoe UI', system-ui, 'DejaVu Sans', sans-serif";
-
-// spec: {x: {title, low, high, log}, y: {...}, height, draw(p), at(x, y) -> text}
-export function chart(spec) {
-  const canvas = h("canvas", { class: "chart", role: "img", "aria-label": `${spec.y.title} against ${spec.x.title}` });
-  const paint = () => {
-    const width = canvas.clientWidth, height = spec.height ?? 220, scale = devicePixelRatio;
-    if (!width) return;
-    canvas.style.height = height + "px";
-    canvas.width = Math.round(width * scale);
-    canvas.height = Math.round(height * scale);
-    const ctx = canvas.getContext("2d");
-    ctx.scale(scale, scale);
-    const p = pane(ctx, spec, width, height);
-    axes(p, spec);
-    ctx.save();
-    ctx.beginPath();
-    ctx.rect(p.left, p.top, p.width, p.height);
-    ctx.clip();
-    spec.draw(p);
-    ctx.restore();
-    canvas.pane = p;
-  };
-  new ResizeObserver(paint).observe(canvas);
-  if (spec.at) {
-    canvas.addEventListener("pointermove", (event) => {
-      const p = canvas.pane;
-      canvas.title = p ? spec.at(p.unX(event.offsetX), p.unY(event.offsetY)) ?? "" : "";
-    });
-  }
-  canvas.repaint = paint;
-  return canvas;
-}
-
-function pane(ctx, spec, width, height) {
-  const right = RIGHT + (spec.right ?? 0);
-  const p = { ctx, left: LEFT, top: TOP, width: width - LEFT - right, height: height - TOP - BOTTOM, total: width };
-  const map = (axis, from, span) => {
-    const f = axis.log ? Math.log10 : (v) => v, a = f(axis.low), b = f(axis.high);
-    return [(v) => from + (span * (f(v) - a)) / (b - a), (px) => { const v = a + ((px - from) / span) * (b - a); return axis.log ? 10 ** v : v; }];
-  };
-  [p.x, p.unX] = map(spec.x, p.left, p.width);
-  [p.y, p.unY] = map(spec.y, p.top + p.height, -p.height);
-  return p;
-}
-
-function axes(p, spec) {
-  const { ctx } = p;
-  ctx.font = FONT;
-  ctx.lineWidth = 1;
-  const xs = ticks(spec.x, Math.max(2, p.width / 80)), ys = ticks(spec.y, Math.max(2, p.height / 36));
-  for (const tick of xs) {
-    const x = Math.round(p.x(tick)) + 0.5;
-    rule(ctx, x, p.top, x, p.top + p.height);
-    text(ctx, tickLabel(tick, xs, spec.x), x, p.top + p.height + 14, "center");
-  }
-  for (const tick of ys) {
-    const y = Math.round(p.y(tick)) + 0.5;
-    rule(ctx, p.left, y, p.left + p.width, y);
-    text(ctx, tickLabel(tick, ys, spec.y), p.left - 6, y + 4, "right");
-  }
-  text(ctx, spec.x.title, p.left + p.width / 2, p.top + p.height + 31, "center", "--ink-2");
-  ctx.save();
-  ctx.translate(11, p.top + p.height / 2);
-  ctx.rotate(-Math.PI / 2);
-  text(ctx, spec.y.title, 0, 0, "center", "--ink-2");
-  ctx.restore();
-}
-
-function rule(ctx, x1, y1, x2, y2, color = "--line") {
-  ctx.strokeStyle = css(color);
-  ctx.beginPath();
-  ctx.moveTo(x1, y1);
-  ctx.lineTo(x2, y2);
-  ctx.stroke();
-}
-
-function text(ctx, said, x, y, align, color = "--ink-2") {
-  ctx.fillStyle = css(color);
-  ctx.textAlign = align;
-  ctx.fillText(said, x, y);
-}
-
-export function ticks({ low, high, log }, most) {
-  if (log) {
-    const found = [], every = Math.ceil((Math.log10(high) - Math.log10(low)) / most);
-    for (let e = Math.ceil(Math.log10(low) - 1e-9); e <= Math.log10(high) + 1e-9; e += every) found.push(10 ** e);
-    return found;
-  }
-  const rough = (high - low) / most, size = 10 ** Math.floor(Math.log10(rough));
-  const step = size * [1, 2, 2.5, 5, 10].find((s) => s * size >= rough), found = [];
-  for (let v = Math.ceil(low / step) * step; v <= high + 1e-9 * step; v += step) found.push(Math.abs(v) < step / 1e6 ? 0 : v);
-  return found;
-}
-
-const tickLabel = (tick, all, { log }) => (log ? plainTick(tick, Math.abs(tick) || 1) : plainTick(tick, all.length > 1 ? all[1] - all[0] : 1));
-
-export const span = (values, room = 0.05) => {
-  const good = values.flat().filter((v) => Number.isFinite(v));
-  const low = Math.min(...good), high = Math.max(...good), extra = (high - low || Math.abs(high) || 1) * room;
-  return { low: low - extra, high: high + extra };
-};
-
-const line = (p, xs, ys, color, width = 1.4) => {
-  const { ctx } = p;
-  ctx.strokeStyle = css(color);
-  ctx.lineWidth = width;
-  ctx.beginPath();
-  let pen = false;
-  xs.forEach((x, i) => {
-    if (ys[i] === null) { pen = false; return; }
-    if (pen) ctx.lineTo(p.x(x), p.y(ys[i])); else ctx.moveTo(p.x(x), p.y(ys[i]));
-    pen = true;
-  });
-  ctx.stroke();
-};
+import { number } from "./format.js";
 
 // residual against one channel: mean with the 10 to 90 % band; `focus`: the same for the chosen samples only
 export function dependenceChart(d, focus, y, meaning = "") {
   const label = d.channel.replace(/_/g, " ");
   return chart({
-    height: 190, x: { title: meaning || `${d.channel}${d.unit && d.unit !== "-" ? ` [${d.unit}]` : ""}`, ...span([d.at], 0.03) }, y: { title: "residual [N]", ...y },
-    at: (x) => { const i = nearest(d.at, x); return `${label} ${number(d.at[i], 4)} ${d.unit}: mean ${number(d.mean[i], 3)} N, 10 to 90 %: ${number(d.low[i], 3)} to ${number(d.high[i], 3)} N`; },
+    height: 190,
+    x: { title: meaning || `${d.channel}${d.unit && d.unit !== "-" ? ` [${d.unit}]` : ""}`, ...span([d.at], 0.03) },
+    y: { title: "residual [N]", ...y },
+    at: (x) => {
+      const i = nearest(d.at, x);
+      return `${label} ${number(d.at[i], 4)} ${d.unit}: mean ${number(d.mean[i], 3)} N, 10 to 90 %: ${number(d.low[i], 3)} to ${number(d.high[i], 3)} N`;
+    },
     draw(p) {
-      band(p, d, "--s2", focus ? 0.10 : 0.2);
+      band(p, d, "--s2", focus ? 0.1 : 0.2);
       rule(p.ctx, p.left, p.y(0), p.left + p.width, p.y(0), "--ink-3");
       line(p, d.at, d.mean, "--s2", focus ? 1 : 1.8);
-      if (focus) { band(p, focus, "--s1", 0.25); line(p, focus.at, focus.mean, "--s1", 2); }
+      if (focus) {
+        band(p, focus, "--s1", 0.25);
+        line(p, focus.at, focus.mean, "--s1", 2);
+      }
     },
   });
 }
 
-function band(p, d, color, alpha) {
-  const { ctx } = p;
-  ctx.globalAlpha = alpha;
-  ctx.fillStyle = css(color);
-  ctx.beginPath();
-  d.at.forEach((x, i) => ctx.lineTo(p.x(x), p.y(d.high[i])));
-  for (let i = d.at.length - 1; i >= 0; i--) ctx.lineTo(p.x(d.at[i]), p.y(d.low[i]));
-  ctx.fill();
-  ctx.globalAlpha = 1;
-}
-
-const nearest = (values, x) => values.reduce((best, v, i) => (Math.abs(v - x) < Math.abs(values[best] - x) ? i : best), 0);
-
 // blue below, orange above, grey in between: readable without red and green
 export function diverging(share) {
   const from = document.documentElement.dataset.theme === "dark" ? [150, 160, 170] : [176, 184, 192];
-  const to = share < 0 ? [0, 114, 220] : [222, 92, 0], t = Math.min(1, Math.abs(share));
+  const to = share < 0 ? [0, 114, 220] : [222, 92, 0],
+    t = Math.min(1, Math.abs(share));
   return `rgb(${from.map((v, i) => Math.round(v + (to[i] - v) * t)).join(",")})`;
 }
 
 export function loopChart(loop, chosen) {
   return chart({
-    height: 330, right: 66, x: { title: "deformation [mm], loaded by forward thrust +", ...span(loop.deformation_mm) }, y: { title: "measured force [N], forward thrust +", ...span(loop.reference_n) },
+    height: 330,
+    right: 66,
+    x: { title: "deformation [mm], loaded by forward thrust +", ...span(loop.deformation_mm) },
+    y: { title: "measured force [N], forward thrust +", ...span(loop.reference_n) },
     draw(p) {
       const { ctx } = p;
       loop.deformation_mm.forEach((x, i) => {
@@ -175,35 +58,69 @@ export function loopChart(loop, chosen) {
 }
 
 function legend(p, limit) {
-  const { ctx } = p, x = p.left + p.width + 10, height = p.height - 34;
-  for (let i = 0; i < height; i++) { ctx.fillStyle = diverging(1 - (2 * i) / height); ctx.fillRect(x, p.top + 16 + i, 10, 1.2); }
+  const { ctx } = p,
+    x = p.left + p.width + 10,
+    height = p.height - 34;
+  for (let i = 0; i < height; i++) {
+    ctx.fillStyle = diverging(1 - (2 * i) / height);
+    ctx.fillRect(x, p.top + 16 + i, 10, 1.2);
+  }
   ctx.font = FONT;
   text(ctx, "residual", x - 4, p.top + 8, "left");
-  [[limit, 0], [0, 0.5], [-limit, 1]].forEach(([v, at]) => text(ctx, number(v, 2) + (at === 0 ? " N" : ""), x + 14, p.top + 20 + at * height, "left"));
+  [
+    [limit, 0],
+    [0, 0.5],
+    [-limit, 1],
+  ].forEach(([v, at]) => text(ctx, number(v, 2) + (at === 0 ? " N" : ""), x + 14, p.top + 20 + at * height, "left"));
 }
 
 export function mapChart(map, chosen) {
-  const rates = map.rate_edges_n_s.map((r) => Math.max(r, 2)), top = Math.max(...map.rms_n.flat().filter((v) => v !== null)), shown = chosen ?? map;
+  const rates = map.rate_edges_n_s.map((r) => Math.max(r, 2)),
+    top = Math.max(...map.rms_n.flat().filter((v) => v !== null)),
+    shown = chosen ?? map;
   return chart({
-    height: 330, right: 66, x: { title: "model force [N]", ...span(map.force_edges_n, 0) }, y: { title: "force rate, absolute [N/s]", low: rates[0], high: rates.at(-1), log: true },
+    height: 330,
+    right: 66,
+    x: { title: "model force [N]", ...span(map.force_edges_n, 0) },
+    y: { title: "force rate, absolute [N/s]", low: rates[0], high: rates.at(-1), log: true },
     at: (x, y) => {
-      const i = cell(map.force_edges_n, x), j = cell(rates, y), rms = shown.rms_n[i]?.[j];
+      const i = cell(map.force_edges_n, x),
+        j = cell(rates, y),
+        rms = shown.rms_n[i]?.[j];
       return rms === null || rms === undefined ? "no data here" : `${number(rms, 3)} N RMS`;
     },
     draw(p) {
       const { ctx } = p;
-      shown.rms_n.forEach((row, i) => row.forEach((rms, j) => {
-        if (rms === null) return;
-        ctx.fillStyle = heat(rms / top);
-        const x = p.x(shown.force_edges_n[i]), y = p.y(Math.max(shown.rate_edges_n_s[j + 1], 2));
-        ctx.fillRect(x, y, p.x(shown.force_edges_n[i + 1]) - x + 0.5, p.y(Math.max(shown.rate_edges_n_s[j], 2)) - y + 0.5);
-      }));
+      shown.rms_n.forEach((row, i) =>
+        row.forEach((rms, j) => {
+          if (rms === null) return;
+          ctx.fillStyle = heat(rms / top);
+          const x = p.x(shown.force_edges_n[i]),
+            y = p.y(Math.max(shown.rate_edges_n_s[j + 1], 2));
+          ctx.fillRect(
+            x,
+            y,
+            p.x(shown.force_edges_n[i + 1]) - x + 0.5,
+            p.y(Math.max(shown.rate_edges_n_s[j], 2)) - y + 0.5,
+          );
+        }),
+      );
       ctx.restore();
-      const x = p.left + p.width + 10, height = p.height - 34;
-      for (let i = 0; i < height; i++) { ctx.fillStyle = heat(1 - i / height); ctx.fillRect(x, p.top + 16 + i, 10, 1.2); }
+      const x = p.left + p.width + 10,
+        height = p.height - 34;
+      for (let i = 0; i < height; i++) {
+        ctx.fillStyle = heat(1 - i / height);
+        ctx.fillRect(x, p.top + 16 + i, 10, 1.2);
+      }
       ctx.font = FONT;
       text(ctx, "RMS", x - 4, p.top + 8, "left");
-      [[top, 0], [top / 2, 0.5], [0, 1]].forEach(([v, at]) => text(ctx, number(v, 2) + (at === 0 ? " N" : ""), x + 14, p.top + 20 + at * height, "left"));
+      [
+        [top, 0],
+        [top / 2, 0.5],
+        [0, 1],
+      ].forEach(([v, at]) =>
+        text(ctx, number(v, 2) + (at === 0 ? " N" : ""), x + 14, p.top + 20 + at * height, "left"),
+      );
       ctx.save();
     },
   });
@@ -212,41 +129,93 @@ export function mapChart(map, chosen) {
 const cell = (edges, v) => edges.findLastIndex((edge) => edge <= v);
 
 function heat(share) {
-  const rgb = (name) => css(name).match(/\w\w/g).map((two) => parseInt(two, 16)), a = rgb("--heat-0"), b = rgb("--heat-1"), t = Math.min(1, Math.max(0, share)) ** 0.8;
+  const rgb = (name) =>
+      css(name)
+        .match(/\w\w/g)
+        .map((two) => parseInt(two, 16)),
+    a = rgb("--heat-0"),
+    b = rgb("--heat-1"),
+    t = Math.min(1, Math.max(0, share)) ** 0.8;
   return `rgb(${a.map((v, i) => Math.round(v + (b[i] - v) * t)).join(",")})`;
 }
 
 export function spectrumChart(s) {
   const hz = s.frequency_hz;
   return chart({
-    height: 220, x: { title: "frequency [Hz]", low: hz[0], high: hz.at(-1), log: true }, y: { title: "residual [N/√Hz]", low: Math.min(...s.residual_n_rthz) * 0.8, high: Math.max(...s.residual_n_rthz) * 1.25, log: true },
-    at: (x) => { const i = nearest(hz, x); return `${number(hz[i], 3)} Hz: ${number(s.residual_n_rthz[i], 3)} N/√Hz`; },
-    draw(p) { line(p, hz, s.residual_n_rthz, "--s2", 1.4); },
+    height: 220,
+    x: { title: "frequency [Hz]", low: hz[0], high: hz.at(-1), log: true },
+    y: {
+      title: "residual [N/√Hz]",
+      low: Math.min(...s.residual_n_rthz) * 0.8,
+      high: Math.max(...s.residual_n_rthz) * 1.25,
+      log: true,
+    },
+    at: (x) => {
+      const i = nearest(hz, x);
+      return `${number(hz[i], 3)} Hz: ${number(s.residual_n_rthz[i], 3)} N/√Hz`;
+    },
+    draw(p) {
+      line(p, hz, s.residual_n_rthz, "--s2", 1.4);
+    },
   });
 }
 
 const MANY = ["--s1", "--s2", "--s3", "--s4", "--s5", "--s6"];
 // the channels most coherent with the residual
 export function coherenceChart(s) {
-  const most = Object.entries(s.coherence).map(([name, share]) => [name, share, Math.max(...share)]).sort((a, b) => b[2] - a[2]).slice(0, 5);
+  const most = Object.entries(s.coherence)
+    .map(([name, share]) => [name, share, Math.max(...share)])
+    .sort((a, b) => b[2] - a[2])
+    .slice(0, 5);
   const hz = s.coherence_hz;
   const plot = chart({
-    height: 220, x: { title: "frequency [Hz]", low: hz[0], high: hz.at(-1), log: true }, y: { title: "coherence with the residual [-]", low: 0, high: 1 },
-    at: (x) => { const i = nearest(hz, x); return `${number(hz[i], 3)} Hz: ` + most.map(([name, share]) => `${name} ${number(share[i], 2)}`).join(", "); },
-    draw(p) { most.forEach(([, share], i) => line(p, hz, share, MANY[i], 1.4)); },
+    height: 220,
+    x: { title: "frequency [Hz]", low: hz[0], high: hz.at(-1), log: true },
+    y: { title: "coherence with the residual [-]", low: 0, high: 1 },
+    at: (x) => {
+      const i = nearest(hz, x);
+      return `${number(hz[i], 3)} Hz: ` + most.map(([name, share]) => `${name} ${number(share[i], 2)}`).join(", ");
+    },
+    draw(p) {
+      most.forEach(([, share], i) => line(p, hz, share, MANY[i], 1.4));
+    },
   });
-  return h("div", {}, plot, h("div", { class: "keys" }, most.map(([name], i) => { const mark = h("i"); mark.style.borderTopColor = `var(${MANY[i]})`; return h("span", { class: "key" }, mark, name); })));
+  return h(
+    "div",
+    {},
+    plot,
+    h(
+      "div",
+      { class: "keys" },
+      most.map(([name], i) => {
+        const mark = h("i");
+        mark.style.borderTopColor = `var(${MANY[i]})`;
+        return h("span", { class: "key" }, mark, name);
+      }),
+    ),
+  );
 }
 
 // what an effect adds to the force in a standard programme
 export function signatureChart(s) {
   const top = Math.max(...s.added_n.map(Math.abs), 1e-9);
   return chart({
-    height: 200, x: { title: "time [s]", low: 0, high: s.time_s.at(-1) }, y: { title: "added force [N]", low: -1.15 * top, high: 1.15 * top },
-    at: (x) => { const i = nearest(s.time_s, x); return `${number(s.time_s[i], 3)} s: ${number(s.added_n[i], 3)} N at ${number(s.programme_n[i], 3)} N`; },
+    height: 200,
+    x: { title: "time [s]", low: 0, high: s.time_s.at(-1) },
+    y: { title: "added force [N]", low: -1.15 * top, high: 1.15 * top },
+    at: (x) => {
+      const i = nearest(s.time_s, x);
+      return `${number(s.time_s[i], 3)} s: ${number(s.added_n[i], 3)} N at ${number(s.programme_n[i], 3)} N`;
+    },
     draw(p) {
       const high = Math.max(...s.programme_n);
-      line(p, s.time_s, s.programme_n.map((v) => (1.9 * v / high - 0.95) * top), "--line-strong", 1.2);
+      line(
+        p,
+        s.time_s,
+        s.programme_n.map((v) => ((1.9 * v) / high - 0.95) * top),
+        "--line-strong",
+        1.2,
+      );
       rule(p.ctx, p.left, p.y(0), p.left + p.width, p.y(0), "--ink-3");
       line(p, s.time_s, s.added_n, "--s1", 1.8);
     },

@@ -6,18 +6,79 @@ import { attempt, order, recording, report } from "./store.js";
 export function conditionBar(recordings, models, show) {
   const known = [...new Set(recordings().flatMap((name) => recording(name)?.meta?.channels.map((c) => c.name) ?? []))];
   if (!known.includes("force_N") || !models().length) return h("span");
-  const asked = { channel: "force_N", low: "", high: "", phase: "" }, said = h("span", { class: "quiet", role: "status" });
-  const number = (field, label) => h("input", { type: "number", step: "any", placeholder: label, "aria-label": `${label} limit`, oninput: (event) => { asked[field] = event.target.value; } });
+  const asked = { channel: "force_N", low: "", high: "", phase: "" },
+    said = h("span", { class: "quiet", role: "status" });
+  const number = (field, label) =>
+    h("input", {
+      type: "number",
+      step: "any",
+      placeholder: label,
+      "aria-label": `${label} limit`,
+      oninput: (event) => {
+        asked[field] = event.target.value;
+      },
+    });
   const go = attempt(async () => {
     const limit = (text) => (text === "" ? null : Number(text));
-    const job = await order("compare", { models: models(), recordings: recordings(), condition: { channel: asked.channel, low: limit(asked.low), high: limit(asked.high), phase: asked.phase } });
+    const job = await order("compare", {
+      models: models(),
+      recordings: recordings(),
+      condition: { channel: asked.channel, low: limit(asked.low), high: limit(asked.high), phase: asked.phase },
+    });
     if (job.state !== "done") return;
     const answer = await report(job.result.report);
     show(new Map(Object.entries(answer.condition.intervals)));
     said.textContent = `${percent(answer.condition.time_share)} of the time; RMSE there ${answer.cells.map((c) => newtons(c.rmse_n)).join(", ")}`;
   });
-  return h("form", { class: "toolbar", onsubmit: (event) => { event.preventDefault(); go(); } },
-    h("label", {}, "Condition", select([["", "any force"], ["loading", "loading"], ["unloading", "unloading"]], "", (v) => { asked.phase = v; }, "phase")),
-    select(known.map((c) => [c, c]), "force_N", (v) => { asked.channel = v; }, "condition channel"), number("low", "from"), number("high", "to"),
-    h("button", {}, "Show"), h("button", { type: "button", class: "plain", onclick: () => { show(new Map()); said.textContent = ""; } }, "clear"), said);
+  return h(
+    "form",
+    {
+      class: "toolbar",
+      onsubmit: (event) => {
+        event.preventDefault();
+        go();
+      },
+    },
+    h(
+      "label",
+      {},
+      "Condition",
+      select(
+        [
+          ["", "any force"],
+          ["loading", "loading"],
+          ["unloading", "unloading"],
+        ],
+        "",
+        (v) => {
+          asked.phase = v;
+        },
+        "phase",
+      ),
+    ),
+    select(
+      known.map((c) => [c, c]),
+      "force_N",
+      (v) => {
+        asked.channel = v;
+      },
+      "condition channel",
+    ),
+    number("low", "from"),
+    number("high", "to"),
+    h("button", {}, "Show"),
+    h(
+      "button",
+      {
+        type: "button",
+        class: "plain",
+        onclick: () => {
+          show(new Map());
+          said.textContent = "";
+        },
+      },
+      "clear",
+    ),
+    said,
+  );
 }

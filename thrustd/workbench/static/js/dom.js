@@ -6,7 +6,8 @@ export function h(tag, props = {}, ...children) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else if (name === "class") element.className = value;
     else if (name === "style") for (const [k, v] of Object.entries(value)) element.style.setProperty(k, v);
-    else if (name === "value" || name === "checked" || name === "selected" || name === "disabled") element[name] = value;
+    else if (name === "value" || name === "checked" || name === "selected" || name === "disabled")
+      element[name] = value;
     else element.setAttribute(name, value === true ? "" : value);
   }
   element.append(...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false));
@@ -20,9 +21,15 @@ export function panel(title, header, ...body) {
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 export function select(options, chosen, onchange, label) {
-  return h("select", { onchange: (event) => onchange(event.target.value), "aria-label": label },
-    options.map(([value, text]) => h("option", { value, selected: value === chosen }, text)));
+  return h(
+    "select",
+    { onchange: (event) => onchange(event.target.value), "aria-label": label },
+    options.map(([value, text]) => h("option", { value, selected: value === chosen }, text)),
+  );
 }
 
 // replace what an element holds; nothing for null
-export const fill = (element, ...children) => element.replaceChildren(...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false));
+export const fill = (element, ...children) =>
+  element.replaceChildren(
+    ...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false),
+  );

@@ -5,14 +5,26 @@ import { attempt, refresh, say, session, store } from "./store.js";
 
 export function dropFiles(target) {
   let veil = null;
-  const end = () => { veil?.remove(); veil = null; };
+  const end = () => {
+    veil?.remove();
+    veil = null;
+  };
   target.addEventListener("dragover", (event) => {
     if (![...event.dataTransfer.types].includes("Files")) return;
     event.preventDefault();
-    if (!veil) { veil = h("div", { class: "drop-veil" }, `Drop to add to ${store.server.folder}`); document.body.append(veil); }
+    if (!veil) {
+      veil = h("div", { class: "drop-veil" }, `Drop to add to ${store.server.folder}`);
+      document.body.append(veil);
+    }
   });
-  target.addEventListener("dragleave", (event) => { if (!event.relatedTarget) end(); });
-  target.addEventListener("drop", (event) => { event.preventDefault(); end(); addFiles([...event.dataTransfer.files]); });
+  target.addEventListener("dragleave", (event) => {
+    if (!event.relatedTarget) end();
+  });
+  target.addEventListener("drop", (event) => {
+    event.preventDefault();
+    end();
+    addFiles([...event.dataTransfer.files]);
+  });
 }
 
 export async function addFiles(files) {

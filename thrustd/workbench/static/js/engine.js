@@ -3,7 +3,15 @@ import { h } from "./dom.js";
 import { newtons, number, signed } from "./format.js";
 import { store } from "./store.js";
 
-const GRAVE = ["MOUNT_LOST", "BROCHURE_LOST", "MOUNT_FAILED", "BROCHURE_FAILED", "STUCK", "OUT_OF_RANGE", "MOUNTS_DISAGREE"];
+const GRAVE = [
+  "MOUNT_LOST",
+  "BROCHURE_LOST",
+  "MOUNT_FAILED",
+  "BROCHURE_FAILED",
+  "STUCK",
+  "OUT_OF_RANGE",
+  "MOUNTS_DISAGREE",
+];
 const SIGMAS = 1.96; // 95 % of a normal distribution
 const UNSETTLED_N = 2000; // one sigma before the first measurement: a band that wide says nothing
 const words = (name) => name.toLowerCase().replaceAll("_", " ");
@@ -12,11 +20,24 @@ export class EngineTile {
   constructor(name) {
     this.thrust = h("b", {}, "–");
     this.band = h("span", { class: "quiet" });
-    this.routes = ["fused", "mount route", "brochure route"].map((title) => ({ title, value: h("b", {}, "–"), more: h("span", {}) }));
+    this.routes = ["fused", "mount route", "brochure route"].map((title) => ({
+      title,
+      value: h("b", {}, "–"),
+      more: h("span", {}),
+    }));
     this.lamps = h("div", { class: "lamps", role: "status" });
-    this.root = h("section", { class: "panel engine" }, h("header", {}, h("h2", {}, `${name} engine`), this.band),
+    this.root = h(
+      "section",
+      { class: "panel engine" },
+      h("header", {}, h("h2", {}, `${name} engine`), this.band),
       h("div", { class: "body big" }, this.thrust, h("span", { class: "quiet" }, "N net thrust, forward +")),
-      h("div", { class: "routes" }, this.routes.map((r) => h("div", {}, h("span", {}, r.title), r.value, r.more))), this.lamps);
+      h(
+        "div",
+        { class: "routes" },
+        this.routes.map((r) => h("div", {}, h("span", {}, r.title), r.value, r.more)),
+      ),
+      this.lamps,
+    );
   }
 
   // e: fields of types.Estimate
@@ -24,29 +45,67 @@ export class EngineTile {
     const width = SIGMAS * e.thrust_std_n;
     this.thrust.textContent = number(e.thrust_n, Math.abs(e.thrust_n) >= 1000 ? 4 : 3);
     this.band.textContent = `95 %: ${number(e.thrust_n - width, 4)} to ${number(e.thrust_n + width, 4)} N`;
-    const route = (value, std, bias) => (Number.isFinite(value) && value !== null ? [newtons(value), `± ${newtons(SIGMAS * std)}, bias ${bias}`] : ["no measurement", `bias ${bias}`]);
-    const said = [[`± ${newtons(width)}`, `rate ${signed(e.thrust_rate_n_s, 2)} N/s`], route(e.mount_n, e.mount_std_n, `${signed(e.mount_bias_n, 2)} N`), route(e.brochure_n, e.brochure_std_n, `${signed(100 * e.brochure_bias, 2)} %`)];
-    this.routes.forEach((r, i) => { r.value.textContent = said[i][0]; r.more.textContent = said[i][1]; });
-    const on = Object.entries(store.server.status_words).filter(([bit]) => (e.status & bit) !== 0).map(([, name]) => name);
+    const route = (value, std, bias) =>
+      Number.isFinite(value) && value !== null
+        ? [newtons(value), `± ${newtons(SIGMAS * std)}, bias ${bias}`]
+        : ["no measurement", `bias ${bias}`];
+    const said = [
+      [`± ${newtons(width)}`, `rate ${signed(e.thrust_rate_n_s, 2)} N/s`],
+      route(e.mount_n, e.mount_std_n, `${signed(e.mount_bias_n, 2)} N`),
+      route(e.brochure_n, e.brochure_std_n, `${signed(100 * e.brochure_bias, 2)} %`),
+    ];
+    this.routes.forEach((r, i) => {
+      r.value.textContent = said[i][0];
+      r.more.textContent = said[i][1];
+    });
+    const on = Object.entries(store.server.status_words)
+      .filter(([bit]) => (e.status & bit) !== 0)
+      .map(([, name]) => name);
     const key = on.join();
     if (key === this.key) return;
     this.key = key;
-    this.lamps.replaceChildren(...(on.length ? on.map((name) => h("span", { class: `lamp ${GRAVE.includes(name) ? "fail" : "on"}` }, words(name))) : [h("span", { class: "lamp ok" }, "both routes healthy, inside the valid range")]));
+    this.lamps.replaceChildren(
+      ...(on.length
+        ? on.map((name) => h("span", { class: `lamp ${GRAVE.includes(name) ? "fail" : "on"}` }, words(name)))
+        : [h("span", { class: "lamp ok" }, "both routes healthy, inside the valid range")]),
+    );
   }
 }
 
-export const FIELDS = ["thrust_n", "thrust_std_n", "thrust_rate_n_s", "mount_n", "mount_std_n", "brochure_n", "brochure_std_n", "mount_bias_n", "brochure_bias", "status"];
+export const FIELDS = [
+  "thrust_n",
+  "thrust_std_n",
+  "thrust_rate_n_s",
+  "mount_n",
+  "mount_std_n",
+  "brochure_n",
+  "brochure_std_n",
+  "mount_bias_n",
+  "brochure_bias",
+  "status",
+];
 
 // the panel of a sheet: fused thrust with its 95 % band, both routes, and the truth where a simulated flight has one
 export function thrustPanel(engine, channels, height) {
   const one = (field, label, color, width) => ({ channel: `estimate_${field}_${engine}`, label, color, width });
-  const lines = [one("thrust_n", "fused", "--s1", 1.8), one("mount_n", "mount route", "--s2", 1), one("brochure_n", "brochure route", "--s3", 1)];
+  const lines = [
+    one("thrust_n", "fused", "--s1", 1.8),
+    one("mount_n", "mount route", "--s2", 1),
+    one("brochure_n", "brochure route", "--s3", 1),
+  ];
   const truth = [`thrust_N_${engine}`, `truth_thrust_n_${engine}`].find((c) => channels.has(c));
   if (truth) lines.push({ channel: truth, label: "truth", color: "--measured", width: 1 });
-  const edge = (sign, thrust, std) => thrust.map((v, i) => (v === null || std[i] === null || std[i] > UNSETTLED_N ? null : v + sign * SIGMAS * std[i]));
+  const edge = (sign, thrust, std) =>
+    thrust.map((v, i) => (v === null || std[i] === null || std[i] > UNSETTLED_N ? null : v + sign * SIGMAS * std[i]));
   const transform = ([x, thrust, std, ...rest]) => [x, edge(1, thrust, std), edge(-1, thrust, std), thrust, ...rest];
   return {
-    title: `${engine} engine: net thrust [N], forward +; band 95 %`, unit: "N", height, series: [lines[0], { ...one("thrust_std_n", "one sigma", "--line-strong"), unseen: true }, ...lines.slice(1)],
-    drawn: [{ label: "high" }, { label: "low" }, lines[0], ...lines.slice(1)], transform, bands: [[1, 2]], span: lines.map((s) => s.channel),
+    title: `${engine} engine: net thrust [N], forward +; band 95 %`,
+    unit: "N",
+    height,
+    series: [lines[0], { ...one("thrust_std_n", "one sigma", "--line-strong"), unseen: true }, ...lines.slice(1)],
+    drawn: [{ label: "high" }, { label: "low" }, lines[0], ...lines.slice(1)],
+    transform,
+    bands: [[1, 2]],
+    span: lines.map((s) => s.channel),
   };
 }

@@ -12,7 +12,14 @@ import { add } from "./views/add.js";
 import { flight } from "./views/flight.js";
 
 const VIEWS = { overview, histories, fails, missing, add, flight };
-const NAMES = { overview: "Overview", histories: "Time histories", fails: "Where it fails", missing: "What is missing", add: "Add it", flight: "Live and flight" };
+const NAMES = {
+  overview: "Overview",
+  histories: "Time histories",
+  fails: "Where it fails",
+  missing: "What is missing",
+  add: "Add it",
+  flight: "Live and flight",
+};
 
 export class Frame {
   constructor(root) {
@@ -26,15 +33,34 @@ export class Frame {
     this.main.append(this.guide, this.body);
     this.jobs = h("div", { class: "jobs", role: "status", "aria-label": "running work" });
     root.className = "app";
-    fill(root, 
-      h("aside", { class: "rail" }, h("div", { class: "brand" }, h("b", {}, "thrustd workbench"), this.folder), this.nav, this.ledger,
-        h("footer", {}, h("button", { onclick: () => this.theme() }, "Light / dark"), `thrustd ${store.server.version}, this machine only`)),
-      this.context, this.main, this.jobs);
+    fill(
+      root,
+      h(
+        "aside",
+        { class: "rail" },
+        h("div", { class: "brand" }, h("b", {}, "thrustd workbench"), this.folder),
+        this.nav,
+        this.ledger,
+        h(
+          "footer",
+          {},
+          h("button", { onclick: () => this.theme() }, "Light / dark"),
+          `thrustd ${store.server.version}, this machine only`,
+        ),
+      ),
+      this.context,
+      this.main,
+      this.jobs,
+    );
     this.update("view");
   }
 
   update(what) {
-    if (what === "jobs") { this.drawJobs(); this.view?.jobs?.(); return; }
+    if (what === "jobs") {
+      this.drawJobs();
+      this.view?.jobs?.();
+      return;
+    }
     this.drawRail();
     this.drawContext();
     this.drawGuide();
@@ -44,13 +70,15 @@ export class Frame {
     else this.view?.update?.();
   }
 
-  viewKey() { return store.view in VIEWS ? store.view : "overview"; }
+  viewKey() {
+    return store.view in VIEWS ? store.view : "overview";
+  }
 
   open(key) {
     const same = key === this.key;
     this.view?.close?.();
     this.key = key;
-    fill(this.body, );
+    fill(this.body);
     this.view = VIEWS[key](this.body);
     document.title = `${NAMES[key]} · thrustd workbench`;
     if (!same) this.main.scrollTop = 0;
@@ -59,11 +87,41 @@ export class Frame {
   drawRail() {
     this.folder.textContent = store.server.folder;
     const next = nextStep();
-    fill(this.nav, ...Object.entries(NAMES).map(([key, name], i) => h("a", { href: "#" + key, "aria-current": key === this.viewKey() ? "page" : null, class: next?.view === key ? "next" : "" },
-      h("span", { class: "no" }, String(i + 1)), h("span", {}, name), h("span", { class: "tick", "aria-hidden": "true" }, next?.view === key ? "●" : ""))));
-    const steps = ledgerOf(store.server.session.model), top = Math.max(...steps.map((s) => s.rmse_n), 1);
-    fill(this.ledger, ...(steps.length ? [h("h3", {}, "Error on held-back data"), ...steps.map((s) => h("div", { class: "ledger-line" },
-      h("span", {}, s.name), h("span", { class: "num" }, newtons(s.rmse_n)), bar(s.rmse_n / top)))] : []));
+    fill(
+      this.nav,
+      ...Object.entries(NAMES).map(([key, name], i) =>
+        h(
+          "a",
+          {
+            href: "#" + key,
+            "aria-current": key === this.viewKey() ? "page" : null,
+            class: next?.view === key ? "next" : "",
+          },
+          h("span", { class: "no" }, String(i + 1)),
+          h("span", {}, name),
+          h("span", { class: "tick", "aria-hidden": "true" }, next?.view === key ? "●" : ""),
+        ),
+      ),
+    );
+    const steps = ledgerOf(store.server.session.model),
+      top = Math.max(...steps.map((s) => s.rmse_n), 1);
+    fill(
+      this.ledger,
+      ...(steps.length
+        ? [
+            h("h3", {}, "Error on held-back data"),
+            ...steps.map((s) =>
+              h(
+                "div",
+                { class: "ledger-line" },
+                h("span", {}, s.name),
+                h("span", { class: "num" }, newtons(s.rmse_n)),
+                bar(s.rmse_n / top),
+              ),
+            ),
+          ]
+        : []),
+    );
   }
 
   drawContext() {
@@ -71,25 +129,73 @@ export class Frame {
     const files = (list, none) => [["", none], ...list.map((name) => [name, name])];
     const names = recordings.map((r) => r.name);
     const pick = (field) => (name) => attempt(choose)({ [field]: name ? [name] : [] });
-    fill(this.context, 
-      h("label", {}, "Model", select(files(models.map((m) => m.name), models.length ? "choose a model" : "no model yet"), session.model, (name) => attempt(choose)({ model: name }), "model")),
-      h("label", {}, "Measured", select(files(names, "choose a recording"), session.measured[0] ?? "", pick("measured"), "measured recording")),
-      h("label", {}, "Held back", select(files(names, "none"), session.heldout[0] ?? "", pick("heldout"), "held-back recording")),
-      h("label", {}, "Bench", select(files(names, "none"), session.bench[0] ?? "", pick("bench"), "bench recording")));
+    fill(
+      this.context,
+      h(
+        "label",
+        {},
+        "Model",
+        select(
+          files(
+            models.map((m) => m.name),
+            models.length ? "choose a model" : "no model yet",
+          ),
+          session.model,
+          (name) => attempt(choose)({ model: name }),
+          "model",
+        ),
+      ),
+      h(
+        "label",
+        {},
+        "Measured",
+        select(files(names, "choose a recording"), session.measured[0] ?? "", pick("measured"), "measured recording"),
+      ),
+      h(
+        "label",
+        {},
+        "Held back",
+        select(files(names, "none"), session.heldout[0] ?? "", pick("heldout"), "held-back recording"),
+      ),
+      h("label", {}, "Bench", select(files(names, "none"), session.bench[0] ?? "", pick("bench"), "bench recording")),
+    );
   }
 
   drawGuide() {
     const next = nextStep();
-    fill(this.guide, ...(next ? [h("div", { class: "say" }, h("b", {}, "Next"), next.say),
-      next.label ? h("button", { class: "primary", id: "next", disabled: next.busy, onclick: attempt(next.go) }, next.label) : null].filter(Boolean) : []));
+    fill(
+      this.guide,
+      ...(next
+        ? [
+            h("div", { class: "say" }, h("b", {}, "Next"), next.say),
+            next.label
+              ? h(
+                  "button",
+                  { class: "primary", id: "next", disabled: next.busy, onclick: attempt(next.go) },
+                  next.label,
+                )
+              : null,
+          ].filter(Boolean)
+        : []),
+    );
     this.guide.hidden = !next;
   }
 
   drawJobs() {
     const open = store.server.jobs.filter((job) => ["waiting", "running"].includes(job.state)).reverse();
-    fill(this.jobs, ...open.map((job) => h("div", { class: "job" }, h("span", {}, job.title), bar(job.fraction),
-      h("span", { class: "quiet" }, job.state === "waiting" ? "waiting" : job.note || "working"),
-      h("button", { onclick: () => attempt(cancel)(job) }, "Cancel"))));
+    fill(
+      this.jobs,
+      ...open.map((job) =>
+        h(
+          "div",
+          { class: "job" },
+          h("span", {}, job.title),
+          bar(job.fraction),
+          h("span", { class: "quiet" }, job.state === "waiting" ? "waiting" : job.note || "working"),
+          h("button", { onclick: () => attempt(cancel)(job) }, "Cancel"),
+        ),
+      ),
+    );
     document.documentElement.dataset.busy = String(open.length);
     const busy = open.length > 0 && nextStep()?.kinds?.some((kind) => open.some((job) => job.kind === kind));
     const button = document.getElementById("next");

@@ -2,7 +2,10 @@
 import { getBytes, query } from "./api.js";
 
 export async function fetchWindow(recording, channels, from, to, buckets, signal) {
-  const buffer = await getBytes("api/lines?" + query({ recording, channel: channels, from, to, buckets: Math.round(buckets) }), signal);
+  const buffer = await getBytes(
+    "api/lines?" + query({ recording, channel: channels, from, to, buckets: Math.round(buckets) }),
+    signal,
+  );
   return decode(buffer);
 }
 
@@ -25,15 +28,28 @@ function decode(buffer) {
 
 // uPlot's columns: each bucket is drawn from its lowest to its highest, a null breaks the line at a gap
 export function toColumns(window) {
-  const { time, series, raw, breaks } = window, gaps = new Set(breaks), per = raw ? 1 : 2;
-  const size = time.length * per + gaps.size, x = new Float64Array(size), ys = series.map(() => new Array(size));
+  const { time, series, raw, breaks } = window,
+    gaps = new Set(breaks),
+    per = raw ? 1 : 2;
+  const size = time.length * per + gaps.size,
+    x = new Float64Array(size),
+    ys = series.map(() => new Array(size));
   let at = 0;
   for (let i = 0; i < time.length; i++) {
     for (let j = 0; j < per; j++, at++) {
       x[at] = time[i];
-      series.forEach((s, k) => { const v = j ? s.high[i] : s.low[i]; ys[k][at] = Number.isNaN(v) ? null : v; });
+      series.forEach((s, k) => {
+        const v = j ? s.high[i] : s.low[i];
+        ys[k][at] = Number.isNaN(v) ? null : v;
+      });
     }
-    if (gaps.has(i)) { x[at] = time[i]; ys.forEach((y) => { y[at] = null; }); at++; }
+    if (gaps.has(i)) {
+      x[at] = time[i];
+      ys.forEach((y) => {
+        y[at] = null;
+      });
+      at++;
+    }
   }
   return [x, ...ys];
 }
@@ -42,8 +58,13 @@ export function toColumns(window) {
 export function valueAt(window, index, t) {
   const { time, series } = window;
   if (!time.length || t < time[0] || t > window.end_s) return null;
-  let low = 0, high = time.length - 1;
-  while (low < high) { const mid = (low + high + 1) >> 1; if (time[mid] <= t) low = mid; else high = mid - 1; }
+  let low = 0,
+    high = time.length - 1;
+  while (low < high) {
+    const mid = (low + high + 1) >> 1;
+    if (time[mid] <= t) low = mid;
+    else high = mid - 1;
+  }
   if (window.raw && low + 1 < time.length && t - time[low] > time[low + 1] - t) low += 1;
   return [series[index].low[low], series[index].high[low], time[low]];
 }

@@ -9,13 +9,20 @@ document.documentElement.dataset.theme = theme;
 
 document.addEventListener("say", ({ detail }) => {
   document.querySelector(".toast")?.remove();
-  const toast = h("div", { class: `toast ${detail.kind}`, role: "alert" }, h("div", {}, detail.line),
-    h("button", { class: "plain", onclick: () => toast.remove(), "aria-label": "close" }, "✕"));
+  const toast = h(
+    "div",
+    { class: `toast ${detail.kind}`, role: "alert" },
+    h("div", {}, detail.line),
+    h("button", { class: "plain", onclick: () => toast.remove(), "aria-label": "close" }, "✕"),
+  );
   document.body.append(toast);
   if (detail.kind === "ok") setTimeout(() => toast.remove(), 5000);
 });
 
-addEventListener("hashchange", () => { store.view = location.hash.slice(1) || "overview"; changed("view"); });
+addEventListener("hashchange", () => {
+  store.view = location.hash.slice(1) || "overview";
+  changed("view");
+});
 
 attempt(async () => {
   await refresh();

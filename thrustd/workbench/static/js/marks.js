@@ -1,19 +1,79 @@
-// The small dialog that names a marked stretch.
+// Marked stretches: the small dialog that names one, and their table.
 import { h } from "./dom.js";
 import { number } from "./format.js";
 
 export function askMark(recording, from, to, done) {
   const label = h("input", { type: "text", maxlength: "200", placeholder: "what is it?", "aria-label": "label" });
   const exclude = h("input", { type: "checkbox" });
-  const dialog = h("dialog", { onclose: () => dialog.remove() },
-    h("form", { method: "dialog", onsubmit: (event) => {
-      if (event.submitter?.value === "keep") done({ start_s: from, stop_s: to, label: label.value, exclude: exclude.checked });
-    } },
-    h("h2", {}, `Mark ${number(from, 6)} to ${number(to, 6)} s of ${recording}`),
-    label,
-    h("label", {}, exclude, " exclude: the reference of this stretch is not used in any comparison, diagnosis or fit"),
-    h("div", { class: "buttons" }, h("button", { class: "primary", value: "keep" }, "Mark"), h("button", { value: "cancel", formnovalidate: true }, "Cancel"))));
+  const dialog = h(
+    "dialog",
+    { onclose: () => dialog.remove() },
+    h(
+      "form",
+      {
+        method: "dialog",
+        onsubmit: (event) => {
+          if (event.submitter?.value === "keep")
+            done({ start_s: from, stop_s: to, label: label.value, exclude: exclude.checked });
+        },
+      },
+      h("h2", {}, `Mark ${number(from, 6)} to ${number(to, 6)} s of ${recording}`),
+      label,
+      h(
+        "label",
+        {},
+        exclude,
+        " exclude: the reference of this stretch is not used in any comparison, diagnosis or fit",
+      ),
+      h(
+        "div",
+        { class: "buttons" },
+        h("button", { class: "primary", value: "keep" }, "Mark"),
+        h("button", { value: "cancel", formnovalidate: true }, "Cancel"),
+      ),
+    ),
+  );
   document.body.append(dialog);
   dialog.showModal();
   label.focus();
+}
+
+// the marks of a recording; `keep` gets the list as it should be
+export function marksTable(marks, show, keep) {
+  if (!marks.length) return null;
+  return h(
+    "div",
+    { class: "flush" },
+    h(
+      "table",
+      { class: "marks" },
+      h(
+        "tbody",
+        {},
+        marks.map((m, i) =>
+          h(
+            "tr",
+            {},
+            h("td", {}, m.exclude ? h("b", { class: "warn" }, "excluded") : "marked"),
+            h("td", {}, m.label || h("span", { class: "faint" }, "no label")),
+            h("td", { class: "num" }, `${number(m.start_s, 6)} to ${number(m.stop_s, 6)} s`),
+            h(
+              "td",
+              { class: "num" },
+              h("button", { class: "plain", onclick: () => show(m) }, "show"),
+              h(
+                "button",
+                {
+                  class: "plain",
+                  onclick: () => keep(marks.map((one, j) => (j === i ? { ...one, exclude: !one.exclude } : one))),
+                },
+                m.exclude ? "use again" : "exclude",
+              ),
+              h("button", { class: "plain", onclick: () => keep(marks.filter((_, j) => j !== i)) }, "remove"),
+            ),
+          ),
+        ),
+      ),
+    ),
+  );
 }

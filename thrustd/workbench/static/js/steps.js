@@ -7,7 +7,8 @@ export async function exerciseNow(strength = 3) {
 }
 
 export async function identifyNow() {
-  const chosen = session(), folder = chosen.bench[0].includes("/") ? chosen.bench[0].split("/")[0] + "/" : "";
+  const chosen = session(),
+    folder = chosen.bench[0].includes("/") ? chosen.bench[0].split("/")[0] + "/" : "";
   const job = await order("fit", { recordings: chosen.bench, out: free(folder + "bench-model") });
   for (const line of job.result?.warnings ?? []) say(`${job.result.model}: ${line}`);
 }
@@ -24,10 +25,22 @@ export async function diagnoseNow() {
 
 export async function extendWith(effect) {
   const chosen = session();
-  const word = effect.replace(/[^A-Za-z0-9_]+/g, "-").replace(/^-+|-+$/g, "").slice(0, 40);
-  const job = await order("extend", { model: chosen.model, effect, recordings: chosen.measured, heldout: chosen.heldout, out: free(stem(chosen.model) + "+" + word) });
+  const word = effect
+    .replace(/[^A-Za-z0-9_]+/g, "-")
+    .replace(/^-+|-+$/g, "")
+    .slice(0, 40);
+  const job = await order("extend", {
+    model: chosen.model,
+    effect,
+    recordings: chosen.measured,
+    heldout: chosen.heldout,
+    out: free(stem(chosen.model) + "+" + word),
+  });
   if (job.state !== "done") return;
-  say(`${job.result.effects.join(" and ")} added: ${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`, "ok");
+  say(
+    `${job.result.effects.join(" and ")} added: ${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`,
+    "ok",
+  );
 }
 
 export async function revealNow() {

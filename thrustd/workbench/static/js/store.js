@@ -11,13 +11,17 @@ export const store = {
 const listeners = new Set();
 let pending = 0;
 
-export const listen = (listener) => { listeners.add(listener); return () => listeners.delete(listener); };
+export const listen = (listener) => {
+  listeners.add(listener);
+  return () => listeners.delete(listener);
+};
 export function changed(what = "all") {
   for (const listener of [...listeners]) listener(what);
 }
 
 export async function refresh() {
-  const mine = ++pending, server = await get("api/state");
+  const mine = ++pending,
+    server = await get("api/state");
   if (mine !== pending) return;
   store.server = server;
   changed("state");
@@ -26,15 +30,25 @@ export async function refresh() {
 export function follow() {
   const events = new EventSource("api/events");
   events.addEventListener("job", (event) => {
-    const job = JSON.parse(event.data), jobs = store.server.jobs, at = jobs.findIndex((one) => one.id === job.id);
-    if (at >= 0) jobs[at] = job; else jobs.unshift(job);
+    const job = JSON.parse(event.data),
+      jobs = store.server.jobs,
+      at = jobs.findIndex((one) => one.id === job.id);
+    if (at >= 0) jobs[at] = job;
+    else jobs.unshift(job);
     if (["done", "failed", "cancelled"].includes(job.state)) finished(job);
     changed("jobs");
   });
   events.addEventListener("folder", () => refresh());
   let broken = false;
-  events.onerror = () => { broken = true; };
-  events.onopen = () => { if (broken) { broken = false; refresh(); } };
+  events.onerror = () => {
+    broken = true;
+  };
+  events.onopen = () => {
+    if (broken) {
+      broken = false;
+      refresh();
+    }
+  };
 }
 
 const waiting = new Map();
@@ -73,15 +87,20 @@ export function say(line, kind = "") {
 }
 
 // run what may fail; the one line of the problem is shown
-export const attempt = (work) => async (...given) => {
-  try { return await work(...given); } catch (problem) {
-    if (!(problem instanceof Problem)) console.error(problem);
-    say(problem.message || String(problem));
-    return undefined;
-  }
-};
+export const attempt =
+  (work) =>
+  async (...given) => {
+    try {
+      return await work(...given);
+    } catch (problem) {
+      if (!(problem instanceof Problem)) console.error(problem);
+      say(problem.message || String(problem));
+      return undefined;
+    }
+  };
 
-export const running = (kind) => store.server.jobs.find((job) => job.kind === kind && ["waiting", "running"].includes(job.state));
+export const running = (kind) =>
+  store.server.jobs.find((job) => job.kind === kind && ["waiting", "running"].includes(job.state));
 export const recording = (name) => store.server.recordings.find((one) => one.name === name);
 export const model = (name) => store.server.models.find((one) => one.name === name);
 export const session = () => store.server.session;

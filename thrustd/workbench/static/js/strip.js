@@ -5,14 +5,26 @@ import { plainTick } from "./format.js";
 
 const SPAN_S = 300;
 const SIGMAS = 1.96;
-const LINES = [["thrust_n", "fused", "--s1", 1.8], ["mount_n", "mount route", "--s2", 1], ["brochure_n", "brochure route", "--s3", 1]];
+const LINES = [
+  ["thrust_n", "fused", "--s1", 1.8],
+  ["mount_n", "mount route", "--s2", 1],
+  ["brochure_n", "brochure route", "--s3", 1],
+];
 
 export class LiveStrip {
   constructor(name) {
     this.data = [[], [], [], ...LINES.map(() => [])];
     this.box = h("div", {});
-    const keys = LINES.map(([, label, color]) => { const mark = h("i"); mark.style.borderTopColor = `var(${color})`; return h("span", { class: "key" }, mark, label); });
-    this.root = panel(`${name} engine: net thrust [N], forward +; band 95 %`, [h("span", { class: "push buttons" }, keys)], this.box);
+    const keys = LINES.map(([, label, color]) => {
+      const mark = h("i");
+      mark.style.borderTopColor = `var(${color})`;
+      return h("span", { class: "key" }, mark, label);
+    });
+    this.root = panel(
+      `${name} engine: net thrust [N], forward +; band 95 %`,
+      [h("span", { class: "push buttons" }, keys)],
+      this.box,
+    );
     this.observer = new ResizeObserver(() => this.size());
     this.observer.observe(this.box);
   }
@@ -20,25 +32,66 @@ export class LiveStrip {
   size() {
     const width = this.box.clientWidth;
     if (!width) return;
-    if (this.chart) { this.chart.setSize({ width, height: 200 }); return; }
-    const grid = { stroke: () => css("--line"), width: 1 }, axis = { stroke: () => css("--ink-2"), font: "11.5px system-ui, sans-serif", grid, ticks: grid };
-    const line = (label, color, lineWidth) => ({ label, stroke: () => (color ? css(color) : "transparent"), width: lineWidth, points: { show: false } });
-    this.chart = new uPlot({
-      width, height: 200, legend: { show: false }, padding: [10, 14, 0, 0], cursor: { y: false, points: { show: false } },
-      scales: { x: { time: false, range: (u, low, high) => [Math.max(low, high - SPAN_S), Math.max(high, low + 10)] } },
-      axes: [{ ...axis, label: "time [s]", labelSize: 15, labelFont: "11.5px system-ui, sans-serif", size: 26, values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)) }, { ...axis, size: 68, values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)) }],
-      series: [{}, line("high"), line("low"), ...LINES.map(([, label, color, w]) => line(label, color, w))], bands: [{ series: [1, 2], fill: () => css("--mark") }],
-    }, this.data, this.box);
+    if (this.chart) {
+      this.chart.setSize({ width, height: 200 });
+      return;
+    }
+    const grid = { stroke: () => css("--line"), width: 1 },
+      axis = { stroke: () => css("--ink-2"), font: "11.5px system-ui, sans-serif", grid, ticks: grid };
+    const line = (label, color, lineWidth) => ({
+      label,
+      stroke: () => (color ? css(color) : "transparent"),
+      width: lineWidth,
+      points: { show: false },
+    });
+    this.chart = new uPlot(
+      {
+        width,
+        height: 200,
+        legend: { show: false },
+        padding: [10, 14, 0, 0],
+        cursor: { y: false, points: { show: false } },
+        scales: {
+          x: { time: false, range: (u, low, high) => [Math.max(low, high - SPAN_S), Math.max(high, low + 10)] },
+        },
+        axes: [
+          {
+            ...axis,
+            label: "time [s]",
+            labelSize: 15,
+            labelFont: "11.5px system-ui, sans-serif",
+            size: 26,
+            values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)),
+          },
+          { ...axis, size: 68, values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)) },
+        ],
+        series: [{}, line("high"), line("low"), ...LINES.map(([, label, color, w]) => line(label, color, w))],
+        bands: [{ series: [1, 2], fill: () => css("--mark") }],
+      },
+      this.data,
+      this.box,
+    );
   }
 
   add(row) {
-    const wide = SIGMAS * row.thrust_std_n, settled = row.thrust_std_n < 2000; // before the first measurement the band says nothing
-    [row.t_ns * 1e-9, settled ? row.thrust_n + wide : null, settled ? row.thrust_n - wide : null, ...LINES.map(([field]) => row[field])].forEach((v, i) => this.data[i].push(v));
+    const wide = SIGMAS * row.thrust_std_n,
+      settled = row.thrust_std_n < 2000; // before the first measurement the band says nothing
+    [
+      row.t_ns * 1e-9,
+      settled ? row.thrust_n + wide : null,
+      settled ? row.thrust_n - wide : null,
+      ...LINES.map(([field]) => row[field]),
+    ].forEach((v, i) => this.data[i].push(v));
     const first = this.data[0].findIndex((t) => t >= row.t_ns * 1e-9 - SPAN_S);
     if (first > 1000) for (const column of this.data) column.splice(0, first);
   }
 
-  paint() { this.chart?.setData(this.data); }
+  paint() {
+    this.chart?.setData(this.data);
+  }
 
-  close() { this.observer.disconnect(); this.chart?.destroy(); }
+  close() {
+    this.observer.disconnect();
+    this.chart?.destroy();
+  }
 }

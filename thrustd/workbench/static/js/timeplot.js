@@ -3,7 +3,6 @@ import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
 import { clock, count, number, plainTick, seconds } from "./format.js";
 import { fetchWindow, toColumns, valueAt } from "./lines.js";
-
 const MIN_SPAN_S = 1e-3;
 
 export class Sheet {
@@ -13,8 +12,18 @@ export class Sheet {
     this.range = range ?? [...limits];
     this.plots = panels.map((panel) => ({ panel, window: null }));
     this.status = h("div", { class: "status", "aria-live": "off" });
-    this.root = h("div", { class: "sheet", tabindex: "0", role: "group", "aria-label": `time histories of ${recording}`, onkeydown: (event) => this.key(event) },
-      this.plots.map((plot) => this.build(plot)), this.status);
+    this.root = h(
+      "div",
+      {
+        class: "sheet",
+        tabindex: "0",
+        role: "group",
+        "aria-label": `time histories of ${recording}`,
+        onkeydown: (event) => this.key(event),
+      },
+      this.plots.map((plot) => this.build(plot)),
+      this.status,
+    );
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.root);
   }
@@ -35,7 +44,9 @@ export class Sheet {
     this.fetch();
   }
 
-  height(plot) { return (plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? 40 : 0); }
+  height(plot) {
+    return (plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? 40 : 0);
+  }
 
   draw() {
     const key = uPlot.sync(this.sync ?? this.recording);
@@ -54,17 +65,45 @@ export class Sheet {
   }
 
   options(plot, key) {
-    const last = plot === this.plots.at(-1), grid = { stroke: () => css("--line"), width: 1 };
+    const last = plot === this.plots.at(-1),
+      grid = { stroke: () => css("--line"), width: 1 };
     const axis = { stroke: () => css("--ink-2"), font: "11.5px system-ui, sans-serif", grid, ticks: grid };
     return {
-      width: this.width, height: this.height(plot), legend: { show: false }, padding: [22, 14, last ? 0 : 6, 0],
-      cursor: { sync: { key: key.key, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
-      scales: { x: { time: false, range: () => this.range }, y: { range: (u, low, high) => padded(low, high) } },
+      width: this.width,
+      height: this.height(plot),
+      legend: { show: false },
+      padding: [22, 14, last ? 0 : 6, 0],
+      cursor: {
+        sync: { key: key.key, setSeries: false },
+        drag: { x: true, y: false, setScale: false },
+        points: { show: false },
+        y: false,
+      },
+      scales: { x: { time: false, range: () => this.range }, y: { range: (_, low, high) => padded(low, high) } },
       axes: [
-        { ...axis, size: last ? 26 : 0, space: 90, ticks: { ...grid, show: last }, values: (u, at, i, space, step) => at.map((t) => (last ? plainTick(t, step) : "")), label: last ? "time [s]" : undefined, labelSize: last ? 15 : 0, labelFont: "11.5px system-ui, sans-serif", labelGap: 0 },
+        {
+          ...axis,
+          size: last ? 26 : 0,
+          space: 90,
+          ticks: { ...grid, show: last },
+          values: (u, at, i, space, step) => at.map((t) => (last ? plainTick(t, step) : "")),
+          label: last ? "time [s]" : undefined,
+          labelSize: last ? 15 : 0,
+          labelFont: "11.5px system-ui, sans-serif",
+          labelGap: 0,
+        },
         { ...axis, size: 68, space: 26, values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)) },
       ],
-      series: [{}, ...(plot.panel.drawn ?? plot.panel.series).map((s) => ({ label: s.label, stroke: () => (s.color ? css(s.color) : "transparent"), width: s.width ?? 1.25, points: { show: (u) => (plot.window?.raw && plot.window.count < 160) || false, size: 4 }, spanGaps: false }))],
+      series: [
+        {},
+        ...(plot.panel.drawn ?? plot.panel.series).map((s) => ({
+          label: s.label,
+          stroke: () => (s.color ? css(s.color) : "transparent"),
+          width: s.width ?? 1.25,
+          points: { show: () => (plot.window?.raw && plot.window.count < 160) || false, size: 4 },
+          spanGaps: false,
+        })),
+      ],
       bands: plot.panel.bands?.map((b) => ({ series: b, fill: () => css("--mark") })),
       hooks: {
         setSelect: [(u) => this.selected(u)],
@@ -83,7 +122,8 @@ export class Sheet {
     ctx.clip();
     for (const span of this.spans()) {
       if (span.to < this.range[0] || span.from > this.range[1]) continue;
-      const a = u.valToPos(span.from, "x", true), b = u.valToPos(span.to, "x", true);
+      const a = u.valToPos(span.from, "x", true),
+        b = u.valToPos(span.to, "x", true);
       ctx.fillStyle = css(span.color);
       ctx.fillRect(a, bbox.top, Math.max(b - a, 1.5), bbox.height);
     }
@@ -91,18 +131,26 @@ export class Sheet {
   }
 
   gestures(u) {
-    u.over.addEventListener("mousedown", (event) => { this.marking = event.shiftKey; });
+    u.over.addEventListener("mousedown", (event) => {
+      this.marking = event.shiftKey;
+    });
     u.over.addEventListener("dblclick", () => this.show([...this.limits]));
-    u.over.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      const at = u.posToVal(event.offsetX, "x"), by = Math.exp(Math.sign(event.deltaY) * 0.25);
-      this.show([at - (at - this.range[0]) * by, at + (this.range[1] - at) * by]);
-    }, { passive: false });
+    u.over.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        const at = u.posToVal(event.offsetX, "x"),
+          by = Math.exp(Math.sign(event.deltaY) * 0.25);
+        this.show([at - (at - this.range[0]) * by, at + (this.range[1] - at) * by]);
+      },
+      { passive: false },
+    );
   }
 
   selected(u) {
     if (u.select.width < 4) return;
-    const from = u.posToVal(u.select.left, "x"), to = u.posToVal(u.select.left + u.select.width, "x");
+    const from = u.posToVal(u.select.left, "x"),
+      to = u.posToVal(u.select.left + u.select.width, "x");
     u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
     if (this.marking && this.onMark) this.onMark(from, to);
     else this.show([from, to]);
@@ -114,10 +162,17 @@ export class Sheet {
       const cells = plot.panel.series.map((s, i) => {
         if (s.silent) return "";
         const hit = t === null || !plot.window ? null : valueAt(plot.window, i, t);
-        const said = hit === null ? "" : hit[0] === hit[1] ? number(hit[0], 6) : `${number(hit[0], 5)} … ${number(hit[1], 5)}`;
-        const mark = s.unseen ? "" : h("i");
-        if (mark) mark.style.borderTopColor = css(s.color);
-        return h("span", { class: "key" }, mark, `${s.label}${said ? "  " + said : ""}${said && plot.panel.unit ? " " + plot.panel.unit : ""}`);
+        const said =
+          hit === null ? "" : hit[0] === hit[1] ? number(hit[0], 6) : `${number(hit[0], 5)} … ${number(hit[1], 5)}`;
+        if (s.unseen && !said) return "";
+        const mark = h("i", { hidden: s.unseen });
+        mark.style.borderTopColor = css(s.color);
+        return h(
+          "span",
+          { class: "key" },
+          mark,
+          `${s.label}${said ? "  " + said : ""}${said && plot.panel.unit ? " " + plot.panel.unit : ""}`,
+        );
       });
       plot.readout.replaceChildren(...cells);
     }
@@ -128,23 +183,37 @@ export class Sheet {
   tell() {
     const first = this.plots[0].window;
     if (!first) return;
-    const each = first.raw ? "every sample" : `lowest and highest of ${number(first.samples / first.count, 3)} samples per column`;
+    const each = first.raw
+      ? "every sample"
+      : `lowest and highest of ${number(first.samples / first.count, 3)} samples per column`;
     this.status.replaceChildren(
       h("span", {}, this.at === null || this.at === undefined ? "" : `t = ${seconds(this.at)} (${clock(this.at)})`),
       h("span", {}, `${count(first.samples)} samples in ${number(this.range[1] - this.range[0], 4)} s; ${each}`),
-      h("span", {}, `answered in ${Math.round(this.took)} ms`));
+      h("span", {}, `answered in ${Math.round(this.took)} ms`),
+    );
   }
 
   key(event) {
-    const [a, b] = this.range, step = (b - a) / 4;
-    const moves = { ArrowLeft: [a - step, b - step], ArrowRight: [a + step, b + step], "+": [a + step, b - step], "=": [a + step, b - step], "-": [a - 2 * step, b + 2 * step], 0: [...this.limits], Home: [this.limits[0], this.limits[0] + b - a], End: [this.limits[1] - (b - a), this.limits[1]] };
+    const [a, b] = this.range,
+      step = (b - a) / 4;
+    const moves = {
+      ArrowLeft: [a - step, b - step],
+      ArrowRight: [a + step, b + step],
+      "+": [a + step, b - step],
+      "=": [a + step, b - step],
+      "-": [a - 2 * step, b + 2 * step],
+      0: [...this.limits],
+      Home: [this.limits[0], this.limits[0] + b - a],
+      End: [this.limits[1] - (b - a), this.limits[1]],
+    };
     if (!(event.key in moves)) return;
     event.preventDefault();
     this.show(moves[event.key]);
   }
 
   show([from, to], tell = true) {
-    const whole = this.limits[1] - this.limits[0], span = Math.min(Math.max(to - from, MIN_SPAN_S), whole);
+    const whole = this.limits[1] - this.limits[0],
+      span = Math.min(Math.max(to - from, MIN_SPAN_S), whole);
     const start = Math.min(Math.max(from, this.limits[0]), this.limits[1] - span);
     this.range = [start, start + span];
     for (const plot of this.plots) plot.chart?.redraw(false, true);
@@ -154,14 +223,28 @@ export class Sheet {
     if (tell) this.onRange?.(this.range);
   }
 
-  paint() { for (const plot of this.plots) plot.chart?.setScale("x", { min: this.range[0], max: this.range[1] }); }
+  paint() {
+    for (const plot of this.plots) plot.chart?.setScale("x", { min: this.range[0], max: this.range[1] });
+  }
 
   async fetch() {
     this.abort?.abort();
-    const abort = (this.abort = new AbortController()), began = performance.now(), [from, to] = this.range;
+    const abort = (this.abort = new AbortController()),
+      began = performance.now(),
+      [from, to] = this.range;
     try {
-      const windows = await Promise.all(this.plots.map((plot) =>
-        fetchWindow(this.recording, plot.panel.series.map((s) => s.channel), from, to, this.width, abort.signal)));
+      const windows = await Promise.all(
+        this.plots.map((plot) =>
+          fetchWindow(
+            this.recording,
+            plot.panel.series.map((s) => s.channel),
+            from,
+            to,
+            this.width,
+            abort.signal,
+          ),
+        ),
+      );
       this.took = performance.now() - began;
       this.plots.forEach((plot, i) => {
         plot.window = windows[i];
@@ -175,11 +258,15 @@ export class Sheet {
     }
   }
 
-  reshade() { for (const plot of this.plots) plot.chart?.redraw(false); }
+  reshade() {
+    for (const plot of this.plots) plot.chart?.redraw(false);
+  }
 
   picture() {
-    const scale = devicePixelRatio, canvases = this.plots.map((plot) => plot.chart.ctx.canvas);
-    const canvas = h("canvas"), ctx = canvas.getContext("2d");
+    const scale = devicePixelRatio,
+      canvases = this.plots.map((plot) => plot.chart.ctx.canvas);
+    const canvas = h("canvas"),
+      ctx = canvas.getContext("2d");
     canvas.width = Math.max(...canvases.map((c) => c.width));
     canvas.height = canvases.reduce((sum, c) => sum + c.height, 0);
     ctx.fillStyle = css("--panel");
@@ -204,7 +291,10 @@ export class Sheet {
 
 function padded(low, high) {
   if (low === null || high === null || !Number.isFinite(low)) return [0, 1];
-  if (low === high) { const room = Math.abs(low) * 0.05 || 1; return [low - room, high + room]; }
+  if (low === high) {
+    const room = Math.abs(low) * 0.05 || 1;
+    return [low - room, high + room];
+  }
   const room = 0.06 * (high - low);
   return [low - room, high + room];
 }

@@ -2,28 +2,46 @@
 import { fill, h, panel } from "../dom.js";
 import { attempt, order, recording, refresh, running, session, store } from "../store.js";
 import { put, query } from "../api.js";
-import { number } from "../format.js";
+import { FIRST, panelsOf } from "../history_panels.js";
 import { Sheet } from "../timeplot.js";
-import { askMark } from "../marks.js";
+import { askMark, marksTable } from "../marks.js";
+import { save, savePicture } from "../save.js";
 import { conditionBar } from "../condition.js";
 
-const COLORS = ["--s1", "--s2", "--s3", "--s4", "--s5", "--s6"];
-const FIRST = ["accel_x_g", "temperature_degC"]; // shown when nothing else was chosen
-
-const ui = () => (store.ui.histories ??= { shown: null, models: null, channels: null, hidden: new Set(), hits: new Map() });
+const ui = () =>
+  (store.ui.histories ??= { shown: null, models: null, channels: null, hidden: new Set(), hits: new Map() });
 
 export function histories(root) {
-  const sheets = new Map(), state = ui(), asked = new Set();
-  const tools = h("div", { class: "panel" }), grid = h("div", { class: "columns one" });
-  root.append(h("div", { class: "head" }, h("h1", {}, "Time histories"),
-    h("p", {}, "Drag to zoom, wheel to zoom at the cursor, double click for all, Shift + drag to mark. Keys: ← → + − 0.")), tools, grid);
+  const sheets = new Map(),
+    state = ui(),
+    asked = new Set();
+  const tools = h("div", { class: "panel" }),
+    grid = h("div", { class: "columns one" });
+  root.append(
+    h(
+      "div",
+      { class: "head" },
+      h("h1", {}, "Time histories"),
+      h(
+        "p",
+        {},
+        "Drag to zoom, wheel to zoom at the cursor, double click for all, Shift + drag to mark. Keys: ← → + − 0.",
+      ),
+    ),
+    tools,
+    grid,
+  );
 
   const recordings = () => {
-    const s = session(), fallback = [s.measured[0] ?? s.bench[0] ?? store.server.recordings[0]?.name].filter(Boolean);
+    const s = session(),
+      fallback = [s.measured[0] ?? s.bench[0] ?? store.server.recordings[0]?.name].filter(Boolean);
     const shown = (state.shown ?? fallback).filter((name) => recording(name));
     return shown.length ? shown : fallback;
   };
-  const models = () => (state.models ?? [session().model]).filter((name) => store.server.models.some((m) => m.name === name && !m.problem));
+  const models = () =>
+    (state.models ?? [session().model]).filter((name) =>
+      store.server.models.some((m) => m.name === name && !m.problem),
+    );
 
   function draw() {
     if (store.focus) {
@@ -39,7 +57,10 @@ export function histories(root) {
 
   function ready(name) {
     const card = recording(name);
-    if (!card.meta) { want("prepare", { recording: name }); return false; }
+    if (!card.meta) {
+      want("prepare", { recording: name });
+      return false;
+    }
     if (!card.meta.channels.some((c) => c.name === "deformation_mm")) return true;
     const missing = models().filter((m) => !(m in (card.models ?? {})));
     if (missing.length) want("simulate", { recording: name, models: missing });
@@ -54,16 +75,39 @@ export function histories(root) {
   }
 
   function sheetPanel(name) {
-    if (!ready(name)) return panel(name, [], h("p", { class: "empty" }, running("prepare") ? "Reading the recording and making its zoom pyramid …" : "Not read yet."));
+    if (!ready(name))
+      return panel(
+        name,
+        [],
+        h(
+          "p",
+          { class: "empty" },
+          running("prepare") ? "Reading the recording and making its zoom pyramid …" : "Not read yet.",
+        ),
+      );
     sheets.get(name)?.close();
-    const card = recording(name), has = models().filter((m) => m in (card.models ?? {}));
+    const card = recording(name),
+      has = models().filter((m) => m in (card.models ?? {}));
     const limits = [card.meta.start_s, card.meta.stop_s];
     const focus = store.focus?.recording === name ? store.focus : null;
-    const range = focus?.from !== undefined ? around(focus, limits) : state[name]?.limits?.[1] === limits[1] ? state[name].range : limits;
+    const range =
+      focus?.from !== undefined
+        ? around(focus, limits)
+        : state[name]?.limits?.[1] === limits[1]
+          ? state[name].range
+          : limits;
     const sheet = new Sheet({
-      recording: name, panels: panelsOf(card, has), limits, range: [...range], sync: "histories",
-      spans: () => spansOf(name), onMark: (from, to) => mark(name, from, to),
-      onRange: (next) => { state[name] = { range: next, limits }; link(name, next); },
+      recording: name,
+      panels: panelsOf(card, has, state.channels),
+      limits,
+      range: [...range],
+      sync: "histories",
+      spans: () => spansOf(name),
+      onMark: (from, to) => mark(name, from, to),
+      onRange: (next) => {
+        state[name] = { range: next, limits };
+        link(name, next);
+      },
     });
     state[name] = { range: [...range], limits };
     sheets.set(name, sheet);
@@ -77,38 +121,45 @@ export function histories(root) {
   }
 
   function header(name, sheet, focus) {
-    const window = () => query({ recording: name, channel: panelsOf(recording(name), []).flatMap((p) => p.series.map((s) => s.channel)), from: sheet.range[0], to: sheet.range[1] });
-    return [focus?.why ? h("span", { class: "quiet" }, focus.why) : null, h("span", { class: "push buttons" },
-      h("button", { onclick: () => sheet.show([...sheet.limits]) }, "Whole record"),
-      h("button", { onclick: () => mark(name, ...sheet.range) }, "Mark this window"),
-      h("button", { onclick: () => save("api/window.csv?" + window(), "window.csv") }, "CSV of window"),
-      h("button", { onclick: () => savePicture(sheet, name) }, "PNG"))].filter(Boolean);
-  }
-
-  function panelsOf(card, has) {
-    const channels = new Map(card.meta.channels.map((c) => [c.name, c])), panels = [];
-    const force = channels.has("force_N") ? [{ channel: "force_N", label: "measured", color: "--measured", width: 1.1 }] : [];
-    const runs = has.map((m, i) => ({ channel: `model@${m}`, label: m.replace(/\.json$/, ""), color: COLORS[i % COLORS.length], width: 1.3 }));
-    const banded = has.find((m) => card.models[m].includes("band_low"));
-    const edges = banded ? ["band_high", "band_low"].map((edge) => ({ channel: `${edge}@${banded}`, unseen: true, silent: true })) : [];
-    if (force.length || runs.length) panels.push({ title: `force [N], forward thrust +${banded ? "; band: 95 % of the model's own error" : ""}`, unit: "N", series: [...edges, ...force, ...runs], bands: banded ? [[1, 2]] : [], height: 220 });
-    if (force.length && runs.length) panels.push({ title: "measured − model [N]", unit: "N", series: has.map((m, i) => ({ channel: `residual@${m}`, label: m.replace(/\.json$/, ""), color: COLORS[i % COLORS.length] })), height: 150 });
-    const chosen = (state.channels ?? ["deformation_mm", ...FIRST, ...(force.length ? [] : [...channels.keys()].filter((c) => c.startsWith("estimate_thrust_n")))]).filter((c) => channels.has(c));
-    chosen.forEach((c, i) => {
-      const meta = channels.get(c);
-      panels.push({ title: `${c}${meta.meaning ? ": " + meta.meaning : ""}`, unit: meta.unit === "-" ? "" : meta.unit, series: [{ channel: c, label: c, color: COLORS[(i + 2) % COLORS.length] }], height: 112 });
-    });
-    if (!panels.length) { const c = card.meta.channels[0]; panels.push({ title: c.name, unit: c.unit, series: [{ channel: c.name, label: c.name, color: "--s1" }], height: 220 }); }
-    return panels;
+    const window = () =>
+      query({
+        recording: name,
+        channel: panelsOf(recording(name), [], state.channels).flatMap((p) => p.series.map((s) => s.channel)),
+        from: sheet.range[0],
+        to: sheet.range[1],
+      });
+    return [
+      focus?.why ? h("span", { class: "quiet" }, focus.why) : null,
+      h(
+        "span",
+        { class: "push buttons" },
+        h("button", { onclick: () => sheet.show([...sheet.limits]) }, "Whole record"),
+        h("button", { onclick: () => mark(name, ...sheet.range) }, "Mark this window"),
+        h("button", { onclick: () => save("api/window.csv?" + window(), "window.csv") }, "CSV of window"),
+        h("button", { onclick: () => savePicture(sheet, name) }, "PNG"),
+      ),
+    ].filter(Boolean);
   }
 
   function spansOf(name) {
     const hits = (state.hits.get(name) ?? []).map(([from, to]) => ({ from, to, color: "--hit" }));
-    return [...hits, ...recording(name).marks.map((m) => ({ from: m.start_s, to: m.stop_s, color: m.exclude ? "--mark-out" : "--mark" }))];
+    return [
+      ...hits,
+      ...recording(name).marks.map((m) => ({
+        from: m.start_s,
+        to: m.stop_s,
+        color: m.exclude ? "--mark-out" : "--mark",
+      })),
+    ];
   }
 
   function mark(name, from, to) {
-    askMark(name, from, to, attempt(async (made) => setMarks(name, [...recording(name).marks, made])));
+    askMark(
+      name,
+      from,
+      to,
+      attempt(async (made) => setMarks(name, [...recording(name).marks, made])),
+    );
   }
 
   async function setMarks(name, marks) {
@@ -117,41 +168,134 @@ export function histories(root) {
     sheets.get(name)?.reshade();
   }
 
-  function marksList(name) {
-    const marks = recording(name).marks;
-    if (!marks.length) return null;
-    return h("div", { class: "flush" }, h("table", { class: "marks" }, h("tbody", {}, marks.map((m, i) => h("tr", {},
-      h("td", {}, m.exclude ? h("b", { class: "warn" }, "excluded") : "marked"), h("td", {}, m.label || h("span", { class: "faint" }, "no label")),
-      h("td", { class: "num" }, `${number(m.start_s, 6)} to ${number(m.stop_s, 6)} s`),
-      h("td", { class: "num" }, h("button", { class: "plain", onclick: () => sheets.get(name).show([m.start_s, m.stop_s]) }, "show"),
-        h("button", { class: "plain", onclick: attempt(() => setMarks(name, marks.map((one, j) => (j === i ? { ...one, exclude: !one.exclude } : one)))) }, m.exclude ? "use again" : "exclude"),
-        h("button", { class: "plain", onclick: attempt(() => setMarks(name, marks.filter((_, j) => j !== i))) }, "remove")))))));
-  }
+  const marksList = (name) =>
+    marksTable(
+      recording(name).marks,
+      (m) => sheets.get(name).show([m.start_s, m.stop_s]),
+      attempt((marks) => setMarks(name, marks)),
+    );
 
   function drawTools() {
     const toggle = (list, name, on) => (on ? [...list, name] : list.filter((one) => one !== name));
-    const checks = (names, chosen, set, note = () => "") => h("div", { class: "checks" }, names.map((name) => h("label", {},
-      h("input", { type: "checkbox", checked: chosen.includes(name), onchange: (e) => { set(toggle(chosen, name, e.target.checked)); draw(); } }), name, h("span", { class: "faint" }, note(name)))));
-    const metas = recordings().map(recording).filter((one) => one?.meta), units = new Map();
+    const checks = (names, chosen, set, note = () => "") =>
+      h(
+        "div",
+        { class: "checks" },
+        names.map((name) =>
+          h(
+            "label",
+            {},
+            h("input", {
+              type: "checkbox",
+              checked: chosen.includes(name),
+              onchange: (e) => {
+                set(toggle(chosen, name, e.target.checked));
+                draw();
+              },
+            }),
+            name,
+            h("span", { class: "faint" }, note(name)),
+          ),
+        ),
+      );
+    const metas = recordings()
+        .map(recording)
+        .filter((one) => one?.meta),
+      units = new Map();
     for (const one of metas) for (const c of one.meta.channels) if (c.name !== "force_N") units.set(c.name, c.unit);
     const shownChannels = state.channels ?? ["deformation_mm", ...FIRST];
-    fill(tools, h("div", { class: "body toolbar" },
-      pick("Recordings", checks(store.server.recordings.map((r) => r.name), recordings(), (v) => { state.shown = v; }), "recordings"),
-      pick("Models", checks(store.server.models.map((m) => m.name), models(), (v) => { state.models = v; }), "models"),
-      pick("Channels", checks([...units.keys()], shownChannels, (v) => { state.channels = v; }, (c) => units.get(c)), "channels"),
-      h("label", {}, h("input", { type: "checkbox", checked: state.linked, onchange: (e) => { state.linked = e.target.checked; } }), "zoom recordings together"),
-      conditionBar(recordings, models, (found) => { state.hits = found; for (const sheet of sheets.values()) sheet.reshade(); })));
+    fill(
+      tools,
+      h(
+        "div",
+        { class: "body toolbar" },
+        pick(
+          "Recordings",
+          checks(
+            store.server.recordings.map((r) => r.name),
+            recordings(),
+            (v) => {
+              state.shown = v;
+            },
+          ),
+          "recordings",
+        ),
+        pick(
+          "Models",
+          checks(
+            store.server.models.map((m) => m.name),
+            models(),
+            (v) => {
+              state.models = v;
+            },
+          ),
+          "models",
+        ),
+        pick(
+          "Channels",
+          checks(
+            [...units.keys()],
+            shownChannels,
+            (v) => {
+              state.channels = v;
+            },
+            (c) => units.get(c),
+          ),
+          "channels",
+        ),
+        h(
+          "label",
+          {},
+          h("input", {
+            type: "checkbox",
+            checked: state.linked,
+            onchange: (e) => {
+              state.linked = e.target.checked;
+            },
+          }),
+          "zoom recordings together",
+        ),
+        conditionBar(recordings, models, (found) => {
+          state.hits = found;
+          for (const sheet of sheets.values()) sheet.reshade();
+        }),
+      ),
+    );
   }
 
-  const pick = (title, content, key) => h("details", { class: "pickers", open: state["open-" + key], ontoggle: (e) => { state["open-" + key] = e.target.open; } }, h("summary", {}, title), content);
+  const pick = (title, content, key) =>
+    h(
+      "details",
+      {
+        class: "pickers",
+        open: state["open-" + key],
+        ontoggle: (e) => {
+          state["open-" + key] = e.target.open;
+        },
+      },
+      h("summary", {}, title),
+      content,
+    );
 
   let signature = "";
-  const look = () => JSON.stringify([recordings().map((r) => [r, recording(r)?.meta?.sha256, recording(r)?.models, recording(r)?.marks]), models()]);
+  const look = () =>
+    JSON.stringify([
+      recordings().map((r) => [r, recording(r)?.meta?.sha256, recording(r)?.models, recording(r)?.marks]),
+      models(),
+    ]);
   draw();
   signature = look();
   return {
-    update() { const now = look(); if (now !== signature) { signature = now; draw(); } },
-    close() { for (const sheet of sheets.values()) sheet.close(); },
+    update() {
+      const now = look();
+      if (now !== signature) {
+        signature = now;
+        draw();
+      }
+    },
+    close() {
+      for (const sheet of sheets.values()) sheet.close();
+    },
   };
 }
 
@@ -159,20 +303,3 @@ function around({ from, to }, limits) {
   const room = Math.max(0.6 * (to - from), 10);
   return [Math.max(limits[0], from - room), Math.min(limits[1], to + room)];
 }
-
-export function save(href, name) {
-  const link = h("a", { href, download: name });
-  document.body.append(link);
-  link.click();
-  link.remove();
-}
-
-function savePicture(sheet, name) {
-  sheet.picture().toBlob((blob) => {
-    const url = URL.createObjectURL(blob);
-    save(url, name.replace(/[/.]/g, "-") + ".png");
-    setTimeout(() => URL.revokeObjectURL(url), 10_000);
-  });
-}
-
-

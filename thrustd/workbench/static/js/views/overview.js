@@ -10,11 +10,30 @@ export function overview(root) {
   const asked = new Set();
   const draw = () => {
     const { recordings, models } = store.server;
-    fill(root, 
-      h("div", { class: "head" }, h("h1", {}, "Overview"), h("p", {}, "Recordings and models of the folder. The page and the command line read the same files.")),
+    fill(
+      root,
+      h(
+        "div",
+        { class: "head" },
+        h("h1", {}, "Overview"),
+        h("p", {}, "Recordings and models of the folder. The page and the command line read the same files."),
+      ),
       exercisePanel(),
-      panel(`Recordings (${recordings.length})`, [h("span", { class: "push" }), picker()], recordings.length ? recordingTable(recordings) : h("p", { class: "empty" }, "None yet. Drop CSV, Parquet, MCAP, npz or MATLAB files anywhere on this page.")),
-      panel(`Models (${models.length})`, [], models.length ? modelTable(models) : h("p", { class: "empty" }, "None yet. Identify one from a bench recording, or drop a model file (JSON).")));
+      panel(
+        `Recordings (${recordings.length})`,
+        [h("span", { class: "push" }), picker()],
+        recordings.length
+          ? recordingTable(recordings)
+          : h("p", { class: "empty" }, "None yet. Drop CSV, Parquet, MCAP, npz or MATLAB files anywhere on this page."),
+      ),
+      panel(
+        `Models (${models.length})`,
+        [],
+        models.length
+          ? modelTable(models)
+          : h("p", { class: "empty" }, "None yet. Identify one from a bench recording, or drop a model file (JSON)."),
+      ),
+    );
     readNext(recordings, asked);
   };
   draw();
@@ -30,64 +49,248 @@ function readNext(recordings, asked) {
 }
 
 function picker() {
-  const input = h("input", { type: "file", multiple: true, hidden: true, onchange: (event) => addFiles([...event.target.files]), "aria-label": "add files" });
+  const input = h("input", {
+    type: "file",
+    multiple: true,
+    hidden: true,
+    onchange: (event) => addFiles([...event.target.files]),
+    "aria-label": "add files",
+  });
   return h("span", {}, input, h("button", { onclick: () => input.click() }, "Add files …"));
 }
 
 function exercisePanel() {
-  const done = store.server.jobs.find((job) => job.kind === "reveal" && job.state === "done" && job.result.exercise === session().exercise);
+  const done = store.server.jobs.find(
+    (job) => job.kind === "reveal" && job.state === "done" && job.result.exercise === session().exercise,
+  );
   const busy = Boolean(running("exercise"));
   const text = session().exercise
-    ? [h("b", {}, session().exercise), ": the twin hid an effect in measured.csv and heldout.csv; bench.csv is without it. The answer is sealed."]
-    : ["The twin flies with an effect it does not tell: a bench record without it, a measured and a held-back record with it. Find it with this page."];
-  return h("section", { class: "panel" }, h("header", {}, h("h2", {}, "Hidden-effect exercise"), h("span", { class: "push buttons" },
-    session().exercise && !done ? h("button", { onclick: attempt(revealNow) }, "Open the sealed answer") : null,
-    h("button", { disabled: busy, onclick: attempt(() => exerciseNow(3)) }, session().exercise ? "Make another" : "Make an exercise"))),
-    h("div", { class: "body" }, h("p", { class: "quiet" }, text), done ? answer(done.result) : null));
+    ? [
+        h("b", {}, session().exercise),
+        ": the twin hid an effect in measured.csv and heldout.csv; bench.csv is without it. The answer is sealed.",
+      ]
+    : [
+        "The twin flies with an effect it does not tell: a bench record without it, a measured and a held-back record with it. Find it with this page.",
+      ];
+  return h(
+    "section",
+    { class: "panel" },
+    h(
+      "header",
+      {},
+      h("h2", {}, "Hidden-effect exercise"),
+      h(
+        "span",
+        { class: "push buttons" },
+        session().exercise && !done ? h("button", { onclick: attempt(revealNow) }, "Open the sealed answer") : null,
+        h(
+          "button",
+          { disabled: busy, onclick: attempt(() => exerciseNow(3)) },
+          session().exercise ? "Make another" : "Make an exercise",
+        ),
+      ),
+    ),
+    h("div", { class: "body" }, h("p", { class: "quiet" }, text), done ? answer(done.result) : null),
+  );
 }
 
 function answer(truth) {
-  const rows = truth.effects.map((one) => h("tr", {}, h("td", {}, h("b", {}, one.effect)), h("td", {}, one.parameters), h("td", { class: "num" }, newtons(one.force_rms_n))));
-  return h("table", { class: "truth" }, h("thead", {}, h("tr", {}, h("th", {}, "The sealed answer"), h("th", {}, "True parameters"), h("th", { class: "num" }, "Size in the measured record, RMS"))), h("tbody", {}, rows));
+  const rows = truth.effects.map((one) =>
+    h(
+      "tr",
+      {},
+      h("td", {}, h("b", {}, one.effect)),
+      h("td", {}, one.parameters),
+      h("td", { class: "num" }, newtons(one.force_rms_n)),
+    ),
+  );
+  return h(
+    "table",
+    { class: "truth" },
+    h(
+      "thead",
+      {},
+      h(
+        "tr",
+        {},
+        h("th", {}, "The sealed answer"),
+        h("th", {}, "True parameters"),
+        h("th", { class: "num" }, "Size in the measured record, RMS"),
+      ),
+    ),
+    h("tbody", {}, rows),
+  );
 }
 
 function roles(name) {
   const s = session();
-  return [["measured", s.measured], ["held back", s.heldout], ["bench", s.bench]].filter(([, names]) => names.includes(name)).map(([word]) => h("span", { class: "chip role" }, word));
+  return [
+    ["measured", s.measured],
+    ["held back", s.heldout],
+    ["bench", s.bench],
+  ]
+    .filter(([, names]) => names.includes(name))
+    .map(([word]) => h("span", { class: "chip role" }, word));
 }
 
 function recordingTable(recordings) {
   const rows = recordings.map((one) => {
-    const meta = one.meta, channels = meta?.channels ?? [];
-    return h("tr", {},
-      h("td", {}, h("a", { href: "#histories", onclick: () => { store.focus = { recording: one.name }; } }, one.name), " ", roles(one.name),
+    const meta = one.meta,
+      channels = meta?.channels ?? [];
+    return h(
+      "tr",
+      {},
+      h(
+        "td",
+        {},
+        h(
+          "a",
+          {
+            href: "#histories",
+            onclick: () => {
+              store.focus = { recording: one.name };
+            },
+          },
+          one.name,
+        ),
+        " ",
+        roles(one.name),
         one.problem ? h("div", { class: "bad" }, one.problem) : null,
-        meta?.notes.length ? remarks(meta.notes) : null),
+        meta?.notes.length ? remarks(meta.notes) : null,
+      ),
       h("td", { class: "num" }, meta ? duration(meta.stop_s - meta.start_s) : "reading …"),
       h("td", { class: "num" }, meta ? count(meta.samples) : ""),
       h("td", { class: "num" }, meta ? number(meta.sample_hz, 4) + " Hz" : ""),
-      h("td", { class: "channels" }, meta ? h("details", {}, h("summary", {}, `${channels.length} channels${channels.some((c) => c.name === "force_N") ? ", with force_N" : ""}`), h("div", { class: "chips" }, channels.map((c) => h("span", { class: "chip", title: c.meaning }, c.name)))) : ""),
+      h(
+        "td",
+        { class: "channels" },
+        meta
+          ? h(
+              "details",
+              {},
+              h(
+                "summary",
+                {},
+                `${channels.length} channels${channels.some((c) => c.name === "force_N") ? ", with force_N" : ""}`,
+              ),
+              h(
+                "div",
+                { class: "chips" },
+                channels.map((c) => h("span", { class: "chip", title: c.meaning }, c.name)),
+              ),
+            )
+          : "",
+      ),
       h("td", { class: "num" }, String(one.marks.length || "")),
-      h("td", { class: "num faint" }, bytes(one.bytes)));
+      h("td", { class: "num faint" }, bytes(one.bytes)),
+    );
   });
-  return h("div", { class: "flush" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, "Recording"), h("th", { class: "num" }, "Length"), h("th", { class: "num" }, "Samples"), h("th", { class: "num" }, "Rate"), h("th", {}, "Channels"), h("th", { class: "num" }, "Marks"), h("th", { class: "num" }, "File"))), h("tbody", {}, rows)));
+  return h(
+    "div",
+    { class: "flush" },
+    h(
+      "table",
+      {},
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          h("th", {}, "Recording"),
+          h("th", { class: "num" }, "Length"),
+          h("th", { class: "num" }, "Samples"),
+          h("th", { class: "num" }, "Rate"),
+          h("th", {}, "Channels"),
+          h("th", { class: "num" }, "Marks"),
+          h("th", { class: "num" }, "File"),
+        ),
+      ),
+      h("tbody", {}, rows),
+    ),
+  );
 }
 
 // one remark is said, many are folded
-const remarks = (notes) => (notes.length === 1 ? h("div", { class: "faint" }, notes[0]) : h("details", { class: "faint" }, h("summary", {}, `${notes[0]}; ${notes.length - 1} more remarks`), h("ul", {}, notes.slice(1).map((note) => h("li", {}, note)))));
+const remarks = (notes) =>
+  notes.length === 1
+    ? h("div", { class: "faint" }, notes[0])
+    : h(
+        "details",
+        { class: "faint" },
+        h("summary", {}, `${notes[0]}; ${notes.length - 1} more remarks`),
+        h(
+          "ul",
+          {},
+          notes.slice(1).map((note) => h("li", {}, note)),
+        ),
+      );
 
 function modelTable(models) {
-  const rows = models.map((one) => h("tr", { "aria-selected": String(one.name === session().model), class: "pick", onclick: () => attempt(choose)({ model: one.name }) },
-    h("td", {}, h("b", {}, one.name), one.problem ? h("div", { class: "bad" }, one.problem) : null),
-    h("td", {}, one.structure),
-    h("td", {}, h("div", { class: "chips" }, one.effects.length ? one.effects.map((e) => h("span", { class: "chip" }, e.name)) : h("span", { class: "faint" }, "none"))),
-    h("td", { class: "num" }, one.problem ? "" : `${number(one.force_n[0], 3)} to ${number(one.force_n[1], 4)} N`),
-    h("td", {}, ledgerCell(one.name))));
-  return h("div", { class: "flush" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, "Model"), h("th", {}, "Structure"), h("th", {}, "Effects"), h("th", { class: "num" }, "Valid force"), h("th", {}, "Error ledger: held-back RMSE"))), h("tbody", {}, rows)));
+  const rows = models.map((one) =>
+    h(
+      "tr",
+      {
+        "aria-selected": String(one.name === session().model),
+        class: "pick",
+        onclick: () => attempt(choose)({ model: one.name }),
+      },
+      h("td", {}, h("b", {}, one.name), one.problem ? h("div", { class: "bad" }, one.problem) : null),
+      h("td", {}, one.structure),
+      h(
+        "td",
+        {},
+        h(
+          "div",
+          { class: "chips" },
+          one.effects.length
+            ? one.effects.map((e) => h("span", { class: "chip" }, e.name))
+            : h("span", { class: "faint" }, "none"),
+        ),
+      ),
+      h("td", { class: "num" }, one.problem ? "" : `${number(one.force_n[0], 3)} to ${number(one.force_n[1], 4)} N`),
+      h("td", {}, ledgerCell(one.name)),
+    ),
+  );
+  return h(
+    "div",
+    { class: "flush" },
+    h(
+      "table",
+      {},
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          h("th", {}, "Model"),
+          h("th", {}, "Structure"),
+          h("th", {}, "Effects"),
+          h("th", { class: "num" }, "Valid force"),
+          h("th", {}, "Error ledger: held-back RMSE"),
+        ),
+      ),
+      h("tbody", {}, rows),
+    ),
+  );
 }
 
 function ledgerCell(name) {
-  const steps = ledgerOf(name), top = Math.max(...steps.map((s) => s.rmse_n), 1);
+  const steps = ledgerOf(name),
+    top = Math.max(...steps.map((s) => s.rmse_n), 1);
   if (!steps.length) return h("span", { class: "faint" }, "as identified");
-  return h("div", {}, steps.map((s) => h("div", { class: "ledger-line" }, h("span", {}, s.name), h("span", { class: "num" }, newtons(s.rmse_n)), bar(s.rmse_n / top))));
+  return h(
+    "div",
+    {},
+    steps.map((s) =>
+      h(
+        "div",
+        { class: "ledger-line" },
+        h("span", {}, s.name),
+        h("span", { class: "num" }, newtons(s.rmse_n)),
+        bar(s.rmse_n / top),
+      ),
+    ),
+  );
 }

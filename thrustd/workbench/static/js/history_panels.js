@@ -1,0 +1,68 @@
+// Which panels a time history shows: force with band, residual, then the channels.
+
+const COLORS = ["--s1", "--s2", "--s3", "--s4", "--s5", "--s6"];
+export const FIRST = ["accel_x_g", "temperature_degC"]; // shown when nothing else was chosen
+
+// `has`: models run on this recording; `wanted`: channels chosen, null for the usual ones
+export function panelsOf(card, has, wanted) {
+  const channels = new Map(card.meta.channels.map((c) => [c.name, c])),
+    panels = [];
+  const force = channels.has("force_N")
+    ? [{ channel: "force_N", label: "measured", color: "--measured", width: 1.1 }]
+    : [];
+  const runs = has.map((m, i) => ({
+    channel: `model@${m}`,
+    label: m.replace(/\.json$/, ""),
+    color: COLORS[i % COLORS.length],
+    width: 1.3,
+  }));
+  const banded = has.find((m) => card.models[m].includes("band_low"));
+  const edges = banded
+    ? ["band_high", "band_low"].map((edge) => ({ channel: `${edge}@${banded}`, unseen: true, silent: true }))
+    : [];
+  if (force.length || runs.length)
+    panels.push({
+      title: `force [N], forward thrust +${banded ? "; band: 95 % of the model's own error" : ""}`,
+      unit: "N",
+      series: [...edges, ...force, ...runs],
+      bands: banded ? [[1, 2]] : [],
+      height: 220,
+    });
+  if (force.length && runs.length)
+    panels.push({
+      title: "measured − model [N]",
+      unit: "N",
+      series: has.map((m, i) => ({
+        channel: `residual@${m}`,
+        label: m.replace(/\.json$/, ""),
+        color: COLORS[i % COLORS.length],
+      })),
+      height: 150,
+    });
+  const chosen = (
+    wanted ?? [
+      "deformation_mm",
+      ...FIRST,
+      ...(force.length ? [] : [...channels.keys()].filter((c) => c.startsWith("estimate_thrust_n"))),
+    ]
+  ).filter((c) => channels.has(c));
+  chosen.forEach((c, i) => {
+    const meta = channels.get(c);
+    panels.push({
+      title: `${c}${meta.meaning ? ": " + meta.meaning : ""}`,
+      unit: meta.unit === "-" ? "" : meta.unit,
+      series: [{ channel: c, label: c, color: COLORS[(i + 2) % COLORS.length] }],
+      height: 112,
+    });
+  });
+  if (!panels.length) {
+    const c = card.meta.channels[0];
+    panels.push({
+      title: c.name,
+      unit: c.unit,
+      series: [{ channel: c.name, label: c.name, color: "--s1" }],
+      height: 220,
+    });
+  }
+  return panels;
+}

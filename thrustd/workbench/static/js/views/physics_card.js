@@ -1,0 +1,67 @@
+// The physics card of an effect: equation, evidence, parameters against what physics expects, signature.
+import { h } from "../dom.js";
+import { withUnit } from "../format.js";
+import { attempt } from "../store.js";
+import { signatureChart } from "../charts.js";
+import { extendWith } from "../steps.js";
+
+export function physicsCard(c) {
+  const k = c.card;
+  return h(
+    "div",
+    { class: "card" },
+    h(
+      "div",
+      {},
+      h("h3", {}, k.title),
+      h("div", { class: "equation" }, k.equation),
+      h("p", {}, c.evidence + "."),
+      h(
+        "dl",
+        { class: "fields" },
+        ...k.parameters.flatMap((p) => [h("dt", {}, p.name), h("dd", {}, p.meaning, expected(c, p.name))]),
+        h("dt", {}, "reads"),
+        h("dd", {}, k.channels.join(", ") || "the force itself"),
+        h("dt", {}, "shown alone by"),
+        h("dd", {}, k.separating_test),
+        h("dt", {}, "source"),
+        h("dd", {}, k.source),
+      ),
+      c.in_verdict
+        ? null
+        : h(
+            "div",
+            { class: "buttons" },
+            h(
+              "button",
+              {
+                onclick: attempt(async () => {
+                  location.hash = "add";
+                  await extendWith(c.name);
+                }),
+              },
+              `Add ${c.effect} all the same`,
+            ),
+          ),
+    ),
+    k.signature &&
+      h(
+        "div",
+        {},
+        h("h3", {}, "Signature in a standard programme"),
+        signatureChart(k.signature),
+        h(
+          "p",
+          { class: "faint" },
+          "blue: force it adds, with the parameters found; grey: the programme, 1 to 5 kN with every channel moving",
+        ),
+      ),
+  );
+}
+
+function expected(c, name) {
+  const found = c.estimates.find((p) => p.name === name);
+  return found?.expected
+    ? h("span", { class: "quiet" }, `; found ${withUnit(found.value, found.unit, 4)}, expected ${found.expected}`)
+    : null;
+}

@@ -1,0 +1,190 @@
+// A flight played back: a cursor runs through the recorded estimates of both engines.
+import { fill, h, panel, select } from "../dom.js";
+import { clock, number, seconds } from "../format.js";
+import { attempt } from "../store.js";
+import { EngineTile, FIELDS, thrustPanel } from "../engine.js";
+import { fetchWindow, valueAt } from "../lines.js";
+import { Sheet } from "../timeplot.js";
+
+const AHEAD_S = 20; // of playback fetched at once, times its speed
+
+export function playback(body, card, engines, channels) {
+  const limits = [card.meta.start_s, card.meta.stop_s],
+    tiles = engines.map((name) => new EngineTile(name));
+  const now = { t: limits[0], speed: 5, playing: false, windows: [], until: -1, from: 0 };
+  const mounts = [...channels]
+    .filter((c) => c.startsWith("mount_force_n_"))
+    .map((c) => c.slice("mount_force_n_".length));
+  const slider = h("input", {
+    type: "range",
+    min: limits[0],
+    max: limits[1],
+    step: "any",
+    value: limits[0],
+    "aria-label": "time",
+    oninput: (event) => {
+      now.t = Number(event.target.value);
+      tick();
+    },
+  });
+  const button = h(
+    "button",
+    {
+      class: "primary",
+      onclick: () => {
+        now.playing = !now.playing;
+        button.textContent = now.playing ? "Pause" : "Play";
+      },
+    },
+    "Play",
+  );
+  const at = h("span", { class: "num" }),
+    table = h("tbody", {});
+  const panels = engines.map((name) => thrustPanel(name, channels, 170));
+  for (const c of [`n1_pct_${engines[0]}`, "accel_x_g"].filter((one) => channels.has(one)))
+    panels.push({
+      title: card.meta.channels.find((m) => m.name === c).meaning
+        ? `${c}: ${card.meta.channels.find((m) => m.name === c).meaning}`
+        : c,
+      unit: "",
+      height: 90,
+      series: [{ channel: c, label: c, color: "--s4" }],
+    });
+  const sheet = new Sheet({
+    recording: card.name,
+    panels,
+    limits,
+    spans: () => [{ from: now.t, to: now.t, color: "--s2" }],
+    sync: "flight",
+  });
+  fill(
+    body,
+    h(
+      "div",
+      { class: "panel" },
+      h(
+        "div",
+        { class: "body playbar" },
+        button,
+        select(
+          [
+            ["1", "1×"],
+            ["5", "5×"],
+            ["20", "20×"],
+            ["60", "60×"],
+          ],
+          "5",
+          (v) => {
+            now.speed = Number(v);
+          },
+          "speed",
+        ),
+        slider,
+        at,
+      ),
+    ),
+    h(
+      "div",
+      { class: "engines" },
+      tiles.map((t) => t.root),
+    ),
+    panel(card.name, [], sheet.root),
+    mounts.length
+      ? panel(
+          "Mounts",
+          [],
+          h(
+            "div",
+            { class: "flush" },
+            h(
+              "table",
+              {},
+              h(
+                "thead",
+                {},
+                h(
+                  "tr",
+                  {},
+                  h("th", {}, "Mount"),
+                  h("th", { class: "num" }, "Deformation"),
+                  h("th", { class: "num" }, "Thrust share"),
+                  h("th", { class: "num" }, "One sigma"),
+                ),
+              ),
+              table,
+            ),
+          ),
+        )
+      : null,
+  );
+
+  const wanted = [
+    ...engines.map((e) => FIELDS.map((f) => `estimate_${f}_${e}`)),
+    mounts.flatMap((m) => [`deformation_mm_${m}`, `mount_force_n_${m}`, `mount_std_n_${m}`]),
+  ].filter((list) => list.length);
+
+  async function load() {
+    const from = now.t,
+      to = Math.min(limits[1], from + AHEAD_S * now.speed);
+    [now.from, now.until] = [from, to];
+    now.windows = await Promise.all(
+      wanted.map((list) => fetchWindow(card.name, list, from, Math.max(to, from + 1), 4000)),
+    );
+    paint();
+  }
+
+  function paint() {
+    at.textContent = `${clock(now.t - limits[0])} (t = ${seconds(now.t)})`;
+    slider.value = now.t;
+    engines.forEach((name, i) => {
+      const window = now.windows[i];
+      if (!window) return;
+      const values = FIELDS.map((field, k) => {
+        const hit = valueAt(window, k, now.t);
+        return [field, hit ? hit[1] : NaN];
+      });
+      tiles[i].show(Object.fromEntries(values));
+    });
+    const last = now.windows[engines.length];
+    if (last)
+      fill(
+        table,
+        mounts.map((m, i) =>
+          h(
+            "tr",
+            {},
+            h("td", {}, m.replace("_", " ")),
+            ...[
+              [0, "mm", 5],
+              [1, "N", 4],
+              [2, "N", 3],
+            ].map(([k, unit, digits]) => {
+              const hit = valueAt(last, 3 * i + k, now.t);
+              return h("td", { class: "num" }, hit ? `${number(hit[1], digits)} ${unit}` : "–");
+            }),
+          ),
+        ),
+      );
+    sheet.reshade();
+  }
+
+  function tick() {
+    if (now.t < now.from || now.t >= now.until) attempt(load)();
+    else paint();
+  }
+
+  let before = performance.now();
+  const timer = setInterval(() => {
+    const present = performance.now();
+    if (now.playing) {
+      now.t = Math.min(limits[1], now.t + (now.speed * (present - before)) / 1000);
+      tick();
+    }
+    before = present;
+  }, 100);
+  attempt(load)();
+  return () => {
+    clearInterval(timer);
+    sheet.close();
+  };
+}
