@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.files import read_deck, read_models, read_recordings, split_models
-from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 
 if TYPE_CHECKING:
     from thrustd.model.effect import Effect
@@ -140,9 +140,8 @@ def _show(report: Any, arguments: argparse.Namespace) -> None:
     if arguments.json:
         print_json(report.to_json())
         return
-    from rich.console import Console
 
-    report.print(Console())
+    report.print(console())
 
 
 def _add_model_and_data(parser: argparse.ArgumentParser) -> None:

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 from thrustd.errors import UsageError
 
 if TYPE_CHECKING:
@@ -86,12 +86,11 @@ def run_verb(arguments: argparse.Namespace) -> int:
 
 
 def _print_summary(summary: "ReplaySummary") -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console()
+    screen = console()
     cut = ", log cut off: read up to the last whole chunk" if summary.cut else ""
-    console.print(
+    screen.print(
         f"{summary.log}: {summary.length_s / 60:.1f} min, {summary.events} events, "
         f"{summary.estimates} estimates, {summary.missing_events} events missing{cut}"
     )
@@ -105,6 +104,6 @@ def _print_summary(summary: "ReplaySummary") -> None:
                     name, route, f"{s.rmse_n:.1f}", f"{s.bias_n:+.1f}", f"{s.mae_pct_above_2kn:.2f}",
                     f"{s.worst_n:.0f}", f"{s.inside_95_pct:.1f} %",
                 )  # fmt: skip
-        console.print(table)
+        screen.print(table)
     faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items()) or "none"
-    console.print(f"faults: {faults}")
+    screen.print(f"faults: {faults}")

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from thrustd.cli.files import read_models, read_recordings, read_text, write_model_file, write_text
-from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 from thrustd.errors import UsageError
 
 
@@ -75,11 +75,9 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(found.to_json() | ({"order": choices.to_json()} if choices is not None else {}))
     else:
-        from rich.console import Console
-
         if choices is not None:
-            Console().print(choices.table())
-        found.print(Console())
+            console().print(choices.table())
+        found.print(console())
     note(f"written: {arguments.out} ({found.spec.structure})")
     return 0
 
@@ -151,7 +149,6 @@ def brochure_verb(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({"deck": str(arguments.out), "leave_one_flight_out": rows})
         return 0
-    from rich.console import Console
     from rich.table import Table
 
     table = Table("engine", "flight left out", "error of N1 route, %", "N2, %", title="leave one flight out")
@@ -160,6 +157,6 @@ def brochure_verb(arguments: argparse.Namespace) -> int:
         table.add_row(
             row["engine"], row["flight"], f"{row['n1_left_out_error_pct']:.2f}", "-" if n2 is None else f"{n2:.2f}"
         )
-    Console().print(table)
+    console().print(table)
     note(f"written: {arguments.out}")
     return 0

@@ -4,11 +4,14 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import msgspec
 
 from thrustd.errors import UsageError
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 Verb = Callable[[argparse.Namespace], int]
 Verbs = Any  # argparse's sub-parser collection has no public type
@@ -42,6 +45,13 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 def print_json(value: Any) -> None:
     """One JSON object; NaN and infinity become null."""
     sys.stdout.write(msgspec.json.encode(value).decode() + "\n")
+
+
+def console() -> "Console":
+    """Where tables go: as wide as the terminal, 120 columns into a file or pipe."""
+    from rich.console import Console
+
+    return Console(width=None if sys.stdout.isatty() else 120)
 
 
 def note(text: str) -> None:
