@@ -41,7 +41,7 @@ def serve(root: Path, port: int = 0, browser: bool = True, announce: Callable[[s
 
 def listening(port: int) -> socket.socket:
     """A socket on the loopback interface; UsageError when the port is taken."""
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)  # so that asyncio sets TCP_NODELAY
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((LOOPBACK, port))
