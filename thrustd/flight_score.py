@@ -78,10 +78,15 @@ class FlightScore:
         self.estimates = 0
         self.first_ns = self.last_ns = -1
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Engines and mounts a truth may be known of."""
+        return (*self._engines, *self._mounts)
+
     def follow(self, truth: Iterable[TruthRow]) -> None:
         """Compare with this truth from now on."""
         feed = _Feed(iter(truth))
-        self._lines = {name: _Line(feed, name) for name in (*self._engines, *self._mounts)}
+        self._lines = {name: _Line(feed, name) for name in self.names}
 
     def take(self, output: Output) -> None:
         """Count one output of the pipeline."""

@@ -32,8 +32,10 @@ class MountState(NamedTuple):
 class MountRoute:
     """Steps one mount's model sample by sample. Mutable."""
 
-    def __init__(self, model: CompiledModel, bridge_samples: int) -> None:
+    def __init__(self, model: CompiledModel, bridge_samples: int, installation_std_n: float = 0.0) -> None:
+        """`installation_std_n`: one sigma of what the bench could not show, see `fusion.settings`."""
         self.model = model
+        self._installation_std_n = installation_std_n
         self.signals = model.channels[1:]
         self.channels = np.array([CATALOGUE[name].rest for name in self.signals], float)
         self._unknown = {i: CATALOGUE[name].spread for i, name in enumerate(self.signals)}  # not measured: one sigma
@@ -160,7 +162,7 @@ class MountRoute:
     def _std(self, force_n: float, rate_n_s: float, excess_mm: float) -> float:
         valid = self.model.spec.valid
         stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
-        variance = region_std(self.model.spec.error, force_n, rate_n_s) ** 2
+        variance = region_std(self.model.spec.error, force_n, rate_n_s) ** 2 + self._installation_std_n**2
         variance += (EXTRAPOLATION_STD * stiffness_n_mm * excess_mm) ** 2
         age_s = self._since_restart * self._period_s
         for std_n, tau_s in self._restart:

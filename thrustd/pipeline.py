@@ -60,7 +60,7 @@ class Pipeline:
         self._clock = ClockMap()
         self._hold = Hold()
         bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
-        self._routes = tuple(MountRoute(model, bridge) for model in parts.models)
+        self._routes = tuple(MountRoute(model, bridge, settings.installation_std_n) for model in parts.models)
         self._engine_of = tuple(engines.index(mount.engine) for mount in config.mount)
         self._listeners = self._listen()
         self._layout = Layout(
@@ -230,8 +230,8 @@ class Pipeline:
         self._derive("time_s", (t_ns - self._start_ns) * 1e-9)
         self._derive("dynamic_pressure_Pa", dynamic_pressure_pa(self._hold, t_ns))
         if t_ns - self._read_ns >= self._readings_every_ns:
+            outputs.extend(self._hold.readings(self._read_ns))
             self._read_ns = t_ns
-            outputs.extend(self._hold.readings(t_ns))
 
     def _exclude(self, verdict: MonitorVerdict, t_ns: int, outputs: list[Output]) -> None:
         for fault in verdict.faults:

@@ -1,8 +1,10 @@
 """Run a log through the pipeline again: write the estimates, score them against the truth where there is one."""
 
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from math import isfinite, nan
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -14,6 +16,7 @@ from thrustd.loop import run
 from thrustd.sinks.mcap_log import LogWriter, new_log
 from thrustd.sources.mcap_log import LogFile
 from thrustd.types import Estimate, Event, Fault, Output
+from thrustd.wire.log_layout import LogHeader
 
 PROGRESS_EVERY = 5000  # events
 
@@ -55,25 +58,30 @@ def replay(
     installation = open_installation(log, config)
     pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
     score = flight_score(installation)
-    score.follow(truth_rows(log.path))
     count = _Count(log, advance)
+    with ExitStack() as opened:
+        writer = opened.enter_context(new_log(out, _header(installation, log.header))) if out is not None else None
+        truth = truth_rows(path, score.names)
+        if writer is not None:
+            truth = _copied(truth, writer)
+        score.follow(truth)
 
-    def take(output: Output) -> None:
-        score.take(output)
-        if picture is not None and isinstance(output, Estimate):
-            name = installation.config.aircraft.engines[output.engine]
-            picture.take(name, output, score.truth_n(name))
+        def take(output: Output) -> None:
+            if writer is not None:
+                writer.write_output(output)
+            score.take(output)
+            if picture is not None and isinstance(output, Estimate):
+                name = installation.config.aircraft.engines[output.engine]
+                picture.take(name, output, score.truth_n(name))
 
-    if out is None:
         run(pace(log.events()), pipeline, count, take)
-    else:
-        source = log.header
-        header = installation.log_header(epoch_offset_ns=source.epoch_offset_ns, run=source.run, notes=source.notes)
-        with new_log(out, header) as writer:
-            _run_into(writer, pace(log.events()), pipeline, count, take)
-            _copy_truth(log.path, writer)
+        deque(truth, maxlen=0)  # what comes after the last estimate
     advance(1.0)
     return _summary(log, score, count.events)
+
+
+def _header(installation: Installation, source: LogHeader) -> LogHeader:
+    return installation.log_header(epoch_offset_ns=source.epoch_offset_ns, run=source.run, notes=source.notes)
 
 
 def _start_of(log: LogFile) -> WarmStart | None:
@@ -94,14 +102,27 @@ def flight_score(installation: Installation) -> FlightScore:
     return FlightScore(tuple(engines), mounts, tuple(len(config.mounts_of(engine)) for engine in engines))
 
 
-def truth_rows(path: Path) -> Iterator[TruthRow]:
-    """What a simulated flight really did, in file order; nothing for a real one."""
-    log = LogFile(path)
-    for message in log.messages():
-        if message.topic.startswith("/truth/"):
-            row: dict[str, Any] = msgspec.json.decode(message.data)
-            value_n = row["thrust_n"] if "thrust_n" in row else row["force_n"]
-            yield TruthRow(message.topic.removeprefix("/truth/"), row["t_ns"], value_n)
+class _Truth(msgspec.Struct):
+    """A message of a /truth topic, of an engine or of a mount."""
+
+    t_ns: int
+    thrust_n: float = nan
+    force_n: float = nan
+
+
+def truth_rows(path: Path, names: Sequence[str]) -> Iterator[TruthRow]:
+    """What a simulated flight really did to `names`, in file order; nothing for a real one."""
+    decode = msgspec.json.Decoder(_Truth).decode
+    by_topic = {f"/truth/{name}": name for name in names}
+    for message in LogFile(path).messages(by_topic):
+        row = decode(message.data)
+        yield TruthRow(by_topic[message.topic], row.t_ns, row.thrust_n if isfinite(row.thrust_n) else row.force_n)
+
+
+def _copied(rows: Iterator[TruthRow], writer: LogWriter) -> Iterator[TruthRow]:
+    for row in rows:
+        writer.write_truth(row.name, row.t_ns, row.value_n)
+        yield row
 
 
 class _Count:
@@ -115,21 +136,6 @@ class _Count:
         self.events += 1
         if self.events % PROGRESS_EVERY == 0:
             self._advance(self._log.position_bytes / max(self._log.size_bytes, 1))
-
-
-def _run_into(
-    writer: LogWriter, events: Iterator[Event], pipeline: Any, count: _Count, listen: Callable[[Output], None]
-) -> None:
-    def both(output: Output) -> None:
-        writer.write_output(output)
-        listen(output)
-
-    run(events, pipeline, count, both)
-
-
-def _copy_truth(path: Path, writer: LogWriter) -> None:
-    for row in truth_rows(path):
-        writer.write_truth(row.name, row.t_ns, row.value_n)
 
 
 def _summary(log: LogFile, score: FlightScore, events: int) -> ReplaySummary:

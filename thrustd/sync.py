@@ -68,12 +68,12 @@ class Hold:
                 (self._stale.add if stale else self._stale.discard)((signal, index))
         return faults
 
-    def readings(self, t_ns: int) -> list[Reading]:
-        """Every signal that is fresh, at its own time."""
+    def readings(self, after_ns: int) -> list[Reading]:
+        """The latest reading of every signal that was heard later than `after_ns`, at its own time."""
         return [
             Reading(since_ns, signal, index, value)
             for (signal, index), (value, since_ns) in self._values.items()
-            if (signal, index) not in self._stale
+            if since_ns > after_ns
         ]
 
     def snapshot(self) -> list[list[Any]]:

@@ -15,6 +15,7 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     throttle_rate_gain_n_per_pct: float = 600.0  # twice the thrust per per cent of N1 at high power, JT15D-4
     # slow errors of both routes: how long they last, and the thrust movement after which they are others
     mount_noise_std_n: float = 12.0  # white part of one engine's mounts, per fused step
+    installation_std_n: float = 45.0  # of one mount in the aircraft beyond its bench: zero, share, warmth
     mount_bias_tau_s: float = 120.0  # sigma itself: the model's error map, `mount_std_n`
     brochure_noise_std_n: float = 20.0
     brochure_bias_std: float = 0.03  # engine against deck, relative, for the whole flight

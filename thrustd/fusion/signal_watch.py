@@ -150,9 +150,10 @@ class SignalWatch:
         return median(self._bends) if len(self._bends) == self._bends.maxlen else 0.0
 
     def _drifts(self) -> bool:
-        if len(self._values) <= DRIFT_STEPS or self.jumped_lately:
+        if len(self._values) <= DRIFT_STEPS:
             return False
-        return abs(self.change(DRIFT_STEPS)) > self.limits.rate * DRIFT_STEPS * STEP_S
+        far = abs(self.change(DRIFT_STEPS)) > self.limits.rate * DRIFT_STEPS * STEP_S
+        return far and not self.jumped_lately
 
     def acquit(self) -> None:
         """Cross-checks found it right again."""
