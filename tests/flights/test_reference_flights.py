@@ -1,0 +1,50 @@
+"""Every reference flight replays to its stored outputs; a change of physics changes the reference in the same commit."""
+
+import json
+from importlib.util import module_from_spec, spec_from_file_location
+from math import isnan
+
+import pytest
+
+from tests.conftest import ROOT
+from thrustd.replay import replay
+from thrustd.types import Status
+
+FOLDER = ROOT / "replay_logs"
+TOLERANCE = 1e-6  # relative; other processors and libraries round differently
+_SPEC = spec_from_file_location("make_reference_flights", FOLDER / "make.py")
+MAKE = module_from_spec(_SPEC)
+_SPEC.loader.exec_module(MAKE)
+FLIGHTS = sorted(MAKE.FLIGHTS)
+
+
+@pytest.fixture(scope="module", params=FLIGHTS)
+def flight(request):
+    stored = json.loads((FOLDER / f"{request.param}.expected.json").read_text())
+    return request.param, stored, MAKE.expected(FOLDER / f"{request.param}.mcap")
+
+
+def test_the_flight_replays_to_its_stored_outputs(flight):
+    _, stored, now = flight
+    assert len(now) == len(stored)
+    for before, after in zip(stored, now, strict=True):
+        same = [(a, b) for a, b in zip(before, after, strict=True) if not (isnan(a) and isnan(b))]
+        assert [b for _, b in same] == pytest.approx([a for a, _ in same], rel=TOLERANCE, abs=1e-4)
+
+
+def test_the_flight_is_worth_looking_at(flight):
+    name, _, now = flight
+    assert max(row[2] for row in now) > 5000.0
+    statuses = [int(row[6]) for row in now if row[0] > 10.0]
+    failing = any(status & (Status.ONE_MOUNT | Status.MOUNT_LOST) for status in statuses)
+    assert failing == (name == "sensor-fails")
+
+
+def test_replaying_the_estimate_log_scores_against_the_truth(tmp_path):
+    summary = replay(FOLDER / "throttle-steps.mcap", tmp_path / "out.mcap")
+    assert set(summary.scores) == {"left", "right", "left_upper", "left_lower", "right_upper", "right_lower"}
+    for engine in ("left", "right"):
+        fused = summary.scores[engine]["fused"]
+        assert fused.rmse_n < 300.0
+        assert fused.n > 1000
+    assert summary.missing_events == 0
