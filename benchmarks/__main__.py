@@ -1,4 +1,4 @@
-"""`python -m benchmarks [NAME ...]`: every short benchmark, or the named ones. Long ones have their own make targets."""
+"""`python -m benchmarks [NAME ...]`: every short benchmark, or the named ones. Long ones have targets of their own."""
 
 import sys
 from importlib import import_module

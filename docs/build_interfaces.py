@@ -1,4 +1,4 @@
-"""Writes docs/interfaces.md from the tables in the code: signals, faults, status bits, log topics, configuration keys."""
+"""Writes docs/interfaces.md from the tables in the code: signals, faults, status bits, log topics, settings."""
 
 import inspect
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Every reference flight replays to its stored outputs; a change of physics changes the reference in the same commit."""
+"""Every reference flight replays to its stored outputs; new physics changes the reference in the same commit."""
 
 import json
 from importlib.util import module_from_spec, spec_from_file_location
