@@ -30,6 +30,7 @@ def test_the_shipped_configurations_are_read():
         ("estimate_hz = 50.0", "estimate_hz = 100.0\nbridge_gap_ms = 9e9", ("steps.bridge_gap_ms", "<= 2000")),
         ("[aircraft]", "[aircraft", ("not TOML",)),
         ('name = "test"', 'name = ""', ("aircraft.name",)),
+        ('name = "test"', "name = " + 5000 * "[", ("nested too deep",)),
     ],
 )
 def test_an_impossible_configuration_is_refused(old, new, words):

@@ -148,6 +148,8 @@ def read_config(text: str, where: str) -> Config:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise ConfigError(f"{where}: not TOML: {problem}") from None
+    except RecursionError:
+        raise ConfigError(f"{where}: nested too deep, expected tables and lists as in deploy/ph-lab.toml") from None
     config = section(table, Config, where)
     _check(config, where)
     return config
