@@ -7,7 +7,7 @@ SHORT = ("bench_model", "bench_flight", "bench_live", "bench_wire", "bench_log",
 
 
 def main() -> None:
-    chosen = sys.argv[1:] or SHORT
+    chosen = [word for word in sys.argv[1:] if word in SHORT] or SHORT
     for name in chosen:
         import_module(f"benchmarks.{name}").main()
 

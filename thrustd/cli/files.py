@@ -45,9 +45,10 @@ def read_models(paths: Sequence[Path]) -> dict[str, "ModelSpec"]:
 
 
 def read_recordings(paths: Sequence[Path]) -> list["Recording"]:
-    from thrustd.records.files import read_recording
+    """Recordings without the stretches that were excluded on the workbench."""
+    from thrustd.records.marks import read_marked
 
-    return [read_recording(path) for path in paths]
+    return [read_marked(path) for path in paths]
 
 
 def read_deck(path: Path) -> "Deck":
