@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from thrustd.errors import ModelError, RecordingError
+from thrustd.identify.covariance import covariance
 from thrustd.identify.estimate import EstimateSettings, estimate, jacobian, pack, simulate_records, unpack
 from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import (
@@ -181,3 +182,8 @@ def test_too_short_a_record_is_refused():
     data = record(mount()).rows(slice(0, 10))
     with pytest.raises(RecordingError, match="too short"):
         segments_of([data])
+
+
+def test_sensitivities_that_are_no_numbers_are_refused_in_one_line():
+    with pytest.raises(ModelError, match="not finite"):
+        covariance(np.array([[np.inf]]), np.eye(1), 0.0)

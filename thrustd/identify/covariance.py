@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from thrustd.errors import ModelError
 from thrustd.model.stage import Floats
 
 ROWS = 20_000  # means kept per segment at most
@@ -57,7 +58,14 @@ class ColouredSum:
 
 
 def covariance(information: Floats, middle: Floats, white_variance: float) -> Floats:
-    """M^-1 (B + white M) M^-1; directions that the data do not determine are left out (pseudo-inverse)."""
+    """M^-1 (B + white M) M^-1; directions that the data do not determine are left out (pseudo-inverse).
+
+    ModelError when the sensitivities are no numbers: a formula that overflows, say.
+    """
+    if not (np.isfinite(information).all() and np.isfinite(middle).all()):
+        raise ModelError(
+            "the model's sensitivity to its parameters is not finite: expected a formula that stays in range"
+        )
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information / np.outer(size, size), rcond=1e-10, hermitian=True) / np.outer(size, size)
     return inverse @ (middle + white_variance * information) @ inverse
