@@ -4,6 +4,8 @@ The token never stands on a command line, where other users of the machine could
 that only this user may open, and that leads to the page.
 """
 
+import asyncio
+import logging
 import os
 import secrets
 import socket
@@ -36,7 +38,14 @@ def serve(root: Path, port: int = 0, browser: bool = True, announce: Callable[[s
         config = uvicorn.Config(
             app, log_level="warning", access_log=False, server_header=False, timeout_graceful_shutdown=1, ws="none"
         )
+        logging.getLogger("uvicorn.error").addFilter(_not_at_the_end)
         uvicorn.Server(config).run(sockets=[listener])
+
+
+def _not_at_the_end(record: logging.LogRecord) -> bool:
+    """Pages that are still open are cut off when the server ends; uvicorn calls that an error, with a traceback."""
+    problem = record.exc_info[1] if record.exc_info else None
+    return not isinstance(problem, asyncio.CancelledError) and "timeout graceful shutdown" not in record.getMessage()
 
 
 def listening(port: int) -> socket.socket:
