@@ -62,7 +62,9 @@ BAD_CSV = {
     "twice": ("time_s,force_N,force_N\n1,1,1\n", "'force_N' appears 2 times"),
     "ragged": ("time_s,force_N\n1,1\n2\n", "not a rectangular CSV"),
     "empty": ("", "is empty"),
-    "header only": ("time_s,force_N\n", "expected one or more samples"),
+    "header only": ("time_s,force_N\n", "no samples"),
+    "not text": ("\x00\x8f\x1btime_s", "not UTF-8 text"),
+    "another coding": ("time_s,T_\xb0C\n0,1\n", "not UTF-8 text"),
 }
 
 
@@ -70,7 +72,7 @@ BAD_CSV = {
 def test_bad_csv_is_one_clear_line(case, tmp_path):
     text, message = BAD_CSV[case]
     path = tmp_path / "bad.csv"
-    path.write_text(text)
+    path.write_text(text, encoding="latin-1")
     with pytest.raises(RecordingError) as caught:
         read_recording(path)
     assert message in str(caught.value)

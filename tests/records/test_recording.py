@@ -32,7 +32,7 @@ def test_time_that_is_not_a_number_names_the_row():
 
 
 def test_empty_recording_is_refused():
-    with pytest.raises(RecordingError, match="one or more samples"):
+    with pytest.raises(RecordingError, match="no samples"):
         make_recording("a.csv", {"time_s": []})
 
 

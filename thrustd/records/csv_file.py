@@ -40,7 +40,10 @@ def write_csv(record: Recording, path: Path) -> None:
 
 def _header(path: Path) -> tuple[list[str], str]:
     with path.open("rb") as file:
-        line = file.readline(1 << 20).decode("utf-8-sig", errors="replace").strip("\r\n")
+        raw = file.readline(1 << 20)
+    line = raw.decode("utf-8-sig", errors="replace").strip("\r\n")
+    if "\ufffd" in line or not line.replace("\t", "").isprintable():
+        raise RecordingError(f"{path.name}: not UTF-8 text; expected a CSV file with one header line of channel names")
     delimiter = max(",;\t", key=line.count) if line else ","
     names = [name.strip().strip('"') for name in line.split(delimiter)]
     twice = sorted({name for name in names if names.count(name) > 1})

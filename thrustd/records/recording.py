@@ -166,8 +166,10 @@ def make_recording(
 
 
 def _check_time(name: str, time_s: FloatArray) -> None:
-    if time_s.ndim != 1 or len(time_s) == 0:
-        raise RecordingError(f"{name}: time_s has shape {time_s.shape}; expected one or more samples in one column")
+    if time_s.size == 0:
+        raise RecordingError(f"{name}: no samples; expected one or more")
+    if time_s.ndim != 1:
+        raise RecordingError(f"{name}: time_s has shape {time_s.shape}; expected one column")
     bad = np.flatnonzero(~np.isfinite(time_s))
     if len(bad):
         raise RecordingError(f"{name}: time_s is {time_s[bad[0]]} in data row {bad[0] + 1}; expected a number")
