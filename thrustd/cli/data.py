@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from thrustd.cli.files import read_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json
 from thrustd.errors import UsageError
 
@@ -123,7 +124,7 @@ def _log_report(path: Path) -> dict[str, Any]:
 
 
 def _json_report(path: Path) -> dict[str, Any]:
-    text = _text(path)
+    text = read_text(path)
     if '"thrustd-model/' not in text[:4000]:
         from thrustd.brochure.deck import Deck
 
@@ -148,7 +149,7 @@ def _json_report(path: Path) -> dict[str, Any]:
 def _config_report(path: Path) -> dict[str, Any]:
     from thrustd.config import read_config
 
-    config = read_config(_text(path), str(path))
+    config = read_config(read_text(path), str(path))
     return {
         "file": str(path),
         "kind": "configuration",
@@ -157,15 +158,6 @@ def _config_report(path: Path) -> dict[str, Any]:
         "mounts": [mount.name for mount in config.mount],
         "sample_hz": config.adc.sample_hz,
     }
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text()
-    except UnicodeDecodeError:
-        raise UsageError(f"{path}: not a text file") from None
-    except OSError as problem:
-        raise UsageError(f"{path}: cannot be read: {problem.strerror}") from None
 
 
 def _print_report(report: dict[str, Any]) -> None:

@@ -61,15 +61,25 @@ def note(text: str) -> None:
 
 @contextmanager
 def progress(label: str) -> Iterator[Advance]:
-    """A bar on standard error that takes the fraction done; silent when standard error is not a terminal."""
+    """A bar on standard error that takes the fraction done; into a file or pipe one line when it is done.
+
+    It leaves no trace when the work fails: bad input is one line, and that line is the message.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task(label, total=1.0)
+    bar = Progress(*columns, console=Console(stderr=True))
+    task = bar.add_task(label, total=1.0)
 
-        def advance(fraction: float) -> None:
-            bar.update(task, completed=fraction)
+    def advance(fraction: float) -> None:
+        bar.update(task, completed=fraction)
 
+    bar.start()
+    try:
         yield advance
+    except BaseException:
+        bar.live.transient = True
+        bar.live.stop()
+        raise
+    bar.stop()
