@@ -16,7 +16,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -49,12 +49,46 @@ class Stage:
     def run(self, x: Floats, u: Floats, v: Floats) -> Floats:
         """Step over a block: u (n, n_u), v (n,) -> (n,); x is left at the state after the last sample."""
         out = np.empty_like(v)
-        _block(self.step)(x, self.c, u, v, out)
+        _block(self.step).run(x, self.c, np.ascontiguousarray(u), np.ascontiguousarray(v), out)
         return out
 
 
+_ROW = types.float64[::1]
+_TABLE = types.float64[:, ::1]
+_STEP = types.FunctionType(types.float64(_ROW, _ROW, _ROW, types.float64))
+_WORTH_COMPILING = 8_000_000  # samples through one step: a call by pointer costs 20 ns more, compiling 0.2 s
+
+
+@njit(types.void(_STEP, _ROW, _ROW, _TABLE, _ROW, _ROW), cache=True, error_model="numpy")
+def _any_block(step: Any, x: Floats, c: Floats, u: Floats, v: Floats, out: Floats) -> None:
+    for k in range(v.shape[0]):
+        out[k] = step(x, c, u[k], v[k])
+
+
+class _Block:
+    """A loop over one step: by function pointer at first, compiled around the step once that pays. The same bits."""
+
+    def __init__(self, step: Any) -> None:
+        self._step = step
+        self._passed = 0
+        self._own: Any = None
+
+    def run(self, x: Floats, c: Floats, u: Floats, v: Floats, out: Floats) -> None:
+        self._passed += v.size
+        if self._own is None and self._passed > _WORTH_COMPILING:
+            self._own = _inlined(self._step)
+        if self._own is None:
+            _any_block(self._step, x, c, u, v, out)
+        else:
+            self._own(x, c, u, v, out)
+
+
 @cache
-def _block(step: Any) -> Any:
+def _block(step: Any) -> _Block:
+    return _Block(step)
+
+
+def _inlined(step: Any) -> Any:
     @njit(error_model="numpy")
     def block(x: Floats, c: Floats, u: Floats, v: Floats, out: Floats) -> None:
         for k in range(v.shape[0]):
