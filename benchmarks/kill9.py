@@ -56,7 +56,7 @@ def main() -> None:
     dice = random.Random(arguments.seed)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        config = reliable_aircraft(folder, "239.74.163.31")
+        config = reliable_aircraft(folder)
         flight = twin_flight(config, arguments.kills * (LONGEST_LIFE_S + START_S), arguments.seed)
         with ServiceManager(folder / "notify") as manager, bench(config, flight):
             lives = [live_once(config, manager, dice) for _ in track(range(arguments.kills), "killing")]

@@ -38,7 +38,7 @@ def main() -> None:
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        config = reliable_aircraft(folder, "239.74.163.41")
+        config = reliable_aircraft(folder)
         flight = twin_flight(config, arguments.hours * 3600, arguments.seed)
         with ServiceManager(folder / "notify") as manager:
             daemon = Daemon(config, manager)

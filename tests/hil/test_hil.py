@@ -1,12 +1,10 @@
 """Two processes: the twin on a real pty and a real CAN bus, and the unchanged daemon that reads them."""
 
-import fcntl
 import os
 import signal
 import socket
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import msgspec
@@ -54,8 +52,8 @@ def write_aircraft(folder: Path) -> Path:
     for name, content in aircraft.files.items():
         (folder / name).write_bytes(content)
     text = aircraft.files[CONFIG].decode()
-    text = text.replace('"loop://"', f'"{folder}/adc"').replace('"virtual"', '"udp_multicast"')
-    text = text.replace('channel = "test"', 'channel = "239.74.163.7"')
+    text = text.replace('"loop://"', f'"{folder}/adc"').replace('"virtual"', '"fifo"')
+    text = text.replace('channel = "test"', f'channel = "{folder}/can"')
     path = folder / "aircraft.toml"
     path.write_text(text)
     return path
@@ -68,25 +66,19 @@ def start(verb: list[str], environment: dict[str, str]) -> subprocess.Popen[byte
 
 
 class ServiceManager:
-    """The socket that systemd would listen on. One at a time on this machine, other test processes included:
-
-    python-can's multicast bus hears every group that anybody here has joined, so two benches at once would mix.
-    """
+    """The socket that systemd would listen on."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._only_one = (Path(tempfile.gettempdir()) / "thrustd-multicast.lock").open("a")
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
 
     def __enter__(self) -> "ServiceManager":
-        fcntl.flock(self._only_one, fcntl.LOCK_EX)
         self._socket.bind(str(self._path))
         self._socket.settimeout(PATIENCE_S)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._socket.close()
-        self._only_one.close()
 
     def environment(self) -> dict[str, str]:
         return {**os.environ, "NOTIFY_SOCKET": str(self._path)}

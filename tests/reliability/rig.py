@@ -33,11 +33,10 @@ def free_port() -> int:
         return port
 
 
-def reliable_aircraft(folder: Path, group: str) -> Path:
-    """A configuration with everything that keeps it flying; `group`: multicast address, one per test."""
+def reliable_aircraft(folder: Path) -> Path:
+    """A configuration with everything that keeps it flying."""
     config = write_aircraft(folder)
-    text = config.read_text().replace("239.74.163.7", group)
-    config.write_text(f"{text}{KEPT_FLYING}[health]\nport = {free_port()}\n")
+    config.write_text(f"{config.read_text()}{KEPT_FLYING}[health]\nport = {free_port()}\n")
     return config
 
 

@@ -22,7 +22,7 @@ MOUNTS = ("left_upper", "left_lower", "right_upper", "right_lower")
 def life(tmp_path_factory):
     """Fly, kill -9, fly on, stop. -> (folder, words of the second life, status while flying, its screen)."""
     folder = tmp_path_factory.mktemp("life")
-    config = reliable_aircraft(folder, "239.74.163.21")
+    config = reliable_aircraft(folder)
     flight = twin_flight(config, FLIGHT_S, 4)
     with ServiceManager(folder / "notify") as manager:
         lives = ExitStack()

@@ -11,7 +11,7 @@ from thrustd.realtime import ask_for
 
 
 def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
-    config = reliable_aircraft(tmp_path, "239.74.163.51")
+    config = reliable_aircraft(tmp_path)
     (tmp_path / "logs").write_text("a file where the folder of the logs should be")
     (tmp_path / "checkpoint.json").write_text('{"sha256": "00", "body": {}}')
     with socket.socket() as taken, ServiceManager(tmp_path / "notify") as manager:
