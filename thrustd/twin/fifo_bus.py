@@ -4,8 +4,9 @@
 
 Every member owns a named pipe in the folder and writes what it sends into the pipes of all others, one
 `struct can_frame` of 16 bytes at a time (below PIPE_BUF: frames never mix). It stands in for SocketCAN where the
-kernel has no vcan. As there, a frame nobody listens to is gone, and a member that does not read loses what does not fit. Unlike there, a
-sender with time (`timeout` not 0) first waits for room: a flight can be played faster than life and nothing is lost.
+kernel has no vcan. As there, a frame nobody listens to is gone, and a member that does not read loses what does not
+fit. Unlike there, a sender with time (`timeout` not 0) first waits for room: a flight can be played faster than life
+and nothing is lost.
 """
 
 import errno
