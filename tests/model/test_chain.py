@@ -65,6 +65,14 @@ def test_blocks_continue_from_a_state():
     assert np.array_equal(np.concatenate(parts), whole)
 
 
+def test_columns_mapped_from_a_file_cannot_be_written_and_run_all_the_same():
+    stage = compile_model(spec(effects=[]), 100.0).stages[0]
+    column = inputs(100)["deformation_mm"]
+    free = stage.run(stage.start(np.empty(0), 0.0), np.empty((100, 0)), column)
+    column.flags.writeable = False
+    assert np.array_equal(stage.run(stage.start(np.empty(0), 0.0), np.empty((100, 0)), column), free)
+
+
 def test_at_rest_the_force_is_the_static_one():
     model = compile_model(spec(effects=[]), 100.0)
     force_n = model.simulate(np.full((1000, 1), 0.5))

@@ -49,7 +49,7 @@ class Stage:
     def run(self, x: Floats, u: Floats, v: Floats) -> Floats:
         """Step over a block: u (n, n_u), v (n,) -> (n,); x is left at the state after the last sample."""
         out = np.empty_like(v)
-        _block(self.step).run(x, self.c, np.ascontiguousarray(u), np.ascontiguousarray(v), out)
+        _block(self.step).run(x, self.c, np.require(u, requirements="CW"), np.require(v, requirements="CW"), out)
         return out
 
 
