@@ -38,7 +38,10 @@ class MountRoute:
         self._installation_std_n = installation_std_n
         self.signals = model.channels[1:]
         self.channels = np.array([CATALOGUE[name].rest for name in self.signals], float)
-        self._unknown = {i: CATALOGUE[name].spread for i, name in enumerate(self.signals)}  # not measured: one sigma
+        self._own = [i for i, name in enumerate(self.signals) if name == "deformation_mm"]  # hysteresis, damping, ...
+        self._unknown = {  # not measured: one sigma
+            i: CATALOGUE[name].spread for i, name in enumerate(self.signals) if i not in self._own
+        }
         self._state: Floats | None = None
         self._bridge_samples = bridge_samples
         self._period_s = 1.0 / model.rate_hz
@@ -67,6 +70,8 @@ class MountRoute:
     def take(self, sequence: int, deformation_mm: float) -> None:
         """One good sample of deformation; `sequence` counts sample instants, missing ones included."""
         missing = sequence - self._sequence - 1
+        for position in self._own:
+            self.channels[position] = deformation_mm
         if self._state is None or (missing > self._bridge_samples and not self._resuming):
             self._start(deformation_mm)
             missing = 0
@@ -147,8 +152,11 @@ class MountRoute:
     def _bridge(self, missing: int, deformation_mm: float) -> None:
         assert self._state is not None
         slope = (deformation_mm - self._deformation_mm) / (missing + 1)
+        channels = self.channels.copy()
         for i in range(1, missing + 1):
-            self.model.step(self._state, self.channels, self._deformation_mm + i * slope)
+            between_mm = self._deformation_mm + i * slope
+            channels[self._own] = between_mm
+            self.model.step(self._state, channels, between_mm)
         self._gap = True
 
     def _take_gap(self) -> bool:

@@ -133,6 +133,8 @@ class Pipeline:
         listeners: dict[tuple[str, int], list[tuple[MountRoute, int]]] = {}
         for mount, route in enumerate(self._routes):
             for position, name in enumerate(route.signals):
+                if name == "deformation_mm":  # the route's own
+                    continue
                 index = {"aircraft": 0, "engine": self._engine_of[mount], "mount": mount}[CATALOGUE[name].scope]
                 listeners.setdefault((name, index), []).append((route, position))
         return listeners
