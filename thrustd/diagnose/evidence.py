@@ -6,7 +6,7 @@ samples of a mount's residual are anything but independent, blocks of minutes ne
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -41,6 +41,7 @@ class Evidence:
     block: Ints  # (n,) number of the block a row belongs to
     segment: Ints  # (n,) number of the segment
     channels: dict[str, Floats]  # every column of the records that all of them have, (n,)
+    known: dict[int, list[tuple[bytes, Floats]]] = field(default_factory=dict)  # see `remember`
 
     def starts(self, spec: ModelSpec) -> Floats:
         """What an unknown state at the start of each segment may add to the force (n, k): decays of the slow modes.
@@ -80,9 +81,31 @@ class Evidence:
     def row_s(self) -> float:
         return self.width * self.segments[0].dt_s
 
+    def remember(self, spec: ModelSpec) -> None:
+        """Keep the signal behind every stage of this model: what shares its first stages starts from there."""
+        self.known.clear()
+        for segment in self.segments:
+            v = segment.inputs["deformation_mm"]
+            run: list[tuple[bytes, Floats]] = []
+            for stage in model_stages(spec, segment.dt_s):
+                v = run_stage(stage, segment.inputs, v)
+                run.append((stage_key(stage), v))
+            self.known[id(segment)] = run
+
     def output(self, spec: ModelSpec) -> Floats:
         """Model force by row (n,)."""
-        return self.rows([simulate(model_stages(spec, segment.dt_s), segment) for segment in self.segments])
+        return self.rows([self._simulated(spec, segment) for segment in self.segments])
+
+    def _simulated(self, spec: ModelSpec, segment: Segment) -> Floats:
+        stages = model_stages(spec, segment.dt_s)
+        v, done = segment.inputs["deformation_mm"], 0
+        for stage, (key, after) in zip(stages, self.known.get(id(segment), []), strict=False):
+            if stage_key(stage) != key:
+                break
+            v, done = after, done + 1
+        for stage in stages[done:]:
+            v = run_stage(stage, segment.inputs, v)
+        return v
 
     def rows(self, columns: Sequence[Floats]) -> Floats:
         """Full-rate columns, one per segment, as row means (n,)."""
@@ -169,6 +192,11 @@ def simulate(stages: Sequence[Stage], segment: Segment) -> Floats:
     for stage in stages:
         v = run_stage(stage, segment.inputs, v)
     return v
+
+
+def stage_key(stage: Stage) -> bytes:
+    """The same for stages that do the same."""
+    return f"{stage.name} {id(stage.step)} {stage.channels} ".encode() + stage.c.tobytes()
 
 
 def run_stage(stage: Stage, inputs: Mapping[str, Floats], v: Floats) -> Floats:

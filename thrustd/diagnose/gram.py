@@ -11,10 +11,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from thrustd.diagnose.evidence import FOLDS, Evidence
+from thrustd.diagnose.evidence import FOLDS, Evidence, Ints
 from thrustd.model.stage import Floats
 
+Mask = NDArray[np.bool_]
 TINY = 1e-9  # relative ridge on every column, against exact collinearity
 
 
@@ -51,26 +53,47 @@ def block_gram(
     between them stay zero. Rows without reference carry no weight.
     """
     good = np.isfinite(residual_n)
-    always = np.column_stack((np.where(good, residual_n, 0.0), core)) * good[:, None]
-    rest = np.column_stack(groups) * good[:, None] if groups else np.empty((len(good), 0))
-    if starts is not None and starts.shape[1]:
-        basis = _orthonormal(starts * good[:, None])
-        always = (always - basis @ (basis.T @ always)) * good[:, None]
-        rest = (rest - basis @ (basis.T @ rest)) * good[:, None]
-    p, ends = always.shape[1], np.cumsum([0, *(group.shape[1] for group in groups)])
+    basis = _orthonormal(starts * good[:, None]) if starts is not None and starts.size else np.empty((len(good), 0))
+    always = np.column_stack((np.where(good, residual_n, 0.0), core, basis))
+    ends = always.shape[1] + np.cumsum([0, *(group.shape[1] for group in groups)])
     firsts = np.searchsorted(evidence.block, np.arange(evidence.n_blocks + 1))
-    matrices = np.zeros((evidence.n_blocks, p + rest.shape[1], p + rest.shape[1]))
+    matrices = np.zeros((evidence.n_blocks, ends[-1], ends[-1]))
     for matrix, i, j in zip(matrices, firsts[:-1], firsts[1:], strict=True):
-        mine, others = always[i:j], rest[i:j]
-        matrix[:p, :p] = mine.T @ mine
-        matrix[:p, p:] = mine.T @ others
-        matrix[p:, :p] = matrix[:p, p:].T
-        for begin, end in pairwise(ends):
-            part = others[:, begin:end]
-            inside = part.T @ part if end - begin > 1 else np.einsum("ij,ij->j", part, part)[:, None]
-            matrix[p + begin : p + end, p + begin : p + end] = inside
+        _products(matrix, [always[i:j], *(group[i:j] for group in groups)], good[i:j])
     counts = np.add.reduceat(good.astype(float), firsts[:-1])
-    return BlockGram(matrices, counts, _fold_schemes(evidence.n_blocks), white_n2)
+    p = 1 + core.shape[1]
+    without = _projected(matrices, p, always.shape[1], ends) if basis.shape[1] else matrices
+    return BlockGram(without, counts, _fold_schemes(evidence.n_blocks), white_n2)
+
+
+def _products(matrix: Floats, parts: Sequence[Floats], good: Mask) -> None:
+    """Products of one block: of the first part with everything, of every other part with itself."""
+    rows = np.column_stack(parts)[good]
+    p = parts[0].shape[1]
+    matrix[:p] = rows[:, :p].T @ rows
+    matrix[p:, :p] = matrix[:p, p:].T
+    ends = np.cumsum([part.shape[1] for part in parts])
+    for begin, end in pairwise(ends):
+        part = rows[:, begin:end]
+        matrix[begin:end, begin:end] = part.T @ part
+
+
+def _projected(matrices: Floats, p: int, q: int, ends: Ints) -> Floats:
+    """Take what the orthonormal columns p..q explain out of all others, and drop them; a = z - B (B' z).
+
+    In products: a' c = z_a' z_c - w_a' B' z_c - z_a' B w_c + w_a' B' B w_c with w = B' z over all blocks.
+    """
+    keep = np.concatenate((np.arange(p), np.arange(q, matrices.shape[1])))
+    w = matrices[:, p:q, :].sum(axis=0)[:, keep]
+    known = np.zeros((len(keep), len(keep)), bool)
+    known[:p] = known[:, :p] = True
+    for begin, end in pairwise(ends - (q - p)):
+        known[begin:end, begin:end] = True
+    out = np.empty((len(matrices), len(keep), len(keep)))
+    for new, old in zip(out, matrices, strict=True):
+        cross = w.T @ old[p:q, keep]
+        new[:] = np.where(known, old[np.ix_(keep, keep)] - cross - cross.T + w.T @ old[p:q, p:q] @ w, 0.0)
+    return out
 
 
 def _orthonormal(columns: Floats) -> Floats:
@@ -116,18 +139,17 @@ def held_out_fit(gram: BlockGram, chosen: Sequence[int], ridge: Sequence[float],
     relative = np.asarray(ridge, float) + TINY
     sse = np.zeros(len(yy))
     for fold in gram.fold[:schemes]:
-        for held in np.unique(fold):
-            test = fold == held
-            beta = _solve(cc[~test].sum(axis=0), cy[~test].sum(axis=0), relative)
-            sse[test] += yy[test] - 2 * cy[test] @ beta + np.einsum("i,bij,j->b", beta, cc[test], beta)
+        trained = np.arange(FOLDS)[:, None] != fold
+        beta = _solve(np.tensordot(trained, cc, 1), trained @ cy, relative)[fold.astype(int)]
+        sse += yy - 2 * np.sum(cy * beta, axis=1) + np.sum((cc @ beta[:, :, None])[:, :, 0] * beta, axis=1)
     return Fit(_solve(cc.sum(axis=0), cy.sum(axis=0), relative), sse / schemes, gram.counts, gram.white_n2)
 
 
 def _solve(cc: Floats, cy: Floats, relative: Floats) -> Floats:
-    size = np.sqrt(np.maximum(np.diag(cc), 1e-300))
-    scaled = cc / np.outer(size, size)
-    scaled[np.diag_indices_from(scaled)] += relative
-    solution: Floats = np.linalg.solve(scaled, cy / size) / size
+    """Ridge solutions (..., k) of systems (..., k, k), every column scaled to its own size."""
+    size = np.sqrt(np.maximum(np.diagonal(cc, axis1=-2, axis2=-1), 1e-300))
+    scaled = cc / (size[..., :, None] * size[..., None, :]) + np.diag(relative)
+    solution: Floats = np.linalg.solve(scaled, (cy / size)[..., None])[..., 0] / size
     return solution
 
 

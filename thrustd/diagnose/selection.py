@@ -11,7 +11,7 @@ The present parameters stay as identified in this ranking; `absorbed` adds what 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -66,7 +66,7 @@ class Round:
     output_n: Floats
     residual_n: Floats
     before: Fit  # held-out error of the model as it is
-    absorbed: Fit  # the same with its present parameters re-estimated
+    absorbed: Fit | None  # the same with its present parameters re-estimated; None until `with_absorbed` asks
     scored: tuple[Scored, ...]  # best first, one per effect
     curves: dict[str, Fit]  # free curve of each channel beside the present model, one scheme of holding back
     before_curves: Fit  # the model as it is, same scheme
@@ -80,9 +80,10 @@ def look(
     progress: Progress | None = None,
 ) -> Round:
     """Judge every absent effect beside `added` ones that are in `spec` already and may be re-estimated."""
+    evidence.remember(spec)
     output_n = evidence.output(spec)
     residual_n = evidence.reference_n - output_n
-    present = evidence.jacobian(spec)
+    present = np.empty((len(output_n), 0))
     starts = evidence.starts(spec)
     beside = tangents(spec, added, evidence, output_n)
     rough: list[Candidate] = []
@@ -107,11 +108,23 @@ def look(
         output_n,
         residual_n,
         last.before(),
-        last.absorbed([]),
-        tuple(last.scored(fine, absorbed=True)),
+        None,
+        tuple(last.scored(fine)),
         table.curve_fits(curves),
         table.before(schemes=1),
     )
+
+
+def with_absorbed(round_: Round, evidence: Evidence) -> Round:
+    """The first look once more with the present parameters re-estimated along: slow, asked only when nothing shows."""
+    spec, chosen = round_.spec, [s.candidate for s in round_.scored]
+    present, none = evidence.jacobian(spec), np.empty((len(round_.output_n), 0))
+    white_n2, starts = evidence.white_n2(spec), evidence.starts(spec)
+    table = _Table.of(evidence, round_.residual_n, present, none, chosen, [], white_n2, starts)
+    scored = tuple(
+        replace(s, absorbed=table.absorbed(columns)) for s, columns in zip(round_.scored, table.candidates, strict=True)
+    )
+    return replace(round_, absorbed=table.absorbed([]), scored=scored)
 
 
 def _matters(scored: Scored, first: Sequence[Scored], place: int) -> bool:
@@ -135,7 +148,7 @@ def deep(scored: Scored, first: Round) -> bool:
     They have absorbed part of it, so nothing shows while they stay; together with them it must remove much more than
     they can alone.
     """
-    if scored.absorbed is None:
+    if scored.absorbed is None or first.absorbed is None:
         return False
     reference = min(first.before, first.absorbed, key=lambda fit: fit.mse)
     return scored.absorbed.mse <= (1 - DEEP) * reference.mse and gain_t(reference, scored.absorbed) >= SURE_DEEP
@@ -186,7 +199,7 @@ class _Table:
         fits = [held_out_fit(self.gram, at, [ridge] * len(self.present) + [BESIDE] * free) for ridge in RIDGES]
         return min(fits, key=lambda fit: fit.mse)
 
-    def scored(self, chosen: Sequence[Candidate], absorbed: bool = False) -> list[Scored]:
+    def scored(self, chosen: Sequence[Candidate]) -> list[Scored]:
         """Best shape of each effect, best effect first."""
         before = self.before()
         best: dict[str, Scored] = {}
@@ -196,8 +209,7 @@ class _Table:
             fit = held_out_fit(self.gram, [*self.beside, *columns], [BESIDE] * len(self.beside) + [0.0] * len(columns))
             if candidate.impossible(fit.beta[len(self.beside) :]):
                 fit = before
-            with_present = self.absorbed(columns) if absorbed else None
-            scored = Scored(candidate, fit, with_present, before, gain_t(before, fit))
+            scored = Scored(candidate, fit, None, before, gain_t(before, fit))
             known = best.get(candidate.word)
             if known is None or _better(scored, known):
                 best[candidate.word] = scored

@@ -13,7 +13,19 @@ from thrustd.diagnose.evidence import Evidence
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import Fit, gain_t
 from thrustd.diagnose.pruning import redundant, without
-from thrustd.diagnose.selection import ENOUGH, MOST, Progress, Round, Scored, acceptable, deep, look, rank, taken
+from thrustd.diagnose.selection import (
+    ENOUGH,
+    MOST,
+    Progress,
+    Round,
+    Scored,
+    acceptable,
+    deep,
+    look,
+    rank,
+    taken,
+    with_absorbed,
+)
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
 
@@ -52,7 +64,9 @@ def judge(
         absent = [e for e in effects if e.word not in {s.candidate.word for s in found}]
         rounds.append(look(spec, evidence, absent, added, _within(progress, len(rounds))))
         if len(rounds) == 1:
-            own_n, promised = _own(spec, evidence, rounds[0])
+            promised = spec.error is not None
+            rounds[0] = rounds[0] if promised else with_absorbed(rounds[0], evidence)
+            own_n = _own_n(spec, evidence, rounds[0])
         best = min((s for s in rounds[-1].scored if acceptable(s, own_n)), key=lambda s: rank(s, own_n), default=None)
         if best is None or len(found) == MOST:
             break
@@ -63,14 +77,18 @@ def judge(
         found.pop(added.index(idle))
         added.remove(idle)
         spec = without(spec, idle)
+    if not found and promised:
+        rounds[0] = with_absorbed(rounds[0], evidence)
     return replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
 
 
-def _own(spec: ModelSpec, evidence: Evidence, first: Round) -> tuple[float, bool]:
+def _own_n(spec: ModelSpec, evidence: Evidence, first: Round) -> float:
+    """What the artifact promises; without a promise the best that anything reached."""
     promised = own_error_n(spec, evidence, first.output_n)
-    reached = [first.before.rmse, first.absorbed.rmse, *(s.fit.rmse for s in first.scored)]
-    reached += [fit.rmse for fit in first.curves.values()]
-    return (min(promised, first.before.rmse), True) if promised is not None else (min(reached), False)
+    if promised is not None:
+        return min(promised, first.before.rmse)
+    fits = [first.before, *(s.fit for s in first.scored), *first.curves.values()]
+    return min(fit.rmse for fit in (*fits, first.absorbed) if fit is not None)
 
 
 def _concluded(
@@ -98,7 +116,7 @@ def _concluded(
         return Judgement(
             (buried.candidate.word,), (buried,), (effect,), tuple(rounds), own_n, promised, left, deep=True
         )
-    unsaid = min(first.before.mse, first.absorbed.mse) > UNSAID * own_n**2 and promised
+    unsaid = min(fit.mse for fit in (first.before, first.absorbed) if fit is not None) > UNSAID * own_n**2 and promised
     verdict = ("unknown",) if left or unsaid else ("none",)
     channels = left or (best_curves(first) if unsaid else ())
     return Judgement(verdict, (), (), tuple(rounds), own_n, promised, channels)
