@@ -7,7 +7,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[2] / "thrustd"
 FLOORS = {
-    "types": 0, "errors": 0, "config": 0, "signals": 0,
+    "types": 0, "errors": 0, "config": 0, "signals": 0, "compiled": 0,
     "wire": 1, "sync": 1, "model": 1, "brochure": 1, "fusion": 1,
     "pipeline": 2, "mount_route": 2, "fault_book": 2, "step_inputs": 2, "fault_status": 2, "snapshot": 2,
     "signature": 3,

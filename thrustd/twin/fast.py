@@ -5,7 +5,8 @@ from typing import ParamSpec, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from thrustd.compiled import compiled
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -14,5 +15,5 @@ R = TypeVar("R")
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:
-    """Compiled on first use and cached beside the source."""
-    return cast(Callable[P, R], njit(cache=True)(function))
+    """Compiled on first use and kept for the next start."""
+    return cast(Callable[P, R], compiled(function))
