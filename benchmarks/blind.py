@@ -1,31 +1,33 @@
 """The blind benchmark: hide effects, diagnose, extend, and count. `python benchmarks/blind.py [options]`.
 
-Per seed one mount: its quiet bench is identified once, then every effect is hidden in turn at every strength. The
-truth is read only for scoring. Two generators: `twin` (thrustd.twin.hide) and `own` (blind_mount.py, other equations,
-strength in units of 12 N). Prints one line per case as it goes, then the confusion matrix and the figures of issue 5.
+Per seed one mount: its quiet bench is identified once as `thrustd identify` does, then every effect is hidden in turn
+at every strength. The truth is read only for scoring. Three generators with nothing in common: `twin`
+(thrustd.twin.hide), `own` (blind_mount.py) and `rig` (blind_rig.py, every seed other laws and a damaged recording).
+Every case is one line of JSON in `--results`; cases that stand there are not run again, and the table is of all lines.
 
-    python benchmarks/blind.py --seeds 5 --strengths 1 2 3          everything, about an hour on two cores
-    python benchmarks/blind.py --seeds 1 --strengths 3 --kinds single
+    python benchmarks/blind.py                                      everything, hours on one core
+    python benchmarks/blind.py --seeds 1 --strengths 3 --kinds single --generator rig
+    python benchmarks/blind.py --table                              only the table of what has been run
 """
 
 import argparse
+import json
 import sys
 import time
-from collections import Counter
-from dataclasses import dataclass, field
+import traceback
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from thrustd.diagnose.compare import compare
-from thrustd.diagnose.diagnose import diagnose
+from thrustd.diagnose.diagnose import DiagnoseReport, diagnose
 from thrustd.diagnose.extend import extend
 from thrustd.errors import ThrustdError
-from thrustd.identify.artifact import finished
-from thrustd.identify.fit_hw_pwl import fit_hw_pwl
+from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effects import shelf
 from thrustd.records.recording import Recording, make_recording
@@ -33,170 +35,191 @@ from thrustd.twin.hide import hidden_case
 
 sys.path.insert(0, str(Path(__file__).parent))
 import blind_mount
+import blind_rig
+from blind_table import print_table
 
 EFFECTS = sorted({effect.word for effect in shelf().values()})
-UNKNOWN = {"twin": ("hydraulic_line", "bleed_duct"), "own": ("unknown_cabin", "unknown_n1")}
+UNKNOWN = {
+    "twin": ("hydraulic_line", "bleed_duct"),
+    "own": ("unknown_cabin", "unknown_n1"),
+    "rig": ("unknown_fuel", "unknown_gear"),
+}
 FOLLOWS = {
     "hydraulic_line": "hydraulic_pressure_bar",
     "bleed_duct": "bleed_valve_pct",
     "unknown_cabin": "cabin_psi",
     "unknown_n1": "n1_pct",
+    "unknown_fuel": "fuel_kg",
+    "unknown_gear": "gear_pct",
 }
-OWN_UNIT_N = 12.0
+OWN_UNIT_N = 15.0  # strength 1, as in thrustd.twin.hide
+QUIET_RECORDS = 10  # cases with nothing hidden per seed: other flights of the same mount
 
 
-@dataclass(frozen=True, slots=True)
-class Records:
+class Records(NamedTuple):
     bench: Recording
     measured: Recording
     heldout: Recording
     parameters: dict[str, float]  # truth, by "effect.parameter"
 
 
-@dataclass(slots=True)
-class Score:
-    confusion: Counter[tuple[str, str]] = field(default_factory=Counter)
-    right: Counter[str] = field(default_factory=Counter)
-    total: Counter[str] = field(default_factory=Counter)
-    unfair: int = 0  # wrong without its look-alike named
-    falls: list[float] = field(default_factory=list)  # held-out error over that of the model where nothing is hidden
-    inside: list[bool] = field(default_factory=list)  # truth within 1.96 sigma
-    seconds: list[float] = field(default_factory=list)
+class Wanted(NamedTuple):
+    """One case: `flight` numbers the flights of one mount (0: the first)."""
+
+    generator: str
+    kind: str
+    effects: tuple[str, ...]
+    seed: int
+    strength: float
+    flight: int = 0
+
+    @property
+    def key(self) -> str:
+        effects = "+".join(self.effects) or "none"
+        return f"{self.generator} {self.kind} {effects} {self.seed} {self.strength:g} {self.flight}"
 
 
-def make(generator: str, effects: tuple[str, ...], seed: int, strength: float) -> Records:
-    if generator == "own":
-        tables, sizes = blind_mount.exercise(list(effects), seed, strength * OWN_UNIT_N)
-        names = ("bench", "measured", "heldout")
-        return Records(*(make_recording(n, t) for n, t in zip(names, tables, strict=True)), sizes)
-    case = hidden_case(effects or ("none",), seed, strength)
-    truth = {f"{e}.{p}": v for e, values in case.truth.get("parameters", {}).items() for p, v in values.items()}
-    return Records(case.bench, case.measured, case.heldout, truth)
+def make(case: Wanted) -> Records:
+    if case.generator == "twin":
+        hidden = hidden_case(case.effects or ("none",), case.seed, case.strength, flight=case.flight)
+        truth = {f"{e}.{p}": v for e, values in hidden.truth.get("parameters", {}).items() for p, v in values.items()}
+        return Records(hidden.bench, hidden.measured, hidden.heldout, truth)
+    source = {"own": blind_mount, "rig": blind_rig}[case.generator]
+    tables, sizes = source.exercise(list(case.effects), case.seed, case.strength * OWN_UNIT_N, flight=case.flight)
+    names = ("bench", "measured", "heldout")
+    parameters = {source.PARAMETERS[e]: s for e, s in sizes.items() if e in source.PARAMETERS}
+    return Records(*(make_recording(n, t) for n, t in zip(names, tables, strict=True)), parameters)
 
 
-def base_model(bench: Recording, seed: int) -> ModelSpec:
-    """What `thrustd identify` makes of the quiet bench."""
-    return finished(fit_hw_pwl([bench], name=f"seed{seed}").spec, [bench], [bench], {})
-
-
-def judged(generator: str, effects: tuple[str, ...], seed: int, strength: float, model: ModelSpec) -> tuple:
-    records = make(generator, effects, seed, strength)
-    begin = time.perf_counter()
+def run(case: Wanted, model: ModelSpec) -> dict[str, Any]:
+    """One case as a line of the results."""
+    records = make(case)
+    line: dict[str, Any] = case._asdict() | {"key": case.key}
+    begin = time.process_time()
     report = diagnose(model, [records.measured])
-    return records, report, time.perf_counter() - begin
+    line |= {"cpu_s": time.process_time() - begin, "said": list(report.verdict), **judged(case, report)}
+    line |= {"own_n": report.own_error_n, "before_n": report.rmse_before_n, "after_n": report.rmse_after_n}
+    line["best"] = [[c.effect, round(c.rmse_after_n, 2), list(c.separable_from)] for c in report.candidates[:4]]
+    line["depends_on"] = [d.channel for d in report.depends_on]
+    if case.effects and line["right"] and case.kind != "unknown":
+        line |= extended(model, records, report)
+    return line
 
 
-def score_case(
-    score: Score, generator: str, effects: tuple[str, ...], seed: int, strength: float, model: ModelSpec, quiet_n: float
-) -> str:
-    records, report, seconds = judged(generator, effects, seed, strength, model)
-    score.seconds.append(seconds)
-    unlisted = [e for e in effects if e in FOLLOWS]
-    truth = {"unknown"} if unlisted else set(effects) or {"none"}
-    said = set(report.verdict)
-    kind = "none" if not effects else "unknown" if unlisted else "pair" if len(effects) > 1 else f"single {strength:g}x"
-    right = said == truth
-    if unlisted:
-        right = right and bool(report.depends_on) and FOLLOWS[unlisted[0]] == report.depends_on[0].channel
-    elif len(effects) == 1:
-        right = report.verdict[0] == effects[0]
-        alike = report.candidates[0].separable_from if report.candidates else ()
-        score.unfair += not right and effects[0] not in alike
-    score.total[kind] += 1
-    score.right[kind] += right
-    score.confusion["+".join(effects) or "none", "+".join(report.verdict)] += 1
-    note = ""
-    if effects and not unlisted and right:
-        note = extended(score, model, records, report, quiet_n)
-    mark = "ok   " if right else "WRONG"
-    return f"{mark} seed {seed} {strength:g}x {'+'.join(effects) or 'none'} -> {', '.join(report.verdict)} {note}"
+def judged(case: Wanted, report: DiagnoseReport) -> dict[str, bool]:
+    """Right, and if not, whether the truth was at least named as a look-alike."""
+    said, first = set(report.verdict), report.verdict[0]
+    named = {alike for c in report.candidates if c.in_verdict for alike in c.separable_from} | said
+    excused = bool(case.effects) and set(case.effects) <= named
+    if not case.effects:
+        return {"right": said == {"none"}, "excused": False}
+    if case.kind == "unknown":
+        channels = [d.channel for d in report.depends_on]
+        return {"right": said == {"unknown"} and FOLLOWS[case.effects[0]] in channels[:1], "excused": False}
+    if case.kind == "single":
+        return {"right": first == case.effects[0], "exact": said == set(case.effects), "excused": excused}
+    return {"right": set(case.effects) <= said, "exact": said == set(case.effects), "excused": excused}
 
 
-def extended(score: Score, model: ModelSpec, records: Records, report, quiet_n: float) -> str:
+def extended(model: ModelSpec, records: Records, report: DiagnoseReport) -> dict[str, Any]:
+    """Fall of the error on the held-out record, and whether the truth lies inside its 95 % interval."""
     names = [c.name for c in report.candidates if c.in_verdict]
     try:
         result = extend(model, [records.measured], names)
     except ThrustdError as problem:
-        return f"extend: {problem}"
-    after = compare({"after": result.spec}, [records.heldout]).comparisons[0].rmse_n
-    score.falls.append(after / quiet_n)
+        return {"refused": str(problem)}
+    before, after = compare({"before": model, "after": result.spec}, [records.heldout]).comparisons
+    line: dict[str, Any] = {"heldout_before_n": before.rmse_n, "heldout_after_n": after.rmse_n, "intervals": []}
     for p in result.parameters:
         truth = records.parameters.get(f"{p.effect}.{p.name}")
         if truth is not None:
-            score.inside.append(abs(p.value - truth) <= 1.96 * p.std)
-    return f"held-out {after:.1f} N, nothing hidden {quiet_n:.1f} N"
+            line["intervals"].append([f"{p.effect}.{p.name}", truth, p.value, p.std])
+    return line
 
 
-def report_score(score: Score, console: Console) -> None:
-    table = Table(title="Verdicts: rows hidden, columns said")
-    said = sorted({b for _, b in score.confusion})
-    table.add_column("hidden")
-    for name in said:
-        table.add_column(name, justify="right")
-    for hidden in sorted({a for a, _ in score.confusion}):
-        table.add_row(hidden, *(str(score.confusion[hidden, s] or "") for s in said))
-    console.print(table)
-    for kind in sorted(score.total):
-        console.print(f"{kind}: {score.right[kind]} of {score.total[kind]} right")
-    console.print(f"wrong without its look-alike named: {score.unfair}")
-    if score.falls:
-        falls = np.array(score.falls)
-        console.print(
-            f"held-out error after extend over that where nothing is hidden: median {np.median(falls):.3f},"
-            f" 90 % below {np.quantile(falls, 0.9):.3f}; {np.mean(falls <= 1.15):.0%} of {falls.size} at most 1.15"
-        )
-    if score.inside:
-        console.print(f"true parameter inside its 95 % interval: {np.mean(score.inside):.0%} of {len(score.inside)}")
-    console.print(f"diagnose: median {np.median(score.seconds):.1f} s, longest {max(score.seconds):.1f} s")
+def wanted(options: argparse.Namespace) -> Iterator[Wanted]:
+    for seed in range(options.first_seed, options.first_seed + options.seeds):
+        kinds, generator = options.kinds, options.generator
+        if "single" in kinds:
+            for strength in options.strengths:
+                yield from (Wanted(generator, "single", (e,), seed, strength) for e in options.effects)
+        if "unknown" in kinds:
+            yield from (Wanted(generator, "unknown", (e,), seed, 3.0) for e in UNKNOWN[generator])
+        if "pair" in kinds:
+            rng = np.random.default_rng([seed, 5])
+            for _ in range(4):
+                one, two = rng.choice(EFFECTS, 2, replace=False)
+                yield Wanted(generator, "pair", (str(one), str(two)), seed, 3.0)
+        if "none" in kinds:
+            yield from (Wanted(generator, "none", (), seed, 1.0, flight) for flight in range(QUIET_RECORDS))
 
 
-def cases(kinds: list[str], strengths: list[float], seed: int, generator: str, effects: list[str]) -> list[tuple]:
-    found: list[tuple[tuple[str, ...], float]] = []
-    if "none" in kinds:
-        found.append(((), 1.0))
-    if "single" in kinds:
-        found += [((e,), s) for e in effects for s in strengths]
-    if "pair" in kinds:
-        rng = np.random.default_rng([seed, 5])
-        for _ in range(4):
-            one, two = rng.choice(EFFECTS, 2, replace=False)
-            found.append(((str(one), str(two)), 3.0))
-    if "unknown" in kinds:
-        found += [((e,), 3.0) for e in UNKNOWN[generator]]
-    return found
+def quiet_error_n(model: ModelSpec, case: Wanted) -> float:
+    """Error of the same model on the held-out record of the same mount where nothing is hidden."""
+    plain = make(case._replace(effects=(), strength=1.0))
+    return float(compare({"quiet": model}, [plain.heldout]).comparisons[0].rmse_n)
+
+
+def kept(folder: Path, case: Wanted) -> tuple[ModelSpec, float]:
+    """Model and quiet error of a seed from the folder, or made and put there."""
+    path = folder / f"{case.generator}-{case.seed}.json"
+    if path.exists():
+        quiet_n, model = json.loads(path.with_suffix(".quiet").read_text()), path.read_bytes()
+        return msgspec.json.decode(model, type=ModelSpec), quiet_n
+    model = identify([make(case._replace(effects=(), flight=0)).bench], name=f"seed{case.seed}").spec
+    quiet_n = quiet_error_n(model, case._replace(flight=0))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.with_suffix(".quiet").write_text(json.dumps(quiet_n))
+    path.write_bytes(msgspec.json.encode(model))
+    return model, quiet_n
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first-seed", type=int, default=1)
-    parser.add_argument("--strengths", type=float, nargs="+", default=[1.0, 2.0, 3.0])
+    parser.add_argument("--strengths", type=float, nargs="+", default=[3.0, 1.0, 2.0])
     parser.add_argument("--kinds", nargs="+", default=["none", "single", "pair", "unknown"])
     parser.add_argument("--effects", nargs="+", default=EFFECTS)
-    parser.add_argument("--generator", choices=("twin", "own"), default="twin")
-    parser.add_argument("--models", type=Path, help="folder that keeps the identified models between runs")
+    parser.add_argument("--generator", choices=("twin", "own", "rig"), default="twin")
+    parser.add_argument("--results", type=Path, default=Path("out/blind.jsonl"))
+    parser.add_argument("--models", type=Path, default=Path("out/blind-models"), help="identified models are kept here")
+    parser.add_argument("--table", action="store_true", help="print the table of what has been run, run nothing")
     options = parser.parse_args()
-    console, score = Console(width=200), Score()
-    for seed in range(options.first_seed, options.first_seed + options.seeds):
-        plain = make(options.generator, (), seed, 1.0)
-        model = kept(options.models, options.generator, seed, plain.bench)
-        quiet_n = compare({"quiet": model}, [plain.heldout]).comparisons[0].rmse_n
-        for effects, strength in cases(options.kinds, options.strengths, seed, options.generator, options.effects):
-            line = score_case(score, options.generator, effects, seed, strength, model, quiet_n)
-            console.print(line, highlight=False)
-    report_score(score, console)
+    console = Console(width=200)
+    lines = read_lines(options.results)
+    if not options.table:
+        done = {line["key"] for line in lines}
+        for case in wanted(options):
+            if case.key not in done:
+                lines.append(one(case, options, console))
+    print_table(lines, console)
 
 
-def kept(folder: Path | None, generator: str, seed: int, bench: Recording) -> ModelSpec:
-    """The model of a seed from the folder, or identified and put there."""
-    path = folder / f"{generator}-{seed}.json" if folder else None
-    if path and path.exists():
-        return msgspec.json.decode(path.read_bytes(), type=ModelSpec)
-    model = base_model(bench, seed)
-    if path:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(msgspec.json.encode(model))
-    return model
+def read_lines(path: Path) -> list[dict[str, Any]]:
+    return [json.loads(text) for text in path.read_text().splitlines()] if path.exists() else []
+
+
+def one(case: Wanted, options: argparse.Namespace, console: Console) -> dict[str, Any]:
+    model, quiet_n = kept(options.models, case)
+    try:
+        line = run(case, model) | {"quiet_n": quiet_n}
+    except Exception as problem:  # a crash is a result too: counted as wrong, told with its trace
+        trace = traceback.format_exc()
+        line = case._asdict() | {
+            "key": case.key,
+            "right": False,
+            "said": ["crash"],
+            "problem": repr(problem),
+            "trace": trace,
+        }
+    options.results.parent.mkdir(parents=True, exist_ok=True)
+    with options.results.open("a") as file:
+        file.write(json.dumps(line) + "\n")
+    mark = "ok   " if line["right"] else "alike" if line.get("excused") else "WRONG"
+    fall = f"{line['heldout_after_n'] / quiet_n:.2f} x" if "heldout_after_n" in line else ""
+    console.print(f"{mark} {case.key} -> {', '.join(line['said'])} {fall}", highlight=False, soft_wrap=True)
+    return line
 
 
 if __name__ == "__main__":

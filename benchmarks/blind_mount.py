@@ -256,6 +256,19 @@ NOMINAL = {
 }
 
 
+PARAMETERS = {  # those sizes that mean the same as a parameter of the effect
+    "axial_inertia": "axial_inertia.mass_kg",
+    "nacelle_drag": "nacelle_drag.drag_area_m2",
+    "viscous_damping": "viscous_damping.damping_n_s_mm",
+    "thermal_expansion": "thermal_expansion.expansion_mm_k",
+    "free_play": "free_play.gap_mm",
+    "sensor_drift": "sensor_drift.drift_mm_h",
+    "sensor_scale": "sensor_scale.scale_error",
+    "time_delay": "time_delay.delay_s",
+    "ageing": "ageing.ageing_1_h",
+}
+
+
 def measured(ch, x, force, rng):
     noisy = np.round(x / LSB_MM) * LSB_MM
     n = len(force)
@@ -277,12 +290,13 @@ def strength_of(mount, force, ch, name, size):
     )
 
 
-def exercise(effects, seed, target_n, hours=2.0):
+def exercise(effects, seed, target_n, hours=2.0, flight=0):
     """(bench, measured, held-out) column dicts and the sizes used; each effect has target_n RMS force equivalent."""
     rng = np.random.default_rng([seed, 11])
     mount = Mount(seed)
     bench_force = steps(rng, hours)
     bench = measured(quiet(rng, len(bench_force)), mount.deform(bench_force), bench_force, rng)
+    rng = np.random.default_rng([seed, 11, flight]) if flight else rng
     out = [bench]
     sizes = None
     for _ in range(2):

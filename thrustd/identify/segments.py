@@ -52,7 +52,8 @@ def segments_of(records: Sequence[Recording], channels: Iterable[str] = (), forc
 def _of_record(record: Recording, wanted: list[str], force: bool) -> list[Segment]:
     columns = wanted + ([FORCE] if force or FORCE in record else [])
     chosen = record.select(columns)
-    pieces = [chosen.rows(part) for part in chosen.segments() if part.stop - part.start >= SHORTEST]
+    stretches = chosen.segments(BRIDGE + 1.5)  # a few lost samples are bridged, like missing values
+    pieces = [chosen.rows(part) for part in stretches if part.stop - part.start >= SHORTEST]
     return [segment for piece in pieces for segment in _of_piece(_even(piece), wanted)]
 
 

@@ -64,13 +64,19 @@ def hide(effects: tuple[str, ...], seed: int, strength: float, out_dir: Path, se
     os.replace(part, out_dir / TRUTH)
 
 
-def hidden_case(effects: tuple[str, ...], seed: int, strength: float, seconds: float = SECONDS) -> Case:
-    """The same in memory. `effects`: names of ICD section 4, or `none`, or `unknown` for one that has no name."""
+def hidden_case(
+    effects: tuple[str, ...], seed: int, strength: float, seconds: float = SECONDS, flight: int = 0
+) -> Case:
+    """The same in memory. `effects`: names of ICD section 4, or `none`, or `unknown` for one that has no name.
+
+    `flight` numbers further pairs of flights of the same mount after the same bench.
+    """
     rng = np.random.default_rng([seed, 6])
     mount = draw_mount(rng)
     kinds = _kinds(effects, rng)
     force_n = bench_force_n(seconds, SAMPLE_HZ, rng)
     bench = _record("bench", force_n, quiet(len(force_n), SAMPLE_HZ), mount, (), rng)
+    rng = np.random.default_rng([seed, 6, flight]) if flight else rng
     flights = []
     for _ in range(2):
         force_n = flight_force_n(seconds, SAMPLE_HZ, rng)
