@@ -77,6 +77,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
 
         gc.collect()
         gc.freeze()  # the models and tables stay: no collection walks them in flight
+        gc.enable()
         ask_for(config.realtime, say)
         service.say(f"READY=1\nSTATUS={heart.status()}")
         run(merged(queue, (adc, bus, Ticker(config.steps.tick_hz, queue.put)), stop), pipeline, record, listen)

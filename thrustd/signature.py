@@ -6,10 +6,6 @@ openssl pkeyutl -sign -rawin -inkey private.pem -in MODEL.json | base64 -w0 > MO
 
 from base64 import b64decode
 
-from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
-from cryptography.hazmat.primitives.serialization import load_pem_public_key
-
 from thrustd.errors import ConfigError, ModelError
 
 SIGNATURE = ".sig"  # added to the model's file name
@@ -17,6 +13,10 @@ SIGNATURE = ".sig"  # added to the model's file name
 
 def check_signature(content: bytes, signature: bytes, public_key: bytes, where: str) -> None:
     """ModelError unless `signature` (base64) over `content` is by the holder of `public_key` (PEM)."""
+    from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm  # 0.1 s that only some have to wait
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+    from cryptography.hazmat.primitives.serialization import load_pem_public_key
+
     try:
         key = load_pem_public_key(public_key)
     except (ValueError, UnsupportedAlgorithm):

@@ -1,6 +1,7 @@
 """Verbs of a flight: run, replay, check."""
 
 import argparse
+import gc
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,6 +80,7 @@ def replay_verb(arguments: argparse.Namespace) -> int:
 
 
 def run_verb(arguments: argparse.Namespace) -> int:
+    gc.disable()  # until READY: everything that is loaded stays, and a start in flight has no time to lose
     from thrustd.daemon import fly
     from thrustd.installation import read_installation
 
