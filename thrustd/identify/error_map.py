@@ -1,6 +1,7 @@
 """Error of a model by region of force and force rate, on data it was not fitted to: fusion's measurement noise."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -25,10 +26,10 @@ def rates_of(signal: Floats, dt_s: float) -> Floats:
 
 def error_map(spec: ModelSpec, segments: Sequence[Segment]) -> ErrorMap:
     """RMS of the residual in cells of equal force range and given quantiles of |force rate|, N."""
-    parts = [residuals(spec, segment) for segment in segments]
-    force = np.concatenate([s.force_n - part for s, part in zip(segments, parts, strict=True)])
-    rate = np.concatenate([np.abs(rates_of(s.force_n - part, s.dt_s)) for s, part in zip(segments, parts, strict=True)])
-    residual = np.concatenate(parts)
+    parts = [-residuals(spec, replace(segment, force_n=np.zeros(len(segment)))) for segment in segments]
+    force = np.concatenate(parts)
+    rate = np.concatenate([np.abs(rates_of(part, s.dt_s)) for s, part in zip(segments, parts, strict=True)])
+    residual = np.concatenate([s.force_n for s in segments]) - force
     good = np.isfinite(residual)
     return _cells(force[good], rate[good], residual[good])
 

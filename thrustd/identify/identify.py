@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import msgspec
+import numpy as np
 from rich.console import Console
 
 from thrustd.errors import RecordingError
@@ -12,7 +13,7 @@ from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_records
 from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
 from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
-from thrustd.identify.segments import Segment, segments_of
+from thrustd.identify.segments import FORCE, Segment, segments_of
 from thrustd.identify.structures import Fitted, Structure, structure_named
 from thrustd.identify.structures.structure import of_spec
 from thrustd.model.artifact import ModelSpec
@@ -72,9 +73,13 @@ def identify(
 
 
 def split(records: Sequence[Recording]) -> tuple[list[Recording], list[Recording]]:
-    """The first four fifths of every record, and the last."""
+    """The first four fifths of every record, and every record with a reference in its last fifth only.
+
+    So the model meets the held-out part with the memory that the mount has there, not as if it had come to rest.
+    """
     cuts = [(record, round(len(record) * (1 - HELD_OUT))) for record in records]
-    return [r.rows(slice(0, cut)) for r, cut in cuts], [r.rows(slice(cut, len(r))) for r, cut in cuts]
+    held_out = [r.with_channels(**{FORCE: np.where(np.arange(len(r)) < cut, np.nan, r[FORCE])}) for r, cut in cuts]
+    return [r.rows(slice(0, cut)) for r, cut in cuts], held_out
 
 
 def score_structure(
