@@ -48,7 +48,6 @@ class MountRoute:
         self._n_doubts = 2 * len(model.spec.linear.real_modes)
         self._sequence = -1
         self._deformation_mm = nan
-        self._force_n = nan
         self._sum_mm = self._sum_n = 0.0
         self._count = 0
         self._gap = False
@@ -69,25 +68,17 @@ class MountRoute:
 
     def take(self, sequence: int, deformation_mm: float) -> None:
         """One good sample of deformation; `sequence` counts sample instants, missing ones included."""
-        missing = sequence - self._sequence - 1
         for position in self._own:
             self.channels[position] = deformation_mm
-        if self._state is None or (missing > self._bridge_samples and not self._resuming):
-            self._start(deformation_mm)
-            missing = 0
-        elif missing > 0:
-            before = self._state.copy()
-            self._bridge(missing, deformation_mm)
-            if missing > self._bridge_samples:
-                self._doubt(before)
+        if sequence != self._sequence + 1 or self._state is None:
+            self._catch_up(sequence, deformation_mm)
+        self._sequence, self._deformation_mm = sequence, deformation_mm
         self._resuming = False
         assert self._state is not None
-        force_n = self.model.step(self._state, self.channels, deformation_mm)
-        self._sequence, self._deformation_mm, self._force_n = sequence, deformation_mm, force_n
         self._sum_mm += deformation_mm
-        self._sum_n += force_n
+        self._sum_n += self.model.step(self._state, self.channels, deformation_mm)
         self._count += 1
-        self._since_restart += 1 + max(missing, 0)
+        self._since_restart += 1
 
     def fused(self, dt_s: float) -> MountState:
         """Means since the last call, dt_s ago, and their one sigma."""
@@ -132,6 +123,18 @@ class MountRoute:
         """After `restore`: the ADC's last sample instant before the restart counts as `last` + `shift` from now on."""
         self._resuming = last - self._sequence <= self._bridge_samples
         self._sequence += shift
+
+    def _catch_up(self, sequence: int, deformation_mm: float) -> None:
+        """Bring the state to just before sample `sequence`: started, restarted, or stepped through the gap."""
+        missing = max(sequence - self._sequence - 1, 0)
+        if self._state is None or (missing > self._bridge_samples and not self._resuming):
+            self._start(deformation_mm)
+        elif missing > 0:
+            before = self._state.copy()
+            self._bridge(missing, deformation_mm)
+            if missing > self._bridge_samples:
+                self._doubt(before)
+            self._since_restart += missing
 
     def _start(self, deformation_mm: float) -> None:
         state = self.model.start(np.concatenate(([deformation_mm], self.channels)))

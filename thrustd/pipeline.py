@@ -32,6 +32,7 @@ from thrustd.wire.can_frames import CanDecoder
 from thrustd.wire.can_table import CanTable
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
+LOW_MM, HIGH_MM = CATALOGUE["deformation_mm"].low, CATALOGUE["deformation_mm"].high
 LONGEST_PAUSE_S = 60.0  # of a warm restart; the models step through it when the first sample comes
 NEVER = (-1, -1)
 SILENT_AFTER_PERIODS = 2.5  # no ADC sample for so many fused periods: ticks take over
@@ -53,7 +54,6 @@ class Pipeline:
         engines = config.aircraft.engines
         settings = section(config.fusion, FusionSettings, "fusion")
         check_settings(settings, "fusion")
-        self._mounts = config.mount
         self._deck = parts.deck
         self._adc = AdcDecoder(config.adc.channels, config.adc.sample_hz)
         self._can = CanDecoder(parts.can_table)
@@ -61,6 +61,10 @@ class Pipeline:
         self._hold = Hold()
         bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
         self._routes = tuple(MountRoute(model, bridge, settings.installation_std_n) for model in parts.models)
+        self._wired = tuple(
+            (route, mount.name, mount.adc_channel, mount.scale_mm, mount.offset_mm)
+            for route, mount in zip(self._routes, config.mount, strict=True)
+        )
         self._engine_of = tuple(engines.index(mount.engine) for mount in config.mount)
         self._listeners = self._listen()
         self._layout = Layout(
@@ -78,20 +82,21 @@ class Pipeline:
         self._next_step = 0  # ADC sequence of the next fused step
         self._fused_ns = self._read_ns = self._start_ns = -1
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
+        self._believed = self._listeners  # without the excluded ones
         self._book = FaultBook()
         self._troubles = FaultStatus()
 
     def feed(self, event: Event | Fault) -> Sequence[Output]:
         """Outputs that this event completes. Never raises on anything that comes over the wire."""
         outputs: list[Output] = []
-        if isinstance(event, Frame):
+        if type(event) is Frame:
             if event.channel == "can":
                 self._take_can(event, outputs)
             else:
                 self._take_adc(event, outputs)
-        elif isinstance(event, Tick):
+        elif type(event) is Tick:
             self._tick(event.t_ns, outputs)
-        else:
+        elif isinstance(event, Fault):
             self._report(event, outputs)
         return outputs
 
@@ -121,11 +126,10 @@ class Pipeline:
         restored = all([route.restore(state) for route, state in zip(self._routes, memory.mounts, strict=True)])
         restored &= all([part.restore(state) for part, state in zip(self._filters, memory.filters, strict=True)])
         restored &= self._monitor.restore(memory.monitor, shift_ns) and self._hold.restore(memory.hold, shift_ns)
-        self._excluded = self._monitor.excluded
-        for (signal, index), listeners in self._listeners.items():
-            if (signal, index) not in self._excluded:
-                for route, position in listeners:
-                    route.set_channel(position, self._hold.value(self._fused_ns, signal, index))
+        self._believe(self._monitor.excluded)
+        for (signal, index), listeners in self._believed.items():
+            for route, position in listeners:
+                route.set_channel(position, self._hold.value(self._fused_ns, signal, index))
         return restored
 
     def _listen(self) -> dict[tuple[str, int], list[tuple[MountRoute, int]]]:
@@ -153,10 +157,10 @@ class Pipeline:
 
     def _take_reading(self, reading: Reading) -> Fault | None:
         fault = self._hold.take(reading)
-        sensor = (reading.signal, reading.index)
-        if fault is None and sensor not in self._excluded:
-            for route, position in self._listeners.get(sensor, ()):
-                route.set_channel(position, reading.value)
+        if fault is None:
+            _, signal, index, value = reading
+            for route, position in self._believed.get((signal, index), ()):
+                route.set_channel(position, value)
         return fault
 
     def _take_adc(self, frame: Frame, outputs: list[Output]) -> None:
@@ -177,21 +181,20 @@ class Pipeline:
 
     def _sample(self, sample: AdcSample, outputs: list[Output]) -> None:
         t_ns = self._clock.to_ns(sample.t_ns, sample.device_time_us)
+        sequence, counts = sample.sequence, sample.counts
         if self._resume_from is not NEVER:
-            self._resume(t_ns, sample.sequence)
-        self._sampled_ns, self._sequence = t_ns, sample.sequence
-        low, high = CATALOGUE["deformation_mm"].low, CATALOGUE["deformation_mm"].high
-        for mount, route in zip(self._mounts, self._routes, strict=True):
-            counts = sample.counts[mount.adc_channel]
-            if counts == CHANNEL_FAULT:
+            self._resume(t_ns, sequence)
+        self._sampled_ns, self._sequence = t_ns, sequence
+        for route, name, channel, scale_mm, offset_mm in self._wired:
+            if counts[channel] == CHANNEL_FAULT:
                 continue
-            deformation_mm = counts * mount.scale_mm + mount.offset_mm
-            if low <= deformation_mm <= high:
-                route.take(sample.sequence, deformation_mm)
+            deformation_mm = counts[channel] * scale_mm + offset_mm
+            if LOW_MM <= deformation_mm <= HIGH_MM:
+                route.take(sequence, deformation_mm)
             else:
-                self._report(Fault(t_ns, mount.name, "out_of_range"), outputs)
-        if sample.sequence >= self._next_step or sample.sequence < self._next_step - 2 * self._samples_per_step:
-            self._next_step = sample.sequence - sample.sequence % self._samples_per_step + self._samples_per_step
+                self._report(Fault(t_ns, name, "out_of_range"), outputs)
+        if sequence >= self._next_step or sequence < self._next_step - 2 * self._samples_per_step:
+            self._next_step = sequence - sequence % self._samples_per_step + self._samples_per_step
             self._fuse(max(t_ns, self._fused_ns + 1), outputs)
 
     def _tick(self, t_ns: int, outputs: list[Output]) -> None:
@@ -238,9 +241,14 @@ class Pipeline:
     def _exclude(self, verdict: MonitorVerdict, t_ns: int, outputs: list[Output]) -> None:
         for fault in verdict.faults:
             self._report(fault, outputs)
-        for sensor in verdict.excluded - self._excluded:
-            self._unset(sensor)
-        self._excluded = verdict.excluded
+        if verdict.excluded != self._excluded:
+            for sensor in verdict.excluded - self._excluded:
+                self._unset(sensor)
+            self._believe(verdict.excluded)
+
+    def _believe(self, all_but: frozenset[tuple[str, int]]) -> None:
+        self._excluded = all_but
+        self._believed = {sensor: routes for sensor, routes in self._listeners.items() if sensor not in all_but}
 
     def _unset(self, sensor: tuple[str, int]) -> None:
         """A channel that is not measured any more: the models go back to its resting value."""

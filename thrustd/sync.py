@@ -36,49 +36,73 @@ class ClockMap:
         return device_ns + self._offset_ns
 
 
+class _Held:
+    """The latest reading of one signal beside what the catalogue says of it."""
+
+    __slots__ = ("high", "index", "low", "signal", "stale", "stale_after_ns", "t_ns", "value")
+
+    def __init__(self, name: str, index: int) -> None:
+        signal = CATALOGUE[name]
+        self.signal, self.index = name, index
+        self.low, self.high = signal.low, signal.high
+        self.stale_after_ns = round(signal.stale_after_s * 1e9)
+        self.stale = False  # as last told
+        self.value, self.t_ns = nan, 0
+
+
 class Hold:
     """The latest reading of every signal, with its age."""
 
-    __slots__ = ("_stale", "_values")
+    __slots__ = ("_held",)
 
     def __init__(self) -> None:
-        self._values: dict[tuple[str, int], tuple[float, int]] = {}
-        self._stale: set[tuple[str, int]] = set()
+        self._held: dict[tuple[str, int], _Held] = {}
 
     def take(self, reading: Reading) -> Fault | None:
         """Keep a reading; a value outside the catalogue's range is a fault and does not count."""
-        signal = CATALOGUE[reading.signal]
-        if not signal.low <= reading.value <= signal.high:
-            return Fault(reading.t_ns, f"{reading.signal}[{reading.index}]", "out_of_range")
-        self._values[reading.signal, reading.index] = (reading.value, reading.t_ns)
+        t_ns, signal, index, value = reading
+        held = self._held.get((signal, index))
+        known = held is not None
+        if held is None:
+            held = _Held(signal, index)
+        if not held.low <= value <= held.high:
+            return Fault(t_ns, f"{signal}[{index}]", "out_of_range")
+        held.value, held.t_ns = value, t_ns
+        if not known:
+            self._held[signal, index] = held
         return None
 
     def value(self, t_ns: int, signal: str, index: int = 0) -> float:
         """The value at t_ns, NaN when never seen or stale."""
-        value, since_ns = self._values.get((signal, index), (nan, 0))
-        return value if t_ns - since_ns <= CATALOGUE[signal].stale_after_s * 1e9 else nan
+        held = self._held.get((signal, index))
+        return held.value if held is not None and t_ns - held.t_ns <= held.stale_after_ns else nan
+
+    def age_s(self, t_ns: int, signals: tuple[str, ...], index: int = 0) -> float:
+        """Age of the oldest of these readings that still counts; 0 when none does."""
+        fresh = [signal for signal in signals if isfinite(self.value(t_ns, signal, index))]
+        return max((t_ns - self._held[signal, index].t_ns for signal in fresh), default=0) * 1e-9
 
     def changes(self, t_ns: int) -> list[Fault]:
         """Signals that went stale, or came back, since the last call."""
         faults = []
-        for (signal, index), (_, since_ns) in self._values.items():
-            stale = t_ns - since_ns > CATALOGUE[signal].stale_after_s * 1e9
-            if stale != ((signal, index) in self._stale):
-                faults.append(Fault(t_ns, f"{signal}[{index}]", "stale" if stale else "fresh"))
-                (self._stale.add if stale else self._stale.discard)((signal, index))
+        for held in self._held.values():
+            stale = t_ns - held.t_ns > held.stale_after_ns
+            if stale is not held.stale:
+                faults.append(Fault(t_ns, f"{held.signal}[{held.index}]", "stale" if stale else "fresh"))
+                held.stale = stale
         return faults
 
     def readings(self, after_ns: int) -> list[Reading]:
         """The latest reading of every signal that was heard later than `after_ns`, at its own time."""
         return [
-            Reading(since_ns, signal, index, value)
-            for (signal, index), (value, since_ns) in self._values.items()
-            if since_ns > after_ns
+            Reading(held.t_ns, held.signal, held.index, held.value)
+            for held in self._held.values()
+            if held.t_ns > after_ns
         ]
 
     def snapshot(self) -> list[list[Any]]:
         """Rows of signal, index, value, t_ns."""
-        return [[signal, index, value, t_ns] for (signal, index), (value, t_ns) in self._values.items()]
+        return [[held.signal, held.index, held.value, held.t_ns] for held in self._held.values()]
 
     def restore(self, rows: list[list[Any]], shift_ns: int = 0) -> bool:
         """Take over the readings of a snapshot, their times moved by `shift_ns`; False when it is none."""

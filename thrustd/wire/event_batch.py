@@ -11,7 +11,8 @@ A batch holds consecutive events in arrival order, columns first so that it pack
 """
 
 from collections.abc import Sequence
-from struct import Struct, error, pack
+from functools import cache
+from struct import Struct, error
 from typing import Final, NamedTuple
 
 from thrustd.errors import LogError
@@ -26,6 +27,11 @@ _FAULT = 254
 _HEAD = Struct("<BBHQ")
 _IDENT_MASK = 0xFFFFFFFF
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
+
+
+@cache
+def _layout(n: int) -> Struct:
+    return Struct(f"<{n}q{n}s{n}I{n}H")
 
 
 class EventBatch(NamedTuple):
@@ -55,7 +61,7 @@ def encode_batch(first_number: int, events: Sequence[Event]) -> bytes:
     n = len(events)
     names = b"".join(bytes((len(raw),)) + raw for raw in map(str.encode, channels))
     times = [event.t_ns for event in events]
-    columns = pack(f"<{n}q{n}s{n}I{n}H", *times, bytes(kinds), *idents, *map(len, data))
+    columns = _layout(n).pack(*times, bytes(kinds), *idents, *map(len, data))
     return b"".join((_HEAD.pack(VERSION, len(channels), n, first_number), names, columns, *data))
 
 
@@ -77,21 +83,26 @@ def _decode(payload: bytes) -> EventBatch:
         end = at + 1 + payload[at]
         names.append(payload[at + 1 : end].decode())
         at = end
-    layout = Struct(f"<{n}q{n}s{n}I{n}H")
+    layout = _layout(n)
     columns = layout.unpack_from(payload, at)
     times, kinds, idents, lengths = columns[:n], columns[n], columns[n + 1 : 2 * n + 1], columns[2 * n + 1 :]
     at += layout.size
     events: list[Event] = []
+    append = events.append
     for t_ns, kind, ident, length in zip(times, kinds, idents, lengths, strict=True):
         end = at + length
-        if kind == _TICK:
-            events.append(Tick(t_ns))
-        elif kind == _FAULT:
-            where, _, word = payload[at:end].decode().rpartition(" ")
-            events.append(Fault(t_ns, where, word, ident))
+        if kind < _FAULT:
+            append(_new(Frame, (t_ns, names[kind], ident, payload[at:end])))
         else:
-            events.append(_new(Frame, (t_ns, names[kind], ident, payload[at:end])))
+            append(_not_a_frame(kind, t_ns, ident, payload[at:end]))
         at = end
     if at != len(payload):
         raise ValueError(f"{len(payload)} bytes, expected {at}")
     return EventBatch(first_number, events)
+
+
+def _not_a_frame(kind: int, t_ns: int, ident: int, data: bytes) -> Event:
+    if kind == _TICK:
+        return Tick(t_ns)
+    where, _, word = data.decode().rpartition(" ")
+    return Fault(t_ns, where, word, ident)
