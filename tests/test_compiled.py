@@ -22,11 +22,11 @@ def run(folder, **environment):
     """-> whether there was a place. A file where its folder should be refuses even root."""
     script = folder / "script.py"
     script.write_text(SOURCE)
-    root = str(Path(__file__).parents[1])
+    path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
     kept = {name: value for name, value in os.environ.items() if name not in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME")}
     answer = subprocess.run(
         [sys.executable, str(script)],
-        env={**kept, "PYTHONPATH": root, **environment},
+        env={**kept, "PYTHONPATH": path, **environment},
         capture_output=True,
         text=True,
     )
