@@ -58,17 +58,11 @@ def compare_verb(arguments: argparse.Namespace) -> int:
         report = compare(
             specs,
             records,
-            against=arguments.against,
-            mount=arguments.mount,
-            deck=read_deck(arguments.deck) if arguments.against == "brochure" else None,
             load_cell_std_n=arguments.load_cell_std,
             progress=lambda share, what: advance(share),
+            **_reference(arguments),
         )
-    _show(report, arguments)
-    if arguments.pictures is not None:
-        for path in report.pictures(arguments.pictures):
-            note(f"picture: {path}")
-    return 0
+    return _told(report, arguments)
 
 
 def diagnose_verb(arguments: argparse.Namespace) -> int:
@@ -82,17 +76,11 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
             spec,
             records,
             name=arguments.model.stem,
-            against=arguments.against,
-            mount=arguments.mount,
-            deck=read_deck(arguments.deck) if arguments.against == "brochure" else None,
             extra=extra,
             progress=lambda share, what: advance(share),
+            **_reference(arguments),
         )
-    _show(report, arguments)
-    if arguments.pictures is not None:
-        for path in report.pictures(arguments.pictures):
-            note(f"picture: {path}")
-    return 0
+    return _told(report, arguments)
 
 
 def extend_verb(arguments: argparse.Namespace) -> int:
@@ -111,10 +99,8 @@ def extend_verb(arguments: argparse.Namespace) -> int:
             records,
             effects,
             name=arguments.out.stem,
-            against=arguments.against,
-            mount=arguments.mount,
-            deck=read_deck(arguments.deck) if arguments.against == "brochure" else None,
             progress=lambda share, what: advance(share),
+            **_reference(arguments),
         )
     write_model_file(report.spec, arguments.out)
     _show(report, arguments)
@@ -136,11 +122,25 @@ def effects_verb(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _reference(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What the measurement is judged against, as all three verbs take it."""
+    deck = read_deck(arguments.deck) if arguments.against == "brochure" else None
+    return {"against": arguments.against, "mount": arguments.mount, "deck": deck}
+
+
+def _told(report: Any, arguments: argparse.Namespace) -> int:
+    """Numbers, then pictures when they are wanted."""
+    _show(report, arguments)
+    if arguments.pictures is not None:
+        for path in report.pictures(arguments.pictures):
+            note(f"picture: {path}")
+    return 0
+
+
 def _show(report: Any, arguments: argparse.Namespace) -> None:
     if arguments.json:
         print_json(report.to_json())
         return
-
     report.print(console())
 
 

@@ -72,6 +72,7 @@ class DiagnoseReport:
     rmse_before_n: float
     rmse_after_n: float  # with all effects of the verdict
     own_error_n: float  # what the model leaves where nothing is missing
+    promised: bool  # by its identification (else the best that anything reached here)
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -85,6 +86,7 @@ class DiagnoseReport:
             "rmse_before_n": self.rmse_before_n,
             "rmse_after_n": self.rmse_after_n,
             "own_error_n": self.own_error_n,
+            "own_error_promised": self.promised,
         }
 
     def print(self, console: Console) -> None:
@@ -138,6 +140,7 @@ def diagnose(
         first.before.rmse,
         after_n,
         judgement.own_n,
+        judgement.promised,
     )
 
 
@@ -237,8 +240,15 @@ def _advice(judgement: Judgement, reports: Sequence[CandidateReport], not_judged
         )
     if judgement.deep:
         advice.append("the effect is in the identification data too: identify again with it in the structure")
-    missing = sorted({n.reason for n in not_judged})
-    return advice + [f"not judged: {reason}" for reason in missing]
+    return list(dict.fromkeys(advice + _not_judged(not_judged)))
+
+
+def _not_judged(not_judged: Sequence[NotJudged]) -> list[str]:
+    """One line per reason, with the effects it holds for."""
+    reasons: dict[str, list[str]] = {}
+    for one in not_judged:
+        reasons.setdefault(one.reason, []).append(one.effect)
+    return [f"not judged: {', '.join(effects)}: {reason}" for reason, effects in sorted(reasons.items())]
 
 
 def _dependence_json(dependence: Dependence) -> dict[str, Any]:

@@ -60,14 +60,20 @@ class ExtendReport:
             "effects": list(self.effects),
             "rmse_before_n": self.rmse_before_n,
             "rmse_after_n": self.rmse_after_n,
-            "parameters": {p.name: p.to_json() | {"effect": p.effect} for p in self.parameters},
+            "parameters": {self._key(p): p.to_json() | {"effect": p.effect} for p in self.parameters},
             "rest_moved": self.rest_moved,
         }
+
+    def _key(self, parameter: ParameterEstimate) -> str:
+        """Its name, with its effect where two effects call one of theirs the same."""
+        same = sum(p.name == parameter.name for p in self.parameters)
+        return parameter.name if same == 1 else f"{parameter.effect}.{parameter.name}"
 
     def print(self, console: Console) -> None:
         names = " and ".join(self.effects)
         console.print(
-            f"[bold]{names}[/bold] added: {self.rmse_before_n:.1f} -> {self.rmse_after_n:.1f} N on held-back blocks",
+            f"[bold]{names}[/bold] added: {self.rmse_before_n:.1f} -> {self.rmse_after_n:.1f} N on held-back blocks,"
+            " start-up aside",
             highlight=False,
         )
         for number in self.parameters:

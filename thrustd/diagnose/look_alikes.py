@@ -25,6 +25,7 @@ LEAST_ALIKE = 0.3  # whatever the difference in N: less than this is another mat
 UNSURE_ALIKE = 0.6  # the same where the difference is not sure block by block
 FAINT = 0.1  # of the own squared error: an effect that removes less looks like nothing at all
 SURE = 2.5  # standard errors of the difference per block
+NAMED = 3  # look-alikes whose own test is said
 
 
 def look_alikes(scored: Scored, others: Sequence[Scored], own_n: float) -> tuple[str, ...]:
@@ -50,11 +51,14 @@ def neighbours(one: str, other: str) -> bool:
 
 
 def advice_for(scored: Scored, alike: Sequence[str], others: Sequence[Scored]) -> list[str]:
-    """One sentence per look-alike: the test which separates it."""
+    """The tests that separate an effect from its look-alikes, nearest first: its own, then those of the others."""
+    if not alike:
+        return []
     tests = {o.candidate.word: o.candidate.effect.separating_test for o in others}
-    return [
-        f"to tell {scored.candidate.word} from {name}: {scored.candidate.effect.separating_test};"
-        f" for {name}: {tests[name]}"
-        for name in alike
-        if name in tests
-    ]
+    word = scored.candidate.word
+    lines = [f"to tell {word} from {_listed(alike)}: {scored.candidate.effect.separating_test}"]
+    return lines + [f"{name} alone would show so: {tests[name]}" for name in alike[:NAMED] if name in tests]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
