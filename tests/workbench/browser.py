@@ -26,7 +26,8 @@ def page_of(url, width=1280, height=800, scheme="light"):
 
     complaints: list[str] = []
     with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
+        arguments = ["--no-sandbox", "--disable-dev-shm-usage"]  # as root, and where /dev/shm is small
+        browser = playwright.chromium.launch(executable_path=executable, args=arguments)
         page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
         page.set_default_timeout(60_000)
         page.on("pageerror", lambda problem: complaints.append(str(problem)))
@@ -48,5 +49,5 @@ def next_step(page, word):
     button = page.locator("#next:not([disabled])", has_text=word)
     button.wait_for(timeout=LONG_MS)
     button.click()
-    page.wait_for_selector("html:not([data-busy='0']), .toast", timeout=10_000)
+    page.wait_for_selector("html:not([data-busy='0']), .notice", timeout=10_000)
     idle(page)
