@@ -66,7 +66,7 @@ def see_where_it_fails(page):
     first.wait_for()
     assert re.search(r"\d+ % of the squared error in [\d.]+ % of the time", first.inner_text())
     first.click()
-    page.get_by_text("blue: the chosen samples").wait_for()
+    page.get_by_text("the chosen samples").wait_for()
     page.get_by_role("button", name="Show in the time history").click()
     sheet = page.locator(".sheet[data-ready]")
     sheet.wait_for()
@@ -81,7 +81,7 @@ def see_the_fallen_bar(page):
     assert after < 0.6 * before
     heights = [bars.nth(i).locator("i").bounding_box()["height"] for i in (0, 1)]
     assert heights[1] < 0.6 * heights[0]
-    assert page.get_by_text("On recordings that were not used").is_visible()
+    assert page.get_by_text("which nothing was fitted to").is_visible()
 
 
 @pytest.fixture(scope="module")
@@ -147,9 +147,9 @@ def test_a_corrupt_file_dropped_in(long_record):
     with page_of(long_record.url) as page:
         bad = {"name": "bad.csv", "mimeType": "text/csv", "buffer": b"time_s,force_N\n0,1\n1,oops\n"}
         page.locator("input[type=file]").set_input_files(bad)
-        toast = page.locator(".toast", has_text="oops")
-        toast.wait_for(timeout=LONG_MS)
-        assert "bad.csv" in toast.inner_text() and "data row 2" in toast.inner_text()
+        notice = page.locator(".notice.problem", has_text="oops")
+        notice.wait_for(timeout=LONG_MS)
+        assert "bad.csv" in notice.inner_text() and "data row 2" in notice.inner_text()
         assert page.locator("td", has_text="bad.csv").count() == 0
 
 

@@ -48,7 +48,7 @@ def reveal(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> 
     effects = [
         {
             "effect": effect,
-            "parameters": ", ".join(f"{key} = {value:.4g}" for key, value in truth["parameters"][effect].items()),
+            "parameters": [{"name": name, "value": value} for name, value in truth["parameters"][effect].items()],
             "force_rms_n": truth["force_rms_n"][effect][0],
         }
         for effect in truth["effects"]

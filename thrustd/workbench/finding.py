@@ -16,7 +16,7 @@ from thrustd.model.artifact import ModelSpec, write_model
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording, unit_of
-from thrustd.workbench.asking import marked_recordings
+from thrustd.workbench.asking import excluded_of, marked_recordings
 from thrustd.workbench.figures import short
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.signature import signature_of
@@ -57,7 +57,7 @@ def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progres
     """The report of `thrustd diagnose`, with the physics card of every candidate."""
     records = marked_recordings(folder, arguments["recordings"])
     report = diagnose(folder.model(arguments["model"]), records, name=arguments["model"], progress=progress)
-    answer = report.to_json()
+    answer = report.to_json() | {"excluded": excluded_of(folder, arguments["recordings"])}
     answer["candidates"] = [_candidate(c) for c in report.candidates]
     answer["depends_on"] = [
         {

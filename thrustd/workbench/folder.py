@@ -14,6 +14,7 @@ from thrustd.errors import ModelError, UsageError
 from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec, read_model
 from thrustd.workbench.columns import Columns, columns_key, open_columns
 from thrustd.workbench.pyramid import Floats
+from thrustd.workbench.settling import settling_s
 
 STATE = ".thrustd"
 RECORDING_TYPES = (".csv", ".parquet", ".npz", ".mat", ".mcap")
@@ -139,6 +140,7 @@ class ModelCard(msgspec.Struct, frozen=True):
     force_n: tuple[float, float]
     parent: str  # file name of the parent, empty without
     provenance: dict[str, object]
+    settling_s: float = 0.0  # after which its start at rest is forgotten
     problem: str = ""  # the one line that says why it cannot be used
 
 
@@ -149,7 +151,7 @@ def model_cards(folder: Folder) -> list[ModelCard]:
         try:
             cards.append(_card(name, folder.model(name)))
         except (ModelError, UsageError) as problem:
-            cards.append(ModelCard(name, name, "", [], [], (0, 0), (0, 0), "", {}, str(problem)))
+            cards.append(ModelCard(name, name, "", [], [], (0, 0), (0, 0), "", {}, problem=str(problem)))
     return cards
 
 
@@ -164,4 +166,5 @@ def _card(name: str, spec: ModelSpec) -> ModelCard:
         spec.valid.force_n,
         str(spec.provenance.get("parent", "")),
         dict(spec.provenance),
+        settling_s(spec.linear),
     )

@@ -39,14 +39,15 @@ def _kept(module: str, name: str, shown: Callable[[dict[str, Any]], dict[str, An
 
 def _compared(answer: dict[str, Any]) -> dict[str, Any]:
     names = ("model", "recording", "rmse_n", "bias_n")
-    worst = [cell["where_it_fails"][0]["sentence"] for cell in answer["cells"] if cell["where_it_fails"]]
-    return {"cells": [{name: cell[name] for name in names} for cell in answer["cells"]], "worst": worst}
+    worst = [failure["sentence"] for cell in answer["cells"][-1:] for failure in cell["where_it_fails"][:1]]
+    return {"cells": [{name: cell[name] for name in names} for cell in answer["cells"]], "worst": worst, "excluded": answer["excluded"]}
 
 
 def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
     names = ("effect", "name", "rmse_before_n", "rmse_after_n", "in_verdict")
     return {
         "verdict": answer["verdict"],
+        "excluded": answer["excluded"],
         "candidates": [{name: c[name] for name in names} for c in answer["candidates"][:3]],
         "depends_on": [d["channel"] for d in answer["depends_on"]],
     }

@@ -71,7 +71,9 @@ function axes(p, spec) {
   for (const tick of xs) {
     const x = Math.round(p.x(tick)) + 0.5;
     rule(ctx, x, p.top, x, p.top + p.height);
-    text(ctx, tickLabel(tick, xs, spec.x), x, p.top + p.height + 14, "center");
+    const label = tickLabel(tick, xs, spec.x),
+      half = ctx.measureText(label).width / 2 + 1;
+    text(ctx, label, Math.min(Math.max(x, half), p.total - half), p.top + p.height + 14, "center");
   }
   for (const tick of ys) {
     const y = Math.round(p.y(tick)) + 0.5;
@@ -127,10 +129,11 @@ export const span = (values, room = 0.05) => {
   return { low: low - extra, high: high + extra };
 };
 
-export const line = (p, xs, ys, color, width = 1.4) => {
+export const line = (p, xs, ys, color, width = 1.4, dash = []) => {
   const { ctx } = p;
   ctx.strokeStyle = css(color);
   ctx.lineWidth = width;
+  ctx.setLineDash(dash);
   ctx.beginPath();
   let pen = false;
   xs.forEach((x, i) => {
@@ -143,6 +146,7 @@ export const line = (p, xs, ys, color, width = 1.4) => {
     pen = true;
   });
   ctx.stroke();
+  ctx.setLineDash([]);
 };
 
 export function band(p, d, color, alpha) {

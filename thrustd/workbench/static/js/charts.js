@@ -1,27 +1,27 @@
 // The pictures of a comparison and of a diagnosis.
 import { band, chart, FONT, line, nearest, rule, span, text } from "./axes.js";
 import { css, h } from "./dom.js";
-import { number } from "./format.js";
+import { newtons, number, withUnit } from "./format.js";
 
-// residual against one channel: mean with the 10 to 90 % band; `focus`: the same for the chosen samples only
-export function dependenceChart(d, focus, y, meaning = "") {
-  const label = d.channel.replace(/_/g, " ");
+// residual against one channel: mean with the 10 to 90 % band. `layers`: [{d, color}], the last in front
+export function dependenceChart(layers, y) {
+  const { d } = layers[0],
+    front = layers.at(-1).d;
   return chart({
     height: 190,
-    x: { title: meaning || `${d.channel}${d.unit && d.unit !== "-" ? ` [${d.unit}]` : ""}`, ...span([d.at], 0.03) },
+    x: { title: `${d.channel}${d.unit && d.unit !== "-" ? ` [${d.unit}]` : ""}`, ...span([d.at], 0.03) },
     y: { title: "residual [N]", ...y },
     at: (x) => {
-      const i = nearest(d.at, x);
-      return `${label} ${number(d.at[i], 4)} ${d.unit}: mean ${number(d.mean[i], 3)} N, 10 to 90 %: ${number(d.low[i], 3)} to ${number(d.high[i], 3)} N`;
+      const i = nearest(front.at, x);
+      return `${d.channel} ${withUnit(front.at[i], front.unit, 4)}: mean ${newtons(front.mean[i])}, 10 to 90 %: ${newtons(front.low[i])} to ${newtons(front.high[i])}`;
     },
     draw(p) {
-      band(p, d, "--s2", focus ? 0.1 : 0.2);
       rule(p.ctx, p.left, p.y(0), p.left + p.width, p.y(0), "--ink-3");
-      line(p, d.at, d.mean, "--s2", focus ? 1 : 1.8);
-      if (focus) {
-        band(p, focus, "--s1", 0.25);
-        line(p, focus.at, focus.mean, "--s1", 2);
-      }
+      layers.forEach(({ d: one, color }, i) => {
+        const behind = i < layers.length - 1;
+        band(p, one, color, behind ? 0.1 : 0.22);
+        line(p, one.at, one.mean, color, behind ? 1.2 : 2, behind ? [5, 3] : []);
+      });
     },
   });
 }
@@ -34,7 +34,7 @@ export function diverging(share) {
   return `rgb(${from.map((v, i) => Math.round(v + (to[i] - v) * t)).join(",")})`;
 }
 
-export function loopChart(loop, chosen) {
+export function loopChart(loop, chosen, limit = loop.limit_n) {
   return chart({
     height: 330,
     right: 66,
@@ -46,37 +46,45 @@ export function loopChart(loop, chosen) {
         if (loop.reference_n[i] === null) return;
         const out = chosen !== null && loop.failure[i] !== chosen;
         ctx.globalAlpha = out ? 0.12 : 0.85;
-        ctx.fillStyle = diverging(loop.residual_n[i] / loop.limit_n);
+        ctx.fillStyle = diverging(loop.residual_n[i] / limit);
         ctx.fillRect(p.x(x) - 1, p.y(loop.reference_n[i]) - 1, out ? 1.5 : 2.2, out ? 1.5 : 2.2);
       });
       ctx.globalAlpha = 1;
       ctx.restore();
-      legend(p, loop.limit_n);
+      legend(p, "residual", diverging, [
+        [limit, 1],
+        [0, 0],
+        [-limit, -1],
+      ]);
       ctx.save();
     },
   });
 }
 
-function legend(p, limit) {
+// a strip of colours beside a picture; `marks`: [value in N, share], the highest first
+function legend(p, title, color, marks) {
   const { ctx } = p,
     x = p.left + p.width + 10,
-    height = p.height - 34;
+    height = p.height - 34,
+    high = marks[0][1],
+    low = marks.at(-1)[1];
   for (let i = 0; i < height; i++) {
-    ctx.fillStyle = diverging(1 - (2 * i) / height);
+    ctx.fillStyle = color(high - ((high - low) * i) / height);
     ctx.fillRect(x, p.top + 16 + i, 10, 1.2);
   }
   ctx.font = FONT;
-  text(ctx, "residual", x - 4, p.top + 8, "left");
-  [
-    [limit, 0],
-    [0, 0.5],
-    [-limit, 1],
-  ].forEach(([v, at]) => text(ctx, number(v, 2) + (at === 0 ? " N" : ""), x + 14, p.top + 20 + at * height, "left"));
+  text(ctx, title, x - 4, p.top + 8, "left");
+  marks.forEach(([value, share], i) => {
+    const y = p.top + 20 + (height * (high - share)) / (high - low);
+    text(ctx, number(value, 2) + (i ? "" : " N"), x + 14, y, "left");
+  });
 }
 
-export function mapChart(map, chosen) {
+// largest error of maps that are to be compared
+export const topOf = (maps) => Math.max(...maps.flatMap((map) => map.rms_n.flat()).filter((v) => v !== null));
+
+export function mapChart(map, chosen, top = topOf([map])) {
   const rates = map.rate_edges_n_s.map((r) => Math.max(r, 2)),
-    top = Math.max(...map.rms_n.flat().filter((v) => v !== null)),
     shown = chosen ?? map;
   return chart({
     height: 330,
@@ -106,21 +114,11 @@ export function mapChart(map, chosen) {
         }),
       );
       ctx.restore();
-      const x = p.left + p.width + 10,
-        height = p.height - 34;
-      for (let i = 0; i < height; i++) {
-        ctx.fillStyle = heat(1 - i / height);
-        ctx.fillRect(x, p.top + 16 + i, 10, 1.2);
-      }
-      ctx.font = FONT;
-      text(ctx, "RMS", x - 4, p.top + 8, "left");
-      [
-        [top, 0],
+      legend(p, "RMS", heat, [
+        [top, 1],
         [top / 2, 0.5],
-        [0, 1],
-      ].forEach(([v, at]) =>
-        text(ctx, number(v, 2) + (at === 0 ? " N" : ""), x + 14, p.top + 20 + at * height, "left"),
-      );
+        [0, 0],
+      ]);
       ctx.save();
     },
   });
@@ -139,28 +137,33 @@ function heat(share) {
   return `rgb(${a.map((v, i) => Math.round(v + (b[i] - v) * t)).join(",")})`;
 }
 
-export function spectrumChart(s) {
-  const hz = s.frequency_hz;
+// `layers`: [{s, color}], the last in front
+export function spectrumChart(layers) {
+  const front = layers.at(-1).s,
+    hz = front.frequency_hz,
+    all = layers.flatMap(({ s }) => s.residual_n_rthz);
   return chart({
     height: 220,
     x: { title: "frequency [Hz]", low: hz[0], high: hz.at(-1), log: true },
-    y: {
-      title: "residual [N/√Hz]",
-      low: Math.min(...s.residual_n_rthz) * 0.8,
-      high: Math.max(...s.residual_n_rthz) * 1.25,
-      log: true,
-    },
+    y: { title: "residual [N/√Hz]", low: Math.min(...all) * 0.8, high: Math.max(...all) * 1.25, log: true },
     at: (x) => {
       const i = nearest(hz, x);
-      return `${number(hz[i], 3)} Hz: ${number(s.residual_n_rthz[i], 3)} N/√Hz`;
+      return `${number(hz[i], 3)} Hz: ${number(front.residual_n_rthz[i], 3)} N/√Hz`;
     },
     draw(p) {
-      line(p, hz, s.residual_n_rthz, "--s2", 1.4);
+      for (const { s, color } of layers) line(p, s.frequency_hz, s.residual_n_rthz, color, 1.4);
     },
   });
 }
 
-const MANY = ["--s1", "--s2", "--s3", "--s4", "--s5", "--s6"];
+// five lines told apart by colour and by dash
+const MANY = [
+  ["--s1", []],
+  ["--s2", []],
+  ["--s3", [7, 3]],
+  ["--s4", [2, 2]],
+  ["--s5", [7, 2, 2, 2]],
+];
 // the channels most coherent with the residual
 export function coherenceChart(s) {
   const most = Object.entries(s.coherence)
@@ -177,7 +180,7 @@ export function coherenceChart(s) {
       return `${number(hz[i], 3)} Hz: ` + most.map(([name, share]) => `${name} ${number(share[i], 2)}`).join(", ");
     },
     draw(p) {
-      most.forEach(([, share], i) => line(p, hz, share, MANY[i], 1.4));
+      most.forEach(([, share], i) => line(p, hz, share, MANY[i][0], 1.5, MANY[i][1]));
     },
   });
   return h(
@@ -188,8 +191,9 @@ export function coherenceChart(s) {
       "div",
       { class: "keys" },
       most.map(([name], i) => {
-        const mark = h("i");
-        mark.style.borderTopColor = `var(${MANY[i]})`;
+        const [color, dash] = MANY[i],
+          mark = h("i", { class: dash.length ? (dash[0] > 2 ? "dashed" : "dotted") : "" });
+        mark.style.borderTopColor = `var(${color})`;
         return h("span", { class: "key" }, mark, name);
       }),
     ),

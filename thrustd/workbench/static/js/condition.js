@@ -27,7 +27,8 @@ export function conditionBar(recordings, models, show) {
     });
     if (job.state !== "done") return;
     const answer = await report(job.result.report);
-    show(new Map(Object.entries(answer.condition.intervals)));
+    const words = [asked.phase, asked.low !== "" || asked.high !== "" ? `${asked.channel} ${between(asked)}` : ""];
+    show(new Map(Object.entries(answer.condition.intervals)), "condition: " + words.filter(Boolean).join(", "));
     said.textContent = `${percent(answer.condition.time_share)} of the time; RMSE there ${answer.cells.map((c) => newtons(c.rmse_n)).join(", ")}`;
   });
   return h(
@@ -73,7 +74,7 @@ export function conditionBar(recordings, models, show) {
         type: "button",
         class: "plain",
         onclick: () => {
-          show(new Map());
+          show(new Map(), "");
           said.textContent = "";
         },
       },
@@ -81,4 +82,9 @@ export function conditionBar(recordings, models, show) {
     ),
     said,
   );
+}
+
+function between({ low, high }) {
+  if (low === "") return `up to ${high}`;
+  return high === "" ? `from ${low}` : `from ${low} to ${high}`;
 }

@@ -1,6 +1,6 @@
 // One engine: fused thrust with its band, both routes, what the estimator says of its sensors.
 import { h } from "./dom.js";
-import { newtons, number, signed } from "./format.js";
+import { newtons, signed, signedNewtons } from "./format.js";
 import { store } from "./store.js";
 
 const GRAVE = [
@@ -42,16 +42,19 @@ export class EngineTile {
 
   // e: fields of types.Estimate
   show(e) {
-    const width = SIGMAS * e.thrust_std_n;
-    this.thrust.textContent = number(e.thrust_n, Math.abs(e.thrust_n) >= 1000 ? 4 : 3);
-    this.band.textContent = `95 %: ${number(e.thrust_n - width, 4)} to ${number(e.thrust_n + width, 4)} N`;
+    const width = SIGMAS * e.thrust_std_n,
+      settled = e.thrust_std_n < UNSETTLED_N;
+    this.thrust.textContent = settled ? newtons(e.thrust_n).replace(" N", "") : "–";
+    this.band.textContent = settled
+      ? `95 %: ${newtons(e.thrust_n - width).replace(" N", "")} to ${newtons(e.thrust_n + width)}`
+      : "no measurement yet";
     const route = (value, std, bias) =>
       Number.isFinite(value) && value !== null
         ? [newtons(value), `± ${newtons(SIGMAS * std)}, bias ${bias}`]
         : ["no measurement", `bias ${bias}`];
     const said = [
-      [`± ${newtons(width)}`, `rate ${signed(e.thrust_rate_n_s, 2)} N/s`],
-      route(e.mount_n, e.mount_std_n, `${signed(e.mount_bias_n, 2)} N`),
+      [settled ? `± ${newtons(width)}` : "–", `rate ${signed(e.thrust_rate_n_s, 2)} N/s`],
+      route(e.mount_n, e.mount_std_n, signedNewtons(e.mount_bias_n)),
       route(e.brochure_n, e.brochure_std_n, `${signed(100 * e.brochure_bias, 2)} %`),
     ];
     this.routes.forEach((r, i) => {

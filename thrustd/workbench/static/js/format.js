@@ -2,34 +2,63 @@
 const THIN = "\u2009";
 const MINUS = "\u2212";
 
+const thousands = (digits) => digits.replace(/\B(?=(\d{3})+$)/g, THIN);
+
+// with a fixed number of decimals
+function fixed(value, places) {
+  const [whole, part] = Math.abs(value).toFixed(places).split("."),
+    zero = !/[1-9]/.test(whole + (part ?? ""));
+  return (value < 0 && !zero ? MINUS : "") + (whole.length > 4 ? thousands(whole) : whole) + (part ? "." + part : "");
+}
+
 export function number(value, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const size = Math.abs(value);
   if (size >= 1e5 && Number.isInteger(value)) return (value < 0 ? MINUS : "") + count(size);
   if (size !== 0 && (size < 1e-4 || size >= 1e9))
     return value.toExponential(Math.max(1, digits - 2)).replaceAll("-", MINUS);
-  const places = size === 0 ? 0 : Math.max(0, Math.min(8, digits - 1 - Math.floor(Math.log10(size))));
-  const [whole, part] = size.toFixed(places).split(".");
-  const grouped = whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, THIN) : whole;
-  return (value < 0 ? MINUS : "") + grouped + (part ? "." + part : "");
+  const rounded = size === 0 ? 0 : Number(size.toPrecision(digits)); // 9.9996 has as many decimals as 10
+  const places = size === 0 ? 0 : Math.max(0, Math.min(8, digits - 1 - Math.floor(Math.log10(rounded))));
+  return fixed(value, places);
 }
 
-export const count = (n) => String(Math.round(n)).replace(/\B(?=(\d{3})+$)/g, THIN);
+export const count = (n) => thousands(String(Math.round(n)));
+// a force: to a tenth of a newton, from a kilonewton on to a newton
 export const newtons = (value) =>
-  value === null || value === undefined ? "–" : number(value, Math.abs(value) >= 1000 ? 5 : 3) + " N";
+  Number.isFinite(value ?? NaN) ? `${fixed(value, Math.abs(value) >= 1000 ? 0 : 1)} N` : "–";
+export const signedNewtons = (value) => (value >= 0.05 ? "+" : "") + newtons(value);
 export const signed = (value, digits = 3) => (value > 0 ? "+" : "") + number(value, digits);
 export const percent = (share) => (share === null || share === undefined ? "–" : number(100 * share, 2) + " %");
 export const withUnit = (value, unit, digits) => number(value, digits) + (unit && unit !== "-" ? " " + unit : "");
 
+// an estimate with one sigma, both to the second digit of the sigma
+export function plusMinus(value, std, unit = "") {
+  const size = Math.max(Math.abs(value), std ?? 0),
+    tail = unit && unit !== "-" ? " " + unit : "";
+  if (!std) return number(value, 4) + tail;
+  const power = size !== 0 && (size < 1e-3 || size >= 1e6) ? Math.floor(Math.log10(size)) : 0;
+  const [v, s] = [value / 10 ** power, std / 10 ** power];
+  const places = Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(Number(s.toPrecision(2))))));
+  const said = `${fixed(v, places)} ± ${fixed(s, places)}`;
+  return (power ? `(${said}) · 10${superscript(power)}` : said) + tail;
+}
+const superscript = (n) => String(n).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
+
+// no zeros that say nothing: 5 min, 20 Hz
+const trimmed = (value, digits) => fixed(value, (String(Number(value.toPrecision(digits))).split(".")[1] ?? "").length);
+export const hertz = (hz) => trimmed(hz, 4) + " Hz";
 export function duration(seconds) {
   if (!Number.isFinite(seconds)) return "–";
-  if (seconds < 120) return number(seconds, 3) + " s";
-  if (seconds < 7200) return number(seconds / 60, 3) + " min";
-  return number(seconds / 3600, 3) + " h";
+  if (seconds < 120) return trimmed(seconds, 3) + " s";
+  if (seconds < 7200.5) return trimmed(seconds / 60, 3) + " min";
+  return trimmed(seconds / 3600, 3) + " h";
 }
 
 // seconds on a clock that starts with the record, to the digits that matter
-export const seconds = (t) => `${Number(t.toFixed(t < 1000 ? 3 : 2))} s`;
+export function seconds(t) {
+  const places = Math.abs(t) < 1000 ? 3 : 2;
+  return fixed(t, (String(Number(t.toFixed(places))).split(".")[1] ?? "").length) + " s";
+}
 
 export function clock(seconds) {
   const s = Math.max(0, seconds),
@@ -39,22 +68,19 @@ export function clock(seconds) {
 
 export const bytes = (n) =>
   n < 1e6 ? number(n / 1e3, 3) + " kB" : n < 1e9 ? number(n / 1e6, 3) + " MB" : number(n / 1e9, 3) + " GB";
+
 // a tick of an axis with just the digits its step needs
 export function plainTick(value, step) {
   if (value === 0) return "0";
   if (Math.abs(value) < 1e-4 || Math.abs(value) >= 1e9) return number(value, 3);
-  const places = Math.max(
-    0,
-    Math.min(
-      8,
-      Math.ceil(-Math.log10(Math.abs(step)) - 1e-9) +
-        (String(+step.toPrecision(3)).replace(/[.0]/g, "").startsWith("25") ? 1 : 0),
-    ),
-  );
-  const [whole, part] = Math.abs(value).toFixed(places).split(".");
-  return (
-    (value < 0 ? MINUS : "") +
-    (whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, THIN) : whole) +
-    (part ? "." + part : "")
-  );
+  const quarter = String(+step.toPrecision(3)).replace(/[.0]/g, "").startsWith("25") ? 1 : 0;
+  return fixed(value, Math.max(0, Math.min(8, Math.ceil(-Math.log10(Math.abs(step)) - 1e-9) + quarter)));
 }
+
+// a sentence of the command line with the signs of print: 12.1 -> 9 N, +- 2, -5 N, 31.4 degC
+export const typeset = (line) =>
+  line
+    .replaceAll("->", "→")
+    .replaceAll("+-", "±")
+    .replace(/(^|[\s(=,])-(?=[\d.])/g, `$1${MINUS}`)
+    .replace(/(\d) degC\b/g, "$1 °C");

@@ -2,6 +2,7 @@
 import { fill, h, select } from "./dom.js";
 import { newtons } from "./format.js";
 import { bar, ledgerOf } from "./ledger.js";
+import { showNotices } from "./notices.js";
 import { attempt, cancel, choose, store } from "./store.js";
 import { nextStep } from "./guide.js";
 import { overview } from "./views/overview.js";
@@ -31,6 +32,7 @@ export class Frame {
     this.guide = h("div", { class: "guide", role: "status" });
     this.body = h("div", {});
     this.main.append(this.guide, this.body);
+    this.notices = h("div", { class: "notices", role: "log", "aria-label": "messages" });
     this.jobs = h("div", { class: "jobs", role: "status", "aria-label": "running work" });
     root.className = "app";
     fill(
@@ -45,13 +47,15 @@ export class Frame {
           "footer",
           {},
           h("button", { onclick: () => this.theme() }, "Light / dark"),
-          `thrustd ${store.server.version}, this machine only`,
+          h("span", {}, `thrustd ${store.server.version}, this machine only`),
         ),
       ),
       this.context,
       this.main,
+      this.notices,
       this.jobs,
     );
+    showNotices(this.notices);
     this.update("view");
   }
 
@@ -109,7 +113,7 @@ export class Frame {
       this.ledger,
       ...(steps.length
         ? [
-            h("h3", {}, "Error on held-back data"),
+            h("h3", {}, "Error on held-back blocks"),
             ...steps.map((s) =>
               h(
                 "div",
@@ -126,38 +130,36 @@ export class Frame {
 
   drawContext() {
     const { models, recordings, session } = store.server;
-    const files = (list, none) => [["", none], ...list.map((name) => [name, name])];
     const names = recordings.map((r) => r.name);
-    const pick = (field) => (name) => attempt(choose)({ [field]: name ? [name] : [] });
+    const wanted = nextStep()?.wants;
+    const chooser = (title, meaning, list, chosen, none, pick) =>
+      h(
+        "label",
+        { title: chosen ? `${meaning}: ${chosen}` : meaning, class: wanted === title.toLowerCase() ? "wanted" : "" },
+        title,
+        select([["", none], ...list.map((name) => [name, name])], chosen, pick, meaning),
+      );
+    const one = (field) => (name) => attempt(choose)({ [field]: name ? [name] : [] });
     fill(
       this.context,
-      h(
-        "label",
-        {},
+      chooser(
         "Model",
-        select(
-          files(
-            models.map((m) => m.name),
-            models.length ? "choose a model" : "no model yet",
-          ),
-          session.model,
-          (name) => attempt(choose)({ model: name }),
-          "model",
-        ),
+        "model",
+        models.map((m) => m.name),
+        session.model,
+        models.length ? "choose a model" : "no model yet",
+        (name) => attempt(choose)({ model: name }),
       ),
-      h(
-        "label",
-        {},
+      chooser(
         "Measured",
-        select(files(names, "choose a recording"), session.measured[0] ?? "", pick("measured"), "measured recording"),
+        "measured recording",
+        names,
+        session.measured[0] ?? "",
+        "choose a recording",
+        one("measured"),
       ),
-      h(
-        "label",
-        {},
-        "Held back",
-        select(files(names, "none"), session.heldout[0] ?? "", pick("heldout"), "held-back recording"),
-      ),
-      h("label", {}, "Bench", select(files(names, "none"), session.bench[0] ?? "", pick("bench"), "bench recording")),
+      chooser("Check on", "recording nothing is fitted to", names, session.heldout[0] ?? "", "none", one("heldout")),
+      chooser("Bench", "bench recording", names, session.bench[0] ?? "", "none", one("bench")),
     );
   }
 

@@ -1,8 +1,8 @@
 // The next sensible step, in words, from what is there: a newcomer needs nothing else.
-import { newtons } from "./format.js";
-import { choose, session, store } from "./store.js";
+import { newtons, typeset } from "./format.js";
+import { choose, model, recording, session, store } from "./store.js";
 
-import { compareNow, diagnoseNow, exerciseNow, extendWith, identifyNow, revealNow } from "./steps.js";
+import { compareNow, diagnoseNow, exerciseNow, goAndAdd, identifyNow, revealNow } from "./steps.js";
 
 const go = (view) => {
   location.hash = view;
@@ -18,6 +18,7 @@ export function nextStep() {
       go: exerciseNow,
       kinds: ["exercise"],
     };
+  if (recordings.every((one) => one.meta && !one.meta.channels.some((c) => c.name === "force_N"))) return noReference();
   if (!models.length && chosen.bench.length)
     return {
       view: "overview",
@@ -30,16 +31,25 @@ export function nextStep() {
     return {
       view: "overview",
       say: "Choose a bench recording above (quiet, with force_N), then identify a first model from it; or drop a model file here.",
+      wants: "bench",
     };
   if (!chosen.model)
     return {
       view: "overview",
-      say: "Choose the model to be questioned, at the top.",
-      label: models.length === 1 ? `Take ${models[0].name}` : null,
+      say:
+        models.length === 1
+          ? `Question the model ${models[0].name}: shall it explain the measurements?`
+          : "Choose the model to be questioned, at the top.",
+      wants: "model",
+      label: models.length === 1 ? "Take this model" : null,
       go: () => choose({ model: models[0].name }),
     };
   if (!chosen.measured.length)
-    return { view: "overview", say: "Choose the measured recording the model should explain, at the top." };
+    return {
+      view: "overview",
+      say: "Choose the measured recording the model should explain, at the top.",
+      wants: "measured",
+    };
   const compared = latest("compare"),
     asked = latest("diagnose");
   if (!compared)
@@ -56,7 +66,7 @@ export function nextStep() {
   if (!asked)
     return {
       view: "missing",
-      say: `The model is ${newtons(compared.cells.at(-1).rmse_n)} RMS wrong${compared.worst[0] ? ", most of all " + compared.worst[0] : ""}. Ask which absent physical effect would explain what is left.`,
+      say: `The model is ${newtons(compared.cells.at(-1).rmse_n)} RMS wrong${compared.worst.at(-1) ? ", most of all " + typeset(compared.worst.at(-1)) : ""}. Ask which absent physical effect would explain what is left.`,
       label: "What is missing?",
       go: async () => {
         go("missing");
@@ -67,17 +77,32 @@ export function nextStep() {
   return afterDiagnosis(asked, chosen);
 }
 
+function noReference() {
+  const { recordings, models } = store.server,
+    flights = recordings.some((one) => one.meta.channels.some((c) => c.name.startsWith("estimate_thrust_n")));
+  const where = flights ? "flight" : "histories";
+  return {
+    view: where,
+    say:
+      "No recording here has a reference (force_N), so there is nothing to compare a model with. " +
+      (flights
+        ? "Play the flight back."
+        : models.length
+          ? "Look at what the chosen model estimates."
+          : "Look at the channels; with a model file dropped here, also at its estimate."),
+    label: store.view === where ? null : flights ? "Live and flight" : "Time histories",
+    go: () => go(where),
+  };
+}
+
 function afterDiagnosis(asked, chosen) {
   const effects = asked.verdict.filter((name) => !["none", "unknown"].includes(name));
   if (effects.length)
     return {
       view: "add",
-      say: `The data ask for ${effects.join(" and ")}. Add it to the model and watch the error on held-back data.`,
+      say: `The data ask for ${effects.join(" and ")}. Add it to the model and watch the error on held-back blocks.`,
       label: `Add ${effects[0]}`,
-      go: async () => {
-        go("add");
-        await extendWith(effects[0]);
-      },
+      go: () => goAndAdd(effects[0]),
       kinds: ["extend"],
     };
   if (asked.verdict.includes("unknown"))
@@ -87,13 +112,21 @@ function afterDiagnosis(asked, chosen) {
       label: store.view === "missing" ? null : "Show me",
       go: () => go("missing"),
     };
-  if (chosen.exercise)
+  const truth = revealed();
+  if (chosen.exercise && !truth)
     return {
       view: "overview",
       say: "Nothing is left that a further effect would explain. Open the sealed answer and see whether you found it.",
       label: "Open the sealed answer",
       go: revealNow,
       kinds: ["reveal"],
+    };
+  if (chosen.exercise)
+    return {
+      view: store.view === "overview" ? "add" : "overview",
+      say: afterwards(truth),
+      label: store.view === "overview" ? "Save and compile" : "See found and true",
+      go: () => go(store.view === "overview" ? "add" : "overview"),
     };
   return {
     view: "overview",
@@ -103,7 +136,30 @@ function afterDiagnosis(asked, chosen) {
   };
 }
 
-// the latest finished answer about exactly this model and these recordings
+// the opened answer of the running exercise
+export function revealed() {
+  const job = store.server.jobs.find(
+    (one) => one.kind === "reveal" && one.state === "done" && one.result.exercise === session().exercise,
+  );
+  return job?.result ?? null;
+}
+
+// a variant is named after its effect: hysteresis_preisach is hysteresis
+export const effectOf = (name, known) => known.find((word) => name === word || name.startsWith(word + "_")) ?? name;
+
+function afterwards(truth) {
+  const hidden = truth.effects.map((one) => one.effect),
+    held = (model(session().model)?.effects ?? []).map((one) => effectOf(one.name, hidden));
+  const missed = hidden.filter((name) => !held.includes(name)),
+    extra = held.filter((name) => !hidden.includes(name));
+  if (!missed.length && !extra.length) return `Found: ${hidden.join(" and ")} was hidden, and that is what the model holds.`;
+  return (
+    `${hidden.join(" and ")} was hidden; the model holds ${held.join(" and ") || "no effect"}. ` +
+    "Their forces may look alike on these data: see what separates them under What is missing."
+  );
+}
+
+// the latest finished answer about exactly this model and these recordings, with the stretches that are excluded now
 export function latest(kind) {
   const chosen = session();
   const same = (job) => {
@@ -111,6 +167,10 @@ export function latest(kind) {
     const models = asked.models ?? [asked.model];
     return models.at(-1) === chosen.model && String(asked.recordings) === String(chosen.measured) && !asked.condition;
   };
-  const job = store.server.jobs.find((one) => one.kind === kind && one.state === "done" && same(one));
+  const used = (job) => chosen.measured.every((name) => String(job.result.excluded?.[name] ?? "") === excludedNow(name));
+  const job = store.server.jobs.find((one) => one.kind === kind && one.state === "done" && same(one) && used(one));
   return job ? { ...job.result, id: job.id, title: job.title } : null;
 }
+
+const excludedNow = (name) =>
+  String((recording(name)?.marks ?? []).filter((m) => m.exclude).map((m) => [m.start_s, m.stop_s]));

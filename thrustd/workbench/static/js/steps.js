@@ -1,6 +1,6 @@
 // The steps of the loop as orders to the worker.
 import { newtons } from "./format.js";
-import { order, say, session, store } from "./store.js";
+import { model, order, say, session, store } from "./store.js";
 
 export async function exerciseNow(strength = 3) {
   return order("exercise", { strength: typeof strength === "number" ? strength : 3 });
@@ -10,12 +10,23 @@ export async function identifyNow() {
   const chosen = session(),
     folder = chosen.bench[0].includes("/") ? chosen.bench[0].split("/")[0] + "/" : "";
   const job = await order("fit", { recordings: chosen.bench, out: free(folder + "bench-model") });
-  for (const line of job.result?.warnings ?? []) say(`${job.result.model}: ${line}`);
+  for (const line of job.result?.warnings ?? []) say(`${job.result.model}: ${line}`, "note");
 }
 
-export async function compareNow(models, condition = null) {
-  const chosen = session();
-  return order("compare", { models: models ?? [chosen.model], recordings: chosen.measured, condition });
+// the chosen model, behind its parent where that is in the folder: before and after on the same samples
+export async function compareNow(models) {
+  const chosen = session(),
+    parent = parentOf(chosen.model);
+  return order("compare", {
+    models: models ?? [parent, chosen.model].filter(Boolean),
+    recordings: chosen.measured,
+    condition: null,
+  });
+}
+
+export function parentOf(name) {
+  const job = store.server.jobs.find((one) => one.kind === "extend" && one.state === "done" && one.result.model === name);
+  return job && model(job.result.parent) ? job.result.parent : null;
 }
 
 export async function diagnoseNow() {
@@ -41,6 +52,12 @@ export async function extendWith(effect) {
     `${job.result.effects.join(" and ")} added: ${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`,
     "ok",
   );
+}
+
+// from another screen: go there, then add
+export async function goAndAdd(effect) {
+  location.hash = "add";
+  await extendWith(effect);
 }
 
 export async function revealNow() {

@@ -82,7 +82,8 @@ export async function report(number) {
   return store.reports.get(number);
 }
 
-export function say(line, kind = "") {
+// kind: "problem", "note" or "ok"
+export function say(line, kind = "problem") {
   document.dispatchEvent(new CustomEvent("say", { detail: { line, kind } }));
 }
 

@@ -1,9 +1,10 @@
 // A strip chart of one engine that grows while the daemon writes: the last minutes, band and both routes.
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h, panel } from "./dom.js";
-import { plainTick } from "./format.js";
+import { timeAxis, valueAxis } from "./time_axes.js";
 
 const SPAN_S = 300;
+const HEIGHT = 210;
 const SIGMAS = 1.96;
 const LINES = [
   ["thrust_n", "fused", "--s1", 1.8],
@@ -33,11 +34,9 @@ export class LiveStrip {
     const width = this.box.clientWidth;
     if (!width) return;
     if (this.chart) {
-      this.chart.setSize({ width, height: 200 });
+      this.chart.setSize({ width, height: HEIGHT });
       return;
     }
-    const grid = { stroke: () => css("--line"), width: 1 },
-      axis = { stroke: () => css("--ink-2"), font: "11.5px system-ui, sans-serif", grid, ticks: grid };
     const line = (label, color, lineWidth) => ({
       label,
       stroke: () => (color ? css(color) : "transparent"),
@@ -47,24 +46,14 @@ export class LiveStrip {
     this.chart = new uPlot(
       {
         width,
-        height: 200,
+        height: HEIGHT,
         legend: { show: false },
         padding: [10, 14, 0, 0],
         cursor: { y: false, points: { show: false } },
         scales: {
           x: { time: false, range: (u, low, high) => [Math.max(low, high - SPAN_S), Math.max(high, low + 10)] },
         },
-        axes: [
-          {
-            ...axis,
-            label: "time [s]",
-            labelSize: 15,
-            labelFont: "11.5px system-ui, sans-serif",
-            size: 26,
-            values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)),
-          },
-          { ...axis, size: 68, values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)) },
-        ],
+        axes: [timeAxis(), valueAxis()],
         series: [{}, line("high"), line("low"), ...LINES.map(([, label, color, w]) => line(label, color, w))],
         bands: [{ series: [1, 2], fill: () => css("--mark") }],
       },

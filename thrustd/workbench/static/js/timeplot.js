@@ -1,7 +1,8 @@
 // One sheet: panels of lines over the same time axis, zoomed together, each zoom answered by the server's pyramid.
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
-import { clock, count, number, plainTick, seconds } from "./format.js";
+import { clock, count, number, seconds } from "./format.js";
+import { TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
 import { fetchWindow, toColumns, valueAt } from "./lines.js";
 const MIN_SPAN_S = 1e-3;
 
@@ -45,7 +46,7 @@ export class Sheet {
   }
 
   height(plot) {
-    return (plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? 40 : 0);
+    return (plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? TIME_AXIS_PX : 0);
   }
 
   draw() {
@@ -65,9 +66,7 @@ export class Sheet {
   }
 
   options(plot, key) {
-    const last = plot === this.plots.at(-1),
-      grid = { stroke: () => css("--line"), width: 1 };
-    const axis = { stroke: () => css("--ink-2"), font: "11.5px system-ui, sans-serif", grid, ticks: grid };
+    const last = plot === this.plots.at(-1);
     return {
       width: this.width,
       height: this.height(plot),
@@ -80,20 +79,7 @@ export class Sheet {
         y: false,
       },
       scales: { x: { time: false, range: () => this.range }, y: { range: (_, low, high) => padded(low, high) } },
-      axes: [
-        {
-          ...axis,
-          size: last ? 26 : 0,
-          space: 90,
-          ticks: { ...grid, show: last },
-          values: (u, at, i, space, step) => at.map((t) => (last ? plainTick(t, step) : "")),
-          label: last ? "time [s]" : undefined,
-          labelSize: last ? 15 : 0,
-          labelFont: "11.5px system-ui, sans-serif",
-          labelGap: 0,
-        },
-        { ...axis, size: 68, space: 26, values: (u, at, i, space, step) => at.map((v) => plainTick(v, step)) },
-      ],
+      axes: [timeAxis(last), valueAxis()],
       series: [
         {},
         ...(plot.panel.drawn ?? plot.panel.series).map((s) => ({

@@ -1,10 +1,11 @@
 // Add it: the error ledger as falling bars, the numbers found, undo, save, compile, report.
 import { fill, h, panel, select } from "../dom.js";
-import { newtons, number } from "../format.js";
+import { newtons, plusMinus } from "../format.js";
 import { fileUrl, post } from "../api.js";
 import { attempt, model, order, refresh, running, say, session, store } from "../store.js";
 import { compareNow, diagnoseNow, extendWith } from "../steps.js";
 import { latest } from "../guide.js";
+import { removed, WORTH } from "../worth.js";
 import { ledgerBars, ledgerOf } from "../ledger.js";
 import { save } from "../save.js";
 
@@ -67,23 +68,27 @@ export function add(root) {
       busy = Boolean(running("extend"));
     const known = card.effects.map((e) => e.name),
       offers = (asked?.candidates ?? []).filter((c) => !known.includes(c.name));
-    const rows = offers.map((c) =>
+    const row = (c) =>
       h(
         "tr",
         {},
         h("td", {}, h("b", {}, c.effect), c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null),
-        h("td", { class: "num" }, `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`),
+        h("td", { class: "num" }, removed(c) < WORTH ? "removes nothing" : `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`),
         h(
           "td",
           { class: "num" },
           h(
             "button",
-            { class: c.in_verdict ? "primary" : "", disabled: busy, onclick: attempt(() => extendWith(c.name)) },
-            "Add",
+            {
+              class: c.in_verdict ? "primary" : removed(c) < WORTH ? "plain" : "",
+              disabled: busy,
+              onclick: attempt(() => extendWith(c.name)),
+            },
+            removed(c) < WORTH ? "Add all the same" : "Add",
           ),
         ),
-      ),
-    );
+      );
+    const rows = offers.map(row);
     return panel(
       "Candidates",
       [],
@@ -117,7 +122,14 @@ export function add(root) {
     );
     if (!job) return null;
     const r = job.result,
-      held = r.heldout ?? [];
+      held = r.heldout ?? [],
+      checks = [...new Set(held.map((one) => one.recording))];
+    const judged = held.length
+      ? held
+      : [
+          { model: r.parent, rmse_n: r.rmse_before_n },
+          { model: r.model, rmse_n: r.rmse_after_n },
+        ];
     return panel(
       `What was found: ${r.effects.join(", ")}`,
       [
@@ -165,11 +177,7 @@ export function add(root) {
                   "tr",
                   {},
                   h("td", {}, p.effect, " ", h("b", {}, p.name)),
-                  h(
-                    "td",
-                    { class: "num" },
-                    `${number(p.value, 4)} ± ${number(p.std, 2)} ${p.unit === "-" ? "" : p.unit}`,
-                  ),
+                  h("td", { class: "num" }, plusMinus(p.value, p.std, p.unit)),
                   h("td", { class: "quiet" }, p.expected ? `expected ${p.expected}` : ""),
                 ),
               ),
@@ -179,25 +187,19 @@ export function add(root) {
         h(
           "div",
           {},
-          h("h3", {}, held.length ? "On recordings that were not used" : "Held-back blocks"),
+          h("h3", {}, held.length ? `On ${checks.join(", ")}, which nothing was fitted to` : "On held-back blocks"),
           h(
             "table",
             {},
             h(
               "tbody",
               {},
-              (held.length
-                ? held
-                : [
-                    { model: r.parent, recording: "", rmse_n: r.rmse_before_n },
-                    { model: r.model, recording: "", rmse_n: r.rmse_after_n },
-                  ]
-              ).map((one) =>
+              judged.map((one) =>
                 h(
                   "tr",
                   {},
                   h("td", {}, one.model),
-                  h("td", {}, one.recording),
+                  checks.length > 1 ? h("td", {}, one.recording) : null,
                   h("td", { class: "num" }, h("b", {}, newtons(one.rmse_n))),
                 ),
               ),

@@ -14,6 +14,7 @@ export function flight(root) {
     stop = () => {};
     const found = logs(),
       chosen = found.find((r) => r.name === ui.log) ?? found[0];
+    const state = h("span", { class: "quiet", role: "status" }, "A log may be followed while the daemon is writing it.");
     const tools = h(
       "div",
       { class: "panel" },
@@ -56,7 +57,7 @@ export function flight(root) {
           },
           "Follow live",
         ),
-        h("span", { class: "faint" }, "A running daemon's log may be followed while it is being written."),
+        state,
       ),
     );
     const body = h("div", {});
@@ -76,19 +77,8 @@ export function flight(root) {
       body,
     );
     if (!chosen)
-      fill(
-        body,
-        h(
-          "section",
-          { class: "panel" },
-          h(
-            "p",
-            { class: "empty" },
-            "No flight log (MCAP) in this folder. Let thrustd run or thrustd replay write one here.",
-          ),
-        ),
-      );
-    else if (ui.mode === "live") stop = live(body, chosen.name);
+      fill(body, words("No flight log (MCAP) in this folder. Let thrustd run or thrustd replay write one here."));
+    else if (ui.mode === "live") stop = live(body, chosen.name, state);
     else stop = play(body, chosen);
   }
 
@@ -113,16 +103,10 @@ export function flight(root) {
       }
       fill(
         body,
-        h(
-          "section",
-          { class: "panel" },
-          h(
-            "p",
-            { class: "empty" },
-            !failed
-              ? "Reading the flight log …"
-              : "This log could not be read as columns; it may hold raw events only (run thrustd replay on it), or follow it live.",
-          ),
+        words(
+          !failed
+            ? "Reading the flight log …"
+            : "This log could not be read as columns; it may hold raw events only (run thrustd replay on it), or follow it live.",
         ),
       );
       return () => {};
@@ -132,16 +116,11 @@ export function flight(root) {
       .filter((c) => c.startsWith("estimate_thrust_n_"))
       .map((c) => c.slice("estimate_thrust_n_".length));
     if (!engines.length) {
-      fill(
-        body,
-        h(
-          "section",
-          { class: "panel" },
-          h("p", { class: "empty" }, "No estimates in this log. Run thrustd replay on it to get them."),
-        ),
-      );
+      fill(body, words("No estimates in this log. Run thrustd replay on it to get them."));
       return () => {};
     }
     return playback(body, card, engines, channels);
   }
 }
+
+const words = (said) => h("section", { class: "panel" }, h("p", { class: "empty" }, said));

@@ -1,18 +1,20 @@
 // Time histories: measured, models, residual and any channel of one or several recordings, zoomed and marked together.
 import { fill, h, panel } from "../dom.js";
-import { attempt, order, recording, refresh, running, session, store } from "../store.js";
+import { duration } from "../format.js";
+import { attempt, model, order, recording, refresh, running, session, store } from "../store.js";
 import { put, query } from "../api.js";
-import { FIRST, panelsOf } from "../history_panels.js";
+import { panelsOf } from "../history_panels.js";
+import { historyTools } from "../history_tools.js";
 import { Sheet } from "../timeplot.js";
 import { askMark, marksTable } from "../marks.js";
 import { save, savePicture } from "../save.js";
-import { conditionBar } from "../condition.js";
 
 const ui = () =>
   (store.ui.histories ??= { shown: null, models: null, channels: null, hidden: new Set(), hits: new Map() });
 
 export function histories(root) {
   const sheets = new Map(),
+    keys = new Map(),
     state = ui(),
     asked = new Set();
   const tools = h("div", { class: "panel" }),
@@ -47,6 +49,7 @@ export function histories(root) {
     if (store.focus) {
       if (!recordings().includes(store.focus.recording)) state.shown = [store.focus.recording];
       state.hits = new Map([[store.focus.recording, store.focus.intervals ?? []]]);
+      state.why = store.focus.why ?? "";
     }
     drawTools();
     const wanted = recordings();
@@ -111,7 +114,8 @@ export function histories(root) {
     });
     state[name] = { range: [...range], limits };
     sheets.set(name, sheet);
-    return panel(name, header(name, sheet, focus), h("div", {}, sheet.root), marksList(name));
+    keys.set(name, h("div", { class: "keys" }, keysOf(name)));
+    return panel(name, header(name, sheet), h("div", {}, sheet.root), keys.get(name), marksList(name));
   }
 
   // recordings over the same time zoom together
@@ -120,7 +124,7 @@ export function histories(root) {
     for (const [other, sheet] of sheets) if (other !== name && sheet.root.isConnected) sheet.show(range, false);
   }
 
-  function header(name, sheet, focus) {
+  function header(name, sheet) {
     const window = () =>
       query({
         recording: name,
@@ -129,7 +133,6 @@ export function histories(root) {
         to: sheet.range[1],
       });
     return [
-      focus?.why ? h("span", { class: "quiet" }, focus.why) : null,
       h(
         "span",
         { class: "push buttons" },
@@ -138,18 +141,47 @@ export function histories(root) {
         h("button", { onclick: () => save("api/window.csv?" + window(), "window.csv") }, "CSV of window"),
         h("button", { onclick: () => savePicture(sheet, name) }, "PNG"),
       ),
-    ].filter(Boolean);
+    ];
   }
 
   function spansOf(name) {
     const hits = (state.hits.get(name) ?? []).map(([from, to]) => ({ from, to, color: "--hit" }));
+    const settles = settling(name),
+      start_s = recording(name).meta.start_s;
     return [
+      ...(settles ? [{ from: start_s, to: start_s + settles.settling_s, color: "--settle" }] : []),
       ...hits,
       ...recording(name).marks.map((m) => ({
         from: m.start_s,
         to: m.stop_s,
         color: m.exclude ? "--mark-out" : "--mark",
       })),
+    ];
+  }
+
+  // the model run on this recording that remembers its start longest, where there is a residual to be misread
+  const settling = (name) =>
+    models()
+      .filter((m) => recording(name).models?.[m]?.includes("residual"))
+      .map(model)
+      .sort((a, b) => b.settling_s - a.settling_s)
+      .find((m) => m.settling_s > 0);
+
+  // what the shades mean
+  function keysOf(name) {
+    const settles = settling(name),
+      { marks } = recording(name),
+      key = (color, ...words) => h("span", { class: "shade-key" }, h("i", { class: color }), ...words);
+    return [
+      state.hits.get(name)?.length ? key("hit", state.why || "chosen samples") : null,
+      settles
+        ? key(
+            "settle",
+            `first ${duration(settles.settling_s)}: ${settles.name} starts at rest, the mount was already at work; a decay here is the start, no missing effect`,
+          )
+        : null,
+      marks.some((m) => !m.exclude) ? key("mark", "marked") : null,
+      marks.some((m) => m.exclude) ? key("out", "excluded from every comparison, diagnosis and fit") : null,
     ];
   }
 
@@ -165,7 +197,6 @@ export function histories(root) {
   async function setMarks(name, marks) {
     await put("api/marks/" + name.split("/").map(encodeURIComponent).join("/"), JSON.stringify(marks));
     await refresh();
-    sheets.get(name)?.reshade();
   }
 
   const marksList = (name) =>
@@ -175,106 +206,16 @@ export function histories(root) {
       attempt((marks) => setMarks(name, marks)),
     );
 
-  function drawTools() {
-    const toggle = (list, name, on) => (on ? [...list, name] : list.filter((one) => one !== name));
-    const checks = (names, chosen, set, note = () => "") =>
-      h(
-        "div",
-        { class: "checks" },
-        names.map((name) =>
-          h(
-            "label",
-            {},
-            h("input", {
-              type: "checkbox",
-              checked: chosen.includes(name),
-              onchange: (e) => {
-                set(toggle(chosen, name, e.target.checked));
-                draw();
-              },
-            }),
-            name,
-            h("span", { class: "faint" }, note(name)),
-          ),
-        ),
-      );
-    const metas = recordings()
-        .map(recording)
-        .filter((one) => one?.meta),
-      units = new Map();
-    for (const one of metas) for (const c of one.meta.channels) if (c.name !== "force_N") units.set(c.name, c.unit);
-    const shownChannels = state.channels ?? ["deformation_mm", ...FIRST];
+  const drawTools = () =>
     fill(
       tools,
-      h(
-        "div",
-        { class: "body toolbar" },
-        pick(
-          "Recordings",
-          checks(
-            store.server.recordings.map((r) => r.name),
-            recordings(),
-            (v) => {
-              state.shown = v;
-            },
-          ),
-          "recordings",
-        ),
-        pick(
-          "Models",
-          checks(
-            store.server.models.map((m) => m.name),
-            models(),
-            (v) => {
-              state.models = v;
-            },
-          ),
-          "models",
-        ),
-        pick(
-          "Channels",
-          checks(
-            [...units.keys()],
-            shownChannels,
-            (v) => {
-              state.channels = v;
-            },
-            (c) => units.get(c),
-          ),
-          "channels",
-        ),
-        h(
-          "label",
-          {},
-          h("input", {
-            type: "checkbox",
-            checked: state.linked,
-            onchange: (e) => {
-              state.linked = e.target.checked;
-            },
-          }),
-          "zoom recordings together",
-        ),
-        conditionBar(recordings, models, (found) => {
-          state.hits = found;
-          for (const sheet of sheets.values()) sheet.reshade();
-        }),
-      ),
-    );
-  }
-
-  const pick = (title, content, key) =>
-    h(
-      "details",
-      {
-        class: "pickers",
-        open: state["open-" + key],
-        ontoggle: (e) => {
-          state["open-" + key] = e.target.open;
-        },
-      },
-      h("summary", {}, title),
-      content,
+      historyTools(state, recordings, models, draw, (found, said) => {
+        [state.hits, state.why] = [found, said];
+        for (const [name, sheet] of sheets) {
+          sheet.reshade();
+          fill(keys.get(name), keysOf(name));
+        }
+      }),
     );
 
   let signature = "";

@@ -1,30 +1,27 @@
 // A log that a daemon is writing, followed: the latest estimates, readings and faults.
 import { fill, h, panel } from "../dom.js";
-import { number, seconds } from "../format.js";
+import { count, number } from "../format.js";
 import { get, query } from "../api.js";
 import { attempt } from "../store.js";
 import { EngineTile } from "../engine.js";
 import { LiveStrip } from "../strip.js";
 
-export function live(body, log) {
+const OLD_S = 2; // a reading that has not come for this long is said to be old
+
+export function live(body, log, state) {
   const tiles = new Map(),
     strips = new Map(),
     area = h("div", { class: "engines" }),
-    charts = h("div", {}),
-    readings = h("tbody", {}),
-    faults = h("tbody", {}),
-    state = h("span", { class: "quiet", role: "status" }, "waiting for data");
+    charts = h("div", { class: "columns wide" }),
+    readings = h("div", { class: "readings" }),
+    faults = h("div", { class: "readings" });
+  state.textContent = "waiting for data";
   fill(
     body,
-    h("div", { class: "panel" }, h("div", { class: "body" }, state)),
     area,
     charts,
-    h(
-      "div",
-      { class: "columns" },
-      panel("Latest readings", [], h("div", { class: "flush" }, h("table", {}, readings))),
-      panel("Faults so far", [], h("div", { class: "flush" }, h("table", {}, faults))),
-    ),
+    panel("Latest readings", [h("span", { class: "faint" }, "name with its unit, value, age")], readings),
+    panel("Faults so far", [], faults),
   );
   let after = 0,
     bytes = -1,
@@ -51,27 +48,15 @@ export function live(body, log) {
     const growing = found.bytes !== bytes;
     bytes = found.bytes;
     state.textContent = found.latest_ns
-      ? `${growing ? "● following" : "○ no new data"}: ${log}, t = ${seconds(found.latest_ns * 1e-9)}`
+      ? `${growing ? "● following" : "○ no new data"}, log time ${(found.latest_ns * 1e-9).toFixed(1)} s`
       : "no estimates in this log yet";
-    fill(
-      readings,
-      Object.entries(found.readings).map(([name, r]) =>
-        h(
-          "tr",
-          {},
-          h("td", {}, name),
-          h("td", { class: "num" }, number(r.value, 5)),
-          h("td", { class: "num faint" }, `${number((found.latest_ns - r.t_ns) * 1e-9, 2)} s old`),
-        ),
-      ),
-    );
+    fill(readings, Object.entries(found.readings).map(([name, r]) => reading(name, r, found.latest_ns)));
+    const said = Object.entries(found.faults);
     fill(
       faults,
-      Object.entries(found.faults).length
-        ? Object.entries(found.faults).map(([what, n]) =>
-            h("tr", {}, h("td", {}, what), h("td", { class: "num" }, `× ${n}`)),
-          )
-        : h("tr", {}, h("td", { class: "good" }, "none")),
+      said.length
+        ? said.map(([what, n]) => h("div", {}, h("span", {}, what), h("b", { class: "num" }, `× ${count(n)}`)))
+        : h("div", {}, h("span", { class: "good" }, "none")),
     );
     timer = setTimeout(look, growing && found.rows.length > 5000 ? 0 : 1000);
   });
@@ -81,4 +66,15 @@ export function live(body, log) {
     clearTimeout(timer);
     for (const strip of strips.values()) strip.close();
   };
+}
+
+function reading(name, { value, t_ns }, latest_ns) {
+  const age_s = Math.max(0, (latest_ns - t_ns) * 1e-9);
+  return h(
+    "div",
+    {},
+    h("span", {}, name.replace("/", " ")),
+    h("b", { class: "num" }, number(value, 4)),
+    h("span", { class: `num ${age_s > OLD_S ? "warn" : "faint"}` }, `${age_s.toFixed(1)} s`),
+  );
 }

@@ -1,10 +1,10 @@
 // Overview: what the folder holds, the exercise, and the error ledger of every model.
 import { fill, h, panel } from "../dom.js";
-import { bytes, count, duration, newtons, number } from "../format.js";
+import { bytes, count, duration, hertz, newtons, number, typeset } from "../format.js";
 import { attempt, choose, order, running, session, store } from "../store.js";
 import { addFiles } from "../drop.js";
-import { exerciseNow, revealNow } from "../steps.js";
 import { bar, ledgerOf } from "../ledger.js";
+import { exercisePanel } from "./exercise.js";
 
 export function overview(root) {
   const asked = new Set();
@@ -59,74 +59,11 @@ function picker() {
   return h("span", {}, input, h("button", { onclick: () => input.click() }, "Add files …"));
 }
 
-function exercisePanel() {
-  const done = store.server.jobs.find(
-    (job) => job.kind === "reveal" && job.state === "done" && job.result.exercise === session().exercise,
-  );
-  const busy = Boolean(running("exercise"));
-  const text = session().exercise
-    ? [
-        h("b", {}, session().exercise),
-        ": the twin hid an effect in measured.csv and heldout.csv; bench.csv is without it. The answer is sealed.",
-      ]
-    : [
-        "The twin flies with an effect it does not tell: a bench record without it, a measured and a held-back record with it. Find it with this page.",
-      ];
-  return h(
-    "section",
-    { class: "panel" },
-    h(
-      "header",
-      {},
-      h("h2", {}, "Hidden-effect exercise"),
-      h(
-        "span",
-        { class: "push buttons" },
-        session().exercise && !done ? h("button", { onclick: attempt(revealNow) }, "Open the sealed answer") : null,
-        h(
-          "button",
-          { disabled: busy, onclick: attempt(() => exerciseNow(3)) },
-          session().exercise ? "Make another" : "Make an exercise",
-        ),
-      ),
-    ),
-    h("div", { class: "body" }, h("p", { class: "quiet" }, text), done ? answer(done.result) : null),
-  );
-}
-
-function answer(truth) {
-  const rows = truth.effects.map((one) =>
-    h(
-      "tr",
-      {},
-      h("td", {}, h("b", {}, one.effect)),
-      h("td", {}, one.parameters),
-      h("td", { class: "num" }, newtons(one.force_rms_n)),
-    ),
-  );
-  return h(
-    "table",
-    { class: "truth" },
-    h(
-      "thead",
-      {},
-      h(
-        "tr",
-        {},
-        h("th", {}, "The sealed answer"),
-        h("th", {}, "True parameters"),
-        h("th", { class: "num" }, "Size in the measured record, RMS"),
-      ),
-    ),
-    h("tbody", {}, rows),
-  );
-}
-
 function roles(name) {
   const s = session();
   return [
     ["measured", s.measured],
-    ["held back", s.heldout],
+    ["check", s.heldout],
     ["bench", s.bench],
   ]
     .filter(([, names]) => names.includes(name))
@@ -158,9 +95,9 @@ function recordingTable(recordings) {
         one.problem ? h("div", { class: "bad" }, one.problem) : null,
         meta?.notes.length ? remarks(meta.notes) : null,
       ),
-      h("td", { class: "num" }, meta ? duration(meta.stop_s - meta.start_s) : "reading …"),
+      h("td", { class: "num" }, meta ? duration(meta.stop_s - meta.start_s) : running("prepare")?.arguments.recording === one.name ? "reading …" : "–"),
       h("td", { class: "num" }, meta ? count(meta.samples) : ""),
-      h("td", { class: "num" }, meta ? number(meta.sample_hz, 4) + " Hz" : ""),
+      h("td", { class: "num" }, meta ? hertz(meta.sample_hz) : ""),
       h(
         "td",
         { class: "channels" },
@@ -268,7 +205,7 @@ function modelTable(models) {
           h("th", {}, "Structure"),
           h("th", {}, "Effects"),
           h("th", { class: "num" }, "Valid force"),
-          h("th", {}, "Error ledger: held-back RMSE"),
+          h("th", {}, "Error ledger: RMSE on held-back blocks"),
         ),
       ),
       h("tbody", {}, rows),

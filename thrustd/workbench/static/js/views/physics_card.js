@@ -1,9 +1,10 @@
 // The physics card of an effect: equation, evidence, parameters against what physics expects, signature.
 import { h } from "../dom.js";
-import { withUnit } from "../format.js";
+import { typeset, withUnit } from "../format.js";
 import { attempt } from "../store.js";
 import { signatureChart } from "../charts.js";
-import { extendWith } from "../steps.js";
+import { goAndAdd } from "../steps.js";
+import { removed, WORTH } from "../worth.js";
 
 export function physicsCard(c) {
   const k = c.card;
@@ -15,15 +16,16 @@ export function physicsCard(c) {
       {},
       h("h3", {}, k.title),
       h("div", { class: "equation" }, k.equation),
-      h("p", {}, c.evidence + "."),
+      h("p", {}, typeset(c.evidence) + "."),
       h(
         "dl",
         { class: "fields" },
         ...k.parameters.flatMap((p) => [h("dt", {}, p.name), h("dd", {}, p.meaning, expected(c, p.name))]),
         h("dt", {}, "reads"),
         h("dd", {}, k.channels.join(", ") || "the force itself"),
+        c.separable_from.length ? [h("dt", {}, "looks like"), h("dd", {}, c.separable_from.join(", "))] : null,
         h("dt", {}, "shown alone by"),
-        h("dd", {}, k.separating_test),
+        h("dd", {}, typeset(k.separating_test)),
         h("dt", {}, "source"),
         h("dd", {}, k.source),
       ),
@@ -34,13 +36,8 @@ export function physicsCard(c) {
             { class: "buttons" },
             h(
               "button",
-              {
-                onclick: attempt(async () => {
-                  location.hash = "add";
-                  await extendWith(c.name);
-                }),
-              },
-              `Add ${c.effect} all the same`,
+              { onclick: attempt(() => goAndAdd(c.name)) },
+              removed(c) < WORTH ? `Add ${c.effect} although it removes nothing` : `Add ${c.effect} all the same`,
             ),
           ),
     ),

@@ -1,0 +1,46 @@
+// A screen for the newest answer of one kind about the chosen model and recordings; before there is one, it offers to ask.
+import { fill, h } from "../dom.js";
+import { percent } from "../format.js";
+import { latest } from "../guide.js";
+import { bar } from "../ledger.js";
+import { attempt, report, running, session } from "../store.js";
+
+// kind of the order; title and words at the head; label of the button; ask() orders; never(session) says why it is empty;
+// show(answer, head) draws
+export function answerView(root, { kind, title, words, label, ask, never, show }) {
+  const head = h("div", { class: "head" }, h("h1", {}, title), h("p", {}, words));
+  let shown = null;
+
+  const update = attempt(async () => {
+    const found = latest(kind);
+    if (!found) {
+      shown = null;
+      empty();
+    } else if (found.report !== shown) {
+      const answer = await report(found.report);
+      shown = found.report;
+      show(answer, head);
+    }
+  });
+
+  function empty() {
+    const job = running(kind),
+      s = session(),
+      can = Boolean(s.model && s.measured.length);
+    const said = job
+      ? [h("p", {}, `${job.title}: ${job.note || job.state} (${percent(job.fraction)})`), bar(job.fraction)]
+      : [
+          h("p", {}, can ? never(s) : "Choose a model and a measured recording at the top."),
+          h("button", { class: "primary", disabled: !can, onclick: attempt(ask) }, label),
+        ];
+    fill(root, head, h("section", { class: "panel" }, h("div", { class: "empty" }, said)));
+  }
+
+  update();
+  return {
+    update,
+    jobs: () => {
+      if (!shown) update();
+    },
+  };
+}

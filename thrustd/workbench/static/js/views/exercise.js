@@ -1,0 +1,100 @@
+// The hidden-effect exercise: what it is, and once its answer is open, what was found beside what is true.
+import { h } from "../dom.js";
+import { newtons, number, plusMinus, signed } from "../format.js";
+import { effectOf, revealed } from "../guide.js";
+import { attempt, model, running, session } from "../store.js";
+import { exerciseNow, revealNow } from "../steps.js";
+
+export function exercisePanel() {
+  const { exercise } = session(),
+    truth = exercise ? revealed() : null;
+  const text = exercise
+    ? [
+        h("b", {}, exercise),
+        `: the twin hid an effect in measured.csv and heldout.csv; bench.csv is without it. The answer is ${truth ? "open" : "sealed"}.`,
+      ]
+    : [
+        "The twin flies with an effect it does not tell: a bench record without it, a measured record and one to check on with it. Find it with this page.",
+      ];
+  return h(
+    "section",
+    { class: "panel" },
+    h(
+      "header",
+      {},
+      h("h2", {}, "Hidden-effect exercise"),
+      h(
+        "span",
+        { class: "push buttons" },
+        exercise && !truth ? h("button", { onclick: attempt(revealNow) }, "Open the sealed answer") : null,
+        h(
+          "button",
+          { disabled: Boolean(running("exercise")), onclick: attempt(() => exerciseNow(3)) },
+          exercise ? "Make another" : "Make an exercise",
+        ),
+      ),
+    ),
+    h("div", { class: "body" }, h("p", { class: "quiet" }, text)),
+    truth ? h("div", { class: "flush" }, foundAndTrue(truth, model(session().model))) : null,
+  );
+}
+
+// one row per true parameter, then what the model holds that nobody hid
+function foundAndTrue(truth, card) {
+  const hidden = truth.effects.map((one) => one.effect),
+    held = new Map((card?.effects ?? []).map((one) => [effectOf(one.name, hidden), one]));
+  const rows = truth.effects.flatMap((one) =>
+    one.parameters.map((p, i) =>
+      h(
+        "tr",
+        {},
+        h("td", {}, i ? "" : h("b", {}, one.effect)),
+        h("td", {}, i ? "" : found(held.has(one.effect))),
+        h("td", {}, p.name),
+        h("td", { class: "num" }, number(p.value, 4)),
+        ...estimate(held.get(one.effect), p),
+        h("td", { class: "num" }, i ? "" : newtons(one.force_rms_n)),
+      ),
+    ),
+  );
+  for (const one of held.values())
+    if (!hidden.includes(effectOf(one.name, hidden)))
+      rows.push(
+        h("tr", {}, h("td", {}, h("b", {}, one.name)), h("td", { class: "warn", colspan: "6" }, "in the model, but not hidden")),
+      );
+  const heads = [
+    ["Hidden effect", ""],
+    ["In the model", ""],
+    ["Parameter", ""],
+    ["True", "num"],
+    [`Found in ${card?.name ?? "no model"}`, "num"],
+    ["Found − true", "num"],
+    ["Its force, RMS", "num"],
+  ];
+  return h(
+    "table",
+    { class: "truth" },
+    h(
+      "thead",
+      {},
+      h(
+        "tr",
+        {},
+        heads.map(([name, kind]) => h("th", { class: kind }, name)),
+      ),
+    ),
+    h("tbody", {}, rows),
+  );
+}
+
+const found = (yes) => (yes ? h("span", { class: "good" }, "✓ found") : h("span", { class: "warn" }, "not found"));
+
+// [found, difference] as cells; a parameter that the library does not estimate has none
+function estimate(effect, { name, value }) {
+  const mine = effect?.parameters[name],
+    std = effect?.std[name];
+  if (mine === undefined) return [h("td", { class: "num faint" }, effect ? "not estimated" : "–"), h("td", {})];
+  const off = value ? `${signed((100 * (mine - value)) / Math.abs(value), 2)} %` : signed(mine - value, 3);
+  const sigmas = std ? `, ${number(Math.abs(mine - value) / std, 2)} sigma` : "";
+  return [h("td", { class: "num" }, plusMinus(mine, std)), h("td", { class: "num" }, off + sigmas)];
+}
