@@ -1,12 +1,15 @@
 """Sensor drift: the LVDT's zero walks away with time while nothing moves.
 
-    true deformation = reading - drift_mm_h * hours,        hours = (time_s - reference_s) / 3600
+    true deformation = reading - drift_mm_h * settled hours
+    settled hours = settling_h * (1 - exp(-hours / settling_h)),    hours = (time_s - reference_s) / 3600
 
 Positive: the reading grows. The same shift at every force, which tells it from ageing (a gain) and from creep, that
-follows the load. Linear drift over hours; warm-up that settles is better described by temperature. Typical of an LVDT
-with its conditioner: 0.01 to 0.1 % of stroke per hour, 0.5 to 5 um/h on 5 mm. Left out: random walk.
+follows the load. drift_mm_h is the rate at the reference time: a straight line while settling_h is far longer than
+the recording, the warm-up of electronics when it is an hour or less. Typical of an LVDT with its conditioner: 0.01 to
+0.1 % of stroke per hour, 0.5 to 5 um/h on 5 mm. Left out: random walk.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -17,11 +20,12 @@ from thrustd.model.stage import Floats, jit
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    return v - c[0] * (u[0] - c[1])
+    since = (u[0] - c[1]) / c[2]
+    return v + c[0] * math.expm1(-since) if since > 0.0 else v - c[0] * since
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["drift_mm_h"] / 3600.0, p["reference_s"]])
+    return np.array([p["drift_mm_h"] * p["settling_h"], p["reference_s"], 3600.0 * p["settling_h"]])
 
 
 EFFECT = Effect(
@@ -41,6 +45,16 @@ EFFECT = Effect(
             expected="up to 0.005 mm/h for a good LVDT and conditioner",
         ),
         Parameter(
+            "settling_h",
+            "h",
+            1000.0,
+            0.05,
+            10000.0,
+            (1000.0, 1.0),
+            "warm-up time of the electronics; much longer than the recording: a straight line",
+            amplitude=False,
+        ),
+        Parameter(
             "reference_s",
             "s",
             0.0,
@@ -55,7 +69,7 @@ EFFECT = Effect(
     step=step,
     prepare=prepare,
     n_state=0,
-    equation="x = x_read - d (t - t_0)",
+    equation="x = x_read - d T (1 - exp(-(t - t_0) / T))",
     source="data sheets of LVDT conditioners; Nyce, Linear Position Sensors, ch. 3",
     separating_test="return to zero load at constant temperature every 30 min and read the zero",
 )
