@@ -43,7 +43,7 @@ def read_recording(path: Path | str, needed: tuple[str, ...] = ()) -> Recording:
         raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")
     _check_size(path)
     loaded = reader(path)
-    record = make_recording(path.name, loaded.columns, loaded.metadata, _sha256(path), loaded.notes)
+    record = make_recording(path.name, loaded.columns, loaded.metadata, loaded.sha256 or _sha256(path), loaded.notes)
     for name in needed:
         if name not in record.channels:
             has = ", ".join(sorted(record.channels)) or "no other column"

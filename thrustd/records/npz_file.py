@@ -28,7 +28,7 @@ def read_npz(path: Path) -> Loaded:
     notes: list[str] = []
     for name, array in arrays.items():
         if array.dtype.kind in "fiub" and array.ndim == 1:
-            columns[name] = array.astype(np.float64)
+            columns[name] = array.astype(np.float64, copy=False)
         elif not name.startswith("_") and signal_of(name):
             raise RecordingError(f"{path.name}: {name} has shape {array.shape} of {array.dtype}; expected 1-D numbers")
         elif not name.startswith("_"):

@@ -12,6 +12,7 @@ at all (it is renamed into place), so a prepared recording is never half a one.
 import hashlib
 import os
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from thrustd.records.recording import Recording, signal_of, unit_of
 from thrustd.workbench.pyramid import Floats, Singles, build
 
 META = "meta.json"
+WRITERS = 2  # threads: numpy and the disk work side by side
 CACHE_BYTES = 20 << 30  # prepared columns kept per folder; the longest unused go first
 
 
@@ -107,18 +109,25 @@ def write_columns(folder: Path, record: Recording, with_time: bool = True) -> Co
 def _write(part: Path, record: Recording, with_time: bool) -> ColumnsMeta:
     if with_time:
         np.save(part / "time.npy", record.time_s)
-    channels = []
-    for i, (name, column) in enumerate(record.channels.items()):
-        levels = build(column)
-        np.save(part / f"c{i:03d}.npy", column)
-        np.save(part / f"c{i:03d}.mm.npy", levels)
-        channels.append(_channel_meta(name, column, levels))
+    with ThreadPoolExecutor(WRITERS) as pool:
+        writing = [
+            pool.submit(_write_channel, part, i, name, column)
+            for i, (name, column) in enumerate(record.channels.items())
+        ]
+        channels = tuple(written.result() for written in writing)
     meta = ColumnsMeta(
         record.name, len(record), float(record.time_s[0]), float(record.time_s[-1]), record.sample_hz, record.sha256,
-        tuple(channels), record.notes,
+        channels, record.notes,
     )  # fmt: skip
     (part / META).write_bytes(msgspec.json.encode(meta))
     return meta
+
+
+def _write_channel(part: Path, number: int, name: str, column: Floats) -> ChannelMeta:
+    levels = build(column)
+    np.save(part / f"c{number:03d}.npy", column)
+    np.save(part / f"c{number:03d}.mm.npy", levels)
+    return _channel_meta(name, column, levels)
 
 
 def _channel_meta(name: str, column: Floats, levels: Singles) -> ChannelMeta:

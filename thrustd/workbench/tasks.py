@@ -40,7 +40,8 @@ def _kept(module: str, name: str, shown: Callable[[dict[str, Any]], dict[str, An
 def _compared(answer: dict[str, Any]) -> dict[str, Any]:
     names = ("model", "recording", "rmse_n", "bias_n")
     worst = [failure["sentence"] for cell in answer["cells"][-1:] for failure in cell["where_it_fails"][:1]]
-    return {"cells": [{name: cell[name] for name in names} for cell in answer["cells"]], "worst": worst, "excluded": answer["excluded"]}
+    cells = [{name: cell[name] for name in names} for cell in answer["cells"]]
+    return {"cells": cells, "worst": worst, "excluded": answer["excluded"]}
 
 
 def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
