@@ -1,43 +1,67 @@
-"""The unchanged daemon at 1 kHz on real wires: `python -m benchmarks bench_live` (two minutes; --minutes for more).
+"""The unchanged daemon at 1 kHz on real wires: `python -m benchmarks bench_live [--minutes 10] [--bus fifo]`.
 
-1 kHz ADC with four channels through a pty, 3 x 1 kHz accelerations and engine and air data through python-can's
-multicast bus: processor time of the daemon, frames lost, and the time from an event's arrival stamp to the estimate.
+1 kHz ADC with four channels through a pty; 3 x 1 kHz accelerations and 20 Hz engine and air data through a CAN bus:
+
+    socketcan       python-can's own SocketCAN receiver, fed by frames in datagrams (see `benchmarks.socketcan`)
+    fifo            named pipes (`thrustd.twin.fifo_bus`)
+    udp_multicast   python-can's network bus
+
+Processor time of the daemon by thread, frames lost, and the time from an event's arrival stamp to the estimate.
 """
 
 import argparse
 import os
+import subprocess
+import sys
 import tempfile
+import time
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import msgspec
 import psutil
 from rich.console import Console
+from rich.progress import track
 from rich.table import Table
 
-from tests.hil.test_hil import PATIENCE_S, ServiceManager, start
-from tests.reliability.rig import Daemon
+from tests.hil.test_hil import PATIENCE_S, ServiceManager
+from tests.reliability.rig import free_port
 from thrustd.cli.status import read_status
 from thrustd.installation import read_installation
-from thrustd.sources.mcap_log import LogFile
+from thrustd.sources.log_run import LogRun
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
-DEPLOY = Path(__file__).parents[1] / "deploy"
-HEALTH_PORT = 9187
+ROOT = Path(__file__).parents[1]
+DEPLOY = ROOT / "deploy"
+MINUTES = 1.5
+BUSES = ("socketcan", "fifo", "udp_multicast")
+RATES = Rates(adc_hz=1000.0, accel_hz=1000.0, engine_hz=20.0, air_hz=20.0)
+LOOK_S = 0.5
+WARM_S = 3.0  # of the run, before its processor time counts
 
 
-def aircraft(folder: Path) -> Path:
+class Run(NamedTuple):
+    sent: dict[str, Any]  # the player's report
+    cpu_s: float
+    over_s: float
+    threads: list[tuple[int, float]]  # thread, seconds of processor time
+    status: dict[str, Any]
+
+
+def aircraft(folder: Path, bus: str, health_port: int) -> Path:
     """deploy/ph-lab.toml with its wires and folders in `folder`."""
     text = (DEPLOY / "ph-lab.toml").read_text()
+    channel = {"fifo": f"{folder}/can", "socketcan": str(free_port()), "udp_multicast": "239.74.163.51"}[bus]
     for old, new in (
-        ('"../models/', f'"{DEPLOY.parent}/models/'),
+        ('"../models/', f'"{ROOT}/models/'),
         ('"canaerospace.dbc"', f'"{DEPLOY}/canaerospace.dbc"'),
         ('"/dev/thrustd-adc"', f'"{folder}/adc"'),
-        ('"socketcan"', '"udp_multicast"'),
-        ('"can0"', '"239.74.163.51"'),
-        ("/var/lib/thrustd", str(folder)),
-        ("9105", str(HEALTH_PORT)),
-        ("8765", "8799"),
+        ('"socketcan"', f'"{bus}"'),
+        ('"can0"', f'"{channel}"'),
+        ("/var/lib/thrustd", str(folder / "logs")),
+        ("9105", str(health_port)),
+        ("8765", str(free_port())),
     ):
         text = text.replace(old, new)
     path = folder / "aircraft.toml"
@@ -47,41 +71,76 @@ def aircraft(folder: Path) -> Path:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--minutes", type=float, default=2.0)
-    minutes = parser.parse_known_args()[0].minutes
+    parser.add_argument("--minutes", type=float, default=MINUTES)
+    parser.add_argument("--bus", choices=BUSES)
+    wish = parser.parse_known_args()[0]
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        config = aircraft(folder)
-        installation = read_installation(config)
-        profile, airframe = scripted_flight(minutes * 60.0, 5)
-        flight = folder / "flight.mcap"
+        flight = Path(name) / "flight.mcap"
+        installation = read_installation(DEPLOY / "ph-lab.toml")
+        profile, airframe = scripted_flight(wish.minutes * 60.0, 5)
         table = installation.can_table(ICD_INPUT_ROWS)
-        rates = Rates(adc_hz=1000.0, accel_hz=1000.0, engine_hz=20.0, air_hz=20.0)
-        write_flight(flight, profile, airframe, table, installation.log_header(), 5, rates)
-        with ServiceManager(folder / "notify") as manager:
-            daemon = Daemon(config, manager)
-            try:
-                process = psutil.Process(daemon.process.pid)
-                before = sum(process.cpu_times()[:2])
-                bench = start(["simulate", "--hil", str(config), "--log", str(flight), "--json"], dict(os.environ))
-                report, _ = bench.communicate(timeout=minutes * 60 + PATIENCE_S)
-                cpu_s = sum(process.cpu_times()[:2]) - before
-                status = read_status(f"http://127.0.0.1:{HEALTH_PORT}/metrics")
-                daemon.stop()
-            finally:
-                daemon.close()
-        _show(folder, msgspec.json.decode(report), cpu_s, status)
+        write_flight(flight, profile, airframe, table, installation.log_header(), 5, RATES)
+        for bus in (wish.bus,) if wish.bus else BUSES[:2]:
+            folder = Path(name) / bus
+            folder.mkdir()
+            _show(bus, folder, fly(bus, folder, flight, wish.minutes))
 
 
-def _show(folder: Path, sent: dict[str, float], cpu_s: float, status: dict[str, object]) -> None:
-    shown = Table("what", "measured", "target", title=f"live, {sent['sent_s'] / 60:.1f} min at 1 kHz")
-    shown.add_row("daemon's share of one core", f"{100 * cpu_s / sent['sent_s']:.0f} %", "< 25 %")
+def fly(bus: str, folder: Path, flight: Path, minutes: float) -> Run:
+    port = free_port()
+    config = aircraft(folder, bus, port)
+    with ServiceManager(folder / "notify") as manager:
+        daemon = start(["run", str(config)], manager.environment())
+        try:
+            manager.wait_for("READY=1")
+            player = start(["simulate", "--hil", str(config), "--log", str(flight), "--json"], dict(os.environ))
+            cpu_s, over_s, threads = watch(daemon.pid, player, minutes, bus)
+            report, _ = player.communicate(timeout=PATIENCE_S)
+            status = read_status(f"http://127.0.0.1:{port}/metrics")
+            daemon.terminate()
+            daemon.wait(PATIENCE_S)
+        finally:
+            daemon.kill()
+            daemon.communicate()
+    return Run(msgspec.json.decode(report), cpu_s, over_s, threads, status)
+
+
+def start(verb: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
+    """`thrustd` VERB, with the datagram bus known to python-can."""
+    command = [sys.executable, "-m", "benchmarks.socketcan", *verb]
+    return subprocess.Popen(command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+
+
+def watch(
+    pid: int, player: subprocess.Popen[bytes], minutes: float, bus: str
+) -> tuple[float, float, list[tuple[int, float]]]:
+    """Processor time of `pid` while the player plays: seconds, over seconds, by thread in order of their birth."""
+    process = psutil.Process(pid)
+    time.sleep(WARM_S)
+    began_s, before = time.monotonic(), {t.id: t.user_time + t.system_time for t in process.threads()}
+    after, ended_s = before, began_s
+    steps = range(int((minutes * 60.0 - WARM_S) / LOOK_S))
+    for _ in track(steps, f"live, {bus}", console=Console(stderr=True), transient=True):
+        if player.poll() is not None:
+            break
+        time.sleep(LOOK_S)
+        after, ended_s = {t.id: t.user_time + t.system_time for t in process.threads()}, time.monotonic()
+    threads = [(thread, spent_s - before.get(thread, 0.0)) for thread, spent_s in sorted(after.items())]
+    return sum(spent_s for _, spent_s in threads), ended_s - began_s, threads
+
+
+def _show(bus: str, folder: Path, run: Run) -> None:
+    sent = run.sent
+    shown = Table("what", "measured", "target", title=f"live over {bus}, {sent['sent_s'] / 60:.1f} min at 1 kHz")
+    shown.add_row("daemon's share of one core", f"{100 * run.cpu_s / run.over_s:.1f} %", "< 25 %")
+    busy = [f"{100 * spent_s / run.over_s:.1f}" for _, spent_s in run.threads if spent_s > 1e-3 * run.over_s]
+    shown.add_row("  by thread, in order of birth, %", ", ".join(busy), "")
     shown.add_row("serial chunks sent / lost at the pty", f"{sent['serial_chunks']} / {sent['serial_lost']}", "0 lost")
     shown.add_row("CAN messages sent / lost at the bus", f"{sent['can_messages']} / {sent['can_lost']}", "0 lost")
-    logs = sorted(folder.rglob("*.mcap"))
-    missing = sum(LogFile(path).missing_events for path in logs if path.name != "flight.mcap")
-    shown.add_row("events missing in the log", str(missing), "0")
-    for key, value in status.items():
+    log = LogRun(list((folder / "logs").rglob("*.mcap")))
+    heard = sum(getattr(event, "channel", "") == "can" for event in log.events())
+    shown.add_row("CAN messages in the log, events missing", f"{heard}, {log.missing_events}", "all, 0")
+    for key, value in run.status.items():
         if "latency" in key or "overrun" in key or "faults" in key:
             shown.add_row(key, str(value), "median < 0.5 ms, 99 % < 5 ms" if "latency" in key else "")
     Console(width=120).print(shown)

@@ -57,7 +57,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
     with ExitStack() as opened, stop_on_signal() as stop:
         shell = Shell(installation, base, queue, opened)
         pipeline, start = start_pipeline(shell)
-        bus = CanBus(config.can.interface, config.can.channel, config.can.bitrate, queue.put)
+        bus = CanBus(config.can.interface, config.can.channel, config.can.bitrate, queue.leave)
         adc = SerialPort(config.adc.port, config.adc.baud, queue.put)
         recorder, sinks = open_sinks(shell, bus, log_folder, start)
         saver = open_checkpoint(shell, pipeline)

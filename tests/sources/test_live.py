@@ -2,6 +2,7 @@
 
 import os
 import pty
+import socket
 import tty
 import uuid
 from collections.abc import Callable, Iterator
@@ -10,10 +11,11 @@ from threading import Event as Flag
 
 import can
 import pytest
+from can.interfaces.socketcan import SocketcanBus
 
 from thrustd.errors import ConfigError
-from thrustd.sources.can_bus import CanBus
-from thrustd.sources.merge import EventQueue, merged
+from thrustd.sources.can_bus import CAN_FRAME, CanBus
+from thrustd.sources.merge import TAKE_EVENTS, EventQueue, merged
 from thrustd.sources.paced import paced
 from thrustd.sources.serial_port import SerialPort
 from thrustd.sources.ticker import Ticker
@@ -225,6 +227,55 @@ def test_a_failing_driver_is_counted_reopened_and_never_fatal(monkeypatch: pytes
     assert kinds.count("unplugged") == 1
     assert sum(e.count for e in events if isinstance(e, Fault) and e.kind == "bus_error") == 11
     assert dead.shut
+
+
+class SocketPairCan(SocketcanBus):
+    """SocketCAN on a pair of sockets: what is written to `far` arrives as frames of the bus."""
+
+    def __init__(self) -> None:
+        self.socket, self.far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+
+    def shutdown(self) -> None:
+        self.socket.close()
+        self.far.close()
+
+    def __del__(self) -> None:
+        """Nothing to say: the bus behind it was never opened."""
+
+
+def test_socketcan_frames_are_read_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus = SocketPairCan()
+    frames = [
+        (300, b"12345678"),
+        (EXTENDED_BIT | 0x1ABCDEF, b""),
+        (1 << 30 | 300, b""),
+        (1 << 29 | 4, b"x"),
+        (5, b"ab"),
+    ]
+    for ident, data in frames:
+        bus.far.send(CAN_FRAME.pack(ident, len(data), data))
+    bus.far.send(b"a torn frame")
+    bus.far.send(CAN_FRAME.pack(6, 0, b""))
+    monkeypatch.setattr(can, "Bus", lambda **_: bus)
+    queue = EventQueue()
+    source = CanBus("socketcan", "can0", 1_000_000, queue.put)
+    source.start()
+    events = take_until(queue, lambda found: any(isinstance(event, Frame) and event.ident == 6 for event in found))
+    source.stop()
+    heard = [(event.ident, event.data) for event in events if isinstance(event, Frame)]
+    assert heard == [(300, b"12345678"), (EXTENDED_BIT | 0x1ABCDEF, b""), (5, b"ab"), (6, b"")]
+    assert "bus_error" in faults(events)
+
+
+def test_what_is_left_in_the_queue_wakes_nobody_but_comes_with_the_next_event_in_order() -> None:
+    queue = EventQueue()
+    frames: list[Event] = [Frame(n, "can", 1, b"") for n in range(TAKE_EVENTS + 5)]
+    for frame in frames:
+        queue.leave(frame)
+    queue.put(Tick(9))
+    assert [*queue.take(LIMIT_S), *queue.take(LIMIT_S)] == [*frames, Tick(9)]
+    queue.leave(frames[0])
+    assert queue.take(0.001) == [frames[0]]  # nobody rang, the time was over
 
 
 def test_an_unknown_can_interface_is_refused() -> None:

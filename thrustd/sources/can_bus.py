@@ -1,15 +1,21 @@
-"""A CAN bus as a source: messages stamped with monotonic time on arrival, by python-can's `recv` in our own loop.
+"""A CAN bus as a source: messages stamped with monotonic time on arrival, gathered in our own loop.
+
+python-can opens the bus; a SocketCAN socket is then read directly, every other interface by python-can's `recv`.
 
 python-can's Notifier is not used: an exception in `recv` ends its thread silently (hardbyte/python-can#1667), and its
-timestamps follow the wall clock. `interface` is any of python-can's (socketcan onboard, `virtual` and
-`udp_multicast` in tests).
+timestamps follow the wall clock. `interface` is any of python-can's (socketcan onboard).
 """
 
+import socket
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
+from select import select
+from struct import Struct
 
 import can
+from can.interfaces.socketcan import SocketcanBus
 
 from thrustd.errors import ConfigError
 from thrustd.sources.merge import Put
@@ -19,6 +25,10 @@ from thrustd.wire.can_table import EXTENDED_BIT
 
 CHANNEL = "can"
 TIMEOUT_S = 0.1
+GATHER_S = 0.001  # between two looks: messages hold until the next sample anyway, and every wake-up costs
+GATHER_MESSAGES = 256  # at once; SocketCAN keeps about 320
+ERROR, REMOTE = 1 << 29, 1 << 30  # flags beside EXTENDED_BIT (linux/can.h)
+CAN_FRAME = Struct("=IB3x8s")
 ERRORS_IN_A_ROW = 10  # failing receives before the bus is opened again
 TELL_NS = 100_000_000  # error frames are told in bunches, at most so often
 
@@ -84,22 +94,28 @@ class CanBus:
             bus.shutdown()
 
     def _listen(self, bus: can.BusABC) -> None:
-        stopping, put, clock_ns, failed = self._worker.stopping, self._put, self._clock_ns, 0
+        stopping, failed = self._worker.stopping, 0
+        gather = partial(_frames_of, bus.socket) if isinstance(bus, SocketcanBus) else partial(_messages_of, bus)
         while failed < ERRORS_IN_A_ROW and not stopping.is_set():
+            heard: list[tuple[int, bytes]] = []
             try:
-                message = bus.recv(TIMEOUT_S)
+                gather(heard)
+                failed = 0
             except Exception:  # a damaged datagram must not end the reception, a dead bus fails again at once
                 failed += 1
                 self._note_error()
-                continue
-            failed = 0
-            if message is None:
-                continue
-            if message.is_error_frame:
-                self._note_error()
-            elif not message.is_remote_frame:
-                ident = message.arbitration_id | (EXTENDED_BIT if message.is_extended_id else 0)
-                put(Frame(clock_ns(), CHANNEL, ident, bytes(message.data)))
+            self._hand_over(heard)
+            if heard:
+                time.sleep(GATHER_S)
+
+    def _hand_over(self, heard: list[tuple[int, bytes]]) -> None:
+        put, now_ns = self._put, self._clock_ns()
+        for ident, data in heard:
+            if ident & (ERROR | REMOTE):
+                if ident & ERROR:
+                    self._note_error()
+            else:
+                put(Frame(now_ns, CHANNEL, ident, data))
 
     def _note_error(self) -> None:
         self._errors += 1
@@ -107,3 +123,23 @@ class CanBus:
         if now_ns - self._told_ns >= TELL_NS:
             self._tell("bus_error", self._errors)
             self._told_ns, self._errors = now_ns, 0
+
+
+def _messages_of(bus: can.BusABC, heard: list[tuple[int, bytes]]) -> None:
+    """Add what has arrived, identifier with flags and data; waits for the first message."""
+    message = bus.recv(TIMEOUT_S)
+    while message is not None:
+        flags = (
+            EXTENDED_BIT * message.is_extended_id | ERROR * message.is_error_frame | REMOTE * message.is_remote_frame
+        )
+        heard.append((message.arbitration_id | flags, bytes(message.data)))
+        message = bus.recv(0) if len(heard) < GATHER_MESSAGES else None
+
+
+def _frames_of(port: socket.socket, heard: list[tuple[int, bytes]]) -> None:
+    """The same straight from SocketCAN: a sixth of the time, and one `struct can_frame` is all there is to it."""
+    if select([port], [], [], TIMEOUT_S)[0]:
+        with suppress(BlockingIOError):
+            while len(heard) < GATHER_MESSAGES:
+                ident, n_bytes, data = CAN_FRAME.unpack(port.recv(CAN_FRAME.size, socket.MSG_DONTWAIT))
+                heard.append((ident, data[:n_bytes]))

@@ -1,12 +1,13 @@
 """Many receivers, one stream: whatever arrives goes through one bounded queue in arrival order.
 
-Each receiver is a thread that stamps monotonic time and puts events; the reader takes them. When the reader is too
+Each receiver is a thread that stamps monotonic time and puts events; the reader takes them. What holds until the next
+sample anyway (CAN messages) wakes nobody: at 1 kHz that is a quarter of the context switches. When the reader is too
 slow the oldest frames are shed and counted (fresh data is worth more than old), and the count travels as a fault.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from queue import Empty, SimpleQueue
 from threading import Event as Flag
 from threading import Lock
 from typing import Protocol
@@ -30,43 +31,59 @@ class Receiver(Protocol):
 
 
 class EventQueue:
-    """Bounded; the oldest frames and ticks go first, faults stay. `put` may be called from any thread."""
+    """Bounded; the oldest frames and ticks go first, faults stay. One thread takes, any thread puts."""
 
-    __slots__ = ("_counting", "_max_events", "_queue", "shed_events")
+    __slots__ = ("_bell", "_counting", "_events", "_max_events", "_more", "shed_events")
 
     def __init__(self, max_events: int = MAX_EVENTS) -> None:
-        self._queue: SimpleQueue[Event] = SimpleQueue()
+        self._events: deque[Event] = deque()
+        self._bell = Lock()  # free = there is something to do; taken = the reader may sleep
+        self._bell.acquire()
         self._max_events = max_events
+        self._more = False  # left over from the last `take`
         self._counting = Lock()
         self.shed_events = 0  # since the start
 
     def put(self, event: Event) -> None:
-        self._queue.put(event)
-        if self._queue.qsize() > self._max_events:
+        """Append, and wake the reader."""
+        self._events.append(event)
+        if self._bell.locked():
+            with suppress(RuntimeError):  # another thread was faster
+                self._bell.release()
+        if len(self._events) > self._max_events:
+            self._shed()
+
+    def leave(self, event: Event) -> None:
+        """Append without waking anybody: for what changes nothing until the next sample or tick."""
+        self._events.append(event)
+        if len(self._events) > self._max_events:
             self._shed()
 
     def waiting(self) -> int:
         """Events that nobody has taken yet."""
-        return self._queue.qsize()
+        return len(self._events)
 
     def take(self, timeout_s: float = POLL_S) -> list[Event]:
-        """What has arrived, waiting up to `timeout_s` for the first event."""
-        events: list[Event] = []
-        with suppress(Empty):
-            events.append(self._queue.get(timeout=timeout_s))
-            for _ in range(min(self._queue.qsize(), TAKE_EVENTS)):
-                events.append(self._queue.get_nowait())
-        return events
+        """What has arrived, when something was put or after `timeout_s`."""
+        events = self._events
+        if not self._more and self._bell.acquire(timeout=timeout_s) and not events:
+            self._bell.acquire(timeout=timeout_s)  # that ring was for events already taken
+        taken: list[Event] = []
+        with suppress(IndexError):  # shed meanwhile
+            for _ in range(min(len(events), TAKE_EVENTS)):
+                taken.append(events.popleft())
+        self._more = len(taken) == TAKE_EVENTS
+        return taken
 
     def _shed(self) -> None:
         """Throw the oldest event away; faults go round to the back, at most once each."""
-        with suppress(Empty):
-            oldest = self._queue.get_nowait()
+        with suppress(IndexError):
+            oldest = self._events.popleft()
             for _ in range(self._max_events):
                 if not isinstance(oldest, Fault):
                     break
-                self._queue.put(oldest)
-                oldest = self._queue.get_nowait()
+                self._events.append(oldest)
+                oldest = self._events.popleft()
             with self._counting:
                 self.shed_events += 1
 
