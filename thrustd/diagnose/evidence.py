@@ -47,16 +47,18 @@ class Evidence:
         """What an unknown state at the start of each segment may add to the force (n, k): decays of the slow modes.
 
         A model starts settled, the mount it models was at work before the record began; nothing else about the first
-        minutes is evidence of an effect.
+        minutes is evidence of an effect. Modes slower than the record go together: apart they would pass for a drift.
         """
         columns = []
-        slow = [m.tau_s for m in spec.linear.real_modes if abs(m.gain) > START_GAIN and m.tau_s > 5 * self.row_s]
+        slow = [m for m in spec.linear.real_modes if abs(m.gain) > START_GAIN and m.tau_s > 5 * self.row_s]
         for i in np.argsort([-len(segment) for segment in self.segments])[:START_SEGMENTS]:
             mine = self.segment == i
             since_s = np.where(mine, self.time_s - self.segments[i].start_s, 0.0)
-            for tau_s in slow:
-                if tau_s < len(self.segments[i]) * self.segments[i].dt_s:
-                    columns.append(np.where(mine, np.exp(-np.minimum(since_s / tau_s, 50.0)), 0.0))
+            whole_s = len(self.segments[i]) * self.segments[i].dt_s
+            decays = [(m, mine * np.exp(-np.minimum(since_s / m.tau_s, 50.0))) for m in slow]
+            columns += [decay for m, decay in decays if m.tau_s < whole_s]
+            slowest = [abs(m.gain) * decay for m, decay in decays if m.tau_s >= whole_s]
+            columns += [np.sum(slowest, axis=0)] if slowest else []
         return np.column_stack(columns) if columns else np.empty((len(self.time_s), 0))
 
     def white_n2(self, spec: ModelSpec) -> float:
