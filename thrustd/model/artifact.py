@@ -138,7 +138,9 @@ def read_model(text: str | bytes, where: str) -> ModelSpec:
     try:
         spec = msgspec.json.decode(text, type=ModelSpec)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as problem:
-        raise ModelError(f"{where}: not a {SCHEMA} artifact: {problem}") from None
+        cut = "Input data was truncated" in str(problem)
+        said = "the file is truncated, it ends in the middle; expected a whole JSON object" if cut else problem
+        raise ModelError(f"{where}: not a {SCHEMA} artifact: {said}") from None
     _check(spec, where)
     return spec
 
