@@ -1,107 +1,179 @@
 """Fly for hours on the real wire, faster than life: `python -m benchmarks.soak --hours 24 --speed 10`.
 
-The twin's flight goes through a pty and a CAN bus into an unchanged daemon. Its memory is looked at all the while; at
-the end its counters must add up to what was sent, and replaying its log must give its estimates bit for bit.
+The twin's flight goes through a pty and a CAN bus into the daemon with the shipped models, whose clocks run as much
+faster (`benchmarks/fast_clock.py`), so that to it everything happens in real time. Its memory is looked at all the
+while; at the end its counters must add up to what was sent, and replaying its logs must give its outputs bit for bit.
+`--minutes 60` ends it after an hour of our time, however far it has come. A log takes 100 to 200 MB per hour of flight.
 """
 
 import argparse
-import os
-import subprocess
+import math
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import msgspec
 import numpy as np
 import psutil
+from numpy.typing import NDArray
+from rich.progress import Progress, TaskID
 
-from tests.hil.test_hil import PATIENCE_S, ServiceManager, start
-from tests.reliability.rig import Daemon, reliable_aircraft, twin_flight
+from benchmarks.soak_check import Checked, check
+from tests.hil.test_hil import ServiceManager
+from tests.reliability.rig import Daemon, free_port
 from thrustd.cli.status import read_status
-from thrustd.installation import read_installation
-from thrustd.replay import replay
-from thrustd.sources.log_run import LogRun
-from thrustd.sources.mcap_log import LogFile
-from thrustd.types import Frame
+from thrustd.errors import UsageError
+from thrustd.installation import Installation, read_installation
+from thrustd.sources.paced import paced
+from thrustd.twin.flight import Rates, Truth, fly, scripted_flight
+from thrustd.twin.hil import Bench
+from thrustd.types import Event, Frame
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 LOOK_S = 5.0
+SETTLE_S = 0.2  # after the last frame, until everything has been worked on
 WARM_UP = 0.25  # of the time: caches fill, then memory must stay
-TOPICS = ("/estimate/left", "/estimate/right", "/mount/left_upper")
+BATCHES = 10
+ROOT = Path(__file__).parents[1]
+
+
+class Sent(NamedTuple):
+    """What went onto the wires, and how the daemon looked meanwhile."""
+
+    hours: float  # of flight
+    minutes: float  # of our time
+    adc_bytes: int
+    can_messages: int
+    lost: tuple[int, int]  # serial chunks and CAN messages that the wires did not take
+    memory: NDArray[np.float64]  # (n, 2) hours of flight, MB
+    daemon_cpu: float  # of one core
+    status: dict[str, Any]  # the health page at the end
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--hours", type=float, default=24.0, help="of flight")
     parser.add_argument("--speed", type=float, default=10.0)
+    parser.add_argument("--minutes", type=float, default=math.inf, help="of our time, at most")
+    parser.add_argument("--check-hours", type=float, default=math.inf, help="of flight that are replayed afterwards")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        config = reliable_aircraft(folder)
-        flight = twin_flight(config, arguments.hours * 3600, arguments.seed)
+        config = shipped_aircraft(folder)
         with ServiceManager(folder / "notify") as manager:
-            daemon = Daemon(config, manager)
+            daemon = Daemon(config, manager, ("benchmarks.fast_clock", str(arguments.speed)))
             try:
-                sent, memory, status = play(config, flight, arguments.speed, daemon.process.pid)
+                sent = play(config, arguments, daemon.process.pid)
                 words = daemon.stop()
             finally:
                 daemon.close()
-        report(folder, flight, sent, memory, status)
+        report(sent, check(sorted((folder / "logs").glob("*.mcap")), arguments.check_hours * 3600))
         print(f"daemon's exit status {daemon.process.returncode}, tracebacks {words.count('Traceback')}")
 
 
-def play(config: Path, flight: Path, speed: float, pid: int) -> tuple[dict[str, Any], np.ndarray, dict[str, Any]]:
-    """-> (what the bench sent, memory (n, 2) of hours flown and MB, last status)."""
-    health = read_installation(config).config.health
-    assert health is not None
-    process, rows, begin_s = psutil.Process(pid), [], time.monotonic()
-    verb = ["simulate", "--hil", str(config), "--log", str(flight), "--speed", str(speed), "--json"]
-    bench = start(verb, dict(os.environ))
-    while bench.poll() is None:
-        rows.append(((time.monotonic() - begin_s) * speed / 3600, process.memory_info().rss * 1e-6))
-        try:
-            bench.wait(LOOK_S)
-        except subprocess.TimeoutExpired:
-            continue
-    out, _ = bench.communicate(timeout=PATIENCE_S)
-    time.sleep(LOOK_S)  # what is in flight arrives
-    return msgspec.json.decode(out), np.array(rows), read_status(f"http://127.0.0.1:{health.port}/metrics")
+def shipped_aircraft(folder: Path) -> Path:
+    """deploy/hil.toml with its own wires, port and folders, and no limit to the logs but the disk."""
+    text = (ROOT / "deploy" / "hil.toml").read_text()
+    places = {
+        '"../out/hil"': f'"{folder}/logs"', "../out/hil": str(folder), "/tmp/thrustd-hil": f"{folder}/",
+        '"../': f'"{ROOT}/', '"canaerospace': f'"{ROOT}/deploy/canaerospace',
+        "9105": str(free_port()), "8765": str(free_port()),
+    }  # fmt: skip
+    for before, after in places.items():
+        assert before in text, before
+        text = text.replace(before, after)
+    config = folder / "aircraft.toml"
+    config.write_text(text)
+    return config
 
 
-def report(folder: Path, flight: Path, sent: dict[str, Any], memory: np.ndarray, status: dict[str, Any]) -> None:
-    logs = sorted((folder / "logs").glob("*.mcap"))
-    run = LogRun(logs)
-    frames_sent, messages_sent = counted(LogFile(flight))
-    frames_logged, messages_logged = counted(run)
-    settled = memory[int(len(memory) * WARM_UP) :]
-    slope_mb_h = float(np.polyfit(settled[:, 0], settled[:, 1], 1)[0])
-    print(f"flown {sent['sent_s'] / 3600:.2f} h in {len(memory) * LOOK_S / 60:.1f} min")
-    print(f"ADC frames sent {frames_sent}, lost by the pty {sent['serial_lost']}, in the log {frames_logged}")
-    print(f"CAN messages sent {messages_sent}, refused by the bus {sent['can_lost']}, in the log {messages_logged}, "
+def play(config: Path, arguments: argparse.Namespace, pid: int) -> Sent:
+    installation = read_installation(config)
+    wires, process = installation.config, psutil.Process(pid)
+    assert wires.health is not None
+    bench = Bench(Path(wires.adc.port), wires.can.interface, wires.can.channel)
+    with Progress() as progress:
+        task = progress.add_task("flying", total=arguments.hours)
+        watch = Watch(process, f"http://127.0.0.1:{wires.health.port}/metrics", progress, task)
+        begin_s, cpu_s = time.monotonic(), sum(process.cpu_times()[:2])
+        events = watch.over(flight(installation, arguments.hours * 3600, arguments.seed), arguments.minutes * 60)
+        out = bench.play(paced(events, arguments.speed))
+        seconds, cpu_s = time.monotonic() - begin_s, sum(process.cpu_times()[:2]) - cpu_s
+    time.sleep(SETTLE_S)
+    status = read_status(watch.url)
+    bench.close()
+    lost = (out.serial_lost, out.can_lost)
+    memory = np.array(watch.rows)
+    return Sent(
+        out.sent_s / 3600, seconds / 60, watch.adc_bytes, out.can_messages, lost, memory, cpu_s / seconds, status
+    )
+
+
+def flight(installation: Installation, seconds: float, seed: int) -> Iterator[Event]:
+    profile, airframe = scripted_flight(seconds, seed)
+    rates = Rates(adc_hz=installation.config.adc.sample_hz)
+    for item in fly(profile, airframe, installation.can_table(ICD_INPUT_ROWS), seed, rates):
+        if not isinstance(item, Truth):
+            yield item
+
+
+class Watch:
+    """Looks at the daemon every few seconds while its events are handed out."""
+
+    def __init__(self, process: psutil.Process, url: str, progress: Progress, task: TaskID) -> None:
+        self.url, self.rows, self.adc_bytes = url, [(0.0, process.memory_info().rss * 1e-6)], 0
+        self._process, self._progress, self._task = process, progress, task
+
+    def over(self, events: Iterator[Event], limit_s: float) -> Iterator[Event]:
+        begin_s = look_s = time.monotonic()
+        first_ns = None
+        for number, event in enumerate(events):
+            first_ns = event.t_ns if first_ns is None else first_ns
+            if number % 1000 == 0 and time.monotonic() > look_s + LOOK_S:
+                look_s = time.monotonic()
+                self._look((event.t_ns - first_ns) / 3.6e12)
+                if look_s - begin_s > limit_s:
+                    return
+            if isinstance(event, Frame) and event.channel == "adc":
+                self.adc_bytes += len(event.data)
+            yield event
+
+    def _look(self, hours: float) -> None:
+        megabytes = self._process.memory_info().rss * 1e-6
+        self.rows.append((hours, megabytes))
+        self._progress.update(self._task, completed=hours, description=f"flying, {hours:.2f} h, {megabytes:.1f} MB")
+
+
+def slope(rows: NDArray[np.float64]) -> tuple[float, float]:
+    """(slope, its one sigma) of y over x, rows (n, 2): a line through means of batches, nearly independent."""
+    means = np.array([batch.mean(axis=0) for batch in np.array_split(rows, BATCHES)])
+    coefficients, covariance = np.polyfit(means[:, 0], means[:, 1], 1, cov=True)
+    return float(coefficients[0]), float(np.sqrt(covariance[0, 0]))
+
+
+def report(sent: Sent, checked: Checked) -> None:
+    status = sent.status
+    settled = sent.memory[int(len(sent.memory) * WARM_UP) :]
+    print(f"flown {sent.hours:.2f} h in {sent.minutes:.1f} min ({sent.hours * 60 / sent.minutes:.1f} x), "
+          f"daemon at {sent.daemon_cpu:.0%} of a core")  # fmt: skip
+    print(f"ADC bytes sent {sent.adc_bytes}, chunks lost by the pty {sent.lost[0]}, bytes logged {checked.adc_bytes}")
+    print(f"CAN messages sent {sent.can_messages}, refused by the bus {sent.lost[1]}, logged {checked.can_messages}, "
           f"counted by the daemon {status['events_total']['can']:.0f}")  # fmt: skip
     print(f"shed {status['shed_events_total']:.0f}, missing in the log {status['log_missing_items_total']}, "
-          f"events missing by number {run.missing_events}")  # fmt: skip
-    print(f"memory {settled[0, 1]:.1f} MB -> {settled[-1, 1]:.1f} MB, slope {slope_mb_h:+.2f} MB per hour of flight")
-    again = folder / "again.mcap"
-    replay(logs[0], again)
-    live, replayed = ([message.data for message in LogFile(path).messages(TOPICS)] for path in (logs[0], again))
-    same = sum(a == b for a, b in zip(live, replayed, strict=True))
-    print(f"live and replay: {same} of {len(live)} outputs equal to the last bit (first file of {len(logs)})")
+          f"events missing by number {checked.missing_events}")  # fmt: skip
+    if len(settled) > 2 * BATCHES:
+        kilobytes_h, sigma = (1000 * value for value in slope(settled))
+        print(f"memory {settled[0, 1]:.1f} MB -> {settled[-1, 1]:.1f} MB, {kilobytes_h:+.1f} +- {sigma:.1f} kB per "
+              f"hour of flight (one sigma), {len(settled)} samples after the first {WARM_UP:.0%}")  # fmt: skip
+    print(f"live and replay, {checked.replayed_h:.2f} h: {checked.same} of {checked.outputs} outputs equal to the last "
+          f"bit; {checked.files} files")  # fmt: skip
     print(f"faults: { {name: int(count) for name, count in status.get('faults_total', {}).items()} }")
 
 
-def counted(log: LogFile | LogRun) -> tuple[int, int]:
-    """(ADC frames, CAN messages) among the raw events."""
-    frames = messages = 0
-    for event in log.events():
-        if isinstance(event, Frame):
-            if event.channel == "adc":
-                frames += event.data.count(0)
-            else:
-                messages += 1
-    return frames, messages
-
-
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except UsageError as problem:  # no answer from the health page
+        raise SystemExit(str(problem)) from None

@@ -59,10 +59,11 @@ def write_aircraft(folder: Path) -> Path:
     return path
 
 
-def start(verb: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "thrustd", *verb], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+def start(
+    verb: list[str], environment: dict[str, str], program: tuple[str, ...] = ("thrustd",)
+) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", *program, *verb]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 class ServiceManager:

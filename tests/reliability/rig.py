@@ -50,11 +50,11 @@ def twin_flight(config: Path, seconds: float, seed: int) -> Path:
 
 
 class Daemon:
-    """`thrustd run` under a service manager."""
+    """`thrustd run` under a service manager; `program`: another module that runs it, with its arguments."""
 
-    def __init__(self, config: Path, manager: ServiceManager) -> None:
+    def __init__(self, config: Path, manager: ServiceManager, program: tuple[str, ...] = ("thrustd",)) -> None:
         self._manager = manager
-        self.process = start(["run", str(config)], manager.environment())
+        self.process = start(["run", str(config)], manager.environment(), program)
         manager.wait_for("READY=1")
 
     def beats(self, count: int) -> None:
