@@ -113,6 +113,7 @@ def _hil(arguments: argparse.Namespace) -> dict[str, Any]:
     bench = Bench(Path(config.adc.port), config.can.interface, config.can.channel)
     note(f"ADC on {config.adc.port}, CAN on {config.can.interface} {config.can.channel}")
     try:
+        bench.wait_for_reader()
         with progress("hardware in the loop") as advance:
             report = bench.play(paced(_events(arguments, advance), arguments.speed))
     finally:

@@ -5,15 +5,21 @@ is counted.
 """
 
 import os
+import time
 import tty
 from collections.abc import Iterable
 from pathlib import Path
+from select import POLLHUP, poll
 
 import can
 import msgspec
 
 from thrustd.errors import UsageError
 from thrustd.types import Event, Fault, Frame
+
+PATIENCE_S = 60.0
+LOOK_S = 0.02
+SETTLE_S = 0.2  # pyserial throws away what came while it was opening
 
 
 class HilReport(msgspec.Struct):
@@ -44,6 +50,21 @@ class Bench:
             self._close_pty()
             raise UsageError(f"cannot set up {port} and CAN {interface} {channel}: {problem}") from None
         self.report = HilReport()
+
+    def wait_for_reader(self, patience_s: float = PATIENCE_S) -> None:
+        """Return when somebody reads the port: what is written before goes nowhere. UsageError when nobody comes."""
+        name = os.ttyname(self._slave)
+        os.close(self._slave)  # as long as nobody has that side open, ours says "hung up"
+        watch, ends_s, alone = poll(), time.monotonic() + patience_s, True
+        watch.register(self._master, 0)
+        while alone and time.monotonic() < ends_s:
+            alone = any(state & POLLHUP for _, state in watch.poll(0))
+            time.sleep(LOOK_S if alone else SETTLE_S)
+        self._slave = os.open(name, os.O_RDWR | os.O_NOCTTY)
+        if alone:
+            raise UsageError(
+                f"{self._port}: nobody opened it in {patience_s:g} s, expected `thrustd run`"
+            )
 
     def play(self, events: Iterable[Event | Fault]) -> HilReport:
         """Put every frame on its wire, as fast as `events` hands them out."""
