@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.smoother import smooth
-from thrustd.fusion.thrust_filter import FusionInputs, ThrustFilter
+from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.installation import CONFIG, Installation, installation_from_files, read_installation
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording

@@ -14,12 +14,14 @@ from math import isfinite, nan
 from typing import Any
 
 from thrustd.brochure.deck import Deck, DeckEstimate
+from thrustd.brochure.hand_over import HandOver
 from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
 from thrustd.fault_status import FaultStatus
+from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.monitor import Layout, Monitor, MonitorVerdict
 from thrustd.fusion.settings import FusionSettings, check_settings
-from thrustd.fusion.thrust_filter import FusionInputs, ThrustFilter
+from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.model.compile import CompiledModel
 from thrustd.mount_route import MountRoute, MountState
 from thrustd.signals import CATALOGUE
@@ -35,6 +37,7 @@ DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itsel
 LOW_MM, HIGH_MM = CATALOGUE["deformation_mm"].low, CATALOGUE["deformation_mm"].high
 LONGEST_PAUSE_S = 60.0  # of a warm restart; the models step through it when the first sample comes
 NEVER = (-1, -1)
+ENGINE_READINGS = ("n1_pct", "fuel_flow_kg_s")  # what the brochure thrust is made of
 SILENT_AFTER_PERIODS = 2.5  # no ADC sample for so many fused periods: ticks take over
 
 
@@ -73,6 +76,7 @@ class Pipeline:
         self._monitor = Monitor(self._layout)
         self._filters = tuple(ThrustFilter(settings, e, name) for e, name in enumerate(engines))
         self._n1_rates = tuple(SmoothRate() for _ in engines)
+        self._hand_overs = tuple(HandOver() for _ in engines)
         self._samples_per_step = round(config.adc.sample_hz / config.steps.estimate_hz)
         self._step_ns = round(1e9 / config.steps.estimate_hz)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
@@ -272,15 +276,20 @@ class Pipeline:
         mine = [states[i] for i in self._layout.mounts_of_engine[engine]]
         load_factors = (self._hold.value(t_ns, "accel_x_g"), self._hold.value(t_ns, "accel_z_g"))
         n1_known = ("n1_pct", engine) not in verdict.excluded
+        n1_pct = self._hold.value(t_ns, "n1_pct", engine) if n1_known else nan
+        n1_rate = n1_rate if n1_known else nan
+        brochure = self._hand_overs[engine].step(t_ns, deck, n1_pct, n1_rate)
         return self._filters[engine].step(
             FusionInputs(
                 t_ns=t_ns,
                 mount_n=mounts.force_n,
                 mount_std_n=mounts.std_n,
-                brochure_n=deck.thrust_n,
-                brochure_std_n=deck.std_n,
-                n1_pct=self._hold.value(t_ns, "n1_pct", engine) if n1_known else nan,
-                n1_rate_pct_s=n1_rate if n1_known else nan,
+                brochure_n=brochure.thrust_n,
+                brochure_std_n=brochure.std_n,
+                n1_pct=n1_pct,
+                n1_rate_pct_s=n1_rate,
+                brochure_lag_n=brochure.lag_n,
+                brochure_age_s=self._hold.age_s(t_ns, ENGINE_READINGS, engine),
                 load_share=mounts.load_share,
                 mount_extrapolating=any(state.extrapolating for state in mine),
                 brochure_extrapolating=deck.extrapolating,

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from thrustd.errors import ConfigError
+from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.smoother import smooth
-from thrustd.fusion.thrust_filter import FusionInputs, ThrustFilter
+from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.types import Status
 
 HZ = 10.0
@@ -84,7 +85,7 @@ def test_smoothing_is_rauch_tung_striebel():
     """Against filterpy's own smoother; the smoothed band is never wider than the filtered one."""
     _, _, _, records = flown(3, 20.0)
     smoothed = smooth(records)
-    kf = KalmanFilter(dim_x=5, dim_z=1)
+    kf = KalmanFilter(dim_x=6, dim_z=1)
     columns = [np.array([getattr(record, name) for record in records]) for name in ("x", "p", "f", "q")]
     x, p, _, _ = kf.rts_smoother(columns[0][:, :, None], *columns[1:])
     assert smoothed.thrust_n == pytest.approx(x[:, 0, 0], abs=0.5)
@@ -164,7 +165,7 @@ def test_a_restored_filter_goes_on_as_the_first():
         assert second.step(inputs(k, 3010.0, 3040.0)) == first.step(inputs(k, 3010.0, 3040.0))
 
 
-@pytest.mark.parametrize("change", [{"p": [nan] * 25}, {"p": [0.0] * 25}, {"x": [1.0]}, {"clock": None}])
+@pytest.mark.parametrize("change", [{"p": [nan] * 36}, {"p": [0.0] * 36}, {"x": [1.0]}, {"clock": None}])
 def test_a_damaged_memory_is_refused(change):
     first, _ = settled()
     memory = {key: value for key, value in {**first.snapshot(), **change}.items() if value is not None}

@@ -26,6 +26,8 @@ from thrustd.types import Fault, Status
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
 OPINIONS = 5
+MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: the throttle was moved
+TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 RESTING_S = 2.0
 AGREE_WITHIN = 0.04
 ENGINE_SIGNALS = ("fuel_flow_kg_s", "n1_pct", "n2_pct")
@@ -170,6 +172,7 @@ class Monitor:
             if watch is None:
                 watch = self._watches[sensor] = SignalWatch(LIMITS[sensor[0]])
             watch.step(value, self._active(sensor, inputs, flying))
+        self._acquit_jumps()
         self._watch_temperature(inputs)
         shared_doubt = any(self._out(sensor) for sensor in values if sensor[0] in SHARED_SIGNALS)
         for engine, opinions in enumerate(self._engines):
@@ -199,6 +202,19 @@ class Monitor:
                 del self._judged[sensor]
         elif abs(inputs.pressure_altitude_m - self._sat_since_m) > SAT_CLIMB_M and not self._altitude_out():
             self._judged[sensor] = "stuck"
+
+    def _acquit_jumps(self) -> None:
+        """A throttle that is cut moves fuel flow, spools and both mounts: what jumps with them did not fail."""
+        for engine, mounts in enumerate(self._layout.mounts_of_engine):
+            n1, n2 = self._watches["n1_pct", engine], self._watches["n2_pct", engine]
+            spools_moved = any(abs(spool.change(MOVED_STEPS)) > MOVED_PCT for spool in (n1, n2) if not spool.doubted)
+            last = [self._watches["deformation_mm", i].change(1) for i in mounts]
+            together = len(mounts) > 1 and max(last) * min(last) > 0.0 and min(map(abs, last)) > TOGETHER_MM
+            for i in mounts:
+                if spools_moved or together:
+                    self._watches["deformation_mm", i].acquit()
+            if spools_moved:
+                self._watches["fuel_flow_kg_s", engine].acquit()
 
     def _altitude_out(self) -> bool:
         return self._out(("pressure_altitude_m", 0))

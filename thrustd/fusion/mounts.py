@@ -1,14 +1,18 @@
 """From the forces of single mounts to the force on the engine, with whichever mounts are believed.
 
-both mounts    F = sum F_i,  share = F_upper / F
+both mounts    F = sum F_i,  share = sum F_upper F dt / sum F^2 dt      (least squares: F_upper = share F)
 one mount      F = F_i / share_i,  share from the time when both were believed; one sigma of share widens the band
+
+At idle the ratio F_upper / F says more of the transducers' zeros than of the share: least squares weigh it little.
 """
 
 from math import isfinite, nan, sqrt
 from typing import NamedTuple
 
-SHARE_FLOOR_N = 400.0  # below this total the share is noise
-SHARE_TAU_S = 60.0  # slower still than a throttle movement; averages of what there was so far before that
+UPPER_SHARE = 5079.0 / (5079.0 + 5954.0)  # fore and aft spring rates of the two isolators, thesis table 4.1
+PRIOR_N2_S = 2000.0**2 * 5.0  # what the spring rates are worth: five seconds at 2 kN
+MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN: slower than a throttle movement
+MAX_STEP_S = 1.0
 SHARE_STD = 0.02  # of one mount's part, when scaled from the other
 
 
@@ -22,11 +26,11 @@ class EngineMounts(NamedTuple):
 
 
 class MountCombiner:
-    """Keeps the slow load share of one engine. Starts from equal parts."""
+    """Keeps the slow load share of one engine. Starts from the spring rates."""
 
     def __init__(self) -> None:
-        self._share = 0.5
-        self._age_s = 0.0
+        self._share = UPPER_SHARE
+        self._weight_n2_s = PRIOR_N2_S
 
     @property
     def share(self) -> float:
@@ -40,10 +44,8 @@ class MountCombiner:
         usable = [i for i, force in enumerate(forces_n) if believed[i] and isfinite(force)]
         if len(usable) == len(forces_n) and len(forces_n) > 0:
             total = sum(forces_n)
-            if len(forces_n) == 2 and total > SHARE_FLOOR_N:
-                self._age_s = min(self._age_s + dt_s, SHARE_TAU_S)
-                gain = min(dt_s / max(self._age_s, 1.0), 1.0)
-                self._share += gain * (min(max(forces_n[0] / total, 0.2), 0.8) - self._share)
+            if len(forces_n) == 2 and total > 0.0:
+                self._learn(forces_n[0], total, min(dt_s, MAX_STEP_S))
             # models of one rig share their errors: sigmas add, they do not average out
             return EngineMounts(total, sum(stds_n), self._share, False)
         if not usable:
@@ -55,7 +57,12 @@ class MountCombiner:
         return EngineMounts(force, std, self._share, True)
 
     def snapshot(self) -> list[float]:
-        return [self._share, self._age_s]
+        return [self._share, self._weight_n2_s]
 
     def restore(self, state: list[float]) -> None:
-        self._share, self._age_s = state
+        self._share, self._weight_n2_s = state
+
+    def _learn(self, upper_n: float, total_n: float, dt_s: float) -> None:
+        news = total_n * total_n * dt_s
+        self._weight_n2_s = min(self._weight_n2_s + news, MEMORY_N2_S)
+        self._share += news / self._weight_n2_s * (min(max(upper_n / total_n, 0.2), 0.8) - self._share)

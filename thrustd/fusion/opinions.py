@@ -16,7 +16,7 @@ from thrustd.fusion.signal_watch import STEP_S
 
 UPPER, LOWER, FUEL_FLOW, N1, N2 = range(5)
 TOLERANCE = (0.14, 0.14, 0.15, 0.14, 0.16)  # of the scale, steady: usual deviations change by 8 % with the throttle
-LAG_S = (0.4, 0.4, 4.0, 1.5, 2.5)  # tolerance per relative thrust rate
+LAG_S = (0.4, 0.4, 8.0, 1.5, 2.5)  # tolerance per relative thrust rate
 SCALE_FLOOR_N = 2500.0
 RATE_MEMORY_S = 8.0
 C_PART = 0.2  # per step, of the consensus' low pass
@@ -99,7 +99,9 @@ class Opinions:
         return suspects[0] if largest > ALONE_FACTOR * max(sizes) else -1
 
     def _learn(self, usable: list[int]) -> None:
+        # at idle the deviations are zeros of transducers and the foot of the deck: they say little of other powers
+        step_s = STEP_S * min(abs(self._last_c) / SCALE_FLOOR_N, 1.0) ** 2
         for i in usable:
-            self.age_s[i] += STEP_S
+            self.age_s[i] += step_s
             tau_s = min(max(self.age_s[i], 2.0), SLOW_S)
-            self.usual[i] += STEP_S / tau_s * self.deviation[i]
+            self.usual[i] += step_s / tau_s * self.deviation[i]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, THRUST, Matrix
+from thrustd.fusion.dynamics import RATE, THRUST, Matrix
 from thrustd.fusion.thrust_filter import StepRecord
 
 
@@ -23,14 +23,12 @@ class Smoothed(NamedTuple):
     thrust_n: Matrix
     thrust_std_n: Matrix
     thrust_rate_n_s: Matrix
-    mount_bias_n: Matrix
-    brochure_error_n: Matrix
 
 
 def smooth(records: Sequence[StepRecord]) -> Smoothed:
     """Smooth a flight; `records` in the order of the steps. An empty flight gives empty rows."""
     if not records:
-        return Smoothed(np.zeros(0, dtype=np.int64), *(np.zeros(0) for _ in range(5)))
+        return Smoothed(np.zeros(0, dtype=np.int64), *(np.zeros(0) for _ in range(3)))
     x = np.array([record.x for record in records])
     std_n = np.zeros(len(records))
     p_next = records[-1].p
@@ -39,7 +37,7 @@ def smooth(records: Sequence[StepRecord]) -> Smoothed:
             x[k], p_next = _backward(records[k], records[k + 1], x[k + 1], p_next)
         std_n[k] = np.sqrt(p_next[THRUST, THRUST])
     t_ns = np.array([record.t_ns for record in records], dtype=np.int64)
-    return Smoothed(t_ns, x[:, THRUST], std_n, x[:, RATE], x[:, MOUNT], x[:, ENGINE])
+    return Smoothed(t_ns, x[:, THRUST], std_n, x[:, RATE])
 
 
 def _backward(now: StepRecord, later: StepRecord, x_later: Matrix, p_later: Matrix) -> tuple[Matrix, Matrix]:
