@@ -14,6 +14,7 @@ from thrustd.flight_score import FlightScore, Score, TruthRow
 from thrustd.installation import WARM_START, Installation, WarmStart, installation_from_files
 from thrustd.loop import run
 from thrustd.sinks.mcap_log import LogWriter, new_log
+from thrustd.sources.log_run import LogRun
 from thrustd.sources.mcap_log import LogFile
 from thrustd.types import Estimate, Event, Fault, Output
 from thrustd.wire.log_layout import LogHeader
@@ -34,7 +35,7 @@ class ReplaySummary(msgspec.Struct, frozen=True):
     faults: dict[str, int]  # "where kind" -> count
 
 
-def open_installation(log: LogFile, config: Installation | None) -> Installation:
+def open_installation(log: LogRun | LogFile, config: Installation | None) -> Installation:
     """The given installation, or the one kept in the log."""
     if config is not None:
         return config
@@ -43,25 +44,26 @@ def open_installation(log: LogFile, config: Installation | None) -> Installation
 
 
 def replay(
-    path: Path,
+    path: Path | Sequence[Path],
     out: Path | None,
     config: Installation | None = None,
     pace: Callable[[Iterator[Event]], Iterator[Event]] = iter,
     advance: Callable[[float], None] = lambda fraction: None,
     picture: FlightPicture | None = None,
 ) -> ReplaySummary:
-    """Replay the log at `path`; outputs and truth go to the log `out`, estimates to `picture`.
+    """Replay a log, or the files of one run; outputs and truth go to the log `out`, estimates to `picture`.
 
     `pace` may delay the events (playback at --speed 1); `advance` hears the fraction done.
     """
-    log = LogFile(path)
+    paths = (path,) if isinstance(path, Path) else path
+    log = LogRun(paths)
     installation = open_installation(log, config)
     pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
     score = flight_score(installation)
     count = _Count(log, advance)
     with ExitStack() as opened:
         writer = opened.enter_context(new_log(out, _header(installation, log.header))) if out is not None else None
-        truth = truth_rows(path, score.names)
+        truth = truth_rows(LogRun(paths), score.names)
         if writer is not None:
             truth = _copied(truth, writer)
         score.follow(truth)
@@ -84,7 +86,7 @@ def _header(installation: Installation, source: LogHeader) -> LogHeader:
     return installation.log_header(epoch_offset_ns=source.epoch_offset_ns, run=source.run, notes=source.notes)
 
 
-def _start_of(log: LogFile) -> WarmStart | None:
+def _start_of(log: LogRun) -> WarmStart | None:
     """The state that the recorded run took over from the one before, when it did."""
     note = log.header.notes.get(WARM_START)
     if note is None or log.header.part > 0:
@@ -110,11 +112,11 @@ class _Truth(msgspec.Struct):
     force_n: float = nan
 
 
-def truth_rows(path: Path, names: Sequence[str]) -> Iterator[TruthRow]:
+def truth_rows(log: LogRun, names: Sequence[str]) -> Iterator[TruthRow]:
     """What a simulated flight really did to `names`, in file order; nothing for a real one."""
     decode = msgspec.json.Decoder(_Truth).decode
     by_topic = {f"/truth/{name}": name for name in names}
-    for message in LogFile(path).messages(by_topic):
+    for message in log.messages(by_topic):
         row = decode(message.data)
         yield TruthRow(by_topic[message.topic], row.t_ns, row.thrust_n if isfinite(row.thrust_n) else row.force_n)
 
@@ -128,7 +130,7 @@ def _copied(rows: Iterator[TruthRow], writer: LogWriter) -> Iterator[TruthRow]:
 class _Count:
     """Counts events and says how far the file is."""
 
-    def __init__(self, log: LogFile, advance: Callable[[float], None]) -> None:
+    def __init__(self, log: LogRun, advance: Callable[[float], None]) -> None:
         self.events = 0
         self._log, self._advance = log, advance
 
@@ -138,7 +140,7 @@ class _Count:
             self._advance(self._log.position_bytes / max(self._log.size_bytes, 1))
 
 
-def _summary(log: LogFile, score: FlightScore, events: int) -> ReplaySummary:
+def _summary(log: LogRun, score: FlightScore, events: int) -> ReplaySummary:
     return ReplaySummary(
         log=log.path.name,
         length_s=max(score.last_ns - score.first_ns, 0) * 1e-9,

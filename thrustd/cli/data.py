@@ -52,7 +52,7 @@ def info_verb(arguments: argparse.Namespace) -> int:
         report = _json_report(path)
     elif path.suffix == ".toml":
         report = _config_report(path)
-    elif path.suffix == ".mcap" and _is_flight_log(path):
+    elif path.is_dir() or (path.suffix == ".mcap" and _is_flight_log(path)):
         report = _log_report(path)
     else:
         from thrustd.records.files import read_recording
@@ -95,9 +95,9 @@ def _log_report(path: Path) -> dict[str, Any]:
     from collections import Counter
 
     from thrustd.errors import LogError
-    from thrustd.sources.mcap_log import LogFile
+    from thrustd.sources.log_run import LogRun, run_paths
 
-    log = LogFile(path)
+    log = LogRun(run_paths(path))
     topics: Counter[str] = Counter()
     first_ns = last_ns = -1
     for message in log.messages():
@@ -111,6 +111,8 @@ def _log_report(path: Path) -> dict[str, Any]:
     return {
         "file": str(path),
         "kind": "flight log",
+        "run": log.header.run,
+        "parts": len(log.files),
         "engines": list(log.header.engines),
         "mounts": list(log.header.mounts),
         "duration_s": max(last_ns - first_ns, 0) * 1e-9,

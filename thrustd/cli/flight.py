@@ -21,7 +21,12 @@ def add_verbs(verbs: Verbs) -> None:
         verbs, "replay", replay_verb, "run a recorded flight through the same pipeline",
         "thrustd replay replay_logs/throttle-steps.mcap -o out/replayed.mcap --picture out/flight.png",
     )  # fmt: skip
-    replay.add_argument("log", type=Path)
+    replay.add_argument(
+        "log",
+        type=Path,
+        nargs="+",
+        help="a flight log; the first file of a run, its folder or its files: the whole run",
+    )
     replay.add_argument("-o", "--out", type=Path, help="estimate log to write (MCAP)")
     replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
     replay.add_argument("--speed", type=float, help="play at this multiple of real time; default: as fast as it goes")
@@ -54,15 +59,19 @@ def replay_verb(arguments: argparse.Namespace) -> int:
     from thrustd.flight_picture import FlightPicture
     from thrustd.installation import read_installation
     from thrustd.replay import replay
+    from thrustd.sources.log_run import run_paths
     from thrustd.sources.paced import paced
 
     if arguments.speed is not None and not arguments.speed > 0:
         raise UsageError(f"--speed {arguments.speed}: expected a number above 0")
     config = read_installation(arguments.config) if arguments.config else None
     picture = FlightPicture() if arguments.picture else None
-    with progress(f"replay {arguments.log.name}") as advance:
+    paths = run_paths(arguments.log[0]) if len(arguments.log) == 1 else arguments.log
+    if len(paths) > 1:
+        note(f"{len(paths)} files of one run, {paths[0].name} to {paths[-1].name}")
+    with progress(f"replay {paths[0].name}") as advance:
         summary = replay(
-            arguments.log,
+            paths,
             arguments.out,
             config,
             pace=(lambda events: paced(events, arguments.speed)) if arguments.speed else iter,

@@ -10,6 +10,27 @@ from thrustd.types import Event
 from thrustd.wire.log_layout import LogHeader
 
 
+def run_paths(path: Path) -> list[Path]:
+    """The files that `path` stands for: a folder for all its logs, the first file of a run for the whole run."""
+    if path.is_dir():
+        found = sorted(path.glob("*.mcap"))
+        if not found:
+            raise LogError(f"{path}: no *.mcap in this folder, expected the files of one run")
+        return found
+    header = LogFile(path).header
+    if not header.run or header.part > 0:
+        return [path]
+    return [path, *(other for other in sorted(path.parent.glob("*.mcap")) if _continues(other, header))]
+
+
+def _continues(path: Path, first: LogHeader) -> bool:
+    try:
+        header = LogFile(path).header
+    except LogError:  # not one of ours, or nothing in it
+        return False
+    return header.run == first.run and header.part > first.part
+
+
 class LogRun:
     """Reads like a `LogFile`. `paths` in any order; LogError when they are not consecutive files of one run."""
 
