@@ -14,25 +14,25 @@ from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.signals import STANDARD_GRAVITY_M_S2
 
-LARGEST_MM = 50.0  # no engine mount moves further
-SMALLEST_MM = 0.02  # nor less, over a whole record with thrust
+THOUSAND = (200.0, 5000.0)  # a ratio to what the model was identified on that speaks of another unit
 SAME_N = 1e-6  # of the reference's size: a reference that is the model's own output
-SHORTEST_S = 10.0
+SHORTEST_S = 10.0  # or this many samples: a fast drive is known in seconds
+SHORTEST = 1000
 COUNTS = 0.01  # of the DC gain: weaker modes hold nothing that could be mistaken
-SLOWEST_S = 3600.0  # slower modes are drift to any record, an hour shows enough
+SLOWEST_S = 7200.0  # slower modes are drift to any record
 KELVIN = (200.0, 420.0)
 
 
-def check_recording(record: Recording) -> None:
+def check_recording(record: Recording, spec: ModelSpec) -> None:
     """Refuse channels in the wrong unit and records in which nothing happens."""
     for name in (DEFORMATION, FORCE):
         if name not in record:
             raise RecordingError(f"{record.name}: no column '{name}', it has {', '.join(sorted(record.channels))}")
-    if record.duration_s < SHORTEST_S:
+    if record.duration_s < SHORTEST_S and len(record) < SHORTEST:
         raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
     if not moves(record[DEFORMATION]):
         raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
-    _check_deformation(record)
+    _check_units(record, spec)
     for axis, rest in (("accel_x_g", 0.0), ("accel_y_g", 0.0), ("accel_z_g", 1.0)):
         if axis in record:
             _check_accel(record, axis, rest)
@@ -45,21 +45,24 @@ def check_recording(record: Recording) -> None:
             )
 
 
-def _check_deformation(record: Recording) -> None:
-    size = _size(record[DEFORMATION])
-    force = _size(record[FORCE])
-    if size > LARGEST_MM:
-        unit = "micrometres, expected mm (divide by 1000)" if size < 1000 * LARGEST_MM else "not millimetres"
-        raise RecordingError(f"{record.name}: {DEFORMATION} reaches {size:.3g}: that is {unit}")
-    if size < SMALLEST_MM and force > 200.0 and force / size > 1e5:
+def _check_units(record: Recording, spec: ModelSpec) -> None:
+    """Deformation and force against what the model was identified on: a factor of a thousand is another unit."""
+    mm, n = _size(record[DEFORMATION]), _size(record[FORCE])
+    further = mm / max(map(abs, spec.valid.deformation_mm))
+    stronger = n / max(map(abs, spec.valid.force_n))
+    if THOUSAND[0] < further < THOUSAND[1]:
         raise RecordingError(
-            f"{record.name}: {DEFORMATION} reaches only {size:.3g} under {force:.0f} N: that is metres,"
+            f"{record.name}: {DEFORMATION} reaches {mm:.3g}, the model knows {spec.valid.deformation_mm[1]:.3g}:"
+            " that is micrometres, expected mm (divide by 1000)"
+        )
+    if THOUSAND[0] < 1 / max(further, 1e-12) < THOUSAND[1] and stronger > 1 / THOUSAND[0]:
+        raise RecordingError(
+            f"{record.name}: {DEFORMATION} reaches only {mm:.3g} under {n:.0f} N: that is metres,"
             " expected mm (multiply by 1000)"
         )
-    if 0 < force < 20.0 and size > SMALLEST_MM:
+    if THOUSAND[0] < 1 / max(stronger, 1e-12) < THOUSAND[1] and further > 1 / THOUSAND[0]:
         raise RecordingError(
-            f"{record.name}: {FORCE} reaches only {force:.3g} at {size:.2g} mm: that is kN,"
-            " expected N (multiply by 1000)"
+            f"{record.name}: {FORCE} reaches only {n:.3g} at {mm:.2g} mm: that is kN, expected N (multiply by 1000)"
         )
 
 
@@ -83,15 +86,26 @@ def check_not_own_output(record: Recording, model_n: Floats, reference_n: Floats
 
 
 def check_length(records: Sequence[Recording], spec: ModelSpec) -> None:
-    """Diagnosis needs records that outlast the slowest mode it should not mistake for an effect."""
-    slow = [mode.tau_s for mode in spec.linear.real_modes if abs(mode.gain) > COUNTS]
-    slowest = min(max(slow, default=0.0), SLOWEST_S)
+    """Diagnosis needs records that outlast the slowest mode it should not mistake for an effect.
+
+    A mode slower than the whole identification is a guess of the estimation, nobody has seen it settle.
+    """
+    seen = spec.provenance.get("longest_train_s")
+    known_s = float(seen) if isinstance(seen, int | float) and seen > 0 else SLOWEST_S
+    least = COUNTS * abs(dc_gain(spec))
+    slow = [m.tau_s for m in spec.linear.real_modes if abs(m.gain) > least and m.tau_s <= min(known_s, SLOWEST_S)]
+    slowest = max(slow, default=0.0)
     total = sum(record.duration_s for record in records)
     if total < slowest:
         names = ", ".join(record.name for record in records)
         raise RecordingError(
             f"{names}: {total:.0f} s long, expected at least the model's slowest time constant, {slowest:.0f} s"
         )
+
+
+def dc_gain(spec: ModelSpec) -> float:
+    """Of the linear block: where a step ends."""
+    return spec.linear.direct + sum(m.gain for m in spec.linear.real_modes)
 
 
 def check_new(spec: ModelSpec, effect: Effect, where: str) -> None:

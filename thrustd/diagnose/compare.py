@@ -126,7 +126,8 @@ def compare(
     """Run every model over every recording. `against`: force_N (default), a column, or `brochure`."""
     records = [with_reference(as_mount(record, mount), against, deck=deck) for record in recordings]
     for record in records:
-        check_recording(record)
+        for spec in models.values():
+            check_recording(record, spec)
     total = len(models) * len(records)
     found = []
     for i, (name, spec) in enumerate(models.items()):

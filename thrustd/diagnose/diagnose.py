@@ -118,7 +118,7 @@ def diagnose(
     """Judge every effect of the shelf and `extra` ones. `progress(share, what)` is called as it goes."""
     records = [with_reference(as_mount(record, mount), against, deck=deck) for record in recordings]
     for record in records:
-        check_recording(record)
+        check_recording(record, spec)
     check_length(records, spec)
     evidence = gather(spec, records)
     check_not_own_output(records[0], evidence.output(spec), evidence.reference_n)

@@ -3,7 +3,8 @@
 Amplitudes and shapes are estimated by Levenberg-Marquardt on the full model (thrustd.identify.estimate), whose
 covariance knows that the residual is coloured. Misfit of the model itself shows as estimates that differ from one part
 of the record to another, so the spread over parts left out (a delete-a-group jackknife, Efron & Tibshirani 1993,
-chapter 11) is computed as well, and the larger of the two is reported.
+chapter 11) is computed as well, and the larger of the two counts. Misfit that lasts moves all parts alike: what the
+rest of the model may do wrong, in the directions in which it can, is added to it.
 """
 
 from collections.abc import Sequence
@@ -14,16 +15,21 @@ import msgspec
 import numpy as np
 
 from thrustd.diagnose.candidates import column_at
-from thrustd.diagnose.evidence import Evidence
+from thrustd.diagnose.evidence import Evidence, simulate
+from thrustd.diagnose.gram import orthonormal
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.parameters import effect_labels
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.compile import model_stages
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
 
 GROUPS = 12  # parts left out in turn
 ITERATIONS = 8
+NUDGE = 0.02  # of a shape parameter: its difference quotient
+MAD = 1.4826  # median absolute value of normal noise -> sigma
+LEAST_MISFIT = 0.25  # of the error left: what of it may be misfit of the model where it looks like noise
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +71,7 @@ def estimated(
     settings = EstimateSettings(max_iterations=ITERATIONS, tolerance=1e-4)
     result = estimate_segments(spec, _started(spec, places, evidence), names, settings)
     std = dict(zip(result.names, result.std, strict=True))
-    spread = _jackknife(result.spec, places, evidence)
+    spread = _spreads(result.spec, places, evidence)
     labels = effect_labels(spec)
     numbers: list[ParameterEstimate] = []
     finished = list(result.spec.effects)
@@ -101,12 +107,57 @@ def _started(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> list
     return segments
 
 
-def _jackknife(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> dict[str, float]:
-    """One sigma of each amplitude from estimates with parts of the record left out, linear about the solution."""
-    names, table = _amplitude_columns(spec, places, evidence)
+def _spreads(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> dict[str, float]:
+    """One sigma of each parameter, linear about the solution: parts left out, and misfit of the model beside it."""
+    names, table = _columns(spec, places, evidence)
     residual = evidence.reference_n - evidence.output(spec)
-    spread = _spread(np.column_stack((table, evidence.starts(spec))), residual, evidence)
-    return dict(zip(names, spread[: len(names)], strict=True))
+    full = np.column_stack((table, evidence.starts(spec)))
+    left_out = np.array(_spread(full, residual, evidence))[: len(names)]
+    return dict(zip(names, np.hypot(left_out, _misfit_std(spec, full, evidence)[: len(names)]), strict=True))
+
+
+def _misfit_std(spec: ModelSpec, table: Floats, evidence: Evidence) -> Floats:
+    """One sigma by what the rest of the model does wrong: m^2 spread evenly over the q directions of its Jacobian.
+
+    theta moves by A d when the model is wrong by d, A = (Z' Z)^-1 Z'. With d = Q w, Q orthonormal (n, q) and w of
+    variance n m^2 / q, the variance of theta is the diagonal of A Q Q' A' n m^2 / q.
+    """
+    good = np.isfinite(evidence.reference_n)
+    rest = orthonormal(evidence.jacobian(spec)[good])
+    size = np.maximum(np.sqrt(np.mean(table[good] ** 2, axis=0)), 1e-300)
+    moved = np.linalg.lstsq(table[good] / size, rest, rcond=1e-6)[0] / size[:, None]
+    share = good.sum() * _misfit_n2(spec, evidence) / max(1, rest.shape[1])
+    return np.sqrt(share * np.sum(moved**2, axis=1))
+
+
+def _misfit_n2(spec: ModelSpec, evidence: Evidence) -> float:
+    """What the model leaves beyond white noise, N^2; a share of all it leaves at least, as no bench shows a flight."""
+    left, quick, count = 0.0, [], 0
+    for segment in evidence.segments:
+        residual = segment.force_n - simulate(model_stages(spec, segment.dt_s), segment)
+        left += float(np.nansum(residual**2))
+        count += int(np.isfinite(residual).sum())
+        quick.append(np.diff(residual))
+    jump = np.concatenate(quick)
+    white_n2 = 0.5 * (MAD * float(np.nanmedian(np.abs(jump)))) ** 2 if jump.size else 0.0
+    return max(left / max(1, count) - white_n2, LEAST_MISFIT**2 * left / max(1, count))
+
+
+def _columns(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> tuple[list[str], Floats]:
+    """Names and columns (n, k) of every free parameter of the effects at `places`, about their present values."""
+    names, amplitudes = _amplitude_columns(spec, places, evidence)
+    output_n, columns = evidence.output(spec), [amplitudes]
+    for i in places:
+        effect, values = effect_named(spec.effects[i].name), spec.effects[i].parameters
+        for p in effect.parameters:
+            if p.estimate and not p.amplitude:
+                step = NUDGE * max(abs(values[p.name]), 1e-6) * (-1 if values[p.name] * (1 + NUDGE) > p.high else 1)
+                changed = list(spec.effects)
+                changed[i] = EffectSpec(effect.name, values | {p.name: values[p.name] + step})
+                nudged = evidence.output(msgspec.structs.replace(spec, effects=changed))
+                names.append(f"{i}.{p.name}")
+                columns.append(((nudged - output_n) / step)[:, None])
+    return names, np.column_stack(columns)
 
 
 def _amplitude_columns(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> tuple[list[str], Floats]:

@@ -97,7 +97,7 @@ def extend(
     chosen = [effect_named(effect) if isinstance(effect, str) else effect for effect in effects]
     records = [with_reference(as_mount(record, mount), against, deck=deck) for record in recordings]
     for record in records:
-        check_recording(record)
+        check_recording(record, spec)
     for effect in chosen:
         check_new(spec, effect, spec.name)
         check_channels(records, effect)

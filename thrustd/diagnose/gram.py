@@ -53,7 +53,7 @@ def block_gram(
     between them stay zero. Rows without reference carry no weight.
     """
     good = np.isfinite(residual_n)
-    basis = _orthonormal(starts * good[:, None]) if starts is not None and starts.size else np.empty((len(good), 0))
+    basis = orthonormal(starts * good[:, None]) if starts is not None and starts.size else np.empty((len(good), 0))
     always = np.column_stack((np.where(good, residual_n, 0.0), core, basis))
     ends = always.shape[1] + np.cumsum([0, *(group.shape[1] for group in groups)])
     firsts = np.searchsorted(evidence.block, np.arange(evidence.n_blocks + 1))
@@ -96,7 +96,7 @@ def _projected(matrices: Floats, p: int, q: int, ends: Ints) -> Floats:
     return out
 
 
-def _orthonormal(columns: Floats) -> Floats:
+def orthonormal(columns: Floats) -> Floats:
     """Orthonormal basis of the columns' span, nearly dependent ones left out."""
     size = np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
     left, singular, _ = np.linalg.svd(columns / size, full_matrices=False)

@@ -68,6 +68,7 @@ def provenance(
     found: dict[str, str | float | list[str]] = {
         "train": [f"{record.name} {data_sha256(record)}" for record in train],
         "held_out": [f"{record.name} {data_sha256(record)}" for record in held_out],
+        "longest_train_s": max((record.duration_s for record in train), default=0.0),  # slower modes are guesses
         "versions": [f"{package} {version(package)}" for package in ("thrustd", "numpy", "numba")],
     }
     if dates:
