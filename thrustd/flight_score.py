@@ -3,7 +3,7 @@
 The truth is read alongside the replay, so that memory stays flat. Between two truth rows it is a straight line.
 """
 
-from collections import Counter
+from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Iterator
 from math import isfinite, nan, sqrt
 from typing import NamedTuple
@@ -134,16 +134,16 @@ class _Feed:
 
     def __init__(self, rows: Iterator[TruthRow]) -> None:
         self._rows = rows
-        self._waiting: dict[str, list[TruthRow]] = {}
+        self._waiting: defaultdict[str, deque[TruthRow]] = defaultdict(deque)
 
     def next(self, name: str) -> TruthRow | None:
-        waiting = self._waiting.setdefault(name, [])
+        waiting = self._waiting[name]
         while not waiting:
             row = next(self._rows, None)
             if row is None:
                 return None
-            self._waiting.setdefault(row.name, []).append(row)
-        return waiting.pop(0)
+            self._waiting[row[0]].append(row)
+        return waiting.popleft()
 
 
 class _Line:
@@ -154,10 +154,12 @@ class _Line:
         self._before: TruthRow | None = None
         self._after = feed.next(name)
         self.value_n = nan
+        self._asked_ns = -1
 
     def at(self, t_ns: int) -> float:
         """Truth at t_ns (not decreasing from call to call); NaN outside the rows."""
-        self.value_n = self._at(t_ns)
+        if t_ns != self._asked_ns:
+            self._asked_ns, self.value_n = t_ns, self._at(t_ns)
         return self.value_n
 
     def _at(self, t_ns: int) -> float:

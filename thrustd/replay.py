@@ -19,7 +19,7 @@ from thrustd.sources.mcap_log import LogFile
 from thrustd.types import Estimate, Event, Fault, Output
 from thrustd.wire.log_layout import LogHeader
 
-PROGRESS_EVERY = 5000  # events
+PROGRESS_EVERY = 200  # estimates
 
 
 class ReplaySummary(msgspec.Struct, frozen=True):
@@ -60,7 +60,6 @@ def replay(
     installation = open_installation(log, config)
     pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
     score = flight_score(installation)
-    count = _Count(log, advance)
     with ExitStack() as opened:
         writer = opened.enter_context(new_log(out, _header(installation, log.header))) if out is not None else None
         truth = truth_rows(LogRun(paths), score.names)
@@ -72,14 +71,21 @@ def replay(
             if writer is not None:
                 writer.write_output(output)
             score.take(output)
-            if picture is not None and isinstance(output, Estimate):
-                name = installation.config.aircraft.engines[output.engine]
-                picture.take(name, output, score.truth_n(name))
+            if isinstance(output, Estimate):
+                if picture is not None:
+                    name = installation.config.aircraft.engines[output.engine]
+                    picture.take(name, output, score.truth_n(name))
+                if score.estimates % PROGRESS_EVERY == 0:
+                    advance(log.position_bytes / max(log.size_bytes, 1))
 
-        run(pace(log.events()), pipeline, count, take)
+        run(pace(log.events()), pipeline, _already_recorded, take)
         deque(truth, maxlen=0)  # what comes after the last estimate
     advance(1.0)
-    return _summary(log, score, count.events)
+    return _summary(log, score)
+
+
+def _already_recorded(event: Event | Fault) -> None:
+    """The log that is replayed holds it."""
 
 
 def _header(installation: Installation, source: LogHeader) -> LogHeader:
@@ -127,24 +133,11 @@ def _copied(rows: Iterator[TruthRow], writer: LogWriter) -> Iterator[TruthRow]:
         yield row
 
 
-class _Count:
-    """Counts events and says how far the file is."""
-
-    def __init__(self, log: LogRun, advance: Callable[[float], None]) -> None:
-        self.events = 0
-        self._log, self._advance = log, advance
-
-    def __call__(self, event: Event | Fault) -> None:
-        self.events += 1
-        if self.events % PROGRESS_EVERY == 0:
-            self._advance(self._log.position_bytes / max(self._log.size_bytes, 1))
-
-
-def _summary(log: LogRun, score: FlightScore, events: int) -> ReplaySummary:
+def _summary(log: LogRun, score: FlightScore) -> ReplaySummary:
     return ReplaySummary(
         log=log.path.name,
         length_s=max(score.last_ns - score.first_ns, 0) * 1e-9,
-        events=events,
+        events=log.read_events,
         missing_events=log.missing_events,
         cut=log.cut,
         estimates=score.estimates,

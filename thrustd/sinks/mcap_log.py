@@ -72,8 +72,9 @@ class LogWriter:
         """One output of the pipeline; readings beyond `reading_hz` are left out."""
         if isinstance(output, Reading) and not self._is_due(output):
             return
-        channel_id = self._channel(self._topics.of(output))
-        self._file.add_message(channel_id, self._log_ns(output.t_ns), self._topics.encode(output))
+        place = self._topics.of(output)
+        channel_id = self._channel_ids.get(place.topic) or self._channel(place)
+        self._file.add_message(channel_id, self._log_ns(output[0]), self._topics.encode(output))
 
     def write_truth(self, name: str, t_ns: int, value_n: float) -> None:
         """True thrust of the engine or true force on the mount called `name`."""
@@ -120,11 +121,13 @@ class LogWriter:
     def _is_due(self, reading: Reading) -> bool:
         if self._reading_ns is None:
             return False
-        key = (reading.signal, reading.index)
-        early_ns = self._next_reading_ns.get(key, reading.t_ns) - reading.t_ns
-        if early_ns > self._reading_ns // 4:  # a channel at just this rate may jitter
+        t_ns, signal, index, _ = reading
+        key = (signal, index)
+        if (
+            self._next_reading_ns.get(key, t_ns) - t_ns > self._reading_ns // 4
+        ):  # a channel at just this rate may jitter
             return False
-        self._next_reading_ns[key] = reading.t_ns + self._reading_ns
+        self._next_reading_ns[key] = t_ns + self._reading_ns
         return True
 
     def _channel(self, place: TopicKind) -> int:

@@ -65,6 +65,10 @@ class LogRun:
         return any(file.cut for file in self.files)
 
     @property
+    def read_events(self) -> int:
+        return sum(file.read_events for file in self.files)
+
+    @property
     def missing_events(self) -> int:
         return sum(file.missing_events for file in self.files)
 

@@ -27,13 +27,14 @@ class LogFile:
         self.size_bytes = 0
         self.position_bytes = 0  # how far the running iteration is
         self.cut = False  # the file ended without a summary; known after a complete iteration
+        self.read_events = 0  # counted while `events` runs
         self.missing_events = 0  # dropped by the recorder; counted while `events` runs
         self.next_number: int | None = None  # of the event after the last one read
         self.header = self._read_header()
 
     def events(self, first_number: int | None = None) -> Iterator[Event]:
         """Raw events in arrival order; `first_number` is known when the file before in the run was read."""
-        self.missing_events = 0
+        self.missing_events = self.read_events = 0
         self.next_number = 0 if self.header.part == 0 else first_number
         seen = False
         for walk, message in self._walk(lambda topic: topic == RAW_TOPIC):
@@ -41,6 +42,7 @@ class LogFile:
             if self.next_number is not None:
                 self.missing_events += max(0, number - self.next_number)
             self.next_number, seen = number + len(events), True
+            self.read_events += len(events)
             yield from events
         if not seen and not self.cut:
             raise LogError(f"{self.path}: no message on topic {RAW_TOPIC!r}, expected the raw events of a flight")

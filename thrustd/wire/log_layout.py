@@ -136,13 +136,14 @@ class TopicKind(NamedTuple):
 class Topics:
     """Output -> topic and JSON. Names come from the configuration; an unknown index names itself by number."""
 
-    __slots__ = ("_encode", "_engines", "_mounts", "_paths", "_status_words")
+    __slots__ = ("_encode", "_engines", "_mounts", "_paths", "_status_words", "_truths")
 
     def __init__(self, engines: tuple[str, ...], mounts: tuple[str, ...]) -> None:
         self._engines, self._mounts = engines, mounts
         self._encode: Callable[[Any], bytes] = msgspec.json.Encoder().encode
         self._paths: dict[tuple[object, object], TopicKind] = {}
         self._status_words: dict[int, list[str]] = {}
+        self._truths: dict[str, TopicKind] = {}
 
     def of(self, output: Output) -> TopicKind:
         """Where `output` belongs."""
@@ -161,12 +162,12 @@ class Topics:
 
     def encode(self, output: Output) -> bytes:
         """The JSON object of `output`."""
+        if isinstance(output, Reading):
+            return self._encode(ReadingMessage(output[0], output[3]))
         if isinstance(output, MountOutput):
             return self._encode(MountMessage(*output))
         if isinstance(output, Estimate):
             return self._encode(EstimateMessage(*output, self._words(output.status)))
-        if isinstance(output, Reading):
-            return self._encode(ReadingMessage(output.t_ns, output.value))
         return self._encode(FaultMessage(*output))
 
     def fixed(self) -> list[TopicKind]:
@@ -177,9 +178,11 @@ class Topics:
 
     def truth(self, name: str, t_ns: int, value_n: float) -> tuple[TopicKind, bytes]:
         """Topic and JSON of the true thrust of an engine or the true force on a mount."""
-        if name in self._engines:
-            return TopicKind(f"/truth/{name}", EngineTruth), self._encode(EngineTruth(t_ns, value_n))
-        return TopicKind(f"/truth/{name}", MountTruth), self._encode(MountTruth(t_ns, value_n))
+        place = self._truths.get(name)
+        if place is None:
+            kind = EngineTruth if name in self._engines else MountTruth
+            place = self._truths[name] = TopicKind(f"/truth/{name}", kind)
+        return place, self._encode(place.kind(t_ns, value_n))
 
     def _place(self, output: Output) -> TopicKind:
         match output:
