@@ -1,5 +1,6 @@
 """What is installed on the aircraft computer: the unit is clean and confined, versions switch and switch back."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -50,6 +51,14 @@ def test_every_package_that_flies_is_pinned_with_its_hash():
     assert {canonical(name): version for name, version in pinned.items()}.items() <= names.items()
     wanted = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
     assert {canonical(re.match(r"[\w.-]+", line)[0]) for line in wanted} <= set(map(canonical, pinned))
+
+
+def test_the_bill_of_materials_is_what_is_pinned():
+    bill = json.loads((DEPLOY / "sbom.cdx.json").read_text())
+    listed = [f"{part['name']}=={part['version']} --hash=sha256:{part['hashes'][0]['content']}" for part in
+              bill["components"]]  # fmt: skip
+    lines = (DEPLOY / "requirements.txt").read_text().splitlines()
+    assert sorted(listed) == sorted(line for line in lines if not line.startswith("#"))
 
 
 def canonical(name):
