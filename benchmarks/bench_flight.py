@@ -1,21 +1,32 @@
-"""Replay against real time, memory against length, cold start: `python -m benchmarks bench_flight`."""
+"""Replay against real time and by stage, memory against length, cold start: `python -m benchmarks bench_flight`."""
 
+import gc
+import io
 import os
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from thrustd.installation import read_installation
+from thrustd.flight_score import TruthRow
+from thrustd.installation import Installation, read_installation
+from thrustd.replay import flight_score, open_installation, truth_rows
+from thrustd.sinks.mcap_log import LogWriter
+from thrustd.sources.log_run import LogRun
+from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
-from thrustd.wire.can_frames import ICD_INPUT_ROWS
+from thrustd.types import Event, Frame, Output
+from thrustd.wire.adc_frames import AdcDecoder
+from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanDecoder
 
 CONFIG = Path(__file__).parents[1] / "deploy" / "hil.toml"
+REFERENCE = Path(__file__).parents[1] / "replay_logs" / "throttle-steps.mcap"
 MINUTES = (10, 40)
 STARTS = 5
 
@@ -49,6 +60,72 @@ def timed(arguments: list[str]) -> tuple[float, float, float, str]:
     return wall_s, cpu_s, int(done.stderr.split()[-2]) / 1e3, done.stdout
 
 
+def stages(path: Path) -> Table:
+    """Processor time of a replay by stage, ms per second of flight."""
+    log = LogFile(path)
+    installation = open_installation(log, None)
+    events = list(log.events())
+    frames = [event for event in events if isinstance(event, Frame)]
+    samples, messages = ([f for f in frames if f.channel == channel] for channel in ("adc", "can"))
+    outputs, fed_s, fused_s = _fed(installation, events)
+    names = flight_score(installation).names
+    rows = list(truth_rows(LogRun((path,)), names))
+    adc, can = AdcDecoder(4, installation.config.adc.sample_hz), CanDecoder(installation.parts().can_table)
+    costs_s = {
+        "read the events": spent_s(lambda: sum(1 for _ in LogFile(path).events())),
+        "fused steps (deck, monitor, filter, mount states)": fused_s,
+        "the rest of the pipeline": fed_s - fused_s,
+        "  of it: ADC frames decoded": spent_s(lambda: [adc.feed(f.t_ns, f.data) for f in samples]),
+        "  of it: CAN messages decoded": spent_s(lambda: [can.feed(f) for f in messages]),
+        "read the truth": spent_s(lambda: sum(1 for _ in truth_rows(LogRun((path,)), names))),
+        "score against the truth": spent_s(lambda: _score(installation, rows, outputs)),
+        "write the outputs and the truth": spent_s(lambda: _write(installation, rows, outputs)),
+    }
+    length_s = (events[-1].t_ns - events[0].t_ns) * 1e-9
+    shown = Table("stage", "ms per second of flight", title=f"replay, {len(events) / length_s:.0f} events per second")
+    for name, cost_s in costs_s.items():
+        shown.add_row(name, f"{cost_s / length_s * 1e3:.2f}")
+    return shown
+
+
+def spent_s(work: Callable[[], object]) -> float:
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+def _fed(installation: Installation, events: list[Event]) -> tuple[list[Output], float, float]:
+    """Outputs, processor time of all `feed`s, and of the fused steps in them."""
+    pipeline, outputs, fused_s = installation.pipeline(), list[Output](), 0.0
+    fuse = pipeline._fuse
+
+    def timed(t_ns: int, out: list[Output]) -> None:
+        nonlocal fused_s
+        fused_s += spent_s(lambda: fuse(t_ns, out))
+
+    setattr(pipeline, "_fuse", timed)  # noqa: B010 - a stopwatch around the inside
+    gc.collect()
+    gc.freeze()
+    fed_s = spent_s(lambda: [outputs.extend(pipeline.feed(event)) for event in events])
+    return outputs, fed_s, fused_s
+
+
+def _score(installation: Installation, rows: list[TruthRow], outputs: list[Output]) -> None:
+    score = flight_score(installation)
+    score.follow(rows)
+    for output in outputs:
+        score.take(output)
+
+
+def _write(installation: Installation, rows: list[TruthRow], outputs: list[Output]) -> None:
+    writer = LogWriter(io.BytesIO(), installation.log_header(), sync_s=None)
+    for output in outputs:
+        writer.write_output(output)
+    for row in rows:
+        writer.write_truth(*row)
+    writer.close()
+
+
 def main() -> None:
     shown = Table("what", "measured", "target", title="flight")
     starts = sorted(timed(["check", str(CONFIG), "--json"])[:2] for _ in range(STARTS))
@@ -69,7 +146,9 @@ def main() -> None:
     shown.add_row(
         f"peak memory, {MINUTES[0]} and {MINUTES[1]} min", " / ".join(f"{mb:.0f} MB" for mb in memory), "flat"
     )
-    Console().print(shown)
+    console = Console()
+    console.print(shown)
+    console.print(stages(REFERENCE))
 
 
 if __name__ == "__main__":

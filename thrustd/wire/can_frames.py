@@ -73,18 +73,17 @@ class CanDecoder:
     def feed(self, frame: Frame) -> list[Reading | Fault]:
         """What one message says. Never raises."""
         t_ns, _, ident, data = frame
-        out: list[Reading | Fault] = []
         line = self._lines.get(ident)
         if line is None:
-            return out
+            return []
         if len(data) != line.n_bytes:
-            out.append(self._fault(t_ns, line, "length"))
-            return out
+            return [self._fault(t_ns, line, "length")]
         values = line.unpack(data)
+        out: list[Reading | Fault] = []
         if line.has_header:
-            node, data_type, service, code = values[:4]
-            regular = code == line.next_code and node == line.node and data_type == line.data_type and not service
-            if not regular and not self._accept(frame, line, values, out):
+            code = values[3]
+            regular = code == line.next_code and values[0] == line.node and values[1] == line.data_type
+            if (not regular or values[2]) and not self._accept(frame, line, values, out):
                 return out
             line.next_code, line.t_ns, line.data = code + 1 & CODE_MASK, t_ns, data
         for position, scale, offset, signal, index, where in line.fields:
