@@ -64,10 +64,8 @@ class Pipeline:
         self._hold = Hold()
         bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
         self._routes = tuple(MountRoute(model, bridge, settings.installation_std_n) for model in parts.models)
-        self._wired = tuple(
-            (route, mount.name, mount.adc_channel, mount.scale_mm, mount.offset_mm)
-            for route, mount in zip(self._routes, config.mount, strict=True)
-        )
+        wires = ((mount.name, mount.adc_channel, mount.scale_mm, mount.offset_mm) for mount in config.mount)
+        self._wired = tuple(zip(self._routes, wires, strict=True))
         self._engine_of = tuple(engines.index(mount.engine) for mount in config.mount)
         self._listeners = self._listen()
         self._layout = Layout(
@@ -94,10 +92,7 @@ class Pipeline:
         """Outputs that this event completes. Never raises on anything that comes over the wire."""
         outputs: list[Output] = []
         if type(event) is Frame:
-            if event.channel == "can":
-                self._take_can(event, outputs)
-            else:
-                self._take_adc(event, outputs)
+            (self._take_can if event.channel == "can" else self._take_adc)(event, outputs)
         elif type(event) is Tick:
             self._tick(event.t_ns, outputs)
         elif isinstance(event, Fault):
@@ -189,7 +184,7 @@ class Pipeline:
         if self._resume_from is not NEVER:
             self._resume(t_ns, sequence)
         self._sampled_ns, self._sequence = t_ns, sequence
-        for route, name, channel, scale_mm, offset_mm in self._wired:
+        for route, (name, channel, scale_mm, offset_mm) in self._wired:
             if counts[channel] == CHANNEL_FAULT:
                 continue
             deformation_mm = counts[channel] * scale_mm + offset_mm
@@ -235,9 +230,9 @@ class Pipeline:
             self._report(fault, outputs)
             if fault.kind == "stale":
                 signal, _, index = fault.where.rstrip("]").partition("[")
-                self._unset((signal, int(index)))
-        self._derive("time_s", (t_ns - self._start_ns) * 1e-9)
-        self._derive("dynamic_pressure_Pa", dynamic_pressure_pa(self._hold, t_ns))
+                self._tell((signal, int(index)), nan)
+        self._tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
+        self._tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(self._hold, t_ns))
         if t_ns - self._read_ns >= self._readings_every_ns:
             outputs.extend(self._hold.readings(self._read_ns))
             self._read_ns = t_ns
@@ -247,20 +242,16 @@ class Pipeline:
             self._report(fault, outputs)
         if verdict.excluded != self._excluded:
             for sensor in verdict.excluded - self._excluded:
-                self._unset(sensor)
+                self._tell(sensor, nan)
             self._believe(verdict.excluded)
 
     def _believe(self, all_but: frozenset[tuple[str, int]]) -> None:
         self._excluded = all_but
         self._believed = {sensor: routes for sensor, routes in self._listeners.items() if sensor not in all_but}
 
-    def _unset(self, sensor: tuple[str, int]) -> None:
-        """A channel that is not measured any more: the models go back to its resting value."""
+    def _tell(self, sensor: tuple[str, int], value: float) -> None:
+        """A value for the models' effects; NaN = not measured any more, they go back to the resting value."""
         for route, position in self._listeners.get(sensor, ()):
-            route.set_channel(position, nan)
-
-    def _derive(self, signal: str, value: float) -> None:
-        for route, position in self._listeners.get((signal, 0), ()):
             route.set_channel(position, value)
 
     def _estimate(
