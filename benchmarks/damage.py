@@ -5,7 +5,7 @@ pieces are whole again first (`whole_frames`), so that an edit may count and cha
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from struct import pack
+from struct import pack, unpack
 from typing import NamedTuple
 
 from cobs import cobs
@@ -15,7 +15,7 @@ from thrustd.wire.adc_frames import CHANNEL_FAULT, encode
 
 Edit = Callable[[list[Event], int, int], Iterator[Event]]
 _ADC_HEAD = 8
-N1_LEFT, MACH = 500, 318
+N1_LEFT, FUEL_LEFT, MACH, ACCEL_X = 500, 524, 318, 300
 
 
 class Case(NamedTuple):
@@ -152,6 +152,28 @@ def value(event: Frame, number: float) -> Frame:
     return event._replace(data=event.data[:4] + pack(">f", number))
 
 
+def moved(ident: int, factor: float, offset: float = 0.0) -> Edit:
+    """A message whose value is believable and wrong."""
+
+    def change(n: int, event: Frame) -> list[Event]:
+        (right,) = unpack(">f", event.data[4:8])
+        return [value(event, right * factor + offset)]
+
+    return each(change, lambda event: is_can(event, ident))
+
+
+def frozen(ident: int) -> Edit:
+    """A message that repeats its first value, its counter running on."""
+    kept: list[float] = []
+
+    def change(n: int, event: Frame) -> list[Event]:
+        if n == 0:
+            kept[:] = unpack(">f", event.data[4:8])
+        return [value(event, kept[0])]
+
+    return each(change, lambda event: is_can(event, ident))
+
+
 def impostor(n: int, event: Frame) -> list[Event]:
     """Another node says something else under the same identifier."""
     other = bytes([event.data[0] ^ 0x55]) + event.data[1:4] + pack(">f", 0.9)
@@ -236,3 +258,17 @@ CASES = (
     Case("outside the model's range", recount(scaled(40.0)), 5.0, kinds("offset", "mount_failed", "out_of_range"),
          Status.MODEL_EXTRAPOLATING),
 )  # fmt: skip
+
+DOUBTED = (
+    Status.MOUNT_REJECTED | Status.BROCHURE_REJECTED | Status.MOUNT_FAILED | Status.BROCHURE_FAILED | Status.STUCK
+    | Status.MOUNTS_DISAGREE | Status.DECK_EXTRAPOLATING
+)  # fmt: skip
+WRONG = kinds("offset", "drift", "stuck", "noisy", "brochure_failed", "mount_failed")
+# valid messages inside every range that contradict the other sensors: believable one by one
+CONTRADICTIONS = (
+    Case("N1 frozen", frozen(N1_LEFT), 20.0, WRONG, DOUBTED, (0,)),
+    Case("N1 8 % high", moved(N1_LEFT, 1.08), 20.0, WRONG, DOUBTED, (0,)),
+    Case("fuel flow 20 % high", moved(FUEL_LEFT, 1.2), 20.0, WRONG, DOUBTED, (0,)),
+    Case("Mach 0.3 high", moved(MACH, 1.0, 0.3), 20.0, WRONG, DOUBTED),
+    Case("acceleration 0.3 g high", moved(ACCEL_X, 1.0, 0.3), 20.0, WRONG, DOUBTED),
+)

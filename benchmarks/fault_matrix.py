@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from rich.progress import track
 
-from benchmarks.damage import CASES, Case, whole_frames
+from benchmarks.damage import CASES, CONTRADICTIONS, Case, whole_frames
 from thrustd.installation import Installation, read_installation
 from thrustd.pipeline import Parts, Pipeline
 from thrustd.twin.flight import Truth, fly, scripted_flight
@@ -129,17 +129,19 @@ def main() -> None:
     parser.add_argument("--moments", type=int, default=3)
     parser.add_argument("--first", type=float, default=60.0, help="no fault before so many seconds")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="faults whose name has this in it, e.g. Mach")
     arguments = parser.parse_args()
+    cases = [case for case in (*CASES, *CONTRADICTIONS) if arguments.only.lower() in case.name.lower()]
     installation = read_installation(arguments.config)
     parts = installation.parts()
     seconds = arguments.minutes * 60
     events = twin_events(installation, seconds, arguments.seed)
     good = flown(installation, parts, events)
-    room_s = seconds - SETTLE_S - TAIL_S - max(case.lasts_s for case in CASES)
+    room_s = seconds - SETTLE_S - TAIL_S - max(case.lasts_s for case in cases)
     moments = np.random.default_rng(arguments.seed).uniform(arguments.first, room_s, arguments.moments)
     print("| fault | status bit | longest pause s | seen | inside 95 % band | after 12 s: N, sigma |")
     print("|---|---|---|---|---|---|")
-    for case in track(CASES, "flying", transient=True):
+    for case in track(cases, "flying", transient=True):
         verdicts = [cell(installation, parts, events, good, case, float(moment)) for moment in moments]
         print(row(case, verdicts))
 
