@@ -22,7 +22,7 @@ from thrustd.diagnose.estimates import ParameterEstimate, estimated
 from thrustd.diagnose.evidence import Evidence, gather
 from thrustd.diagnose.look_alikes import advice_for, look_alikes
 from thrustd.diagnose.reference import as_mount, with_reference
-from thrustd.diagnose.selection import Progress, Round, Scored, taken
+from thrustd.diagnose.selection import Progress, Round, Scored
 from thrustd.diagnose.verdict import Judgement, judge
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
@@ -149,8 +149,8 @@ def _candidates(judgement: Judgement, evidence: Evidence) -> tuple[list[Candidat
     first = judgement.rounds[0]
     numbers: list[ParameterEstimate] = []
     if judgement.found:
-        spec = _one(first, judgement) if judgement.deep or judgement.spec is None else judgement.spec
-        _, numbers = estimated(spec, judgement.added, evidence)
+        assert judgement.spec is not None  # whoever found something has a model with it
+        _, numbers = estimated(judgement.spec, judgement.added, evidence, rest_too=judgement.deep)
     reports = []
     for i, scored in enumerate(judgement.found):
         own = [n for n in numbers if n.effect == scored.candidate.word]
@@ -167,19 +167,15 @@ def _seen(judgement: Judgement, i: int) -> Round:
 
 
 def _after_n(judgement: Judgement) -> float:
-    if judgement.deep and judgement.found[0].absorbed is not None:
-        return judgement.found[0].absorbed.rmse
+    if judgement.deep:
+        return judgement.found[0].fit.rmse
     return judgement.rounds[-1].before.rmse if judgement.found else judgement.rounds[0].before.rmse
-
-
-def _one(first: Round, judgement: Judgement) -> ModelSpec:
-    return taken(first.spec, judgement.found[0])[0]
 
 
 def _report(
     scored: Scored, seen: Round, judgement: Judgement, numbers: tuple[ParameterEstimate, ...], in_verdict: bool
 ) -> CandidateReport:
-    after = scored.absorbed if judgement.deep and in_verdict and scored.absorbed is not None else scored.fit
+    after = scored.fit
     removed = 100 * (1 - after.mse / scored.before.mse) if scored.before.mse > 0 else 0.0
     better = int(np.count_nonzero(after.sse < scored.before.sse))
     alike = look_alikes(scored, seen.scored, judgement.own_n) if scored.gain > 0 else ()

@@ -15,8 +15,9 @@ import msgspec
 import numpy as np
 
 from thrustd.diagnose.candidates import column_at
-from thrustd.diagnose.evidence import Evidence, simulate
+from thrustd.diagnose.evidence import Evidence, base_patterns, simulate
 from thrustd.diagnose.gram import orthonormal
+from thrustd.diagnose.start import start_of
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.parameters import effect_labels
 from thrustd.identify.segments import Segment
@@ -63,15 +64,18 @@ def free_names(spec: ModelSpec, effects: Sequence[EffectSpec]) -> list[str]:
 
 
 def estimated(
-    spec: ModelSpec, effects: Sequence[EffectSpec], evidence: Evidence
+    spec: ModelSpec, effects: Sequence[EffectSpec], evidence: Evidence, rest_too: bool = False
 ) -> tuple[ModelSpec, list[ParameterEstimate]]:
-    """The model with these of its effects re-estimated together on all the data, and the numbers."""
+    """The model with these of its effects re-estimated together on all the data, and the numbers.
+
+    `rest_too`: curves and linear block are free as well, for an effect that they had to imitate when identified.
+    """
     places = [i for i, present in enumerate(spec.effects) if present in effects]
-    names = free_names(spec, effects)
-    settings = EstimateSettings(max_iterations=ITERATIONS, tolerance=1e-4)
+    names = free_names(spec, effects) + (base_patterns(spec) if rest_too else [])
+    settings = EstimateSettings(max_iterations=2 * ITERATIONS if rest_too else ITERATIONS, tolerance=1e-4)
     result = estimate_segments(spec, _started(spec, places, evidence), names, settings)
     std = dict(zip(result.names, result.std, strict=True))
-    spread = _spreads(result.spec, places, evidence)
+    spread = {} if rest_too else _spreads(result.spec, places, evidence)
     labels = effect_labels(spec)
     numbers: list[ParameterEstimate] = []
     finished = list(result.spec.effects)
@@ -88,21 +92,20 @@ def estimated(
 
 
 def _started(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> list[Segment]:
-    """The segments, their reference without what the unknown state at the start adds (fitted beside the effects)."""
-    starts = evidence.starts(spec)
-    if starts.shape[1] == 0:
+    """The segments, their reference without what the unknown state at the start most likely adds."""
+    start = start_of(spec, evidence)
+    if not start.strength.size:
         return list(evidence.segments)
-    residual = evidence.reference_n - evidence.output(spec)
-    good = np.isfinite(residual)
-    table = np.column_stack((starts, _amplitude_columns(spec, places, evidence)[1]))[good]
+    good = np.isfinite(evidence.reference_n)
+    residual = np.where(good, evidence.reference_n - evidence.output(spec), 0.0)
+    table = _amplitude_columns(spec, places, evidence)[1] * good[:, None]
     size = np.maximum(np.sqrt(np.mean(table**2, axis=0)), 1e-300)
-    beta = np.linalg.lstsq(table / size, residual[good], rcond=1e-6)[0] / size
-    added = starts @ beta[: starts.shape[1]]
+    beta = np.linalg.lstsq(start.without(table / size), start.without(residual), rcond=1e-6)[0] / size
+    added = start.likely(residual - table @ beta)
     segments = []
     for i, segment in enumerate(evidence.segments):
         mine = evidence.segment == i
-        row_s = evidence.time_s[mine]
-        drift = np.interp(segment.time_s, row_s, added[mine])
+        drift = np.interp(segment.time_s, evidence.time_s[mine], added[mine])
         segments.append(replace(segment, force_n=segment.force_n - drift))
     return segments
 
@@ -110,10 +113,11 @@ def _started(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> list
 def _spreads(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> dict[str, float]:
     """One sigma of each parameter, linear about the solution: parts left out, and misfit of the model beside it."""
     names, table = _columns(spec, places, evidence)
-    residual = evidence.reference_n - evidence.output(spec)
-    full = np.column_stack((table, evidence.starts(spec)))
-    left_out = np.array(_spread(full, residual, evidence))[: len(names)]
-    return dict(zip(names, np.hypot(left_out, _misfit_std(spec, full, evidence)[: len(names)]), strict=True))
+    start, good = start_of(spec, evidence), np.isfinite(evidence.reference_n)
+    residual = start.without(np.where(good, evidence.reference_n - evidence.output(spec), 0.0))
+    seen = start.without(table * good[:, None])
+    left_out = np.array(_spread(seen, np.where(good, residual, np.nan), evidence))
+    return dict(zip(names, map(float, np.hypot(left_out, _misfit_std(spec, seen, evidence))), strict=True))
 
 
 def _misfit_std(spec: ModelSpec, table: Floats, evidence: Evidence) -> Floats:

@@ -22,8 +22,6 @@ from thrustd.records.recording import Recording
 
 ROWS = 50_000  # rows of the table at most; 250 columns of it are 100 MB
 BLOCKS = 48  # of equal length over all records
-START_GAIN = 1e-3  # modes weaker than this share of the force start as they like
-START_SEGMENTS = 4  # the longest ones; the start of a short stretch weighs little
 FOLDS = 6  # blocks held back in turn
 BASE_PARAMETERS = ("input_curve.[yc]*", "linear.*", "output_curve.[yc]*")  # knots stay: moving them is hardly new
 
@@ -42,24 +40,6 @@ class Evidence:
     segment: Ints  # (n,) number of the segment
     channels: dict[str, Floats]  # every column of the records that all of them have, (n,)
     known: dict[int, list[tuple[bytes, Floats]]] = field(default_factory=dict)  # see `remember`
-
-    def starts(self, spec: ModelSpec) -> Floats:
-        """What an unknown state at the start of each segment may add to the force (n, k): decays of the slow modes.
-
-        A model starts settled, the mount it models was at work before the record began; nothing else about the first
-        minutes is evidence of an effect. Modes slower than the record go together: apart they would pass for a drift.
-        """
-        columns = []
-        slow = [m for m in spec.linear.real_modes if abs(m.gain) > START_GAIN and m.tau_s > 5 * self.row_s]
-        for i in np.argsort([-len(segment) for segment in self.segments])[:START_SEGMENTS]:
-            mine = self.segment == i
-            since_s = np.where(mine, self.time_s - self.segments[i].start_s, 0.0)
-            whole_s = len(self.segments[i]) * self.segments[i].dt_s
-            decays = [(m, mine * np.exp(-np.minimum(since_s / m.tau_s, 50.0))) for m in slow]
-            columns += [decay for m, decay in decays if m.tau_s < whole_s]
-            slowest = [abs(m.gain) * decay for m, decay in decays if m.tau_s >= whole_s]
-            columns += [np.sum(slowest, axis=0)] if slowest else []
-        return np.column_stack(columns) if columns else np.empty((len(self.time_s), 0))
 
     def white_n2(self, spec: ModelSpec) -> float:
         """Squared error of a model inside the rows, which their means do not show, N^2."""

@@ -29,6 +29,8 @@ from thrustd.diagnose.gram import block_gram, held_out_fit
 from thrustd.diagnose.polish import polished
 from thrustd.diagnose.reference import as_mount, with_reference
 from thrustd.diagnose.selection import BESIDE, RIDGES, Progress
+from thrustd.diagnose.start import Start, start_of
+from thrustd.diagnose.together import estimated_together, familiar
 from thrustd.errors import ModelError
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.parameters import pack, unpack
@@ -116,6 +118,12 @@ def extend(
     gentle, gentle_after = _gently(better, evidence) if _settled(spec, after, evidence) else (better, after)
     moved = gentle_after < PAYS**0.5 * after
     final, final_after = (gentle, gentle_after) if moved else (better, after)
+    if familiar(spec, evidence, before):
+        _tell(progress, 0.95, "together with the rest")
+        free = _estimable(started, records, chosen)
+        whole, whole_numbers, parent_n, whole_n = estimated_together(started, free, spec, evidence)
+        if whole_n / parent_n < PAYS**0.5 * final_after / before:
+            final, numbers, before, final_after, moved = whole, whole_numbers, parent_n, whole_n, True
     if not final_after < before:
         raise ModelError(
             f"{spec.name}: {_words(chosen)} not added: {before:.2f} N before and {final_after:.2f} N after"
@@ -131,16 +139,17 @@ def _start(effect: Effect, spec: ModelSpec, evidence: Evidence) -> EffectSpec:
     """The best shape and amplitude beside the model as it is."""
     output_n = evidence.output(spec)
     residual = evidence.reference_n - output_n
-    starts = evidence.starts(spec)
+    start = start_of(spec, evidence)
+    nothing = np.empty((len(residual), 0))
     rough = list(candidates(effect, spec, evidence, output_n))
-    order = sorted(rough, key=lambda c: _left(evidence, residual, c.columns, starts))
-    fine = [polished(c, spec, evidence, output_n, starts) for c in order[:POLISHED]]
-    best = min(fine, key=lambda c: _left(evidence, residual, c.columns, starts))
+    order = sorted(rough, key=lambda c: _left(evidence, residual, c.columns, start))
+    fine = [polished(c, spec, evidence, output_n, nothing, start) for c in order[:POLISHED]]
+    best = min(fine, key=lambda c: _left(evidence, residual, c.columns, start))
     return EffectSpec(effect.name, best.parameters)
 
 
-def _left(evidence: Evidence, residual: Floats, columns: Floats, starts: Floats) -> float:
-    gram = block_gram(evidence, residual, columns, [], 0.0, starts)
+def _left(evidence: Evidence, residual: Floats, columns: Floats, start: Start) -> float:
+    gram = block_gram(evidence, residual, columns, [], 0.0, start)
     count = columns.shape[1]
     return held_out_fit(gram, range(1, 1 + count), [BESIDE] * count).mse
 
@@ -165,7 +174,7 @@ def _held_out(spec: ModelSpec, better: ModelSpec, evidence: Evidence, n_before: 
         size = _amplitude(better.effects[i])
         columns.append((output_n - evidence.output(without)) / size)
     table = np.column_stack(columns) if columns else np.empty((len(output_n), 0))
-    white, starts = evidence.white_n2(better), evidence.starts(spec)
+    white, starts = evidence.white_n2(better), start_of(spec, evidence)
     gram = block_gram(evidence, evidence.reference_n - output_n, table, [], white, starts)
     return held_out_fit(gram, range(1, 1 + table.shape[1]), [BESIDE] * table.shape[1]).rmse
 
@@ -185,7 +194,7 @@ def _gently(spec: ModelSpec, evidence: Evidence) -> tuple[ModelSpec, float]:
     """A ridge step of curves and linear block, of the strength that predicts held-back blocks best."""
     residual = evidence.reference_n - evidence.output(spec)
     present = evidence.jacobian(spec)
-    gram = block_gram(evidence, residual, present, [], evidence.white_n2(spec), evidence.starts(spec))
+    gram = block_gram(evidence, residual, present, [], evidence.white_n2(spec), start_of(spec, evidence))
     n = present.shape[1]
     fits = [held_out_fit(gram, range(1, 1 + n), [ridge] * n) for ridge in RIDGES]
     best = min(fits, key=lambda fit: fit.mse)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.diagnose.evidence import FOLDS, Evidence, Ints
+from thrustd.diagnose.start import Start
 from thrustd.model.stage import Floats
 
 Mask = NDArray[np.bool_]
@@ -42,18 +43,18 @@ def block_gram(
     core: Floats,
     groups: Sequence[Floats],
     white_n2: float = 0.0,
-    starts: Floats | None = None,
+    start: Start | None = None,
 ) -> BlockGram:
     """Normal matrices of residual, core (n, p) and groups (n, k_i) of columns, in that order.
 
-    What `starts` (n, k) can represent is taken out of everything first: it lives at the start of the record only, and
-    could not be learnt from other blocks.
+    What the `start` may add is taken out of everything first (multiplied by its W): it could not be learnt from other
+    blocks.
 
     Products are formed with the core and inside each group; no regression here joins two groups, so the products
     between them stay zero. Rows without reference carry no weight.
     """
     good = np.isfinite(residual_n)
-    basis = orthonormal(starts * good[:, None]) if starts is not None and starts.size else np.empty((len(good), 0))
+    basis = start.basis if start is not None else np.empty((len(good), 0))
     always = np.column_stack((np.where(good, residual_n, 0.0), core, basis))
     ends = always.shape[1] + np.cumsum([0, *(group.shape[1] for group in groups)])
     firsts = np.searchsorted(evidence.block, np.arange(evidence.n_blocks + 1))
@@ -62,8 +63,9 @@ def block_gram(
         _products(matrix, [always[i:j], *(group[i:j] for group in groups)], good[i:j])
     counts = np.add.reduceat(good.astype(float), firsts[:-1])
     p = 1 + core.shape[1]
-    without = _projected(matrices, p, always.shape[1], ends) if basis.shape[1] else matrices
-    return BlockGram(without, counts, _fold_schemes(evidence.n_blocks), white_n2)
+    if start is not None and basis.shape[1]:
+        matrices = _projected(matrices, p, ends, start.shrink)
+    return BlockGram(matrices, counts, _fold_schemes(evidence.n_blocks), white_n2)
 
 
 def _products(matrix: Floats, parts: Sequence[Floats], good: Mask) -> None:
@@ -78,13 +80,14 @@ def _products(matrix: Floats, parts: Sequence[Floats], good: Mask) -> None:
         matrix[begin:end, begin:end] = part.T @ part
 
 
-def _projected(matrices: Floats, p: int, q: int, ends: Ints) -> Floats:
-    """Take what the orthonormal columns p..q explain out of all others, and drop them; a = z - B (B' z).
+def _projected(matrices: Floats, p: int, ends: Ints, shrink: Floats) -> Floats:
+    """Take the share `shrink` of what the orthonormal columns from p on explain out of all others, and drop them.
 
-    In products: a' c = z_a' z_c - w_a' B' z_c - z_a' B w_c + w_a' B' B w_c with w = B' z over all blocks.
+    a = z - B w with w = shrink B' z over all blocks; a' c = z_a' z_c - w_a' B' z_c - z_a' B w_c + w_a' B' B w_c.
     """
+    q = p + len(shrink)
     keep = np.concatenate((np.arange(p), np.arange(q, matrices.shape[1])))
-    w = matrices[:, p:q, :].sum(axis=0)[:, keep]
+    w = shrink[:, None] * matrices[:, p:q, :].sum(axis=0)[:, keep]
     known = np.zeros((len(keep), len(keep)), bool)
     known[:p] = known[:, :p] = True
     for begin, end in pairwise(ends - (q - p)):

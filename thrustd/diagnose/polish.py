@@ -1,13 +1,14 @@
 """Polish a candidate: shape parameters by line search, amplitudes by re-linearising where they ended up."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.diagnose.candidates import Candidate, column_at, moved_shape
 from thrustd.diagnose.evidence import Evidence
+from thrustd.diagnose.start import Start
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Parameter
 from thrustd.model.stage import Floats
@@ -18,56 +19,66 @@ STEPS = 7  # evaluations per shape parameter
 PASSES = 2  # re-linearisations of the amplitude
 
 
-def polished(candidate: Candidate, spec: ModelSpec, evidence: Evidence, output_n: Floats, beside: Floats) -> Candidate:
+def polished(
+    candidate: Candidate, spec: ModelSpec, evidence: Evidence, output_n: Floats, beside: Floats, start: Start
+) -> Candidate:
     """The candidate at its best shape and amplitude; `beside` (n, k): columns re-estimated along with it."""
-    residual = evidence.reference_n - output_n
-    good = np.isfinite(residual)
-    best = _relinearised(candidate, spec, evidence, output_n, beside)
+    problem = _Problem.of(evidence.reference_n - output_n, beside, start)
+    best = _relinearised(candidate, spec, evidence, output_n, problem)
     for parameter in _shapes(candidate):
 
         def tried(value: float, name: str = parameter.name, start: Candidate = best) -> tuple[float, Candidate]:
             changed = moved_shape(start, name, value, spec, evidence, output_n)
-            return _left(residual, changed.columns, beside, good), changed
+            return problem.left(changed.columns), changed
 
         found = _line_search(tried, parameter, best.parameters[parameter.name])
-        if found[0] < _left(residual, best.columns, beside, good):
+        if found[0] < problem.left(best.columns):
             best = found[1]
-    return _relinearised(best, spec, evidence, output_n, beside)
+    return _relinearised(best, spec, evidence, output_n, problem)
 
 
 def _shapes(candidate: Candidate) -> Sequence[Parameter]:
     return [p for p in candidate.effect.parameters if not p.amplitude and p.estimate]
 
 
-def amplitude_of(residual_n: Floats, columns: Floats, beside: Floats) -> Floats:
-    """Least-squares amplitudes (k,) of the columns beside others."""
-    good = np.isfinite(residual_n)
-    table = np.column_stack((columns, beside))[good]
-    size = np.maximum(np.sqrt(np.mean(table**2, axis=0)), 1e-300)
-    solution = np.linalg.lstsq(table / size, residual_n[good], rcond=1e-9)[0] / size
-    found: Floats = solution[: columns.shape[1]]
-    return found
+@dataclass(frozen=True, slots=True)
+class _Problem:
+    """Least squares of a residual on columns beside others, what the start may add taken out of all."""
+
+    residual: Floats  # (n,), zero without reference
+    beside: Floats  # (n, k)
+    good: NDArray[np.bool_]  # (n,)
+    start: Start
+
+    @staticmethod
+    def of(residual_n: Floats, beside: Floats, start: Start) -> "_Problem":
+        good = np.isfinite(residual_n)
+        return _Problem(
+            start.without(np.where(good, residual_n, 0.0)), start.without(beside * good[:, None]), good, start
+        )
+
+    def solved(self, columns: Floats) -> tuple[Floats, float]:
+        """(amplitudes (k,) of the columns, squared error left)."""
+        table = np.column_stack((self.start.without(columns * self.good[:, None]), self.beside))
+        size = np.maximum(np.sqrt(np.mean(table**2, axis=0)), 1e-300)
+        table = table / size
+        normal, right = table.T @ table, table.T @ self.residual
+        normal[np.diag_indices_from(normal)] *= 1 + 1e-9
+        solution = np.linalg.solve(normal, right)
+        left = float(self.residual @ self.residual - right @ solution)
+        return (solution / size)[: columns.shape[1]], left
+
+    def left(self, columns: Floats) -> float:
+        return self.solved(columns)[1]
 
 
 def _relinearised(
-    candidate: Candidate, spec: ModelSpec, evidence: Evidence, output_n: Floats, beside: Floats
+    candidate: Candidate, spec: ModelSpec, evidence: Evidence, output_n: Floats, problem: _Problem
 ) -> Candidate:
-    residual = evidence.reference_n - output_n
     for _ in range(PASSES):
-        values = amplitude_of(residual, candidate.columns, beside)
-        at = candidate.with_amplitudes(values)
+        at = candidate.with_amplitudes(problem.solved(candidate.columns)[0])
         candidate = column_at(candidate.effect, at, spec, evidence, output_n)
-    return replace(candidate, parameters=candidate.with_amplitudes(amplitude_of(residual, candidate.columns, beside)))
-
-
-def _left(residual: Floats, columns: Floats, beside: Floats, good: NDArray[np.bool_]) -> float:
-    """Squared error left by columns and `beside` together."""
-    table = np.column_stack((columns, beside))[good]
-    size = np.maximum(np.sqrt(np.mean(table**2, axis=0)), 1e-300)
-    normal = (table / size).T @ (table / size)
-    normal[np.diag_indices_from(normal)] *= 1 + 1e-9
-    right = (table / size).T @ residual[good]
-    return float(residual[good] @ residual[good] - right @ np.linalg.solve(normal, right))
+    return replace(candidate, parameters=candidate.with_amplitudes(problem.solved(candidate.columns)[0]))
 
 
 def _line_search(tried: Trial, parameter: Parameter, start: float) -> tuple[float, Candidate]:

@@ -13,6 +13,7 @@ import numpy as np
 from thrustd.diagnose.candidates import column_at
 from thrustd.diagnose.evidence import Evidence
 from thrustd.diagnose.gram import block_gram, held_out_fit
+from thrustd.diagnose.start import start_of
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
@@ -52,5 +53,5 @@ def _joint_mse(spec: ModelSpec, added: Sequence[EffectSpec], evidence: Evidence)
     output_n = evidence.output(spec)
     beside = tangents(spec, added, evidence, output_n)
     residual = evidence.reference_n - output_n
-    gram = block_gram(evidence, residual, beside, [], evidence.white_n2(spec), evidence.starts(spec))
+    gram = block_gram(evidence, residual, beside, [], evidence.white_n2(spec), start_of(spec, evidence))
     return held_out_fit(gram, range(1, 1 + beside.shape[1]), [RIDGE] * beside.shape[1]).mse

@@ -22,6 +22,7 @@ from thrustd.diagnose.evidence import Evidence
 from thrustd.diagnose.gram import BlockGram, Fit, block_gram, gain_t, held_out_fit
 from thrustd.diagnose.polish import polished
 from thrustd.diagnose.pruning import tangents
+from thrustd.diagnose.start import Start, start_of
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.stage import Floats
@@ -84,7 +85,7 @@ def look(
     output_n = evidence.output(spec)
     residual_n = evidence.reference_n - output_n
     present = np.empty((len(output_n), 0))
-    starts = evidence.starts(spec)
+    start = start_of(spec, evidence)
     beside = tangents(spec, added, evidence, output_n)
     rough: list[Candidate] = []
     for i, effect in enumerate(effects):
@@ -92,16 +93,14 @@ def look(
         rough += candidates(effect, spec, evidence, output_n)
     curves = free_curves(evidence, output_n)
     white_n2 = evidence.white_n2(spec)
-    table = _Table.of(evidence, residual_n, present, beside, rough, curves, white_n2, starts)
+    table = _Table.of(evidence, residual_n, present, beside, rough, curves, white_n2, start)
     first = table.scored(rough)
     _tell(progress, 0.75, "polish")
     fine = [
-        polished(s.candidate, spec, evidence, output_n, np.column_stack((beside, starts)))
-        if _matters(s, first, i)
-        else s.candidate
+        polished(s.candidate, spec, evidence, output_n, beside, start) if _matters(s, first, i) else s.candidate
         for i, s in enumerate(first)
     ]
-    last = _Table.of(evidence, residual_n, present, beside, fine, [], white_n2, starts)
+    last = _Table.of(evidence, residual_n, present, beside, fine, [], white_n2, start)
     _tell(progress, 1.0, "")
     return Round(
         spec,
@@ -119,8 +118,8 @@ def with_absorbed(round_: Round, evidence: Evidence) -> Round:
     """The first look once more with the present parameters re-estimated along: slow, asked only when nothing shows."""
     spec, chosen = round_.spec, [s.candidate for s in round_.scored]
     present, none = evidence.jacobian(spec), np.empty((len(round_.output_n), 0))
-    white_n2, starts = evidence.white_n2(spec), evidence.starts(spec)
-    table = _Table.of(evidence, round_.residual_n, present, none, chosen, [], white_n2, starts)
+    white_n2, start = evidence.white_n2(spec), start_of(spec, evidence)
+    table = _Table.of(evidence, round_.residual_n, present, none, chosen, [], white_n2, start)
     scored = tuple(
         replace(s, absorbed=table.absorbed(columns)) for s, columns in zip(round_.scored, table.candidates, strict=True)
     )
@@ -142,16 +141,24 @@ def rank(scored: Scored, own_n: float) -> float:
     return scored.fit.mse + SHAPE_COST * own_n**2 * free
 
 
-def deep(scored: Scored, first: Round) -> bool:
-    """An effect that hides in the identification data too: only visible when the present parameters may move.
+def buried(first: Round) -> Round | None:
+    """The first look with everything re-estimated along, when that shows an effect that is in the identification too.
 
-    They have absorbed part of it, so nothing shows while they stay; together with them it must remove much more than
-    they can alone.
+    The present parameters have absorbed part of such an effect, so little shows while they stay; together with them it
+    must remove much more than they can alone. Best first; None when no effect does.
     """
-    if scored.absorbed is None or first.absorbed is None:
-        return False
+    if first.absorbed is None:
+        return None
     reference = min(first.before, first.absorbed, key=lambda fit: fit.mse)
-    return scored.absorbed.mse <= (1 - DEEP) * reference.mse and gain_t(reference, scored.absorbed) >= SURE_DEEP
+    together = [
+        replace(s, fit=s.absorbed, before=reference, t=gain_t(reference, s.absorbed))
+        for s in first.scored
+        if s.absorbed is not None
+    ]
+    together.sort(key=lambda s: s.fit.mse)
+    if not together or together[0].fit.mse > (1 - DEEP) * reference.mse or together[0].t < SURE_DEEP:
+        return None
+    return replace(first, before=reference, scored=tuple(together))
 
 
 def taken(spec: ModelSpec, scored: Scored) -> tuple[ModelSpec, EffectSpec]:
@@ -180,12 +187,12 @@ class _Table:
         chosen: Sequence[Candidate],
         curves: Sequence[FreeCurve],
         white_n2: float,
-        starts: Floats,
+        start: Start,
     ) -> "_Table":
         groups = [*(c.columns for c in chosen), *(c.columns for c in curves)]
         ends = np.cumsum([1] + [g.shape[1] for g in (present, beside, *groups)])
         places = [list(range(a, b)) for a, b in pairwise(ends)]
-        gram = block_gram(evidence, residual_n, np.column_stack((present, beside)), groups, white_n2, starts)
+        gram = block_gram(evidence, residual_n, np.column_stack((present, beside)), groups, white_n2, start)
         n = len(chosen)
         return _Table(gram, places[0], places[1], places[2 : 2 + n], places[2 + n :])
 

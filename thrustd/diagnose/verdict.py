@@ -20,12 +20,13 @@ from thrustd.diagnose.selection import (
     Round,
     Scored,
     acceptable,
-    deep,
+    buried,
     look,
     rank,
     taken,
     with_absorbed,
 )
+from thrustd.diagnose.together import FAMILIAR
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
 
@@ -67,19 +68,63 @@ def judge(
             promised = spec.error is not None
             rounds[0] = rounds[0] if promised else with_absorbed(rounds[0], evidence)
             own_n = _own_n(spec, evidence, rounds[0])
+            if promised and rounds[0].before.mse <= FAMILIAR * own_n**2:
+                rounds[0] = with_absorbed(rounds[0], evidence)
+                if (deep := buried(rounds[0])) is not None:
+                    return _deep(deep, own_n)
         best = min((s for s in rounds[-1].scored if acceptable(s, own_n)), key=lambda s: rank(s, own_n), default=None)
         if best is None or len(found) == MOST:
             break
         spec, effect = taken(spec, best)
         found.append(best)
         added.append(effect)
+    spec = _exchanged(spec, evidence, effects, rounds, found, added, own_n)
     while (idle := redundant(spec, added, evidence, ENOUGH * own_n**2)) is not None:
         found.pop(added.index(idle))
         added.remove(idle)
         spec = without(spec, idle)
-    if not found and promised:
-        rounds[0] = with_absorbed(rounds[0], evidence)
+    if not found:
+        rounds[0] = rounds[0] if rounds[0].absorbed is not None else with_absorbed(rounds[0], evidence)
+        if (deep := buried(rounds[0])) is not None:
+            return _deep(deep, own_n, promised)
     return replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
+
+
+def _exchanged(
+    spec: ModelSpec,
+    evidence: Evidence,
+    effects: Sequence[Effect],
+    rounds: list[Round],
+    found: list[Scored],
+    added: list[EffectSpec],
+    own_n: float,
+) -> ModelSpec:
+    """The model after a second thought: what was taken early was the best alone, is it still so beside the others?
+
+    Each effect but the last is judged anew against all absent ones with the others in place, and gives way to a better.
+    """
+    changed = False
+    for i in range(len(found) - 1):
+        bare, others = without(spec, added[i]), [e for j, e in enumerate(added) if j != i]
+        words = {s.candidate.word for j, s in enumerate(found) if j != i}
+        again = look(bare, evidence, [e for e in effects if e.word not in words], others)
+        best = min((s for s in again.scored if acceptable(s, own_n)), key=lambda s: rank(s, own_n), default=None)
+        if best is not None and best.candidate.word != found[i].candidate.word:
+            spec, added[i] = taken(bare, best)
+            found[i] = best
+            rounds.append(again)
+            changed = True
+    if changed:
+        absent = [e for e in effects if e.word not in {s.candidate.word for s in found}]
+        rounds.append(look(spec, evidence, absent, added))
+    return spec
+
+
+def _deep(first: Round, own_n: float, promised: bool = True) -> Judgement:
+    """The effect that is in the identification data too, found with the present parameters re-estimated along."""
+    best = first.scored[0]
+    spec, effect = taken(first.spec, best)
+    return Judgement((best.candidate.word,), (best,), (effect,), (first,), own_n, promised, (), spec=spec, deep=True)
 
 
 def _own_n(spec: ModelSpec, evidence: Evidence, first: Round) -> float:
@@ -110,12 +155,6 @@ def _concluded(
         return Judgement(words, tuple(found), tuple(added), tuple(rounds), own_n, promised, left)
     if found:
         return Judgement(("unknown",), (), (), tuple(rounds), own_n, promised, _nearest(first, impostor))
-    buried = next((s for s in first.scored if deep(s, first)), None)
-    if buried is not None:
-        _, effect = taken(first.spec, buried)
-        return Judgement(
-            (buried.candidate.word,), (buried,), (effect,), tuple(rounds), own_n, promised, left, deep=True
-        )
     unsaid = min(fit.mse for fit in (first.before, first.absorbed) if fit is not None) > UNSAID * own_n**2 and promised
     verdict = ("unknown",) if left or unsaid else ("none",)
     channels = left or (best_curves(first) if unsaid else ())
