@@ -49,5 +49,5 @@ def next_step(page, word):
     button = page.locator("#next:not([disabled])", has_text=word)
     button.wait_for(timeout=LONG_MS)
     button.click()
-    page.wait_for_selector("html:not([data-busy='0']), .notice", timeout=10_000)
+    page.wait_for_selector("html:not([data-busy='0']), .notice.problem", timeout=10_000)
     idle(page)

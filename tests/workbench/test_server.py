@@ -1,5 +1,6 @@
 """The server asked over HTTP: who gets an answer, what leaves the folder, what a job does."""
 
+import asyncio
 import json
 
 import msgspec
@@ -8,9 +9,12 @@ import pytest
 
 from tests.conftest import simple_model
 from tests.workbench.served import workbench
+from thrustd.errors import UsageError
 from thrustd.model.artifact import write_model
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
+from thrustd.workbench import uploads
+from thrustd.workbench.folder import Folder
 from thrustd.workbench.jobs import Job, JobBoard
 
 
@@ -34,6 +38,9 @@ def served(tmp_path_factory):
     (folder / "model.json").write_text(write_model(simple_model()))
     (folder.parent / "secret.csv").write_text("time_s\n0\n1\n")
     (folder / "way-out.csv").symlink_to(folder.parent / "secret.csv")
+    (folder.parent / "elsewhere").mkdir()
+    (folder.parent / "elsewhere" / "secret.csv").write_text("time_s\n0\n1\n")
+    (folder / "door").symlink_to(folder.parent / "elsewhere")
     with workbench(folder) as running:
         yield running
 
@@ -80,7 +87,8 @@ def test_only_the_loopback_interface_listens(served):
     "name",
     [
         "../secret.csv", "..%2fsecret.csv", "%2e%2e/secret.csv", "/etc/passwd", "%2fetc%2fpasswd", "way-out.csv",
-        ".thrustd/session.json", ".thrustd%2fsession.json", "a/b/c.csv", "..\\secret.csv", "x" * 300, "%00.csv",
+        "door/secret.csv", ".thrustd/session.json", ".thrustd%2fsession.json", "a/b/c.csv", "..\\secret.csv", "x" * 300,
+        "%00.csv",
     ],
 )  # fmt: skip
 def test_nothing_outside_the_folder(served, name):
@@ -165,6 +173,32 @@ def finished(served, job_id):
     """Wait for a job by doing another one after it: the queue keeps its order."""
     served.order("prepare", recording="measured.csv")
     return next(job for job in served.get("api/state")["jobs"] if job["id"] == job_id)
+
+
+def test_no_upload_through_a_link_that_leads_out(served):
+    status, _, body = served.ask("PUT", "api/files/door/new.csv", b"time_s,force_N\n0,1\n1,2\n")
+    assert status == 400 and b"outside" in body
+    assert [path.name for path in (served.folder / "door").iterdir()] == ["secret.csv"]
+
+
+@pytest.mark.parametrize("path", ["api/session", "api/jobs", "api/undo"])
+@pytest.mark.parametrize("body", [b"\xff\xfe", b"{", b'{"model":' + b"[" * 300_000, b"x" * (1 << 21), b""])
+def test_bodies_that_are_no_request_are_one_line(served, path, body):
+    status, _, said = served.ask("POST", path, body)
+    assert status == 400 and "\n" not in json.loads(said)["error"]
+
+
+def test_an_upload_is_bounded_and_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(uploads, "MAX_UPLOAD_BYTES", 1000)
+
+    class Endless:
+        async def stream(self):
+            while True:
+                yield b"0,1\n" * 100
+
+    with pytest.raises(UsageError, match=r"big.csv: more than"):
+        asyncio.run(uploads.receive(Folder(tmp_path), "big.csv", Endless()))
+    assert not list((tmp_path / ".thrustd" / "incoming").iterdir())
 
 
 def test_marks_are_kept_beside_the_recording(served):

@@ -95,7 +95,7 @@ def order_of(folder: Folder, body: bytes) -> tuple[str, str, dict[str, Any]]:
     """(kind, title for people, arguments) of a JSON order; UsageError when it cannot be carried out."""
     try:
         order = msgspec.json.decode(body, type=Any_)
-    except msgspec.DecodeError as problem:
+    except (msgspec.DecodeError, RecursionError) as problem:
         raise UsageError(f"order: {problem}") from None
     arguments = msgspec.to_builtins(order)
     kind = arguments.pop("kind")

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from thrustd.errors import ThrustdError, UsageError
 from thrustd.model.artifact import read_model
@@ -59,11 +60,18 @@ def adopt(folder: Folder, incoming: str, name: str, progress: Progress) -> dict[
     return {"name": name}
 
 
+def plain(value: Any) -> Any:
+    """numpy's own numbers as Python's: a report may carry either."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"{type(value).__name__} has no place in a report")
+
+
 def write_report(folder: Folder, number: str, value: Any) -> str:
     """Keep a report as JSON; returns its number."""
     reports = folder.state / "reports"
     reports.mkdir(parents=True, exist_ok=True)
     part = reports / f".{number}.part"
-    part.write_bytes(msgspec.json.encode(value))
+    part.write_bytes(msgspec.json.encode(value, enc_hook=plain))
     os.replace(part, reports / f"{number}.json")
     return f"{number}.json"

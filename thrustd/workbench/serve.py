@@ -33,13 +33,17 @@ def serve(root: Path, port: int = 0, browser: bool = True, announce: Callable[[s
         app = Guard(application(root), token, port)
         url = f"http://{LOOPBACK}:{port}/{token}/"
         announce(url)
+        door = _door(root, url)
         if browser:
-            webbrowser.open(_door(root, url).as_uri())
+            webbrowser.open(door.as_uri())
         config = uvicorn.Config(
             app, log_level="warning", access_log=False, server_header=False, timeout_graceful_shutdown=1, ws="none"
         )
         logging.getLogger("uvicorn.error").addFilter(_not_at_the_end)
-        uvicorn.Server(config).run(sockets=[listener])
+        try:
+            uvicorn.Server(config).run(sockets=[listener])
+        finally:
+            door.unlink(missing_ok=True)
 
 
 def _not_at_the_end(record: logging.LogRecord) -> bool:

@@ -129,7 +129,7 @@ class Bench:
         path = self.folder.path(request.path_params["name"])
         try:
             marks = msgspec.json.decode(await _body(request), type=tuple[Mark, ...])
-        except msgspec.DecodeError as problem:
+        except (msgspec.DecodeError, RecursionError) as problem:
             raise UsageError(f"marks: {problem}") from None
         write_marks(path, marks)
         return _json(marks)
@@ -140,7 +140,7 @@ class Bench:
         return _json(self.board.add("adopt", f"check {name}", {"incoming": incoming, "name": name}))
 
     async def undo(self, request: Request) -> Response:
-        return _json(undo(self.folder, (await _body(request)).decode()))
+        return _json(undo(self.folder, (await _body(request)).decode(errors="replace")))
 
     async def download(self, request: Request) -> Response:
         path = self.folder.path(request.path_params["name"])

@@ -54,7 +54,7 @@ def change_session(folder: Folder, body: bytes) -> Session:
         changes = msgspec.json.decode(body, type=dict[str, object])
         kept = msgspec.to_builtins(read_session(folder))
         session = msgspec.convert({**kept, **changes}, Session)
-    except (msgspec.DecodeError, msgspec.ValidationError) as problem:
+    except (msgspec.DecodeError, RecursionError) as problem:
         raise UsageError(f"session: {problem}") from None
     write_session(folder, session)
     return session

@@ -24,6 +24,9 @@ async def receive(folder: Folder, name: str, request: Request) -> str:
     part = incoming / f"{secrets.token_hex(8)}{target.suffix.lower()}"
     try:
         await _store(part, name, request)
+    except OSError as problem:
+        part.unlink(missing_ok=True)
+        raise UsageError(f"{name}: cannot be stored here: {problem.strerror or problem}") from None
     except BaseException:
         part.unlink(missing_ok=True)
         raise

@@ -10,7 +10,6 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -18,6 +17,7 @@ import msgspec
 
 from thrustd.errors import ThrustdError
 from thrustd.workbench.folder import Folder
+from thrustd.workbench.prepare import plain
 
 Progress = Callable[[float, str], None]  # (fraction done, what is going on)
 
@@ -39,7 +39,7 @@ class Voice:
             self.say({"progress": min(max(fraction, 0.0), 1.0), "note": note})
 
     def say(self, message: dict[str, Any]) -> None:
-        self._out.write(msgspec.json.encode(message) + b"\n")
+        self._out.write(msgspec.json.encode(message, enc_hook=plain) + b"\n")
         self._out.flush()
 
 
@@ -64,7 +64,6 @@ def main(root: str) -> None:
     os.dup2(2, 1)
     os.nice(NICE)
     folder, voice = Folder(Path(root)), Voice(out)
-    import_module("thrustd.workbench.prepare")  # now, while nobody waits: the first order is a recording to be read
     for line in sys.stdin.buffer:
         carry_out(folder, line, voice)
 

@@ -1,7 +1,7 @@
 // Drag and drop: files go to the server, which checks them before the folder gets them.
 import { h } from "./dom.js";
 import { fileUrl, put } from "./api.js";
-import { attempt, refresh, say, session, store } from "./store.js";
+import { attempt, refresh, session, store } from "./store.js";
 
 export function dropFiles(target) {
   let veil = null;
@@ -13,7 +13,17 @@ export function dropFiles(target) {
     if (![...event.dataTransfer.types].includes("Files")) return;
     event.preventDefault();
     if (!veil) {
-      veil = h("div", { class: "drop-veil" }, `Drop to add to ${store.server.folder}`);
+      veil = h(
+        "div",
+        { class: "drop-veil" },
+        h(
+          "p",
+          {},
+          h("b", {}, `Drop to add to the folder ${store.server.folder}`),
+          h("br"),
+          "recordings: CSV, Parquet, npz, MATLAB, MCAP; models: JSON. Every file is read whole before it is taken.",
+        ),
+      );
       document.body.append(veil);
     }
   });
@@ -34,7 +44,6 @@ export async function addFiles(files) {
 async function add(file) {
   const job = await put(fileUrl(file.name), file);
   if (!store.server.jobs.some((one) => one.id === job.id)) store.server.jobs.unshift(job);
-  say(`${file.name}: received; checking it`, "ok");
   await refresh();
   return session();
 }

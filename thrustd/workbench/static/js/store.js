@@ -35,37 +35,32 @@ export function follow() {
       at = jobs.findIndex((one) => one.id === job.id);
     if (at >= 0) jobs[at] = job;
     else jobs.unshift(job);
-    if (["done", "failed", "cancelled"].includes(job.state)) finished(job);
+    if (over(job)) finished(job);
     changed("jobs");
   });
   events.addEventListener("folder", () => refresh());
-  let broken = false;
-  events.onerror = () => {
-    broken = true;
-  };
-  events.onopen = () => {
-    if (broken) {
-      broken = false;
-      refresh();
-    }
-  };
+  events.onopen = () => refresh(); // what happened before the stream was open, or while it was broken, is in no event
 }
 
+const over = (job) => ["done", "failed", "cancelled"].includes(job.state);
 const waiting = new Map();
 async function finished(job) {
   await refresh();
   const later = waiting.get(job.id);
   waiting.delete(job.id);
   if (job.state === "failed") say(job.error);
+  if (job.state === "done" && job.kind === "adopt") say(`${job.result.name} is in the folder`, "ok");
   later?.(job);
   changed("state");
 }
 
 // queue a job; resolves with the finished job
 export async function order(kind, fields = {}) {
-  const job = await post("api/jobs", { kind, ...fields });
-  const jobs = store.server.jobs;
-  if (!jobs.some((one) => one.id === job.id)) jobs.unshift(job);
+  const job = await post("api/jobs", { kind, ...fields }),
+    { jobs } = store.server,
+    known = jobs.find((one) => one.id === job.id);
+  if (known && over(known)) return known; // its end was heard before the answer to the order
+  if (!known) jobs.unshift(job);
   changed("jobs");
   return new Promise((resolve) => waiting.set(job.id, resolve));
 }

@@ -54,7 +54,12 @@ export function histories(root) {
     drawTools();
     const wanted = recordings();
     grid.className = "columns " + (wanted.length > 1 ? "" : "one");
-    fill(grid, ...wanted.map(sheetPanel));
+    fill(
+      grid,
+      wanted.length
+        ? wanted.map(sheetPanel)
+        : h("section", { class: "panel" }, h("p", { class: "empty" }, "No recording yet. Drop one anywhere on this page.")),
+    );
     store.focus = null;
   }
 

@@ -127,6 +127,12 @@ export function missing(root) {
   });
 }
 
+// what error is the model's own, and who says so
+const own = (a) =>
+  a.own_error_promised === false
+    ? `The least that anything reached on these blocks is ${newtons(a.own_error_n)}.`
+    : `The model's own error at these forces and rates, by its identification, is ${newtons(a.own_error_n)}.`;
+
 const alike = (names) =>
   names.length
     ? names[0] + (names.length > 1 ? ` and ${names.length - 1} more` : "")
@@ -138,10 +144,10 @@ function verdict(a) {
   const words = known.length
     ? [
         h("b", {}, `${newtons(a.rmse_before_n)} → ${newtons(a.rmse_after_n)}`),
-        ` on held-back blocks. By its identification the model's own error is ${newtons(a.own_error_n)} at these forces and rates.`,
+        ` on held-back blocks. ${own(a)}`,
       ]
     : kind === "none"
-      ? `No absent effect removes enough error to be worth adding. The model leaves ${newtons(a.rmse_before_n)}, and its identification promised no less than ${newtons(a.own_error_n)}.`
+      ? `No absent effect removes enough error to be worth adding. The model leaves ${newtons(a.rmse_before_n)}. ${own(a)}`
       : [
           "Structure is left that no effect of the library explains. The residual follows ",
           h("b", {}, a.depends_on.map((d) => d.channel).join(", ") || "no channel of this file"),

@@ -1,0 +1,134 @@
+"""Screens of the page in a real browser: flights, long names, narrow windows, empty folders, messages."""
+
+import re
+
+import pytest
+
+from tests.conftest import simple_model
+from tests.workbench.browser import chromium, idle, page_of
+from tests.workbench.served import workbench
+from tests.workbench.test_follow import write_log
+from tests.workbench.test_server import small_record
+from thrustd.model.artifact import write_model
+from thrustd.records.files import write_recording
+
+VIEWS = ("overview", "histories", "fails", "missing", "add", "flight")
+LONG = "a-very-long-name-of-a-recording-that-came-from-the-archive-of-the-flight-test-department-second-attempt"
+
+
+@pytest.fixture(scope="module")
+def full_folder(tmp_path_factory):
+    chromium()
+    folder = tmp_path_factory.mktemp("full")
+    write_recording(small_record(), folder / f"{LONG}.csv")
+    for i in range(12):
+        (folder / f"run-{i:02d}.csv").write_bytes((folder / f"{LONG}.csv").read_bytes())
+    (folder / f"{LONG}.json").write_text(write_model(simple_model()))
+    write_log(folder / "flight.mcap", seconds=20)
+    with workbench(folder) as served:
+        for name in (f"{LONG}.csv", "flight.mcap"):
+            assert served.order("prepare", recording=name)["state"] == "done"
+        served.ask("POST", "api/session", f'{{"model": "{LONG}.json", "measured": ["{LONG}.csv"]}}')
+        assert served.order("compare", models=[f"{LONG}.json"], recordings=[f"{LONG}.csv"])["state"] == "done"
+        yield served
+
+
+@pytest.mark.parametrize("width", [900, 1280, 1920])
+def test_nothing_is_wider_than_the_window(full_folder, width):
+    with page_of(full_folder.url, width) as page:
+        for view in VIEWS:
+            page.goto(f"{full_folder.url}#{view}")
+            idle(page)
+            wide = page.evaluate(
+                "[document.documentElement, document.querySelector('.main'), document.querySelector('.context')]"
+                ".map((one) => one.scrollWidth - one.clientWidth)"
+            )
+            assert max(wide) <= 0, (view, wide)
+
+
+def test_a_flight_played_back(full_folder):
+    with page_of(f"{full_folder.url}#flight") as page:
+        left = page.locator(".engine").first
+        page.get_by_label("time", exact=True).evaluate(
+            "slider => { slider.value = 10; slider.dispatchEvent(new Event('input')); }"
+        )
+        left.locator("b", has_text="1500").wait_for()
+        assert "1402 to 1598 N" in left.inner_text() and "transient" in left.inner_text()
+        page.get_by_role("button", name="Play", exact=True).click()
+        page.locator(".playbar .num", has_text=re.compile("00:00:1[1-9]")).wait_for()
+
+
+def test_a_log_followed_while_it_grows(full_folder):
+    whole = full_folder.folder / "flight.mcap"
+    growing = full_folder.folder / "growing.mcap"
+    content = whole.read_bytes()
+    growing.write_bytes(content[: len(content) // 2])
+    with page_of(f"{full_folder.url}#flight") as page:
+        page.get_by_label("flight log").select_option("growing.mcap")
+        page.get_by_role("button", name="Follow live").click()
+        page.get_by_text("following").wait_for()
+        page.locator(".engine b").first.wait_for()
+        growing.write_bytes(content)
+        page.locator(".readings", has_text="adc crc").wait_for()
+        assert "× 4" in page.locator(".readings").last.inner_text()
+        assert re.search(r"\b199\d\b", page.locator(".engine").last.inner_text())
+    growing.unlink()
+
+
+def test_two_recordings_side_by_side_zoom_together(full_folder):
+    with page_of(f"{full_folder.url}#histories") as page:
+        page.locator(".sheet[data-ready]").wait_for()
+        page.get_by_text("Recordings (1 of").click()
+        page.get_by_role("checkbox", name="run-00.csv").check()
+        page.locator(".sheet[data-ready]").nth(1).wait_for()
+        idle(page)
+        page.get_by_label("zoom recordings together").check()
+        sheets = page.locator(".sheet[data-ready]")
+        sheets.first.press("+")
+        page.locator(".sheet[data-ready]:not([data-ready='0 199.95'])").nth(1).wait_for()
+        assert sheets.nth(0).get_attribute("data-ready") == sheets.nth(1).get_attribute("data-ready")
+
+
+def test_a_message_leaves_the_plots_alone_and_can_be_closed(full_folder):
+    with page_of(f"{full_folder.url}#histories") as page:
+        page.locator(".sheet[data-ready]").wait_for()
+        drop(page, f"{LONG}-2.csv", [137, 80, 255, 0, 3, 200, 9, 10, 1])
+        notice = page.locator(".notice.problem", has_text="not UTF-8 text")
+        notice.wait_for()
+        below = notice.bounding_box()["y"]
+        main = page.locator(".main").bounding_box()
+        assert main["y"] + main["height"] <= below + 1
+        notice.get_by_role("button", name="close").click()
+        notice.wait_for(state="detached")
+
+
+def drop(page, name, content):
+    """A file dragged over the page and dropped."""
+    event = """([kind, name, content]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([new Uint8Array(content)], name));
+        const event = new DragEvent(kind, {dataTransfer: data, bubbles: true, cancelable: true});
+        document.body.dispatchEvent(event);
+    }"""
+    page.evaluate(event, ["dragover", name, content])
+    page.locator(".drop-veil").wait_for()
+    page.evaluate(event, ["drop", name, content])
+    page.locator(".drop-veil").wait_for(state="detached")
+
+
+def test_an_empty_folder_says_what_to_do(tmp_path):
+    chromium()
+    with workbench(tmp_path) as served, page_of(served.url) as page:
+        assert page.locator("#next").inner_text() == "Make an exercise"
+        for view in VIEWS:
+            page.goto(f"{served.url}#{view}")
+            page.locator(".empty").first.wait_for()
+
+
+def test_a_folder_without_a_reference_is_not_sent_round_the_loop(tmp_path):
+    chromium()
+    (tmp_path / "flight.csv").write_text("time_s,deformation_mm\n0,0.1\n1,0.2\n2,0.3\n")
+    with workbench(tmp_path) as served, page_of(served.url) as page:
+        page.get_by_text("No recording here has a reference").wait_for()
+        page.locator("#next", has_text="Time histories").click()
+        page.locator(".sheet[data-ready]").wait_for()
