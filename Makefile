@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
 
-.PHONY: help demo test check bench blind clean
+.PHONY: help demo test check bench blind fusion clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -28,6 +28,9 @@ check: .venv/ready ## format, lint, types
 
 bench: .venv/ready ## speed and memory, measured here
 	$(BIN)/python -m benchmarks
+
+fusion: .venv/ready ## the fusion table: three recorded flights flown by the twin, scripted ones without them
+	$(BIN)/python -m benchmarks.fusion_table
 
 blind: .venv/ready ## hide effects, find them, count: confusion matrix and fall of the error
 	$(BIN)/python benchmarks/blind.py

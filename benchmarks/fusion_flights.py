@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.brochure.hand_over import LAG_S
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.smoother import smooth
@@ -100,24 +101,25 @@ def _flown(profile: Recording, engine: int, estimates: list[Estimate]) -> Flown:
 
 def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Array, Array]:
     """(thrust, one sigma) when one route is taken away, at 10 Hz."""
-    outputs = [flt.step(inputs) for flt, inputs in _steps(flown, mount, brochure)]
+    thrust_filter, rows = _steps(flown, mount, brochure)
+    outputs = [thrust_filter.step(inputs) for inputs in rows]
     return np.array([o.thrust_n for o in outputs]), np.array([o.thrust_std_n for o in outputs])
 
 
 def smoothed(flown: Flown) -> tuple[Array, Array]:
     """(filtered, smoothed) thrust of the same 10 Hz filter."""
-    records, filtered = [], []
-    for thrust_filter, inputs in _steps(flown, True, True):
-        filtered.append(thrust_filter.step(inputs).thrust_n)
-        records.append(thrust_filter.record())
-    return np.array(filtered), smooth(records).thrust_n
+    thrust_filter, rows = _steps(flown, True, True)
+    tape = thrust_filter.keep()
+    filtered = [thrust_filter.step(inputs).thrust_n for inputs in rows]
+    return np.array(filtered), smooth(tape).thrust_n
 
 
-def _steps(flown: Flown, mount: bool, brochure: bool) -> Iterator[tuple[ThrustFilter, FusionInputs]]:
-    thrust_filter, rate = ThrustFilter(FusionSettings(), 0), SmoothRate()
+def _steps(flown: Flown, mount: bool, brochure: bool) -> tuple[ThrustFilter, list[FusionInputs]]:
+    """A filter and what it is told; lead and lag of the brochure from its own rate, as in flight."""
+    rate, lagged, rows = SmoothRate(), SmoothRate(), []
     for estimate, n1_pct in zip(flown.estimates, flown.n1_pct.tolist(), strict=True):
-        yield (
-            thrust_filter,
+        lag_n = LAG_S * abs(lagged.step(estimate.t_ns, estimate.brochure_n))
+        rows.append(
             FusionInputs(
                 t_ns=estimate.t_ns,
                 mount_n=estimate.mount_n if mount else np.nan,
@@ -126,6 +128,8 @@ def _steps(flown: Flown, mount: bool, brochure: bool) -> Iterator[tuple[ThrustFi
                 brochure_std_n=estimate.brochure_std_n if brochure else np.nan,
                 n1_pct=n1_pct,
                 n1_rate_pct_s=rate.step(estimate.t_ns, n1_pct),
+                brochure_lag_n=lag_n if np.isfinite(lag_n) else 0.0,
                 status=estimate.status & int(Status.GAP),
-            ),
+            )
         )
+    return ThrustFilter(FusionSettings(), 0), rows

@@ -21,6 +21,7 @@ from thrustd.fault_status import FaultStatus
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.monitor import Layout, Monitor, MonitorVerdict
 from thrustd.fusion.settings import FusionSettings, check_settings
+from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.model.compile import CompiledModel
 from thrustd.mount_route import MountRoute, MountState
@@ -98,6 +99,10 @@ class Pipeline:
         elif isinstance(event, Fault):
             self._report(event, outputs)
         return outputs
+
+    def tapes(self) -> tuple[Tape, ...]:
+        """One per engine: every fused step from now on, for `fusion.smoother.smooth`."""
+        return tuple(thrust_filter.keep() for thrust_filter in self._filters)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything a warm restart needs, JSON-able."""

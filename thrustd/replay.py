@@ -14,6 +14,7 @@ from thrustd.flight_score import FlightScore, Score, TruthRow
 from thrustd.installation import WARM_START, Installation, WarmStart, installation_from_files
 from thrustd.loop import run
 from thrustd.sinks.mcap_log import LogWriter, new_log
+from thrustd.smoothed_flight import write_smoothed
 from thrustd.sources.log_run import LogRun
 from thrustd.sources.mcap_log import LogFile
 from thrustd.types import Estimate, Event, Fault, Output
@@ -50,16 +51,19 @@ def replay(
     pace: Callable[[Iterator[Event]], Iterator[Event]] = iter,
     advance: Callable[[float], None] = lambda fraction: None,
     picture: FlightPicture | None = None,
+    smoothed: Path | None = None,
 ) -> ReplaySummary:
     """Replay a log, or the files of one run; outputs and truth go to the log `out`, estimates to `picture`.
 
-    `pace` may delay the events (playback at --speed 1); `advance` hears the fraction done.
+    `pace` may delay the events (playback at --speed 1); `advance` hears the fraction done. `smoothed`: what the whole
+    flight, looked at from its end, says of every step, as CSV.
     """
     paths = (path,) if isinstance(path, Path) else path
     log = LogRun(paths)
     installation = open_installation(log, config)
     pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
     score = flight_score(installation)
+    tapes = pipeline.tapes() if smoothed is not None else ()
     with ExitStack() as opened:
         writer = opened.enter_context(new_log(out, _header(installation, log.header))) if out is not None else None
         truth = truth_rows(LogRun(paths), score.names)
@@ -80,8 +84,14 @@ def replay(
 
         run(pace(log.events()), pipeline, _already_recorded, take)
         deque(truth, maxlen=0)  # what comes after the last estimate
+    summary = _summary(log, score)
+    if smoothed is not None:
+        engines = installation.config.aircraft.engines
+        scores = write_smoothed(smoothed, dict(zip(engines, tapes, strict=True)), truth_rows(LogRun(paths), engines))
+        routes = {name: summary.scores.get(name, {}) | scores.get(name, {}) for name in (*summary.scores, *scores)}
+        summary = msgspec.structs.replace(summary, scores=routes)
     advance(1.0)
-    return _summary(log, score)
+    return summary
 
 
 def _already_recorded(event: Event | Fault) -> None:

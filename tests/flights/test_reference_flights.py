@@ -4,9 +4,11 @@ import json
 from importlib.util import module_from_spec, spec_from_file_location
 from math import isnan
 
+import numpy as np
 import pytest
 
 from tests.conftest import ROOT
+from thrustd.records.files import read_recording
 from thrustd.replay import replay
 from thrustd.types import Status
 
@@ -41,10 +43,13 @@ def test_the_flight_is_worth_looking_at(flight):
 
 
 def test_replaying_the_estimate_log_scores_against_the_truth(tmp_path):
-    summary = replay(FOLDER / "throttle-steps.mcap", tmp_path / "out.mcap")
+    smoothed = tmp_path / "smoothed.csv"
+    summary = replay(FOLDER / "throttle-steps.mcap", tmp_path / "out.mcap", smoothed=smoothed)
     assert set(summary.scores) == {"left", "right", "left_upper", "left_lower", "right_upper", "right_lower"}
     for engine in ("left", "right"):
         fused = summary.scores[engine]["fused"]
         assert fused.rmse_n < 300.0
         assert fused.n > 1000
+        assert summary.scores[engine]["smoothed"].n == pytest.approx(fused.n, abs=20)
+        assert np.isfinite(read_recording(smoothed)[f"thrust_N_{engine}"]).all()
     assert summary.missing_events == 0

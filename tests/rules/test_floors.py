@@ -13,7 +13,7 @@ FLOORS = {
     "signature": 3,
     "sources": 3, "sinks": 3,
     "loop": 4, "flight_score": 4, "flight_picture": 4, "twin": 4, "records": 4, "installation": 4,
-    "checkpoint": 4, "realtime": 4, "heartbeat": 4,
+    "checkpoint": 4, "realtime": 4, "heartbeat": 4, "smoothed_flight": 4,
     "daemon": 5, "replay": 5, "identify": 5, "diagnose": 5,
     "workbench": 6, "fleet": 6,
     "cli": 7, "__main__": 8,
@@ -32,6 +32,8 @@ ALLOWED_SIDEWAYS = {
     ("checkpoint", "installation"),
     ("heartbeat", "checkpoint"),
     ("flight_picture", "flight_score"),
+    ("smoothed_flight", "flight_score"),
+    ("smoothed_flight", "records"),
 }
 FORBIDDEN_BELOW_3 = {
     "time", "datetime", "random", "os", "pathlib", "io", "socket", "threading", "asyncio", "logging", "serial",

@@ -30,6 +30,7 @@ def add_verbs(verbs: Verbs) -> None:
     replay.add_argument("-o", "--out", type=Path, help="estimate log to write (MCAP)")
     replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
     replay.add_argument("--speed", type=float, help="play at this multiple of real time; default: as fast as it goes")
+    replay.add_argument("--smooth", type=Path, help="CSV of the thrust as the whole flight, seen from its end, says it")
     replay.add_argument("--picture", type=Path, help="PNG of thrust, band and error over time")
     add_json(replay)
 
@@ -77,6 +78,7 @@ def replay_verb(arguments: argparse.Namespace) -> int:
             pace=(lambda events: paced(events, arguments.speed)) if arguments.speed else iter,
             advance=advance,
             picture=picture,
+            smoothed=arguments.smooth,
         )
     if picture is not None:
         picture.save(arguments.picture, f"{summary.log}: {summary.length_s / 60:.1f} min")

@@ -6,9 +6,26 @@ recovered once the innovation has stayed inside the gate for `recover_after_s`
 """
 
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, nan
+from typing import NamedTuple
 
 MAX_STEP_S = 1.0  # a long silence says nothing about agreement
+
+
+class Verdict(NamedTuple):
+    """What became of one measurement."""
+
+    innovation_n: float = nan
+    nis: float = nan
+    used: bool = False
+
+
+NOTHING = Verdict()
+
+
+def agree_on_a_move(mount: Verdict, brochure: Verdict) -> bool:
+    """Both were gated out on the same side: the thrust moved before anything had told the filter."""
+    return not mount.used and not brochure.used and mount.innovation_n * brochure.innovation_n > 0.0
 
 
 @dataclass(slots=True)

@@ -9,15 +9,15 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """All one sigma unless named otherwise. Where each default comes from: docs/fusion.md."""
 
     # thrust moves: first-order Gauss-Markov rate, its strength follows the throttle
-    thrust_rate_std_n_s: float = 60.0  # steady flight
+    thrust_rate_std_n_s: float = 40.0  # steady flight
     thrust_rate_tau_s: float = 0.5
     throttle_rate_gain_n_per_pct: float = 600.0  # twice the thrust per per cent of N1 at high power, JT15D-4
     surprise_rate_n_s: float = 600.0  # after one route was gated out
     agreed_surprise_rate_n_s: float = 4000.0  # after every route that speaks was: the thrust moves before N1 says so
     # slow errors of both routes: how long they last, and the thrust movement after which they are others
-    mount_noise_std_n: float = 12.0  # white part of one engine's mounts, per fused step
-    installation_std_n: float = 12.0  # of one mount in the aircraft beyond its bench: zero, share, warmth
-    mount_zero_std_n: float = 35.0  # of one engine's mounts, whatever the thrust
+    mount_noise_std_n: float = 8.0  # white part of one engine's mounts, per fused step
+    installation_std_n: float = 10.0  # of one mount in the aircraft beyond its bench: zero, share, warmth
+    mount_zero_std_n: float = 20.0  # of one engine's mounts, whatever the thrust
     mount_zero_tau_s: float = 3600.0
     mount_error_tau_s: float = 120.0  # sigma itself: the model's error map, `mount_std_n`
     brochure_noise_std_n: float = 20.0

@@ -12,15 +12,15 @@ nothing that is not finite reaches `update`.
 """
 
 from math import exp, isfinite, nan, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
 from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SHAPE, THRUST, ZERO, Matrix, propagate, rate_sigma
 from thrustd.fusion.fusion_inputs import FusionInputs, sane
-from thrustd.fusion.gate import Gate
+from thrustd.fusion.gate import NOTHING, Gate, Verdict, agree_on_a_move
 from thrustd.fusion.kalman import KalmanFilter
 from thrustd.fusion.settings import FusionSettings
+from thrustd.fusion.smoother import Tape
 from thrustd.types import Estimate, Fault, Status
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
@@ -31,30 +31,12 @@ SCALE_TAU_S = 1.0
 RISE_S, FALL_S = 0.5, 5.0  # how fast the sigmas of h and d follow their region
 START_ERROR_N = 60.0  # of either route, before the first measurement says its own
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+MIN_STEP_S = 1e-3
 NEVER_NS = -1
-# The filter must learn nothing from a sigma that moves while T rests: T is given this many times as much room.
+# The filter must learn nothing from a sigma that moves while T rests: T may wander this many times as much in a second.
 SLACK = 300.0
 
 
-class StepRecord(NamedTuple):
-    """What the smoother needs of one step: state (6,) and covariance (6, 6) after it, and how it was predicted."""
-
-    t_ns: int
-    x: Matrix
-    p: Matrix
-    f: Matrix
-    q: Matrix
-
-
-class Verdict(NamedTuple):
-    """What became of one measurement."""
-
-    innovation_n: float = nan
-    nis: float = nan
-    used: bool = False
-
-
-NOTHING = Verdict()
 STILL = (np.eye(N_STATE), np.zeros((N_STATE, N_STATE)))
 
 
@@ -82,14 +64,16 @@ class ThrustFilter:
         zero_n, engine_std = settings.mount_zero_std_n, settings.brochure_bias_std
         self._kf.P = np.diag(np.square((START_STD_N, START_RATE_STD_N_S, zero_n, 1.0, engine_std, 1.0)))
         self._motion: tuple[Matrix, Matrix] = STILL
+        self._tape: Tape | None = None
 
     @property
     def thrust_n(self) -> float:
         return float(self._kf.x[THRUST, 0])
 
-    def record(self) -> StepRecord:
-        """The last step, for `smoother.smooth`; the arrays are never changed afterwards."""
-        return StepRecord(self._t_ns, self._kf.x.ravel().copy(), self._kf.P, *self._motion)
+    def keep(self) -> Tape:
+        """From now on every step is written on this tape, for `smoother.smooth`."""
+        self._tape = Tape()
+        return self._tape
 
     def step(self, inputs: FusionInputs) -> Estimate:
         """Predict to `t_ns`, weigh what is there, return the estimate."""
@@ -105,10 +89,12 @@ class ThrustFilter:
         # the mount first: it is the one that knows where the thrust is while the throttle moves
         mount = self._mount(inputs, dt_s)
         brochure = NOTHING if off else self._brochure(inputs)
-        if _agree_on_a_move(mount, brochure):
+        if agree_on_a_move(mount, brochure):
             self._open(mount.innovation_n**2)
             mount, brochure = self._mount(inputs, 0.0), self._brochure(inputs, again=True)
         self._surprise_n_s = self._surprise(mount, inputs)
+        if self._tape is not None:
+            self._tape.write(self._t_ns, self._kf.x, self._kf.P, *self._motion)
         status = self._flags(inputs) | self._route_flags(inputs, mount, off)
         return self._estimate(inputs, mount, brochure, status)
 
@@ -160,7 +146,7 @@ class ThrustFilter:
             part = min(dt_s / SCALE_TAU_S, 1.0)
             self._scale_n += part * (max(abs(inputs.brochure_n), SCALE_FLOOR_N) - self._scale_n)
         now = (self._mount_sigma_n, self._shape_sigma_n, s.brochure_bias_std * self._scale_n)
-        self._slack_n = SLACK * sum(abs(a - b) for a, b in zip(now, before, strict=True))
+        self._slack_n = SLACK * sum(abs(a - b) for a, b in zip(now, before, strict=True)) / sqrt(max(dt_s, MIN_STEP_S))
 
     def _predict(self, dt_s: float, inputs: FusionInputs) -> None:
         if dt_s <= 0.0:
@@ -293,11 +279,6 @@ class ThrustFilter:
             load_share=inputs.load_share,
             status=int(status),
         )
-
-
-def _agree_on_a_move(mount: Verdict, brochure: Verdict) -> bool:
-    """Both were gated out on the same side: the thrust moved before anything had told the filter."""
-    return not mount.used and not brochure.used and mount.innovation_n * brochure.innovation_n > 0.0
 
 
 def _towards(held: float, now: float, dt_s: float) -> float:
