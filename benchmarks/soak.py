@@ -32,6 +32,7 @@ from thrustd.types import Event, Frame
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 LOOK_S = 5.0
+READER_LATE_S = 5.0  # a daemon that gets no processor is waited for, so that nothing is lost on its way
 SETTLE_S = 0.2  # after the last frame, until everything has been worked on
 WARM_UP = 0.25  # of the time: caches fill, then memory must stay
 BATCHES = 10
@@ -93,7 +94,8 @@ def play(config: Path, arguments: argparse.Namespace, pid: int) -> Sent:
     installation = read_installation(config)
     wires, process = installation.config, psutil.Process(pid)
     assert wires.health is not None
-    bench = Bench(Path(wires.adc.port), wires.can.interface, wires.can.channel)
+    bench = Bench(Path(wires.adc.port), wires.can.interface, wires.can.channel, READER_LATE_S)
+    bench.wait_for_reader()
     with Progress() as progress:
         task = progress.add_task("flying", total=arguments.hours)
         watch = Watch(process, f"http://127.0.0.1:{wires.health.port}/metrics", progress, task)
@@ -167,6 +169,8 @@ def report(sent: Sent, checked: Checked) -> None:
         kilobytes_h, sigma = (1000 * value for value in slope(settled))
         print(f"memory {settled[0, 1]:.1f} MB -> {settled[-1, 1]:.1f} MB, {kilobytes_h:+.1f} +- {sigma:.1f} kB per "
               f"hour of flight (one sigma), {len(settled)} samples after the first {WARM_UP:.0%}")  # fmt: skip
+        tenths = " ".join(f"{batch[:, 1].mean():.2f}" for batch in np.array_split(sent.memory, BATCHES))
+        print(f"memory in tenths of the time, MB: {tenths}")
     print(f"live and replay, {checked.replayed_h:.2f} h: {checked.same} of {checked.outputs} outputs equal to the last "
           f"bit; {checked.files} files")  # fmt: skip
     print(f"faults: { {name: int(count) for name, count in status.get('faults_total', {}).items()} }")

@@ -68,9 +68,8 @@ def test_the_mount_estimate_is_back_within_one_percent_within_five_seconds(life,
     assert len(found) > 100
     ordered = sorted(map(abs, found))
     assert ordered[len(ordered) // 2] < 0.005
-    assert (
-        ordered[int(0.8 * len(ordered))] < 0.01
-    )  # a loaded machine hands over accelerations late: not the state's fault
+    # the rest: a loaded machine hands over accelerations a sample late, which is not the state's fault
+    assert ordered[int(0.95 * len(ordered))] < 0.01
 
 
 def test_the_log_of_the_killed_process_is_readable_and_lacks_less_than_a_second(life):

@@ -9,7 +9,7 @@ import time
 import tty
 from collections.abc import Iterable
 from pathlib import Path
-from select import POLLHUP, poll
+from select import POLLHUP, POLLOUT, poll
 
 import can
 import msgspec
@@ -35,13 +35,14 @@ class HilReport(msgspec.Struct):
 class Bench:
     """The two wires. `port`: where the daemon finds the ADC, a symbolic link to the pty."""
 
-    def __init__(self, port: Path, interface: str, channel: str) -> None:
+    def __init__(self, port: Path, interface: str, channel: str, wait_s: float = 0.0) -> None:
+        """`wait_s`: how long a full pty is waited for; faster than life a late reader is no fault of the wire."""
         if port.exists() and not port.is_symlink():
             raise UsageError(f"{port}: exists and is not a link; expected a free name for the ADC's port")
         self._master, slave = os.openpty()
         tty.setraw(slave)
         os.set_blocking(self._master, False)
-        self._slave, self._port = slave, port
+        self._slave, self._port, self._wait_s = slave, port, wait_s
         try:
             port.unlink(missing_ok=True)
             port.symlink_to(os.ttyname(slave))
@@ -62,9 +63,7 @@ class Bench:
             time.sleep(LOOK_S if alone else SETTLE_S)
         self._slave = os.open(name, os.O_RDWR | os.O_NOCTTY)
         if alone:
-            raise UsageError(
-                f"{self._port}: nobody opened it in {patience_s:g} s, expected `thrustd run`"
-            )
+            raise UsageError(f"{self._port}: nobody opened it in {patience_s:g} s, expected `thrustd run`")
 
     def play(self, events: Iterable[Event | Fault]) -> HilReport:
         """Put every frame on its wire, as fast as `events` hands them out."""
@@ -87,11 +86,19 @@ class Bench:
 
     def _serial(self, frame: Frame) -> None:
         self.report.serial_chunks += 1
-        try:
-            written = os.write(self._master, frame.data)
-        except BlockingIOError:
-            written = 0
+        written = self._write(frame.data)
+        if self._wait_s and written < len(frame.data):
+            room = poll()
+            room.register(self._master, POLLOUT)
+            while written < len(frame.data) and room.poll(self._wait_s * 1000):
+                written += self._write(frame.data[written:])
         self.report.serial_lost += written < len(frame.data)
+
+    def _write(self, data: bytes) -> int:
+        try:
+            return os.write(self._master, data)
+        except BlockingIOError:
+            return 0
 
     def _can(self, frame: Frame) -> None:
         self.report.can_messages += 1
