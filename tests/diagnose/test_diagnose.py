@@ -6,13 +6,17 @@ import json
 import numpy as np
 import pytest
 from rich.console import Console
+from scipy.signal import lfilter
 
 from tests.diagnose.scene import inertia, mount, record
 from thrustd.diagnose.diagnose import diagnose
 from thrustd.errors import RecordingError
+from thrustd.identify.fit_hw_pwl import HwSettings
+from thrustd.identify.identify import identify
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
 from thrustd.model.expression import expression_effect
+from thrustd.records.recording import make_recording
 
 
 @pytest.mark.parametrize("effect", ["axial_inertia", "thermal_stiffness", "hysteresis", "viscous_damping"])
@@ -104,6 +108,40 @@ def test_the_models_own_output_is_no_reference():
     own = data.with_channels(force_N=_simulated(data))
     with pytest.raises(RecordingError, match="model's own output"):
         diagnose(mount(), [own])
+
+
+def test_an_effect_that_was_there_at_the_identification_is_found_all_the_same():
+    friction = EffectSpec("hysteresis", {"friction_n": 150.0, "yield_mm": 0.05})
+    model = identify([record([friction], seed=5)], settings=HwSettings(order=2)).spec
+    report = diagnose(model, [record([friction], seed=6)])
+    assert report.verdict[0] in ("hysteresis", "free_play")
+    assert "hysteresis" in {report.verdict[0], *report.candidates[0].separable_from}
+    assert any("identification data too" in line for line in report.advice)
+
+
+def test_a_rubber_block_of_another_size_that_warmed_up():
+    """Strain steps at 10 Hz up to 8 mm and 400 N, identified cold."""
+    model = identify([_rubber(1, warmer_k=0.0)], settings=HwSettings(order=3)).spec
+    report = diagnose(model, [_rubber(2, warmer_k=25.0)])
+    assert report.verdict == ("thermal_stiffness",)
+    number = report.candidates[0].parameters[0]
+    assert number.value == pytest.approx(-0.004, abs=3 * number.std + 1e-5)
+
+
+def _rubber(seed, warmer_k, n=20_000, dt_s=0.1):
+    rng = np.random.default_rng(seed)
+    x = _lag(np.repeat(rng.uniform(0, 8, n // 250), 250), 1.0, dt_s)
+    elastic = 40 * x + 3 * x**2
+    force = elastic - 0.1 * _lag(elastic, 2.0, dt_s) - 0.08 * _lag(elastic, 40.0, dt_s)
+    degc = 23 + warmer_k * np.arange(n) / n
+    noisy = force * (1 - 0.004 * (degc - 23)) + rng.normal(0, 1.0, n)
+    columns = {"time_s": np.arange(n) * dt_s, "deformation_mm": x, "force_N": noisy, "temperature_degC": degc}
+    return make_recording("block", columns)
+
+
+def _lag(signal, tau_s, dt_s):
+    keep = np.exp(-dt_s / tau_s)
+    return lfilter([1 - keep], [1, -keep], signal)
 
 
 def _simulated(data):

@@ -20,7 +20,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.diagnose.checks import check_recording
 from thrustd.diagnose.evidence import simulate
 from thrustd.diagnose.failures import Failure, where_it_fails
-from thrustd.diagnose.reference import as_mount, with_reference
+from thrustd.diagnose.reference import referenced
 from thrustd.diagnose.regions import RegionError, errors_by_region, regions_of
 from thrustd.identify.segments import Segment, bridged, segments_of
 from thrustd.model.artifact import LedgerEntry, ModelSpec
@@ -124,7 +124,7 @@ def compare(
     progress: Progress | None = None,
 ) -> CompareReport:
     """Run every model over every recording. `against`: force_N (default), a column, or `brochure`."""
-    records = [with_reference(as_mount(record, mount), against, deck=deck) for record in recordings]
+    records = referenced(recordings, against, mount, deck)
     for record in records:
         for spec in models.values():
             check_recording(record, spec)

@@ -21,7 +21,7 @@ from thrustd.diagnose.dependence import Dependence, channels_of, drawn
 from thrustd.diagnose.estimates import ParameterEstimate, estimated
 from thrustd.diagnose.evidence import Evidence, gather
 from thrustd.diagnose.look_alikes import advice_for, look_alikes
-from thrustd.diagnose.reference import as_mount, with_reference
+from thrustd.diagnose.reference import referenced
 from thrustd.diagnose.selection import Progress, Round, Scored
 from thrustd.diagnose.verdict import Judgement, judge
 from thrustd.model.artifact import ModelSpec
@@ -116,7 +116,7 @@ def diagnose(
     progress: Progress | None = None,
 ) -> DiagnoseReport:
     """Judge every effect of the shelf and `extra` ones. `progress(share, what)` is called as it goes."""
-    records = [with_reference(as_mount(record, mount), against, deck=deck) for record in recordings]
+    records = referenced(recordings, against, mount, deck)
     for record in records:
         check_recording(record, spec)
     check_length(records, spec)

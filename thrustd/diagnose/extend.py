@@ -27,7 +27,7 @@ from thrustd.diagnose.evidence import Evidence, base_patterns, gather
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import block_gram, held_out_fit
 from thrustd.diagnose.polish import polished
-from thrustd.diagnose.reference import as_mount, with_reference
+from thrustd.diagnose.reference import referenced
 from thrustd.diagnose.selection import BESIDE, RIDGES, Progress
 from thrustd.diagnose.start import Start, start_of
 from thrustd.diagnose.together import estimated_together, familiar
@@ -97,7 +97,7 @@ def extend(
 ) -> ExtendReport:
     """Add `effects` to a model. ModelError, and no model, when held-back blocks are not better with them."""
     chosen = [effect_named(effect) if isinstance(effect, str) else effect for effect in effects]
-    records = [with_reference(as_mount(record, mount), against, deck=deck) for record in recordings]
+    records = referenced(recordings, against, mount, deck)
     for record in records:
         check_recording(record, spec)
     for effect in chosen:

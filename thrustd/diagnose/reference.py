@@ -39,6 +39,17 @@ def as_mount(record: Recording, mount: str) -> Recording:
     return replace(record, channels=plain)
 
 
+def referenced(recordings: Sequence[Recording], against: str, mount: str, deck: Deck | None) -> list[Recording]:
+    """Every recording as one mount sees it, with its reference as `force_N`."""
+    engine = engine_of(mount)
+    return [with_reference(as_mount(record, mount), against, deck=deck, engine=engine) for record in recordings]
+
+
+def engine_of(mount: str) -> int:
+    """Number of the engine in the deck, whose curves differ a little: left 0, right 1."""
+    return int(mount.startswith("right"))
+
+
 def with_reference(
     record: Recording, against: str = "", share: float = MOUNT_SHARE, deck: Deck | None = None, engine: int = 0
 ) -> Recording:
