@@ -20,7 +20,6 @@ G0 = 9.80665
 ROOM_DEGC = 20.0
 PARAMETERS = {  # those sizes that mean the same as a parameter of the effect
     "axial_inertia": "axial_inertia.mass_kg",
-    "nacelle_drag": "nacelle_drag.drag_area_m2",
     "time_delay": "time_delay.delay_s",
     "sensor_scale": "sensor_scale.scale_error",
 }

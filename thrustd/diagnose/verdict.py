@@ -182,7 +182,8 @@ def _nearest(look_at: Round, names: Sequence[str]) -> tuple[str, ...]:
     if not names:
         return ()
     before, best = look_at.before_curves.mse, look_at.curves[names[0]].mse
-    return tuple(n for n in names if look_at.curves[n].mse <= best + NEARLY * (before - best))
+    near = [n for n in names if look_at.curves[n].mse <= best + NEARLY * (before - best)]
+    return tuple(sorted(near, key=lambda n: n == "time_s"))  # the clock stands for whatever went on meanwhile
 
 
 def _own_curve(look_at: Round) -> float:
