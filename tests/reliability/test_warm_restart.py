@@ -23,16 +23,26 @@ def fed(pipeline, events):
     return [output for event in events for output in pipeline.feed(event)]
 
 
-@pytest.fixture(scope="module")
-def flown():
+def interrupted(deformation_mm):
     """-> (outputs of an uninterrupted run from the stop on, snapshot at the stop, events after the pause)."""
-    events = list(flight(AIRCRAFT, 58, ragged))
+    events = list(flight(AIRCRAFT, 58, deformation_mm))
     before = [e for e in events if e.t_ns < S + STOP_S * S]
     whole = Pipeline(AIRCRAFT.config, PARTS)
     fed(whole, before)
     snapshot = json.loads(json.dumps(whole.snapshot()))
     later = [e for e in events if e.t_ns >= S + (STOP_S + PAUSE_S) * S]
     return fed(whole, events[len(before) :]), snapshot, later
+
+
+@pytest.fixture(scope="module")
+def flown():
+    return interrupted(ragged)
+
+
+@pytest.fixture(scope="module")
+def flown_level():
+    """Mounts and engine agree all the while: nobody has a reason to doubt a route."""
+    return interrupted(lambda t_s: (LEVELS_MM[0][1],) * 4)
 
 
 def restarted(snapshot, shift_ns=0):
@@ -75,8 +85,8 @@ def test_the_band_says_that_something_was_not_seen(flown):
     assert warm[start].std_n > reference[start].std_n
 
 
-def test_biases_and_band_of_the_fusion_survive(flown):
-    whole, snapshot, later = flown
+def test_biases_and_band_of_the_fusion_survive(flown_level):
+    whole, snapshot, later = flown_level
     warm = by_time(fed(restarted(snapshot), later), Estimate, engine=0)
     reference = by_time(whole, Estimate, engine=0)
     t = min(warm) + 250
