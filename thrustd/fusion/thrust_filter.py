@@ -29,6 +29,7 @@ MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as 
 SCALE_FLOOR_N = 500.0  # relative errors of the brochure are taken of at least this much thrust
 SCALE_TAU_S = 1.0
 RISE_S, FALL_S = 0.5, 5.0  # how fast the sigmas of h and d follow their region
+OFF_DOUBT_N = 150.0
 START_ERROR_N = 60.0  # of either route, before the first measurement says its own
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 MIN_STEP_S = 1e-3
@@ -87,11 +88,14 @@ class ThrustFilter:
         if off:
             self._kf.update(np.array([[0.0]]), R=np.array([[self._settings.tare_std_n**2]]), H=TARE_H)
         # the mount first: it is the one that knows where the thrust is while the throttle moves
-        mount = self._mount(inputs, dt_s)
-        brochure = NOTHING if off else self._brochure(inputs)
+        mount = self._mount(inputs, dt_s, off)
+        still = inputs.n1_pct < self._settings.engine_off_n1_pct  # no deck says anything of an engine that stands
+        if off or still:
+            self._brochure_verdict = NOTHING
+        brochure = NOTHING if off or still else self._brochure(inputs)
         if agree_on_a_move(mount, brochure):
             self._open(mount.innovation_n**2)
-            mount, brochure = self._mount(inputs, 0.0), self._brochure(inputs, again=True)
+            mount, brochure = self._mount(inputs, 0.0, off), self._brochure(inputs, again=True)
         self._surprise_n_s = self._surprise(mount, inputs)
         if self._tape is not None:
             self._tape.write(self._t_ns, self._kf.x, self._kf.P, *self._motion)
@@ -167,10 +171,12 @@ class ThrustFilter:
         self._kf.P = self._kf.P + more
         self._motion = self._motion[0], self._motion[1] + more
 
-    def _mount(self, inputs: FusionInputs, dt_s: float) -> Verdict:
+    def _mount(self, inputs: FusionInputs, dt_s: float, off: bool) -> Verdict:
+        """With the engine off the mounts show their own error, whatever the filter held it for: a wider gate."""
         h = np.zeros((1, N_STATE))
         h[0, THRUST], h[0, ZERO], h[0, MOUNT] = 1.0, 1.0, self._mount_sigma_n
-        return self._measure(inputs.mount_n, h, self._settings.mount_noise_std_n**2, self._mount_gate, "mount", dt_s)
+        noise = self._settings.mount_noise_std_n**2
+        return self._measure(inputs.mount_n, h, noise, self._mount_gate, "mount", dt_s, OFF_DOUBT_N**2 if off else 0.0)
 
     def _brochure(self, inputs: FusionInputs, again: bool = False) -> Verdict:
         """Once per reading of the engine; in between the last verdict stands."""
@@ -189,14 +195,16 @@ class ThrustFilter:
         self._brochure_verdict = self._measure(inputs.brochure_n, h, noise, self._brochure_gate, "brochure", dt_s)
         return self._brochure_verdict
 
-    def _measure(self, y: float, h: Matrix, r: float, gate: Gate, route: str, dt_s: float) -> Verdict:
-        """Gate one scalar measurement and use it."""
+    def _measure(
+        self, y: float, h: Matrix, r: float, gate: Gate, route: str, dt_s: float, doubt_n2: float = 0.0
+    ) -> Verdict:
+        """Gate one scalar measurement, opened by `doubt_n2`, and use it."""
         if not isfinite(y):
             return NOTHING
         innovation = y - float((h @ self._kf.x)[0, 0])
         variance = float((h @ self._kf.P @ h.T)[0, 0]) + r
         was_failed = gate.failed
-        used = gate.judge(innovation, variance, dt_s)
+        used = gate.judge(innovation, variance + doubt_n2, dt_s)
         if gate.failed != was_failed:
             self._report(f"{route}_{'failed' if gate.failed else 'recovered'}")
         if used:
@@ -246,12 +254,13 @@ class ThrustFilter:
 
     def _route_flags(self, inputs: FusionInputs, mount: Verdict, off: bool) -> int:
         mount_there, brochure_there = isfinite(inputs.mount_n), isfinite(inputs.brochure_n)
+        judged = isfinite(self._brochure_verdict.innovation_n)
         bits = (
             (not mount_there, Status.MOUNT_LOST),
             (mount_there and not mount.used, Status.MOUNT_REJECTED),
             (self._mount_gate.failed, Status.MOUNT_FAILED),
             (not brochure_there and not off, Status.BROCHURE_LOST),
-            (brochure_there and not self._brochure_verdict.used and not off, Status.BROCHURE_REJECTED),
+            (brochure_there and judged and not self._brochure_verdict.used and not off, Status.BROCHURE_REJECTED),
             (self._brochure_gate.failed, Status.BROCHURE_FAILED),
             (off, Status.ENGINE_OFF),
             (self._kf.P[THRUST, THRUST] > self._settings.converging_std_n**2, Status.CONVERGING),
