@@ -235,38 +235,19 @@ def _log_creep(x):
 
 # sizes that make about 30 N RMS; the benchmark scales them to the strength it wants
 NOMINAL = {
-    "axial_inertia": 40.0,
-    "nacelle_drag": 0.005,
-    "engine_weight": 0.03,
-    "thermal_stiffness": 5e-4,
-    "ageing": 0.01,
-    "payne": 0.03,
-    "unknown_cabin": 30.0,
-    "unknown_n1": 80.0,
-    "mullins_softening": 0.02,
-    "hysteresis": 50.0,
-    "viscous_damping": 1000.0,
-    "creep": 0.01,
-    "thermal_expansion": 4e-4,
-    "vibration_rectification": 0.006,
-    "free_play": 0.012,
-    "sensor_drift": 0.006,
-    "sensor_scale": 0.008,
-    "time_delay": 0.3,
-}
+    "axial_inertia": 40.0, "nacelle_drag": 0.005, "engine_weight": 0.03, "thermal_stiffness": 5e-4, "ageing": 0.01,
+    "payne": 0.03, "unknown_cabin": 30.0, "unknown_n1": 80.0, "mullins_softening": 0.02, "hysteresis": 50.0,
+    "viscous_damping": 1000.0, "creep": 0.01, "thermal_expansion": 4e-4, "vibration_rectification": 0.006,
+    "free_play": 0.012, "sensor_drift": 0.006, "sensor_scale": 0.008, "time_delay": 0.3,
+}  # fmt: skip
 
 
 PARAMETERS = {  # those sizes that mean the same as a parameter of the effect
-    "axial_inertia": "axial_inertia.mass_kg",
-    "nacelle_drag": "nacelle_drag.drag_area_m2",
-    "viscous_damping": "viscous_damping.damping_n_s_mm",
-    "thermal_expansion": "thermal_expansion.expansion_mm_k",
-    "free_play": "free_play.gap_mm",
-    "sensor_drift": "sensor_drift.drift_mm_h",
-    "sensor_scale": "sensor_scale.scale_error",
-    "time_delay": "time_delay.delay_s",
-    "ageing": "ageing.ageing_1_h",
-}
+    "axial_inertia": "axial_inertia.mass_kg", "nacelle_drag": "nacelle_drag.drag_area_m2",
+    "viscous_damping": "viscous_damping.damping_n_s_mm", "thermal_expansion": "thermal_expansion.expansion_mm_k",
+    "free_play": "free_play.gap_mm", "sensor_drift": "sensor_drift.drift_mm_h",
+    "sensor_scale": "sensor_scale.scale_error", "time_delay": "time_delay.delay_s", "ageing": "ageing.ageing_1_h",
+}  # fmt: skip
 
 
 def measured(ch, x, force, rng):
