@@ -7,11 +7,11 @@ import pytest
 from thrustd.errors import RecordingError
 from thrustd.identify.artifact import finished
 from thrustd.identify.fit_hw_pwl import HwSettings, empty_segments, fit_hw_pwl, pole_warnings
-from thrustd.identify.hw_fit import HwFit, Units
-from thrustd.identify.hw_search import Point, Signal, choose_samples, normal_equations, simulate, squares
+from thrustd.identify.hw_fit import HwFit, Units, thin_data
+from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, simulate, squares
 from thrustd.identify.hw_theta import Layout
 from thrustd.identify.segments import Segment
-from thrustd.model.artifact import read_model, write_model
+from thrustd.model.artifact import LinearBlock, PiecewiseLinear, RealMode, read_model, write_model
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.records.recording import make_recording
 
@@ -126,6 +126,26 @@ def test_play_is_found_as_a_jump_or_a_steep_segment():
     assert free_run_rmse(found.spec, data) < 1.6 * sigma
     x, y = np.array(found.spec.input_curve.x), np.array(found.spec.input_curve.y)
     assert np.interp(0.59, x, y) < np.interp(0.61, x, y) - 0.2
+
+
+def test_an_even_input_curve_is_found():
+    spec = truth(LinearBlock(0.0, [RealMode(3.0, 0.6), RealMode(0.3, 0.4)]))
+    even = msgspec.structs.replace(
+        spec,
+        input_curve=PiecewiseLinear([0.0, 0.6, 1.2], [0.6, 0.0, 0.6]),
+        output_curve=PiecewiseLinear([0.0, 1.2], [100.0, 6000.0]),
+    )
+    data, sigma = record(even, 15_000)
+    found = fit_hw_pwl([data], THREE)
+    assert free_run_rmse(found.spec, data) < 1.3 * sigma
+    curve = found.spec.input_curve
+    low, middle, high = np.interp([0.05, 0.6, 1.15], curve.x, curve.y)
+    assert abs(low - high) < 0.2 * abs(low - middle)
+
+
+def test_records_too_thin_for_so_many_numbers_are_called_so():
+    assert thin_data(1.2) == ()
+    assert "record longer" in thin_data(2.0)[0]
 
 
 def test_a_constant_input_is_refused():

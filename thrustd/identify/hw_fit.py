@@ -13,36 +13,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thrustd.errors import RecordingError
-from thrustd.identify import linear_start
+from thrustd.identify.hw_guess import guesses
+from thrustd.identify.hw_held_out import MIDDLE, Choice, choose_reins, folds_of, held_blocks, mean_square
 from thrustd.identify.hw_merge import merged
-from thrustd.identify.hw_search import (
-    Point,
-    Signal,
-    choose_samples,
-    normal_equations,
-    search,
-    simulate,
-    slow_variance,
-    with_priors,
-)
-from thrustd.identify.hw_shapes import Shape, directions_of, knots_of
-from thrustd.identify.hw_theta import Layout
-from thrustd.identify.linear_start import Poles
+from thrustd.identify.hw_prior import LOOSE, Reins, with_priors
+from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, slow_variance
+from thrustd.identify.hw_search import search
+from thrustd.identify.hw_shapes import Shape, directions_of, smooth
+from thrustd.identify.hw_start import best_start, freed
 from thrustd.identify.segments import DEFORMATION, Segment, segments_of
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 Progress = Callable[[str, float], None]  # (what is being done, rmse in the unit of the force)
 
 COARSE_ROWS, MIDDLE_ROWS, FINE_ROWS = 40_000, 120_000, 400_000  # samples that count in the passes of each stage
+FOLD_ROWS = 4_000  # enough to see which model predicts better
 START_SAMPLES = 400_000  # of the longest segment, to choose among starting points
 ROWS_PER_KNOT = 25  # fewer data per knot do not determine it
 FASTEST = 0.3  # of a sample period: shortest time constant
 SLOWEST = 0.5  # of the longest segment: longest time constant; slower ones never settled, they invent offsets
-HEAT = 3  # iterations of every starting point before the best go on
-FINALISTS = 2
 SMALL = 200_000  # samples: passes are cheap, iterate to the end
-TINY_GAIN = 1e-3
+THIN = 1.5  # error on held-back blocks over that on the others, from which on the data are called too thin
+GUESS_SAMPLES, GUESS_SEGMENTS = 60_000, 5  # to choose among guesses at the curves
+GUESSING = 10  # iterations of every guess
+MUCH_BETTER = 0.7  # error of another guess over that of the smooth one
+FREEING = 8  # iterations after the knots have been freed
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,32 +83,147 @@ def fit_hw(records: Sequence[Recording], settings: HwSettings | None = None, pro
 def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progress | None = None) -> HwFit:
     """As `fit_hw`, on segments cut already."""
     units = units_of(segments)
-    longest_s = max(len(segment) * segment.dt_s for segment in segments)
-    dt_s = min(segment.dt_s for segment in segments)
-    limits = (FASTEST * dt_s, SLOWEST * longest_s)
-    say = _scaled(progress, units)
-    point = _best_start(segments, units, settings, limits, say)
-    coarse = _signals(segments, units, COARSE_ROWS)
-    point, _ = _search(point, coarse, settings, limits, settings.iterations, 1e-3, say("all data"))
-    point = _fewer_knots(point, coarse, settings, limits, say)
-    small = sum(map(len, segments)) < SMALL
-    for rows, count, stall in ((MIDDLE_ROWS, 20 if small else 4, 2e-4), (FINE_ROWS, 3, 1e-4)):
+    task = _Task(segments, units, settings, _limits(segments), _scaled(progress, units))
+    point, reins = _smooth_fit(task), LOOSE
+    notes: tuple[str, ...] = ()
+    if "pwl" in task.shapes:
+        point, chosen = _freed_fit(task, point)
+        reins, notes = chosen.reins, thin_data(chosen.ratio)
+    small = task.small
+    variance = 0.0
+    for rows, count, stall in ((MIDDLE_ROWS, 30 if small else 4, 2e-5 if small else 2e-4), (FINE_ROWS, 3, 1e-4)):
         signals = _signals(segments, units, rows)
-        point, variance = _search(point, signals, settings, limits, count, stall, say("fine"))
-    return HwFit(point, units, segments, float(np.sqrt(variance)) * units.y_span, limits)
+        point, variance = task.search(point, signals, count, stall, "fine", reins=reins)
+    return HwFit(point, units, segments, float(np.sqrt(variance)) * units.y_span, task.limits, notes)
 
 
-def _search(
-    point: Point,
-    signals: list[Signal],
-    settings: HwSettings,
-    limits: tuple[float, float],
-    iterations: int,
-    stall: float,
-    say: Callable[[float], None] | None,
-) -> tuple[Point, float]:
-    directions = directions_of(point, settings.input_shape, settings.output_shape)
-    return search(point, signals, limits, iterations, stall, say, directions)
+def thin_data(ratio: float) -> tuple[str, ...]:
+    """A word when held-back blocks are predicted much worse than the others are followed."""
+    if ratio < THIN:
+        return ()
+    return (
+        f"blocks held back were predicted with {ratio:.1f} times the error of the others: these data hold too little "
+        "for so many numbers; record longer, or take fewer --segments and a lower --order",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """What a fit is about."""
+
+    segments: list[Segment]
+    units: Units
+    settings: HwSettings
+    limits: tuple[float, float]
+    say: Callable[[str], Callable[[float], None] | None]
+
+    @property
+    def small(self) -> bool:
+        return sum(map(len, self.segments)) < SMALL
+
+    @property
+    def shapes(self) -> tuple[Shape, Shape]:
+        return self.settings.input_shape, self.settings.output_shape
+
+    def search(
+        self,
+        point: Point,
+        signals: list[Signal],
+        iterations: int,
+        stall: float,
+        stage: str,
+        shapes: tuple[Shape, Shape] | None = None,
+        reins: Reins = LOOSE,
+    ) -> tuple[Point, float]:
+        directions = directions_of(point, *(shapes or self.shapes))
+        return search(point, signals, self.limits, iterations, stall, self.say(stage), directions, reins)
+
+
+def _limits(segments: list[Segment]) -> tuple[float, float]:
+    longest_s = max(len(segment) * segment.dt_s for segment in segments)
+    return FASTEST * min(segment.dt_s for segment in segments), SLOWEST * longest_s
+
+
+def _smooth_fit(task: _Task) -> Point:
+    """The model with cubics for free knots, on all data."""
+    shapes = smooth(task.shapes)
+    longest = max(task.segments, key=len)
+    part = _first(longest, START_SAMPLES)
+    trial = _signal(part, task.units, max(1, len(part) // COARSE_ROWS))
+    point = best_start(
+        trial,
+        task.settings.order,
+        shapes,
+        lambda point, signals, count: task.search(point, signals, count, 1e-3, "starts", shapes),
+    )
+    point = replace(point, starts=np.zeros((len(task.segments), point.layout.width)))
+    coarse = _signals(task.segments, task.units, COARSE_ROWS)
+    return task.search(point, coarse, task.settings.iterations, 1e-3, "smooth curves", shapes)[0]
+
+
+def _freed_fit(task: _Task, point: Point) -> tuple[Point, Choice]:
+    """Free knots, more than wanted, held as tightly as held-back blocks ask for, then merged."""
+    coarse = _signals(task.segments, task.units, COARSE_ROWS)
+    start, like = freed(point, task.shapes, _most_knots(task), coarse), _near(point)
+    guess, ratio = _best_guess(task, start)
+    if ratio < MUCH_BETTER:
+        start, like, point = guess, LOOSE, guess
+    folds = folds_of(_signals(task.segments, task.units, FOLD_ROWS), held_blocks(sum(map(len, task.segments))))
+    chosen = choose_reins(
+        point,
+        start,
+        folds,
+        lambda p, signals, reins: task.search(p, signals, FREEING, 1e-3, "held-back blocks", reins=reins)[0],
+        like,
+    )
+    begins = [chosen.point, guess] if task.small and chosen.reins is LOOSE and ratio < 1.0 else [chosen.point]
+    ends = [_merged_fit(task, begin, coarse, chosen.reins) for begin in begins]
+    return min(ends, key=lambda end: mean_square(end, coarse)), chosen
+
+
+def _near(point: Point) -> Reins:
+    """Reins to the present curves."""
+    layout, theta = point.layout, point.theta
+    f, h = (np.stack((theta[x], theta[y])) for x, y in ((layout.fx, layout.fy), (layout.hx, layout.hy)))
+    return Reins(f=f, h=h)
+
+
+def _merged_fit(task: _Task, begin: Point, signals: list[Signal], reins: Reins) -> Point:
+    stall = 2e-4 if task.small else 1e-3
+    found, _ = task.search(begin, signals, task.settings.iterations, stall, "free knots", reins=reins)
+    fewer = _fewer_knots(task, found, signals, reins)
+    return task.search(fewer, signals, 20, 2e-5, "merged", reins=reins)[0] if task.small else fewer
+
+
+def _best_guess(task: _Task, start: Point) -> tuple[Point, float]:
+    """The guess at the curves that predicts a held-back block best, and its error over that of `start` there."""
+    few = [_first(segment, GUESS_SAMPLES) for segment in task.segments[:GUESS_SEGMENTS]]
+    (fold,) = folds_of(_signals(few, task.units, FOLD_ROWS), (MIDDLE,))
+    own = replace(start, starts=start.starts[: len(few)])
+    ends = [
+        task.search(guess, fold.train, GUESSING, 1e-3, "guesses")[0]
+        for guess in (own, *guesses(own, task.shapes, fold.train))
+    ]
+    errors = [mean_square(end, fold.held) for end in ends]
+    best = int(np.argmin(errors))
+    found = start if best == 0 else replace(ends[best], starts=np.zeros_like(start.starts))
+    return found, float(np.sqrt(errors[best] / errors[0]))
+
+
+def _first(segment: Segment, samples: int) -> Segment:
+    inputs = {name: column[:samples] for name, column in segment.inputs.items()}
+    return replace(segment, inputs=inputs, force_n=segment.force_n[:samples])
+
+
+def _most_knots(task: _Task) -> tuple[int, int]:
+    """Knots to free, as many as the data bear."""
+    settings = task.settings
+    rows = sum(min(len(segment), FINE_ROWS) for segment in task.segments)
+    most = max(2, rows // ROWS_PER_KNOT // 4)
+    first, second = (
+        1 + min(most, round(settings.surplus * n)) for n in (settings.input_segments, settings.output_segments)
+    )
+    return first, second
 
 
 def units_of(segments: Sequence[Segment]) -> Units:
@@ -150,126 +260,18 @@ def _signal(segment: Segment, units: Units, stride: int) -> Signal:
     return Signal(u, y, segment.dt_s, choose_samples(y, stride))
 
 
-def _best_start(
-    segments: list[Segment],
-    units: Units,
-    settings: HwSettings,
-    limits: tuple[float, float],
-    say: Callable[[str], Callable[[float], None] | None],
-) -> Point:
-    """Try the candidates on part of the data; the best, with one set of initial states per segment."""
-    longest = max(segments, key=len)
-    part = replace(
-        longest,
-        inputs={name: column[:START_SAMPLES] for name, column in longest.inputs.items()},
-        force_n=longest.force_n[:START_SAMPLES],
-    )
-    trial = [_signal(part, units, max(1, len(part) // COARSE_ROWS))]
-    count = sum(len(signal.chosen) for signal in _signals(segments, units, FINE_ROWS))
-    tried = [
-        _search(starting_point(poles, trial, settings, count), trial, settings, limits, HEAT, 1e-3, say("starts"))
-        for poles in candidates(trial[0], settings.order)
-    ]
-    tried.sort(key=lambda result: result[1])
-    finals = [_search(point, trial, settings, limits, 3 * HEAT, 1e-3, say("starts")) for point, _ in tried[:FINALISTS]]
-    best = min(finals, key=lambda result: result[1])[0]
-    return replace(best, starts=np.zeros((len(segments), best.layout.width)))
-
-
-def candidates(signal: Signal, order: int) -> list[Poles]:
-    """Starting poles for one segment."""
-    dt_s, n = signal.dt_s, len(signal.u)
-    spread = linear_start.spread(order, 2 * dt_s, max(4 * dt_s, n * dt_s / 8))
-    good = np.isfinite(signal.y)
-    y = np.interp(np.arange(n), np.flatnonzero(good), signal.y[good])
-    found = linear_start.realised(signal.u - signal.u.mean(), y - y.mean(), dt_s, order)
-    options = [spread]
-    if len(found.pairs):
-        options.append(linear_start.filled(found, order, spread.tau_s))
-        options.append(linear_start.filled(Poles(np.empty(0), found.pairs), order, spread.tau_s))
-    elif len(found.tau_s) and n < START_SAMPLES // 4:
-        options.append(linear_start.filled(found, order, spread.tau_s))
-    return options
-
-
-def starting_point(poles: Poles, signals: list[Signal], settings: HwSettings, count: int) -> Point:
-    """f = identity, gains by linear least squares for these poles, h = the straight line; knots between even and
-    quantile spacing, as many as the data bear."""
-    most = max(2, count // ROWS_PER_KNOT // 4)
-    n_f = knots_of(settings.input_shape, min(most, round(settings.surplus * settings.input_segments)))
-    n_h = knots_of(settings.output_shape, min(most, round(settings.surplus * settings.output_segments)))
-    layout = Layout(n_f, len(poles.tau_s), len(poles.pairs), n_h)
-    theta = np.zeros(layout.size)
-    theta[layout.fx] = _knots(signals[0].u, n_f)
-    theta[layout.fy] = theta[layout.fx]
-    theta[layout.poles] = np.concatenate((np.log(poles.tau_s), np.log(poles.pairs).ravel()))
-    theta[layout.c] = 1.0
-    theta[layout.hx] = theta[layout.hy] = np.linspace(-0.1, 1.1, n_h)
-    point = Point(layout, theta, np.zeros((len(signals), layout.width)))
-    return _linear_fit(point, signals)
-
-
-def _knots(v: Floats, n: int) -> Floats:
-    """Half even, half quantile spacing over the range of v."""
-    share = np.linspace(0, 1, n)
-    knots: Floats = 0.5 * np.quantile(v, share) + 0.5 * (v.min() + np.ptp(v) * share)
-    return knots
-
-
-def _linear_fit(point: Point, signals: list[Signal]) -> Point:
-    """Gains and a straight h by least squares: y = offset + slope x, slope = DC gain unless that is tiny.
-
-    With f and h identities the columns of gains and c are what the linear block puts out per unit of each.
-    """
-    layout = point.layout
-    normal = normal_equations(point, signals)
-    columns = np.concatenate((np.arange(layout.size)[layout.gains], [layout.c]))
-    offset = np.zeros(normal.matrix.shape[0])
-    offset[layout.hy] = 1.0  # all knots up together: a constant
-    basis = np.zeros((normal.matrix.shape[0], len(columns) + 1))
-    basis[columns, np.arange(len(columns))] = 1.0
-    basis[:, -1] = offset
-    matrix = basis.T @ normal.matrix @ basis
-    right = basis.T @ (normal.gradient + normal.matrix @ basis[:, -2])  # residual of the model plus c w itself = y
-    size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    scaled = matrix / np.outer(size, size) + 1e-6 * np.eye(len(size))
-    found = np.linalg.solve(scaled, right / size) / size
-    gain, level = found[-2], found[-1]
-    biggest = float(np.max(np.abs(found[:-1])))
-    slope = gain if abs(gain) > TINY_GAIN * biggest else float(np.copysign(biggest, gain or 1.0))
-    theta = point.theta.copy()
-    theta[layout.gains] = found[:-2] / slope
-    theta[layout.c] = gain / slope
-    return _fitted_output(replace(point, theta=theta), signals, slope, level)
-
-
-def _fitted_output(point: Point, signals: list[Signal], slope: float, level: float) -> Point:
-    """h as a straight line over the range that x takes."""
-    layout, theta = point.layout, point.theta.copy()
-    theta[layout.hx] = theta[layout.hy] = np.linspace(-1, 1, layout.n_h)
-    straight = replace(point, theta=theta)
-    x = np.concatenate([simulate(straight, i, signal) for i, signal in enumerate(signals)])
-    theta[layout.hx] = _knots(x[:: max(1, len(x) // 50_000)], layout.n_h)
-    theta[layout.hy] = level + slope * theta[layout.hx]
-    return straight
-
-
-def _fewer_knots(
-    point: Point,
-    signals: list[Signal],
-    settings: HwSettings,
-    limits: tuple[float, float],
-    say: Callable[[str], Callable[[float], None] | None],
-) -> Point:
+def _fewer_knots(task: _Task, point: Point, signals: list[Signal], reins: Reins) -> Point:
     """Merge in rounds, a third of the surplus at a time, re-fitting in between."""
+    settings = task.settings
     n_f, n_h = point.layout.n_f, point.layout.n_h
     n_f = min(n_f, settings.input_segments + 1) if settings.input_shape == "pwl" else n_f
     n_h = min(n_h, settings.output_segments + 1) if settings.output_shape == "pwl" else n_h
     while point.layout.n_f > n_f or point.layout.n_h > n_h:
-        variance = slow_variance(point, signals)
-        normal, _ = with_priors(point, normal_equations(point, signals), variance)
+        variance = slow_variance(point, signals) if reins.variance is None else reins.variance
+        normal, _ = with_priors(point, normal_equations(point, signals), variance, reins)
         f_next = max(n_f, point.layout.n_f - max(1, (point.layout.n_f - n_f + 2) // 3))
         h_next = max(n_h, point.layout.n_h - max(1, (point.layout.n_h - n_h + 2) // 3))
-        fewer = merged(point, normal, f_next, h_next)
-        point, _ = _search(fewer, signals, settings, limits, 3, 1e-3, say("merging"))
+        point, _ = task.search(
+            merged(point, normal, f_next, h_next), signals, 5 if task.small else 3, 1e-3, "merging", reins=reins
+        )
     return point

@@ -8,22 +8,29 @@ from typing import Literal
 
 import numpy as np
 
-from thrustd.identify.hw_search import Point, free_columns
+from thrustd.identify.hw_prior import free_columns
+from thrustd.identify.hw_problem import Point
 from thrustd.model.stage import Floats
 
 Shape = Literal["pwl", "cubic", "line"]
 CUBIC_KNOTS = 25  # a cubic between them is straight to 0.02 % of its range
 
 
-def knots_of(shape: Shape, segments: int) -> int:
-    """Number of knots, ends included, that a shape is carried on."""
-    return {"pwl": segments + 1, "cubic": CUBIC_KNOTS, "line": 2}[shape]
+def knots_of(shape: Shape) -> int:
+    """Number of knots, ends included, that a smooth shape is carried on; free knots start as a cubic."""
+    return 2 if shape == "line" else CUBIC_KNOTS
+
+
+def smooth(shapes: tuple[Shape, Shape]) -> tuple[Shape, Shape]:
+    """The same with cubics for free knots."""
+    first, second = ("cubic" if shape == "pwl" else shape for shape in shapes)
+    return first, second
 
 
 def directions_of(point: Point, input_shape: Shape, output_shape: Shape) -> Floats:
     """Directions (n_columns, n_free) for this pair of shapes."""
     layout, n = point.layout, point.layout.size
-    free = free_columns(layout, point.starts.size)
+    free = free_columns(point)
     added = []
     if input_shape != "pwl":
         free[layout.fy] = free[layout.fx] = False

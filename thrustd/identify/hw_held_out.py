@@ -1,0 +1,98 @@
+"""How rough the curves may be: what blocks of data that were held back say.
+
+Curves of ten segments follow forty numbers; an hour of steps holds thirty levels. So the search stands on smooth curves
+first (cubics), then frees the knots, held to the cubics by reins of several strengths and without. Whatever predicts
+held-back blocks best wins, where "held back" means: the model runs through the block freely, but its samples carry no
+weight. From long records, a model without reins that predicts them as well as it fits the others is taken at once.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from thrustd.identify.hw_prior import LOOSE, Reins
+from thrustd.identify.hw_problem import Point, Signal, residual_of, slow_variance
+from thrustd.model.stage import Floats
+
+BLOCKS, MIDDLE = 5, 3  # of all data; the first is never held back, as it shows the initial state
+MANY, MOST = 400_000, 1_500_000  # samples: beyond, two blocks are held back one after the other; then only one
+PLENTY = 1.1  # error on held-back blocks over the error on the others, with which no reins are needed
+WORSE = 1.1  # tighter reins may predict so much worse, unless on most blocks: few blocks differ by chance
+TIGHTNESS = (0.002, 0.01, 0.05)  # of the output's range: one sigma of a knot about the smooth curve
+APART = 0.01  # of the curve's range: knots on reins come no nearer
+
+Search = Callable[[Point, list[Signal], Reins], Point]
+
+
+class Fold(NamedTuple):
+    train: list[Signal]
+    held: list[Signal]
+
+
+def held_blocks(total: int) -> tuple[int, ...]:
+    """Which blocks to hold back, one after the other."""
+    return tuple(range(1, BLOCKS)) if total <= MANY else (2, 4) if total <= MOST else (MIDDLE,)
+
+
+def folds_of(signals: Sequence[Signal], blocks: Sequence[int]) -> list[Fold]:
+    """Data with one block held back each."""
+    total = sum(len(signal.u) for signal in signals)
+    folds = []
+    for block in blocks:
+        low, high = block * total // BLOCKS, (block + 1) * total // BLOCKS
+        train, held, at = [], [], 0
+        for signal in signals:
+            inside = (signal.chosen + at >= low) & (signal.chosen + at < high)
+            train.append(replace(signal, chosen=signal.chosen[~inside]))
+            held.append(replace(signal, chosen=signal.chosen[inside]))
+            at += len(signal.u)
+        folds.append(Fold(train, held))
+    return [fold for fold in folds if _rows(fold.held) > 0]
+
+
+class Choice(NamedTuple):
+    """Reins, where the search ended with them on the last fold, error on held-back blocks over that on the others."""
+
+    reins: Reins
+    point: Point
+    ratio: float
+
+
+def choose_reins(smooth: Point, start: Point, folds: Sequence[Fold], search: Search, like: Reins) -> Choice:
+    """The reins that predict held-back blocks best.
+
+    smooth: the fitted smooth model; start: the same with free knots; like: carries the smooth curves.
+    """
+    best, errors = _tried(start, folds, search, LOOSE)
+    least = errors
+    if best.ratio <= PLENTY and len(folds) < BLOCKS - 1:
+        return best
+    variance = slow_variance(smooth, folds[-1].train)
+    for tightness in reversed(TIGHTNESS):
+        reins = replace(like, bend_std=tightness, closest=APART, variance=variance)
+        tighter, theirs = _tried(start, folds, search, reins)
+        if theirs.mean() < WORSE**2 * least.mean() and np.sum(theirs < least) > len(folds) / 2:
+            best = tighter
+        least = min(least, theirs, key=np.mean)
+    return best
+
+
+def _tried(start: Point, folds: Sequence[Fold], search: Search, reins: Reins) -> tuple[Choice, Floats]:
+    """Where the last fold ends, and the mean squared error on every held-back block."""
+    held, seen, point = [], [], start
+    for fold in folds:
+        point = search(start, fold.train, reins)
+        held.append(mean_square(point, fold.held))
+        seen.append(mean_square(point, fold.train))
+    return Choice(reins, point, float(np.sqrt(np.mean(held) / np.mean(seen)))), np.array(held)
+
+
+def mean_square(point: Point, signals: Sequence[Signal]) -> float:
+    parts = [residual_of(point, i, signal) for i, signal in enumerate(signals) if len(signal.chosen)]
+    return float(np.mean(np.concatenate(parts) ** 2))
+
+
+def _rows(signals: Sequence[Signal]) -> int:
+    return sum(len(signal.chosen) for signal in signals)
