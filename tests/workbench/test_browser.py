@@ -19,8 +19,10 @@ SPIKE_AT_S = 61_234.56
 def exercise(tmp_path_factory):
     chromium()
     folder = tmp_path_factory.mktemp("exercise")
-    hide(("axial_inertia",), seed=3, strength=4.0, out_dir=folder)
-    (folder / "truth.json").unlink()
+    hide(("axial_inertia",), seed=3, strength=4.0, out_dir=folder / "exercise-1")
+    (folder / ".thrustd" / "sealed").mkdir(parents=True)
+    (folder / "exercise-1" / "truth.json").rename(folder / ".thrustd" / "sealed" / "exercise-1.json")
+    (folder / ".thrustd" / "session.json").write_text('{"exercise": "exercise-1"}')
     with workbench(folder) as served:
         yield served
 
@@ -33,18 +35,22 @@ def test_whole_loop_on_a_hidden_effect(exercise):
         see_where_it_fails(page)
         next_step(page, "What is missing?")
         verdict = page.locator(".verdict .name")
-        verdict.wait_for()
+        verdict.wait_for(timeout=LONG_MS)
         assert verdict.inner_text() == "axial_inertia"
         assert "kg" in page.locator("tr.candidate").first.inner_text()
         next_step(page, "Add axial_inertia")
         see_the_fallen_bar(page)
         next_step(page, "Compare")
+        see_before_and_after(page)
         next_step(page, "What is missing?")
-        page.get_by_text("Nothing is left").wait_for()
-        page.locator("nav a", has_text="Add it").click()
-        page.get_by_role("button", name="Undo").click()
-        page.get_by_text("is chosen again").wait_for()
-        assert page.locator(".context select").first.input_value() == "bench-model.json"
+        page.locator(".verdict .name").wait_for(timeout=LONG_MS)
+        assert "remove nothing" in page.locator(".idle").inner_text()
+        page.locator("nav a", has_text="Overview").click()
+        page.locator("header").get_by_role("button", name="Open the sealed answer").click()
+        see_found_beside_true(page)
+        keep_it(page)
+        exclude_and_be_told(page)
+        undo(page)
 
 
 def reload_and_cancel(page):
@@ -82,6 +88,74 @@ def see_the_fallen_bar(page):
     heights = [bars.nth(i).locator("i").bounding_box()["height"] for i in (0, 1)]
     assert heights[1] < 0.6 * heights[0]
     assert page.get_by_text("which nothing was fitted to").is_visible()
+
+
+def see_before_and_after(page):
+    """Parent and child on the same samples, in one table and on the same pictures."""
+    rows = page.locator("table.cells tbody tr")
+    rows.nth(1).wait_for()
+    before, after = (float(rows.nth(i).locator("td.num").first.inner_text().split()[0]) for i in (0, 1))
+    assert after < 0.6 * before
+    assert page.locator("h2", has_text="Force over deformation").count() == 2
+    assert page.locator("h2", has_text="Error over force and rate").count() == 2
+
+
+def see_found_beside_true(page):
+    row = page.locator("table.truth tbody tr").first
+    row.wait_for()
+    effect, found, parameter, true, estimate, off, _ = row.locator("td").all_inner_texts()
+    assert (effect, parameter) == ("axial_inertia", "mass_kg") and "found" in found
+    assert abs(float(true) / float(estimate.split()[0]) - 1) < 0.15 and "sigma" in off
+    assert "that is what the model holds" in page.locator(".guide").inner_text()
+    assert page.get_by_role("button", name="Open the sealed answer").count() == 0
+
+
+def keep_it(page):
+    """Compiled for flight, a report that needs nothing else, a copy of the model."""
+    page.locator("nav a", has_text="Add it").click()
+    page.get_by_role("button", name="Compile for flight").click()
+    page.locator(".notice.ok", has_text="witness rows reproduced").wait_for(timeout=LONG_MS)
+    with page.expect_download(timeout=LONG_MS) as report:
+        page.get_by_role("button", name="Write the report").click()
+    text = report.value.path().read_text()
+    assert "axial_inertia" in text and "data:image/png;base64," in text
+    assert set(re.findall(r"""(?:src|href)=["']?(.{5})""", text)) == {"data:"} and "<script" not in text
+    with page.expect_download() as copy:
+        page.get_by_role("button", name="Save a copy").click()
+    assert "axial_inertia" in copy.value.path().read_text()
+
+
+def exclude_and_be_told(page):
+    """A stretch that is left out makes the answers old: the page asks to compare again; with it back they are good."""
+    page.locator("nav a", has_text="Time histories").click()
+    page.locator(".sheet[data-ready]").wait_for()
+    assert "starts at rest" in page.locator(".keys", has_text="first").inner_text()
+    with page.expect_download() as window:
+        page.get_by_role("button", name="CSV of window").click()
+    assert window.value.path().read_text().startswith("time_s,force_N,deformation_mm,")
+    with page.expect_download() as picture:
+        page.get_by_role("button", name="PNG").click()
+    assert picture.value.path().read_bytes().startswith(b"\x89PNG")
+    page.get_by_label("from limit").fill("-100")
+    page.get_by_label("to limit").fill("2000")
+    page.get_by_label("phase").select_option("unloading")
+    page.get_by_role("button", name="Show", exact=True).click()
+    page.get_by_text(re.compile(r"of the time; RMSE there [\d.]+ N")).wait_for(timeout=LONG_MS)
+    idle(page)
+    assert page.locator(".shade-key", has_text="unloading, force_N").count() == 1
+    page.get_by_role("button", name="Mark this window").click()
+    page.get_by_label("exclude").check()
+    page.locator("dialog button", has_text="Mark").click()
+    page.locator("#next", has_text="Compare").wait_for()
+    page.get_by_role("button", name="remove").click()
+    page.locator("#next", has_text="Compare").wait_for(state="detached")
+
+
+def undo(page):
+    page.locator("nav a", has_text="Add it").click()
+    page.get_by_role("button", name="Undo").click()
+    page.get_by_text("is chosen again").wait_for()
+    assert page.locator(".context select").first.input_value() == "exercise-1/bench-model.json"
 
 
 @pytest.fixture(scope="module")

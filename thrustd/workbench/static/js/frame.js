@@ -132,6 +132,7 @@ export class Frame {
     const { models, recordings, session } = store.server;
     const names = recordings.map((r) => r.name);
     const wanted = nextStep()?.wants;
+    if (this.same("context", names, models.map((m) => m.name), session, wanted)) return;
     const chooser = (title, meaning, list, chosen, none, pick) =>
       h(
         "label",
@@ -163,8 +164,17 @@ export class Frame {
     );
   }
 
+  // a button that is being pressed, or a list that is open, stays what it is as long as it says the same
+  same(part, ...said) {
+    const key = JSON.stringify(said),
+      same = this.said?.[part] === key;
+    this.said = { ...this.said, [part]: key };
+    return same;
+  }
+
   drawGuide() {
-    const next = nextStep();
+    const next = (this.next = nextStep());
+    if (this.same("guide", next?.say, next?.label)) return;
     fill(
       this.guide,
       ...(next
@@ -173,7 +183,7 @@ export class Frame {
             next.label
               ? h(
                   "button",
-                  { class: "primary", id: "next", disabled: next.busy, onclick: attempt(next.go) },
+                  { class: "primary", id: "next", onclick: attempt(() => this.next.go()) },
                   next.label,
                 )
               : null,

@@ -105,6 +105,14 @@ function afterDiagnosis(asked, chosen) {
       go: () => goAndAdd(effects[0]),
       kinds: ["extend"],
     };
+  const truth = revealed();
+  if (chosen.exercise && truth)
+    return {
+      view: store.view === "overview" ? "add" : "overview",
+      say: afterwards(truth),
+      label: store.view === "overview" ? "Save and compile" : "See found and true",
+      go: () => go(store.view === "overview" ? "add" : "overview"),
+    };
   if (asked.verdict.includes("unknown"))
     return {
       view: "missing",
@@ -112,21 +120,13 @@ function afterDiagnosis(asked, chosen) {
       label: store.view === "missing" ? null : "Show me",
       go: () => go("missing"),
     };
-  const truth = revealed();
-  if (chosen.exercise && !truth)
+  if (chosen.exercise)
     return {
       view: "overview",
       say: "Nothing is left that a further effect would explain. Open the sealed answer and see whether you found it.",
       label: "Open the sealed answer",
       go: revealNow,
       kinds: ["reveal"],
-    };
-  if (chosen.exercise)
-    return {
-      view: store.view === "overview" ? "add" : "overview",
-      say: afterwards(truth),
-      label: store.view === "overview" ? "Save and compile" : "See found and true",
-      go: () => go(store.view === "overview" ? "add" : "overview"),
     };
   return {
     view: "overview",

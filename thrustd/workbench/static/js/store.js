@@ -39,7 +39,8 @@ export function follow() {
     changed("jobs");
   });
   events.addEventListener("folder", () => refresh());
-  events.onopen = () => refresh(); // what happened before the stream was open, or while it was broken, is in no event
+  // what happened before the stream was open, or while it was broken, is in no event
+  events.onopen = () => refresh().catch((problem) => say(problem.message));
 }
 
 const over = (job) => ["done", "failed", "cancelled"].includes(job.state);
@@ -62,6 +63,7 @@ export async function order(kind, fields = {}) {
   if (known && over(known)) return known; // its end was heard before the answer to the order
   if (!known) jobs.unshift(job);
   changed("jobs");
+  refresh().catch((problem) => say(problem.message)); // an answer already on its way does not know this job
   return new Promise((resolve) => waiting.set(job.id, resolve));
 }
 export const cancel = (job) => remove("api/jobs/" + job.id);
