@@ -8,6 +8,7 @@ from thrustd.cli.files import read_deck, read_models, read_recordings, split_mod
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 
 if TYPE_CHECKING:
+    from thrustd.model.artifact import ModelSpec
     from thrustd.model.effect import Effect
     from thrustd.records.recording import Recording
 
@@ -62,6 +63,7 @@ def compare_verb(arguments: argparse.Namespace) -> int:
             progress=lambda share, what: advance(share),
             **_reference(arguments),
         )
+    _remark(records, arguments, list(specs.values()))
     return _told(report, arguments)
 
 
@@ -80,6 +82,7 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
             progress=lambda share, what: advance(share),
             **_reference(arguments),
         )
+    _remark(records, arguments, [spec])
     return _told(report, arguments)
 
 
@@ -102,6 +105,7 @@ def extend_verb(arguments: argparse.Namespace) -> int:
             progress=lambda share, what: advance(share),
             **_reference(arguments),
         )
+    _remark(records, arguments, [spec])
     write_model_file(report.spec, arguments.out)
     _show(report, arguments)
     note(f"written: {arguments.out}")
@@ -126,6 +130,13 @@ def _reference(arguments: argparse.Namespace) -> dict[str, Any]:
     """What the measurement is judged against, as all three verbs take it."""
     deck = read_deck(arguments.deck) if arguments.against == "brochure" else None
     return {"against": arguments.against, "mount": arguments.mount, "deck": deck}
+
+
+def _remark(records: list["Recording"], arguments: argparse.Namespace, specs: list["ModelSpec"]) -> None:
+    from thrustd.diagnose.reference import rest_remarks
+
+    for line in rest_remarks(records, arguments.mount, specs):
+        note(line)
 
 
 def _told(report: Any, arguments: argparse.Namespace) -> int:

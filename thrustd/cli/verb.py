@@ -82,4 +82,5 @@ def progress(label: str) -> Iterator[Advance]:
         bar.live.transient = True
         bar.live.stop()
         raise
+    advance(1.0)
     bar.stop()

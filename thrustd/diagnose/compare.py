@@ -124,7 +124,7 @@ def compare(
     progress: Progress | None = None,
 ) -> CompareReport:
     """Run every model over every recording. `against`: force_N (default), a column, or `brochure`."""
-    records = referenced(recordings, against, mount, deck)
+    records = referenced(recordings, against, mount, deck, list(models.values()))
     for record in records:
         for spec in models.values():
             check_recording(record, spec)

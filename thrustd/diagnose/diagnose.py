@@ -116,7 +116,7 @@ def diagnose(
     progress: Progress | None = None,
 ) -> DiagnoseReport:
     """Judge every effect of the shelf and `extra` ones. `progress(share, what)` is called as it goes."""
-    records = referenced(recordings, against, mount, deck)
+    records = referenced(recordings, against, mount, deck, [spec])
     for record in records:
         check_recording(record, spec)
     check_length(records, spec)

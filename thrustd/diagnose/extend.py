@@ -97,7 +97,7 @@ def extend(
 ) -> ExtendReport:
     """Add `effects` to a model. ModelError, and no model, when held-back blocks are not better with them."""
     chosen = [effect_named(effect) if isinstance(effect, str) else effect for effect in effects]
-    records = referenced(recordings, against, mount, deck)
+    records = referenced(recordings, against, mount, deck, [spec])
     for record in records:
         check_recording(record, spec)
     for effect in chosen:

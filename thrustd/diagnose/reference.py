@@ -4,14 +4,17 @@ On a bench that is the load cell, `force_N`. In flight a mount carries `share` o
 any column of force, or `brochure`, which asks a brochure deck with the recording's engine and air data.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
 
 from thrustd.brochure.deck import Deck, DeckInputs
 from thrustd.errors import RecordingError
 from thrustd.identify.segments import DEFORMATION, FORCE
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.compile import model_stages
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.signals import CATALOGUE
@@ -39,10 +42,33 @@ def as_mount(record: Recording, mount: str) -> Recording:
     return replace(record, channels=plain)
 
 
-def referenced(recordings: Sequence[Recording], against: str, mount: str, deck: Deck | None) -> list[Recording]:
-    """Every recording as one mount sees it, with its reference as `force_N`."""
+def referenced(
+    recordings: Sequence[Recording], against: str, mount: str, deck: Deck | None, specs: Iterable[ModelSpec]
+) -> list[Recording]:
+    """Every recording as one mount sees it, with its reference as `force_N`; what it lacks for `specs` at rest."""
     engine = engine_of(mount)
-    return [with_reference(as_mount(record, mount), against, deck=deck, engine=engine) for record in recordings]
+    mounts = [as_mount(record, mount) for record in recordings]
+    found = [with_reference(record, against, deck=deck, engine=engine) for record in mounts]
+    return [r.with_channels(**{n: np.full(len(r), v) for n, v in unrecorded(r, specs).items()}) for r in found]
+
+
+def unrecorded(record: Recording, specs: Iterable[ModelSpec]) -> dict[str, float]:
+    """Channels that the models read and a quiet bench need not record, with their value there: 1 g, no vibration."""
+    if "mach" in record:  # it flew: nothing rests
+        return {}
+    wanted = {name for spec in specs for stage in model_stages(spec, 1.0) for name in stage.channels} - {DEFORMATION}
+    rest = {name: CATALOGUE[name].rest for name in sorted(wanted) if name in CATALOGUE and name not in record}
+    return {name: value for name, value in rest.items() if isfinite(value)}
+
+
+def rest_remarks(recordings: Sequence[Recording], mount: str, specs: Iterable[ModelSpec]) -> list[str]:
+    """What `referenced` takes for granted, one line each."""
+    specs = list(specs)
+    return [
+        f"{record.name}: {name} is not recorded, {value:g} {CATALOGUE[name].unit} taken for it"
+        for record in recordings
+        for name, value in unrecorded(as_mount(record, mount), specs).items()
+    ]
 
 
 def engine_of(mount: str) -> int:

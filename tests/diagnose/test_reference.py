@@ -1,0 +1,33 @@
+"""What a quiet bench does not record is at rest there, and said; a flight must bring its channels."""
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import columns, inertia, mount, record
+from thrustd.diagnose.compare import compare
+from thrustd.diagnose.reference import rest_remarks
+from thrustd.errors import RecordingError
+from thrustd.records.recording import make_recording
+
+BENCH = ("time_s", "deformation_mm", "force_N")
+
+
+def bench(**more):
+    full = record()
+    kept = {"time_s": full.time_s, **{name: full[name] for name in BENCH[1:]}, **more}
+    return make_recording("bench", kept)
+
+
+def test_a_flight_model_is_compared_with_a_bench_without_accelerations():
+    flying = mount(effects=[inertia(100.0)])
+    (with_inertia,) = compare({"m": flying}, [bench()]).comparisons
+    (without,) = compare({"m": mount()}, [bench()]).comparisons
+    assert with_inertia.rmse_n == pytest.approx(without.rmse_n)
+    assert rest_remarks([bench()], "", [flying]) == ["bench: accel_x_g is not recorded, 0 g taken for it"]
+    assert rest_remarks([bench()], "", [mount()]) == []
+
+
+def test_in_flight_nothing_rests():
+    flown = bench(mach=np.full(len(columns()["time_s"]), 0.4))
+    with pytest.raises(RecordingError, match="no column 'accel_x_g'"):
+        compare({"m": mount(effects=[inertia(100.0)])}, [flown])
