@@ -1,12 +1,15 @@
 """Verbs that make models and decks: identify, plan-test, compile, brochure."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from thrustd.cli.files import read_models, read_recordings, read_text, write_model_file, write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 from thrustd.errors import UsageError
+
+TYPICAL_ITERATIONS = 150  # of one fit, all stages together: what the progress bar takes for the whole
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -18,6 +21,10 @@ def add_verbs(verbs: Verbs) -> None:
     identify.add_argument("records", type=Path, nargs="+", help="bench records with deformation_mm and force_N")
     identify.add_argument("--validate", type=Path, nargs="+", default=[], help="records that are not fitted to")
     identify.add_argument("-o", "--out", type=Path, required=True, help="model artifact to write")
+    identify.add_argument("--input", metavar="COLUMN", default="deformation_mm", help="what the model reads")
+    identify.add_argument(
+        "--output", metavar="COLUMN", default="force_N", help="what it gives; any unit, sign and scale"
+    )
     identify.add_argument("--structure", action="append", default=[], help="structure to fit (default hw-pwl)")
     identify.add_argument("--all", action="store_true", help="fit every structure of the thesis, side by side")
     identify.add_argument("--order", default="6", help="order of the linear block, or 'auto' (default 6)")
@@ -61,14 +68,16 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     from thrustd.identify.identify import identify
     from thrustd.identify.structures import shelf
 
-    train, validate = read_recordings(arguments.records), read_recordings(arguments.validate)
+    train, validate = _in_roles(arguments.records, arguments), _in_roles(arguments.validate, arguments)
     names = list(shelf()) if arguments.all else arguments.structure or ["hw-pwl"]
     settings, choices = _settings(arguments, train)
     with progress("identify") as advance:
         done = 0
 
         def heard(what: str, rmse_n: float) -> None:
-            advance(min(0.99, done / len(names)))
+            nonlocal done
+            done += 1
+            advance(min(0.99, done / (TYPICAL_ITERATIONS * len(names))))
 
         found = identify(train, validate, names, settings, arguments.out.stem, heard)
     write_model_file(found.spec, arguments.out)
@@ -80,6 +89,14 @@ def identify_verb(arguments: argparse.Namespace) -> int:
         found.print(console())
     note(f"written: {arguments.out} ({found.spec.structure})")
     return 0
+
+
+def _in_roles(paths: Sequence[Path], arguments: argparse.Namespace) -> list[Any]:
+    """Recordings with the chosen columns under the names that identification reads."""
+    records = read_recordings(paths)
+    if (arguments.input, arguments.output) == ("deformation_mm", "force_N"):
+        return records
+    return [r.with_channels(deformation_mm=r[arguments.input], force_N=r[arguments.output]) for r in records]
 
 
 def _settings(arguments: argparse.Namespace, train: list[Any]) -> tuple[Any, Any]:

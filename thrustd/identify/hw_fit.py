@@ -91,7 +91,7 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
         reins, notes = chosen.reins, thin_data(chosen.ratio)
     small = task.small
     variance = 0.0
-    for rows, count, stall in ((MIDDLE_ROWS, 30 if small else 4, 2e-5 if small else 2e-4), (FINE_ROWS, 3, 1e-4)):
+    for rows, count, stall in ((MIDDLE_ROWS, 30 if small else 10, 2e-5), (FINE_ROWS, 3, 1e-4)):
         signals = _signals(segments, units, rows)
         point, variance = task.search(point, signals, count, stall, "fine", reins=reins)
     return HwFit(point, units, segments, float(np.sqrt(variance)) * units.y_span, task.limits, notes)
@@ -176,7 +176,9 @@ def _freed_fit(task: _Task, point: Point) -> tuple[Point, Choice]:
         lambda p, signals, reins: task.search(p, signals, FREEING, 1e-3, "held-back blocks", reins=reins)[0],
         like,
     )
-    begins = [chosen.point, guess] if task.small and chosen.reins is LOOSE and ratio < 1.0 else [chosen.point]
+    begins = [chosen.point]
+    if chosen.reins is LOOSE and ratio < 1.0:
+        begins = [*begins[: int(task.small)], guess]
     ends = [_merged_fit(task, begin, coarse, chosen.reins) for begin in begins]
     return min(ends, key=lambda end: mean_square(end, coarse)), chosen
 
@@ -271,7 +273,5 @@ def _fewer_knots(task: _Task, point: Point, signals: list[Signal], reins: Reins)
         normal, _ = with_priors(point, normal_equations(point, signals), variance, reins)
         f_next = max(n_f, point.layout.n_f - max(1, (point.layout.n_f - n_f + 2) // 3))
         h_next = max(n_h, point.layout.n_h - max(1, (point.layout.n_h - n_h + 2) // 3))
-        point, _ = task.search(
-            merged(point, normal, f_next, h_next), signals, 5 if task.small else 3, 1e-3, "merging", reins=reins
-        )
+        point, _ = task.search(merged(point, normal, f_next, h_next), signals, 5, 1e-3, "merging", reins=reins)
     return point
