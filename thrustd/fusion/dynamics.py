@@ -29,36 +29,43 @@ Matrix = npt.NDArray[np.float64]
 IDLE_RATE_N_S = 60.0  # the filter's rate is never still: less than this is no movement
 
 
-def rate_sigma(settings: FusionSettings, n1_rate_pct_s: float, surprise_n_s: float) -> float:
-    """Strength of the thrust rate, N/s, for a throttle that moves N1 by `n1_rate_pct_s`."""
-    moving = max(abs(settings.throttle_rate_gain_n_per_pct * n1_rate_pct_s), surprise_n_s)
-    return sqrt(settings.thrust_rate_std_n_s**2 + moving * moving)
+class Dynamics:
+    """F and Q of one filter, written anew in place for every step."""
 
+    def __init__(self, settings: FusionSettings) -> None:
+        self._settings = settings
+        self._f, self._q = np.eye(N_STATE), np.zeros((N_STATE, N_STATE))
+        self._f_diagonal = self._f.reshape(-1)[:: N_STATE + 1]  # views
+        self._q_diagonal = self._q.reshape(-1)[:: N_STATE + 1]
 
-def propagate(settings: FusionSettings, dt_s: float, sigma_n_s: float, moving_n_s: float) -> tuple[Matrix, Matrix]:
-    """(F, Q), each (6, 6); `sigma_n_s` of the rate, `moving_n_s`: how fast thrust moves."""
-    tau = settings.thrust_rate_tau_s
-    u = dt_s / tau
-    a = exp(-u)
-    moved = max(moving_n_s - IDLE_RATE_N_S, 0.0) * dt_s / settings.forget_after_n
-    keep_mount = exp(-dt_s / settings.mount_error_tau_s - moved)
-    keep_shape = exp(-dt_s / settings.brochure_shape_tau_s - moved)
-    keep_zero = exp(-dt_s / settings.mount_zero_tau_s)
-    keep_engine = exp(-dt_s / settings.brochure_bias_tau_s)
-    f = np.diag((1.0, a, keep_zero, keep_mount, keep_engine, keep_shape))
-    f[THRUST, RATE] = tau * (1.0 - a)
-    var = sigma_n_s**2
-    # the closed form loses its digits below u = 1e-3: its series is 2/3 u^3
-    drift = 2.0 * u - 3.0 + 4.0 * a - a * a if u > 1e-3 else 2.0 / 3.0 * u**3
-    q = np.diag(
-        (
+    def step(self, dt_s: float, rate_n_s: float, n1_rate_pct_s: float, surprise_n_s: float) -> tuple[Matrix, Matrix]:
+        """(F, Q), each (6, 6), good until the next call.
+
+        `rate_n_s` of the thrust now; the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate unseen.
+        """
+        s = self._settings
+        moving = max(abs(s.throttle_rate_gain_n_per_pct * n1_rate_pct_s), surprise_n_s)
+        var = sqrt(s.thrust_rate_std_n_s**2 + moving * moving) ** 2
+        moving_n_s = max(abs(rate_n_s), s.throttle_rate_gain_n_per_pct / 4.0 * abs(n1_rate_pct_s))
+        moved = max(moving_n_s - IDLE_RATE_N_S, 0.0) * dt_s / s.forget_after_n
+        tau = s.thrust_rate_tau_s
+        u = dt_s / tau
+        a = exp(-u)
+        keep_mount = exp(-dt_s / s.mount_error_tau_s - moved)
+        keep_shape = exp(-dt_s / s.brochure_shape_tau_s - moved)
+        keep_zero = exp(-dt_s / s.mount_zero_tau_s)
+        keep_engine = exp(-dt_s / s.brochure_bias_tau_s)
+        self._f_diagonal[:] = 1.0, a, keep_zero, keep_mount, keep_engine, keep_shape
+        self._f[THRUST, RATE] = tau * (1.0 - a)
+        # the closed form loses its digits below u = 1e-3: its series is 2/3 u^3
+        drift = 2.0 * u - 3.0 + 4.0 * a - a * a if u > 1e-3 else 2.0 / 3.0 * u**3
+        self._q_diagonal[:] = (
             var * tau * tau * drift,
             var * (1.0 - a * a),
-            settings.mount_zero_std_n**2 * (1.0 - keep_zero**2),
+            s.mount_zero_std_n**2 * (1.0 - keep_zero**2),
             1.0 - keep_mount**2,
-            settings.brochure_bias_std**2 * (1.0 - keep_engine**2),
+            s.brochure_bias_std**2 * (1.0 - keep_engine**2),
             1.0 - keep_shape**2,
         )
-    )
-    q[THRUST, RATE] = q[RATE, THRUST] = var * tau * (1.0 - a) ** 2
-    return f, q
+        self._q[THRUST, RATE] = self._q[RATE, THRUST] = var * tau * (1.0 - a) ** 2
+        return self._f, self._q

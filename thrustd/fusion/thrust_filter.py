@@ -15,13 +15,14 @@ from math import exp, isfinite, nan, sqrt
 
 import numpy as np
 
-from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SHAPE, THRUST, ZERO, Matrix, propagate, rate_sigma
+from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SHAPE, THRUST, ZERO, Dynamics, Matrix
 from thrustd.fusion.fusion_inputs import FusionInputs, sane
 from thrustd.fusion.gate import NOTHING, Gate, Verdict, agree_on_a_move
 from thrustd.fusion.kalman import KalmanFilter
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.smoother import Tape
-from thrustd.types import Estimate, Fault, Status
+from thrustd.fusion.status_bits import CONVERGING, brochure_bits, input_bits, mount_bits
+from thrustd.types import Estimate, Fault
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
@@ -64,12 +65,17 @@ class ThrustFilter:
         self._kf.x = np.zeros((N_STATE, 1))
         zero_n, engine_std = settings.mount_zero_std_n, settings.brochure_bias_std
         self._kf.P = np.diag(np.square((START_STD_N, START_RATE_STD_N_S, zero_n, 1.0, engine_std, 1.0)))
+        self._dynamics = Dynamics(settings)
         self._motion: tuple[Matrix, Matrix] = STILL
+        # rows of H and the variance of one scalar measurement, written anew for each
+        self._mount_h, self._brochure_h, self._r = np.zeros((1, N_STATE)), np.zeros((1, N_STATE)), np.zeros((1, 1))
+        self._mount_h[0, THRUST] = self._mount_h[0, ZERO] = self._brochure_h[0, THRUST] = 1.0
         self._tape: Tape | None = None
 
     @property
     def thrust_n(self) -> float:
-        return float(self._kf.x[THRUST, 0])
+        thrust_n: float = self._kf.x.item(THRUST)
+        return thrust_n
 
     def keep(self) -> Tape:
         """From now on every step is written on this tape, for `smoother.smooth`."""
@@ -86,7 +92,7 @@ class ThrustFilter:
         self._predict(min(dt_s, MAX_STEP_S), inputs)
         off = self._engine_off(inputs, dt_s)
         if off:
-            self._kf.update(np.array([[0.0]]), R=np.array([[self._settings.tare_std_n**2]]), H=TARE_H)
+            self._update(0.0, self._settings.tare_std_n**2, TARE_H)
         # the mount first: it is the one that knows where the thrust is while the throttle moves
         mount = self._mount(inputs, dt_s, off)
         still = inputs.n1_pct < self._settings.engine_off_n1_pct  # no deck says anything of an engine that stands
@@ -99,8 +105,7 @@ class ThrustFilter:
         self._surprise_n_s = self._surprise(mount, inputs)
         if self._tape is not None:
             self._tape.write(self._t_ns, self._kf.x, self._kf.P, *self._motion)
-        status = self._flags(inputs) | self._route_flags(inputs, mount, off)
-        return self._estimate(inputs, mount, brochure, status)
+        return self._estimate(inputs, mount, brochure, off)
 
     def take_faults(self) -> list[Fault]:
         """Faults since the last call: "mount_failed", "mount_recovered", "brochure_...", "tare"."""
@@ -156,10 +161,8 @@ class ThrustFilter:
         if dt_s <= 0.0:
             self._motion = STILL
             return
-        s = self._settings
         n1_rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else 0.0
-        moving_n_s = max(abs(float(self._kf.x[RATE, 0])), s.throttle_rate_gain_n_per_pct / 4.0 * abs(n1_rate_pct_s))
-        f, q = propagate(s, dt_s, rate_sigma(s, n1_rate_pct_s, self._surprise_n_s), moving_n_s)
+        f, q = self._dynamics.step(dt_s, self._kf.x.item(RATE), n1_rate_pct_s, self._surprise_n_s)
         q[THRUST, THRUST] += self._slack_n**2
         self._motion = f, q
         self._kf.predict(F=f, Q=q)
@@ -173,8 +176,8 @@ class ThrustFilter:
 
     def _mount(self, inputs: FusionInputs, dt_s: float, off: bool) -> Verdict:
         """With the engine off the mounts show their own error, whatever the filter held it for: a wider gate."""
-        h = np.zeros((1, N_STATE))
-        h[0, THRUST], h[0, ZERO], h[0, MOUNT] = 1.0, 1.0, self._mount_sigma_n
+        h = self._mount_h
+        h[0, MOUNT] = self._mount_sigma_n
         noise = self._settings.mount_noise_std_n**2
         return self._measure(inputs.mount_n, h, noise, self._mount_gate, "mount", dt_s, OFF_DOUBT_N**2 if off else 0.0)
 
@@ -188,9 +191,8 @@ class ThrustFilter:
             return NOTHING
         dt_s = 0.0 if self._read_ns == NEVER_NS else (read_ns - self._read_ns) * 1e-9
         self._read_ns = read_ns
-        h = np.zeros((1, N_STATE))
-        h[0, THRUST], h[0, RATE] = 1.0, -inputs.brochure_age_s
-        h[0, ENGINE], h[0, SHAPE] = self._scale_n, self._shape_sigma_n
+        h = self._brochure_h
+        h[0, RATE], h[0, ENGINE], h[0, SHAPE] = -inputs.brochure_age_s, self._scale_n, self._shape_sigma_n
         noise = self._settings.brochure_noise_std_n**2 + inputs.brochure_lag_n**2
         self._brochure_verdict = self._measure(inputs.brochure_n, h, noise, self._brochure_gate, "brochure", dt_s)
         return self._brochure_verdict
@@ -201,15 +203,19 @@ class ThrustFilter:
         """Gate one scalar measurement, opened by `doubt_n2`, and use it."""
         if not isfinite(y):
             return NOTHING
-        innovation = y - float((h @ self._kf.x)[0, 0])
-        variance = float((h @ self._kf.P @ h.T)[0, 0]) + r
+        innovation = y - h.dot(self._kf.x).item()
+        variance = h.dot(self._kf.P).dot(h.T).item() + r
         was_failed = gate.failed
         used = gate.judge(innovation, variance + doubt_n2, dt_s)
         if gate.failed != was_failed:
             self._report(f"{route}_{'failed' if gate.failed else 'recovered'}")
         if used:
-            self._kf.update(np.array([[y]]), R=np.array([[r]]), H=h)
+            self._update(y, r, h)
         return Verdict(innovation, innovation * innovation / variance, used)
+
+    def _update(self, y: float, r: float, h: Matrix) -> None:
+        self._r[0, 0] = r
+        self._kf.update(y, R=self._r, H=h)
 
     def _surprise(self, mount: Verdict, inputs: FusionInputs) -> float:
         """Rate that the thrust may have had, N/s, when a measurement was gated out that is not given up yet.
@@ -241,41 +247,21 @@ class ThrustFilter:
     def _report(self, kind: str) -> None:
         self._faults.append(Fault(self._t_ns, self._name, kind))
 
-    def _flags(self, inputs: FusionInputs) -> int:
-        bits = (
-            (inputs.mount_extrapolating, Status.MODEL_EXTRAPOLATING),
-            (inputs.brochure_extrapolating, Status.DECK_EXTRAPOLATING),
-            (inputs.transient, Status.TRANSIENT),
-            (inputs.gap, Status.GAP),
-            (inputs.one_mount, Status.ONE_MOUNT),
-            (inputs.load_factor_stale, Status.LOAD_FACTOR_STALE),
-        )
-        return inputs.status | sum(int(bit) for on, bit in bits if on)
+    def _status(self, inputs: FusionInputs, mount: Verdict, off: bool, variance_n2: float) -> int:
+        status = input_bits(inputs) | mount_bits(isfinite(inputs.mount_n), mount, self._mount_gate)
+        status |= brochure_bits(isfinite(inputs.brochure_n), self._brochure_verdict, self._brochure_gate, off)
+        return status | CONVERGING if variance_n2 > self._settings.converging_std_n**2 else status
 
-    def _route_flags(self, inputs: FusionInputs, mount: Verdict, off: bool) -> int:
-        mount_there, brochure_there = isfinite(inputs.mount_n), isfinite(inputs.brochure_n)
-        judged = isfinite(self._brochure_verdict.innovation_n)
-        bits = (
-            (not mount_there, Status.MOUNT_LOST),
-            (mount_there and not mount.used, Status.MOUNT_REJECTED),
-            (self._mount_gate.failed, Status.MOUNT_FAILED),
-            (not brochure_there and not off, Status.BROCHURE_LOST),
-            (brochure_there and judged and not self._brochure_verdict.used and not off, Status.BROCHURE_REJECTED),
-            (self._brochure_gate.failed, Status.BROCHURE_FAILED),
-            (off, Status.ENGINE_OFF),
-            (self._kf.P[THRUST, THRUST] > self._settings.converging_std_n**2, Status.CONVERGING),
-        )
-        return sum(int(bit) for on, bit in bits if on)
-
-    def _estimate(self, inputs: FusionInputs, mount: Verdict, brochure: Verdict, status: int) -> Estimate:
-        x = self._kf.x[:, 0]
+    def _estimate(self, inputs: FusionInputs, mount: Verdict, brochure: Verdict, off: bool) -> Estimate:
+        x: list[float] = self._kf.x.ravel().tolist()
+        variance_n2: float = self._kf.P.item(THRUST)
         used = [verdict.nis for verdict in (mount, brochure) if verdict.used]
         return Estimate(
             t_ns=inputs.t_ns,
             engine=self._engine,
-            thrust_n=float(x[THRUST]),
-            thrust_std_n=sqrt(float(self._kf.P[THRUST, THRUST])),
-            thrust_rate_n_s=float(x[RATE]),
+            thrust_n=x[THRUST],
+            thrust_std_n=sqrt(variance_n2),
+            thrust_rate_n_s=x[RATE],
             mount_n=inputs.mount_n,
             mount_std_n=inputs.mount_std_n,
             brochure_n=inputs.brochure_n,
@@ -283,10 +269,10 @@ class ThrustFilter:
             innovation_n=mount.innovation_n,
             brochure_innovation_n=brochure.innovation_n,
             nis=sum(used) / len(used) if used else nan,
-            mount_bias_n=float(x[ZERO] + self._mount_sigma_n * x[MOUNT]),
-            brochure_bias=float(x[ENGINE] + self._shape_sigma_n / self._scale_n * x[SHAPE]),
+            mount_bias_n=x[ZERO] + self._mount_sigma_n * x[MOUNT],
+            brochure_bias=x[ENGINE] + self._shape_sigma_n / self._scale_n * x[SHAPE],
             load_share=inputs.load_share,
-            status=int(status),
+            status=self._status(inputs, mount, off, variance_n2),
         )
 
 
