@@ -94,7 +94,7 @@ def extend_verb(arguments: argparse.Namespace) -> int:
     records = read_recordings(arguments.data)
     effects = _effects(arguments, records)
     if not effects:
-        raise UsageError("thrustd extend: --effect is missing; expected a name (see thrustd effects) or an expression")
+        raise UsageError("extend: --effect is missing; expected a name (see thrustd effects) or an expression")
     (spec,) = read_models([arguments.model]).values()
     with progress(f"extend {arguments.model.name}") as advance:
         report = extend(

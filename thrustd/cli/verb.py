@@ -22,7 +22,8 @@ class Parser(argparse.ArgumentParser):
     """Argument errors are one line, like every other error."""
 
     def error(self, message: str) -> NoReturn:
-        raise UsageError(f"{self.prog}: {message} (see {self.prog} --help)")
+        verb = self.prog.removeprefix("thrustd").strip()
+        raise UsageError(f"{verb}{': ' if verb else ''}{message} (see {self.prog} --help)")
 
 
 def add_verb(verbs: Verbs, name: str, verb: Verb, summary: str, example: str) -> argparse.ArgumentParser:
