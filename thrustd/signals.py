@@ -24,13 +24,15 @@ class Signal:
     spread: float = 0.0  # one sigma around `rest` in ordinary flight, for the band while it is not measured
 
 
+FUEL_FLOW_ZERO_KG_S = -0.005  # lowest: the zero of a flow meter drifts and its noise goes both ways
+
 _TABLE = (
     Signal("deformation_mm", "mm", "mount deformation, loaded by forward thrust +", -5, 5, 0, "mount", 0.05),
     Signal("temperature_degC", "degC", "mount temperature", -60, 200, 20, "mount", 10, 15),
     Signal("vibration_mm_s", "mm/s", "radial vibration velocity at the mount", -5, 500, 0, "mount", 10, 10),
     Signal("n1_pct", "%", "fan speed, 100 % = 15 904 1/min", -1, 115, nan, "engine", 0.5),
     Signal("n2_pct", "%", "core speed, 100 % = 32 760 1/min", -1, 110, nan, "engine", 0.5),
-    Signal("fuel_flow_kg_s", "kg/s", "fuel mass flow of one engine", -0.001, 0.4, nan, "engine", 0.5),
+    Signal("fuel_flow_kg_s", "kg/s", "fuel mass flow of one engine", FUEL_FLOW_ZERO_KG_S, 0.4, nan, "engine", 0.5),
     Signal("accel_x_g", "g", "specific force, forward +", -5, 5, 0, "aircraft", 0.5, 0.1),
     Signal("accel_y_g", "g", "specific force, right +", -5, 5, 0, "aircraft", 0.5, 0.05),
     Signal("accel_z_g", "g", "specific force, up +: 1 in level flight", -5, 8, 1, "aircraft", 0.5, 0.2),
