@@ -1,5 +1,6 @@
 """Sensors that fail on purpose: what a broken transducer makes of its values before they go on the wire."""
 
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -27,9 +28,12 @@ class SensorFault(NamedTuple):
 
 
 class Breaker:
-    """Applies the faults of one flight block by block; keeps the value a stuck sensor is stuck at."""
+    """Applies the faults of one flight block by block; keeps the value a stuck sensor is stuck at.
 
-    def __init__(self, faults: tuple[SensorFault, ...], seed: int) -> None:
+    `faults` is read anew at every block: whoever kept the list may add one while the flight is under way.
+    """
+
+    def __init__(self, faults: Sequence[SensorFault], seed: int) -> None:
         for fault in faults:
             if fault.kind not in KINDS:
                 raise UsageError(f"sensor fault {fault.kind!r}: expected one of {', '.join(KINDS)}")

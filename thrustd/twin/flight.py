@@ -6,7 +6,7 @@ wire and by a jittering reader, frames now and then come in two pieces, and the 
 """
 
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
@@ -102,7 +102,7 @@ def fly(
     table: CanTable,
     seed: int,
     rates: Rates = RATES,
-    faults: tuple[SensorFault, ...] = (),
+    faults: Sequence[SensorFault] = (),
     origin_ns: int = 0,
 ) -> Iterator[Event | Truth]:
     """Events and truths in order of arrival, the same for the same arguments.
@@ -120,7 +120,7 @@ def write_flight(
     header: LogHeader,
     seed: int,
     rates: Rates = RATES,
-    faults: tuple[SensorFault, ...] = (),
+    faults: Sequence[SensorFault] = (),
 ) -> None:
     """The flight as a log: raw events and truth, no outputs. Written whole or not at all."""
     with new_log(path, header) as log:
@@ -141,7 +141,7 @@ class _Flight:
         table: CanTable,
         seed: int,
         rates: Rates,
-        faults: tuple[SensorFault, ...],
+        faults: Sequence[SensorFault],
         origin_ns: int,
     ) -> None:
         self._airframe, self._rates, self._origin_ns = airframe, rates, origin_ns
