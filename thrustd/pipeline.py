@@ -19,7 +19,8 @@ from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
 from thrustd.fault_status import FaultStatus
 from thrustd.fusion.fusion_inputs import FusionInputs
-from thrustd.fusion.monitor import Layout, Monitor, MonitorVerdict
+from thrustd.fusion.monitor import Monitor, MonitorVerdict
+from thrustd.fusion.monitor_inputs import Layout
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter

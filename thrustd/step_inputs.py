@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import nan
 
 from thrustd.brochure.deck import DeckEstimate, DeckInputs
-from thrustd.fusion.monitor import MonitorInputs, Sensor
+from thrustd.fusion.monitor_inputs import MonitorInputs, Sensor
 from thrustd.mount_route import MountState
 from thrustd.sync import Hold
 

@@ -17,11 +17,13 @@ from math import isfinite, nan
 from typing import Any, NamedTuple
 
 from thrustd.fusion.common_mode import CommonMode, group_difference
-from thrustd.fusion.limits import FLYING_MACH, LIMITS, SAT_CLIMB_M, TURNING_N1_PCT
+from thrustd.fusion.limits import SAT_CLIMB_M, TURNING_N1_PCT
 from thrustd.fusion.memory import recall, remember
+from thrustd.fusion.monitor_inputs import Layout, MonitorInputs, Sensor
 from thrustd.fusion.mounts import EngineMounts, MountCombiner
 from thrustd.fusion.opinions import AGREE_S, Opinions
-from thrustd.fusion.signal_watch import STEP_S, SignalWatch
+from thrustd.fusion.signal_watch import STEP_S
+from thrustd.fusion.watches import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Watches
 from thrustd.types import Fault, Status
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
@@ -30,40 +32,8 @@ MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: 
 TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 RESTING_S = 2.0
 AGREE_WITHIN = 0.04
-ENGINE_SIGNALS = ("fuel_flow_kg_s", "n1_pct", "n2_pct")
-AIRCRAFT_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_y_g", "accel_z_g")
+NOBODY: frozenset[Sensor] = frozenset()
 SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # those that move several thrusts at once
-
-Sensor = tuple[str, int]  # (canonical channel name, engine or mount index)
-
-
-class Layout(NamedTuple):
-    """Which mounts carry which engine."""
-
-    mount_names: tuple[str, ...]  # by mount index
-    mounts_of_engine: tuple[tuple[int, ...], ...]  # by engine: upper mount first
-
-
-class MonitorInputs(NamedTuple):
-    """Latest readings; NaN = missing or stale. Tuples are by mount or by engine."""
-
-    t_ns: int
-    deformation_mm: tuple[float, ...]  # by mount, as measured
-    mount_force_n: tuple[float, ...]  # by mount, after load-factor corrections
-    mount_std_n: tuple[float, ...]  # by mount
-    n1_pct: tuple[float, ...]
-    n2_pct: tuple[float, ...]
-    fuel_flow_kg_s: tuple[float, ...]
-    fuel_flow_thrust_n: tuple[float, ...]  # DeckEstimate's, from unmasked inputs
-    n1_thrust_n: tuple[float, ...]
-    fused_thrust_n: tuple[float, ...]  # ThrustFilter.thrust_n before this step
-    mach: float
-    pressure_altitude_m: float
-    sat_degc: float
-    accel_x_g: float
-    accel_y_g: float
-    accel_z_g: float
-    n2_thrust_n: tuple[float, ...] = ()
 
 
 class MonitorVerdict(NamedTuple):
@@ -81,11 +51,11 @@ class Monitor:
         self._combiners = tuple(MountCombiner() for _ in layout.mounts_of_engine)
         self._engines = [Opinions() for _ in layout.mounts_of_engine]
         self._common = CommonMode()
-        self._watches: dict[Sensor, SignalWatch] = {}
+        self._watches = Watches(layout)
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._judged: dict[Sensor, str] = {}  # by cross-checks
         self._calm_s: dict[Sensor, float] = {}
-        self._excluded: frozenset[Sensor] = frozenset()
+        self._excluded = NOBODY
         self._sat_since_m = nan  # altitude where SAT last moved
         self._t_ns = self._watched_ns = -1
 
@@ -113,7 +83,7 @@ class Monitor:
             "combiners": [combiner.snapshot() for combiner in self._combiners],
             "engines": [remember(opinions) for opinions in self._engines],
             "common": remember(self._common),
-            "watches": [[*sensor, remember(watch)] for sensor, watch in self._watches.items()],
+            "watches": self._watches.snapshot(),
             "kinds": _rows(self._kinds),
             "judged": _rows(self._judged),
             "excluded": sorted(map(list, self._excluded)),
@@ -127,26 +97,19 @@ class Monitor:
             for combiner, memory in zip(self._combiners, state["combiners"], strict=True):
                 combiner.restore(_finite(memory))
             pairs = [*zip(self._engines, state["engines"], strict=True), (self._common, state["common"])]
-            self._watches = {(name, int(i)): SignalWatch(LIMITS[name]) for name, i, _ in state["watches"]}
-            pairs += zip(self._watches.values(), (row[2] for row in state["watches"]), strict=True)
+            restored = self._watches.restore(state["watches"])
             self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
             self._judged = {(str(name), int(i)): str(kind) for name, i, kind in state["judged"]}
             self._excluded = frozenset((str(name), int(i)) for name, i in state["excluded"])
             self._sat_since_m = nan if state["sat_since_m"] is None else float(state["sat_since_m"])
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, OverflowError, TypeError, ValueError):
             return False
-        known = set(self._watches) >= {*self._kinds, *self._judged, *self._excluded}
-        restored = known and all([recall(thing, memory) for thing, memory in pairs])
-        self._forget_last_values()
-        return restored
-
-    def _forget_last_values(self) -> None:
-        """Nobody watched for a while: a change since the last value is not a jump."""
-        for watch in self._watches.values():
-            if watch.kind != "offset":
-                watch.step(nan, False)
+        restored &= set(self._watches.sensors) >= {*self._kinds, *self._judged, *self._excluded}
+        restored &= all([recall(thing, memory) for thing, memory in pairs])
+        self._watches.forget_last_values()
         for opinions in self._engines:
             opinions.step((nan,) * OPINIONS, [False] * OPINIONS, True)
+        return restored
 
     def _combine(self, inputs: MonitorInputs, engine: int, dt_s: float) -> EngineMounts:
         indices = self._layout.mounts_of_engine[engine]
@@ -158,6 +121,8 @@ class Monitor:
         )
 
     def _status(self, engine: int) -> int:
+        if not self._kinds:
+            return 0
         mine = {("deformation_mm", i) for i in self._layout.mounts_of_engine[engine]}
         mine |= {(name, engine) for name in ENGINE_SIGNALS} | {(name, 0) for name in AIRCRAFT_SIGNALS}
         stuck = any(kind == "stuck" and sensor in mine for sensor, kind in self._kinds.items())
@@ -165,28 +130,20 @@ class Monitor:
         return int(Status.STUCK if stuck else 0) | int(Status.MOUNTS_DISAGREE if disagree else 0)
 
     def _watch(self, inputs: MonitorInputs) -> None:
-        values = _values(inputs)
-        flying = inputs.mach > FLYING_MACH
-        for sensor, value in values.items():
-            watch = self._watches.get(sensor)
-            if watch is None:
-                watch = self._watches[sensor] = SignalWatch(LIMITS[sensor[0]])
-            watch.step(value, self._active(sensor, inputs, flying))
-        self._acquit_jumps()
+        self._watches.step(inputs)
+        if self._watches.suspect:
+            self._acquit_jumps()
         self._watch_temperature(inputs)
-        shared_doubt = any(self._out(sensor) for sensor in values if sensor[0] in SHARED_SIGNALS)
+        shared_doubt = any(sensor[0] in SHARED_SIGNALS for sensor in self._all_out())
         for engine, opinions in enumerate(self._engines):
             self._cross_check(inputs, engine, opinions, shared_doubt)
         self._check_shared(inputs, shared_doubt)
-        self._excluded = frozenset(sensor for sensor in values if self._out(sensor))
+        self._excluded = self._all_out()
 
-    def _active(self, sensor: Sensor, inputs: MonitorInputs, flying: bool) -> bool:
-        if sensor[0] == "deformation_mm":
-            return True
-        if sensor[0] in ENGINE_SIGNALS:
-            others = (inputs.n1_pct[sensor[1]], inputs.n2_pct[sensor[1]])
-            return any(value > TURNING_N1_PCT for value in others)
-        return flying
+    def _all_out(self) -> frozenset[Sensor]:
+        if not self._watches.suspect and not self._judged:
+            return NOBODY
+        return frozenset(sensor for sensor in self._watches.sensors if self._out(sensor))
 
     def _out(self, sensor: Sensor) -> bool:
         watch = self._watches[sensor]
@@ -272,9 +229,11 @@ class Monitor:
             del self._judged[sensor], self._calm_s[sensor]
 
     def _changes(self, t_ns: int) -> list[Fault]:
-        now = {sensor: watch.kind or self._judged.get(sensor, "") for sensor, watch in self._watches.items()}
-        faults = []
-        for sensor, kind in now.items():
+        faults: list[Fault] = []
+        if not (self._watches.suspect or self._judged or self._kinds):
+            return faults
+        for sensor in self._watches.sensors:
+            kind = self._watches[sensor].kind or self._judged.get(sensor, "")
             before = self._kinds.get(sensor, "")
             # the first name stays until it is over: a dead sensor also rests, a noisy one also jumps
             if kind and not before:
@@ -299,14 +258,3 @@ def _finite(values: Iterable[Any]) -> list[float]:
     if not all(map(isfinite, numbers)):
         raise ValueError("not finite")
     return numbers
-
-
-def _values(inputs: MonitorInputs) -> dict[Sensor, float]:
-    values: dict[Sensor, float] = {("deformation_mm", i): value for i, value in enumerate(inputs.deformation_mm)}
-    for name, by_engine in zip(ENGINE_SIGNALS, (inputs.fuel_flow_kg_s, inputs.n1_pct, inputs.n2_pct), strict=True):
-        values |= {(name, engine): value for engine, value in enumerate(by_engine)}
-    aircraft = (
-        *(inputs.mach, inputs.pressure_altitude_m, inputs.sat_degc),
-        *(inputs.accel_x_g, inputs.accel_y_g, inputs.accel_z_g),
-    )
-    return values | {(name, 0): value for name, value in zip(AIRCRAFT_SIGNALS, aircraft, strict=True)}

@@ -1,161 +1,236 @@
 """One sensor on its own: dead, stuck, noisy, a jump that stays, a rate that the aircraft cannot have.
 
-Stepped at 10 Hz. A jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if the signal stays
-where it jumped to, it is an offset; if it came back it was a spike. Noise is the median of |second difference| over
-2 s, which one jump cannot lift.
+Stepped at 10 Hz, all sensors at once. A jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if
+the signal stays where it jumped to, it is an offset; if it came back it was a spike. Noise is the median of |second
+difference| over 2 s, which one jump cannot lift.
 """
 
-from collections import deque
-from itertools import pairwise
 from math import isfinite
-from statistics import median
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+from numba import types
+
+from thrustd.compiled import compiled
 from thrustd.fusion.limits import SensorLimits
 
 STEP_S = 0.1
 DEAD_S = 1.0
 CONFIRM_S = 1.0
-NOISE_STEPS = 21
 DRIFT_STEPS = 30
 CALM_S = 5.0  # free of the symptom this long: believed again
-JUMP_MEMORY_STEPS = 30
 LEARN_REST_S = 60.0  # watched for this long, a sensor has shown how long it may rest
 REST_FACTOR = 4.0
 SHORTEST_STUCK_S = 6.0
+Floats = npt.NDArray[np.float64]
+
+KINDS = ("", "dead", "stuck", "noisy", "offset", "drift")
+HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(KINDS)))
+# the memory of one sensor, a row of numbers; JUMP is the size of the jump in doubt or confirmed, FROM the value before
+KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, N_VALUES, N_BENDS = range(12)
+VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
+BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
+WIDTH = LAST_BEND + 1
+JUMP_LIMIT, NOISE_LIMIT, STUCK_LIMIT, RATE_LIMIT, LOW, HIGH = range(6)  # the fields of SensorLimits
 
 
 class SignalWatch:
-    """Mutable; `step` returns the kind of fault that is present, or ""."""
+    """What one sensor's row says; the row is stepped by `watch`."""
 
-    __slots__ = (
-        *("kind", "limits", "_values", "_bends", "_seen", "_calm_s", "_missing_s"),
-        *("_jump", "_from", "_since_jump_s", "_resting_s", "_longest_s", "_watched_s"),
-    )
+    __slots__ = ("_row",)
 
-    def __init__(self, limits: SensorLimits) -> None:
-        self.limits = limits
-        self.kind = ""
-        self._values: deque[float] = deque(maxlen=DRIFT_STEPS + 1)
-        self._bends: deque[float] = deque(maxlen=NOISE_STEPS - 2)  # |second differences|
-        self._seen = False
-        self._missing_s = self._resting_s = self._calm_s = 0.0
-        self._watched_s = self._longest_s = 0.0
-        self._since_jump_s = 1e9
-        self._jump = 0.0  # size of the jump in doubt or confirmed
-        self._from = 0.0  # value before it
+    def __init__(self, row: Floats) -> None:
+        self._row = row
+
+    @property
+    def kind(self) -> str:
+        """The fault that is present, or ""."""
+        return KINDS[int(self._row[KIND])]
 
     @property
     def doubted(self) -> bool:
         """A jump waits for its verdict."""
-        return self._jump != 0.0 and self.kind != "offset"
+        return bool(self._row[JUMP] != 0.0 and self._row[KIND] != OFFSET)
 
     @property
     def jumped_lately(self) -> bool:
         """Most of the last seconds' change came in one step."""
-        v = self._values
-        if len(v) < 2:
-            return False
-        largest = max(abs(b - a) for a, b in pairwise(v))
-        return largest >= 0.5 * (max(v) - min(v))
-
-    @property
-    def stuck_s(self) -> float:
-        """How long this sensor may repeat one value."""
-        if self._watched_s < LEARN_REST_S:
-            return self.limits.stuck_s
-        return min(self.limits.stuck_s, max(REST_FACTOR * self._longest_s, SHORTEST_STUCK_S))
+        return bool(_jumped_lately(self._row))
 
     @property
     def resting_s(self) -> float:
         """How long the same value has been repeated."""
-        return self._resting_s
+        return self._row.item(RESTING)
 
     def change(self, steps: int) -> float:
         """Change over the last `steps` steps; 0 when unknown."""
-        if len(self._values) <= steps:
-            return 0.0
-        return self._values[-1] - self._values[-1 - steps]
-
-    def step(self, value: float, active: bool) -> str:
-        """`active`: the signal should be alive now (flying, engine turning)."""
-        if not isfinite(value):
-            self._missing_s += STEP_S
-            self._values.clear()
-            self._bends.clear()
-            self._jump = 0.0
-            return self._set("dead" if self._seen and self._missing_s >= DEAD_S else self.kind)
-        self._seen, self._missing_s = True, 0.0
-        self._watch_jump(value)
-        self._watch_rest(value, active)
-        if len(self._values) >= 2:
-            self._bends.append(abs(value - 2.0 * self._values[-1] + self._values[-2]))
-        self._values.append(value)
-        return self._set(self._symptom(value, active))
-
-    def _symptom(self, value: float, active: bool) -> str:
-        if active and self._resting_s >= self.stuck_s:
-            return "stuck"
-        if self._noise() > self.limits.noise:
-            return "noisy"
-        if self._offset(value):
-            return "offset"
-        if self._drifts() or not self.limits.low <= value <= self.limits.high:
-            return "offset" if self.jumped_lately else "drift"
-        return ""
-
-    def _set(self, symptom: str) -> str:
-        if symptom:
-            self.kind, self._calm_s = symptom, 0.0
-        elif self.kind:
-            self._calm_s += STEP_S
-            if self._calm_s >= CALM_S:
-                self.kind = ""
-        return self.kind
-
-    def _watch_rest(self, value: float, active: bool) -> None:
-        if self._values and value == self._values[-1]:
-            self._resting_s += STEP_S
-            return
-        if active and self.kind != "stuck":
-            self._watched_s += STEP_S + self._resting_s
-            self._longest_s = max(self._longest_s, self._resting_s)
-        self._resting_s = 0.0
-
-    def _watch_jump(self, value: float) -> None:
-        self._since_jump_s += STEP_S
-        if not self._values:
-            return
-        step = value - self._values[-1]
-        if abs(step) <= self.limits.jump:
-            return
-        self._since_jump_s = 0.0
-        if self._jump == 0.0:
-            self._jump, self._from = step, self._values[-1]
-        elif self._jump * step < 0 and abs(step) > 0.6 * abs(self._jump):
-            self._jump = 0.0  # back where it came from
-
-    def _offset(self, value: float) -> bool:
-        if self._jump == 0.0:
-            return False
-        if self.kind == "offset":
-            return True
-        if self._since_jump_s < CONFIRM_S:
-            return False
-        if abs(value - self._from) > 0.5 * abs(self._jump):
-            return True
-        self._jump = 0.0
-        return False
-
-    def _noise(self) -> float:
-        return median(self._bends) if len(self._bends) == self._bends.maxlen else 0.0
-
-    def _drifts(self) -> bool:
-        if len(self._values) <= DRIFT_STEPS:
-            return False
-        far = abs(self.change(DRIFT_STEPS)) > self.limits.rate * DRIFT_STEPS * STEP_S
-        return far and not self.jumped_lately
+        row = self._row
+        return row.item(LAST) - row.item(LAST - steps) if row.item(N_VALUES) > steps else 0.0
 
     def acquit(self) -> None:
         """The jump in doubt was no fault: others made it too. One that was judged already stays judged."""
-        if self.kind != "offset":
-            self._jump = 0.0
+        if self._row[KIND] != OFFSET:
+            self._row[JUMP] = 0.0
+
+
+def fresh_rows(n: int) -> Floats:
+    """(n, WIDTH), nothing seen yet."""
+    rows = np.zeros((n, WIDTH))
+    rows[:, SINCE_JUMP] = 1e9
+    return rows
+
+
+def limit_rows(limits: list[SensorLimits]) -> Floats:
+    """(n, 6), one row per sensor."""
+    return np.array(limits, dtype=np.float64)
+
+
+def is_sane(rows: Floats) -> bool:
+    """Numbers that `watch` may have left."""
+    counts = rows[:, (KIND, N_VALUES, N_BENDS)]
+    most = len(KINDS) - 1, BENDS - VALUES, WIDTH - BENDS
+    whole = bool(np.isfinite(rows).all()) and bool((counts == np.floor(counts)).all())
+    return whole and bool((counts >= 0).all()) and bool((counts <= most).all())
+
+
+@compiled
+def _jumped_lately(row: Floats) -> bool:
+    n = int(row[N_VALUES])
+    if n < 2:
+        return False
+    recent = row[LAST + 1 - n : LAST + 1]
+    largest = 0.0
+    for i in range(1, n):
+        largest = max(largest, abs(recent[i] - recent[i - 1]))
+    return largest >= 0.5 * (recent.max() - recent.min())
+
+
+@compiled
+def _set(row: Floats, symptom: float) -> None:
+    if symptom != HEALTHY:
+        row[KIND], row[CALM] = symptom, 0.0
+    elif row[KIND] != HEALTHY:
+        row[CALM] += STEP_S
+        if row[CALM] >= CALM_S:
+            row[KIND] = HEALTHY
+
+
+@compiled
+def _miss(row: Floats) -> None:
+    row[MISSING] += STEP_S
+    row[N_VALUES] = row[N_BENDS] = row[JUMP] = 0.0
+    _set(row, DEAD if row[SEEN] != 0.0 and row[MISSING] >= DEAD_S else row[KIND])
+
+
+@compiled
+def _watch_rest(row: Floats, value: float, active: bool) -> None:
+    if row[N_VALUES] > 0 and value == row[LAST]:
+        row[RESTING] += STEP_S
+        return
+    if active and row[KIND] != STUCK:
+        row[WATCHED] += STEP_S + row[RESTING]
+        row[LONGEST] = max(row[LONGEST], row[RESTING])
+    row[RESTING] = 0.0
+
+
+@compiled
+def _watch_jump(row: Floats, value: float, limit: float) -> None:
+    row[SINCE_JUMP] += STEP_S
+    if row[N_VALUES] == 0:
+        return
+    step = value - row[LAST]
+    if abs(step) <= limit:
+        return
+    row[SINCE_JUMP] = 0.0
+    if row[JUMP] == 0.0:
+        row[JUMP], row[FROM] = step, row[LAST]
+    elif row[JUMP] * step < 0 and abs(step) > 0.6 * abs(row[JUMP]):
+        row[JUMP] = 0.0  # back where it came from
+
+
+@compiled
+def _append(row: Floats, value: float) -> None:
+    if row[N_VALUES] >= 2:
+        bend = abs(value - 2.0 * row[LAST] + row[LAST - 1])
+        for i in range(BENDS, LAST_BEND):
+            row[i] = row[i + 1]
+        row[LAST_BEND] = bend
+        row[N_BENDS] = min(row[N_BENDS] + 1, WIDTH - BENDS)
+    for i in range(VALUES, LAST):
+        row[i] = row[i + 1]
+    row[LAST] = value
+    row[N_VALUES] = min(row[N_VALUES] + 1, BENDS - VALUES)
+
+
+@compiled
+def _offset(row: Floats, value: float) -> bool:
+    if row[JUMP] == 0.0:
+        return False
+    if row[KIND] == OFFSET:
+        return True
+    if row[SINCE_JUMP] < CONFIRM_S:
+        return False
+    if abs(value - row[FROM]) > 0.5 * abs(row[JUMP]):
+        return True
+    row[JUMP] = 0.0
+    return False
+
+
+@compiled
+def _stuck_s(row: Floats, longest_s: float) -> float:
+    """How long this sensor may repeat one value."""
+    if row[WATCHED] < LEARN_REST_S:
+        return longest_s
+    return min(longest_s, max(REST_FACTOR * row[LONGEST], SHORTEST_STUCK_S))
+
+
+@compiled
+def _is_noisy(row: Floats, limit: float) -> bool:
+    """The median of a full 2 s is above the limit."""
+    above = 0
+    for i in range(BENDS, WIDTH):
+        above += row[i] > limit
+    return row[N_BENDS] == WIDTH - BENDS and 2 * above > WIDTH - BENDS
+
+
+@compiled
+def _drifts(row: Floats, rate_limit: float) -> bool:
+    if row[N_VALUES] <= DRIFT_STEPS:
+        return False
+    far = abs(row[LAST] - row[LAST - DRIFT_STEPS]) > rate_limit * DRIFT_STEPS * STEP_S
+    return far and not _jumped_lately(row)
+
+
+@compiled
+def _symptom(row: Floats, limits: Floats, value: float, active: bool) -> float:
+    if active and row[RESTING] >= _stuck_s(row, limits[STUCK_LIMIT]):
+        return STUCK
+    if _is_noisy(row, limits[NOISE_LIMIT]):
+        return NOISY
+    if _offset(row, value):
+        return OFFSET
+    if _drifts(row, limits[RATE_LIMIT]) or not limits[LOW] <= value <= limits[HIGH]:
+        return OFFSET if _jumped_lately(row) else DRIFT
+    return HEALTHY
+
+
+def _watch(rows: Floats, limits: Floats, values: Floats, active: npt.NDArray[np.bool_]) -> bool:
+    """One step of every sensor, in place. `active`: alive now (flying, engine turning). -> some sensor is suspect."""
+    suspect = False
+    for i in range(len(rows)):
+        row, value = rows[i], values[i]
+        if isfinite(value):
+            row[SEEN], row[MISSING] = 1.0, 0.0
+            _watch_jump(row, value, limits[i, JUMP_LIMIT])
+            _watch_rest(row, value, active[i])
+            _append(row, value)
+            _set(row, _symptom(row, limits[i], value, active[i]))
+        else:
+            _miss(row)
+        suspect |= row[KIND] != HEALTHY or row[JUMP] != 0.0
+    return suspect
+
+
+_ROWS, _ROW = types.float64[:, ::1], types.float64[::1]
+watch: Any = compiled(_watch, types.boolean(_ROWS, _ROWS, _ROW, types.boolean[::1]))
