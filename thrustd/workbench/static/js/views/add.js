@@ -84,7 +84,7 @@ export function add(root) {
               disabled: busy,
               onclick: attempt(() => extendWith(c.name)),
             },
-            removed(c) < WORTH ? "Add all the same" : "Add",
+            "Add",
           ),
         ),
       );
