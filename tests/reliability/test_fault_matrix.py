@@ -3,8 +3,9 @@
 import pytest
 
 from benchmarks.damage import CASES, fields, is_adc, whole_frames
-from benchmarks.fault_matrix import Z95, S, cell, flown, twin_events
+from benchmarks.fault_matrix import Z95, cell, flown, place, twin_flight
 from tests.conftest import small_aircraft
+from thrustd.pipeline import Pipeline
 from thrustd.types import Fault, Frame, Tick
 from thrustd.wire.adc_frames import encode
 
@@ -16,17 +17,20 @@ REST_N = 50.0  # of a turning engine at rest this is nothing
 
 @pytest.fixture(scope="module")
 def flight():
-    """-> (installation, parts, events, the good run)."""
+    """-> (installation, its parts, flight, the good run)."""
     installation = small_aircraft()
     parts = installation.parts()
-    events = [event for event in twin_events(installation, 56.0, 3) if event.t_ns > (1 + START_S) * S]
-    return installation, parts, events, flown(installation, parts, events)
+    whole = twin_flight(installation, 56.0, 3, START_S)
+    return installation, parts, whole, flown(Pipeline(installation.config, parts), whole.events, 2)
 
 
 @pytest.mark.parametrize("case, moment_s", [(case, MOMENTS_S[i % 3]) for i, case in enumerate(CASES)],
                          ids=[case.name for case in CASES])  # fmt: skip
 def test_the_flight_goes_on_says_so_and_recovers(flight, case, moment_s):
-    verdict = cell(*flight, case, moment_s, SETTLE_S)
+    installation, parts, whole, good = flight
+    pipeline, index = Pipeline(installation.config, parts), place(whole, moment_s)
+    flown(pipeline, whole.events[:index], 2)
+    verdict = cell(whole, pipeline, index, good, case, SETTLE_S)
     unseen_s = case.lasts_s if case.name == "queue overrun" else 0.0
     assert verdict.longest_pause_s < unseen_s + 0.2
     assert verdict.reported

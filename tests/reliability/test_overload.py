@@ -1,6 +1,6 @@
 """Ten times more than can be worked on: estimates go on, what is shed is counted."""
 
-from benchmarks.fault_matrix import twin_events
+from benchmarks.fault_matrix import twin_flight
 from tests.conftest import small_aircraft
 from thrustd.sources.merge import EventQueue, merged
 from thrustd.types import Estimate, Fault, Status
@@ -39,7 +39,7 @@ class Flood:
 def test_at_ten_times_the_rate_estimates_go_on_and_what_is_shed_is_counted():
     installation = small_aircraft()
     pipeline, queue = installation.pipeline(), EventQueue(ROOM)
-    flood = Flood(queue, twin_events(installation, 40.0, 5))
+    flood = Flood(queue, twin_flight(installation, 40.0, 5).events)
     worked, estimates, told = 0, [], 0
     flood.pour(1)
     for event in merged(queue, (flood,), flood):
