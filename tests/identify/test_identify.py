@@ -12,11 +12,11 @@ from thrustd.identify.hw_fit import HwSettings
 from thrustd.identify.identify import identify
 from thrustd.identify.order import Choice, _smallest
 from thrustd.identify.report import as_table, errors_of
-from thrustd.identify.segments import segments_of
+from thrustd.identify.segments import segments_of, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures import shelf, structure_named
 from thrustd.identify.structures.structure import Fitted
-from thrustd.identify.structures.with_effects import thinned, with_effect
+from thrustd.identify.structures.with_effects import with_effect
 from thrustd.model.artifact import (
     EffectSpec,
     LinearBlock,

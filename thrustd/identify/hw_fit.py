@@ -14,19 +14,20 @@ import numpy as np
 
 from thrustd.errors import RecordingError
 from thrustd.identify.hw_guess import guesses
-from thrustd.identify.hw_held_out import MIDDLE, Choice, choose_reins, folds_of, held_blocks, mean_square
+from thrustd.identify.hw_held_out import EACH, MIDDLE, Choice, choose_reins, folds_of, mean_square, rescaled
 from thrustd.identify.hw_merge import merged
 from thrustd.identify.hw_prior import LOOSE, Reins, with_priors
 from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, slow_variance
 from thrustd.identify.hw_search import search
 from thrustd.identify.hw_shapes import Shape, directions_of, smooth
 from thrustd.identify.hw_start import best_start, freed
-from thrustd.identify.segments import DEFORMATION, Segment, segments_of
+from thrustd.identify.segments import DEFORMATION, Segment, segments_of, thinned
 from thrustd.records.recording import Recording
 
 Progress = Callable[[str, float], None]  # (what is being done, rmse in the unit of the force)
 
 COARSE_ROWS, MIDDLE_ROWS, FINE_ROWS = 40_000, 120_000, 400_000  # samples that count in the passes of each stage
+HELD_BACK_SAMPLES, PLENTIFUL = 60_000, 1_500_000  # to choose how rough curves may be; from which on data may be plenty
 FOLD_ROWS = 4_000  # enough to see which model predicts better
 START_SAMPLES = 400_000  # of the longest segment, to choose among starting points
 ROWS_PER_KNOT = 25  # fewer data per knot do not determine it
@@ -84,16 +85,17 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
     """As `fit_hw`, on segments cut already."""
     units = units_of(segments)
     task = _Task(segments, units, settings, _limits(segments), _scaled(progress, units))
-    point, reins = _smooth_fit(task), LOOSE
+    smooth_point = point = _smooth_fit(task)
+    reins = LOOSE
     notes: tuple[str, ...] = ()
     if "pwl" in task.shapes:
         point, chosen = _freed_fit(task, point)
         reins, notes = chosen.reins, thin_data(chosen.ratio)
-    small = task.small
     variance = 0.0
-    for rows, count, stall in ((MIDDLE_ROWS, 30 if small else 10, 2e-5), (FINE_ROWS, 3, 1e-4)):
+    for rows, count, stall in ((MIDDLE_ROWS, 30 if task.small else 10, 2e-5), (FINE_ROWS, 3, 1e-4)):
         signals = _signals(segments, units, rows)
-        point, variance = task.search(point, signals, count, stall, "fine", reins=reins)
+        held = rescaled(reins, smooth_point, signals)
+        point, variance = task.search(point, signals, count, stall, "fine", reins=held)
     return HwFit(point, units, segments, float(np.sqrt(variance)) * units.y_span, task.limits, notes)
 
 
@@ -168,19 +170,28 @@ def _freed_fit(task: _Task, point: Point) -> tuple[Point, Choice]:
     guess, ratio = _best_guess(task, start)
     if ratio < MUCH_BETTER:
         start, like, point = guess, LOOSE, guess
-    folds = folds_of(_signals(task.segments, task.units, FOLD_ROWS), held_blocks(sum(map(len, task.segments))))
-    chosen = choose_reins(
-        point,
-        start,
-        folds,
-        lambda p, signals, reins: task.search(p, signals, FREEING, 1e-3, "held-back blocks", reins=reins)[0],
-        like,
-    )
-    begins = [chosen.point]
+    chosen = _chosen_reins(task, point, start, like)
+    begins = [replace(chosen.point, starts=np.zeros_like(start.starts))]
     if chosen.reins is LOOSE and ratio < 1.0:
         begins = [*begins[: int(task.small)], guess]
-    ends = [_merged_fit(task, begin, coarse, chosen.reins) for begin in begins]
+    reins = rescaled(chosen.reins, point, coarse)
+    ends = [_merged_fit(task, begin, coarse, reins) for begin in begins]
     return min(ends, key=lambda end: mean_square(end, coarse)), chosen
+
+
+def _chosen_reins(task: _Task, smooth_point: Point, start: Point, like: Reins) -> Choice:
+    """Long records are thinned: how rough a curve may be does not hang on the rate."""
+    total = sum(map(len, task.segments))
+    segments = thinned(task.segments, HELD_BACK_SAMPLES) or task.segments
+    zero = np.zeros((len(segments), start.layout.width))
+    return choose_reins(
+        replace(smooth_point, starts=zero),
+        replace(start, starts=zero),
+        folds_of(_signals(segments, task.units, FOLD_ROWS), EACH),
+        lambda p, signals, reins: task.search(p, signals, FREEING, 1e-3, "held-back blocks", reins=reins)[0],
+        like,
+        total > PLENTIFUL,
+    )
 
 
 def _near(point: Point) -> Reins:

@@ -17,7 +17,7 @@ from thrustd.identify.hw_problem import Point, Signal, residual_of, slow_varianc
 from thrustd.model.stage import Floats
 
 BLOCKS, MIDDLE = 5, 3  # of all data; the first is never held back, as it shows the initial state
-MANY, MOST = 400_000, 1_500_000  # samples: beyond, two blocks are held back one after the other; then only one
+EACH = tuple(range(1, BLOCKS))  # held back one after the other
 PLENTY = 1.1  # error on held-back blocks over the error on the others, with which no reins are needed
 WORSE = 1.1  # tighter reins may predict so much worse, unless on most blocks: few blocks differ by chance
 TIGHTNESS = (0.002, 0.01, 0.05)  # of the output's range: one sigma of a knot about the smooth curve
@@ -29,11 +29,6 @@ Search = Callable[[Point, list[Signal], Reins], Point]
 class Fold(NamedTuple):
     train: list[Signal]
     held: list[Signal]
-
-
-def held_blocks(total: int) -> tuple[int, ...]:
-    """Which blocks to hold back, one after the other."""
-    return tuple(range(1, BLOCKS)) if total <= MANY else (2, 4) if total <= MOST else (MIDDLE,)
 
 
 def folds_of(signals: Sequence[Signal], blocks: Sequence[int]) -> list[Fold]:
@@ -60,14 +55,17 @@ class Choice(NamedTuple):
     ratio: float
 
 
-def choose_reins(smooth: Point, start: Point, folds: Sequence[Fold], search: Search, like: Reins) -> Choice:
+def choose_reins(
+    smooth: Point, start: Point, folds: Sequence[Fold], search: Search, like: Reins, plenty: bool
+) -> Choice:
     """The reins that predict held-back blocks best.
 
-    smooth: the fitted smooth model; start: the same with free knots; like: carries the smooth curves.
+    smooth: the fitted smooth model; start: the same with free knots; like: carries the smooth curves; plenty: data
+    so long that no reins are tried when the model without predicts as well as it fits.
     """
     best, errors = _tried(start, folds, search, LOOSE)
     least = errors
-    if best.ratio <= PLENTY and len(folds) < BLOCKS - 1:
+    if best.ratio <= PLENTY and plenty:
         return best
     variance = slow_variance(smooth, folds[-1].train)
     for tightness in reversed(TIGHTNESS):
@@ -77,6 +75,11 @@ def choose_reins(smooth: Point, start: Point, folds: Sequence[Fold], search: Sea
             best = tighter
         least = min(least, theirs, key=np.mean)
     return best
+
+
+def rescaled(reins: Reins, smooth: Point, signals: Sequence[Signal]) -> Reins:
+    """The same reins on other samples: colour makes more samples of the same data no more telling."""
+    return reins if reins.variance is None else replace(reins, variance=slow_variance(smooth, signals))
 
 
 def _tried(start: Point, folds: Sequence[Fold], search: Search, reins: Reins) -> tuple[Choice, Floats]:

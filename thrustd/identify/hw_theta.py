@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from thrustd.identify import hw_kernel as kernel
 from thrustd.model.stage import Floats
 
+SMALLEST = 1e-250  # what a mode may decay to between two rows
+
 
 @dataclass(frozen=True, slots=True)
 class Layout:
@@ -98,8 +100,10 @@ def mode_table(layout: Layout, theta: Floats, dt_s: float) -> Floats:
 
 
 def power_table(table: Floats, longest: int) -> Floats:
-    """(2, longest + 1, 2, n_modes): beta / a^lag and a^lag."""
+    """(2, n_lags + 1, 2, n_modes): beta / a^lag and a^lag, up to `longest` lags or where 1 / a^lag would overflow."""
     a = table[kernel.A, 0] + 1j * table[kernel.A, 1]
+    a = np.where(np.abs(a) < SMALLEST, SMALLEST, a)
+    longest = int(np.clip(-np.log(SMALLEST) / max(1e-9, -np.log(np.abs(a).min())), 1, longest))
     beta = table[kernel.BETA, 0] + 1j * table[kernel.BETA, 1]
     powers = a ** np.arange(longest + 1)[:, None]
     both = np.array([beta / powers, powers])

@@ -94,3 +94,18 @@ def bridged(column: Floats) -> Floats:
         if b - a > BRIDGE or a == 0 or b == len(column):
             filled[a:b] = np.nan
     return filled
+
+
+def thinned(segments: Sequence[Segment], samples: int) -> list[Segment]:
+    """Means of so many consecutive samples that `samples` remain."""
+    width = max(1, sum(map(len, segments)) // samples)
+    return [_thin(segment, width) for segment in segments if len(segment) >= 20 * width]
+
+
+def _thin(segment: Segment, width: int) -> Segment:
+    def means(column: Floats) -> Floats:
+        return column[: len(column) // width * width].reshape(-1, width).mean(axis=1)
+
+    inputs = {name: means(column) for name, column in segment.inputs.items()}
+    start_s = segment.start_s + segment.dt_s * (width - 1) / 2
+    return Segment(segment.record, start_s, segment.dt_s * width, inputs, means(segment.force_n))

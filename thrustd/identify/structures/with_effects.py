@@ -12,13 +12,12 @@ import numpy as np
 
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.hw_fit import HwSettings, Progress
-from thrustd.identify.segments import Segment
+from thrustd.identify.segments import Segment, thinned
 from thrustd.identify.structures.block_oriented import fit_blocks
 from thrustd.identify.structures.structure import Fitted, Structure, of_spec
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
-from thrustd.model.stage import Floats
 
 SAMPLES = 60_000  # to which the data are thinned
 ITERATIONS = 12
@@ -64,21 +63,6 @@ def _added(core: ModelSpec, effect: Effect, shape: float) -> ModelSpec:
 def _starts(effect: Effect) -> list[float]:
     most = max((len(p.starts) for p in effect.parameters if not p.amplitude), default=1)
     return [0.5] if most == 1 else [0.0, 0.5, 1.0]
-
-
-def thinned(segments: Sequence[Segment], samples: int) -> list[Segment]:
-    """Means of so many consecutive samples that `samples` remain."""
-    width = max(1, sum(map(len, segments)) // samples)
-    return [_thin(segment, width) for segment in segments if len(segment) >= 20 * width]
-
-
-def _thin(segment: Segment, width: int) -> Segment:
-    def means(column: Floats) -> Floats:
-        return column[: len(column) // width * width].reshape(-1, width).mean(axis=1)
-
-    inputs = {name: means(column) for name, column in segment.inputs.items()}
-    start_s = segment.start_s + segment.dt_s * (width - 1) / 2
-    return Segment(segment.record, start_s, segment.dt_s * width, inputs, means(segment.force_n))
 
 
 STRUCTURES = (
