@@ -12,20 +12,16 @@ G is fitted to the brochure program's own pairs and to static reference points, 
 Similarity of the corrected quantities: Walsh & Fletcher, Gas Turbine Performance, ch. 4; atmosphere: ISO 2533.
 """
 
-from math import exp, isfinite, nan, sqrt
+from math import isfinite, nan, sqrt
 from typing import Literal, NamedTuple
 
 import msgspec
 
-from thrustd.brochure.deck_data import DeckData, SpoolCurve, check_deck, corrected_thrust, hermite
+from thrustd.brochure.deck_curves import ratios, routes
+from thrustd.brochure.deck_data import DeckData, check_deck, curve_numbers, surface_numbers
 from thrustd.errors import DeckError
 
 Route = Literal["fuel_flow", "n1", "none"]
-
-SEA_LEVEL_PRESSURE_PA = 101325.0  # ISO 2533
-SEA_LEVEL_TEMPERATURE_K = 288.15  # ISO 2533
-TROPOPAUSE_M = 11000.0  # ISO 2533
-ZERO_CELSIUS_K = 273.15
 
 
 class DeckInputs(NamedTuple):
@@ -53,6 +49,7 @@ class DeckEstimate(NamedTuple):
     n2_thrust_n: float
 
 
+NO_CURVES = (*curve_numbers(None), *curve_numbers(None))
 NO_ESTIMATE = DeckEstimate(nan, nan, "none", False, False, nan, nan, nan)
 
 
@@ -62,7 +59,12 @@ class Deck:
     def __init__(self, data: DeckData) -> None:
         self.data = data
         self._n1 = {curve.engine: curve for curve in data.n1}
-        self._n2 = {curve.engine: curve for curve in data.n2}
+        n2 = {curve.engine: curve for curve in data.n2}
+        self._surface = surface_numbers(data.thrust)
+        self._curves = {
+            engine: (*curve_numbers(self._n1.get(engine)), *curve_numbers(n2.get(engine)))
+            for engine in {*self._n1, *n2}
+        }
 
     @classmethod
     def from_json(cls, text: str, where: str) -> "Deck":
@@ -79,11 +81,11 @@ class Deck:
         if not (isfinite(inputs.mach) and isfinite(inputs.pressure_altitude_m)):
             return NO_ESTIMATE
         mach = max(inputs.mach, 0.0)
-        delta_t, theta_t = total_ratios(mach, inputs.pressure_altitude_m, inputs.sat_degc)
-        flow = inputs.fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if inputs.fuel_flow_kg_s > 0.0 else nan
-        n1_flow, n1_outside = _spool_flow(self._n1.get(engine), inputs.n1_pct, mach, theta_t)
-        n2_flow, _ = _spool_flow(self._n2.get(engine), inputs.n2_pct, mach, theta_t)
-        flow_n, n1_n, n2_n = (delta_t * corrected_thrust(self.data.thrust, w, mach) for w in (flow, n1_flow, n2_flow))
+        curves = self._curves.get(engine, NO_CURVES)
+        flow_n, n1_n, n2_n, flow, n1_flow, n1_outside = routes(
+            *(*self._surface, *curves, inputs.fuel_flow_kg_s, inputs.n1_pct, inputs.n2_pct),
+            *(mach, inputs.pressure_altitude_m, inputs.sat_degc),
+        )
         weight_n1 = self._n1_weight(flow_n, n1_n, inputs.n1_rate_pct_s)
         if not isfinite(weight_n1):
             return NO_ESTIMATE._replace(n2_thrust_n=n2_n)
@@ -124,23 +126,5 @@ class Deck:
 
 def total_ratios(mach: float, pressure_altitude_m: float, sat_degc: float) -> tuple[float, float]:
     """(delta_t, theta_t) from Mach, pressure altitude [m] and static temperature [degC]; NaN temperature = ISA."""
-    isa_k = max(SEA_LEVEL_TEMPERATURE_K - 0.0065 * pressure_altitude_m, 216.65)
-    pressure_pa = SEA_LEVEL_PRESSURE_PA * (isa_k / SEA_LEVEL_TEMPERATURE_K) ** 5.25588
-    if pressure_altitude_m > TROPOPAUSE_M:
-        pressure_pa *= exp(-(pressure_altitude_m - TROPOPAUSE_M) / 6341.62)
-    static_k = sat_degc + ZERO_CELSIUS_K if isfinite(sat_degc) else isa_k
-    stagnation = 1.0 + 0.2 * mach * mach
-    return (
-        pressure_pa / SEA_LEVEL_PRESSURE_PA * stagnation**3.5,
-        static_k * stagnation / SEA_LEVEL_TEMPERATURE_K,
-    )
-
-
-def _spool_flow(curve: SpoolCurve | None, speed_pct: float, mach: float, theta_t: float) -> tuple[float, bool]:
-    """(corrected fuel flow that the spool speed stands for [kg/s], outside the flights of the fit)."""
-    if curve is None or not speed_pct > 0.0:
-        return nan, False
-    corrected_pct = speed_pct / sqrt(theta_t)
-    low, high = curve.fitted_pct
-    flow = exp(hermite(curve, corrected_pct) + curve.mach_slope * mach) * theta_t**curve.temperature_exponent
-    return flow, not low <= corrected_pct <= high
+    delta_t, theta_t = ratios(mach, pressure_altitude_m, sat_degc)
+    return delta_t, theta_t

@@ -13,13 +13,15 @@ held in M beyond. Spool curves: monotone cubic Hermite (Fritsch & Carlson 1980).
 Both are C1 and rise everywhere, or the deck is refused.
 """
 
-from bisect import bisect_right
+from functools import lru_cache
 from itertools import pairwise
-from math import exp, inf, sqrt
+from math import inf
 from typing import Annotated, Literal
 
 import msgspec
+import numpy as np
 
+from thrustd.brochure.deck_curves import Floats, hermite_log, surface_n
 from thrustd.errors import DeckError
 
 Finite = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
@@ -81,53 +83,35 @@ class DeckData(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     spread: Spread
 
 
+@lru_cache(maxsize=16)
+def surface_numbers(surface: ThrustSurface) -> tuple[Floats, Floats]:
+    """Coefficients and limits as `deck_curves.surface_n` reads them."""
+    powers = max(map(len, surface.speed_n))
+    rows = np.zeros((max(len(surface.speed_n), len(surface.nozzle_n)), powers + 1))
+    for i, coefficients in enumerate(surface.speed_n):
+        rows[i, : len(coefficients)] = coefficients
+    rows[: len(surface.nozzle_n), powers] = surface.nozzle_n
+    scale, length = surface.fuel_flow_scale_kg_s, surface.idle_length_kg_s
+    return rows, np.array((scale, length, *surface.fuel_flow_box_kg_s, *surface.mach_box))
+
+
+@lru_cache(maxsize=16)
+def curve_numbers(curve: SpoolCurve | None) -> tuple[Floats, Floats]:
+    """Knots (3, n) and the rest as `deck_curves` reads them; no knots for no curve."""
+    if curve is None:
+        return np.zeros((3, 0)), np.zeros(4)
+    knots = np.array((curve.corrected_pct, curve.log_fuel_flow, curve.slope_per_pct), dtype=np.float64)
+    return knots, np.array((curve.mach_slope, curve.temperature_exponent, *curve.fitted_pct), dtype=np.float64)
+
+
 def corrected_thrust(surface: ThrustSurface, corrected_kg_s: float, mach: float) -> float:
     """G(w, M) in N."""
-    mach = min(max(mach, surface.mach_box[0]), surface.mach_box[1])
-    stagnation = 1.0 + 0.2 * mach * mach
-    speed, expansion = mach / sqrt(stagnation), stagnation**-3.5 - 1.0
-    low, high = surface.fuel_flow_box_kg_s
-    inside = min(max(corrected_kg_s, low), high)
-    scale = surface.fuel_flow_scale_kg_s
-    x = inside / scale
-    value = slope = 0.0
-    for i in range(max(len(surface.speed_n), len(surface.nozzle_n)) - 1, -1, -1):
-        row = horner(surface.speed_n[i], speed) if i < len(surface.speed_n) else 0.0
-        row += surface.nozzle_n[i] * expansion if i < len(surface.nozzle_n) else 0.0
-        slope = slope * x + value
-        value = value * x + row
-    slope_n_s_kg = slope / scale
-    if corrected_kg_s >= low:
-        return value + slope_n_s_kg * (corrected_kg_s - inside)
-    length = surface.idle_length_kg_s
-    return value - slope_n_s_kg * length * (1.0 - exp((corrected_kg_s - low) / length))
-
-
-def horner(coefficients: tuple[float, ...], x: float) -> float:
-    """sum c_j x^j."""
-    value = 0.0
-    for coefficient in reversed(coefficients):
-        value = value * x + coefficient
-    return value
+    return surface_n(*surface_numbers(surface), corrected_kg_s, mach)
 
 
 def hermite(curve: SpoolCurve, n_pct: float) -> float:
     """H(n): ln of corrected fuel flow at corrected spool speed and Mach 0, theta_t 1."""
-    knots, values, slopes = curve.corrected_pct, curve.log_fuel_flow, curve.slope_per_pct
-    if n_pct <= knots[0]:
-        return values[0] + slopes[0] * (n_pct - knots[0])
-    if n_pct >= knots[-1]:
-        return values[-1] + slopes[-1] * (n_pct - knots[-1])
-    right = bisect_right(knots, n_pct)
-    left = right - 1
-    width = knots[right] - knots[left]
-    t = (n_pct - knots[left]) / width
-    u = 1.0 - t
-    return (
-        values[left] * u * u * (1.0 + 2.0 * t)
-        + values[right] * t * t * (3.0 - 2.0 * t)
-        + width * t * u * (slopes[left] * u - slopes[right] * t)
-    )
+    return hermite_log(curve_numbers(curve)[0], n_pct)
 
 
 def check_deck(data: DeckData, where: str) -> None:
