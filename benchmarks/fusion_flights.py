@@ -1,5 +1,6 @@
 """Twin flights through the unchanged pipeline, in memory: what the fusion table is made of."""
 
+from array import array
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -8,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from thrustd.brochure.hand_over import LAG_S
+from thrustd.fusion.consistency import Innovations
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.smoother import smooth
@@ -36,6 +38,7 @@ class Flown(NamedTuple):
     truth_n: Array
     n1_pct: Array
     estimates: list[Estimate]
+    innovations: Innovations  # of every fused step
 
     def column(self, name: str) -> Array:
         return np.array([getattr(estimate, name) for estimate in self.estimates], dtype=np.float64)
@@ -77,6 +80,7 @@ def fly_through(
     profile, airframe = recorded_flight(record, seed) if record is not None else scripted_flight(scripted_s, seed)
     pipeline = place.pipeline()
     kept: tuple[list[Estimate], ...] = ([], [])
+    every: tuple[Every, ...] = (Every(), Every())
     reported: list[Fault] = []
     count = 0
     for event in fly(profile, airframe, place.parts().can_table, seed, faults=faults):
@@ -85,18 +89,35 @@ def fly_through(
         for output in pipeline.feed(event):
             if isinstance(output, Estimate):
                 count += 1
+                every[output.engine].take(output)
                 if (count - 1) // 2 % EVERY == 0:
                     kept[output.engine].append(output)
             elif isinstance(output, Fault):
                 reported.append(output)
-    return Flight(name, tuple(_flown(profile, e, kept[e]) for e in range(2)), reported, float(profile.time_s[0]))
+    return Flight(
+        name, tuple(_flown(profile, e, kept[e], every[e]) for e in range(2)), reported, float(profile.time_s[0])
+    )
 
 
-def _flown(profile: Recording, engine: int, estimates: list[Estimate]) -> Flown:
+class Every:
+    """What is kept of every fused step of one engine."""
+
+    def __init__(self) -> None:
+        self._rows = array("d")
+
+    def take(self, e: Estimate) -> None:
+        self._rows.extend((e.nis, e.brochure_nis, e.innovation_n, e.brochure_innovation_n, e.status))
+
+    def innovations(self) -> Innovations:
+        nis, brochure_nis, mount_n, brochure_n, status = np.array(self._rows).reshape(-1, 5).T
+        return Innovations(nis, brochure_nis, mount_n, brochure_n, status.astype(np.int64))
+
+
+def _flown(profile: Recording, engine: int, estimates: list[Estimate], every: Every) -> Flown:
     time_s = np.array([estimate.t_ns for estimate in estimates]) * 1e-9
     side = ENGINES[engine]
     lines = [np.interp(time_s, profile.time_s, profile[f"{name}_{side}"]) for name in ("thrust_N", "n1_pct")]
-    return Flown(time_s, lines[0], lines[1], estimates)
+    return Flown(time_s, lines[0], lines[1], estimates, every.innovations())
 
 
 def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Array, Array]:

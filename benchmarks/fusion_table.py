@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import Array, Flight, Flown, fly_through, installation, profiles, refiltered, smoothed
-from thrustd.fusion.consistency import consistency
+from thrustd.fusion.consistency import Consistency, consistency
 
 BAND = 1.96
 RUNNING_N1_PCT = 20.0
@@ -31,8 +31,7 @@ class EngineScore(NamedTuple):
     fused_rmse: float
     oracle_rmse: float
     coverage: dict[str, tuple[float, float]]  # route -> (steady, transient)
-    nis: float
-    whiteness: float  # lag-1 autocorrelation of the brochure innovation at 10 Hz
+    consistency: dict[str, Consistency]  # route -> NIS and whiteness of every fused step in steady flight
     filtered_rmse: float
     smoothed_rmse: float
 
@@ -71,8 +70,6 @@ def score(flown: Flown, name: str) -> EngineScore:
     for route, (thrust, std) in bands.items():
         inside = np.abs(thrust - truth) <= BAND * std
         coverage[route] = (100 * float(inside[used & ~moving].mean()), 100 * float(inside[used & moving].mean()))
-    calm = used & ~moving
-    figures = consistency(flown.column("nis")[used], flown.column("brochure_innovation_n")[calm])
     filtered, smooth_n = smoothed(flown)
     return EngineScore(
         name=name,
@@ -81,8 +78,7 @@ def score(flown: Flown, name: str) -> EngineScore:
         fused_rmse=rmse((bands["fused"][0] - truth)[used]),
         oracle_rmse=oracle(mount[both], brochure[both]),
         coverage=coverage,
-        nis=figures.nis,
-        whiteness=figures.whiteness,
+        consistency=consistency(flown.innovations),
         filtered_rmse=rmse((filtered - truth)[used]),
         smoothed_rmse=rmse((smooth_n - truth)[used]),
     )
@@ -99,11 +95,12 @@ def tables(scores: list[EngineScore]) -> list[Table]:
             s.name, *(f"{v:.0f}" for v in figures), ratio, f"{s.filtered_rmse:.0f}", f"{s.smoothed_rmse:.0f}"
         )
     bands = Table(title="truth inside the 95 % band, % steady / transient; consistency")
-    for heading in ("flight", *scores[0].coverage, "NIS", "whiteness"):
+    for heading in ("flight", *scores[0].coverage, *(f"{route}: NIS, whiteness" for route in scores[0].consistency)):
         bands.add_column(heading)
     for s in scores:
         cells = [f"{steady:.1f} / {moving:.1f}" for steady, moving in s.coverage.values()]
-        bands.add_row(s.name, *cells, f"{s.nis:.2f}", f"{s.whiteness:.2f}")
+        cells += [f"{c.nis:.3f}, {c.whiteness:.2f}" for c in s.consistency.values()]
+        bands.add_row(s.name, *cells)
     mean = {route: np.mean([s.coverage[route] for s in scores], axis=0) for route in scores[0].coverage}
     bands.add_row("mean", *(f"{steady:.1f} / {moving:.1f}" for steady, moving in mean.values()), "", "")
     return [errors, bands]

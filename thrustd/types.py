@@ -4,6 +4,7 @@ Events go into the pipeline (`Frame`, `Tick`); outputs come out (`Reading`, `Mou
 """
 
 from enum import IntFlag
+from math import nan
 from typing import NamedTuple
 
 
@@ -147,6 +148,7 @@ class Estimate(NamedTuple):
     brochure_bias: float  # relative, -
     load_share: float  # upper mount's part of the engine's mount force, -
     status: int  # Status bits
+    brochure_nis: float = nan  # the brochure's own part of `nis`; NaN when it was not used at this step
 
 
 Event = Frame | Tick | Fault  # a source's own faults (unplugged, overrun) are logged and replayed like bytes

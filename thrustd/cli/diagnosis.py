@@ -18,7 +18,13 @@ def add_verbs(verbs: Verbs) -> None:
         verbs, "compare", compare_verb, "compare models with measurements: how wrong, and where",
         "thrustd compare mount.json measured.csv --pictures out/compare",
     )  # fmt: skip
-    compare.add_argument("files", type=Path, nargs="+", metavar="FILE", help="models (.json) and recordings")
+    compare.add_argument(
+        "files",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="models (.json) and recordings; estimate logs (.mcap) alone: NIS and whiteness of the innovations",
+    )
     _add_reference(compare)
     compare.add_argument("--load-cell-std", type=float, metavar="N", help="noise of the reference, one sigma")
     compare.add_argument("--pictures", type=Path, metavar="FOLDER", help="write the pictures here")
@@ -52,7 +58,11 @@ def add_verbs(verbs: Verbs) -> None:
 
 def compare_verb(arguments: argparse.Namespace) -> int:
     from thrustd.diagnose.compare import compare
+    from thrustd.diagnose.innovations import innovations
 
+    if all(path.suffix == ".mcap" for path in arguments.files):
+        _show(innovations(arguments.files), arguments)
+        return 0
     models, data = split_models(arguments.files)
     specs, records = read_models(models), read_recordings(data)
     with progress("compare") as advance:

@@ -1,8 +1,9 @@
-"""Is the filter as sure as it should be? Two figures from the innovations of a flight.
+"""Is the filter as sure as it should be? Two figures from the innovations of a flight, per route.
 
     NIS        mean of nu^2 / S over the accepted measurements: 1 when the noises are right, more when too small
     whiteness  lag-1 autocorrelation of nu: 0 when nothing that lasts is left over, 1 for a slow error without state
 
+An estimate's `nis` is the mean over the routes it has just used: where both were, the mounts' is 2 nis - brochure_nis.
 Reference: Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, sec. 5.4.
 """
 
@@ -11,18 +12,57 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.types import Status
+
 Array = npt.NDArray[np.float64]
+# a filter that settles, an engine that stands, a moving throttle, a rejected measurement: none tells of the noises
+LEFT_OUT = int(
+    Status.CONVERGING
+    | Status.ENGINE_OFF
+    | Status.TRANSIENT
+    | Status.MOUNT_REJECTED
+    | Status.BROCHURE_REJECTED
+    | Status.MOUNT_FAILED
+    | Status.BROCHURE_FAILED
+)
+FEWEST = 3
 
 
 class Consistency(NamedTuple):
+    """NaN where there are too few measurements to tell."""
+
     nis: float
     whiteness: float
+    measurements: int
 
 
-def consistency(nis: Array, innovation_n: Array) -> Consistency:
-    """From (n,) columns of estimates; NaN where no measurement was used."""
-    believed, nu = nis[np.isfinite(nis)], innovation_n[np.isfinite(innovation_n)]
-    if len(believed) == 0 or len(nu) < 3 or np.ptp(nu) == 0.0:
-        return Consistency(float("nan"), float("nan"))
-    nu = nu - nu.mean()
-    return Consistency(float(believed.mean()), float(np.sum(nu[1:] * nu[:-1]) / np.sum(nu * nu)))
+class Innovations(NamedTuple):
+    """Columns of one engine's estimates at every fused step, all (n,); NaN where a route was not measured."""
+
+    nis: Array
+    brochure_nis: Array
+    mount_n: Array
+    brochure_n: Array
+    status: npt.NDArray[np.int64]
+
+
+def consistency(innovations: Innovations) -> dict[str, Consistency]:
+    """By route, over the steady part of the flight."""
+    steady = (innovations.status & LEFT_OUT) == 0
+    nis, brochure_nis, mount_n, brochure_n = (column[steady] for column in innovations[:4])
+    mount_nis = np.where(np.isfinite(brochure_nis), 2.0 * nis - brochure_nis, nis)
+    return {"mount": _figures(mount_nis, mount_n), "brochure": _figures(brochure_nis, brochure_n)}
+
+
+def _figures(nis: Array, innovation_n: Array) -> Consistency:
+    measured = np.isfinite(innovation_n) & np.isfinite(nis)
+    n = int(measured.sum())
+    return Consistency(float(nis[measured].mean()) if n else float("nan"), whiteness(innovation_n[measured]), n)
+
+
+def whiteness(innovation_n: Array) -> float:
+    """Lag-1 autocorrelation of the measurements (n,) that were used, one after the other."""
+    if len(innovation_n) < FEWEST or np.ptp(innovation_n) == 0.0:
+        return float("nan")
+    nu = innovation_n - innovation_n.mean()
+    return float(np.sum(nu[1:] * nu[:-1]) / np.sum(nu * nu))

@@ -273,6 +273,7 @@ class ThrustFilter:
             brochure_bias=x[ENGINE] + self._shape_sigma_n / self._scale_n * x[SHAPE],
             load_share=inputs.load_share,
             status=self._status(inputs, mount, off, variance_n2),
+            brochure_nis=brochure.nis if brochure.used else nan,
         )
 
 

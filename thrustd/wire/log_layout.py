@@ -77,6 +77,7 @@ class EstimateMessage(msgspec.Struct, frozen=True):
     brochure_bias: float
     load_share: float
     status: int
+    brochure_nis: float
     status_text: list[str]
 
 
