@@ -11,28 +11,14 @@ the sensor whose own change over the last seconds explains the change of y, by t
     dy = m g dn_x / s  engine mass 373 kg (thesis, eq. 4.5)
 """
 
-from math import isfinite
-
-from thrustd.fusion.opinions import FUEL_FLOW, LOWER, N1, N2, SCALE_FLOOR_N, TOLERANCE, UPPER, Opinions
+from thrustd.fusion.opinions import SCALE_FLOOR_N, Opinions
 from thrustd.fusion.signal_watch import DRIFT_STEPS, STEP_S, SignalWatch
 from thrustd.signals import STANDARD_GRAVITY_M_S2
 
 ENGINE_MASS_KG = 373.0
-THRESHOLD = 0.05
 HOLD_S = 0.5
 SENSITIVITY = {"mach": 1.2, "sat_degC": 0.004, "pressure_altitude_m": 0.00007}
 EXPLAINS = (0.4, 2.5)  # predicted over observed: the sensitivities are rough
-
-
-def group_difference(engine: Opinions) -> tuple[float, float]:
-    """(mounts minus brochure, tolerance) of one engine, relative; NaN when one group is silent."""
-    mounts = [engine.deviation[i] for i in (UPPER, LOWER) if isfinite(engine.deviation[i]) and not engine.faulty[i]]
-    routes = [i for i in (FUEL_FLOW, N1, N2) if isfinite(engine.deviation[i]) and not engine.faulty[i]]
-    if not mounts or not routes:
-        return float("nan"), 0.0
-    brochure = [engine.deviation[i] for i in routes]
-    difference = sum(mounts) / len(mounts) - sum(brochure) / len(brochure)
-    return difference, THRESHOLD + max(engine.tolerance(i) for i in routes) - TOLERANCE[FUEL_FLOW]
 
 
 class CommonMode:
@@ -43,10 +29,9 @@ class CommonMode:
 
     def step(self, engines: list[Opinions], watches: dict[str, SignalWatch], thrust_n: float) -> str:
         """The shared signal found guilty at this step, or ""."""
-        found = [group_difference(engine) for engine in engines]
-        same_sign = len({difference > 0 for difference, _ in found}) == 1
-        outside = bool(found) and same_sign and all(abs(d) > limit for d, limit in found if isfinite(d))
-        outside = outside and all(isfinite(d) for d, _ in found)
+        found = [engine.group_difference() for engine in engines]
+        outside = bool(found) and all(abs(d) > limit for d, limit in found)  # NaN is not
+        outside = outside and len({difference > 0 for difference, _ in found}) == 1
         self._outside_s = self._outside_s + STEP_S if outside else 0.0
         if self._outside_s < HOLD_S:
             return ""

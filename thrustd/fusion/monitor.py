@@ -16,18 +16,18 @@ from collections.abc import Iterable
 from math import isfinite, nan
 from typing import Any, NamedTuple
 
-from thrustd.fusion.common_mode import CommonMode, group_difference
+from thrustd.fusion.common_mode import CommonMode
 from thrustd.fusion.limits import SAT_CLIMB_M, TURNING_N1_PCT
 from thrustd.fusion.memory import recall, remember
 from thrustd.fusion.monitor_inputs import Layout, MonitorInputs, Sensor
 from thrustd.fusion.mounts import EngineMounts, MountCombiner
-from thrustd.fusion.opinions import AGREE_S, Opinions
+from thrustd.fusion.opinions import AGREE_S, N_OPINIONS, Opinions
 from thrustd.fusion.signal_watch import STEP_S
 from thrustd.fusion.watches import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Watches
 from thrustd.types import Fault, Status
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
-OPINIONS = 5
+NOBODY_IS_BELIEVED, ALL_ARE_BELIEVED = (False,) * N_OPINIONS, (True,) * N_OPINIONS
 MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: the throttle was moved
 TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 RESTING_S = 2.0
@@ -50,6 +50,10 @@ class Monitor:
         self._layout = layout
         self._combiners = tuple(MountCombiner() for _ in layout.mounts_of_engine)
         self._engines = [Opinions() for _ in layout.mounts_of_engine]
+        self._opinions_of: tuple[tuple[Sensor, ...], ...] = tuple(
+            (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
+            for engine, mounts in enumerate(layout.mounts_of_engine)
+        )
         self._common = CommonMode()
         self._watches = Watches(layout)
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
@@ -68,7 +72,7 @@ class Monitor:
             self._watched_ns = inputs.t_ns
             self._watch(inputs)
             faults = self._changes(inputs.t_ns)
-        mounts = tuple(self._combine(inputs, engine, dt_s) for engine in range(len(self._combiners)))
+        mounts = tuple([self._combine(inputs, engine, dt_s) for engine in range(len(self._combiners))])
         return MonitorVerdict(self._excluded, mounts, faults, tuple(map(self._status, range(len(mounts)))))
 
     @property
@@ -81,7 +85,7 @@ class Monitor:
         return {
             "t_ns": [self._t_ns, self._watched_ns],
             "combiners": [combiner.snapshot() for combiner in self._combiners],
-            "engines": [remember(opinions) for opinions in self._engines],
+            "engines": [opinions.snapshot() for opinions in self._engines],
             "common": remember(self._common),
             "watches": self._watches.snapshot(),
             "kinds": _rows(self._kinds),
@@ -96,8 +100,9 @@ class Monitor:
             self._t_ns, self._watched_ns = (t_ns + shift_ns for t_ns in map(int, state["t_ns"]))
             for combiner, memory in zip(self._combiners, state["combiners"], strict=True):
                 combiner.restore(_finite(memory))
-            pairs = [*zip(self._engines, state["engines"], strict=True), (self._common, state["common"])]
-            restored = self._watches.restore(state["watches"])
+            restored = self._watches.restore(state["watches"]) and recall(self._common, state["common"])
+            for opinions, memory in zip(self._engines, state["engines"], strict=True):
+                restored &= opinions.restore(memory)
             self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
             self._judged = {(str(name), int(i)): str(kind) for name, i, kind in state["judged"]}
             self._excluded = frozenset((str(name), int(i)) for name, i in state["excluded"])
@@ -105,18 +110,17 @@ class Monitor:
         except (KeyError, OverflowError, TypeError, ValueError):
             return False
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._judged, *self._excluded}
-        restored &= all([recall(thing, memory) for thing, memory in pairs])
         self._watches.forget_last_values()
         for opinions in self._engines:
-            opinions.step((nan,) * OPINIONS, [False] * OPINIONS, True)
+            opinions.step((nan,) * N_OPINIONS, NOBODY_IS_BELIEVED, True)
         return restored
 
     def _combine(self, inputs: MonitorInputs, engine: int, dt_s: float) -> EngineMounts:
         indices = self._layout.mounts_of_engine[engine]
         return self._combiners[engine].step(
-            tuple(inputs.mount_force_n[i] for i in indices),
-            tuple(inputs.mount_std_n[i] for i in indices),
-            tuple(("deformation_mm", i) not in self._excluded for i in indices),
+            tuple([inputs.mount_force_n[i] for i in indices]),
+            tuple([inputs.mount_std_n[i] for i in indices]),
+            tuple([("deformation_mm", i) not in self._excluded for i in indices]),
             dt_s,
         )
 
@@ -134,7 +138,7 @@ class Monitor:
         if self._watches.suspect:
             self._acquit_jumps()
         self._watch_temperature(inputs)
-        shared_doubt = any(sensor[0] in SHARED_SIGNALS for sensor in self._all_out())
+        shared_doubt = any([name in SHARED_SIGNALS for name, _ in self._all_out()])
         for engine, opinions in enumerate(self._engines):
             self._cross_check(inputs, engine, opinions, shared_doubt)
         self._check_shared(inputs, shared_doubt)
@@ -146,8 +150,7 @@ class Monitor:
         return frozenset(sensor for sensor in self._watches.sensors if self._out(sensor))
 
     def _out(self, sensor: Sensor) -> bool:
-        watch = self._watches[sensor]
-        return bool(watch.kind) or watch.doubted or sensor in self._judged
+        return sensor in self._judged or not self._watches.trusts(sensor)
 
     def _watch_temperature(self, inputs: MonitorInputs) -> None:
         """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
@@ -177,23 +180,20 @@ class Monitor:
         return self._out(("pressure_altitude_m", 0))
 
     def _cross_check(self, inputs: MonitorInputs, engine: int, opinions: Opinions, frozen: bool) -> None:
-        sensors = self._sensors(engine)
+        sensors = self._opinions_of[engine]
         running = inputs.n1_pct[engine] > TURNING_N1_PCT or inputs.n2_pct[engine] > TURNING_N1_PCT
-        if len(sensors) != OPINIONS or not running:
+        if len(sensors) != N_OPINIONS or not running:
             return
-        own = [not (self._watches[sensor].kind or self._watches[sensor].doubted) for sensor in sensors]
-        opinions.step(self._opinions(inputs, engine), own, frozen)
+        own = tuple(map(self._watches.trusts, sensors)) if self._watches.suspect else ALL_ARE_BELIEVED
+        if not opinions.step(self._opinions(inputs, engine), own, frozen) and not self._judged:
+            return
         for i, sensor in enumerate(sensors):
-            if opinions.faulty[i] and sensor not in self._judged:
+            if opinions.faulty(i) and sensor not in self._judged:
                 watch = self._watches[sensor]
                 resting = "stuck" if watch.resting_s > RESTING_S else "drift"
                 self._judged[sensor] = "offset" if watch.jumped_lately else resting
-            elif not opinions.faulty[i]:
+            elif not opinions.faulty(i):
                 self._judged.pop(sensor, None)
-
-    def _sensors(self, engine: int) -> tuple[Sensor, ...]:
-        mounts = tuple(("deformation_mm", i) for i in self._layout.mounts_of_engine[engine])
-        return (*mounts, *((name, engine) for name in ("fuel_flow_kg_s", "n1_pct", "n2_pct")))
 
     def _opinions(self, inputs: MonitorInputs, engine: int) -> tuple[float, ...]:
         upper, lower = self._layout.mounts_of_engine[engine]
@@ -223,7 +223,7 @@ class Monitor:
         """Mounts and brochure agree again with the sensor as it reads now: it is believed again."""
         if self._judged.get(sensor, "") in ("", "stuck"):
             return
-        agree = all(abs(d) < AGREE_WITHIN for d, _ in map(group_difference, self._engines))
+        agree = all(abs(d) < AGREE_WITHIN for d, _ in (opinions.group_difference() for opinions in self._engines))
         self._calm_s[sensor] = self._calm_s.get(sensor, 0.0) + STEP_S if agree else 0.0
         if self._calm_s[sensor] > AGREE_S:
             del self._judged[sensor], self._calm_s[sensor]

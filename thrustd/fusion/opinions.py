@@ -10,11 +10,16 @@ lag the thrust. When several opinions deviate at once the cause is something the
 """
 
 from math import isfinite, nan
-from statistics import median
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from thrustd.compiled import compiled
 from thrustd.fusion.signal_watch import STEP_S
 
-UPPER, LOWER, FUEL_FLOW, N1, N2 = range(5)
+N_OPINIONS = 5
+UPPER, LOWER, FUEL_FLOW, N1, N2 = range(N_OPINIONS)
 TOLERANCE = (0.14, 0.14, 0.15, 0.14, 0.16)  # of the scale, steady: usual deviations change by 8 % with the throttle
 LAG_S = (0.4, 0.4, 8.0, 1.5, 2.5)  # tolerance per relative thrust rate
 SCALE_FLOOR_N = 2500.0
@@ -26,82 +31,171 @@ AGREE_S = 10.0
 LEARN_S = 20.0  # quick averages first
 SLOW_S = 120.0
 CALM_RATE = 0.02  # relative thrust rate below which the usual deviations are learnt, 1/s
+GROUPS_DIFFER = 0.05  # mounts against brochure, relative: more is not usual
+# the memory of one engine, a row of five for each; TRACK holds the low-passed consensus and the recent largest
+# |dc/dt| / s
+USUAL, AGE, DEVIATION, FAULTY, OUTSIDE, AGREE, TRACK = range(7)
+LAST_C, RATE = range(2)
+Floats = npt.NDArray[np.float64]
 
 
 class Opinions:
     """Mutable memory of one engine."""
 
     def __init__(self) -> None:
-        self.usual = [0.0] * 5
-        self.age_s = [0.0] * 5
-        self.deviation = [nan] * 5
-        self.faulty = [False] * 5
-        self._outside_s = [0.0] * 5
-        self._agree_s = [0.0] * 5
-        self._last_c = nan
-        self._rate = 0.0  # recent largest |dc/dt| / s
+        self._rows = np.zeros((TRACK + 1, N_OPINIONS))
+        self._rows[DEVIATION] = self._rows[TRACK, LAST_C] = nan
 
-    def step(self, opinions_n: tuple[float, ...], believed: list[bool], frozen: bool) -> None:
-        """`believed`: not excluded by the sensor's own watch; `frozen`: shared inputs are in doubt, judge nothing."""
-        usable = [i for i in range(5) if believed[i] and not self.faulty[i] and isfinite(opinions_n[i])]
-        if len(usable) < 3:
-            self._last_c = nan
-            self.deviation = [nan] * 5
-            return
-        rough = median(opinions_n[i] for i in usable)
-        scale = max(abs(rough), SCALE_FLOOR_N)
-        c = median(opinions_n[i] - self.usual[i] * scale for i in usable)
-        self._track_rate(c, scale)
-        self.deviation = [(opinions_n[i] - c) / scale - self.usual[i] for i in range(5)]
+    def step(self, opinions_n: tuple[float, ...], believed: tuple[bool, ...], frozen: bool) -> bool:
+        """One of the five is faulty.
+
+        `believed`: not excluded by the sensor's own watch; `frozen`: shared inputs are in doubt, judge nothing.
+        """
+        return _step(self._rows, opinions_n, believed, frozen)
+
+    def faulty(self, i: int) -> bool:
+        """It stood alone, and does not agree again yet."""
+        return bool(self._rows[FAULTY, i])
+
+    def group_difference(self) -> tuple[float, float]:
+        """(mounts minus brochure, tolerance), relative; NaN when one group is silent."""
+        difference, tolerance = _group_difference(self._rows)
+        return difference, tolerance
+
+    def snapshot(self) -> list[list[float | None]]:
+        """Rows of numbers; None for NaN, which JSON has not."""
+        return [[value if isfinite(value) else None for value in row] for row in self._rows.tolist()]
+
+    def restore(self, rows: Any) -> bool:
+        """Take over a snapshot; False, and nothing changed, when it is none."""
+        found = np.array(rows, dtype=np.float64)  # raises ValueError or TypeError on anything but rows of numbers
+        if found.shape != self._rows.shape or np.isinf(found).any():
+            return False
+        self._rows[:] = found
+        return True
+
+
+@compiled
+def _median(values: Floats, n: int) -> float:
+    """Of the first n; they are sorted in place."""
+    for i in range(1, n):
+        for j in range(i, 0, -1):
+            if values[j] < values[j - 1]:
+                values[j], values[j - 1] = values[j - 1], values[j]
+    return values[n // 2] if n % 2 else (values[n // 2 - 1] + values[n // 2]) / 2
+
+
+@compiled
+def _tolerance(rows: Floats, i: int) -> float:
+    young = 0.25 if rows[AGE, i] < LEARN_S else 0.0
+    return TOLERANCE[i] + young + LAG_S[i] * rows[TRACK, RATE]
+
+
+@compiled
+def _track_rate(track: Floats, c: float, scale: float) -> None:
+    if not isfinite(track[LAST_C]):
+        track[LAST_C] = c
+    moved_n = C_PART * (c - track[LAST_C])  # low-passed: sensor noise is no throttle movement
+    track[LAST_C] += moved_n
+    rate = abs(moved_n) / STEP_S / scale
+    # one step of noise is not a throttle movement: rise over a few steps, fall slowly
+    if rate > track[RATE]:
+        track[RATE] += 0.3 * (rate - track[RATE])
+    else:
+        track[RATE] -= track[RATE] * STEP_S / RATE_MEMORY_S
+
+
+@compiled
+def _alone(rows: Floats, outside: npt.NDArray[np.bool_]) -> int:
+    """The only one outside, if it is twice as far out as any other; else -1."""
+    alone, suspects, others = -1, 0, 0.0
+    for i in range(N_OPINIONS):
+        if outside[i] and rows[FAULTY, i] == 0.0:
+            alone, suspects = i, suspects + 1
+    for i in range(N_OPINIONS):
+        if i != alone and rows[FAULTY, i] == 0.0 and isfinite(rows[DEVIATION, i]):
+            others = max(others, abs(rows[DEVIATION, i]))
+    return alone if suspects == 1 and abs(rows[DEVIATION, alone]) > ALONE_FACTOR * others else -1
+
+
+@compiled
+def _judge(rows: Floats, outside: npt.NDArray[np.bool_]) -> None:
+    alone = _alone(rows, outside)
+    for i in range(N_OPINIONS):
+        rows[OUTSIDE, i] = rows[OUTSIDE, i] + STEP_S if i == alone else 0.0
+        if rows[FAULTY, i] != 0.0:
+            agrees = isfinite(rows[DEVIATION, i]) and not outside[i]
+            rows[AGREE, i] = rows[AGREE, i] + STEP_S if agrees else 0.0
+            if rows[AGREE, i] >= AGREE_S:
+                rows[FAULTY, i] = rows[AGREE, i] = 0.0
+        elif rows[OUTSIDE, i] >= ALONE_S - 1e-9:
+            rows[FAULTY, i], rows[AGREE, i] = 1.0, 0.0
+
+
+@compiled
+def _learn(rows: Floats, usable: npt.NDArray[np.bool_]) -> None:
+    # at idle the deviations are zeros of transducers and the foot of the deck: they say little of other powers
+    step_s = STEP_S * min(abs(rows[TRACK, LAST_C]) / SCALE_FLOOR_N, 1.0) ** 2
+    for i in range(N_OPINIONS):
+        if usable[i]:
+            rows[AGE, i] += step_s
+            tau_s = min(max(rows[AGE, i], 2.0), SLOW_S)
+            rows[USUAL, i] += step_s / tau_s * rows[DEVIATION, i]
+
+
+@compiled
+def _deviate(rows: Floats, opinions_n: tuple[float, ...], usable: npt.NDArray[np.bool_]) -> bool:
+    """Consensus and deviations; False when fewer than three speak."""
+    values, n = np.empty(N_OPINIONS), 0
+    for i in range(N_OPINIONS):
+        if usable[i]:
+            values[n], n = opinions_n[i], n + 1
+    if n < 3:
+        rows[TRACK, LAST_C], rows[DEVIATION] = nan, nan
+        return False
+    scale, k = max(abs(_median(values, n)), SCALE_FLOOR_N), 0
+    for i in range(N_OPINIONS):
+        if usable[i]:
+            values[k], k = opinions_n[i] - rows[USUAL, i] * scale, k + 1
+    c = _median(values, n)
+    _track_rate(rows[TRACK], c, scale)
+    for i in range(N_OPINIONS):
+        rows[DEVIATION, i] = (opinions_n[i] - c) / scale - rows[USUAL, i]
+    return True
+
+
+def _one_step(rows: Floats, opinions_n: tuple[float, ...], believed: tuple[bool, ...], frozen: bool) -> bool:
+    usable, outside = np.zeros(N_OPINIONS, np.bool_), np.zeros(N_OPINIONS, np.bool_)
+    for i in range(N_OPINIONS):
+        usable[i] = believed[i] and rows[FAULTY, i] == 0.0 and isfinite(opinions_n[i])
+    if _deviate(rows, opinions_n, usable):
         if frozen:
-            self._outside_s = [0.0] * 5
-            return
-        outside = [self._is_outside(i, believed[i]) for i in range(5)]
-        self._judge(outside)
-        if not any(outside) and self._rate < CALM_RATE:
-            self._learn(usable)
-
-    def tolerance(self, i: int) -> float:
-        young = 0.25 if self.age_s[i] < LEARN_S else 0.0
-        return TOLERANCE[i] + young + LAG_S[i] * self._rate
-
-    def _is_outside(self, i: int, believed: bool) -> bool:
-        return believed and isfinite(self.deviation[i]) and abs(self.deviation[i]) > self.tolerance(i)
-
-    def _track_rate(self, c: float, scale: float) -> None:
-        if not isfinite(self._last_c):
-            self._last_c = c
-        moved_n = C_PART * (c - self._last_c)  # low-passed: sensor noise is no throttle movement
-        self._last_c += moved_n
-        rate = abs(moved_n) / STEP_S / scale
-        # one step of noise is not a throttle movement: rise over a few steps, fall slowly
-        if rate > self._rate:
-            self._rate += 0.3 * (rate - self._rate)
+            rows[OUTSIDE] = 0.0
         else:
-            self._rate -= self._rate * STEP_S / RATE_MEMORY_S
+            for i in range(N_OPINIONS):
+                deviation = abs(rows[DEVIATION, i])
+                outside[i] = believed[i] and isfinite(deviation) and deviation > _tolerance(rows, i)
+            _judge(rows, outside)
+            if not outside.any() and rows[TRACK, RATE] < CALM_RATE:
+                _learn(rows, usable)
+    return rows[FAULTY].any()
 
-    def _judge(self, outside: list[bool]) -> None:
-        alone = self._alone([i for i in range(5) if outside[i] and not self.faulty[i]])
-        for i in range(5):
-            self._outside_s[i] = self._outside_s[i] + STEP_S if i == alone else 0.0
-            if self.faulty[i]:
-                self._agree_s[i] = 0.0 if outside[i] or not isfinite(self.deviation[i]) else self._agree_s[i] + STEP_S
-                if self._agree_s[i] >= AGREE_S:
-                    self.faulty[i], self._agree_s[i] = False, 0.0
-            elif self._outside_s[i] >= ALONE_S - 1e-9:
-                self.faulty[i], self._agree_s[i] = True, 0.0
 
-    def _alone(self, suspects: list[int]) -> int:
-        if len(suspects) != 1:
-            return -1
-        sizes = [abs(d) if isfinite(d) and not self.faulty[i] else 0.0 for i, d in enumerate(self.deviation)]
-        largest = sizes.pop(suspects[0])
-        return suspects[0] if largest > ALONE_FACTOR * max(sizes) else -1
+def _difference(rows: Floats) -> tuple[float, float]:
+    mounts = brochure = widest = 0.0
+    n_mounts = n_routes = 0
+    for i in range(N_OPINIONS):
+        if rows[FAULTY, i] != 0.0 or not isfinite(rows[DEVIATION, i]):
+            continue
+        if i <= LOWER:
+            mounts, n_mounts = mounts + rows[DEVIATION, i], n_mounts + 1
+        else:
+            brochure, n_routes = brochure + rows[DEVIATION, i], n_routes + 1
+            widest = max(widest, _tolerance(rows, i))
+    if n_mounts == 0 or n_routes == 0:
+        return nan, 0.0
+    return mounts / n_mounts - brochure / n_routes, GROUPS_DIFFER + widest - TOLERANCE[FUEL_FLOW]
 
-    def _learn(self, usable: list[int]) -> None:
-        # at idle the deviations are zeros of transducers and the foot of the deck: they say little of other powers
-        step_s = STEP_S * min(abs(self._last_c) / SCALE_FLOOR_N, 1.0) ** 2
-        for i in usable:
-            self.age_s[i] += step_s
-            tau_s = min(max(self.age_s[i], 2.0), SLOW_S)
-            self.usual[i] += step_s / tau_s * self.deviation[i]
+
+_step: Any = compiled(_one_step, "b1(f8[:, ::1], UniTuple(f8, 5), UniTuple(b1, 5), b1)")
+_group_difference: Any = compiled(_difference, "UniTuple(f8, 2)(f8[:, ::1])")

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import types
 
 from thrustd.compiled import compiled
 from thrustd.fusion.limits import SensorLimits
@@ -232,5 +231,4 @@ def _watch(rows: Floats, limits: Floats, values: Floats, active: npt.NDArray[np.
     return suspect
 
 
-_ROWS, _ROW = types.float64[:, ::1], types.float64[::1]
-watch: Any = compiled(_watch, types.boolean(_ROWS, _ROWS, _ROW, types.boolean[::1]))
+watch: Any = compiled(_watch, "b1(f8[:, ::1], f8[:, ::1], f8[::1], b1[::1])")

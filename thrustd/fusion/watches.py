@@ -31,6 +31,11 @@ class Watches:
     def __getitem__(self, sensor: Sensor) -> SignalWatch:
         return self._of[sensor]
 
+    def trusts(self, sensor: Sensor) -> bool:
+        """No fault, no jump in doubt."""
+        watched = self._of[sensor]
+        return not (watched.kind or watched.doubted)
+
     def step(self, inputs: MonitorInputs) -> None:
         """Every 0.1 s."""
         self._values[:] = (
