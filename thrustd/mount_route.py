@@ -42,6 +42,10 @@ class MountRoute:
         self._unknown = {  # not measured: one sigma
             i: CATALOGUE[name].spread for i, name in enumerate(self.signals) if i not in self._own
         }
+        valid = model.spec.valid
+        self._stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (
+            valid.deformation_mm[1] - valid.deformation_mm[0]
+        )
         self._state: Floats | None = None
         self._bridge_samples = bridge_samples
         self._period_s = 1.0 / model.rate_hz
@@ -171,15 +175,13 @@ class MountRoute:
         return max(low - deformation_mm, deformation_mm - high, 0.0)
 
     def _std(self, force_n: float, rate_n_s: float, excess_mm: float) -> float:
-        valid = self.model.spec.valid
-        stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
         variance = region_std(self.model.spec.error, force_n, rate_n_s) ** 2 + self._installation_std_n**2
-        variance += (EXTRAPOLATION_STD * stiffness_n_mm * excess_mm) ** 2
+        variance += (EXTRAPOLATION_STD * self._stiffness_n_mm * excess_mm) ** 2
         age_s = self._since_restart * self._period_s
         for std_n, tau_s in self._restart:
             variance += (std_n * exp(-age_s / tau_s)) ** 2
-        for part_n in self._unmeasured():
-            variance += part_n * part_n
+        if self._unknown:
+            variance += sum(part_n * part_n for part_n in self._unmeasured())
         return sqrt(variance)
 
     def _unmeasured(self) -> list[float]:
@@ -204,5 +206,8 @@ def region_std(error: ErrorMap | None, force_n: float, rate_n_s: float) -> float
 
 
 def _cell(edges: Sequence[float], value: float) -> int:
-    inner = edges[1:-1]
-    return sum(1 for edge in inner if value >= edge)
+    cell = 0
+    for edge in edges[1:-1]:
+        if value >= edge:
+            cell += 1
+    return cell

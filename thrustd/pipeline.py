@@ -28,7 +28,7 @@ from thrustd.model.compile import CompiledModel
 from thrustd.mount_route import MountRoute, MountState
 from thrustd.signals import CATALOGUE
 from thrustd.snapshot import plain, read_memory
-from thrustd.step_inputs import deck_inputs, dynamic_pressure_pa, monitor_inputs
+from thrustd.step_inputs import Latest, deck_inputs, dynamic_pressure_pa, latest, monitor_inputs
 from thrustd.sync import ClockMap, Hold, SmoothRate
 from thrustd.types import Estimate, Event, Fault, Frame, MountOutput, Output, Reading, Tick
 from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder, AdcSample
@@ -211,26 +211,27 @@ class Pipeline:
             self._start_ns = self._fused_ns = t_ns
         dt_s = (t_ns - self._fused_ns) * 1e-9
         self._fused_ns = t_ns
-        self._refresh(t_ns, outputs)
-        states = tuple(route.fused(dt_s) for route in self._routes)
         engines = range(len(self._filters))
-        rates = tuple(self._n1_rates[e].step(t_ns, self._hold.value(t_ns, "n1_pct", e)) for e in engines)
-        raw = [self._deck.estimate(deck_inputs(self._hold, t_ns, e, rates[e]), e) for e in engines]
-        fused_n = tuple(thrust_filter.thrust_n for thrust_filter in self._filters)
-        verdict = self._monitor.step(monitor_inputs(self._hold, t_ns, states, raw, fused_n))
+        now = latest(self._hold, t_ns, engines)
+        self._refresh(t_ns, now, outputs)
+        states = tuple([route.fused(dt_s) for route in self._routes])
+        rates = [self._n1_rates[e].step(t_ns, now.n1_pct[e]) for e in engines]
+        raw = [self._deck.estimate(deck_inputs(now, e, rates[e]), e) for e in engines]
+        fused_n = tuple([thrust_filter.thrust_n for thrust_filter in self._filters])
+        verdict = self._monitor.step(monitor_inputs(now, t_ns, states, raw, fused_n))
         self._exclude(verdict, t_ns, outputs)
         for e in engines:
             deck = raw[e]
             if verdict.excluded:
-                deck = self._deck.estimate(deck_inputs(self._hold, t_ns, e, rates[e], verdict.excluded), e)
-            outputs.append(self._estimate(t_ns, e, states, verdict, deck, rates[e]))
+                deck = self._deck.estimate(deck_inputs(now, e, rates[e], verdict.excluded), e)
+            outputs.append(self._estimate(t_ns, e, now, states, verdict, deck, rates[e]))
             for fault in self._filters[e].take_faults():
                 self._report(fault, outputs)
         for i, state in enumerate(states):
             outputs.append(MountOutput(t_ns, i, state.deformation_mm, state.force_n, state.std_n))
         outputs.extend(self._book.due(t_ns))
 
-    def _refresh(self, t_ns: int, outputs: list[Output]) -> None:
+    def _refresh(self, t_ns: int, now: Latest, outputs: list[Output]) -> None:
         """Staleness, derived channels, and the readings for the log."""
         for fault in self._hold.changes(t_ns):
             self._report(fault, outputs)
@@ -238,7 +239,7 @@ class Pipeline:
                 signal, _, index = fault.where.rstrip("]").partition("[")
                 self._tell((signal, int(index)), nan)
         self._tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
-        self._tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(self._hold, t_ns))
+        self._tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(now))
         if t_ns - self._read_ns >= self._readings_every_ns:
             outputs.extend(self._hold.readings(self._read_ns))
             self._read_ns = t_ns
@@ -264,6 +265,7 @@ class Pipeline:
         self,
         t_ns: int,
         engine: int,
+        now: Latest,
         states: tuple[MountState, ...],
         verdict: MonitorVerdict,
         deck: DeckEstimate,
@@ -271,9 +273,8 @@ class Pipeline:
     ) -> Estimate:
         mounts = verdict.mounts[engine]
         mine = [states[i] for i in self._layout.mounts_of_engine[engine]]
-        load_factors = (self._hold.value(t_ns, "accel_x_g"), self._hold.value(t_ns, "accel_z_g"))
         n1_known = ("n1_pct", engine) not in verdict.excluded
-        n1_pct = self._hold.value(t_ns, "n1_pct", engine) if n1_known else nan
+        n1_pct = now.n1_pct[engine] if n1_known else nan
         n1_rate = n1_rate if n1_known else nan
         brochure = self._hand_overs[engine].step(t_ns, deck, n1_pct, n1_rate)
         return self._filters[engine].step(
@@ -288,12 +289,12 @@ class Pipeline:
                 brochure_lag_n=brochure.lag_n,
                 brochure_age_s=self._hold.age_s(t_ns, ENGINE_READINGS, engine),
                 load_share=mounts.load_share,
-                mount_extrapolating=any(state.extrapolating for state in mine),
+                mount_extrapolating=any([state.extrapolating for state in mine]),
                 brochure_extrapolating=deck.extrapolating,
                 transient=deck.transient,
-                gap=any(state.gap for state in mine),
+                gap=any([state.gap for state in mine]),
                 one_mount=mounts.one_mount,
-                load_factor_stale=not all(map(isfinite, load_factors)),
+                load_factor_stale=not (isfinite(now.accel_x_g) and isfinite(now.accel_z_g)),
                 status=verdict.status[engine] | self._troubles.bits(t_ns),
             )
         )

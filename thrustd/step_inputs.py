@@ -2,69 +2,87 @@
 
 from collections.abc import Sequence
 from math import nan
+from typing import NamedTuple
 
 from thrustd.brochure.deck import DeckEstimate, DeckInputs
 from thrustd.fusion.monitor_inputs import MonitorInputs, Sensor
+from thrustd.fusion.watches import ENGINE_SIGNALS
 from thrustd.mount_route import MountState
 from thrustd.sync import Hold
 
 AIR_PRESSURE_SEA_LEVEL_PA = 101325.0  # ISO 2533
 HEAT_RATIO = 1.4  # air
+AIR_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC")
 
 
-def deck_inputs(
-    hold: Hold, t_ns: int, engine: int, n1_rate_pct_s: float, without: frozenset[Sensor] = frozenset()
-) -> DeckInputs:
-    """What the brochure deck reads of one engine; `without`: sensors that are not believed."""
+class Latest(NamedTuple):
+    """What the hold has at one instant; by engine, or of the aircraft."""
 
-    def value(signal: str, index: int) -> float:
-        return nan if (signal, index) in without else hold.value(t_ns, signal, index)
+    fuel_flow_kg_s: tuple[float, ...]
+    n1_pct: tuple[float, ...]
+    n2_pct: tuple[float, ...]
+    mach: float
+    pressure_altitude_m: float
+    sat_degc: float
+    accel_x_g: float
+    accel_y_g: float
+    accel_z_g: float
 
-    return DeckInputs(
-        value("fuel_flow_kg_s", engine),
-        value("n1_pct", engine),
-        value("n2_pct", engine),
-        value("mach", 0),
-        value("pressure_altitude_m", 0),
-        value("sat_degC", 0),
-        n1_rate_pct_s,
+
+def latest(hold: Hold, t_ns: int, engines: range) -> Latest:
+    value = hold.value
+    return Latest(
+        tuple([value(t_ns, "fuel_flow_kg_s", engine) for engine in engines]),
+        tuple([value(t_ns, "n1_pct", engine) for engine in engines]),
+        tuple([value(t_ns, "n2_pct", engine) for engine in engines]),
+        value(t_ns, "mach"),
+        value(t_ns, "pressure_altitude_m"),
+        value(t_ns, "sat_degC"),
+        value(t_ns, "accel_x_g"),
+        value(t_ns, "accel_y_g"),
+        value(t_ns, "accel_z_g"),
     )
+
+
+def deck_inputs(now: Latest, engine: int, n1_rate_pct_s: float, without: frozenset[Sensor] = frozenset()) -> DeckInputs:
+    """What the brochure deck reads of one engine; `without`: sensors that are not believed."""
+    by_engine = now.fuel_flow_kg_s[engine], now.n1_pct[engine], now.n2_pct[engine]
+    inputs = DeckInputs(*by_engine, now.mach, now.pressure_altitude_m, now.sat_degc, n1_rate_pct_s)
+    if not without:
+        return inputs
+    sensors = (*((name, engine) for name in ENGINE_SIGNALS), *((name, 0) for name in AIR_SIGNALS))
+    believed = (nan if sensor in without else value for sensor, value in zip(sensors, inputs[:-1], strict=True))
+    return DeckInputs._make((*believed, n1_rate_pct_s))
 
 
 def monitor_inputs(
-    hold: Hold, t_ns: int, states: Sequence[MountState], raw: Sequence[DeckEstimate], fused_n: tuple[float, ...]
+    now: Latest, t_ns: int, states: Sequence[MountState], raw: Sequence[DeckEstimate], fused_n: tuple[float, ...]
 ) -> MonitorInputs:
     """Everything the monitor watches; `raw` deck estimates and `fused_n` thrust by engine."""
-
-    def by_engine(signal: str) -> tuple[float, ...]:
-        return tuple(hold.value(t_ns, signal, e) for e in range(len(fused_n)))
-
     return MonitorInputs(
         t_ns=t_ns,
-        deformation_mm=tuple(state.deformation_mm for state in states),
-        mount_force_n=tuple(state.force_n for state in states),
-        mount_std_n=tuple(state.std_n for state in states),
-        n1_pct=by_engine("n1_pct"),
-        n2_pct=by_engine("n2_pct"),
-        fuel_flow_kg_s=by_engine("fuel_flow_kg_s"),
-        fuel_flow_thrust_n=tuple(estimate.fuel_flow_thrust_n for estimate in raw),
-        n1_thrust_n=tuple(estimate.n1_thrust_n for estimate in raw),
-        n2_thrust_n=tuple(estimate.n2_thrust_n for estimate in raw),
+        deformation_mm=tuple([state.deformation_mm for state in states]),
+        mount_force_n=tuple([state.force_n for state in states]),
+        mount_std_n=tuple([state.std_n for state in states]),
+        n1_pct=now.n1_pct,
+        n2_pct=now.n2_pct,
+        fuel_flow_kg_s=now.fuel_flow_kg_s,
+        fuel_flow_thrust_n=tuple([estimate.fuel_flow_thrust_n for estimate in raw]),
+        n1_thrust_n=tuple([estimate.n1_thrust_n for estimate in raw]),
+        n2_thrust_n=tuple([estimate.n2_thrust_n for estimate in raw]),
         fused_thrust_n=fused_n,
-        mach=hold.value(t_ns, "mach"),
-        pressure_altitude_m=hold.value(t_ns, "pressure_altitude_m"),
-        sat_degc=hold.value(t_ns, "sat_degC"),
-        accel_x_g=hold.value(t_ns, "accel_x_g"),
-        accel_y_g=hold.value(t_ns, "accel_y_g"),
-        accel_z_g=hold.value(t_ns, "accel_z_g"),
+        mach=now.mach,
+        pressure_altitude_m=now.pressure_altitude_m,
+        sat_degc=now.sat_degc,
+        accel_x_g=now.accel_x_g,
+        accel_y_g=now.accel_y_g,
+        accel_z_g=now.accel_z_g,
     )
 
 
-def dynamic_pressure_pa(hold: Hold, t_ns: int) -> float:
+def dynamic_pressure_pa(now: Latest) -> float:
     """q = gamma / 2 p M^2."""
-    mach = hold.value(t_ns, "mach")
-    static_pa = static_pressure_pa(hold.value(t_ns, "pressure_altitude_m"))
-    return 0.5 * HEAT_RATIO * static_pa * mach * mach
+    return 0.5 * HEAT_RATIO * static_pressure_pa(now.pressure_altitude_m) * now.mach * now.mach
 
 
 def static_pressure_pa(pressure_altitude_m: float) -> float:
