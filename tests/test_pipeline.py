@@ -97,13 +97,25 @@ def test_short_gaps_are_stepped_through(aircraft):
 
 def test_long_gaps_restart_the_linear_block_and_widen_the_band(aircraft):
     two_levels = lambda t: (0.2 if t < 20 else 0.6,) * 4  # noqa: E731
-    outputs = of(fly(aircraft, flight(aircraft, 60, two_levels, drop=lambda k: 1900 <= k < 2300)), MountOutput, mount=0)
+    outputs = of(fly(aircraft, flight(aircraft, 60, two_levels, drop=lambda k: 1900 <= k < 3100)), MountOutput, mount=0)
     before = [o.std_n for o in outputs if o.t_ns < S + 19 * S][-1]
-    after = next(o.std_n for o in outputs if o.t_ns > S + 23.1 * S and isfinite(o.force_n))
+    after = next(o.std_n for o in outputs if o.t_ns > S + 31.1 * S and isfinite(o.force_n))
     end = outputs[-1].std_n
     slow_n = 0.5 * 0.05 * 0.4 * 5079  # half of what a mode of gain 0.05 gives for the change from 0.2 to 0.6 mm
     assert after**2 - before**2 == pytest.approx(2 * slow_n**2, rel=0.25)
     assert before < end < after
+
+
+def test_gaps_of_seconds_are_stepped_through_and_widen_the_band(aircraft):
+    two_levels = lambda t: (0.2 if t < 20 else 0.6,) * 4  # noqa: E731
+    whole, holed = (
+        of(fly(aircraft, flight(aircraft, 40, two_levels, drop=drop)), MountOutput, mount=0)
+        for drop in (lambda k: False, lambda k: 1900 <= k < 2300)
+    )
+    first = next(o for o in holed if o.t_ns > S + 23.1 * S and isfinite(o.force_n))
+    unbroken = min(whole, key=lambda o: abs(o.t_ns - first.t_ns))
+    assert first.std_n > unbroken.std_n
+    assert abs(first.force_n - unbroken.force_n) < 2 * first.std_n
 
 
 def test_ticks_keep_estimates_coming_when_the_adc_is_silent(aircraft):

@@ -1,11 +1,12 @@
 """One mount in flight: its samples through the compiled model, gaps bridged or restarted, its error beside its force.
 
 bridged    up to `bridge_samples` missing: the model steps through them on a straight line of deformation
-restarted  longer: the model starts again at rest; the slow modes may be wrong, and the band says by how much
+doubted    up to LONGEST_GAP_S: the same, and the band says by how much the slow modes may be wrong
+restarted  longer: the model starts again at rest, with the same doubt
 """
 
 from collections.abc import Sequence
-from math import exp, hypot, isfinite, nan, sqrt
+from math import exp, hypot, inf, isfinite, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +14,13 @@ import numpy as np
 from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap
 from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
-from thrustd.signals import CATALOGUE
+from thrustd.signals import CATALOGUE, Signal
 
 THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an artifact without an error map
 EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
+BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
+HELD_TAU_S = 1.0
+LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
 
 
 class MountState(NamedTuple):
@@ -38,17 +42,22 @@ class MountRoute:
         self._installation_std_n = installation_std_n
         self.signals = model.channels[1:]
         self.channels = np.array([CATALOGUE[name].rest for name in self.signals], float)
+        self._lagged = self.channels.copy()
         self._own = [i for i, name in enumerate(self.signals) if name == "deformation_mm"]  # hysteresis, damping, ...
-        self._unknown = {  # not measured: one sigma
-            i: CATALOGUE[name].spread for i, name in enumerate(self.signals) if i not in self._own
-        }
+        self._unknown = {i: inf for i in range(len(self.signals)) if i not in self._own}  # not measured: how long, s
         valid = model.spec.valid
         self._stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (
             valid.deformation_mm[1] - valid.deformation_mm[0]
         )
         self._state: Floats | None = None
         self._bridge_samples = bridge_samples
+        self._longest_samples = max(bridge_samples, round(LONGEST_GAP_S * model.rate_hz))
         self._period_s = 1.0 / model.rate_hz
+        low_mm, high_mm = valid.deformation_mm
+        margin_mm, catalogue = BEYOND * (high_mm - low_mm), CATALOGUE["deformation_mm"]
+        self._low_mm = max(low_mm - margin_mm, catalogue.low)
+        self._high_mm = min(high_mm + margin_mm, catalogue.high)
+        self._beyond = False  # a sample was since the last call
         self._n_doubts = 2 * len(model.spec.linear.real_modes)
         self._sequence = -1
         self._deformation_mm = nan
@@ -61,14 +70,16 @@ class MountRoute:
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
 
     def set_channel(self, position: int, value: float) -> None:
-        """A new value of `signals[position]`; NaN = not measured, the resting value takes its place."""
+        """A new value of `signals[position]`; NaN = not measured any more.
+
+        It is held where it was lately: a second's mean, because what made somebody stop believing it came at once.
+        """
         if isfinite(value):
             self.channels[position] = value
             self._unknown.pop(position, None)
-        else:
-            signal = CATALOGUE[self.signals[position]]
-            self.channels[position] = signal.rest
-            self._unknown[position] = signal.spread
+        elif position not in self._unknown:
+            self.channels[position] = self._lagged[position]
+            self._unknown[position] = 0.0
 
     def take(self, sequence: int, deformation_mm: float) -> None:
         """One good sample of deformation; `sequence` counts sample instants, missing ones included."""
@@ -84,11 +95,22 @@ class MountRoute:
         self._count += 1
         self._since_restart += 1
 
+    def believable(self, deformation_mm: float) -> bool:
+        """Within what this mount can be brought to; what is not is not taken, and the model counts as left."""
+        if self._low_mm <= deformation_mm <= self._high_mm:
+            return True
+        self._beyond = True
+        return False
+
     def fused(self, dt_s: float) -> MountState:
         """Means since the last call, dt_s ago, and their one sigma."""
+        self._lagged += (1.0 - exp(-dt_s / HELD_TAU_S)) * (self.channels - self._lagged)
+        for position in self._unknown:
+            self._unknown[position] += dt_s
+        beyond, self._beyond = self._beyond, False
         if self._count == 0:
             self._lagged_n = nan
-            return MountState(nan, nan, nan, False, self._take_gap())
+            return MountState(nan, nan, nan, beyond, self._take_gap())
         deformation_mm, force_n = self._sum_mm / self._count, self._sum_n / self._count
         self._sum_mm = self._sum_n = 0.0
         self._count = 0
@@ -98,7 +120,7 @@ class MountRoute:
         rate_n_s = (force_n - self._lagged_n) / FORCE_RATE_TAU_S
         excess_mm = self._outside(deformation_mm)
         std_n = self._std(force_n, abs(rate_n_s), excess_mm)
-        return MountState(deformation_mm, force_n, std_n, excess_mm > 0, self._take_gap())
+        return MountState(deformation_mm, force_n, std_n, excess_mm > 0 or beyond, self._take_gap())
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
@@ -131,7 +153,7 @@ class MountRoute:
     def _catch_up(self, sequence: int, deformation_mm: float) -> None:
         """Bring the state to just before sample `sequence`: started, restarted, or stepped through the gap."""
         missing = max(sequence - self._sequence - 1, 0)
-        if self._state is None or (missing > self._bridge_samples and not self._resuming):
+        if self._state is None or (missing > self._longest_samples and not self._resuming):
             self._start(deformation_mm)
         elif missing > 0:
             before = self._state.copy()
@@ -188,13 +210,22 @@ class MountRoute:
         """What channels that are not measured may do to the force, one sigma each."""
         assert self._state is not None
         parts = []
-        for position, spread in self._unknown.items():
+        for position, age_s in self._unknown.items():
+            spread = unmeasured_std(CATALOGUE[self.signals[position]], age_s)
             moved = self.channels.copy()
             moved[position] += spread
             there = self.model.step(self._state.copy(), moved, self._deformation_mm)
             here = self.model.step(self._state.copy(), self.channels, self._deformation_mm)
             parts.append(abs(there - here))
         return parts
+
+
+def unmeasured_std(signal: Signal, age_s: float) -> float:
+    """One sigma of a signal that was last seen `age_s` ago and is held; infinity = never seen, it is at rest.
+
+    A Gauss-Markov signal of spread s moves by  s sqrt(2 (1 - e^(-age / memory)))  (Gelb, Applied Optimal Estimation).
+    """
+    return signal.spread if age_s == inf else signal.spread * sqrt(2.0 * (1.0 - exp(-age_s / signal.memory_s)))
 
 
 def region_std(error: ErrorMap | None, force_n: float, rate_n_s: float) -> float:

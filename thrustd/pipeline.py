@@ -36,7 +36,6 @@ from thrustd.wire.can_frames import CanDecoder
 from thrustd.wire.can_table import CanTable
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
-LOW_MM, HIGH_MM = CATALOGUE["deformation_mm"].low, CATALOGUE["deformation_mm"].high
 LONGEST_PAUSE_S = 60.0  # of a warm restart; the models step through it when the first sample comes
 NEVER = (-1, -1)
 ENGINE_READINGS = ("n1_pct", "fuel_flow_kg_s")  # what the brochure thrust is made of
@@ -194,7 +193,7 @@ class Pipeline:
             if counts[channel] == CHANNEL_FAULT:
                 continue
             deformation_mm = counts[channel] * scale_mm + offset_mm
-            if LOW_MM <= deformation_mm <= HIGH_MM:
+            if route.believable(deformation_mm):
                 route.take(sequence, deformation_mm)
             else:
                 self._report(Fault(t_ns, name, "out_of_range"), outputs)

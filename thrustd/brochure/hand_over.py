@@ -8,10 +8,12 @@ it is not:
     y = k + v,                 v^2 = STEADY_STD^2 + (LEAD_S_PCT dN1/dt)^2    scalar Kalman filter, robust (Huber)
     F = F_N1 + k s,            sigma_k = s sqrt(P)
 
-When N1 is missing the fuel flow stands alone, when fuel flow is missing k stays as it was.
+N1's line has another shape on any one engine, and at rest another than in flight: away from the thrust s0 where fuel
+flow confirmed it, LINE^2 |ln s/s0| is added to the variance. When N1 is missing the fuel flow stands alone and leads by
+FUEL_LEAD_S, when fuel flow is missing k stays as it was.
 """
 
-from math import isfinite, nan, sqrt
+from math import hypot, isfinite, log, nan, sqrt
 from typing import NamedTuple
 
 from thrustd.brochure.deck import DeckEstimate
@@ -21,6 +23,11 @@ START_STD = 0.08  # N1's line against the fuel flow of one engine, before anythi
 WANDER_1_PCT = 0.014  # growth of sigma_k per root of per cent N1: 4 % over 20 % of N1
 STEADY_STD = 0.006  # noise of fuel flow and N1 at one reading
 LEAD_S_PCT = 0.2  # relative fuel flow that accelerates the spools by 1 %/s
+LINE_STD = 0.05  # per root of ln s: 2 to 8 % from 2 to 8 kN in flight. From idle at rest 10 to 20 %: not all of it
+CONFIRM_S = 2.0  # steady for so long: fuel flow says what N1 stands for here
+# A slam's fuel flow leads the thrust by about a second, always to the same side: ten readings a second of an error that
+# lasts tau = 2 s say as little as white ones of sqrt(2 tau / 0.1 s) times its size.
+FUEL_LEAD_S = 1.0 * 6.3
 SURPRISE_SIGMAS = 3.0
 LAG_S = 0.25  # thrust leads or lags N1 by about this much
 RATE_TAU_S = 0.5
@@ -41,11 +48,11 @@ SILENT = BrochureThrust(nan, nan, nan)
 class HandOver:
     """Mutable: the learnt difference between both routes of one engine."""
 
-    __slots__ = ("_k", "_lagged_n", "_n1_pct", "_p", "_t_ns")
+    __slots__ = ("_k", "_lagged_n", "_ln_s0", "_n1_pct", "_p", "_t_ns")
 
     def __init__(self) -> None:
         self._k, self._p = 0.0, START_STD**2
-        self._n1_pct = self._lagged_n = nan
+        self._n1_pct = self._lagged_n = self._ln_s0 = nan
         self._t_ns = -1
 
     def step(self, t_ns: int, deck: DeckEstimate, n1_pct: float, n1_rate_pct_s: float) -> BrochureThrust:
@@ -55,14 +62,24 @@ class HandOver:
         fuel_n, n1_n = deck.fuel_flow_thrust_n, deck.n1_thrust_n
         if not isfinite(n1_n):
             self._n1_pct = nan
-            return self._thrust(deck, fuel_n, START_STD * max(abs(fuel_n), SCALE_FLOOR_N), dt_s)
+            return self._thrust(deck, fuel_n, START_STD * max(abs(fuel_n), SCALE_FLOOR_N), dt_s, FUEL_LEAD_S)
         scale_n = max(n1_n, SCALE_FLOOR_N)
         if isfinite(self._n1_pct):
             self._p = min(self._p + abs(n1_pct - self._n1_pct) * WANDER_1_PCT**2, START_STD**2)
         self._n1_pct = n1_pct
+        rate_pct_s = n1_rate_pct_s if isfinite(n1_rate_pct_s) else 0.0
         if isfinite(fuel_n) and dt_s > 0.0:
-            self._learn((fuel_n - n1_n) / scale_n, n1_rate_pct_s if isfinite(n1_rate_pct_s) else 0.0, dt_s)
-        return self._thrust(deck, n1_n + self._k * scale_n, scale_n * sqrt(self._p), dt_s)
+            self._learn((fuel_n - n1_n) / scale_n, rate_pct_s, dt_s)
+        line = self._line_variance(log(scale_n), rate_pct_s, dt_s if isfinite(fuel_n) else 0.0)
+        return self._thrust(deck, n1_n + self._k * scale_n, scale_n * sqrt(self._p + line), dt_s)
+
+    def _line_variance(self, ln_s: float, rate_pct_s: float, dt_s: float) -> float:
+        """Relative variance of N1's line since fuel flow confirmed it."""
+        if not isfinite(self._ln_s0):
+            self._ln_s0 = ln_s
+        steady = STEADY_STD**2 / (STEADY_STD**2 + (LEAD_S_PCT * rate_pct_s) ** 2)
+        self._ln_s0 += steady * min(dt_s / CONFIRM_S, 1.0) * (ln_s - self._ln_s0)
+        return LINE_STD**2 * abs(ln_s - self._ln_s0)
 
     def _learn(self, ratio: float, n1_rate_pct_s: float, dt_s: float) -> None:
         noise = (STEADY_STD**2 + (LEAD_S_PCT * n1_rate_pct_s) ** 2) * 0.1 / dt_s  # readings come ten times a second
@@ -72,12 +89,14 @@ class HandOver:
         self._k += gain * innovation
         self._p *= 1.0 - gain
 
-    def _thrust(self, deck: DeckEstimate, thrust_n: float, hand_over_n: float, dt_s: float) -> BrochureThrust:
+    def _thrust(
+        self, deck: DeckEstimate, thrust_n: float, hand_over_n: float, dt_s: float, lead_s: float = 0.0
+    ) -> BrochureThrust:
         if not isfinite(thrust_n):
             self._lagged_n = nan
             return SILENT
         if not isfinite(self._lagged_n):
             self._lagged_n = thrust_n
         self._lagged_n += min(dt_s / RATE_TAU_S, 1.0) * (thrust_n - self._lagged_n)
-        lag_n = LAG_S / RATE_TAU_S * abs(thrust_n - self._lagged_n)
-        return BrochureThrust(thrust_n, sqrt(deck.std_n**2 + hand_over_n**2), lag_n)
+        rate_n_s = abs(thrust_n - self._lagged_n) / RATE_TAU_S
+        return BrochureThrust(thrust_n, hypot(deck.std_n, hand_over_n), hypot(LAG_S, lead_s) * rate_n_s)

@@ -19,6 +19,7 @@ DEAD_S = 1.0
 CONFIRM_S = 1.0
 DRIFT_STEPS = 30
 CALM_S = 5.0  # free of the symptom this long: believed again
+BACK_S = 0.5  # a sensor that was silent did not lie
 LEARN_REST_S = 60.0  # watched for this long, a sensor has shown how long it may rest
 REST_FACTOR = 4.0
 SHORTEST_STUCK_S = 6.0
@@ -111,7 +112,7 @@ def _set(row: Floats, symptom: float) -> None:
         row[KIND], row[CALM] = symptom, 0.0
     elif row[KIND] != HEALTHY:
         row[CALM] += STEP_S
-        if row[CALM] >= CALM_S:
+        if row[CALM] >= (BACK_S if row[KIND] == DEAD else CALM_S):
             row[KIND] = HEALTHY
 
 
