@@ -97,7 +97,7 @@ def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Array], begin_ns:
     off_n, sigma_n = differences(bad, good, stop_ns - round(TAIL_S * S), stop_ns)
     last = [e.status for engine in bad.estimates for e in engine if stop_ns - S <= e.t_ns < stop_ns]
     return Verdict(
-        max(pause_s(engine) for engine in bad.estimates),
+        max(pause_s(begin_ns, engine) for engine in bad.estimates),
         any(fault.kind in case.kinds and begin_ns <= fault.t_ns < stop_ns for fault in bad.faults),
         any(e.status & case.status for e in during),
         float(np.mean(error_n < Z95 * std_n)),
@@ -109,8 +109,8 @@ def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Array], begin_ns:
     )
 
 
-def pause_s(estimates: Sequence[Estimate]) -> float:
-    return float(np.diff([e.t_ns for e in estimates]).max()) * 1e-9
+def pause_s(begin_ns: int, estimates: Sequence[Estimate]) -> float:
+    return float(np.diff([begin_ns, *(e.t_ns for e in estimates)]).max()) * 1e-9
 
 
 def errors(run: Flown, truth: Sequence[Array], begin_ns: int, stop_ns: int) -> tuple[Array, Array]:
