@@ -36,6 +36,7 @@ from thrustd.types import Estimate, Event, Fault
 RESULTS = Path("out/fusion_faults.jsonl")
 BAND = 1.96
 FLIGHT_S, FAULT_S, WATCHED_S = 900.0, 450.0, 90.0
+SHOWN_S = 120.0  # of a picture, before the fault
 FORK_S = 25.0  # before the fault: the twin flies ahead in blocks of 10 s
 AIRBORNE_MACH = 0.18
 WITHIN_S = {"stuck": 30.0}
@@ -116,23 +117,29 @@ class Bench:
         self.profile = profile
         self.pipeline: Pipeline = place.pipeline()
         self._faults: list[SensorFault] = []
-        self._begin_ns = round((float(profile.time_s[0]) + FAULT_S) * 1e9)
+        self.begin_ns = round((float(profile.time_s[0]) + FAULT_S) * 1e9)
         self._events = fly(profile, airframe, place.parts().can_table, seed, faults=self._faults)
         self.reported: list[Fault] = []  # before the fault
+        self.estimates: list[Estimate] = []  # the same, the last minutes
 
     def approach(self) -> None:
         """Up to FORK_S before the fault."""
-        for event in self._until(self._begin_ns - round(FORK_S * 1e9)):
-            self.reported += [output for output in self.pipeline.feed(event) if isinstance(output, Fault)]
+        for event in self._until(self.begin_ns - round(FORK_S * 1e9)):
+            for output in self.pipeline.feed(event):
+                if isinstance(output, Fault):
+                    self.reported.append(output)
+                elif isinstance(output, Estimate) and output.t_ns >= self.begin_ns - round(SHOWN_S * 1e9):
+                    self.estimates.append(output)
 
     def fail(self, fault: SensorFault | None) -> tuple[list[Estimate], list[Fault]]:
         """Go on with this fault: what the pipeline says from its beginning. Only once, in a child process."""
         if fault is not None:
             self._faults.append(fault)
         outputs: list[Any] = []
-        for event in self._until(self._begin_ns + round(WATCHED_S * 1e9)):
+        for event in self._until(self.begin_ns + round(WATCHED_S * 1e9)):
             outputs += [o for o in self.pipeline.feed(event) if isinstance(o, Estimate | Fault)]
-        late = [o for o in outputs if o.t_ns >= self._begin_ns]
+        self.estimates += [o for o in outputs if isinstance(o, Estimate)]
+        late = [o for o in outputs if o.t_ns >= self.begin_ns]
         return [o for o in late if isinstance(o, Estimate)], [o for o in late if isinstance(o, Fault)]
 
     def judge(self, sensor: str, fault: SensorFault | None) -> Row:
@@ -144,7 +151,7 @@ class Bench:
         return Row(
             sensor=sensor,
             kind=fault.kind if fault is not None else "",
-            flagged_s=(mine[0].t_ns - self._begin_ns) * 1e-9 if mine else None,
+            flagged_s=(mine[0].t_ns - self.begin_ns) * 1e-9 if mine else None,
             first=f"{first.where} {first.kind}" if first is not None else "",
             accused=sorted({f"{f.where} {f.kind}" for f in reports if f.where != sensor}),
             inside_pct=min(inside for inside, _, _ in figures),
@@ -216,6 +223,19 @@ def fault_rows(name: str, seed: int, only: str, scale: float, console: Console) 
     return [done[s, f.kind if f else ""] for s, f in wanted]
 
 
+def picture(path: Path, name: str, seed: int, only: str, scale: float) -> None:
+    """Both routes, band and truth around the first fault that is wanted."""
+    from benchmarks.fusion_picture import draw  # matplotlib takes a second to import
+
+    flight, profile, airframe = profile_of(name, seed)
+    sensor, fault = next((s, f) for s, f in cases(scale) if f is not None and only in f"{s} {f.kind}")
+    bench = Bench(installation(), profile, airframe, seed)
+    bench.approach()
+    _, faults = bench.fail(fault)
+    engine = fault.number // 2 if fault.signal == "deformation_mm" else min(fault.number, 1)
+    draw(path, f"{flight}, {ENGINES[engine]} engine: {sensor} {fault.kind}", bench, faults, engine)
+
+
 def table(rows: list[Row]) -> Table:
     grid = Table("sensor", "kind", "flagged s", "first report", "also accused", "in band %", "worst N", "band N")
     for row in rows:
@@ -237,8 +257,12 @@ def main() -> None:
     parser.add_argument("--only", default="", help="rows with this in 'sensor kind', e.g. mach")
     parser.add_argument("--scale", type=float, default=1.0, help="of noise, offset and drift")
     parser.add_argument("--again", action="store_true", help="throw the kept rows away")
+    parser.add_argument("--picture", type=Path, help="PNG of the first of these faults instead of the table")
     arguments, _ = parser.parse_known_args()
     console = Console()
+    if arguments.picture is not None:
+        picture(arguments.picture, arguments.flight, arguments.seed, arguments.only, arguments.scale)
+        return
     if arguments.again:
         RESULTS.unlink(missing_ok=True)
     rows = fault_rows(arguments.flight, arguments.seed, arguments.only, arguments.scale, console)
