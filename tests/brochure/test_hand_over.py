@@ -1,0 +1,47 @@
+"""Fuel flow says the level, N1 carries it through a transient, and a missing input is lived without."""
+
+from math import isnan, nan
+
+import pytest
+
+from thrustd.brochure.deck import DeckEstimate
+from thrustd.brochure.hand_over import HandOver
+
+STEP_NS = 100_000_000
+FUEL_N, N1_N = 3300.0, 3000.0  # N1's line is 10 % low on this engine
+
+
+def deck(fuel_n=FUEL_N, n1_n=N1_N):
+    return DeckEstimate(fuel_n, 100.0, "fuel_flow", False, False, fuel_n, n1_n, nan)
+
+
+def steady(seconds=60):
+    hand_over = HandOver()
+    for k in range(seconds * 10):
+        last = hand_over.step(k * STEP_NS, deck(), 70.0, 0.0)
+    return hand_over, last, seconds * 10
+
+
+def test_steady_thrust_is_the_fuel_flows_and_gets_surer():
+    first = HandOver().step(0, deck(), 70.0, 0.0)
+    _, last, _ = steady()
+    assert last.thrust_n == pytest.approx(FUEL_N, rel=0.005)
+    assert last.std_n < first.std_n
+
+
+def test_a_fuel_flow_that_leads_in_a_slam_is_not_followed():
+    hand_over, _, k = steady()
+    slam = hand_over.step(k * STEP_NS, deck(fuel_n=1.4 * FUEL_N), 70.8, 8.0)
+    assert slam.thrust_n == pytest.approx(FUEL_N, rel=0.03)
+
+
+def test_what_was_learnt_stays_when_fuel_flow_is_missing():
+    hand_over, _, k = steady()
+    alone = hand_over.step(k * STEP_NS, deck(fuel_n=nan), 70.0, 0.0)
+    assert alone.thrust_n == pytest.approx(FUEL_N, rel=0.005)
+
+
+def test_fuel_flow_stands_alone_without_n1_and_nothing_is_nothing():
+    hand_over, _, k = steady()
+    assert hand_over.step(k * STEP_NS, deck(n1_n=nan), nan, nan).thrust_n == pytest.approx(FUEL_N)
+    assert isnan(hand_over.step((k + 1) * STEP_NS, deck(nan, nan), nan, nan).thrust_n)
