@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
 
-.PHONY: help demo test check bench blind fusion clean
+.PHONY: help demo test check bench blind fusion thesis clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -35,6 +35,10 @@ fusion: .venv/ready ## the fusion and fault tables: recorded flights flown by th
 
 blind: .venv/ready ## hide effects, find them, count: confusion matrix and fall of the error
 	$(BIN)/python benchmarks/blind.py
+
+thesis: .venv/ready ## the thesis' table beside ours from the twin's bench, pictures in out/
+	@mkdir -p out
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks.thesis_table --pictures out
 
 clean: ## remove what make made
 	rm -rf .venv out
