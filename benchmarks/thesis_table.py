@@ -128,7 +128,8 @@ def draw_loops(fitted: dict[str, Fitted], rate_hz: float, folder: Path) -> None:
     for axis, name in zip(axes, SHOWN, strict=True):
         axis.plot(u, segment.force_n[last] - line, color="0.7", linewidth=2, label="measured")
         axis.plot(u, fitted[name].simulate(segment)[last] - line, color="tab:blue", linewidth=1, label="model")
-        axis.set(title=shelf()[name].title, xlabel="deformation, mm")
+        axis.set_title(shelf()[name].title, fontsize=10)
+        axis.set_xlabel("deformation, mm")
     axes[0].set_ylabel("force minus a straight line, N")
     axes[0].legend()
     figure.suptitle("Models fitted on random steps, on a 0.003 Hz sine (compare thesis fig. 14.5)")
@@ -141,11 +142,13 @@ def draw_errors(fitted: dict[str, Fitted], unseen: Recording, folder: Path) -> N
     figure, axis = plt.subplots(figsize=(12, 5), layout="constrained")
     for name in SHOWN:
         error_n = segment.force_n - fitted[name].simulate(segment)
-        axis.plot(segment.time_s[hour] / 60, error_n[hour], linewidth=0.8, label=shelf()[name].title)
+        axis.plot(segment.time_s[hour] / 60, error_n[hour], linewidth=0.7, label=shelf()[name].title)
+    axis.axhline(0.0, color="0.4", linewidth=0.6)
+    axis.margins(x=0.01)
     axis.set(
         xlabel="time, min", ylabel="measured minus model, N", title="Errors over one hour (compare thesis fig. 14.6)"
     )
-    axis.legend()
+    figure.legend(loc="outside lower center", ncols=len(SHOWN), frameon=False)
     figure.savefig(folder / "errors-one-hour.png", dpi=100)
 
 
