@@ -9,10 +9,10 @@ import pytest
 from thrustd.errors import RecordingError, UsageError
 from thrustd.identify.checks import check_records
 from thrustd.identify.hw_fit import HwSettings
-from thrustd.identify.identify import identify
+from thrustd.identify.identify import identify, split
 from thrustd.identify.order import Choice, _smallest
 from thrustd.identify.report import as_table, errors_of
-from thrustd.identify.segments import segments_of, thinned
+from thrustd.identify.segments import FORCE, segments_of, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures import shelf, structure_named
 from thrustd.identify.structures.structure import Fitted
@@ -137,3 +137,11 @@ def test_useless_records_are_refused(bench):
 def test_the_smallest_model_near_the_best_is_chosen():
     choices = [Choice(6, n, 1.0, error) for n, error in ((1, 50.0), (3, 10.1), (6, 10.0), (10, 10.3))]
     assert _smallest(choices, [c.segments for c in choices]) == 3
+
+
+def test_what_is_held_out_is_not_reported_as_missing():
+    flat = make_recording("bench", {"time_s": np.arange(100.0), "deformation_mm": np.ones(100), FORCE: np.ones(100)})
+    (training,), (held_out,) = split([flat])
+    assert len(training) == 80
+    assert np.isnan(held_out[FORCE]).sum() == 80
+    assert held_out.notes == flat.notes == ()

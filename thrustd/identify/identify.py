@@ -1,7 +1,7 @@
 """The verb `identify`: fit structures to records, score all of them on held-out data, make the winner an artifact."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import msgspec
@@ -78,7 +78,8 @@ def split(records: Sequence[Recording]) -> tuple[list[Recording], list[Recording
     So the model meets the held-out part with the memory that the mount has there, not as if it had come to rest.
     """
     cuts = [(record, round(len(record) * (1 - HELD_OUT))) for record in records]
-    held_out = [r.with_channels(**{FORCE: np.where(np.arange(len(r)) < cut, np.nan, r[FORCE])}) for r, cut in cuts]
+    hidden = [r.with_channels(**{FORCE: np.where(np.arange(len(r)) < cut, np.nan, r[FORCE])}) for r, cut in cuts]
+    held_out = [replace(h, notes=r.notes) for h, (r, _) in zip(hidden, cuts, strict=True)]  # hidden, not missing
     return [r.rows(slice(0, cut)) for r, cut in cuts], held_out
 
 
