@@ -18,7 +18,6 @@ from mcap.records import (
     Channel,
     ChunkIndex,
     DataEnd,
-    Footer,
     Header,
     McapRecord,
     Metadata,
@@ -52,7 +51,8 @@ class McapFile:
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
         self._metadata: list[MetadataIndex] = []
-        self._chunks: list[bytes] = []  # packed ChunkIndex records
+        self._n_chunks = 0
+        self._index = bytearray()  # packed ChunkIndex records: 2.7 MB per hour in one piece, not in thousands
         self._counts: Counter[int] = Counter()
         self._first_ns: int | None = None
         self._last_ns = 0
@@ -115,30 +115,28 @@ class McapFile:
         """Close the last chunk and write the summary. The stream is neither flushed nor closed."""
         self.close_chunk()
         self._write(_packed(DataEnd(self._crc)))
-        start = self.bytes_written
+        start, offsets = self.bytes_written, b""
+        self._crc = 0  # of the summary from here on
         groups = {
             Opcode.SCHEMA: b"".join(map(_packed, self._schemas)),
             Opcode.CHANNEL: b"".join(map(_packed, self._channels)),
             Opcode.STATISTICS: _packed(self._statistics()),
-            Opcode.CHUNK_INDEX: b"".join(self._chunks),
+            Opcode.CHUNK_INDEX: self._index,
             Opcode.METADATA_INDEX: b"".join(map(_packed, self._metadata)),
         }
-        summary, offsets = b"", b""
         for opcode, records in groups.items():
             if records:
-                offsets += _packed(SummaryOffset(opcode, start + len(summary), len(records)))
-                summary += records
-        offsets_at = start + len(summary)
-        footer_head = pack("<BQQQ", Opcode.FOOTER, 20, start, offsets_at)
-        crc = zlib.crc32(summary + offsets + footer_head)
-        self._write(summary + offsets + _packed(Footer(start, offsets_at, crc)) + MAGIC)
+                offsets += _packed(SummaryOffset(opcode, self.bytes_written, len(records)))
+                self._write(records)
+        self._write(offsets + pack("<BQQQ", Opcode.FOOTER, 20, start, self.bytes_written))
+        self._write(pack("<I", self._crc) + MAGIC)
 
     def _open_chunk(self) -> None:
         self._parts: list[bytes] = []
         self._size = 0
         self._entries: defaultdict[int, list[int]] = defaultdict(list)  # channel -> time, offset, time, offset ...
 
-    def _write(self, data: bytes) -> None:
+    def _write(self, data: bytes | bytearray) -> None:
         self._stream.write(data)
         self._crc = zlib.crc32(data, self._crc)
         self.bytes_written += len(data)
@@ -157,12 +155,13 @@ class McapFile:
             chunk_length=end - start, message_index_offsets=offsets, message_index_length=at - end,
             compression=COMPRESSION.decode(), compressed_size=squeezed, uncompressed_size=size,
         )  # fmt: skip
-        self._chunks.append(_packed(index))
+        self._index += _packed(index)
+        self._n_chunks += 1
 
     def _statistics(self) -> Statistics:
         return Statistics(
             attachment_count=0, channel_count=len(self._channels), channel_message_counts=dict(self._counts),
-            chunk_count=len(self._chunks), message_count=self._counts.total(),
+            chunk_count=self._n_chunks, message_count=self._counts.total(),
             metadata_count=len(self._metadata), message_start_time=self._first_ns or 0,
             message_end_time=self._last_ns, schema_count=len(self._schemas),
         )  # fmt: skip
