@@ -7,19 +7,22 @@ from math import isfinite, log, nan
 import numpy as np
 from rich.table import Table
 
+from thrustd.identify.first_state import simulated
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import Fitted
 from thrustd.model.stage import Floats
 
 OPERATING_N = 2000.0  # the thesis counts errors in percent above this force
+ABOVE = 4  # its place in the table
 RUNAWAY = 100.0  # times the range of the data: further out a free run is called unstable
 
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Free run over all segments, each from rest. NaN where it cannot be said."""
+    """Free run over all segments, each from the state its first stretch shows. NaN where it cannot be said."""
 
     rmse_n: float
+    rmse_from_rest_n: float  # the same with every segment started at rest
     mae_pct_above_2kn: float
     fit_pct: float  # 100 (1 - rmse / standard deviation of the force)
     worst_n: float
@@ -44,27 +47,31 @@ class Score:
 
 def errors_of(fitted: Fitted, segments: Sequence[Segment]) -> Errors:
     """Errors of one fitted structure; a run that grows beyond all measure is unstable, not a crash."""
-    parts, forces = [], []
-    for segment in segments:
-        with np.errstate(all="ignore"):
-            force_n = fitted.simulate(segment)
-        good = np.isfinite(segment.force_n)
-        parts.append((segment.force_n - force_n)[good])
-        forces.append(segment.force_n[good])
-    error, force = np.concatenate(parts), np.concatenate(forces)
+    runs = [_runs(fitted, segment) for segment in segments]
+    force, rested, error = (np.concatenate(part) for part in zip(*runs, strict=True))
     span = float(np.ptp(force))
     if not np.isfinite(error).all() or float(np.max(np.abs(error))) > RUNAWAY * span:
-        return Errors(nan, nan, nan, nan, False, len(error))
-    return _errors(error, force)
+        return Errors(nan, nan, nan, nan, nan, False, len(error))
+    return _errors(error, rested, force)
 
 
-def _errors(error: Floats, force: Floats) -> Errors:
+def _runs(fitted: Fitted, segment: Segment) -> tuple[Floats, Floats, Floats]:
+    """Reference, error from rest and error from the state found, where there is a reference."""
+    good = np.isfinite(segment.force_n)
+    with np.errstate(all="ignore"):
+        rested = segment.force_n - fitted.simulate(segment)
+        error = segment.force_n - simulated(fitted.simulate, segment, rested)
+    return segment.force_n[good], rested[good], error[good]
+
+
+def _errors(error: Floats, rested: Floats, force: Floats) -> Errors:
     rmse = float(np.sqrt(np.mean(error**2)))
     above = force > OPERATING_N
     share = 100 * float(np.mean(np.abs(error[above]) / force[above])) if above.any() else nan
     spread = float(np.std(force))
     fit = 100 * (1 - rmse / spread) if spread > 0 else nan
-    return Errors(rmse, share, fit, float(np.max(np.abs(error))), True, len(error))
+    from_rest = float(np.sqrt(np.mean(rested**2)))
+    return Errors(rmse, from_rest, share, fit, float(np.max(np.abs(error))), True, len(error))
 
 
 def information(errors: Errors, n_parameters: int) -> tuple[float, float]:
@@ -87,13 +94,18 @@ def _without_nan(row: dict[str, object]) -> dict[str, object]:
     }
 
 
-def as_table(scores: Sequence[Score]) -> Table:
-    """For the terminal."""
-    table = Table(title="free-run error, N")
-    for name in ("structure", "train", "validation", "above 2 kN", "fit", "worst", "parameters", "fit time", "BIC"):
-        table.add_column(name, justify="left" if name == "structure" else "right")
+def as_table(scores: Sequence[Score], unit: str = "N") -> Table:
+    """For the terminal; `unit` of the output, empty when nobody knows it."""
+    told = any(isfinite(score.validation.mae_pct_above_2kn) for score in scores) and unit == "N"
+    title = f"free-run error, {unit or 'unit of the output'}; every record from the state its first tenth shows"
+    table = Table(title=title)
+    columns = ["structure", "train", "validation", "from rest", "above 2 kN", "fit", "worst", "numbers", "time", "BIC"]
+    for i, name in enumerate(columns):
+        if told or i != ABOVE:
+            table.add_column(name, justify="right" if i else "left")
     for score in scores:
-        table.add_row(*_cells(score))
+        cells = _cells(score)
+        table.add_row(*(cell for i, cell in enumerate(cells) if told or i != ABOVE))
     return table
 
 
@@ -103,6 +115,7 @@ def _cells(score: Score) -> list[str]:
         score.title,
         _number(seen.rmse_n) if seen.stable else "unstable",
         _number(new.rmse_n) if new.stable else "unstable",
+        _number(new.rmse_from_rest_n),
         f"{new.mae_pct_above_2kn:.2f} %" if isfinite(new.mae_pct_above_2kn) else "-",
         f"{new.fit_pct:.2f} %" if isfinite(new.fit_pct) else "-",
         _number(new.worst_n),

@@ -1,0 +1,39 @@
+"""The state at the first sample of a record."""
+
+import numpy as np
+
+from thrustd.identify.report import errors_of
+from thrustd.identify.segments import segments_of
+from thrustd.identify.structures.structure import of_spec
+from thrustd.records.recording import make_recording
+
+from .hw_truth import OSCILLATING, record, truth
+
+
+def cut(data, first):
+    columns = {name: column[first:] for name, column in data.channels.items()}
+    return segments_of([make_recording("cut", {"time_s": data.time_s[first:], **columns})])
+
+
+def test_a_record_that_begins_in_the_middle_is_judged_from_the_state_there():
+    for linear in (truth().linear, OSCILLATING):
+        spec = truth(linear)
+        data, sigma = record(spec, 6000, hold=150)
+        errors = errors_of(of_spec(spec, 0), cut(data, 1337))
+        assert errors.rmse_from_rest_n > 1.5 * sigma
+        assert errors.rmse_n < 1.2 * sigma
+
+
+def test_a_record_that_begins_at_rest_is_judged_from_there():
+    spec = truth()
+    data, sigma = record(spec, 6000)
+    errors = errors_of(of_spec(spec, 0), segments_of([data]))
+    assert errors.rmse_n == errors.rmse_from_rest_n < 1.05 * sigma
+
+
+def test_without_a_reference_in_the_first_stretch_nothing_is_estimated():
+    spec = truth()
+    data, _ = record(spec, 6000)
+    force_n = np.where(np.arange(6000) < 3000, np.nan, data["force_N"] + 500.0)
+    errors = errors_of(of_spec(spec, 0), segments_of([data.with_channels(force_N=force_n)]))
+    assert errors.rmse_n == errors.rmse_from_rest_n
