@@ -32,8 +32,8 @@ WRITERS: dict[str, Callable[[Recording, Path], None]] = {
 }
 
 
-def read_recording(path: Path | str, needed: tuple[str, ...] = ()) -> Recording:
-    """Read a recording of any supported type; `needed` columns must be there.
+def read_recording(path: Path | str, needed: tuple[str, ...] = (), digest: bool = True) -> Recording:
+    """Read a recording of any supported type; `needed` columns must be there. `digest`: with the SHA-256 of the file.
 
     Raises RecordingError with one line that names the file, the column or row, what stands there and what should.
     """
@@ -43,7 +43,8 @@ def read_recording(path: Path | str, needed: tuple[str, ...] = ()) -> Recording:
         raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")
     _check_size(path)
     loaded = reader(path)
-    record = make_recording(path.name, loaded.columns, loaded.metadata, loaded.sha256 or _sha256(path), loaded.notes)
+    sha256 = file_sha256(path) if digest else ""
+    record = make_recording(path.name, loaded.columns, loaded.metadata, sha256, loaded.notes)
     for name in needed:
         if name not in record.channels:
             has = ", ".join(sorted(record.channels)) or "no other column"
@@ -82,6 +83,7 @@ def _check_size(path: Path) -> None:
         )
 
 
-def _sha256(path: Path) -> str:
+def file_sha256(path: Path) -> str:
+    """Hexadecimal SHA-256 of the file as it is."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

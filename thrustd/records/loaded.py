@@ -9,4 +9,3 @@ class Loaded(NamedTuple):
     columns: dict[str, FloatArray]
     metadata: dict[str, str]
     notes: tuple[str, ...] = ()
-    sha256: str = ""  # of the whole file, when reading it made the digest on the way

@@ -77,7 +77,7 @@ class Recording:
     def segments(self, factor: float = GAP_FACTOR) -> list[slice]:
         """Stretches without a gap, a gap being a step longer than `factor` median steps."""
         steps_s = np.diff(self.time_s)
-        if len(steps_s) == 0:
+        if len(steps_s) == 0 or steps_s.max() <= factor * steps_s.min():  # the median lies between: no gap
             return [slice(0, len(self))]
         cuts = (np.flatnonzero(steps_s > factor * np.median(steps_s)) + 1).tolist()
         return [slice(a, b) for a, b in zip([0, *cuts], [*cuts, len(self)], strict=True)]

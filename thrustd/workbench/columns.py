@@ -44,7 +44,6 @@ class ColumnsMeta(msgspec.Struct, frozen=True):
     start_s: float
     stop_s: float
     sample_hz: float
-    sha256: str
     channels: tuple[ChannelMeta, ...]
     notes: tuple[str, ...] = ()
 
@@ -115,10 +114,8 @@ def _write(part: Path, record: Recording, with_time: bool) -> ColumnsMeta:
             for i, (name, column) in enumerate(record.channels.items())
         ]
         channels = tuple(written.result() for written in writing)
-    meta = ColumnsMeta(
-        record.name, len(record), float(record.time_s[0]), float(record.time_s[-1]), record.sample_hz, record.sha256,
-        channels, record.notes,
-    )  # fmt: skip
+    start_s, stop_s = float(record.time_s[0]), float(record.time_s[-1])
+    meta = ColumnsMeta(record.name, len(record), start_s, stop_s, record.sample_hz, channels, record.notes)
     (part / META).write_bytes(msgspec.json.encode(meta))
     return meta
 

@@ -10,7 +10,7 @@ from thrustd.identify.error_map import rates_of
 from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import ErrorMap, ModelSpec
 from thrustd.model.compile import model_stages
-from thrustd.records.files import read_recording
+from thrustd.records.files import file_sha256, read_recording
 from thrustd.records.recording import Recording, make_recording
 from thrustd.workbench.columns import write_columns
 from thrustd.workbench.folder import Folder
@@ -32,9 +32,8 @@ def recording_of(folder: Folder, name: str) -> Recording:
     if columns is None:
         return read_recording(folder.path(name))
     channels: Mapping[str, Floats] = {c.name: columns.column(c.name) for c in columns.meta.channels}
-    return make_recording(
-        columns.meta.name, {"time_s": columns.time_s, **channels}, None, columns.meta.sha256, columns.meta.notes
-    )
+    sha256 = file_sha256(folder.path(name))
+    return make_recording(columns.meta.name, {"time_s": columns.time_s, **channels}, None, sha256, columns.meta.notes)
 
 
 def band_of(error: ErrorMap | None, force_n: Floats, record: Recording) -> dict[str, Floats]:

@@ -29,7 +29,7 @@ def prepare(folder: Folder, name: str, progress: Progress) -> dict[str, Any]:
     columns = folder.columns(name)
     if columns is None:
         progress(0.05, "reading")
-        record = read_recording(folder.path(name))
+        record = read_recording(folder.path(name), digest=False)
         progress(0.7, "min/max pyramid")
         forget_old(folder.state)
         write_columns(folder.columns_folder(name), record)
@@ -45,7 +45,7 @@ def adopt(folder: Folder, incoming: str, name: str, progress: Progress) -> dict[
             if part.suffix == MODEL_TYPE:
                 read_model(part.read_bytes(), name)
             else:
-                read_recording(part)
+                read_recording(part, digest=False)
         except ThrustdError as problem:
             raise type(problem)(str(problem).replace(part.name, name)) from None
         target = folder.new_path(name)

@@ -226,7 +226,7 @@ export function histories(root) {
   let signature = "";
   const look = () =>
     JSON.stringify([
-      recordings().map((r) => [r, recording(r)?.meta?.sha256, recording(r)?.models, recording(r)?.marks]),
+      recordings().map((r) => [r, recording(r)?.meta, recording(r)?.models, recording(r)?.marks]),
       models(),
     ]);
   draw();
