@@ -4,6 +4,7 @@ The twin's flight goes through a pty and a CAN bus into the daemon with the ship
 faster (`benchmarks/fast_clock.py`), so that to it everything happens in real time. Its memory is looked at all the
 while; at the end its counters must add up to what was sent, and replaying its logs must give its outputs bit for bit.
 `--minutes 60` ends it after an hour of our time, however far it has come. A log takes 100 to 200 MB per hour of flight.
+With `--folder NAME` the logs stay, and NAME/memory.csv tells meanwhile how far it is.
 """
 
 import argparse
@@ -11,6 +12,7 @@ import math
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,9 +35,9 @@ from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 LOOK_S = 5.0
 READER_LATE_S = 5.0  # a daemon that gets no processor is waited for, so that nothing is lost on its way
-SETTLE_S = 0.2  # after the last frame, until everything has been worked on
+SETTLE_S = 1.0  # after the last frame: when nothing more is counted for so long, everything has been worked on
 WARM_UP = 0.25  # of the time: caches fill, then memory must stay
-BATCHES = 10
+FEWEST_HOURS = 4  # for a slope
 ROOT = Path(__file__).parents[1]
 
 
@@ -47,7 +49,7 @@ class Sent(NamedTuple):
     adc_bytes: int
     can_messages: int
     lost: tuple[int, int]  # serial chunks and CAN messages that the wires did not take
-    memory: NDArray[np.float64]  # (n, 2) hours of flight, MB
+    memory: NDArray[np.float64]  # (n, 3) hours of flight, MB, seconds of processor time
     daemon_cpu: float  # of one core
     status: dict[str, Any]  # the health page at the end
 
@@ -59,9 +61,11 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=math.inf, help="of our time, at most")
     parser.add_argument("--check-hours", type=float, default=math.inf, help="of flight that are replayed afterwards")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--folder", type=Path, help="new or empty, kept; default: a temporary one")
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() if arguments.folder is None else nullcontext(arguments.folder) as name:
+        folder = Path(name).absolute()
+        folder.mkdir(parents=True, exist_ok=True)
         config = shipped_aircraft(folder)
         with ServiceManager(folder / "notify") as manager:
             daemon = Daemon(config, manager, ("benchmarks.fast_clock", str(arguments.speed)))
@@ -98,19 +102,28 @@ def play(config: Path, arguments: argparse.Namespace, pid: int) -> Sent:
     bench.wait_for_reader()
     with Progress() as progress:
         task = progress.add_task("flying", total=arguments.hours)
-        watch = Watch(process, f"http://127.0.0.1:{wires.health.port}/metrics", progress, task)
-        begin_s, cpu_s = time.monotonic(), sum(process.cpu_times()[:2])
+        url = f"http://127.0.0.1:{wires.health.port}/metrics"
+        watch = Watch(process, url, config.with_name("memory.csv"), progress, task)
+        begin_s = time.monotonic()
         events = watch.over(flight(installation, arguments.hours * 3600, arguments.seed), arguments.minutes * 60)
         out = bench.play(paced(events, arguments.speed))
-        seconds, cpu_s = time.monotonic() - begin_s, sum(process.cpu_times()[:2]) - cpu_s
-    time.sleep(SETTLE_S)
-    status = read_status(watch.url)
+        seconds = time.monotonic() - begin_s
+    cpu_share = (sum(process.cpu_times()[:2]) - watch.rows[0][2]) / seconds
+    status = settled_status(watch.url)
     bench.close()
     lost = (out.serial_lost, out.can_lost)
     memory = np.array(watch.rows)
-    return Sent(
-        out.sent_s / 3600, seconds / 60, watch.adc_bytes, out.can_messages, lost, memory, cpu_s / seconds, status
-    )
+    return Sent(out.sent_s / 3600, seconds / 60, watch.adc_bytes, out.can_messages, lost, memory, cpu_share, status)
+
+
+def settled_status(url: str) -> dict[str, Any]:
+    """The health page when no message is left on its way."""
+    counted, status = -1.0, read_status(url)
+    while status["events_total"]["can"] != counted:
+        counted = status["events_total"]["can"]
+        time.sleep(SETTLE_S)
+        status = read_status(url)
+    return status
 
 
 def flight(installation: Installation, seconds: float, seed: int) -> Iterator[Event]:
@@ -124,9 +137,12 @@ def flight(installation: Installation, seconds: float, seed: int) -> Iterator[Ev
 class Watch:
     """Looks at the daemon every few seconds while its events are handed out."""
 
-    def __init__(self, process: psutil.Process, url: str, progress: Progress, task: TaskID) -> None:
-        self.url, self.rows, self.adc_bytes = url, [(0.0, process.memory_info().rss * 1e-6)], 0
-        self._process, self._progress, self._task = process, progress, task
+    def __init__(self, process: psutil.Process, url: str, table: Path, progress: Progress, task: TaskID) -> None:
+        self.url, self.adc_bytes = url, 0
+        self.rows: list[tuple[float, float, float]] = []  # hours of flight, MB, seconds of processor time
+        self._process, self._table, self._progress, self._task = process, table, progress, task
+        table.write_text("flight_h,memory_mb,cpu_s\n")
+        self._look(0.0)
 
     def over(self, events: Iterator[Event], limit_s: float) -> Iterator[Event]:
         begin_s = look_s = time.monotonic()
@@ -143,21 +159,27 @@ class Watch:
             yield event
 
     def _look(self, hours: float) -> None:
-        megabytes = self._process.memory_info().rss * 1e-6
-        self.rows.append((hours, megabytes))
-        self._progress.update(self._task, completed=hours, description=f"flying, {hours:.2f} h, {megabytes:.1f} MB")
+        row = (hours, self._process.memory_info().rss * 1e-6, sum(self._process.cpu_times()[:2]))
+        self.rows.append(row)
+        with self._table.open("a") as table:
+            table.write(f"{row[0]:.4f},{row[1]:.3f},{row[2]:.1f}\n")
+        self._progress.update(self._task, completed=hours, description=f"flying, {hours:.2f} h, {row[1]:.1f} MB")
+
+
+def hourly(memory: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 2) hour and mean MB of every whole hour: a log lasts an hour, and its index grows until it is closed."""
+    whole = memory[memory[:, 0] < int(memory[-1, 0])]
+    return np.array([[hour + 0.5, whole[whole[:, 0] // 1 == hour, 1].mean()] for hour in range(int(memory[-1, 0]))])
 
 
 def slope(rows: NDArray[np.float64]) -> tuple[float, float]:
-    """(slope, its one sigma) of y over x, rows (n, 2): a line through means of batches, nearly independent."""
-    means = np.array([batch.mean(axis=0) for batch in np.array_split(rows, BATCHES)])
-    coefficients, covariance = np.polyfit(means[:, 0], means[:, 1], 1, cov=True)
+    """(slope, its one sigma) of the straight line through rows (n, 2) of x and y."""
+    coefficients, covariance = np.polyfit(rows[:, 0], rows[:, 1], 1, cov=True)
     return float(coefficients[0]), float(np.sqrt(covariance[0, 0]))
 
 
 def report(sent: Sent, checked: Checked) -> None:
     status = sent.status
-    settled = sent.memory[int(len(sent.memory) * WARM_UP) :]
     print(f"flown {sent.hours:.2f} h in {sent.minutes:.1f} min ({sent.hours * 60 / sent.minutes:.1f} x), "
           f"daemon at {sent.daemon_cpu:.0%} of a core")  # fmt: skip
     print(f"ADC bytes sent {sent.adc_bytes}, chunks lost by the pty {sent.lost[0]}, bytes logged {checked.adc_bytes}")
@@ -165,15 +187,20 @@ def report(sent: Sent, checked: Checked) -> None:
           f"counted by the daemon {status['events_total']['can']:.0f}")  # fmt: skip
     print(f"shed {status['shed_events_total']:.0f}, missing in the log {status['log_missing_items_total']}, "
           f"events missing by number {checked.missing_events}")  # fmt: skip
-    if len(settled) > 2 * BATCHES:
-        kilobytes_h, sigma = (1000 * value for value in slope(settled))
-        print(f"memory {settled[0, 1]:.1f} MB -> {settled[-1, 1]:.1f} MB, {kilobytes_h:+.1f} +- {sigma:.1f} kB per "
-              f"hour of flight (one sigma), {len(settled)} samples after the first {WARM_UP:.0%}")  # fmt: skip
-        tenths = " ".join(f"{batch[:, 1].mean():.2f}" for batch in np.array_split(sent.memory, BATCHES))
-        print(f"memory in tenths of the time, MB: {tenths}")
+    print_memory(sent.memory)
     print(f"live and replay, {checked.replayed_h:.2f} h: {checked.same} of {checked.outputs} outputs equal to the last "
           f"bit; {checked.files} files")  # fmt: skip
     print(f"faults: { {name: int(count) for name, count in status.get('faults_total', {}).items()} }")
+
+
+def print_memory(memory: NDArray[np.float64]) -> None:
+    print(f"memory, MB: first {memory[0, 1]:.1f}, last {memory[-1, 1]:.1f}, highest {memory[:, 1].max():.1f}")
+    rows = hourly(memory)
+    settled = rows[int(len(rows) * WARM_UP) :]
+    if len(settled) >= FEWEST_HOURS:
+        kilobytes_h, sigma = (1000 * value for value in slope(settled))
+        print(f"memory, means of whole hours of flight, MB: {' '.join(f'{mean:.2f}' for mean in rows[:, 1])}")
+        print(f"after the first {WARM_UP:.0%}: {kilobytes_h:+.1f} +- {sigma:.1f} kB per hour of flight (one sigma)")
 
 
 if __name__ == "__main__":

@@ -117,7 +117,7 @@ class McapFile:
         self._write(_packed(DataEnd(self._crc)))
         start, offsets = self.bytes_written, b""
         self._crc = 0  # of the summary from here on
-        groups = {
+        groups: dict[Opcode, bytes | bytearray] = {
             Opcode.SCHEMA: b"".join(map(_packed, self._schemas)),
             Opcode.CHANNEL: b"".join(map(_packed, self._channels)),
             Opcode.STATISTICS: _packed(self._statistics()),
