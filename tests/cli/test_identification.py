@@ -27,3 +27,31 @@ def test_a_missing_column_is_named(tmp_path, capsys):
     np.savetxt(path, np.ones((50, 2)) * np.arange(50)[:, None], delimiter=",", header="time_s,u", comments="")
     assert main(["identify", str(path), "--input", "pump_V", "-o", str(tmp_path / "tank.json")]) != 0
     assert "pump_V" in capsys.readouterr().err
+
+
+def test_files_without_a_time_need_one_word_more(tmp_path, capsys):
+    rng = np.random.default_rng(3)
+    u = np.repeat(rng.uniform(-2.0, 2.0, 60), 20)
+    y = np.convolve(u, 0.3 * 0.8 ** np.arange(60))[: len(u)] + 0.01 * rng.normal(size=len(u))
+    path, out = tmp_path / "foreign.csv", str(tmp_path / "foreign.json")
+    rows = [f"{a:.6g},{b:.6g},{0.25 if k == 0 else ''}," for k, (a, b) in enumerate(zip(u, y, strict=True))]
+    path.write_text("\n".join(['"uEst","yEst","Ts",', *rows]))
+    assert main(["identify", str(path), "-o", out]) != 0
+    assert "--time COLUMN" in capsys.readouterr().err
+    assert main(["identify", str(path), "--rate", "4", "-o", out]) != 0
+    assert "--input COLUMN and --output COLUMN" in capsys.readouterr().err
+    named = ["--rate", "4", "--input", "uEst", "--output", "yEst", "--structure", "oe-2-2", "--json"]
+    other = ["--validate", str(path), "--validate-columns", "yEst", "uEst"]
+    assert main(["identify", str(path), *named, *other, "-o", out]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["unit"] == ""
+    assert found["structures"][0]["validation"]["rmse_n"] > found["structures"][0]["train"]["rmse_n"]
+
+
+def test_the_unit_is_that_of_the_file(tmp_path, capsys):
+    path = tmp_path / "spring.csv"
+    u = np.repeat(np.random.default_rng(0).uniform(-1, 1, 40), 10)
+    np.savetxt(path, np.column_stack((u, 3 * u)), delimiter=",", header="travel_mm,pull_bar", comments="")
+    named = ["--rate", "10", "--input", "travel_mm", "--output", "pull_bar", "--structure", "static-pwl"]
+    assert main(["identify", str(path), *named, "-o", str(tmp_path / "spring.json")]) == 0
+    assert "free-run error, bar" in capsys.readouterr().out

@@ -2,10 +2,11 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.files import read_models, read_recordings, read_text, write_model_file, write_text
+from thrustd.cli.files import read_models, read_text, write_model_file, write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 from thrustd.errors import UsageError
 
@@ -16,7 +17,8 @@ def add_verbs(verbs: Verbs) -> None:
     identify = add_verb(
         verbs, "identify", identify_verb, "estimate models from bench records, score them on other records",
         "thrustd identify bench.csv --validate other.csv -o mount.json\n"
-        "  thrustd identify bench.parquet --validate other.parquet --all -o mount.json",
+        "  thrustd identify bench.parquet --validate other.parquet --all -o mount.json\n"
+        "  thrustd identify tanks.csv --rate 0.25 --input pump_V --output level_V -o tanks.json",
     )  # fmt: skip
     identify.add_argument("records", type=Path, nargs="+", help="bench records with deformation_mm and force_N")
     identify.add_argument("--validate", type=Path, nargs="+", default=[], help="records that are not fitted to")
@@ -25,6 +27,11 @@ def add_verbs(verbs: Verbs) -> None:
     identify.add_argument(
         "--output", metavar="COLUMN", default="force_N", help="what it gives; any unit, sign and scale"
     )
+    identify.add_argument(
+        "--validate-columns", nargs=2, metavar=("INPUT", "OUTPUT"), help="where records to validate name them otherwise"
+    )
+    identify.add_argument("--time", metavar="COLUMN", default="time_s", help="seconds, rising (default time_s)")
+    identify.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time")
     identify.add_argument("--structure", action="append", default=[], help="structure to fit (default hw-pwl)")
     identify.add_argument("--all", action="store_true", help="fit every structure of the thesis, side by side")
     identify.add_argument("--order", default="6", help="order of the linear block, or 'auto' (default 6)")
@@ -68,7 +75,9 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     from thrustd.identify.identify import identify
     from thrustd.identify.structures import shelf
 
-    train, validate = _in_roles(arguments.records, arguments), _in_roles(arguments.validate, arguments)
+    own = (arguments.input, arguments.output)
+    train = _in_roles(arguments.records, arguments, own)
+    validate = _in_roles(arguments.validate, arguments, tuple(arguments.validate_columns or own))
     names = list(shelf()) if arguments.all else arguments.structure or ["hw-pwl"]
     settings, choices = _settings(arguments, train)
     with progress("identify") as advance:
@@ -79,7 +88,7 @@ def identify_verb(arguments: argparse.Namespace) -> int:
             done += 1
             advance(min(0.99, done / (TYPICAL_ITERATIONS * len(names))))
 
-        found = identify(train, validate, names, settings, arguments.out.stem, heard)
+        found = _in_own_words(identify(train, validate, names, settings, arguments.out.stem, heard), arguments)
     write_model_file(found.spec, arguments.out)
     if arguments.json:
         print_json(found.to_json() | ({"order": choices.to_json()} if choices is not None else {}))
@@ -91,12 +100,37 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _in_roles(paths: Sequence[Path], arguments: argparse.Namespace) -> list[Any]:
+def _in_roles(paths: Sequence[Path], arguments: argparse.Namespace, columns: tuple[str, ...]) -> list[Any]:
     """Recordings with the chosen columns under the names that identification reads."""
-    records = read_recordings(paths)
-    if (arguments.input, arguments.output) == ("deformation_mm", "force_N"):
-        return records
-    return [r.with_channels(deformation_mm=r[arguments.input], force_N=r[arguments.output]) for r in records]
+    from thrustd.records.marks import read_marks, without_excluded
+    from thrustd.records.time_axis import TimeAxis, read_timed
+
+    if arguments.rate is not None and not arguments.rate > 0:
+        raise UsageError(f"--rate {arguments.rate:g}: expected samples per second, > 0")
+    axis = TimeAxis(arguments.time, arguments.rate)
+    records = []
+    for path in paths:
+        record = read_timed(path, axis)
+        missing = [name for name in columns if name not in record]
+        if missing:
+            raise UsageError(
+                f"{record.name}: no column {missing[0]!r}; it has {', '.join(sorted(record.channels))}; "
+                "expected their names with --input COLUMN and --output COLUMN"
+            )
+        u, y = (record[name] for name in columns)
+        records.append(without_excluded(record.with_channels(deformation_mm=u, force_N=y), read_marks(path)))
+    return records
+
+
+def _in_own_words(found: Any, arguments: argparse.Namespace) -> Any:
+    """Warnings and unit by the names that the file has for its columns."""
+    from thrustd.records.recording import unit_of
+
+    words = {"deformation_mm": arguments.input, "force_N": arguments.output}
+    warnings = found.warnings
+    for word, own in words.items():
+        warnings = tuple(line.replace(word, own) for line in warnings)
+    return replace(found, warnings=warnings, unit=unit_of(arguments.output))
 
 
 def _settings(arguments: argparse.Namespace, train: list[Any]) -> tuple[Any, Any]:

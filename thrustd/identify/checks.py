@@ -64,6 +64,6 @@ def _clipped(force_n: Floats) -> str:
         runs = np.flatnonzero((good[1:] == limit) & (good[:-1] == limit))
         if share > CLIPPED_SHARE and len(runs) > 10 and np.ptp(good) > 0.0:
             return (
-                f"{FORCE} stays at {limit:g} N for {100 * share:.1f} % of the samples: clipped {word} by the load cell?"
+                f"{FORCE} stays at {limit:g} for {100 * share:.1f} % of the samples: clipped {word}, by the load cell?"
             )
     return ""

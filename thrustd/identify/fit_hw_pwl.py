@@ -61,7 +61,7 @@ def empty_segments(fit: HwFit) -> list[str]:
     edges: Floats = units.u_zero + units.u_span * fit.point.theta[layout.fx]
     count = np.histogram(np.concatenate([segment.inputs[DEFORMATION] for segment in fit.segments]), edges)[0]
     return [
-        f"input curve: {number} samples between {a:.4g} and {b:.4g} mm; the curve there is interpolated"
+        f"input curve: {number} samples between {a:.4g} and {b:.4g}; the curve there is interpolated"
         for number, (a, b) in zip(count, pairwise(edges), strict=True)
         if number < FEWEST
     ]

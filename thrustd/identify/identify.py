@@ -30,17 +30,19 @@ class Identified:
     spec: ModelSpec
     scores: tuple[Score, ...]
     warnings: tuple[str, ...]
+    unit: str = "N"  # of the output, empty when nobody knows it
 
     def to_json(self) -> dict[str, object]:
         return {
             "model": self.spec.name,
             "structure": self.spec.structure,
+            "unit": self.unit,
             "structures": as_rows(self.scores),
             "warnings": list(self.warnings),
         }
 
     def print(self, console: Console) -> None:
-        console.print(as_table(self.scores))
+        console.print(as_table(self.scores, self.unit))
         for line in self.warnings:
             console.print(f"warning: {line}", style="yellow", highlight=False)
 
@@ -69,7 +71,7 @@ def identify(
     assert fitted.spec is not None
     options: dict[str, str | float] = {"structure": best.structure, "order": (settings or HwSettings()).order}
     spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
-    return Identified(spec, tuple(score for _, score in results), tuple(warnings))
+    return Identified(spec, tuple(score for _, score in results), tuple(dict.fromkeys(warnings)))
 
 
 def split(records: Sequence[Recording]) -> tuple[list[Recording], list[Recording]]:
