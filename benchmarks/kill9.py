@@ -1,24 +1,27 @@
 """Kill the onboard process at random moments of a flight: `python -m benchmarks.kill9 --kills 200`.
 
-The twin plays one flight in real time on a pty and a CAN bus; the daemon is killed with SIGKILL at random, started
-again at once, and so on. Every log must be readable, and every life but the first that lasts long enough is compared
-with an uninterrupted replay. Ctrl+C ends it early and reports what was done.
+The twin plays a flight in real time on a pty and a CAN bus; the daemon with the shipped models is killed with SIGKILL
+at random, started again at once, and so on. Every log must be readable, and every life that took over from another and
+lasts long enough is compared with an uninterrupted replay. 20 kills share one flight; their lives are then added to
+the `--results` file, so that what was interrupted goes on where it was.
 """
 
 import argparse
+import os
 import random
 import tempfile
 import time
-from contextlib import suppress
 from pathlib import Path
-from statistics import median
 from typing import NamedTuple
 
+import msgspec
+import numpy as np
 import psutil
 from rich.progress import track
 
+from benchmarks.soak import shipped_aircraft
 from tests.hil.test_hil import ServiceManager
-from tests.reliability.rig import Daemon, bench, deviation, forces, reliable_aircraft, twin_flight
+from tests.reliability.rig import Daemon, bench, deviation, forces, twin_flight
 from thrustd.replay import replay
 from thrustd.sources.mcap_log import LogFile
 
@@ -27,6 +30,7 @@ LONGEST_GAP_NS = 10_000_000_000  # between a kill and READY: what the promise is
 SHORTEST_LIFE_S, LONGEST_LIFE_S = 1.0, 9.0
 START_S = 6.0  # allowed per start when the length of the flight is chosen
 MOUNT = "left_upper"
+KILLS_PER_FLIGHT = 20
 
 
 class Life(NamedTuple):
@@ -34,79 +38,125 @@ class Life(NamedTuple):
 
     ready_s: float  # from the start of the process to READY
     ready_cpu_s: float  # of it, processor time
+    load: float  # of the machine, mean of a minute
     ready_ns: int
     killed_ns: int
     words: str
 
 
+class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What became of a life."""
+
+    ready_s: float
+    ready_cpu_s: float
+    load: float
+    lost_s: float  # at the end of its log
+    missing_events: int  # inside its log
+    first: bool  # of its flight: nothing to take over
+    warm: bool
+    traceback: bool
+    deviations: tuple[float, float, float] | None  # median, 95 %, worst of |force / uninterrupted - 1| from 5 s on
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--results", type=Path, help="JSON lines: go on after the kills that are in it")
+    arguments = parser.parse_args()
+    rows: list[Row] = []
+    if arguments.results is not None and arguments.results.exists():
+        rows = msgspec.json.decode(b"[%s]" % b",".join(arguments.results.read_bytes().splitlines()), type=list[Row])
+    while len(rows) < arguments.kills:
+        fresh = one_flight(min(KILLS_PER_FLIGHT, arguments.kills - len(rows)), arguments.seed + len(rows))
+        rows += fresh
+        if arguments.results is not None:
+            with arguments.results.open("ab") as file:
+                file.write(msgspec.json.Encoder().encode_lines(fresh))
+    report(rows)
+
+
+def one_flight(kills: int, seed: int) -> list[Row]:
+    dice = random.Random(seed)
+    with tempfile.TemporaryDirectory() as name:
+        config = shipped_aircraft(Path(name))
+        flight = twin_flight(config, kills * (LONGEST_LIFE_S + START_S), seed)
+        with ServiceManager(config.with_name("notify")) as manager, bench(config, flight):
+            lives = [live_once(config, manager, dice) for _ in track(range(kills), "killing")]
+        return judge(flight, lives)
+
+
 def live_once(config: Path, manager: ServiceManager, dice: random.Random) -> Life:
     started_s = time.monotonic()
     daemon = Daemon(config, manager)
-    ready_s = time.monotonic() - started_s
-    ready_cpu_s, ready_ns = sum(psutil.Process(daemon.process.pid).cpu_times()[:2]), time.monotonic_ns()
+    ready_s, ready_ns = time.monotonic() - started_s, time.monotonic_ns()
+    ready_cpu_s = sum(psutil.Process(daemon.process.pid).cpu_times()[:2])
     try:
         until_s = dice.uniform(SHORTEST_LIFE_S, LONGEST_LIFE_S)
         daemon.beats(int(until_s))
         time.sleep(until_s % 1.0)
         killed_ns = time.monotonic_ns()
-        return Life(ready_s, ready_cpu_s, ready_ns, killed_ns, daemon.kill())
+        return Life(ready_s, ready_cpu_s, os.getloadavg()[0], ready_ns, killed_ns, daemon.kill())
     finally:
         daemon.close()
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kills", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
-    arguments = parser.parse_args()
-    dice = random.Random(arguments.seed)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        config = reliable_aircraft(folder)
-        flight = twin_flight(config, arguments.kills * (LONGEST_LIFE_S + START_S), arguments.seed)
-        with ServiceManager(folder / "notify") as manager, bench(config, flight):
-            lives: list[Life] = []
-            with suppress(KeyboardInterrupt):
-                for _ in track(range(arguments.kills), "killing"):
-                    lives.append(live_once(config, manager, dice))
-        report(folder, flight, lives)
-
-
-def report(folder: Path, flight: Path, lives: list[Life]) -> None:
-    reference = folder / "reference.mcap"
+def judge(flight: Path, lives: list[Life]) -> list[Row]:
+    """The logs of one flight beside its uninterrupted replay."""
+    reference = flight.with_name("reference.mcap")
     replay(flight, reference)
     known = forces(reference, MOUNT)
-    logs = sorted((folder / "logs").glob("*.mcap"), key=lambda path: path.stat().st_mtime)
-    lost_s, missing, medians, highs, worsts = [], 0, [], [], []
-    begins_ns = [0, *(life.killed_ns for life in lives)]
-    for life, gone_ns, log in zip(lives, begins_ns, track(logs[: len(lives)], "reading"), strict=False):
+    logs = sorted((flight.parent / "logs").glob("*.mcap"), key=lambda path: path.stat().st_mtime)
+    assert len(logs) == len(lives), f"{len(logs)} logs of {len(lives)} lives"
+    rows, gone_ns = [], 0
+    for life, log in zip(lives, track(logs, "reading"), strict=True):
         file = LogFile(log)
-        events = list(file.events())
-        missing += file.missing_events
-        lost_s.append((life.killed_ns - (events[-1].t_ns if events else life.ready_ns)) * 1e-9)
-        settled = [row for row in forces(log, MOUNT) if row[0] > life.ready_ns + WARM_AFTER_NS]
-        found = sorted(map(abs, deviation(settled, known)))
-        if found and "starting warm" in life.words and life.ready_ns - gone_ns <= LONGEST_GAP_NS:
-            medians.append(found[len(found) // 2])
-            highs.append(found[int(0.95 * len(found))])
-            worsts.append(found[-1])
-    ready_s = [life.ready_s for life in lives]
-    warm = sum("starting warm" in life.words for life in lives)
-    print(f"kills {len(lives)}, logs readable {len(logs)}, events missing inside logs {missing}")
-    print(f"lost at the end of a log: median {median(lost_s):.2f} s, worst {max(lost_s):.2f} s")
-    cpu_s = [life.ready_cpu_s for life in lives]
-    print(f"start to READY: median {median(ready_s):.2f} s, worst {max(ready_s):.2f} s; processor time: "
-          f"median {median(cpu_s):.2f} s, worst {max(cpu_s):.2f} s")  # fmt: skip
-    print(f"warm starts {warm} of {len(lives) - 1}")
-    if medians:
-        print_deviation(medians, highs, worsts)
-    print(f"tracebacks: {sum('Traceback' in life.words for life in lives)}")
+        kept_ns = max((event.t_ns for event in file.events()), default=life.ready_ns)
+        in_time = life.ready_ns - gone_ns <= LONGEST_GAP_NS
+        rows.append(
+            Row(
+                ready_s=life.ready_s,
+                ready_cpu_s=life.ready_cpu_s,
+                load=life.load,
+                lost_s=(life.killed_ns - kept_ns) * 1e-9,
+                missing_events=file.missing_events,
+                first=gone_ns == 0,
+                warm="starting warm" in life.words,
+                traceback="Traceback" in life.words,
+                deviations=deviations(log, known, life.ready_ns + WARM_AFTER_NS) if in_time else None,
+            )
+        )
+        gone_ns = life.killed_ns
+    return rows
 
 
-def print_deviation(medians: list[float], highs: list[float], worsts: list[float]) -> None:
-    print(f"mount force after 5 s against an uninterrupted run ({len(medians)} lives): "
-          f"median {median(medians):.2e}, 95 % of the worst life {max(highs):.2e}, worst step {max(worsts):.2e}; "
-          f"worst step within 1 % in {sum(worst < 0.01 for worst in worsts)} lives")  # fmt: skip
+def deviations(log: Path, known: list[tuple[int, float, float]], after_ns: int) -> tuple[float, float, float] | None:
+    settled = [row for row in forces(log, MOUNT) if row[0] > after_ns]
+    found = np.abs(deviation(settled, known))
+    return None if found.size == 0 else (float(np.median(found)), float(np.quantile(found, 0.95)), float(found.max()))
+
+
+def report(rows: list[Row]) -> None:
+    print(f"kills {len(rows)}, all logs readable, events missing inside logs {sum(row.missing_events for row in rows)}")
+    print(f"load average {min(row.load for row in rows):.1f} to {max(row.load for row in rows):.1f}")
+    for name, what in (
+        ("lost_s", "lost at the end of a log"),
+        ("ready_s", "start to READY"),
+        ("ready_cpu_s", "start to READY, processor time"),
+    ):
+        values = np.array([getattr(row, name) for row in rows])
+        print(f"{what}: median {np.median(values):.2f} s, 95 % {np.quantile(values, 0.95):.2f} s, "
+              f"worst {values.max():.2f} s")  # fmt: skip
+    print(f"lost more than 1 s: {sum(row.lost_s > 1.0 for row in rows)}, READY after more than 3 s: "
+          f"{sum(row.ready_s > 3.0 for row in rows)}")  # fmt: skip
+    later = [row for row in rows if not row.first]
+    print(f"warm starts {sum(row.warm for row in later)} of {len(later)}")
+    judged = np.array([row.deviations for row in later if row.warm and row.deviations is not None])
+    if len(judged):
+        print(f"mount force after 5 s against an uninterrupted run ({len(judged)} lives): median "
+              f"{np.median(judged[:, 0]):.2e}, 95 % of the worst life {judged[:, 1].max():.2e}, worst step "
+              f"{judged[:, 2].max():.2e}; worst step within 1 % in {np.sum(judged[:, 2] < 0.01)} lives")  # fmt: skip
+    print(f"tracebacks: {sum(row.traceback for row in rows)}")
 
 
 if __name__ == "__main__":
