@@ -31,7 +31,7 @@ from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effects import shelf
 from thrustd.records.recording import Recording, make_recording
-from thrustd.twin.hide import hidden_case
+from thrustd.twin.hide import Case, hidden_case
 
 sys.path.insert(0, str(Path(__file__).parent))
 import blind_mount
@@ -52,6 +52,9 @@ FOLLOWS = {
     "unknown_fuel": "fuel_kg",
     "unknown_gear": "gear_pct",
 }
+DAHL_YIELD = (
+    0.776  # Bouc-Wen's yield over Dahl's: least squares of 1 - h, -1 + exp(1 - h) on -1 + 2 exp(-h) over 8 yields
+)
 OWN_UNIT_N = 15.0  # strength 1, as in thrustd.twin.hide
 QUIET_RECORDS = 10  # cases with nothing hidden per seed: other flights of the same mount
 
@@ -82,13 +85,30 @@ class Wanted(NamedTuple):
 def make(case: Wanted) -> Records:
     if case.generator == "twin":
         hidden = hidden_case(case.effects or ("none",), case.seed, case.strength, flight=case.flight)
-        truth = {f"{e}.{p}": v for e, values in hidden.truth.get("parameters", {}).items() for p, v in values.items()}
-        return Records(hidden.bench, hidden.measured, hidden.heldout, truth)
+        return Records(hidden.bench, hidden.measured, hidden.heldout, twin_truth(hidden))
     source = {"own": blind_mount, "rig": blind_rig}[case.generator]
     tables, sizes = source.exercise(list(case.effects), case.seed, case.strength * OWN_UNIT_N, flight=case.flight)
     names = ("bench", "measured", "heldout")
     parameters = {source.PARAMETERS[e]: s for e, s in sizes.items() if e in source.PARAMETERS}
     return Records(*(make_recording(n, t) for n, t in zip(names, tables, strict=True)), parameters)
+
+
+def twin_truth(hidden: Case) -> dict[str, float]:
+    """True parameters by "effect.parameter", in the effect's own terms where twin and effect differ in their law.
+
+    Dahl's yield becomes that of the Bouc-Wen loop nearest to its reversal curve in least squares. The twin's weight
+    takes a share off the deformation x, the effect adds one to the force F; with F = k x + k3 x^3 the second is the
+    first times x F'(x) / F, averaged with F^2 as least squares does.
+    """
+    truth = {f"{e}.{p}": v for e, values in hidden.truth["parameters"].items() for p, v in values.items()}
+    if "hysteresis.yield_mm" in truth:
+        truth["hysteresis.yield_mm"] *= DAHL_YIELD
+    if "engine_weight.stiffening_1_n" in truth:
+        x, mount = hidden.measured["deformation_mm"], hidden.truth["mount"]
+        force_n = mount["stiffness_n_mm"] * x + mount["cubic_n_mm3"] * x**3
+        steeper_n = force_n + 2 * mount["cubic_n_mm3"] * x**3  # x times the slope of the force
+        truth["engine_weight.stiffening_1_n"] *= float(np.sum(steeper_n * force_n) / np.sum(force_n**2))
+    return truth
 
 
 def run(case: Wanted, model: ModelSpec) -> dict[str, Any]:

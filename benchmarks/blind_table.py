@@ -11,7 +11,6 @@ from rich.table import Table
 Line = dict[str, Any]
 ASKED = {"single 3x": 0.95, "single 2x": 0.95, "single 1x": 0.85, "none": 0.98, "unknown": 0.90, "pair": 0.85}
 Z_95 = 1.96
-OTHER_MEANING = ("engine_weight.stiffening_1_n", "hysteresis.yield_mm")  # the twin's are of deformation, of Dahl's law
 
 
 def print_table(lines: Sequence[Line], console: Console) -> None:
@@ -70,8 +69,6 @@ def _coverage(lines: Sequence[Line], console: Console) -> None:
     by_name: dict[str, list[bool]] = {}
     for line in lines:
         for name, truth, value, std in line.get("intervals", []):
-            if name in OTHER_MEANING:
-                continue
             by_name.setdefault(name, []).append(abs(value - truth) <= Z_95 * std)
     if by_name:
         every = [inside for found in by_name.values() for inside in found]

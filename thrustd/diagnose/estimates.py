@@ -4,7 +4,8 @@ Amplitudes and shapes are estimated by Levenberg-Marquardt on the full model (th
 covariance knows that the residual is coloured. Misfit of the model itself shows as estimates that differ from one part
 of the record to another, so the spread over parts left out (a delete-a-group jackknife, Efron & Tibshirani 1993,
 chapter 11) is computed as well, and the larger of the two counts. Misfit that lasts moves all parts alike: what the
-rest of the model may do wrong, in the directions in which it can, is added to it.
+rest of the model may do wrong, in the directions in which it can, is added to it. Where more is left than the model's
+own error, the law itself does not hold, and every sigma grows by that factor (Birge's ratio; Birge 1932).
 """
 
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ import numpy as np
 
 from thrustd.diagnose.candidates import column_at
 from thrustd.diagnose.evidence import Evidence, base_patterns, simulate
+from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import orthonormal
 from thrustd.diagnose.start import start_of
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
@@ -76,6 +78,7 @@ def estimated(
     result = estimate_segments(spec, _started(spec, places, evidence), names, settings)
     std = dict(zip(result.names, result.std, strict=True))
     spread = {} if rest_too else _spreads(result.spec, places, evidence)
+    wider = _birge_ratio(result.spec, evidence)
     labels = effect_labels(spec)
     numbers: list[ParameterEstimate] = []
     finished = list(result.spec.effects)
@@ -83,12 +86,23 @@ def estimated(
         effect = effect_named(finished[i].name)
         for p in effect.parameters:
             if p.estimate:
-                sigma = max(float(std[f"{labels[i]}.{p.name}"]), spread.get(f"{i}.{p.name}", 0.0))
+                sigma = wider * max(float(std[f"{labels[i]}.{p.name}"]), spread.get(f"{i}.{p.name}", 0.0))
                 value = finished[i].parameters[p.name]
                 numbers.append(ParameterEstimate(effect.word, p.name, value, sigma, p.unit, p.expected))
         sigmas = {n.name: n.std for n in numbers if n.effect == effect.word}
         finished[i] = EffectSpec(finished[i].name, finished[i].parameters, sigmas)
     return msgspec.structs.replace(result.spec, effects=finished), numbers
+
+
+def _birge_ratio(spec: ModelSpec, evidence: Evidence) -> float:
+    """Error left over the error that the identification promises, 1 at least and where nothing is promised."""
+    output_n = evidence.output(spec)
+    own_n = own_error_n(spec, evidence, output_n)
+    if own_n is None:
+        return 1.0
+    good = np.isfinite(evidence.reference_n)
+    left = start_of(spec, evidence).without(np.where(good, evidence.reference_n - output_n, 0.0))
+    return max(1.0, float(np.sqrt(left @ left / good.sum() + evidence.white_n2(spec))) / own_n)
 
 
 def _started(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> list[Segment]:

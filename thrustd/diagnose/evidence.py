@@ -89,6 +89,11 @@ class Evidence:
             v = run_stage(stage, segment.inputs, v)
         return v
 
+    def rmse_n(self, spec: ModelSpec) -> float:
+        """Error of a free run over all samples, start-up included, N."""
+        residual = self.reference_n - self.output(spec)
+        return float(np.sqrt(np.nanmean(residual**2) + self.white_n2(spec)))
+
     def rows(self, columns: Sequence[Floats]) -> Floats:
         """Full-rate columns, one per segment, as row means (n,)."""
         return np.concatenate([_means(column, self.width) for column in columns])

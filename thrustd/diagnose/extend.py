@@ -200,7 +200,7 @@ def _gently(spec: ModelSpec, evidence: Evidence) -> tuple[ModelSpec, float]:
     best = min(fits, key=lambda fit: fit.mse)
     vector = pack(spec, base_patterns(spec))
     moved = unpack(spec, vector.at(vector.values + best.beta))
-    real = _rmse(moved, evidence)
+    real = evidence.rmse_n(moved)
     linear = held_out_fit(gram, [], []).rmse
     return moved, best.rmse if real < linear else float("inf")
 
@@ -231,11 +231,6 @@ def _finished(
 
 def _words(effects: Sequence[Effect]) -> str:
     return ", ".join(effect.word for effect in effects)
-
-
-def _rmse(spec: ModelSpec, evidence: Evidence) -> float:
-    residual = evidence.reference_n - evidence.output(spec)
-    return float(np.sqrt(np.nanmean(residual**2) + evidence.white_n2(spec)))
 
 
 def _tell(progress: Progress | None, share: float, what: str) -> None:

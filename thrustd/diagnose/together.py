@@ -32,7 +32,7 @@ def estimated_together(
     """(model, numbers, error of the parent, error of the model) on the part that the judging estimate has not seen."""
     early, late = _parts(evidence)
     trial, _ = estimated(spec, effects, early, rest_too=True)
-    before_n, after_n = _rmse(parent, late), _rmse(trial, late)
+    before_n, after_n = late.rmse_n(parent), late.rmse_n(trial)
     better, numbers = estimated(spec, effects, evidence, rest_too=True)
     return better, numbers, before_n, after_n
 
@@ -58,8 +58,3 @@ def _ramp(count: int) -> Floats:
 
 def _masked(evidence: Evidence, keep: NDArray[np.bool_]) -> Floats:
     return np.where(keep, evidence.reference_n, np.nan)
-
-
-def _rmse(spec: ModelSpec, evidence: Evidence) -> float:
-    residual = evidence.reference_n - evidence.output(spec)
-    return float(np.sqrt(np.nanmean(residual**2) + evidence.white_n2(spec)))

@@ -85,7 +85,7 @@ def judge(
         spec = without(spec, idle)
     if not found:
         rounds[0] = rounds[0] if rounds[0].absorbed is not None else with_absorbed(rounds[0], evidence)
-        if (deep := buried(rounds[0])) is not None:
+        if (deep := buried(rounds[0])) is not None and not _outdone(deep, own_n):
             return _deep(deep, own_n, promised)
     return replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
 
@@ -118,6 +118,12 @@ def _exchanged(
         absent = [e for e in effects if e.word not in {s.candidate.word for s in found}]
         rounds.append(look(spec, evidence, absent, added))
     return spec
+
+
+def _outdone(deep: Round, own_n: float) -> bool:
+    """Whether a free curve of one channel beats the effect and everything re-estimated along: then it is not that."""
+    channels = structured(deep, own_n)
+    return bool(channels) and deep.curves[channels[0]].mse < deep.scored[0].fit.mse - IMPOSTOR * own_n**2
 
 
 def _deep(first: Round, own_n: float, promised: bool = True) -> Judgement:

@@ -1,0 +1,83 @@
+"""Creep with one retardation time (Kelvin-Voigt): under load rubber keeps yielding until it has come to its end.
+
+    deformation = elastic deformation * (1 + s (1 - exp(-t / tau)))      under a load held from t = 0
+    here:  v = x - retarded_share * lag(x),                              lag: first order, time constant tau_s
+
+A spring and a dashpot side by side, in series with the mount. A variant of `creep` for materials that settle within
+hours, where the logarithmic law goes on for ever. retarded_share is the share of the reading that is grown in the end,
+positive. What relaxes in minutes is in the linear block, so tau_s begins at some minutes. `settled` says how a
+recording begins. Left out: temperature (WLF), more than one time at once (see creep).
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    x[0] += c[0] * (v - x[0])
+    return v - c[1] * x[0]
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    return np.array([-math.expm1(-dt_s / p["tau_s"]), p["retarded_share"], p["settled"]])
+
+
+def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    x[0] = c[2] * v
+
+
+EFFECT = Effect(
+    name="creep_kelvin_voigt",
+    title="creep with one retardation time (Kelvin-Voigt)",
+    site="deformation",
+    channels=(),
+    parameters=(
+        Parameter(
+            "retarded_share",
+            "-",
+            0.0,
+            0.0,
+            0.5,
+            (0.01,),
+            "share of the reading that has crept in the end",
+            expected="0.02 to 0.15 for natural rubber",
+        ),
+        Parameter(
+            "tau_s",
+            "s",
+            1500.0,
+            200.0,
+            20000.0,
+            (500.0, 2000.0),
+            "retardation time",
+            amplitude=False,
+        ),
+        Parameter(
+            "settled",
+            "-",
+            1.0,
+            0.0,
+            1.0,
+            (1.0, 0.0),
+            "1: the load of the first sample had been there for ever, 0: it comes at that moment",
+            amplitude=False,
+            estimate=False,
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=1,
+    equation="x_elastic = x - s lag(x),  x (1 + s (1 - exp(-t / tau))) under constant load",
+    source="Tschoegl, Linear Viscoelastic Behavior, 1989, ch. 3; Findley, Lai & Onaran, Creep and Relaxation, 1976",
+    separating_test=(
+        "hold 5 kN for two hours at constant temperature: it comes to its end, the logarithmic law does not"
+    ),
+    initial=initial,
+    variant_of="creep",
+)
