@@ -1,7 +1,7 @@
 """Pictures of the workbench for docs/, from the real page: `python -m benchmarks.screenshots [FOLDER_FOR_PNG]`.
 
 The twin hides an effect (seed and effect below), a browser walks the loop as a person would, and every screen is taken
-in light and dark at 1280 and 1920 px. Needs Debian's chromium and the package playwright.
+on a small laptop, a dark monitor and a projector. Needs Debian's chromium and the package playwright.
 """
 
 import re
@@ -19,10 +19,10 @@ from thrustd.twin.hide import hide
 
 EFFECT, SEED, STRENGTH = "axial_inertia", 3, 4.0
 FIRST = "bench-model"
-SIZES = ((1280, 800), (1920, 1080))
+SIGHTS = ((1280, 800, "light"), (1920, 1080, "dark"), (2560, 1440, "light"))
 LONG_MS = 600_000
 FLIGHT = Path("replay_logs/throttle-steps.mcap")
-VIEWS = ("overview", "histories", "fails", "missing", "add", "flight")
+VIEWS = ("overview", "histories", "fails", "missing", "add", "flight", "live")
 
 
 def screenshots(out: Path) -> None:
@@ -44,9 +44,8 @@ def screenshots(out: Path) -> None:
         playwright = stack.enter_context(sync_playwright())
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         walk(browser, found.group())
-        for width, height in SIZES:
-            for scheme in ("light", "dark"):
-                take(browser, found.group(), out, (width, height), scheme)
+        for width, height, scheme in SIGHTS:
+            take(browser, found.group(), out, (width, height), scheme)
         browser.close()
 
 
@@ -79,7 +78,7 @@ def take(browser: Any, url: str, out: Path, size: tuple[int, int], scheme: str) 
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
     page = context.new_page()
     for view in VIEWS:
-        page.goto(f"{url}#{view}")
+        page.goto(f"{url}#{'flight' if view == 'live' else view}")
         page.wait_for_selector("html[data-started]")
         page.wait_for_timeout(2500)
         page.wait_for_selector("html[data-busy='0']", timeout=LONG_MS)
@@ -99,6 +98,9 @@ def prepare(page: Any, view: str) -> None:
             "slider => { slider.value = +slider.min + 0.6 * (slider.max - slider.min);"
             " slider.dispatchEvent(new Event('input')); }"
         )
+    if view == "live":
+        page.get_by_role("button", name="Follow live").click()
+        page.locator(".engine b").first.wait_for()
     if view == "histories":
         page.mouse.move(700, 420)
 

@@ -1,7 +1,8 @@
-"""Debian's chromium for tests; where there is none, the test says how to get it."""
+"""Debian's chromium for tests, one for all tests of a module; where there is none, the test says how to get it."""
 
 import shutil
 from contextlib import contextmanager
+from functools import partial
 
 import pytest
 
@@ -18,23 +19,34 @@ def chromium():
     return executable
 
 
-@contextmanager
-def page_of(url, width=1280, height=800, scheme="light"):
-    """A page on `url`; complaints of the page's own code fail the test."""
+@pytest.fixture(scope="module")
+def browser():
     executable = chromium()
     from playwright import sync_api
 
-    complaints: list[str] = []
     with sync_api.sync_playwright() as playwright:
         arguments = ["--no-sandbox", "--disable-dev-shm-usage"]  # as root, and where /dev/shm is small
-        browser = playwright.chromium.launch(executable_path=executable, args=arguments)
-        page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
-        page.set_default_timeout(60_000)
-        page.on("pageerror", lambda problem: complaints.append(str(problem)))
-        page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
-        page.goto(url)
-        yield page
-        browser.close()
+        running = playwright.chromium.launch(executable_path=executable, args=arguments)
+        yield running
+        running.close()
+
+
+@pytest.fixture(scope="module")
+def page_of(browser):
+    """`with page_of(url) as page`: a page of nobody else; complaints of the page's own code fail the test."""
+    return partial(_page, browser)
+
+
+@contextmanager
+def _page(browser, url, width=1280, height=800, scheme="light"):
+    complaints: list[str] = []
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+    page.set_default_timeout(60_000)
+    page.on("pageerror", lambda problem: complaints.append(str(problem)))
+    page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
+    page.goto(url)
+    yield page
+    page.context.close()
     expected = ("Failed to load resource",)  # refused requests are what some tests are about
     assert [line for line in complaints if not line.startswith(expected)] == []
 

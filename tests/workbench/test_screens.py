@@ -5,7 +5,7 @@ import re
 import pytest
 
 from tests.conftest import simple_model
-from tests.workbench.browser import chromium, idle, page_of
+from tests.workbench.browser import idle
 from tests.workbench.served import workbench
 from tests.workbench.test_follow import write_log
 from tests.workbench.test_server import small_record
@@ -17,8 +17,7 @@ LONG = "a-very-long-name-of-a-recording-that-came-from-the-archive-of-the-flight
 
 
 @pytest.fixture(scope="module")
-def full_folder(tmp_path_factory):
-    chromium()
+def full_folder(browser, tmp_path_factory):
     folder = tmp_path_factory.mktemp("full")
     write_recording(small_record(), folder / f"{LONG}.csv")
     for i in range(12):
@@ -34,7 +33,7 @@ def full_folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize("width", [900, 1280, 1920])
-def test_nothing_is_wider_than_the_window(full_folder, width):
+def test_nothing_is_wider_than_the_window(page_of, full_folder, width):
     with page_of(full_folder.url, width) as page:
         for view in VIEWS:
             page.goto(f"{full_folder.url}#{view}")
@@ -46,7 +45,7 @@ def test_nothing_is_wider_than_the_window(full_folder, width):
             assert max(wide) <= 0, (view, wide)
 
 
-def test_a_flight_played_back(full_folder):
+def test_a_flight_played_back(page_of, full_folder):
     with page_of(f"{full_folder.url}#flight") as page:
         left = page.locator(".engine").first
         page.get_by_label("time", exact=True).evaluate(
@@ -58,7 +57,7 @@ def test_a_flight_played_back(full_folder):
         page.locator(".playbar .num", has_text=re.compile("00:00:1[1-9]")).wait_for()
 
 
-def test_a_log_followed_while_it_grows(full_folder):
+def test_a_log_followed_while_it_grows(page_of, full_folder):
     whole = full_folder.folder / "flight.mcap"
     growing = full_folder.folder / "growing.mcap"
     content = whole.read_bytes()
@@ -75,7 +74,7 @@ def test_a_log_followed_while_it_grows(full_folder):
     growing.unlink()
 
 
-def test_two_recordings_side_by_side_zoom_together(full_folder):
+def test_two_recordings_side_by_side_zoom_together(page_of, full_folder):
     with page_of(f"{full_folder.url}#histories") as page:
         page.locator(".sheet[data-ready]").wait_for()
         page.get_by_text("Recordings (1 of").click()
@@ -89,7 +88,7 @@ def test_two_recordings_side_by_side_zoom_together(full_folder):
         assert sheets.nth(0).get_attribute("data-ready") == sheets.nth(1).get_attribute("data-ready")
 
 
-def test_a_message_leaves_the_plots_alone_and_can_be_closed(full_folder):
+def test_a_message_leaves_the_plots_alone_and_can_be_closed(page_of, full_folder):
     with page_of(f"{full_folder.url}#histories") as page:
         page.locator(".sheet[data-ready]").wait_for()
         drop(page, f"{LONG}-2.csv", [137, 80, 255, 0, 3, 200, 9, 10, 1])
@@ -116,8 +115,7 @@ def drop(page, name, content):
     page.locator(".drop-veil").wait_for(state="detached")
 
 
-def test_an_empty_folder_says_what_to_do(tmp_path):
-    chromium()
+def test_an_empty_folder_says_what_to_do(page_of, tmp_path):
     with workbench(tmp_path) as served, page_of(served.url) as page:
         assert page.locator("#next").inner_text() == "Make an exercise"
         for view in VIEWS:
@@ -125,8 +123,7 @@ def test_an_empty_folder_says_what_to_do(tmp_path):
             page.locator(".empty").first.wait_for()
 
 
-def test_a_folder_without_a_reference_is_not_sent_round_the_loop(tmp_path):
-    chromium()
+def test_a_folder_without_a_reference_is_not_sent_round_the_loop(page_of, tmp_path):
     (tmp_path / "flight.csv").write_text("time_s,deformation_mm\n0,0.1\n1,0.2\n2,0.3\n")
     with workbench(tmp_path) as served, page_of(served.url) as page:
         page.get_by_text("No recording here has a reference").wait_for()

@@ -1,8 +1,9 @@
 // Small exact charts on canvas: axes with ticks, titles with units, a readout under the pointer.
 import { css, h } from "./dom.js";
 import { plainTick } from "./format.js";
+import { FAMILY, SCALE } from "./scale.js";
 
-export const FONT = "11.5px Inter, 'Segoe UI', system-ui, 'DejaVu Sans', sans-serif";
+export const FONT = `11.5px ${FAMILY}`;
 const LEFT = 62,
   RIGHT = 12,
   TOP = 10,
@@ -12,11 +13,11 @@ const LEFT = 62,
 export function chart(spec) {
   const canvas = h("canvas", { class: "chart", role: "img", "aria-label": `${spec.y.title} against ${spec.x.title}` });
   const paint = () => {
-    const width = canvas.clientWidth,
+    const width = canvas.clientWidth / SCALE,
       height = spec.height ?? 220,
-      scale = devicePixelRatio;
+      scale = devicePixelRatio * SCALE;
     if (!width) return;
-    canvas.style.height = height + "px";
+    canvas.style.height = height * SCALE + "px";
     canvas.width = Math.round(width * scale);
     canvas.height = Math.round(height * scale);
     const ctx = canvas.getContext("2d");
@@ -35,7 +36,7 @@ export function chart(spec) {
   if (spec.at) {
     canvas.addEventListener("pointermove", (event) => {
       const p = canvas.pane;
-      canvas.title = p ? (spec.at(p.unX(event.offsetX), p.unY(event.offsetY)) ?? "") : "";
+      canvas.title = p ? (spec.at(p.unX(event.offsetX / SCALE), p.unY(event.offsetY / SCALE)) ?? "") : "";
     });
   }
   canvas.repaint = paint;

@@ -3,15 +3,17 @@ import { h, select } from "./dom.js";
 import { newtons, percent } from "./format.js";
 import { attempt, order, recording, report } from "./store.js";
 
-export function conditionBar(recordings, models, show) {
+// asked: what was typed and what was answered, kept while the page is drawn anew
+export function conditionBar(asked, recordings, models, show) {
   const known = [...new Set(recordings().flatMap((name) => recording(name)?.meta?.channels.map((c) => c.name) ?? []))];
   if (!known.includes("force_N") || !models().length) return h("span");
-  const asked = { channel: "force_N", low: "", high: "", phase: "" },
-    said = h("span", { class: "quiet", role: "status" });
+  if (!known.includes(asked.channel)) asked.channel = "force_N";
+  const said = (asked.said ??= h("span", { class: "quiet", role: "status" }));
   const number = (field, label) =>
     h("input", {
       type: "number",
       step: "any",
+      value: asked[field],
       placeholder: label,
       "aria-label": `${label} limit`,
       oninput: (event) => {
@@ -26,10 +28,11 @@ export function conditionBar(recordings, models, show) {
       condition: { channel: asked.channel, low: limit(asked.low), high: limit(asked.high), phase: asked.phase },
     });
     if (job.state !== "done") return;
-    const answer = await report(job.result.report);
+    const found = await report(job.result.report);
     const words = [asked.phase, asked.low !== "" || asked.high !== "" ? `${asked.channel} ${between(asked)}` : ""];
-    show(new Map(Object.entries(answer.condition.intervals)), "condition: " + words.filter(Boolean).join(", "));
-    said.textContent = `${percent(answer.condition.time_share)} of the time; RMSE there ${answer.cells.map((c) => newtons(c.rmse_n)).join(", ")}`;
+    show(new Map(Object.entries(found.condition.intervals)), "condition: " + words.filter(Boolean).join(", "));
+    const errors = found.cells.map((c) => newtons(c.rmse_n)).join(", ");
+    said.textContent = `${percent(found.condition.time_share)} of the time; RMSE there ${errors}`;
   });
   return h(
     "form",
@@ -50,7 +53,7 @@ export function conditionBar(recordings, models, show) {
           ["loading", "loading"],
           ["unloading", "unloading"],
         ],
-        "",
+        asked.phase,
         (v) => {
           asked.phase = v;
         },
@@ -59,7 +62,7 @@ export function conditionBar(recordings, models, show) {
     ),
     select(
       known.map((c) => [c, c]),
-      "force_N",
+      asked.channel,
       (v) => {
         asked.channel = v;
       },

@@ -14,6 +14,11 @@ const GRAVE = [
 ];
 const SIGMAS = 1.96; // 95 % of a normal distribution
 const UNSETTLED_N = 2000; // one sigma before the first measurement: a band that wide says nothing
+export const ROUTES = [
+  ["mount_n", "mount route", "--s2", 1],
+  ["brochure_n", "brochure route", "--s3", 1],
+];
+export const FUSED = ["thrust_n", "fused", "--s1", 1.8];
 const words = (name) => name.toLowerCase().replaceAll("_", " ");
 
 export class EngineTile {
@@ -88,27 +93,26 @@ export const FIELDS = [
   "status",
 ];
 
+// an edge of the band; null where there is none
+export const edge = (sign, thrust_n, std_n) =>
+  thrust_n === null || std_n === null || std_n > UNSETTLED_N ? null : thrust_n + sign * SIGMAS * std_n;
+
 // the panel of a sheet: fused thrust with its 95 % band, both routes, and the truth where a simulated flight has one
 export function thrustPanel(engine, channels, height) {
-  const one = (field, label, color, width) => ({ channel: `estimate_${field}_${engine}`, label, color, width });
-  const lines = [
-    one("thrust_n", "fused", "--s1", 1.8),
-    one("mount_n", "mount route", "--s2", 1),
-    one("brochure_n", "brochure route", "--s3", 1),
-  ];
+  const one = ([field, label, color, width]) => ({ channel: `estimate_${field}_${engine}`, label, color, width });
+  const fused = one(FUSED),
+    lines = ROUTES.map(one);
   const truth = [`thrust_N_${engine}`, `truth_thrust_n_${engine}`].find((c) => channels.has(c));
   if (truth) lines.push({ channel: truth, label: "truth", color: "--measured", width: 1 });
-  const edge = (sign, thrust, std) =>
-    thrust.map((v, i) => (v === null || std[i] === null || std[i] > UNSETTLED_N ? null : v + sign * SIGMAS * std[i]));
-  const transform = ([x, thrust, std, ...rest]) => [x, edge(1, thrust, std), edge(-1, thrust, std), thrust, ...rest];
+  const side = (sign, thrust, std) => thrust.map((v, i) => edge(sign, v, std[i]));
+  const transform = ([x, thrust, std, ...rest]) => [x, side(1, thrust, std), side(-1, thrust, std), ...rest, thrust];
   return {
     title: `${engine} engine: net thrust [N], forward +; band 95 %`,
     unit: "N",
     height,
-    series: [lines[0], { ...one("thrust_std_n", "one sigma", "--line-strong"), unseen: true }, ...lines.slice(1)],
-    drawn: [{ label: "high" }, { label: "low" }, lines[0], ...lines.slice(1)],
+    series: [fused, { ...one(["thrust_std_n", "one sigma", "--line-strong"]), unseen: true }, ...lines],
+    drawn: [{ label: "high" }, { label: "low" }, ...lines, fused], // the fused line in front
     transform,
     bands: [[1, 2]],
-    span: lines.map((s) => s.channel),
   };
 }

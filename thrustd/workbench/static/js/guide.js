@@ -109,8 +109,8 @@ function afterDiagnosis(asked, chosen) {
   if (chosen.exercise && truth)
     return {
       view: store.view === "overview" ? "add" : "overview",
-      say: afterwards(truth),
-      label: store.view === "overview" ? "Save and compile" : "See found and true",
+      say: afterwards(truth) + (store.view === "add" ? " Save the model, compile it for flight, or write the report." : ""),
+      label: store.view === "add" ? null : store.view === "overview" ? "Save and compile" : "See found and true",
       go: () => go(store.view === "overview" ? "add" : "overview"),
     };
   if (asked.verdict.includes("unknown"))

@@ -3,6 +3,16 @@
 const COLORS = ["--s1", "--s2", "--s3", "--s4", "--s5", "--s6"];
 export const FIRST = ["accel_x_g", "temperature_degC"]; // shown when nothing else was chosen
 
+// the model whose band is drawn
+export const bandedOf = (card, has) => has.find((m) => card.models[m].includes("band_low"));
+
+// a model without its folder and ending, unless another one is called alike
+function shortest(name, among) {
+  const file = (one) => one.split("/").pop();
+  const alone = among.filter((one) => file(one) === file(name)).length === 1;
+  return (alone ? file(name) : name).replace(/\.json$/, "");
+}
+
 // `has`: models run on this recording; `wanted`: channels chosen, null for the usual ones
 export function panelsOf(card, has, wanted) {
   const channels = new Map(card.meta.channels.map((c) => [c.name, c])),
@@ -10,19 +20,20 @@ export function panelsOf(card, has, wanted) {
   const force = channels.has("force_N")
     ? [{ channel: "force_N", label: "measured", color: "--measured", width: 1.1 }]
     : [];
+  const label = (m) => shortest(m, has);
   const runs = has.map((m, i) => ({
     channel: `model@${m}`,
-    label: m.replace(/\.json$/, ""),
+    label: label(m),
     color: COLORS[i % COLORS.length],
     width: 1.3,
   }));
-  const banded = has.find((m) => card.models[m].includes("band_low"));
+  const banded = bandedOf(card, has);
   const edges = banded
     ? ["band_high", "band_low"].map((edge) => ({ channel: `${edge}@${banded}`, unseen: true, silent: true }))
     : [];
   if (force.length || runs.length)
     panels.push({
-      title: `force [N], forward thrust +${banded ? "; band: 95 % of the model's own error" : ""}`,
+      title: "force [N], forward thrust +",
       unit: "N",
       series: [...edges, ...force, ...runs],
       bands: banded ? [[1, 2]] : [],
@@ -34,7 +45,7 @@ export function panelsOf(card, has, wanted) {
       unit: "N",
       series: has.map((m, i) => ({
         channel: `residual@${m}`,
-        label: m.replace(/\.json$/, ""),
+        label: label(m),
         color: COLORS[i % COLORS.length],
       })),
       height: 150,

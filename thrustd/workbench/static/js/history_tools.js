@@ -29,7 +29,7 @@ export function historyTools(state, recordings, models, draw, hits) {
     picker(state, "Models", names(store.server.models), models(), choose("models")),
     picker(state, "Channels", [...units.keys()], panels, choose("channels"), (name) => units.get(name)),
     recordings().length > 1 ? h("label", {}, linked, "zoom recordings together") : null,
-    conditionBar(recordings, models, hits),
+    conditionBar(state.condition, recordings, models, hits),
   );
 }
 

@@ -6,6 +6,10 @@ import { dropFiles } from "./drop.js";
 const theme = localStorage.getItem("theme") ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 document.documentElement.dataset.theme = theme;
 
+document.querySelector(".skip").addEventListener("click", (event) => {
+  event.preventDefault(); // the address says which screen is shown
+  document.getElementById("main").focus();
+});
 addEventListener("hashchange", () => {
   store.view = location.hash.slice(1) || "overview";
   changed("view");

@@ -1,22 +1,19 @@
 // A strip chart of one engine that grows while the daemon writes: the last minutes, band and both routes.
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h, panel } from "./dom.js";
+import { edge, FUSED, ROUTES } from "./engine.js";
+import { px } from "./scale.js";
 import { timeAxis, valueAxis } from "./time_axes.js";
 
 const SPAN_S = 300;
-const HEIGHT = 210;
-const SIGMAS = 1.96;
-const LINES = [
-  ["thrust_n", "fused", "--s1", 1.8],
-  ["mount_n", "mount route", "--s2", 1],
-  ["brochure_n", "brochure route", "--s3", 1],
-];
+const HEIGHT = px(210);
+const LINES = [...ROUTES, FUSED]; // the fused line in front
 
 export class LiveStrip {
   constructor(name) {
     this.data = [[], [], [], ...LINES.map(() => [])];
     this.box = h("div", {});
-    const keys = LINES.map(([, label, color]) => {
+    const keys = [FUSED, ...ROUTES].map(([, label, color]) => {
       const mark = h("i");
       mark.style.borderTopColor = `var(${color})`;
       return h("span", { class: "key" }, mark, label);
@@ -63,12 +60,10 @@ export class LiveStrip {
   }
 
   add(row) {
-    const wide = SIGMAS * row.thrust_std_n,
-      settled = row.thrust_std_n < 2000; // before the first measurement the band says nothing
     [
       row.t_ns * 1e-9,
-      settled ? row.thrust_n + wide : null,
-      settled ? row.thrust_n - wide : null,
+      edge(1, row.thrust_n, row.thrust_std_n),
+      edge(-1, row.thrust_n, row.thrust_std_n),
       ...LINES.map(([field]) => row[field]),
     ].forEach((v, i) => this.data[i].push(v));
     const first = this.data[0].findIndex((t) => t >= row.t_ns * 1e-9 - SPAN_S);

@@ -2,6 +2,7 @@
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
 import { clock, count, number, seconds } from "./format.js";
+import { px } from "./scale.js";
 import { TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
 import { fetchWindow, toColumns, valueAt } from "./lines.js";
 const MIN_SPAN_S = 1e-3;
@@ -33,20 +34,23 @@ export class Sheet {
     plot.readout = h("div", { class: "readout" });
     plot.title = h("div", { class: "title" }, plot.panel.title);
     plot.box = h("div");
-    return h("div", { class: "plot" }, plot.title, plot.readout, plot.box);
+    plot.named = plot.panel.series.filter((s) => !s.unseen).length;
+    plot.root = h("div", { class: "plot" }, plot.title, plot.readout, plot.box);
+    return plot.root;
   }
 
   resize() {
     const width = Math.max(240, this.root.clientWidth - 10);
     if (width === this.width) return;
     this.width = width;
+    for (const plot of this.plots) plot.root.classList.toggle("many", plot.named > 1 && px(320 + 230 * plot.named) > width);
     if (this.plots[0]?.chart) for (const plot of this.plots) plot.chart.setSize({ width, height: this.height(plot) });
     else this.draw();
     this.fetch();
   }
 
   height(plot) {
-    return (plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? TIME_AXIS_PX : 0);
+    return px(plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? TIME_AXIS_PX : 0);
   }
 
   draw() {
@@ -71,7 +75,7 @@ export class Sheet {
       width: this.width,
       height: this.height(plot),
       legend: { show: false },
-      padding: [22, 14, last ? 0 : 6, 0],
+      padding: [px(22), 14, last ? 0 : 6, 0],
       cursor: {
         sync: { key: key.key, setSeries: false },
         drag: { x: true, y: false, setScale: false },
@@ -151,14 +155,11 @@ export class Sheet {
         const said =
           hit === null ? "" : hit[0] === hit[1] ? number(hit[0], 6) : `${number(hit[0], 5)} … ${number(hit[1], 5)}`;
         if (s.unseen && !said) return "";
-        const mark = h("i", { hidden: s.unseen });
+        const mark = h("i", { hidden: s.unseen || plot.named < 2 });
         mark.style.borderTopColor = css(s.color);
-        return h(
-          "span",
-          { class: "key" },
-          mark,
-          `${s.label}${said ? "  " + said : ""}${said && plot.panel.unit ? " " + plot.panel.unit : ""}`,
-        );
+        const crowded = plot.root.classList.contains("many"), // the colour must do while there is a value
+          words = [plot.named > 1 && !(crowded && said) && s.label, said, said && plot.panel.unit];
+        return h("span", { class: "key" }, mark, words.filter(Boolean).join(" "));
       });
       plot.readout.replaceChildren(...cells);
     }

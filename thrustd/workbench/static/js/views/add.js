@@ -228,6 +228,21 @@ export function add(root) {
           `Save a copy of ${card.name}`,
         ),
         h(
+          "button",
+          {
+            disabled: Boolean(running("compile")),
+            onclick: attempt(async () => {
+              const job = await order("compile", { model: card.name, rate_hz: Number(rate) });
+              if (job.state === "done")
+                say(
+                  `${card.name} flies: witness rows reproduced, ${job.result.stages} stages at ${job.result.rate_hz} Hz, reads ${job.result.channels.join(", ")}`,
+                  "ok",
+                );
+            }),
+          },
+          "Compile for flight",
+        ),
+        h(
           "label",
           {},
           "at ",
@@ -243,21 +258,6 @@ export function add(root) {
             },
             "sample rate",
           ),
-        ),
-        h(
-          "button",
-          {
-            disabled: Boolean(running("compile")),
-            onclick: attempt(async () => {
-              const job = await order("compile", { model: card.name, rate_hz: Number(rate) });
-              if (job.state === "done")
-                say(
-                  `${card.name} flies: witness rows reproduced, ${job.result.stages} stages at ${job.result.rate_hz} Hz, reads ${job.result.channels.join(", ")}`,
-                  "ok",
-                );
-            }),
-          },
-          "Compile for flight",
         ),
         h(
           "button",

@@ -3,14 +3,20 @@ import { fill, h, panel } from "../dom.js";
 import { duration } from "../format.js";
 import { attempt, model, order, recording, refresh, running, session, store } from "../store.js";
 import { put, query } from "../api.js";
-import { panelsOf } from "../history_panels.js";
+import { bandedOf, panelsOf } from "../history_panels.js";
 import { historyTools } from "../history_tools.js";
 import { Sheet } from "../timeplot.js";
 import { askMark, marksTable } from "../marks.js";
 import { save, savePicture } from "../save.js";
 
 const ui = () =>
-  (store.ui.histories ??= { shown: null, models: null, channels: null, hidden: new Set(), hits: new Map() });
+  (store.ui.histories ??= {
+    shown: null,
+    models: null,
+    channels: null,
+    hits: new Map(),
+    condition: { channel: "force_N", low: "", high: "", phase: "" },
+  });
 
 export function histories(root) {
   const sheets = new Map(),
@@ -175,9 +181,11 @@ export function histories(root) {
   // what the shades mean
   function keysOf(name) {
     const settles = settling(name),
-      { marks } = recording(name),
+      { marks, models: run } = recording(name),
+      banded = bandedOf(recording(name), models().filter((m) => m in (run ?? {}))),
       key = (color, ...words) => h("span", { class: "shade-key" }, h("i", { class: color }), ...words);
     return [
+      banded ? key("band", `band: 95 % of the error that ${banded} had when it was identified`) : null,
       state.hits.get(name)?.length ? key("hit", state.why || "chosen samples") : null,
       settles
         ? key(

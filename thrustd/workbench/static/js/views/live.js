@@ -4,6 +4,7 @@ import { count, number } from "../format.js";
 import { get, query } from "../api.js";
 import { attempt } from "../store.js";
 import { EngineTile } from "../engine.js";
+import { MountTable } from "../mounts.js";
 import { LiveStrip } from "../strip.js";
 
 const OLD_S = 2; // a reading that has not come for this long is said to be old
@@ -13,6 +14,8 @@ export function live(body, log, state) {
     strips = new Map(),
     area = h("div", { class: "engines" }),
     charts = h("div", { class: "columns wide" }),
+    mounts = new Map(),
+    mountTable = new MountTable(),
     readings = h("div", { class: "readings" }),
     faults = h("div", { class: "readings" });
   state.textContent = "waiting for data";
@@ -20,9 +23,11 @@ export function live(body, log, state) {
     body,
     area,
     charts,
+    mountTable.root,
     panel("Latest readings", [h("span", { class: "faint" }, "name with its unit, value, age")], readings),
     panel("Faults so far", [], faults),
   );
+  body.hidden = true; // until there is something to show
   let after = 0,
     bytes = -1,
     over = false;
@@ -31,9 +36,11 @@ export function live(body, log, state) {
     const found = await get("api/live?" + query({ log, after }));
     if (over) return;
     after = found.next;
+    body.hidden = false;
     for (const row of found.rows) {
-      const name = row.topic.replace("/estimate/", "");
-      if (!row.topic.startsWith("/estimate/")) continue;
+      const [, kind, name] = row.topic.split("/");
+      if (kind === "mount") mounts.set(name, [row.deformation_mm, row.force_n, row.std_n]);
+      if (kind !== "estimate") continue;
       if (!tiles.has(name)) {
         tiles.set(name, new EngineTile(name));
         strips.set(name, new LiveStrip(name));
@@ -45,6 +52,7 @@ export function live(body, log, state) {
     }
     for (const tile of tiles.values()) if (tile.latest) tile.show(tile.latest);
     for (const strip of strips.values()) strip.paint();
+    mountTable.show([...mounts].sort());
     const growing = found.bytes !== bytes;
     bytes = found.bytes;
     state.textContent = found.latest_ns

@@ -115,7 +115,7 @@ export function missing(root) {
     kind: "diagnose",
     title: "What is missing",
     words:
-      "Every absent effect is judged by the error it removes on held-back blocks, parts of the measured recording it is not fitted to.",
+      "Every absent effect is judged by the error it removes on held-back blocks: parts of the measured recording it is not fitted to, start-up aside.",
     label: "What is missing?",
     ask: diagnoseNow,
     never: (s) => `Nobody has asked yet what ${s.model} lacks on ${s.measured.join(", ")}.`,

@@ -155,11 +155,11 @@ const remarks = (notes) =>
     : h(
         "details",
         { class: "faint" },
-        h("summary", {}, `${notes[0]}; ${notes.length - 1} more remarks`),
+        h("summary", {}, `${notes.length} remarks on what was read`),
         h(
           "ul",
           {},
-          notes.slice(1).map((note) => h("li", {}, note)),
+          notes.map((note) => h("li", {}, note)),
         ),
       );
 
@@ -172,7 +172,12 @@ function modelTable(models) {
         class: "pick",
         onclick: () => attempt(choose)({ model: one.name }),
       },
-      h("td", {}, h("b", {}, one.name), one.problem ? h("div", { class: "bad" }, one.problem) : null),
+      h(
+        "td",
+        { class: "name" },
+        h("button", { class: "plain", "aria-pressed": String(one.name === session().model) }, one.name),
+        one.problem ? h("div", { class: "bad" }, one.problem) : null,
+      ),
       h("td", {}, one.structure),
       h(
         "td",

@@ -1,9 +1,10 @@
 // A flight played back: a cursor runs through the recorded estimates of both engines.
 import { fill, h, panel, select } from "../dom.js";
-import { clock, number, seconds } from "../format.js";
+import { clock, seconds } from "../format.js";
 import { attempt } from "../store.js";
 import { EngineTile, FIELDS, thrustPanel } from "../engine.js";
 import { fetchWindow, valueAt } from "../lines.js";
+import { MountTable } from "../mounts.js";
 import { Sheet } from "../timeplot.js";
 
 const AHEAD_S = 20; // of playback fetched at once, times its speed
@@ -39,7 +40,7 @@ export function playback(body, card, engines, channels) {
     "Play",
   );
   const at = h("span", { class: "num" }),
-    table = h("tbody", {});
+    mountTable = new MountTable();
   const panels = engines.map((name) => thrustPanel(name, channels, 170));
   for (const c of [`n1_pct_${engines[0]}`, "accel_x_g"].filter((one) => channels.has(one)))
     panels.push({
@@ -89,33 +90,7 @@ export function playback(body, card, engines, channels) {
       tiles.map((t) => t.root),
     ),
     panel(card.name, [], sheet.root),
-    mounts.length
-      ? panel(
-          "Mounts",
-          [],
-          h(
-            "div",
-            { class: "flush" },
-            h(
-              "table",
-              {},
-              h(
-                "thead",
-                {},
-                h(
-                  "tr",
-                  {},
-                  h("th", {}, "Mount"),
-                  h("th", { class: "num" }, "Deformation"),
-                  h("th", { class: "num" }, "Thrust share"),
-                  h("th", { class: "num" }, "One sigma"),
-                ),
-              ),
-              table,
-            ),
-          ),
-        )
-      : null,
+    mountTable.root,
   );
 
   const wanted = [
@@ -147,24 +122,7 @@ export function playback(body, card, engines, channels) {
     });
     const last = now.windows[engines.length];
     if (last)
-      fill(
-        table,
-        mounts.map((m, i) =>
-          h(
-            "tr",
-            {},
-            h("td", {}, m.replace("_", " ")),
-            ...[
-              [0, "mm", 5],
-              [1, "N", 4],
-              [2, "N", 3],
-            ].map(([k, unit, digits]) => {
-              const hit = valueAt(last, 3 * i + k, now.t);
-              return h("td", { class: "num" }, hit ? `${number(hit[1], digits)} ${unit}` : "–");
-            }),
-          ),
-        ),
-      );
+      mountTable.show(mounts.map((m, i) => [m, [0, 1, 2].map((k) => valueAt(last, 3 * i + k, now.t)?.[1])]));
     sheet.reshade();
   }
 
