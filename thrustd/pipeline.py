@@ -106,16 +106,16 @@ class Pipeline:
 
     def snapshot(self) -> dict[str, Any]:
         """Everything a warm restart needs, JSON-able."""
-        return plain(
-            {
-                "t_ns": [self._fused_ns, self._start_ns],
-                "sample": [self._sampled_ns, self._sequence],
-                "mounts": [route.snapshot() for route in self._routes],
-                "filters": [thrust_filter.snapshot() for thrust_filter in self._filters],
-                "monitor": self._monitor.snapshot(),
-                "hold": self._hold.snapshot(),
-            }
-        )
+        memory: dict[str, Any] = {
+            "t_ns": [self._fused_ns, self._start_ns],
+            "sample": [self._sampled_ns, self._sequence],
+            "mounts": [route.snapshot() for route in self._routes],
+            "filters": [thrust_filter.snapshot() for thrust_filter in self._filters],
+            "hand_overs": [hand_over.snapshot() for hand_over in self._hand_overs],
+            "monitor": self._monitor.snapshot(),
+            "hold": self._hold.snapshot(),
+        }
+        return plain(memory)
 
     def restore(self, snapshot: Mapping[str, Any], shift_ns: int = 0) -> bool:
         """Take over a snapshot made with the same models, its times moved by `shift_ns`.
@@ -129,6 +129,7 @@ class Pipeline:
         self._resume_from = memory.sample
         restored = all([route.restore(state) for route, state in zip(self._routes, memory.mounts, strict=True)])
         restored &= all([part.restore(state) for part, state in zip(self._filters, memory.filters, strict=True)])
+        restored &= all([part.restore(state) for part, state in zip(self._hand_overs, memory.hand_overs, strict=True)])
         restored &= self._monitor.restore(memory.monitor, shift_ns) and self._hold.restore(memory.hold, shift_ns)
         self._believe(self._monitor.excluded)
         for (signal, index), listeners in self._believed.items():

@@ -15,6 +15,7 @@ class Memory(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sample: tuple[int, int]  # time and sequence of the last ADC sample
     mounts: list[dict[str, list[float]]]
     filters: list[dict[str, list[float]]]
+    hand_overs: list[list[float | None]]
     monitor: dict[str, Any]
     hold: list[list[Any]]
 
@@ -26,7 +27,9 @@ def read_memory(snapshot: Mapping[str, Any], mounts: int, engines: int, shift_ns
     except msgspec.ValidationError:
         return None
     times = [*memory.t_ns, memory.sample[0]]
-    if len(memory.mounts) != mounts or len(memory.filters) != engines or max(map(abs, times)) > MAX_TIME_NS:
+    if len(memory.mounts) != mounts or {len(memory.filters), len(memory.hand_overs)} != {engines}:
+        return None
+    if max(map(abs, times)) > MAX_TIME_NS:
         return None
     for state in memory.filters:
         if state.get("clock"):

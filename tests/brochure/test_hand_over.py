@@ -45,3 +45,19 @@ def test_fuel_flow_stands_alone_without_n1_and_nothing_is_nothing():
     hand_over, _, k = steady()
     assert hand_over.step(k * STEP_NS, deck(n1_n=nan), nan, nan).thrust_n == pytest.approx(FUEL_N)
     assert isnan(hand_over.step((k + 1) * STEP_NS, deck(nan, nan), nan, nan).thrust_n)
+
+
+def test_what_was_learnt_survives_a_restart():
+    hand_over, _, k = steady()
+    other = HandOver()
+    assert other.restore(hand_over.snapshot())
+    here, there = (each.step(k * STEP_NS, deck(fuel_n=nan), 70.0, 0.0) for each in (hand_over, other))
+    assert (there.thrust_n, there.std_n) == (here.thrust_n, here.std_n)
+
+
+@pytest.mark.parametrize("junk", [[], [0.0, -1.0, 70.0, 8.0], [None] * 4, [1e9, 0.001, 70.0, 8.0]])
+def test_junk_is_not_taken_over(junk):
+    hand_over = HandOver()
+    before = hand_over.snapshot()
+    assert not hand_over.restore(junk)
+    assert hand_over.snapshot() == before

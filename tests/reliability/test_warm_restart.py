@@ -95,6 +95,18 @@ def test_biases_and_band_of_the_fusion_survive(flown_level):
     assert not warm[t].status & Status.CONVERGING
 
 
+def test_what_fuel_flow_taught_about_n1_survives(flown_level):
+    whole, snapshot, later = flown_level
+    unlearnt = deepcopy(snapshot)
+    unlearnt["hand_overs"] = Pipeline(AIRCRAFT.config, PARTS).snapshot()["hand_overs"]
+    reference = by_time(whole, Estimate, engine=0)
+    errors = []
+    for memory in (snapshot, unlearnt):
+        warm = by_time(fed(restarted(memory), later), Estimate, engine=0)
+        errors.append(sum(abs(warm[t].brochure_n - reference[t].brochure_n) for t in sorted(warm)[:50]))
+    assert errors[0] < 0.5 * errors[1]
+
+
 def test_a_throttle_moved_during_the_pause_accuses_no_sensor(flown):
     _, snapshot, later = flown
     kinds = {fault.kind for fault in of(fed(restarted(snapshot), later), Fault)}
@@ -110,7 +122,6 @@ def test_another_boot_only_moves_the_clock(flown):
     assert forces[0] == forces[1]
 
 
-PATHS = ("t_ns", "sample", "mounts", "filters", "monitor", "hold")
 JUNK = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner, max_size=3),

@@ -13,6 +13,7 @@ flow confirmed it, LINE^2 |ln s/s0| is added to the variance. When N1 is missing
 FUEL_LEAD_S, when fuel flow is missing k stays as it was.
 """
 
+from collections.abc import Sequence
 from math import hypot, isfinite, log, nan, sqrt
 from typing import NamedTuple
 
@@ -32,6 +33,7 @@ SURPRISE_SIGMAS = 3.0
 LAG_S = 0.25  # thrust leads or lags N1 by about this much
 RATE_TAU_S = 0.5
 MAX_STEP_S = 1.0
+MAX_REMEMBERED = 1000.0  # no per cent of N1 and no ln s is as large
 
 
 class BrochureThrust(NamedTuple):
@@ -72,6 +74,19 @@ class HandOver:
             self._learn((fuel_n - n1_n) / scale_n, rate_pct_s, dt_s)
         line = self._line_variance(log(scale_n), rate_pct_s, dt_s if isfinite(fuel_n) else 0.0)
         return self._thrust(deck, n1_n + self._k * scale_n, scale_n * sqrt(self._p + line), dt_s)
+
+    def snapshot(self) -> list[float | None]:
+        """What was learnt: k, P, N1 then, ln s0; unknown is None."""
+        return [value if isfinite(value) else None for value in (self._k, self._p, self._n1_pct, self._ln_s0)]
+
+    def restore(self, state: Sequence[float | None]) -> bool:
+        """Take over a snapshot; False, and nothing changed, when it is none."""
+        values = [nan if value is None else value for value in state]
+        sane = len(values) == 4 and abs(values[0]) < 1.0 and 0.0 <= values[1] <= START_STD**2
+        if sane and not any(abs(value) > MAX_REMEMBERED for value in values):
+            self._k, self._p, self._n1_pct, self._ln_s0 = values
+            return True
+        return False
 
     def _line_variance(self, ln_s: float, rate_pct_s: float, dt_s: float) -> float:
         """Relative variance of N1's line since fuel flow confirmed it."""
