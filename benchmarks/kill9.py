@@ -26,7 +26,7 @@ from thrustd.replay import replay
 from thrustd.sources.mcap_log import LogFile
 
 WARM_AFTER_NS = 5_000_000_000
-LONGEST_GAP_NS = 10_000_000_000  # between a kill and READY: what the promise is for
+LONGEST_GAP_S = 10.0  # between a kill and READY: what the promise is for
 SHORTEST_LIFE_S, LONGEST_LIFE_S = 1.0, 9.0
 START_S = 6.0  # allowed per start when the length of the flight is chosen
 MOUNT = "left_upper"
@@ -52,7 +52,7 @@ class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     load: float
     lost_s: float  # at the end of its log
     missing_events: int  # inside its log
-    first: bool  # of its flight: nothing to take over
+    gap_s: float  # from the kill before to READY; 0 = the first of its flight: nothing to take over
     warm: bool
     traceback: bool
     deviations: tuple[float, float, float] | None  # median, 95 %, worst of |force / uninterrupted - 1| from 5 s on
@@ -108,11 +108,10 @@ def judge(flight: Path, lives: list[Life]) -> list[Row]:
     known = forces(reference, MOUNT)
     logs = sorted((flight.parent / "logs").glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     assert len(logs) == len(lives), f"{len(logs)} logs of {len(lives)} lives"
-    rows, gone_ns = [], 0
+    rows, gone_ns = [], lives[0].ready_ns
     for life, log in zip(lives, track(logs, "reading"), strict=True):
         file = LogFile(log)
         kept_ns = max((event.t_ns for event in file.events()), default=life.ready_ns)
-        in_time = life.ready_ns - gone_ns <= LONGEST_GAP_NS
         rows.append(
             Row(
                 ready_s=life.ready_s,
@@ -120,10 +119,10 @@ def judge(flight: Path, lives: list[Life]) -> list[Row]:
                 load=life.load,
                 lost_s=(life.killed_ns - kept_ns) * 1e-9,
                 missing_events=file.missing_events,
-                first=gone_ns == 0,
+                gap_s=(life.ready_ns - gone_ns) * 1e-9,
                 warm="starting warm" in life.words,
                 traceback="Traceback" in life.words,
-                deviations=deviations(log, known, life.ready_ns + WARM_AFTER_NS) if in_time else None,
+                deviations=deviations(log, known, life.ready_ns + WARM_AFTER_NS),
             )
         )
         gone_ns = life.killed_ns
@@ -149,14 +148,20 @@ def report(rows: list[Row]) -> None:
               f"worst {values.max():.2f} s")  # fmt: skip
     print(f"lost more than 1 s: {sum(row.lost_s > 1.0 for row in rows)}, READY after more than 3 s: "
           f"{sum(row.ready_s > 3.0 for row in rows)}")  # fmt: skip
-    later = [row for row in rows if not row.first]
+    later = [row for row in rows if row.gap_s > 0.0]
     print(f"warm starts {sum(row.warm for row in later)} of {len(later)}")
-    judged = np.array([row.deviations for row in later if row.warm and row.deviations is not None])
-    if len(judged):
-        print(f"mount force after 5 s against an uninterrupted run ({len(judged)} lives): median "
-              f"{np.median(judged[:, 0]):.2e}, 95 % of the worst life {judged[:, 1].max():.2e}, worst step "
-              f"{judged[:, 2].max():.2e}; worst step within 1 % in {np.sum(judged[:, 2] < 0.01)} lives")  # fmt: skip
+    print_forces(f"back within {LONGEST_GAP_S:g} s", [row for row in later if row.gap_s <= LONGEST_GAP_S])
+    print_forces("back later", [row for row in later if row.gap_s > LONGEST_GAP_S])
     print(f"tracebacks: {sum(row.traceback for row in rows)}")
+
+
+def print_forces(when: str, rows: list[Row]) -> None:
+    """How far the mount force was from an uninterrupted run, from 5 s after READY on."""
+    found = np.array([row.deviations for row in rows if row.warm and row.deviations is not None])
+    if len(found):
+        print(f"{when}, mount force from 5 s on against an uninterrupted run: {len(found)} lives, median "
+              f"{np.median(found[:, 0]):.2e}, 95 % of the worst life {found[:, 1].max():.2e}, worst step "
+              f"{found[:, 2].max():.2e}; worst step within 1 % in {np.sum(found[:, 2] < 0.01)} lives")  # fmt: skip
 
 
 if __name__ == "__main__":
