@@ -5,6 +5,7 @@ FOLDER/.thrustd/            state of the page; may be deleted while no page is o
     columns/ jobs/ reports/ incoming/ undone/ sealed/ session.json
 """
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,6 +22,8 @@ RECORDING_TYPES = (".csv", ".parquet", ".npz", ".mat", ".mcap")
 MODEL_TYPE = ".json"
 MAX_NAME = 120  # characters
 OPEN = 24  # sets of columns mapped at a time
+MCAP_END = b"\x89MCAP0\r\n"  # last bytes of a log that was closed
+SILENT_S = 10.0  # a log without its end that nobody wrote to for so long was cut off
 
 
 class Folder:
@@ -97,7 +100,11 @@ class Folder:
 
     def stamp(self) -> str:
         """Changes whenever a file is added, removed or written."""
-        return "".join(columns_key(path) for path in self._files())
+        return "".join(f"{columns_key(path)}{_growing(path):d}" for path in self._files())
+
+    def growing(self, name: str) -> bool:
+        """A flight log that a daemon is writing just now."""
+        return _growing(self.path(name))
 
     def free_name(self, stem: str, suffix: str) -> str:
         """A name nobody has yet: `stem.json`, `stem-2.json`, ..."""
@@ -168,3 +175,11 @@ def _card(name: str, spec: ModelSpec) -> ModelCard:
         dict(spec.provenance),
         settling_s(spec.linear),
     )
+
+
+def _growing(path: Path) -> bool:
+    if path.suffix.lower() != ".mcap" or time.time() - path.stat().st_mtime > SILENT_S:
+        return False
+    with path.open("rb") as file:
+        file.seek(max(path.stat().st_size - len(MCAP_END), 0))
+        return file.read() != MCAP_END

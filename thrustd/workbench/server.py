@@ -64,6 +64,7 @@ class Bench:
         path = self.folder.path(name)
         columns = self.folder.columns(name)
         card: dict[str, Any] = {"name": name, "bytes": path.stat().st_size, "meta": columns.meta if columns else None}
+        card["growing"] = self.folder.growing(name)
         runs = {model: self.folder.model_columns(name, model) for model in self.folder.models()}
         card["models"] = {model: [c.name for c in run.meta.channels] for model, run in runs.items() if run}
         try:

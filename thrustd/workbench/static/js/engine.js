@@ -55,10 +55,10 @@ export class EngineTile {
       : "no measurement yet";
     const route = (value, std, bias) =>
       Number.isFinite(value) && value !== null
-        ? [newtons(value), `± ${newtons(SIGMAS * std)}, bias ${bias}`]
+        ? [newtons(value), `± ${newtons(SIGMAS * std)}\nbias ${bias}`]
         : ["no measurement", `bias ${bias}`];
     const said = [
-      [settled ? `± ${newtons(width)}` : "–", `rate ${signed(e.thrust_rate_n_s, 2)} N/s`],
+      [settled ? `± ${newtons(width)}` : "–", `rate ${signedNewtons(e.thrust_rate_n_s)}/s`],
       route(e.mount_n, e.mount_std_n, signedNewtons(e.mount_bias_n)),
       route(e.brochure_n, e.brochure_std_n, `${signed(100 * e.brochure_bias, 2)} %`),
     ];

@@ -5,15 +5,17 @@ import { live } from "./live.js";
 import { playback } from "./playback.js";
 
 export function flight(root) {
-  const ui = (store.ui.flight ??= { log: null, mode: "play" });
+  const ui = (store.ui.flight ??= { log: null, mode: null });
   let stop = () => {};
   const logs = () => store.server.recordings.filter((r) => r.name.endsWith(".mcap"));
 
   function draw() {
     stop();
     stop = () => {};
+    ui.waiting = false;
     const found = logs(),
-      chosen = found.find((r) => r.name === ui.log) ?? found[0];
+      chosen = found.find((r) => r.name === ui.log) ?? found.find((r) => r.growing) ?? found[0],
+      mode = ui.mode ?? (chosen?.growing ? "live" : "play");
     const state = h("span", { class: "quiet", role: "status" }, "A log may be followed while the daemon is writing it.");
     const tools = h(
       "div",
@@ -38,7 +40,7 @@ export function flight(root) {
         h(
           "button",
           {
-            "aria-pressed": String(ui.mode === "play"),
+            "aria-pressed": String(mode === "play"),
             onclick: () => {
               ui.mode = "play";
               draw();
@@ -49,7 +51,7 @@ export function flight(root) {
         h(
           "button",
           {
-            "aria-pressed": String(ui.mode === "live"),
+            "aria-pressed": String(mode === "live"),
             onclick: () => {
               ui.mode = "live";
               draw();
@@ -78,7 +80,7 @@ export function flight(root) {
     );
     if (!chosen)
       fill(body, words("No flight log (MCAP) in this folder. Let thrustd run or thrustd replay write one here."));
-    else if (ui.mode === "live") stop = live(body, chosen.name, state);
+    else if (mode === "live") stop = live(body, chosen.name, state);
     else stop = play(body, chosen);
   }
 
@@ -91,9 +93,13 @@ export function flight(root) {
   };
 
   function play(body, card) {
-    ui.waiting = false;
-    if (!card.meta) {
+    ui.waiting = !card.meta;
+    if (card.growing) {
       ui.waiting = true;
+      fill(body, words("This log is being written: follow it live. It can be played back when it is closed."));
+      return () => {};
+    }
+    if (!card.meta) {
       const failed = store.server.jobs.find(
         (job) => job.kind === "prepare" && job.state === "failed" && job.arguments.recording === card.name,
       );

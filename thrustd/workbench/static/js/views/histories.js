@@ -71,6 +71,7 @@ export function histories(root) {
 
   function ready(name) {
     const card = recording(name);
+    if (!card.meta && card.growing) return false;
     if (!card.meta) {
       want("prepare", { recording: name });
       return false;
@@ -96,7 +97,11 @@ export function histories(root) {
         h(
           "p",
           { class: "empty" },
-          running("prepare") ? "Reading the recording and making its zoom pyramid …" : "Not read yet.",
+          recording(name).growing
+            ? "This log is being written. Follow it under Live and flight; its time histories are here when it is closed."
+            : running("prepare")
+              ? "Reading the recording and making its zoom pyramid …"
+              : "Not read yet.",
         ),
       );
     sheets.get(name)?.close();
@@ -234,7 +239,7 @@ export function histories(root) {
   let signature = "";
   const look = () =>
     JSON.stringify([
-      recordings().map((r) => [r, recording(r)?.meta, recording(r)?.models, recording(r)?.marks]),
+      recordings().map((r) => [r, recording(r)?.meta, recording(r)?.growing, recording(r)?.models, recording(r)?.marks]),
       models(),
     ]);
   draw();

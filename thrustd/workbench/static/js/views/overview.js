@@ -42,7 +42,7 @@ export function overview(root) {
 
 // read recordings that were never read, one after the other
 function readNext(recordings, asked) {
-  const next = recordings.find((one) => !one.meta && !asked.has(one.name));
+  const next = recordings.find((one) => !one.meta && !one.growing && !asked.has(one.name));
   if (!next || running("prepare")) return;
   asked.add(next.name);
   attempt(order)("prepare", { recording: next.name });
@@ -95,7 +95,7 @@ function recordingTable(recordings) {
         one.problem ? h("div", { class: "bad" }, one.problem) : null,
         meta?.notes.length ? remarks(meta.notes) : null,
       ),
-      h("td", { class: "num" }, meta ? duration(meta.stop_s - meta.start_s) : running("prepare")?.arguments.recording === one.name ? "reading …" : "–"),
+      h("td", { class: "num" }, length(one)),
       h("td", { class: "num" }, meta ? count(meta.samples) : ""),
       h("td", { class: "num" }, meta ? hertz(meta.sample_hz) : ""),
       h(
@@ -146,6 +146,12 @@ function recordingTable(recordings) {
       h("tbody", {}, rows),
     ),
   );
+}
+
+function length({ name, meta, growing }) {
+  if (meta) return duration(meta.stop_s - meta.start_s);
+  if (growing) return "being written";
+  return running("prepare")?.arguments.recording === name ? "reading …" : "–";
 }
 
 // one remark is said, many are folded
