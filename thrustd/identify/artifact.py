@@ -10,7 +10,7 @@ import numpy as np
 from thrustd.identify.error_map import error_map
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.parameters import pack
-from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.sensitivity import residuals, segments_for
 from thrustd.model.artifact import ModelSpec, Witness
 from thrustd.model.compile import model_stages, witness_of
@@ -42,22 +42,16 @@ def finished(
 def parameter_std(spec: ModelSpec, segments: Sequence[Segment]) -> dict[str, float]:
     """One sigma of the model's numbers, residual colour included; the ends of f and the direct gain fix the units."""
     last = len(getattr(spec.input_curve, "y", [])) - 1
-    fixed = {"linear.direct", "input_curve.y.0", f"input_curve.y.{last}"}
+    fixed = {"linear.direct", "output_linear.direct", "input_curve.y.0", f"input_curve.y.{last}"}
     names = [name for name in pack(spec).names if name not in fixed and name.partition(".")[0] in CORE]
     total = sum(len(segment) for segment in segments)
-    part = _stretch(max(segments, key=len))
+    part = head(max(segments, key=len), STD_SAMPLES)
     result = estimate_segments(spec, [part], names, EstimateSettings(max_iterations=0))
     shrink = float(np.sqrt(len(part) / total))
     return {name: float(std) * shrink for name, std in zip(result.names, result.std, strict=True)}
 
 
-CORE = ("input_curve", "linear", "output_curve")
-
-
-def _stretch(segment: Segment) -> Segment:
-    n = STD_SAMPLES
-    inputs = {name: column[:n] for name, column in segment.inputs.items()}
-    return Segment(segment.record, segment.start_s, segment.dt_s, inputs, segment.force_n[:n])
+CORE = ("input_curve", "linear", "output_curve", "output_linear")
 
 
 def provenance(

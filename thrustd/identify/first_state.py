@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.model.stage import Floats
 
 Simulate = Callable[[Segment], Floats]
@@ -45,14 +45,14 @@ def _levels(simulate: Simulate, segment: Segment, rested: Floats) -> Floats | No
     n = stretch_of(segment)
     if n == 0:
         return None
-    head = _head(segment, n)
+    start = head(segment, n)
     u = segment.inputs[DEFORMATION]
     spread = float(np.ptp(u)) or 1.0
-    good = np.isfinite(head.force_n)
+    good = np.isfinite(start.force_n)
 
     def residual(levels: Floats) -> Floats:
-        out = simulate(_with_past(head, levels))[sum(HELD) :]
-        return np.asarray((head.force_n - out)[good], float)
+        out = simulate(_with_past(start, levels))[sum(HELD) :]
+        return np.asarray((start.force_n - out)[good], float)
 
     with np.errstate(all="ignore"):
         found, cost = _searched(residual, np.full(len(HELD), u[0]), spread, float(np.nanmean(rested[n:] ** 2)))
@@ -93,8 +93,3 @@ def _with_past(segment: Segment, levels: Floats) -> Segment:
     inputs[DEFORMATION] = np.concatenate((before, segment.inputs[DEFORMATION]))
     force_n = np.concatenate((np.full(len(before), np.nan), segment.force_n))
     return replace(segment, inputs=inputs, force_n=force_n)
-
-
-def _head(segment: Segment, n: int) -> Segment:
-    inputs = {name: column[:n] for name, column in segment.inputs.items()}
-    return replace(segment, inputs=inputs, force_n=segment.force_n[:n])

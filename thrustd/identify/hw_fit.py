@@ -21,7 +21,7 @@ from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_eq
 from thrustd.identify.hw_search import search
 from thrustd.identify.hw_shapes import Shape, directions_of, smooth
 from thrustd.identify.hw_start import best_start, freed
-from thrustd.identify.segments import DEFORMATION, Segment, segments_of, thinned
+from thrustd.identify.segments import DEFORMATION, Segment, head, segments_of, thinned
 from thrustd.records.recording import Recording
 
 Progress = Callable[[str, float], None]  # (what is being done, rmse in the unit of the force)
@@ -150,7 +150,7 @@ def _smooth_fit(task: _Task) -> Point:
     """The model with cubics for free knots, on all data."""
     shapes = smooth(task.shapes)
     longest = max(task.segments, key=len)
-    part = _first(longest, START_SAMPLES)
+    part = head(longest, START_SAMPLES)
     trial = _signal(part, task.units, max(1, len(part) // COARSE_ROWS))
     point = best_start(
         trial,
@@ -210,7 +210,7 @@ def _merged_fit(task: _Task, begin: Point, signals: list[Signal], reins: Reins) 
 
 def _best_guess(task: _Task, start: Point) -> tuple[Point, float]:
     """The guess at the curves that predicts a held-back block best, and its error over that of `start` there."""
-    few = [_first(segment, GUESS_SAMPLES) for segment in task.segments[:GUESS_SEGMENTS]]
+    few = [head(segment, GUESS_SAMPLES) for segment in task.segments[:GUESS_SEGMENTS]]
     (fold,) = folds_of(_signals(few, task.units, FOLD_ROWS), (MIDDLE,))
     own = replace(start, starts=start.starts[: len(few)])
     ends = [
@@ -221,11 +221,6 @@ def _best_guess(task: _Task, start: Point) -> tuple[Point, float]:
     best = int(np.argmin(errors))
     found = start if best == 0 else replace(ends[best], starts=np.zeros_like(start.starts))
     return found, float(np.sqrt(errors[best] / errors[0]))
-
-
-def _first(segment: Segment, samples: int) -> Segment:
-    inputs = {name: column[:samples] for name, column in segment.inputs.items()}
-    return replace(segment, inputs=inputs, force_n=segment.force_n[:samples])
 
 
 def _most_knots(task: _Task) -> tuple[int, int]:

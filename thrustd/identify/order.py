@@ -12,7 +12,7 @@ from rich.table import Table
 
 from thrustd.identify.hw_fit import HwSettings, Progress, fit_segments
 from thrustd.identify.hw_spec import spec_of
-from thrustd.identify.segments import Segment, segments_of
+from thrustd.identify.segments import Segment, head, segments_of
 from thrustd.identify.sensitivity import residuals
 from thrustd.records.recording import Recording
 
@@ -70,17 +70,12 @@ def _with(settings: HwSettings, order: int, segments: int) -> HwSettings:
 
 def _judged(whole: Sequence[Segment], settings: HwSettings, progress: Progress | None) -> Choice:
     cuts = [round(TRAIN_SHARE * len(segment)) for segment in whole]
-    first = [_head(segment, cut) for segment, cut in zip(whole, cuts, strict=True)]
+    first = [head(segment, cut) for segment, cut in zip(whole, cuts, strict=True)]
     fit = fit_segments(first, settings, progress)
     spec = spec_of(fit, "choice")
     late = [residuals(spec, segment)[cut:] for segment, cut in zip(whole, cuts, strict=True)]
     held_out = float(np.sqrt(np.nanmean(np.concatenate(late) ** 2)))
     return Choice(settings.order, settings.input_segments, fit.rmse, held_out)
-
-
-def _head(segment: Segment, cut: int) -> Segment:
-    inputs = {name: column[:cut] for name, column in segment.inputs.items()}
-    return replace(segment, inputs=inputs, force_n=segment.force_n[:cut])
 
 
 def _smallest(choices: Sequence[Choice], sizes: Sequence[int]) -> int:

@@ -4,7 +4,7 @@ Names are `piece.place.field`, so that shell patterns choose them:
 
     input_curve.y.3   input_curve.x.3   input_curve.coefficients.1       (the same for output_curve)
     linear.direct   linear.real.0.log_tau_s   linear.real.0.gain
-    linear.complex.0.log_decay_1_s   ...log_frequency_rad_s   ...gain_re   ...gain_im
+    linear.complex.0.log_decay_1_s   ...log_frequency_rad_s   ...gain_re   ...gain_im   (the same for output_linear)
     hysteresis.force_n                                        effect name . parameter; a second one: hysteresis#2.
 
 `log_` parameters are natural logarithms, so that time constants stay positive and step by ratios.
@@ -83,8 +83,9 @@ def unpack(spec: ModelSpec, vector: ParameterVector) -> ModelSpec:
     return msgspec.structs.replace(
         spec,
         input_curve=_rebuilt_curve(spec.input_curve, "input_curve", values),
-        linear=_rebuilt_linear(spec.linear, values),
+        linear=_rebuilt_linear(spec.linear, "linear", values),
         output_curve=_rebuilt_curve(spec.output_curve, "output_curve", values),
+        output_linear=spec.output_linear and _rebuilt_linear(spec.output_linear, "output_linear", values),
         effects=[
             EffectSpec(effect.name, {key: values[f"{label}.{key}"] for key in _full(effect)}, effect.std)
             for label, effect in _labelled(spec)
@@ -95,8 +96,10 @@ def unpack(spec: ModelSpec, vector: ParameterVector) -> ModelSpec:
 def parameter_places(spec: ModelSpec) -> dict[str, _Place]:
     """Every parameter of the model by name: value, bounds, scale."""
     places = _curve_places("input_curve", spec.input_curve)
-    places |= _linear_places(spec.linear)
+    places |= _linear_places("linear", spec.linear)
     places |= _curve_places("output_curve", spec.output_curve)
+    if spec.output_linear is not None:
+        places |= _linear_places("output_linear", spec.output_linear)
     for label, effect in _labelled(spec):
         for parameter in effect_named(effect.name).parameters:
             value = _full(effect)[parameter.name]
@@ -143,16 +146,16 @@ def _curve_places(label: str, curve: Curve) -> dict[str, _Place]:
     return places
 
 
-def _linear_places(linear: LinearBlock) -> dict[str, _Place]:
-    places = {"linear.direct": _Place(linear.direct, -inf, inf, 1.0)}
+def _linear_places(label: str, linear: LinearBlock) -> dict[str, _Place]:
+    places = {f"{label}.direct": _Place(linear.direct, -inf, inf, 1.0)}
     for i, mode in enumerate(linear.real_modes):
-        places[f"linear.real.{i}.log_tau_s"] = _log_place(mode.tau_s)
-        places[f"linear.real.{i}.gain"] = _Place(mode.gain, -inf, inf, 0.1)
+        places[f"{label}.real.{i}.log_tau_s"] = _log_place(mode.tau_s)
+        places[f"{label}.real.{i}.gain"] = _Place(mode.gain, -inf, inf, 0.1)
     for i, pair in enumerate(linear.complex_modes):
-        places[f"linear.complex.{i}.log_decay_1_s"] = _log_place(pair.decay_1_s)
-        places[f"linear.complex.{i}.log_frequency_rad_s"] = _log_place(pair.frequency_rad_s)
-        places[f"linear.complex.{i}.gain_re"] = _Place(pair.gain_re, -inf, inf, 0.1)
-        places[f"linear.complex.{i}.gain_im"] = _Place(pair.gain_im, -inf, inf, 0.1)
+        places[f"{label}.complex.{i}.log_decay_1_s"] = _log_place(pair.decay_1_s)
+        places[f"{label}.complex.{i}.log_frequency_rad_s"] = _log_place(pair.frequency_rad_s)
+        places[f"{label}.complex.{i}.gain_re"] = _Place(pair.gain_re, -inf, inf, 0.1)
+        places[f"{label}.complex.{i}.gain_im"] = _Place(pair.gain_im, -inf, inf, 0.1)
     return places
 
 
@@ -168,18 +171,18 @@ def _rebuilt_curve(curve: Curve, label: str, values: Mapping[str, float]) -> Cur
     return PiecewiseLinear(x, [values[f"{label}.y.{i}"] for i in range(len(curve.y))])
 
 
-def _rebuilt_linear(linear: LinearBlock, values: Mapping[str, float]) -> LinearBlock:
+def _rebuilt_linear(linear: LinearBlock, label: str, values: Mapping[str, float]) -> LinearBlock:
     real = [
-        RealMode(exp(values[f"linear.real.{i}.log_tau_s"]), values[f"linear.real.{i}.gain"])
+        RealMode(exp(values[f"{label}.real.{i}.log_tau_s"]), values[f"{label}.real.{i}.gain"])
         for i in range(len(linear.real_modes))
     ]
     pairs = [
         ComplexMode(
-            exp(values[f"linear.complex.{i}.log_decay_1_s"]),
-            exp(values[f"linear.complex.{i}.log_frequency_rad_s"]),
-            values[f"linear.complex.{i}.gain_re"],
-            values[f"linear.complex.{i}.gain_im"],
+            exp(values[f"{label}.complex.{i}.log_decay_1_s"]),
+            exp(values[f"{label}.complex.{i}.log_frequency_rad_s"]),
+            values[f"{label}.complex.{i}.gain_re"],
+            values[f"{label}.complex.{i}.gain_im"],
         )
         for i in range(len(linear.complex_modes))
     ]
-    return LinearBlock(values["linear.direct"], real, pairs, linear.hold)
+    return LinearBlock(values[f"{label}.direct"], real, pairs, linear.hold)

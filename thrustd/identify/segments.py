@@ -5,7 +5,7 @@ lines; a longer hole in an input splits the record. Missing reference force stay
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -94,6 +94,12 @@ def bridged(column: Floats) -> Floats:
         if b - a > BRIDGE or a == 0 or b == len(column):
             filled[a:b] = np.nan
     return filled
+
+
+def head(segment: Segment, samples: int) -> Segment:
+    """The first samples of a segment."""
+    inputs = {name: column[:samples] for name, column in segment.inputs.items()}
+    return replace(segment, inputs=inputs, force_n=segment.force_n[:samples])
 
 
 def thinned(segments: Sequence[Segment], samples: int) -> list[Segment]:

@@ -123,6 +123,7 @@ class ModelSpec(Struct, frozen=True):
     linear: LinearBlock
     output_curve: Curve
     valid: ValidRange
+    output_linear: LinearBlock | None = None  # behind the output curve: Wiener-Hammerstein
     effects: list[EffectSpec] = []
     error: ErrorMap | None = None
     parameter_std: dict[str, float] = {}

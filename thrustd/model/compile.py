@@ -33,12 +33,12 @@ def curve_stage(name: str, curve: Curve) -> Stage:
     return polynomial(name, curve.centre, curve.scale, np.array(curve.coefficients))
 
 
-def linear_stage(linear: LinearBlock, dt_s: float) -> Stage:
+def linear_stage(linear: LinearBlock, dt_s: float, name: str = "linear") -> Stage:
     complex_modes = [
         (complex(-m.decay_1_s, m.frequency_rad_s), complex(m.gain_re, m.gain_im)) for m in linear.complex_modes
     ]
     real_modes = [(m.tau_s, m.gain) for m in linear.real_modes]
-    return sections("linear", linear.direct, real_modes, complex_modes, dt_s, linear.hold)
+    return sections(name, linear.direct, real_modes, complex_modes, dt_s, linear.hold)
 
 
 def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
@@ -51,6 +51,7 @@ def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
         curve_stage("input_curve", spec.input_curve),
         linear_stage(spec.linear, dt_s),
         curve_stage("output_curve", spec.output_curve),
+        *([linear_stage(spec.output_linear, dt_s, "output_linear")] if spec.output_linear is not None else []),
     ]
     return (*placed["deformation"], *core, *placed["gain"], *placed["force"])
 

@@ -1,0 +1,54 @@
+"""A curve between two linear blocks."""
+
+import msgspec
+import numpy as np
+
+from thrustd.identify.identify import identify
+from thrustd.identify.structures.wiener_hammerstein import _block, _poles, _zeros
+from thrustd.model.artifact import (
+    ComplexMode,
+    LinearBlock,
+    ModelSpec,
+    PiecewiseLinear,
+    RealMode,
+    ValidRange,
+    read_model,
+    write_model,
+)
+from thrustd.model.compile import check_witness, compile_model
+from thrustd.records.recording import make_recording
+
+LINE = PiecewiseLinear([-1.0, 1.0], [-1.0, 1.0])
+CLIPPED = PiecewiseLinear([-2.0, 0.2, 0.4, 2.0], [-2.0, 0.2, 0.3, 0.7])
+BETWEEN = ModelSpec(
+    "thrustd-model/1", "between", "wiener-hammerstein", LINE, LinearBlock(0.0, [], [ComplexMode(8.0, 25.0, 1.0, 0.4)]),
+    CLIPPED, ValidRange((-1.0, 1.0), (-2.0, 0.7)), LinearBlock(0.2, [RealMode(0.1, 0.5), RealMode(0.4, 0.3)]),
+)  # fmt: skip
+
+
+def record(seed, n=8000, rate_hz=50.0, noise=0.002):
+    rng = np.random.default_rng(seed)
+    u = rng.normal(size=n)
+    force = compile_model(BETWEEN, rate_hz).simulate(u[:, None]) + noise * rng.normal(size=n)
+    return make_recording(f"seed {seed}", {"time_s": np.arange(n) / rate_hz, "deformation_mm": u, "force_N": force})
+
+
+def test_both_linear_blocks_are_found():
+    found = identify([record(1)], [record(2)], ["oe-6-4", "wiener", "wiener-hammerstein"])
+    fits = {score.structure: score.validation.fit_pct for score in found.scores}
+    assert fits["wiener-hammerstein"] > 97.0 > fits["wiener"] > fits["oe-6-4"]
+    assert found.spec.structure == "wiener-hammerstein"
+    check_witness(read_model(write_model(found.spec), "model"), "model")
+
+
+def test_poles_and_zeros_give_the_block_back():
+    block = msgspec.structs.replace(BETWEEN.linear, real_modes=[RealMode(0.3, 0.2)], direct=-0.2)
+    poles = _poles(block)
+    again = _block(poles, _zeros(block, poles))
+    np.testing.assert_allclose(again.direct, block.direct, rtol=1e-6)
+    np.testing.assert_allclose(again.real_modes[0].gain, 0.2, rtol=1e-6)
+    np.testing.assert_allclose(again.complex_modes[0].gain_im, 0.4, rtol=1e-6)
+
+
+def test_an_artifact_without_a_second_block_is_written_as_before():
+    assert "output_linear" not in write_model(msgspec.structs.replace(BETWEEN, output_linear=None))

@@ -1,0 +1,210 @@
+"""Wiener-Hammerstein: a linear block on either side of one curve, deformation -> G1 -> h -> G2 -> force.
+
+With a random input the best linear model of such a system is G1 G2 times a number (Bussgang), so its poles and zeros
+belong to one block or to the other. Every share-out is tried: u through G1, powers of that through G2, least squares
+for what they weigh (Sjoberg & Schoukens, Automatica 48(2), 2012). The best few are then estimated whole.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from thrustd.identify.estimate import EstimateSettings, estimate_segments
+from thrustd.identify.hw_fit import HwSettings, Progress, fit_segments
+from thrustd.identify.hw_spec import spec_of
+from thrustd.identify.parameters import pack
+from thrustd.identify.segments import DEFORMATION, Segment, head
+from thrustd.identify.sensitivity import residuals
+from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
+from thrustd.model.compile import linear_stage
+from thrustd.model.stage import Floats
+
+Roots = NDArray[np.complex128]
+
+CHOSEN = ("linear.*", "output_curve.*", "output_linear.*")
+ORDERS = (2, 3, 4, 6)  # of the best linear model
+DEGREE = 5  # of the curve while share-outs are compared
+SEGMENTS = 10
+RANKED = 6_000  # samples on which share-outs are compared
+FINALISTS, TRIED = 4, 30_000  # of them estimated, on so many samples
+FINAL = 120_000  # samples for the last estimate
+MOST_SPLITS = 3_000
+SETTLING = 0.05  # of every segment: its start at rest is a guess
+GROWTH, WORTH_IT = 4, 0.97  # real modes that may be added, each for an error that falls at least to so much
+NEW_GAIN = 0.02
+HELD_BACK = (0.6, 0.8)  # of every segment, while models are compared
+FAR = 100.0  # times the fastest pole: a zero further out does nothing
+
+
+class Split(NamedTuple):
+    error: float
+    first: LinearBlock
+    curve: PiecewiseLinear
+    second: LinearBlock
+
+
+def _fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+    shown = head(max(segments, key=len), RANKED)
+    splits = []
+    for order in ORDERS:
+        linear = _straight(segments, order, progress)
+        splits += [(split.error, _spec(linear, split)) for split in _splits(linear.linear, shown)]
+    few = [head(segment, TRIED) for segment in segments[:5]]
+    splits.sort(key=lambda split: split[0])
+    trials = [_tried(spec, few, 8) for _, spec in splits[:FINALISTS]]
+    best = _grown(*min(trials, key=lambda trial: trial[1]), few)
+    spec = _estimated(best, [head(segment, FINAL) for segment in segments], 25)
+    return of_spec(spec, len(pack(spec, CHOSEN)) - 2)
+
+
+def _straight(segments: Sequence[Segment], order: int, progress: Progress | None) -> ModelSpec:
+    settings = HwSettings(order, input_shape="line", output_shape="line")
+    return spec_of(fit_segments(list(segments), settings, progress), "wiener-hammerstein", "wiener-hammerstein")
+
+
+def _grown(spec: ModelSpec, error: float, segments: list[Segment]) -> ModelSpec:
+    """With further real modes in either block: the best linear model melts neighbouring poles of both into one."""
+    for _ in range(GROWTH):
+        trials = [_tried(longer, segments, 12) for longer in _one_mode_more(spec)]
+        best, fallen = min(trials, key=lambda trial: trial[1])
+        if fallen > WORTH_IT * error:
+            break
+        spec, error = best, fallen
+    return spec
+
+
+def _one_mode_more(spec: ModelSpec) -> list[ModelSpec]:
+    assert spec.output_linear is not None
+    first, second = (_with_mode(block) for block in (spec.linear, spec.output_linear))
+    return [msgspec.structs.replace(spec, linear=first), msgspec.structs.replace(spec, output_linear=second)]
+
+
+def _with_mode(block: LinearBlock) -> LinearBlock:
+    poles = _poles(block)
+    tau_s = float(np.exp(-np.log(np.abs(poles)).mean())) if len(poles) else 1.0
+    mode = RealMode(tau_s, NEW_GAIN)
+    return msgspec.structs.replace(block, direct=block.direct - NEW_GAIN, real_modes=[*block.real_modes, mode])
+
+
+def _tried(spec: ModelSpec, segments: list[Segment], iterations: int) -> tuple[ModelSpec, float]:
+    """Estimated without a block of every segment, and the error on those blocks."""
+    blocks = [slice(int(HELD_BACK[0] * len(s)), int(HELD_BACK[1] * len(s))) for s in segments]
+    hidden = [replace(s, force_n=s.force_n.copy()) for s in segments]
+    for segment, block in zip(hidden, blocks, strict=True):
+        segment.force_n[block] = np.nan
+    found = _estimated(spec, hidden, iterations)
+    missed = np.concatenate([residuals(found, s)[block] for s, block in zip(segments, blocks, strict=True)])
+    error = float(np.sqrt(np.nanmean(missed**2)))
+    return found, error if np.isfinite(error) else np.inf
+
+
+def _estimated(spec: ModelSpec, segments: list[Segment], iterations: int) -> ModelSpec:
+    skip_s = SETTLING * max(len(segment) * segment.dt_s for segment in segments)
+    return estimate_segments(spec, segments, CHOSEN, EstimateSettings(iterations, 1e-4, skip_s=skip_s)).spec
+
+
+def _spec(linear: ModelSpec, split: Split) -> ModelSpec:
+    low, high = linear.valid.deformation_mm
+    return msgspec.structs.replace(
+        linear,
+        input_curve=PiecewiseLinear([low, high], [low, high]),
+        linear=split.first,
+        output_curve=split.curve,
+        output_linear=split.second,
+    )
+
+
+def _splits(linear: LinearBlock, segment: Segment) -> Iterator[Split]:
+    """Every way to share out poles and zeros, conjugates together, neither block with more zeros than poles."""
+    poles = _poles(linear)
+    pole_units, zero_units = _units(poles), _units(_zeros(linear, poles))
+    ways = product((0, 1), repeat=len(pole_units) + len(zero_units))
+    for _, way in zip(range(MOST_SPLITS), ways, strict=False):
+        shared = [_joined(pole_units, way, block) for block in (0, 1)]
+        zeros = [_joined(zero_units, way[len(pole_units) :], block) for block in (0, 1)]
+        if all(len(z) <= len(p) for z, p in zip(zeros, shared, strict=True)):
+            yield _judged(_block(shared[0], zeros[0]), _block(shared[1], zeros[1]), segment)
+
+
+def _judged(first: LinearBlock, second: LinearBlock, segment: Segment) -> Split:
+    """Curve by least squares between the two blocks, and the mean squared error with it."""
+    x = _through(first, segment.inputs[DEFORMATION], segment.dt_s)
+    centre, scale = float(x.mean()), float(np.ptp(x)) / 2 or 1.0
+    z = (x - centre) / scale
+    powers = np.polynomial.legendre.legvander(z, DEGREE)
+    table = np.column_stack([_through(second, column, segment.dt_s) for column in powers.T])
+    good = np.isfinite(segment.force_n) & np.isfinite(table).all(axis=1)
+    good[: int(SETTLING * len(good))] = False
+    if good.sum() < 2 * DEGREE:
+        return Split(np.inf, first, PiecewiseLinear([0.0, 1.0], [0.0, 1.0]), second)
+    weights = np.linalg.lstsq(table[good], segment.force_n[good], rcond=1e-9)[0]
+    error = float(np.mean((segment.force_n[good] - table[good] @ weights) ** 2))
+    knots = 0.5 * np.quantile(z, np.linspace(0, 1, SEGMENTS + 1)) + 0.5 * np.linspace(-1.0, 1.0, SEGMENTS + 1)
+    heights = np.polynomial.legendre.legval(knots, weights)
+    curve = PiecewiseLinear(list(map(float, centre + scale * knots)), list(map(float, heights)))
+    return Split(error if np.isfinite(error) else np.inf, first, curve, second)
+
+
+def _through(block: LinearBlock, u: Floats, dt_s: float) -> Floats:
+    stage = linear_stage(block, dt_s)
+    return stage.run(stage.start(np.empty(0), float(u[0])), np.empty((len(u), 0)), np.ascontiguousarray(u))
+
+
+def _poles(linear: LinearBlock) -> Roots:
+    real = [complex(-1 / mode.tau_s * (1 + 1e-6 * i)) for i, mode in enumerate(linear.real_modes)]  # all different
+    pairs = [complex(-m.decay_1_s, m.frequency_rad_s) for m in linear.complex_modes]
+    return np.array(real + pairs + [p.conjugate() for p in pairs], complex)
+
+
+def _zeros(linear: LinearBlock, poles: Roots) -> Roots:
+    """Roots of direct prod(1 - s/p) + sum g_i prod_{k != i}(1 - s/p_k), in units of the fastest pole."""
+    pairs = [complex(m.gain_re, m.gain_im) / 2 for m in linear.complex_modes]
+    gains = np.array([m.gain for m in linear.real_modes] + pairs + [g.conjugate() for g in pairs], complex)
+    scale = float(np.abs(poles).max())
+    factors = [np.array([1.0, -scale / p]) for p in poles]  # rising powers of s / scale
+    total = linear.direct * _product(factors)
+    for i, gain in enumerate(gains):
+        total = np.polynomial.polynomial.polyadd(total, gain * _product(factors[:i] + factors[i + 1 :]))
+    total = np.trim_zeros(np.where(np.abs(total) > 1e-9 * np.abs(total).max(), total, 0.0), "b")
+    zeros = np.polynomial.polynomial.polyroots(np.real(total)) * scale
+    return zeros[(np.abs(zeros) < FAR * scale) & (np.abs(zeros) > 1e-6 * np.abs(poles).min())].astype(complex)
+
+
+def _product(factors: Sequence[Roots]) -> Roots:
+    total = np.ones(1, complex)
+    for factor in factors:
+        total = np.convolve(total, factor)
+    return total
+
+
+def _units(roots: Roots) -> list[Roots]:
+    """Real roots alone, complex ones with their conjugates."""
+    real = np.abs(roots.imag) < 1e-9 * np.abs(roots)
+    upper = roots[~real & (roots.imag > 0)]
+    return [np.array([r.real + 0j]) for r in roots[real]] + [np.array([r, r.conjugate()]) for r in upper]
+
+
+def _joined(units: Sequence[Roots], way: Sequence[int], block: int) -> Roots:
+    return np.concatenate([np.empty(0, complex), *(u for u, at in zip(units, way, strict=False) if at == block)])
+
+
+def _block(poles: Roots, zeros: Roots) -> LinearBlock:
+    """Unit DC gain: prod(1 - s/z) / prod(1 - s/p) as modes."""
+    direct = float(np.real(np.prod(poles) / np.prod(zeros))) if len(poles) == len(zeros) else 0.0
+    gains = [np.prod(1 - p / zeros) / np.prod([1 - p / q for q in poles if q != p]) for p in poles]
+    real = [RealMode(float(-1 / p.real), float(g.real)) for p, g in zip(poles, gains, strict=True) if p.imag == 0]
+    pairs = [
+        ComplexMode(float(-p.real), float(p.imag), float(2 * g.real), float(2 * g.imag))
+        for p, g in zip(poles, gains, strict=True)
+        if p.imag > 0
+    ]
+    return LinearBlock(direct, real, pairs)
+
+
+STRUCTURES = (Structure("wiener-hammerstein", "Wiener-Hammerstein: linear, 10 segments, linear", "beyond", _fit),)
