@@ -117,7 +117,7 @@ def keep_it(page):
     with page.expect_download(timeout=LONG_MS) as report:
         page.get_by_role("button", name="Write the report").click()
     text = report.value.path().read_text()
-    assert "axial_inertia" in text and "data:image/png;base64," in text
+    assert "axial_inertia" in text and "mass_kg" in text and "data:image/png;base64," in text
     assert set(re.findall(r"""(?:src|href)=["']?(.{5})""", text)) == {"data:"} and "<script" not in text
     with page.expect_download() as copy:
         page.get_by_role("button", name="Save a copy").click()

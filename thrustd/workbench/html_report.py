@@ -14,6 +14,7 @@ import msgspec
 from thrustd import __version__
 from thrustd.diagnose.compare import Comparison, compare
 from thrustd.errors import UsageError
+from thrustd.model.artifact import ModelSpec
 from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import read_session
@@ -34,11 +35,10 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
         raise UsageError("report: choose a model and a measured recording first")
     progress(0.05, "reading")
     records = marked_recordings(folder, names)
-    found = compare(
-        {session.model: folder.model(session.model)}, records, progress=lambda share, note: progress(0.3 * share, note)
-    )
+    spec = folder.model(session.model)
+    found = compare({session.model: spec}, records, progress=lambda share, note: progress(0.3 * share, note))
     parts = [_head(arguments.get("title") or session.model), _numbers(found.comparisons), _ledger(found.comparisons[0])]
-    parts.append(_diagnosis(folder, session.model))
+    parts += [_effects(spec), _diagnosis(folder, session.model)]
     for i, comparison in enumerate(found.comparisons):
         progress(0.35 + 0.6 * i / len(found.comparisons), f"pictures of {comparison.recording}")
         parts.append(_comparison(comparison))
@@ -87,6 +87,18 @@ def _ledger(c: Comparison) -> str:
         return ""
     rows = [(f"+ {e.added}", f"{e.rmse_before_n:.1f}", f"{e.rmse_after_n:.1f}", e.data) for e in c.ledger]
     return "<h2>Error ledger</h2>" + _table(("Added", "before N", "after N", "held-back blocks of"), rows)
+
+
+def _effects(spec: ModelSpec) -> str:
+    """What was found: every parameter of every effect with one sigma; units are in the names."""
+    if not spec.effects:
+        return ""
+    rows = [
+        (e.name, name, f"{value:.4g}", f"{e.std[name]:.2g}" if name in e.std else "")
+        for e in spec.effects
+        for name, value in e.parameters.items()
+    ]
+    return "<h2>Effects in the model</h2>" + _table(("Effect", "parameter", "value", "one sigma"), rows)
 
 
 def _diagnosis(folder: Folder, model: str) -> str:

@@ -2,7 +2,7 @@
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
 import { clock, count, number, seconds } from "./format.js";
-import { px } from "./scale.js";
+import { FAMILY, px } from "./scale.js";
 import { TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
 import { fetchWindow, toColumns, valueAt } from "./lines.js";
 const MIN_SPAN_S = 1e-3;
@@ -258,15 +258,27 @@ export class Sheet {
     canvas.height = canvases.reduce((sum, c) => sum + c.height, 0);
     ctx.fillStyle = css("--panel");
     ctx.fillRect(0, 0, canvas.width, canvas.height);
-    ctx.font = `${12 * scale}px system-ui, sans-serif`;
+    ctx.font = `${px(12) * scale}px ${FAMILY}`;
     let y = 0;
     canvases.forEach((c, i) => {
       ctx.drawImage(c, 0, y);
       ctx.fillStyle = css("--ink-2");
       ctx.fillText(`${this.recording}: ${this.plots[i].panel.title}`, 80 * scale, y + 15 * scale);
+      this.names(ctx, this.plots[i], canvas.width - 14 * scale, y + 15 * scale);
       y += c.height;
     });
     return canvas;
+  }
+
+  // which line is whose, from the right edge
+  names(ctx, { named, panel }, right, y) {
+    if (named < 2) return;
+    for (const s of panel.series.filter((one) => !one.unseen).reverse()) {
+      const said = ` — ${s.label}`;
+      right -= ctx.measureText(said).width;
+      ctx.fillStyle = css(s.color);
+      ctx.fillText(said, right, y);
+    }
   }
 
   close() {
