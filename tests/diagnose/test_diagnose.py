@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 from scipy.signal import lfilter
 
-from tests.diagnose.scene import inertia, mount, record
+from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
 from thrustd.diagnose.diagnose import diagnose
 from thrustd.errors import RecordingError
 from thrustd.identify.fit_hw_pwl import HwSettings
@@ -45,6 +45,17 @@ def test_two_effects_are_both_found(twin_case):
     case = twin_case(("axial_inertia", "thermal_expansion"))
     report = diagnose(case.model, [case.measured])
     assert set(report.verdict) == {"axial_inertia", "thermal_expansion"}
+
+
+def test_two_effects_that_hide_each_other_are_found_together():
+    """Either channel alone removes next to nothing: what is seen is the small difference of two large forces."""
+    t = np.arange(12_000) * DT_S
+    slow, quick = np.sin(t / 17.0) + np.sin(t / 41.0), 0.15 * np.sin(t / 5.3)
+    data = record(added=lambda columns: 200.0 * quick).with_channels(line_bar=slow + quick, valve_pct=slow)
+    pair = [expression_effect(text, data.channels) for text in ("p * line_bar", "q * valve_pct")]
+    report = diagnose(mount(), [data], extra=pair)
+    assert set(report.verdict) == {effect.word for effect in pair}
+    assert report.rmse_after_n < 1.1 * NOISE_N
 
 
 def test_the_mass_comes_out_in_kilograms_with_an_honest_band():

@@ -12,10 +12,12 @@ from thrustd.diagnose.dependence import OWN
 from thrustd.diagnose.evidence import Evidence
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import Fit, gain_t
+from thrustd.diagnose.pairs import hidden_pair
 from thrustd.diagnose.pruning import redundant, without
 from thrustd.diagnose.selection import (
     ENOUGH,
     MOST,
+    SURE,
     Progress,
     Round,
     Scored,
@@ -33,6 +35,7 @@ from thrustd.model.effect import Effect
 STRUCTURE = 0.5  # of the own squared error: what a free curve must still remove to count as structure
 BY_CHANNEL = 0.5  # of that which a mere constant (offset and gain) would not
 IMPOSTOR = 0.3  # of the own squared error: a free curve of one channel beats all effects found by this much
+PAIR = 0.1  # of the own squared error: so much more than the best free curve may two effects leave
 NEARLY = 0.1  # channels that remove this much less than the best are named too
 UNSAID = 2.0  # squared error in units of the own one, unexplained by anything: unknown without a channel
 SURE_CURVE = 2.5
@@ -87,7 +90,25 @@ def judge(
         rounds[0] = rounds[0] if rounds[0].absorbed is not None else with_absorbed(rounds[0], evidence)
         if (deep := buried(rounds[0])) is not None and not _outdone(deep, own_n):
             return _deep(deep, own_n, promised)
-    return replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
+    said = replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
+    return _not_a_pair(said, effects, evidence) if said.verdict == ("unknown",) and said.channels else said
+
+
+def _not_a_pair(unknown: Judgement, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
+    """`unknown`, unless two effects that hide each other explain as much as the best free curve."""
+    first, own_n2 = unknown.rounds[0], unknown.own_n**2
+    most_n2 = min(fit.mse for fit in first.curves.values()) + PAIR * own_n2
+    pair = hidden_pair(first, evidence, effects, ENOUGH * own_n2, most_n2)
+    if pair is None or min(scored.t for scored in pair) < SURE:
+        return unknown
+    spec, added = first.spec, []
+    for scored in pair:
+        spec, effect = taken(spec, scored)
+        added.append(effect)
+    words = {scored.candidate.word for scored in pair}
+    rounds = [first, look(spec, evidence, [e for e in effects if e.word not in words], added)]
+    said = _concluded(rounds, list(pair), added, unknown.own_n, unknown.promised)
+    return unknown if said.verdict == ("unknown",) else replace(said, spec=spec)
 
 
 def _exchanged(

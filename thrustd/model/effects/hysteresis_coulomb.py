@@ -1,0 +1,81 @@
+"""Dry friction that follows the direction of motion (Coulomb, regularised): none at rest, full when it slides.
+
+    force = core force + friction_n * tanh(rate / slip_mm_s),    rate = dx/dt low-passed with filter_s
+
+A variant of `hysteresis` for joints and seals that let go when the motion stops, where the laws with a memory of
+deformation hold their force through a standstill. Positive friction_n resists motion. slip_mm_s is the rate at which
+three quarters of the friction is there; far above all rates of the data this would be viscous damping, so it is
+bounded. The filter keeps the steps of the LVDT out. Left out: stick (no rate, no force), Stribeck's fall with rate.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    x[1] = c[2] * x[1] + c[3] * (u[0] - x[0])
+    x[0] = u[0]
+    return v + c[0] * math.tanh(x[1] / c[1])
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    decay = np.exp(-dt_s / p["filter_s"])
+    return np.array([p["friction_n"], p["slip_mm_s"], decay, (1.0 - decay) / dt_s])
+
+
+def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    x[0] = u[0]
+
+
+EFFECT = Effect(
+    name="hysteresis_coulomb",
+    title="dry friction in the direction of motion (Coulomb)",
+    site="force",
+    channels=("deformation_mm",),
+    parameters=(
+        Parameter(
+            "friction_n",
+            "N",
+            0.0,
+            0.0,
+            5000.0,
+            (50.0,),
+            "friction force, half the width of the loop",
+            expected="positive; 30 to 150 N: 1 to 2 % of full load",
+        ),
+        Parameter(
+            "slip_mm_s",
+            "mm/s",
+            0.002,
+            0.0002,
+            0.02,
+            (0.0006, 0.004),
+            "rate of deformation at which it slides",
+            amplitude=False,
+        ),
+        Parameter(
+            "filter_s",
+            "s",
+            0.3,
+            0.02,
+            3.0,
+            (0.3,),
+            "low-pass of the rate",
+            amplitude=False,
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=2,
+    equation="F = F_core + F_f tanh(dx/dt / v_s)",
+    source="Threlfall, Mechanism and Machine Theory 13 (1978) 475; Andersson et al., Tribology Int. 40 (2007) 580",
+    separating_test="triangles with a hold of a minute at each end: this friction goes in the hold, the others stay",
+    initial=initial,
+    variant_of="hysteresis",
+)
