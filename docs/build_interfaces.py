@@ -7,6 +7,7 @@ from typing import get_args, get_origin, get_type_hints
 import msgspec
 
 from thrustd import config
+from thrustd.fault_status import BITS, ENDS, FUSION_BITS, FUSION_ENDS
 from thrustd.fusion.settings import FusionSettings
 from thrustd.signals import CATALOGUE
 from thrustd.types import FAULT_KINDS, Status
@@ -33,12 +34,18 @@ def signals() -> str:
 
 
 def faults() -> str:
-    return table(("kind", "meaning"), [(f"`{kind}`", meaning) for kind, meaning in FAULT_KINDS.items()])
+    bits, ends = BITS | FUSION_BITS, ENDS | FUSION_ENDS
+    begins = {end: begin for begin, end in ends.items()}
+    rows: list[tuple[str, ...]] = []
+    for kind, meaning in FAULT_KINDS.items():
+        bit = ", ".join(f"`{flag.name}`" for flag in bits[kind]) if kind in bits else f"ends `{begins[kind]}`"
+        rows.append((f"`{kind}`", meaning, bit, f"`{ends[kind]}`" if kind in ends else ""))
+    return table(("kind", "meaning", "status bit", "until"), rows)
 
 
 def status_bits() -> str:
     source = inspect.getsource(Status)
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for bit in Status:
         line = next(line for line in source.splitlines() if line.strip().startswith(f"{bit.name} ="))
         rows.append((f"`{bit.name}`", str(int(bit)), line.partition("#")[2].strip()))
@@ -50,7 +57,7 @@ def type_words(hint: object) -> str:
     if get_origin(hint) is not None and hasattr(hint, "__metadata__"):
         limits = [meta for meta in hint.__metadata__ if isinstance(meta, msgspec.Meta)]
         words = [
-            f"{name} {value}"
+            f"{name} {value:g}"
             for meta in limits
             for name, value in (("at least", meta.ge), ("above", meta.gt), ("at most", meta.le))
             if value is not None

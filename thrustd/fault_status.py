@@ -1,6 +1,7 @@
-"""Faults of the installation as status bits: every kind of fault that comes over the event stream has its bit.
+"""Faults as status bits: every kind of fault has its bit (`docs/interfaces.md` shows them all).
 
-A fault with an end (unplugged .. reconnected) holds its bit until then, by place; all others for a moment.
+Those of the installation are kept here: one with an end (unplugged .. reconnected) holds its bit until then, by place;
+all others for a moment. Those of sensors and routes are set in the fusion, by engine.
 """
 
 from thrustd.types import Fault, Status
@@ -13,6 +14,11 @@ ENDS: dict[str, str] = {  # kind -> the kind that ends it
     "stale": "fresh",
     "log_write": "log_resumed",
     "checkpoint_write": "checkpoint_resumed",
+}
+FUSION_ENDS: dict[str, str] = {
+    **{kind: f"{kind}_over" for kind in ("dead", "stuck", "noisy", "offset", "drift")},
+    "mount_failed": "mount_recovered",
+    "brochure_failed": "brochure_recovered",
 }
 WIRE = (
     *("cobs", "crc", "length", "overlong", "version", "channel_count", "lost", "duplicate", "late", "adc_reset"),
@@ -34,6 +40,13 @@ BITS: dict[str, Status] = {
     "clock_step": Status.CLOCK_STEP,
     "checkpoint_write": Status.NO_CHECKPOINT,
     "checkpoint_refused": Status.CONVERGING,
+}
+FUSION_BITS: dict[str, Status] = {
+    **dict.fromkeys(("dead", "noisy", "offset", "drift"), Status.SENSOR_DOUBTED),
+    "stuck": Status.SENSOR_DOUBTED | Status.STUCK,
+    "mount_failed": Status.MOUNT_FAILED,
+    "brochure_failed": Status.BROCHURE_FAILED,
+    "tare": Status.ENGINE_OFF,
 }
 _BEGINS = {end: begin for begin, end in ENDS.items()}
 

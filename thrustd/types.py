@@ -67,6 +67,22 @@ FAULT_KINDS: dict[str, str] = {
     "out_of_range": "value outside the catalogue's range; it does not count",
     "stale": "no reading within the time its channel allows",
     "fresh": "a stale channel reads again",
+    # sensors and routes that are not believed
+    "dead": "a sensor that was there is silent for good",
+    "dead_over": "it measures again",
+    "stuck": "a sensor repeats itself although the others move",
+    "stuck_over": "it is believed again",
+    "noisy": "a sensor scatters far more than it used to",
+    "noisy_over": "it is believed again",
+    "offset": "a sensor jumped away from what the others say",
+    "offset_over": "it is believed again",
+    "drift": "a sensor left what the others say, little by little",
+    "drift_over": "it is believed again",
+    "mount_failed": "the mount route of an engine is not believed until it agrees again",
+    "mount_recovered": "the mount route is believed again",
+    "brochure_failed": "the brochure route of an engine is not believed until it agrees again",
+    "brochure_recovered": "the brochure route is believed again",
+    "tare": "not a fault: the engine stands still and its mounts were set to zero",
     # sources
     "unplugged": "a port or bus disappeared or refuses to open",
     "reconnected": "a port or bus is back",
@@ -117,6 +133,7 @@ class Status(IntFlag):
     OUTPUT_FAULT = 1 << 23  # CAN output or live view failed in the last second
     CLOCK_STEP = 1 << 24  # the calendar clock jumped in the last ten seconds
     NO_CHECKPOINT = 1 << 25  # a restart now would be cold
+    SENSOR_DOUBTED = 1 << 26  # a sensor that matters to this engine is not believed; the faults say which and why
 
 
 class MountOutput(NamedTuple):

@@ -1,14 +1,19 @@
 """The health page, the heartbeat and the status bits."""
 
+import ast
 from math import nan
+from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
 
+import thrustd
+from docs import build_interfaces as interfaces
 from thrustd.checkpoint import Clocks
 from thrustd.cli.status import read_status
 from thrustd.errors import ConfigError, UsageError
-from thrustd.fault_status import BITS, ENDS, FaultStatus
+from thrustd.fault_status import BITS, ENDS, FUSION_BITS, FUSION_ENDS, FaultStatus
+from thrustd.fusion import signal_watch
 from thrustd.heartbeat import Heartbeat
 from thrustd.sinks.health_counts import HealthCounts
 from thrustd.sinks.health_page import HealthPage, Watched
@@ -147,4 +152,20 @@ def test_a_fault_with_an_end_shows_until_then_at_every_place(begin, end):
 
 
 def test_every_kind_of_fault_has_a_word_and_a_bit_or_is_an_end():
-    assert set(BITS) | set(ENDS.values()) == set(FAULT_KINDS)
+    ends = {*ENDS.values(), *FUSION_ENDS.values()}
+    assert {*BITS, *FUSION_BITS, *ends} == set(FAULT_KINDS)
+    assert {*ENDS, *FUSION_ENDS} <= {*BITS, *FUSION_BITS}
+    assert not ends & {*BITS, *FUSION_BITS}
+
+
+def test_no_fault_is_reported_by_another_word():
+    root = Path(thrustd.__file__).parent
+    trees = [ast.parse(path.read_text()) for path in root.rglob("*.py")]
+    faults = [n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.Call) and ast.unparse(n.func) == "Fault"]
+    kinds = {n.args[2].value for n in faults if len(n.args) > 2 and isinstance(n.args[2], ast.Constant)}
+    assert len(kinds) > 10
+    assert kinds | set(signal_watch.KINDS[1:]) <= set(FAULT_KINDS)
+
+
+def test_the_page_of_all_faults_and_bits_is_that_of_this_code():
+    assert interfaces.page() == Path(interfaces.__file__).with_name("interfaces.md").read_text()

@@ -40,7 +40,7 @@ class MonitorVerdict(NamedTuple):
     excluded: frozenset[Sensor]
     mounts: tuple[EngineMounts, ...]  # by engine
     faults: list[Fault]  # changes at this step: "stuck", "stuck_over", ...
-    status: tuple[int, ...]  # Status bits by engine (STUCK, MOUNTS_DISAGREE)
+    status: tuple[int, ...]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE)
 
 
 class Monitor:
@@ -129,9 +129,13 @@ class Monitor:
             return 0
         mine = {("deformation_mm", i) for i in self._layout.mounts_of_engine[engine]}
         mine |= {(name, engine) for name in ENGINE_SIGNALS} | {(name, 0) for name in AIRCRAFT_SIGNALS}
-        stuck = any(kind == "stuck" and sensor in mine for sensor, kind in self._kinds.items())
-        disagree = any(sensor[0] == "deformation_mm" and sensor in mine for sensor in self._kinds)
-        return int(Status.STUCK if stuck else 0) | int(Status.MOUNTS_DISAGREE if disagree else 0)
+        doubted = {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
+        status = Status.SENSOR_DOUBTED if doubted else Status(0)
+        if "stuck" in doubted.values():
+            status |= Status.STUCK
+        if any(name == "deformation_mm" for name, _ in doubted):
+            status |= Status.MOUNTS_DISAGREE
+        return int(status)
 
     def _watch(self, inputs: MonitorInputs) -> None:
         self._watches.step(inputs)
