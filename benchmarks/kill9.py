@@ -27,7 +27,7 @@ from thrustd.sources.mcap_log import LogFile
 
 WARM_AFTER_NS = 5_000_000_000
 LONGEST_GAP_S = 10.0  # between a kill and READY: what the promise is for
-SHORTEST_LIFE_S, LONGEST_LIFE_S = 1.0, 9.0
+SHORTEST_LIFE_S, LONGEST_LIFE_S = 1.0, 11.0
 START_S = 6.0  # allowed per start when the length of the flight is chosen
 MOUNT = "left_upper"
 KILLS_PER_FLIGHT = 20
@@ -92,9 +92,7 @@ def live_once(config: Path, manager: ServiceManager, dice: random.Random) -> Lif
     ready_s, ready_ns = time.monotonic() - started_s, time.monotonic_ns()
     ready_cpu_s = sum(psutil.Process(daemon.process.pid).cpu_times()[:2])
     try:
-        until_s = dice.uniform(SHORTEST_LIFE_S, LONGEST_LIFE_S)
-        daemon.beats(int(until_s))
-        time.sleep(until_s % 1.0)
+        time.sleep(dice.uniform(SHORTEST_LIFE_S, LONGEST_LIFE_S))
         killed_ns = time.monotonic_ns()
         return Life(ready_s, ready_cpu_s, os.getloadavg()[0], ready_ns, killed_ns, daemon.kill())
     finally:
