@@ -9,6 +9,8 @@ With `--folder NAME` the logs stay, and NAME/memory.csv tells meanwhile how far 
 
 import argparse
 import math
+import os
+import re
 import tempfile
 import time
 from collections.abc import Iterator
@@ -67,6 +69,8 @@ def main() -> None:
         folder = Path(name).absolute()
         folder.mkdir(parents=True, exist_ok=True)
         config = shipped_aircraft(folder)
+        unit = (ROOT / "deploy" / "thrustd.service").read_text()
+        os.environ.update(re.findall(r"(MALLOC_\w+)=(\w+)", unit))  # memory as in flight
         with ServiceManager(folder / "notify") as manager:
             daemon = Daemon(config, manager, ("benchmarks.fast_clock", str(arguments.speed)))
             try:
