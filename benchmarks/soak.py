@@ -4,6 +4,7 @@ The twin's flight goes through a pty and a CAN bus into the daemon with the ship
 faster (`benchmarks/fast_clock.py`), so that to it everything happens in real time. Its memory is looked at all the
 while; at the end its counters must add up to what was sent, and replaying its logs must give its outputs bit for bit.
 `--minutes 60` ends it after an hour of our time, however far it has come. A log takes 100 to 200 MB per hour of flight.
+`--own-clock` leaves the daemon its clocks: to it everything then comes at so many times the nominal rate (overload).
 With `--folder NAME` the logs stay, and NAME/memory.csv tells meanwhile how far it is.
 """
 
@@ -64,7 +65,9 @@ def main() -> None:
     parser.add_argument("--check-hours", type=float, default=math.inf, help="of flight that are replayed afterwards")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", type=Path, help="new or empty, kept; default: a temporary one")
+    parser.add_argument("--own-clock", action="store_true", help="the daemon's clocks do not run faster")
     arguments = parser.parse_args()
+    program = ("thrustd",) if arguments.own_clock else ("benchmarks.fast_clock", str(arguments.speed))
     with tempfile.TemporaryDirectory() if arguments.folder is None else nullcontext(arguments.folder) as name:
         folder = Path(name).absolute()
         folder.mkdir(parents=True, exist_ok=True)
@@ -72,7 +75,7 @@ def main() -> None:
         unit = (ROOT / "deploy" / "thrustd.service").read_text()
         os.environ.update(re.findall(r"(MALLOC_\w+)=(\w+)", unit))  # memory as in flight
         with ServiceManager(folder / "notify") as manager:
-            daemon = Daemon(config, manager, ("benchmarks.fast_clock", str(arguments.speed)))
+            daemon = Daemon(config, manager, program)
             try:
                 sent = play(config, arguments, daemon.process.pid)
                 words = daemon.stop()
@@ -189,6 +192,8 @@ def report(sent: Sent, checked: Checked) -> None:
     print(f"ADC bytes sent {sent.adc_bytes}, chunks lost by the pty {sent.lost[0]}, bytes logged {checked.adc_bytes}")
     print(f"CAN messages sent {sent.can_messages}, refused by the bus {sent.lost[1]}, logged {checked.can_messages}, "
           f"counted by the daemon {status['events_total']['can']:.0f}")  # fmt: skip
+    estimates = {name: int(count) for name, count in status["estimates_total"].items()}
+    print(f"estimates {estimates}")
     print(f"shed {status['shed_events_total']:.0f}, missing in the log {status['log_missing_items_total']}, "
           f"events missing by number {checked.missing_events}")  # fmt: skip
     print_memory(sent.memory)
