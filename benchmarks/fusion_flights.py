@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.brochure.hand_over import LAG_S
+from thrustd.brochure.hand_over import Movement
 from thrustd.fusion.consistency import Innovations
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings
@@ -27,7 +27,7 @@ PH_LAB = ROOT.parent / "shared" / "data" / "ph_lab"
 FLIGHTS = ("ftis_20180312_ref.npz", "ftis_20190312_1014.npz", "ftis_20190312_pm.npz")
 ENGINES = ("left", "right")
 ADC_HZ = 100.0
-EVERY = 5  # keep one fused step in so many: 10 Hz of 50 Hz
+FUSED_HZ, EVERY = 50.0, 5  # keep one fused step in so many: 10 Hz
 Array = npt.NDArray[np.float64]
 
 
@@ -137,9 +137,9 @@ def smoothed(flown: Flown) -> tuple[Array, Array]:
 
 def _steps(flown: Flown, mount: bool, brochure: bool) -> tuple[ThrustFilter, list[FusionInputs]]:
     """A filter and what it is told; lead and lag of the brochure from its own rate, as in flight."""
-    rate, lagged, rows = SmoothRate(), SmoothRate(), []
+    rate, movement, rows = SmoothRate(), Movement(), []
     for estimate, n1_pct in zip(flown.estimates, flown.n1_pct.tolist(), strict=True):
-        lag_n = LAG_S * abs(lagged.step(estimate.t_ns, estimate.brochure_n))
+        lag_n = movement.step(estimate.brochure_n, EVERY / FUSED_HZ)
         rows.append(
             FusionInputs(
                 t_ns=estimate.t_ns,

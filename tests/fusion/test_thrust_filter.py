@@ -17,7 +17,7 @@ from thrustd.types import Status
 
 HZ = 10.0
 STEP_NS = round(1e9 / HZ)
-MOUNT_STD_N = 60.0
+MOUNT_STD_N, SHAPE_STD_N = 60.0, 70.0
 
 
 def inputs(k, mount_n=nan, brochure_n=nan, n1_pct=80.0, n1_rate=0.0, **more):
@@ -26,7 +26,7 @@ def inputs(k, mount_n=nan, brochure_n=nan, n1_pct=80.0, n1_rate=0.0, **more):
         mount_n=mount_n,
         mount_std_n=MOUNT_STD_N if mount_n == mount_n else nan,
         brochure_n=brochure_n,
-        brochure_std_n=sqrt((0.04 * brochure_n) ** 2 + 35.0**2) if brochure_n == brochure_n else nan,
+        brochure_std_n=sqrt((0.03 * brochure_n) ** 2 + SHAPE_STD_N**2) if brochure_n == brochure_n else nan,
         n1_pct=n1_pct,
         n1_rate_pct_s=n1_rate,
         transient=abs(n1_rate) > 1.0,
@@ -35,8 +35,8 @@ def inputs(k, mount_n=nan, brochure_n=nan, n1_pct=80.0, n1_rate=0.0, **more):
 
 
 def flown(seed, seconds=300.0, mount=True, brochure=True):
-    """Estimates, truth and filter on a flight with throttle steps and slow errors as the filter assumes them."""
-    rng = np.random.default_rng(seed)
+    """Estimates, truth and filter on a flight with throttle steps, and errors as the filter has them."""
+    rng, s = np.random.default_rng(seed), FusionSettings()
     n = round(seconds * HZ)
     wanted = np.repeat(rng.uniform(50, 90, 1 + n // 300), 300)[:n]
     n1 = np.empty(n)
@@ -45,16 +45,17 @@ def flown(seed, seconds=300.0, mount=True, brochure=True):
         n1[k] = n1[k - 1] + np.clip((wanted[k] - n1[k - 1]) / 9.0, -0.4, 0.4)
     rate = np.gradient(n1, 1 / HZ)
     truth = 2500.0 + 60.0 * (n1 - 70.0)
-    bias, shape = rng.normal(0, 0.03), 0.0
-    error = rng.normal(0, MOUNT_STD_N)
-    keep = np.exp(-1 / (HZ * 120.0))
-    thrust_filter, estimates = ThrustFilter(FusionSettings(), 0), []
+    bias, zero = rng.normal(0, s.brochure_bias_std), rng.normal(0, s.mount_zero_std_n)
+    rest_n = sqrt(MOUNT_STD_N**2 - s.mount_zero_std_n**2)
+    error, shape = rest_n * rng.normal(), SHAPE_STD_N * rng.normal()
+    keep = np.exp(-1 / (HZ * s.mount_error_tau_s))
+    thrust_filter, estimates = ThrustFilter(s, 0), []
     tape = thrust_filter.keep()
     for k in range(n):
-        error = keep * error + MOUNT_STD_N * sqrt(1 - keep**2) * rng.normal()
-        shape = keep * shape + 70.0 * sqrt(1 - keep**2) * rng.normal()
-        mount_n = truth[k] + error + 12.0 * rng.normal() if mount else nan
-        brochure_n = truth[k] * (1 + bias) + shape + 20.0 * rng.normal() if brochure else nan
+        error = keep * error + rest_n * sqrt(1 - keep**2) * rng.normal()
+        shape = keep * shape + SHAPE_STD_N * sqrt(1 - keep**2) * rng.normal()
+        mount_n = truth[k] + zero + error + s.mount_noise_std_n * rng.normal() if mount else nan
+        brochure_n = truth[k] * (1 + bias) + shape + s.brochure_noise_std_n * rng.normal() if brochure else nan
         estimates.append(thrust_filter.step(inputs(k, mount_n, brochure_n, n1[k], rate[k])))
     return estimates, truth, thrust_filter, tape
 
@@ -71,8 +72,8 @@ def test_band_holds_the_truth(mount, brochure):
 
 def test_fused_is_better_than_either_route():
     errors = {"fused": [], "mount": [], "brochure": []}
-    for seed in range(6):
-        estimates, truth, _, _ = flown(seed, 100.0)
+    for seed in range(12):
+        estimates, truth, _, _ = flown(seed, 50.0)
         for e, t in zip(estimates[100:], truth[100:], strict=True):
             errors["fused"].append(e.thrust_n - t)
             errors["mount"].append(e.mount_n - t)

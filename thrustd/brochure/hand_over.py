@@ -14,23 +14,26 @@ FUEL_LEAD_S, when fuel flow is missing k stays as it was.
 """
 
 from collections.abc import Sequence
-from math import hypot, isfinite, log, nan, sqrt
+from math import exp, hypot, isfinite, log, nan, sqrt
 from typing import NamedTuple
 
 from thrustd.brochure.deck import DeckEstimate
 
 SCALE_FLOOR_N = 1000.0
 START_STD = 0.08  # N1's line against the fuel flow of one engine, before anything is known
-WANDER_1_PCT = 0.014  # growth of sigma_k per root of per cent N1: 4 % over 20 % of N1
+WANDER_1_PCT = 0.01  # growth of sigma_k per root of per cent N1: 4.5 % over 20 % of N1
 STEADY_STD = 0.006  # noise of fuel flow and N1 at one reading
 LEAD_S_PCT = 0.2  # relative fuel flow that accelerates the spools by 1 %/s
-LINE_STD = 0.05  # per root of ln s: 2 to 8 % from 2 to 8 kN in flight. From idle at rest 10 to 20 %: not all of it
+LINE_STD = 0.035  # per root of ln s: 4 % from 2 to 8 kN in flight. From idle at rest 10 to 20 %: not all of it
 CONFIRM_S = 2.0  # steady for so long: fuel flow says what N1 stands for here
-# A slam's fuel flow leads the thrust by about a second, always to the same side: ten readings a second of an error that
-# lasts tau = 2 s say as little as white ones of sqrt(2 tau / 0.1 s) times its size.
-FUEL_LEAD_S = 1.0 * 6.3
+FUEL_LEAD_S = 1.0  # a slam's fuel flow leads the thrust by about this much
 SURPRISE_SIGMAS = 3.0
 LAG_S = 0.25  # thrust leads or lags N1 by about this much
+# Always to the same side: ten readings a second of an error that lasts tau = 2 s say as little as white ones of
+# sqrt(2 tau / 0.1 s) times its size.
+AS_WHITE = 6.3
+STILL_N_S = 40.0  # the rate of a brochure thrust that rests: its readings' noise
+SETTLE_S = 3.0  # fuel flow and spools find together after a movement: the doubt fades as slowly
 RATE_TAU_S = 0.5
 MAX_STEP_S = 1.0
 MAX_REMEMBERED = 1000.0  # no per cent of N1 and no ln s is as large
@@ -50,11 +53,12 @@ SILENT = BrochureThrust(nan, nan, nan)
 class HandOver:
     """Mutable: the learnt difference between both routes of one engine."""
 
-    __slots__ = ("_k", "_lagged_n", "_ln_s0", "_n1_pct", "_p", "_t_ns")
+    __slots__ = ("_k", "_ln_s0", "_movement", "_n1_pct", "_p", "_t_ns")
 
     def __init__(self) -> None:
         self._k, self._p = 0.0, START_STD**2
-        self._n1_pct = self._lagged_n = self._ln_s0 = nan
+        self._n1_pct = self._ln_s0 = nan
+        self._movement = Movement()
         self._t_ns = -1
 
     def step(self, t_ns: int, deck: DeckEstimate, n1_pct: float, n1_rate_pct_s: float) -> BrochureThrust:
@@ -107,11 +111,26 @@ class HandOver:
     def _thrust(
         self, deck: DeckEstimate, thrust_n: float, hand_over_n: float, dt_s: float, lead_s: float = 0.0
     ) -> BrochureThrust:
+        lag_n = self._movement.step(thrust_n, dt_s, lead_s)
+        return BrochureThrust(thrust_n, hypot(deck.std_n, hand_over_n), lag_n) if isfinite(thrust_n) else SILENT
+
+
+class Movement:
+    """How far a brochure thrust may lead or lag while the throttle moves, and until the engine has settled. Mutable."""
+
+    __slots__ = ("_lagged_n", "_rate_n_s")
+
+    def __init__(self) -> None:
+        self._lagged_n, self._rate_n_s = nan, 0.0
+
+    def step(self, thrust_n: float, dt_s: float, lead_s: float = 0.0) -> float:
+        """One sigma, as white noise of ten readings a second [N]; `lead_s`: known to lead by so much."""
         if not isfinite(thrust_n):
             self._lagged_n = nan
-            return SILENT
+            return nan
         if not isfinite(self._lagged_n):
             self._lagged_n = thrust_n
         self._lagged_n += min(dt_s / RATE_TAU_S, 1.0) * (thrust_n - self._lagged_n)
         rate_n_s = abs(thrust_n - self._lagged_n) / RATE_TAU_S
-        return BrochureThrust(thrust_n, hypot(deck.std_n, hand_over_n), hypot(LAG_S, lead_s) * rate_n_s)
+        self._rate_n_s = max(rate_n_s, self._rate_n_s * exp(-dt_s / SETTLE_S))
+        return AS_WHITE * hypot(LAG_S, lead_s) * max(self._rate_n_s - STILL_N_S, 0.0)

@@ -1,18 +1,17 @@
 """How the filter's state moves between two steps.
 
-State  x = [T, r, z, h, c, d]: thrust [N] and its rate [N/s]; zero of the mounts [N] and the rest of their error [in
-units of its sigma]; the engine's own deviation from the brochure [-] and the error of the deck's shape [in units of its
-sigma].
+State  x = [T, r, z, h, c, d]: thrust [N] and its rate [N/s]; zero of the mounts [N] and the rest of their error [N];
+the engine's own deviation from the brochure [-] and the error of the deck's shape [N].
 T' = r; the others are first-order Gauss-Markov, each with its own time and sigma:
 
     r' = -r / tau_r + w        sigma_r^2 = steady^2 + (gain |dN1/dt|)^2
-    z' = -z / tau_z + w        sigma_z, N                  c' = -c / tau_c + w     sigma_c
-    h' = -h / tau_h + w        1                           d' = -d / tau_d + w     1
+    z' = -z / tau_z + w        sigma_z                     c' = -c / tau_c + w     sigma_c
+    h' = -h / tau_h + w        sigma_h(t)                  d' = -d / tau_d + w     sigma_d(t)
 
-h and d are one sigma wide wherever the engine works: how many newton that is, the measurement says (`thrust_filter`).
-Friction in the rubber and the shape of the deck are other errors at another thrust, however soon it is reached:
-1/tau = 1/tau_0 + |r| / forget_after. Reference: Brown & Hwang, Introduction to Random Signals and Applied Kalman
-Filtering, ch. 5 (integrated Gauss-Markov, eq. 5.3).
+sigma_h and sigma_d follow the region where the engine works: see `ErrorSize`. Friction in the rubber and the shape of
+the deck are other errors at another thrust, however soon it is reached: 1/tau = 1/tau_0 + |r| / forget_after.
+Reference: Brown & Hwang, Introduction to Random Signals and Applied Kalman Filtering, ch. 5 (integrated Gauss-Markov,
+eq. 5.3).
 """
 
 from math import exp, sqrt
@@ -26,7 +25,29 @@ THRUST, RATE, ZERO, MOUNT, ENGINE, SHAPE = range(6)
 N_STATE = 6
 Matrix = npt.NDArray[np.float64]
 
+START_ERROR_N = 60.0  # h and d, before the first measurement says its own
 IDLE_RATE_N_S = 60.0  # the filter's rate is never still: less than this is no movement
+
+
+class ErrorSize:
+    """Variance of one slow error when nothing is learnt of it, while its sigma changes with the region, N^2.
+
+        v' = max(sigma^2, a^2 v + (1 - a^2) sigma^2),     q = v' - a^2 v
+
+    It is as large as the region says at once, and falls as slowly as the error forgets.
+    """
+
+    __slots__ = ("variance_n2",)
+
+    def __init__(self, std_n: float) -> None:
+        self.variance_n2 = std_n * std_n
+
+    def step(self, std_n: float, keep: float) -> float:
+        """Process noise q of a step that keeps the part `keep` of the error; NaN std = the route is silent."""
+        kept = keep * keep * self.variance_n2
+        wanted = std_n * std_n if std_n == std_n else self.variance_n2
+        self.variance_n2 = max(wanted, kept + (1.0 - keep * keep) * wanted)
+        return self.variance_n2 - kept
 
 
 class Dynamics:
@@ -34,14 +55,18 @@ class Dynamics:
 
     def __init__(self, settings: FusionSettings) -> None:
         self._settings = settings
+        self.mount, self.shape = ErrorSize(START_ERROR_N), ErrorSize(START_ERROR_N)
         self._f, self._q = np.eye(N_STATE), np.zeros((N_STATE, N_STATE))
         self._f_diagonal = self._f.reshape(-1)[:: N_STATE + 1]  # views
         self._q_diagonal = self._q.reshape(-1)[:: N_STATE + 1]
 
-    def step(self, dt_s: float, rate_n_s: float, n1_rate_pct_s: float, surprise_n_s: float) -> tuple[Matrix, Matrix]:
+    def step(
+        self, dt_s: float, rate_n_s: float, n1_rate_pct_s: float, surprise_n_s: float, stds_n: tuple[float, float]
+    ) -> tuple[Matrix, Matrix]:
         """(F, Q), each (6, 6), good until the next call.
 
-        `rate_n_s` of the thrust now; the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate unseen.
+        `rate_n_s` of the thrust now; the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate unseen;
+        `stds_n`: sigma of h and d where the engine works now, NaN when nobody says.
         """
         s = self._settings
         moving = max(abs(s.throttle_rate_gain_n_per_pct * n1_rate_pct_s), surprise_n_s)
@@ -63,9 +88,9 @@ class Dynamics:
             var * tau * tau * drift,
             var * (1.0 - a * a),
             s.mount_zero_std_n**2 * (1.0 - keep_zero**2),
-            1.0 - keep_mount**2,
+            self.mount.step(stds_n[0], keep_mount),
             s.brochure_bias_std**2 * (1.0 - keep_engine**2),
-            1.0 - keep_shape**2,
+            self.shape.step(stds_n[1], keep_shape),
         )
         self._q[THRUST, RATE] = self._q[RATE, THRUST] = var * tau * (1.0 - a) ** 2
         return self._f, self._q

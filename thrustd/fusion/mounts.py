@@ -6,13 +6,12 @@ one mount      F = F_i / share_i,  share from the time when both were believed; 
 At idle the ratio F_upper / F says more of the transducers' zeros than of the share: least squares weigh it little.
 """
 
-from math import isfinite, nan, sqrt
+from math import hypot, isfinite, nan, sqrt
 from typing import NamedTuple
 
 UPPER_SHARE = 5079.0 / (5079.0 + 5954.0)  # fore and aft spring rates of the two isolators, thesis table 4.1
 PRIOR_N2_S = 2000.0**2 * 5.0  # what the spring rates are worth: five seconds at 2 kN
 MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN: slower than a throttle movement
-ERROR_CORRELATION = 0.3  # of the two mounts' errors: 0.2 to 0.8 on ten twin engines (seeds 1 to 3)
 MAX_STEP_S = 1.0
 SHARE_STD = 0.02  # of one mount's part, when scaled from the other
 
@@ -47,7 +46,7 @@ class MountCombiner:
             total = sum(forces_n)
             if len(forces_n) == 2 and total > 0.0:
                 self._learn(forces_n[0], total, min(dt_s, MAX_STEP_S))
-            return EngineMounts(total, _std_of_sum(stds_n), self._share, False)
+            return EngineMounts(total, hypot(*stds_n), self._share, False)
         if not usable:
             return EngineMounts(nan, nan, self._share, False)
         only = usable[0]
@@ -66,9 +65,3 @@ class MountCombiner:
         news = total_n * total_n * dt_s
         self._weight_n2_s = min(self._weight_n2_s + news, MEMORY_N2_S)
         self._share += news / self._weight_n2_s * (min(max(upper_n / total_n, 0.2), 0.8) - self._share)
-
-
-def _std_of_sum(stds_n: tuple[float, ...]) -> float:
-    """sigma^2 = (1 - rho) sum sigma_i^2 + rho (sum sigma_i)^2: models of one rig share a part of their errors."""
-    own, shared = sum(std * std for std in stds_n), sum(stds_n) ** 2
-    return sqrt((1.0 - ERROR_CORRELATION) * own + ERROR_CORRELATION * shared)

@@ -9,22 +9,24 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """All one sigma unless named otherwise. Where each default comes from: docs/fusion.md."""
 
     # thrust moves: first-order Gauss-Markov rate, its strength follows the throttle
-    thrust_rate_std_n_s: float = 40.0  # steady flight
-    thrust_rate_tau_s: float = 0.5
+    thrust_rate_std_n_s: float = 15.0  # steady flight: 12 to 17
+    thrust_rate_tau_s: float = 1.3
     throttle_rate_gain_n_per_pct: float = 600.0  # twice the thrust per per cent of N1 at high power, JT15D-4
     surprise_rate_n_s: float = 600.0  # after one route was gated out
     agreed_surprise_rate_n_s: float = 4000.0  # after every route that speaks was: the thrust moves before N1 says so
-    # slow errors of both routes: how long they last, and the thrust movement after which they are others
-    mount_noise_std_n: float = 8.0  # white part of one engine's mounts, per fused step
-    installation_std_n: float = 10.0  # of one mount in the aircraft beyond its bench: zero, share, warmth
-    mount_zero_std_n: float = 20.0  # of one engine's mounts, whatever the thrust
+    # white noise of one measurement
+    mount_noise_std_n: float = 5.2  # of the longitudinal acceleration: 373 kg times 0.002 g / sqrt 2
+    brochure_noise_std_n: float = 5.0  # of fuel flow and N1 behind the hand-over
+    # slow errors of both routes: how large, how long they last, and the thrust movement after which they are others
+    installation_std_n: float = 10.0  # of one mount in the aircraft beyond its bench: share
+    mount_error_part: float = 0.85  # of the error map: its bench is rougher than flying (twin seeds 1 to 3)
+    mount_zero_std_n: float = 25.0  # of one engine's mounts, whatever the thrust
     mount_zero_tau_s: float = 3600.0
-    mount_error_tau_s: float = 120.0  # sigma itself: the model's error map, `mount_std_n`
-    brochure_noise_std_n: float = 20.0
-    brochure_bias_std: float = 0.03  # engine against deck, relative, for the whole flight
+    mount_error_tau_s: float = 600.0  # sigma itself: the model's error map
+    brochure_bias_std: float = 0.02  # engine against deck, relative: 95 % of them are within 4 %
     brochure_bias_tau_s: float = 7200.0
-    brochure_shape_tau_s: float = 120.0  # the rest of the deck's spread
-    forget_after_n: float = 1500.0
+    brochure_shape_tau_s: float = 600.0  # the rest of the deck's spread
+    forget_after_n: float = 3000.0
     # gates
     gate_chi2: float = 15.1  # chi-square with one degree of freedom, one false alarm in 10 000
     fail_after_s: float = 2.0  # rejected this long: the route is declared failed

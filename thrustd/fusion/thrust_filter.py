@@ -2,20 +2,34 @@
 
 State  x = [T, r, z, h, c, d], see `dynamics`. Measurements, each a scalar update behind its own gate:
 
-    mount     y = T + z + sigma_m h + v                     sigma_m: the model's error in this region, zero taken out
-    brochure  y = T - age r + s c + sigma_d d + v           sigma_d: the deck's spread, the engine's own taken out
-    tare      0 = T + v                                     engine off (N1 < 5 %): what the mounts show is their error
+    mount     y = T + z + h + v                      sigma_h: the model's error in this region, zero taken out
+    brochure  y = T - age r + s c + d + v            sigma_d: the deck's spread, the engine's own taken out
+    tare      0 = T + v                              engine off (N1 < 5 %): what the mounts show is their error
 
-s is the brochure thrust behind a lag of a second. One reading of the engine is one measurement, however often it is
-repeated; its lead or lag while the throttle moves is noise. filterpy takes NaN without a word and is poisoned for good:
-nothing that is not finite reaches `update`.
+s is the brochure thrust behind a lag of a second. The errors are learnt only from the difference of two measurements:
+the first of an instant moves T and r alone (Schmidt-Kalman), else a thrust that moves would teach the filter an error
+in proportion to it. One reading of the engine is one measurement, however often it is repeated; its lead or lag while
+the throttle moves is noise. filterpy takes NaN without a word and is poisoned for good: nothing that is not finite
+reaches `update`.
+Reference: Schmidt 1966; Bierman, Factorization Methods for Discrete Sequential Estimation, ch. 8 (consider states).
 """
 
-from math import exp, isfinite, nan, sqrt
+from math import isfinite, nan, sqrt
 
 import numpy as np
 
-from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SHAPE, THRUST, ZERO, Dynamics, Matrix
+from thrustd.fusion.dynamics import (
+    ENGINE,
+    MOUNT,
+    N_STATE,
+    RATE,
+    SHAPE,
+    START_ERROR_N,
+    THRUST,
+    ZERO,
+    Dynamics,
+    Matrix,
+)
 from thrustd.fusion.fusion_inputs import FusionInputs, sane
 from thrustd.fusion.gate import NOTHING, Gate, Verdict, agree_on_a_move
 from thrustd.fusion.kalman import KalmanFilter
@@ -28,18 +42,11 @@ START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then
 SCALE_FLOOR_N = 500.0  # relative errors of the brochure are taken of at least this much thrust
-SCALE_TAU_S = 1.0
-RISE_S, FALL_S = 0.5, 5.0  # how fast the sigmas of h and d follow their region
+SCALE_TAU_S = 1.0  # s must not follow the noise of the reading it weighs: c would be learnt from it
 OFF_DOUBT_N = 150.0
-START_ERROR_N = 60.0  # of either route, before the first measurement says its own
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
-MIN_STEP_S = 1e-3
 NEVER_NS = -1
-# The filter must learn nothing from a sigma that moves while T rests: T may wander this many times as much in a second.
-SLACK = 300.0
-
-
-STILL = (np.eye(N_STATE), np.zeros((N_STATE, N_STATE)))
+ERRORS = slice(ZERO, N_STATE)
 
 
 class ThrustFilter:
@@ -53,23 +60,24 @@ class ThrustFilter:
         self._off_s = 0.0
         self._tared = False
         self._surprise_n_s = 0.0
-        self._slack_n = 0.0  # see SLACK
+        self._anchored = False  # a measurement of this instant has said where T is: the next teaches the errors
         self._brochure_verdict = NOTHING  # of the last reading
         self._faults: list[Fault] = []
         self._mount_gate = Gate(settings.gate_chi2, settings.fail_after_s, settings.recover_after_s)
         self._brochure_gate = Gate(settings.gate_chi2, settings.fail_after_s, settings.recover_after_s)
-        self._mount_sigma_n = self._shape_sigma_n = START_ERROR_N
-        self._scale_n = SCALE_FLOOR_N
+        self._scale_n = 0.0  # s; no brochure thrust yet
         self._kf = KalmanFilter(dim_x=N_STATE, dim_z=1)
         self._kf.inv = np.reciprocal  # scalar measurements: S is 1 x 1
         self._kf.x = np.zeros((N_STATE, 1))
         zero_n, engine_std = settings.mount_zero_std_n, settings.brochure_bias_std
-        self._kf.P = np.diag(np.square((START_STD_N, START_RATE_STD_N_S, zero_n, 1.0, engine_std, 1.0)))
+        start = (START_STD_N, START_RATE_STD_N_S, zero_n, START_ERROR_N, engine_std, START_ERROR_N)
+        self._kf.P = np.diag(np.square(start))
         self._dynamics = Dynamics(settings)
-        self._motion: tuple[Matrix, Matrix] = STILL
+        self._motion: tuple[Matrix, Matrix] = self._dynamics.step(0.0, 0.0, 0.0, 0.0, (nan, nan))
         # rows of H and the variance of one scalar measurement, written anew for each
         self._mount_h, self._brochure_h, self._r = np.zeros((1, N_STATE)), np.zeros((1, N_STATE)), np.zeros((1, 1))
-        self._mount_h[0, THRUST] = self._mount_h[0, ZERO] = self._brochure_h[0, THRUST] = 1.0
+        self._mount_h[0, (THRUST, ZERO, MOUNT)] = 1.0
+        self._brochure_h[0, (THRUST, SHAPE)] = 1.0
         self._tape: Tape | None = None
 
     @property
@@ -88,7 +96,7 @@ class ThrustFilter:
         first = self._t_ns == NEVER_NS
         dt_s = 0.0 if first else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
-        self._follow(inputs, 1e9 if first else dt_s)
+        self._anchored = False
         self._predict(min(dt_s, MAX_STEP_S), inputs)
         off = self._engine_off(inputs, dt_s)
         if off:
@@ -118,14 +126,14 @@ class ThrustFilter:
             "clock": [float(self._t_ns), self._off_s, float(self._tared)],
             "x": self._kf.x.ravel().tolist(),
             "p": self._kf.P.ravel().tolist(),
-            "sigmas": [self._mount_sigma_n, self._shape_sigma_n, self._scale_n],
+            "sizes": [self._dynamics.mount.variance_n2, self._dynamics.shape.variance_n2, self._scale_n],
             "mount_gate": self._mount_gate.state(),
             "brochure_gate": self._brochure_gate.state(),
         }
 
     def restore(self, state: dict[str, list[float]]) -> bool:
         """Take over a snapshot; False (and nothing changed) when it is not a sane one."""
-        shapes = {"clock": 3, "x": N_STATE, "p": N_STATE**2, "sigmas": 3, "mount_gate": 3, "brochure_gate": 3}
+        shapes = {"clock": 3, "x": N_STATE, "p": N_STATE**2, "sizes": 3, "mount_gate": 3, "brochure_gate": 3}
         if set(state) != set(shapes) or any(len(state[key]) != n for key, n in shapes.items()):
             return False
         if not all(isfinite(value) for row in state.values() for value in row):
@@ -136,35 +144,31 @@ class ThrustFilter:
         self._kf.x, self._kf.P = np.array(state["x"]).reshape(N_STATE, 1), p
         clock = state["clock"]
         self._t_ns, self._off_s, self._tared = int(clock[0]), clock[1], bool(clock[2])
-        self._mount_sigma_n, self._shape_sigma_n, self._scale_n = state["sigmas"]
+        sizes = state["sizes"]
+        self._dynamics.mount.variance_n2, self._dynamics.shape.variance_n2, self._scale_n = sizes
         self._mount_gate.load(state["mount_gate"])
         self._brochure_gate.load(state["brochure_gate"])
         return True
 
-    def _follow(self, inputs: FusionInputs, dt_s: float) -> None:
-        """The sigmas of h and d, and the scale of c, move to where the engine works now; silent routes keep theirs."""
+    def _sizes(self, inputs: FusionInputs, dt_s: float) -> tuple[float, float]:
+        """(sigma_h, sigma_d) where the engine works now; NaN of a silent route."""
         s = self._settings
-        before = (self._mount_sigma_n, self._shape_sigma_n, s.brochure_bias_std * self._scale_n)
-        if isfinite(inputs.mount_std_n):
-            now_n = sqrt(max(inputs.mount_std_n**2 - s.mount_zero_std_n**2, s.mount_noise_std_n**2))
-            self._mount_sigma_n = _towards(self._mount_sigma_n, now_n, dt_s)
         if isfinite(inputs.brochure_std_n):
-            biased_n = s.brochure_bias_std * inputs.brochure_n
-            now_n = sqrt(max(inputs.brochure_std_n**2 - biased_n**2, s.brochure_noise_std_n**2))
-            self._shape_sigma_n = _towards(self._shape_sigma_n, now_n, dt_s)
-            part = min(dt_s / SCALE_TAU_S, 1.0)
+            part = min(dt_s / SCALE_TAU_S, 1.0) if self._scale_n > 0.0 else 1.0
             self._scale_n += part * (max(abs(inputs.brochure_n), SCALE_FLOOR_N) - self._scale_n)
-        now = (self._mount_sigma_n, self._shape_sigma_n, s.brochure_bias_std * self._scale_n)
-        self._slack_n = SLACK * sum(abs(a - b) for a, b in zip(now, before, strict=True)) / sqrt(max(dt_s, MIN_STEP_S))
+        mount_n2 = (s.mount_error_part * inputs.mount_std_n) ** 2
+        zero_n2, engine_n2 = s.mount_zero_std_n**2, (s.brochure_bias_std * self._scale_n) ** 2
+        return (
+            sqrt(max(mount_n2 - zero_n2, 0.0)) if isfinite(mount_n2) else nan,
+            sqrt(max(inputs.brochure_std_n**2 - engine_n2, 0.0)) if isfinite(inputs.brochure_std_n) else nan,
+        )
 
     def _predict(self, dt_s: float, inputs: FusionInputs) -> None:
-        if dt_s <= 0.0:
-            self._motion = STILL
-            return
+        sizes = self._sizes(inputs, dt_s)
         n1_rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else 0.0
-        f, q = self._dynamics.step(dt_s, self._kf.x.item(RATE), n1_rate_pct_s, self._surprise_n_s)
-        q[THRUST, THRUST] += self._slack_n**2
-        self._motion = f, q
+        rate_n_s: float = self._kf.x.item(RATE)
+        self._motion = self._dynamics.step(dt_s, rate_n_s, n1_rate_pct_s, self._surprise_n_s, sizes)
+        f, q = self._motion
         self._kf.predict(F=f, Q=q)
 
     def _open(self, variance_n2: float) -> None:
@@ -176,10 +180,8 @@ class ThrustFilter:
 
     def _mount(self, inputs: FusionInputs, dt_s: float, off: bool) -> Verdict:
         """With the engine off the mounts show their own error, whatever the filter held it for: a wider gate."""
-        h = self._mount_h
-        h[0, MOUNT] = self._mount_sigma_n
-        noise = self._settings.mount_noise_std_n**2
-        return self._measure(inputs.mount_n, h, noise, self._mount_gate, "mount", dt_s, OFF_DOUBT_N**2 if off else 0.0)
+        noise, doubt_n2 = self._settings.mount_noise_std_n**2, OFF_DOUBT_N**2 if off else 0.0
+        return self._measure(inputs.mount_n, self._mount_h, noise, self._mount_gate, "mount", dt_s, doubt_n2)
 
     def _brochure(self, inputs: FusionInputs, again: bool = False) -> Verdict:
         """Once per reading of the engine; in between the last verdict stands."""
@@ -192,7 +194,7 @@ class ThrustFilter:
         dt_s = 0.0 if self._read_ns == NEVER_NS else (read_ns - self._read_ns) * 1e-9
         self._read_ns = read_ns
         h = self._brochure_h
-        h[0, RATE], h[0, ENGINE], h[0, SHAPE] = -inputs.brochure_age_s, self._scale_n, self._shape_sigma_n
+        h[0, RATE], h[0, ENGINE] = -inputs.brochure_age_s, self._scale_n
         noise = self._settings.brochure_noise_std_n**2 + inputs.brochure_lag_n**2
         self._brochure_verdict = self._measure(inputs.brochure_n, h, noise, self._brochure_gate, "brochure", dt_s)
         return self._brochure_verdict
@@ -215,7 +217,12 @@ class ThrustFilter:
 
     def _update(self, y: float, r: float, h: Matrix) -> None:
         self._r[0, 0] = r
-        self._kf.update(y, R=self._r, H=h)
+        kf, first = self._kf, not self._anchored
+        errors, spread = kf.x[ERRORS], kf.P[ERRORS, ERRORS]
+        kf.update(y, R=self._r, H=h)  # makes new arrays
+        if first:
+            kf.x[ERRORS], kf.P[ERRORS, ERRORS] = errors, spread
+        self._anchored = True
 
     def _surprise(self, mount: Verdict, inputs: FusionInputs) -> float:
         """Rate that the thrust may have had, N/s, when a measurement was gated out that is not given up yet.
@@ -269,14 +276,9 @@ class ThrustFilter:
             innovation_n=mount.innovation_n,
             brochure_innovation_n=brochure.innovation_n,
             nis=sum(used) / len(used) if used else nan,
-            mount_bias_n=x[ZERO] + self._mount_sigma_n * x[MOUNT],
-            brochure_bias=x[ENGINE] + self._shape_sigma_n / self._scale_n * x[SHAPE],
+            mount_bias_n=x[ZERO] + x[MOUNT],
+            brochure_bias=x[ENGINE] + x[SHAPE] / max(self._scale_n, SCALE_FLOOR_N),
             load_share=inputs.load_share,
             status=self._status(inputs, mount, off, variance_n2),
             brochure_nis=brochure.nis if brochure.used else nan,
         )
-
-
-def _towards(held: float, now: float, dt_s: float) -> float:
-    """A sigma that rises at once and falls slowly: the error it stands for does not shrink within a step."""
-    return held + (1.0 - exp(-dt_s / (RISE_S if now > held else FALL_S))) * (now - held)
