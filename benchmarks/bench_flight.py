@@ -23,7 +23,8 @@ from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.types import Event, Frame, Output
 from thrustd.wire.adc_frames import AdcDecoder
-from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanDecoder
+from thrustd.wire.can_decoder import CanDecoder
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 CONFIG = Path(__file__).parents[1] / "deploy" / "hil.toml"
 REFERENCE = Path(__file__).parents[1] / "replay_logs" / "throttle-steps.mcap"

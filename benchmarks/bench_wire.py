@@ -10,7 +10,8 @@ from rich.table import Table
 
 from thrustd.types import Frame
 from thrustd.wire.adc_frames import AdcDecoder, encode
-from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanDecoder, CanEncoder
+from thrustd.wire.can_decoder import CanDecoder
+from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanEncoder
 from thrustd.wire.can_table import CanTable, CanUnits
 from thrustd.wire.framing import Deframer
 

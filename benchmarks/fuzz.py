@@ -23,7 +23,8 @@ from rich.progress import Progress
 from tests.wire.test_fuzz import DBC_TEXT, mutated_stream, resident_kb
 from thrustd.types import FAULT_KINDS, Fault, Frame
 from thrustd.wire.adc_frames import AdcDecoder, AdcSample
-from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanDecoder
+from thrustd.wire.can_decoder import CanDecoder
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
 
 ROOT = Path(__file__).parents[1]

@@ -20,6 +20,7 @@ from thrustd.sources.log_run import LogRun
 
 CHILD = """
 import sys
+from itertools import chain
 from pathlib import Path
 from threading import Event
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
@@ -30,7 +31,7 @@ from thrustd.wire.log_layout import LogHeader
 queue = EventQueue()
 settings = RecorderSettings(Path(sys.argv[1]), rotate_min=0.02)
 log = LogRecorder(settings, LogHeader(engines=(), mounts=()), queue.put)
-for event in merged(queue, [Ticker(1000, queue.put)], Event()):
+for event in chain.from_iterable(merged(queue, [Ticker(1000, queue.put)], Event())):
     log.write_event(event)
     print(event.t_ns, flush=True)
 """

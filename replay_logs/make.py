@@ -59,7 +59,7 @@ def expected(path: Path) -> list[list[float]]:
             values = (output.thrust_n, output.thrust_std_n, output.mount_n, output.brochure_n)
             rows.append([output.t_ns * 1e-9, output.engine, *(round(v, 6) for v in values), output.status])
 
-    run(log.events(), installation_from_files(files, path.name).pipeline(), lambda event: None, keep)
+    run(log.batches(), installation_from_files(files, path.name).pipeline(), lambda batch: None, keep)
     return rows
 
 

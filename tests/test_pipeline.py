@@ -8,10 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import SCALE_MM, small_aircraft
+from thrustd.columns import CHANNEL_FAULT
 from thrustd.pipeline import Pipeline
 from thrustd.types import Estimate, Fault, Frame, MountOutput, Status, Tick
-from thrustd.wire.adc_frames import CHANNEL_FAULT, encode
+from thrustd.wire.adc_frames import encode
 from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanEncoder
+from thrustd.wire.event_batch import EventBatch
 
 S = 1_000_000_000
 CRUISE = {"mach": 0.4, "pressure_altitude_m": 3000.0, "sat_degC": -5.0, "accel_x_g": 0.0, "accel_y_g": 0.0,
@@ -163,22 +165,40 @@ def test_a_warm_restart_continues_where_it_was(aircraft):
     assert b.force_n == pytest.approx(a.force_n, rel=1e-3)
 
 
-@settings(max_examples=60, deadline=None)
-@given(
-    st.lists(
-        st.one_of(
-            st.builds(Frame, st.integers(0, 2**62), st.just("adc"), st.just(0), st.binary(max_size=60)),
-            st.builds(Frame, st.integers(0, 2**62), st.just("can"), st.integers(0, 2047), st.binary(max_size=12)),
-            st.builds(Tick, st.integers(0, 2**62)),
-            st.builds(Fault, st.integers(0, 2**62), st.just("adc"), st.just("unplugged")),
-        ),
-        max_size=40,
-    )
+ANYTHING = st.lists(
+    st.one_of(
+        st.builds(Frame, st.integers(0, 2**62), st.just("adc"), st.just(0), st.binary(max_size=60)),
+        st.builds(Frame, st.integers(0, 2**62), st.just("can"), st.integers(0, 2047), st.binary(max_size=12)),
+        st.builds(Tick, st.integers(0, 2**62)),
+        st.builds(Fault, st.integers(0, 2**62), st.just("adc"), st.just("unplugged")),
+    ),
+    max_size=40,
 )
+
+
+@settings(max_examples=60, deadline=None)
+@given(ANYTHING)
 def test_nothing_that_arrives_stops_the_pipeline(events):
     pipeline = Pipeline(AIRCRAFT.config, PARTS)
     for event in events:
         pipeline.feed(event)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 900), ANYTHING), max_size=6), st.lists(st.integers(1, 200), max_size=20))
+def test_outputs_do_not_depend_on_how_events_are_batched(damage, cuts):
+    """A flight with gaps, an open channel, values out of range and anything at all in between."""
+    deformation_mm = lambda t: (0.3 + 0.1 * np.sin(t), None if 2 < t < 3 else 0.3, 9.0 if 4 < t < 4.1 else 0.3, 0.3)  # noqa: E731
+    events = list(flight(AIRCRAFT, 6, deformation_mm, drop=lambda k: 100 <= k < 140 or k == 300))
+    events.insert(700, Frame(events[700].t_ns, "can", 302, bytes((1, 2, 0, 0, 0x42, 0xC8, 0, 0))))  # 100 g
+    for at, anything in damage:
+        events[at:at] = anything
+    one_by_one = fly(AIRCRAFT, events)
+    pipeline, outputs, at = Pipeline(AIRCRAFT.config, PARTS), [], 0
+    for cut in [*cuts, len(events)]:
+        outputs += pipeline.take(EventBatch.of(events[at : at + cut]))
+        at += cut
+    assert repr(outputs) == repr(one_by_one)
 
 
 AIRCRAFT = small_aircraft()

@@ -36,8 +36,9 @@ from thrustd.sources.can_bus import CanBus
 from thrustd.sources.merge import EventQueue, merged
 from thrustd.sources.serial_port import SerialPort
 from thrustd.sources.ticker import Ticker
-from thrustd.types import Event, Fault, Output
+from thrustd.types import Fault, Output
 from thrustd.wire.can_frames import ICD_OUTPUT_ROWS
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 
@@ -64,12 +65,14 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         open_health(shell, counts, recorder, saver)
         heart = Heartbeat(service, counts, tuple(config.aircraft.engines), clocks, queue.put, saver.save)
         sinks.append(counts)
-        takers = [counts.take_event, heart.take_event]
-        takers = takers if recorder is None else [recorder.write_event, *takers]
 
-        def record(event: Event | Fault) -> None:
-            for take in takers:
-                take(event)
+        def record(batch: EventBatch) -> None:
+            events = batch.events()
+            if recorder is not None:
+                for event in events:
+                    recorder.write_event(event)
+            counts.take_events(events)
+            heart.take_event(events[0])
 
         def listen(output: Output) -> None:
             for sink in sinks:
@@ -80,7 +83,8 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         gc.enable()
         ask_for(config.realtime, say)
         service.say(f"READY=1\nSTATUS={heart.status()}")
-        run(merged(queue, (adc, bus, Ticker(config.steps.tick_hz, queue.put)), stop), pipeline, record, listen)
+        heard = merged(queue, (adc, bus, Ticker(config.steps.tick_hz, queue.put)), stop)
+        run(map(EventBatch.of, heard), pipeline, record, listen)
         service.say("STOPPING=1")
     return 0
 

@@ -3,15 +3,16 @@
 from collections.abc import Callable, Iterable
 
 from thrustd.pipeline import Pipeline
-from thrustd.types import Event, Fault, Output
+from thrustd.types import Output
+from thrustd.wire.event_batch import EventBatch
 
 Listen = Callable[[Output], None]
-Record = Callable[[Event | Fault], None]
+Record = Callable[[EventBatch], None]
 
 
-def run(events: Iterable[Event | Fault], pipeline: Pipeline, record: Record, listen: Listen) -> None:
+def run(batches: Iterable[EventBatch], pipeline: Pipeline, record: Record, listen: Listen) -> None:
     """Every event is recorded before it is worked on, every output handed to `listen`."""
-    for event in events:
-        record(event)
-        for output in pipeline.feed(event):
+    for batch in batches:
+        record(batch)
+        for output in pipeline.take(batch):
             listen(output)

@@ -6,7 +6,7 @@ restarted  longer: the model starts again at rest, with the same doubt
 """
 
 from collections.abc import Sequence
-from math import exp, hypot, inf, isfinite, nan, sqrt
+from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap
 from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
 from thrustd.signals import CATALOGUE, Signal
+from thrustd.sync.grid import Grid
 
 THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an artifact without an error map
 EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
@@ -34,17 +35,28 @@ class MountState(NamedTuple):
 
 
 class MountRoute:
-    """Steps one mount's model sample by sample. Mutable."""
+    """Steps one mount's model over the samples that the grid has gathered. Mutable."""
 
-    def __init__(self, model: CompiledModel, bridge_samples: int, installation_std_n: float = 0.0) -> None:
-        """`installation_std_n`: one sigma of what the bench could not show, see `fusion.settings`."""
+    def __init__(
+        self, model: CompiledModel, bridge_samples: int, grid: Grid, number: int, installation_std_n: float = 0.0
+    ):
+        """Mount `number` of `grid`. `installation_std_n`: one sigma of what the bench could not show, see
+        `fusion.settings`.
+        """
         self.model = model
         self._installation_std_n = installation_std_n
         self.signals = model.channels[1:]
-        self.channels = np.array([CATALOGUE[name].rest for name in self.signals], float)
-        self._lagged = self.channels.copy()
-        self._own = [i for i, name in enumerate(self.signals) if name == "deformation_mm"]  # hysteresis, damping, ...
-        self._unknown = {i: inf for i in range(len(self.signals)) if i not in self._own}  # not measured: how long, s
+        mine = number, slice(len(self.signals))
+        self._mount, self._waiting_u, self._waiting_mm = (
+            grid.mounts[number],
+            grid.waiting_u[number],
+            grid.waiting_mm[number],
+        )
+        self._channels, self._own, self._unmeasured_s = grid.channels[mine], grid.own[mine], grid.unmeasured_s[mine]
+        self._channels[:] = [CATALOGUE[name].rest for name in self.signals]
+        self._own[:] = [name == "deformation_mm" for name in self.signals]  # hysteresis, damping, ...
+        self._unmeasured_s[~self._own] = inf
+        self._lagged = self._channels.copy()
         valid = model.spec.valid
         self._stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (
             valid.deformation_mm[1] - valid.deformation_mm[0]
@@ -55,12 +67,9 @@ class MountRoute:
         self._period_s = 1.0 / model.rate_hz
         low_mm, high_mm = valid.deformation_mm
         margin_mm, catalogue = BEYOND * (high_mm - low_mm), CATALOGUE["deformation_mm"]
-        self._low_mm = max(low_mm - margin_mm, catalogue.low)
-        self._high_mm = min(high_mm + margin_mm, catalogue.high)
-        self._beyond = False  # a sample was since the last call
+        self._mount["low_mm"] = max(low_mm - margin_mm, catalogue.low)
+        self._mount["high_mm"] = min(high_mm + margin_mm, catalogue.high)
         self._n_doubts = 2 * len(model.spec.linear.real_modes)
-        self._sequence = -1
-        self._deformation_mm = nan
         self._sum_mm = self._sum_n = 0.0
         self._count = 0
         self._gap = False
@@ -75,39 +84,32 @@ class MountRoute:
         It is held where it was lately: a second's mean, because what made somebody stop believing it came at once.
         """
         if isfinite(value):
-            self.channels[position] = value
-            self._unknown.pop(position, None)
-        elif position not in self._unknown:
-            self.channels[position] = self._lagged[position]
-            self._unknown[position] = 0.0
+            self._channels[position], self._unmeasured_s[position] = value, nan
+        elif isnan(self._unmeasured_s[position]):
+            self._channels[position], self._unmeasured_s[position] = self._lagged[position], 0.0
 
-    def take(self, sequence: int, deformation_mm: float) -> None:
-        """One good sample of deformation; `sequence` counts sample instants, missing ones included."""
-        for position in self._own:
-            self.channels[position] = deformation_mm
-        if sequence != self._sequence + 1 or self._state is None:
-            self._catch_up(sequence, deformation_mm)
-        self._sequence, self._deformation_mm = sequence, deformation_mm
-        self._resuming = False
+    def flush(self) -> None:
+        """Run the model over the samples that wait."""
+        n = int(self._mount["waiting"])
+        if n == 0:
+            return
         assert self._state is not None
-        self._sum_mm += deformation_mm
-        self._sum_n += self.model.step(self._state, self.channels, deformation_mm)
-        self._count += 1
-        self._since_restart += 1
-
-    def believable(self, deformation_mm: float) -> bool:
-        """Within what this mount can be brought to; what is not is not taken, and the model counts as left."""
-        if self._low_mm <= deformation_mm <= self._high_mm:
-            return True
-        self._beyond = True
-        return False
+        force_n = self._waiting_mm[:n].copy()
+        self.model.run(self._state, self._waiting_u[:n], force_n)
+        for mm, part_n in zip(self._waiting_mm[:n].tolist(), force_n.tolist(), strict=True):
+            self._sum_mm += mm
+            self._sum_n += part_n
+        self._count += n
+        self._since_restart += n
+        self._mount["waiting"] = 0
 
     def fused(self, dt_s: float) -> MountState:
         """Means since the last call, dt_s ago, and their one sigma."""
-        self._lagged += (1.0 - exp(-dt_s / HELD_TAU_S)) * (self.channels - self._lagged)
-        for position in self._unknown:
-            self._unknown[position] += dt_s
-        beyond, self._beyond = self._beyond, False
+        self.flush()
+        self._lagged += (1.0 - exp(-dt_s / HELD_TAU_S)) * (self._channels - self._lagged)
+        self._unmeasured_s += dt_s
+        beyond = bool(self._mount["beyond"])
+        self._mount["beyond"] = 0
         if self._count == 0:
             self._lagged_n = nan
             return MountState(nan, nan, nan, beyond, self._take_gap())
@@ -124,10 +126,11 @@ class MountRoute:
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
+        self.flush()
         if self._state is None:
             return {}
         doubts = [value for doubt in self._restart for value in doubt]
-        place = [self._deformation_mm, float(self._sequence), float(self._since_restart)]
+        place = [self._deformation_mm, float(self._mount["sequence"]), float(self._since_restart)]
         return {"state": self._state.tolist(), "place": place, "restart": doubts}
 
     def restore(self, snapshot: dict[str, list[float]]) -> bool:
@@ -135,24 +138,27 @@ class MountRoute:
         if not snapshot:
             return True
         state, place, doubts = (snapshot.get(key, []) for key in ("state", "place", "restart"))
-        expected = self.model.start(np.concatenate(([0.0], self.channels))).size
+        expected = self.model.start(np.concatenate(([0.0], self._channels))).size
         if len(state) != expected or len(place) != 3 or len(doubts) not in (0, self._n_doubts):
             return False
         if not all(map(isfinite, [*state, *place, *doubts])) or not all(tau_s > 0 for tau_s in doubts[1::2]):
             return False
         self._state = np.array(state)
-        self._deformation_mm, self._sequence, self._since_restart = place[0], int(place[1]), int(place[2])
+        self._mount["deformation_mm"], self._mount["sequence"] = place[0], int(place[1])
+        self._since_restart = int(place[2])
         self._restart = tuple(zip(doubts[::2], doubts[1::2], strict=True))
         return True
 
     def resume(self, last: int, shift: int) -> None:
         """After `restore`: the ADC's last sample instant before the restart counts as `last` + `shift` from now on."""
-        self._resuming = last - self._sequence <= self._bridge_samples
-        self._sequence += shift
+        self._resuming = last - int(self._mount["sequence"]) <= self._bridge_samples
+        self._mount["sequence"] += shift
 
-    def _catch_up(self, sequence: int, deformation_mm: float) -> None:
+    def catch_up(self, sequence: int, deformation_mm: float) -> None:
         """Bring the state to just before sample `sequence`: started, restarted, or stepped through the gap."""
-        missing = max(sequence - self._sequence - 1, 0)
+        self.flush()
+        self._channels[self._own] = deformation_mm
+        missing = max(sequence - int(self._mount["sequence"]) - 1, 0)
         if self._state is None or (missing > self._longest_samples and not self._resuming):
             self._start(deformation_mm)
         elif missing > 0:
@@ -161,9 +167,15 @@ class MountRoute:
             if missing > self._bridge_samples:
                 self._doubt(before)
             self._since_restart += missing
+        self._mount["sequence"], self._mount["watchful"] = sequence - 1, 0
+        self._resuming = False
+
+    @property
+    def _deformation_mm(self) -> float:
+        return float(self._mount["deformation_mm"])
 
     def _start(self, deformation_mm: float) -> None:
-        state = self.model.start(np.concatenate(([deformation_mm], self.channels)))
+        state = self.model.start(np.concatenate(([deformation_mm], self._channels)))
         before = np.zeros_like(state) if self._state is None else self._state
         self._gap = self._state is not None
         self._state = state
@@ -181,11 +193,10 @@ class MountRoute:
     def _bridge(self, missing: int, deformation_mm: float) -> None:
         assert self._state is not None
         slope = (deformation_mm - self._deformation_mm) / (missing + 1)
-        channels = self.channels.copy()
-        for i in range(1, missing + 1):
-            between_mm = self._deformation_mm + i * slope
-            channels[self._own] = between_mm
-            self.model.step(self._state, channels, between_mm)
+        between_mm: Floats = self._deformation_mm + np.arange(1.0, missing + 1.0) * slope
+        channels = np.tile(self._channels, (missing, 1))
+        channels[:, self._own] = between_mm[:, None]
+        self.model.run(self._state, channels, between_mm)
         self._gap = True
 
     def _take_gap(self) -> bool:
@@ -202,20 +213,20 @@ class MountRoute:
         age_s = self._since_restart * self._period_s
         for std_n, tau_s in self._restart:
             variance += (std_n * exp(-age_s / tau_s)) ** 2
-        if self._unknown:
-            variance += sum(part_n * part_n for part_n in self._unmeasured())
-        return sqrt(variance)
+        return sqrt(variance + sum(part_n * part_n for part_n in self._unmeasured()))
 
     def _unmeasured(self) -> list[float]:
         """What channels that are not measured may do to the force, one sigma each."""
         assert self._state is not None
         parts = []
-        for position, age_s in self._unknown.items():
-            spread = unmeasured_std(CATALOGUE[self.signals[position]], age_s)
-            moved = self.channels.copy()
+        for position in np.flatnonzero(~np.isnan(self._unmeasured_s)).tolist():
+            spread = unmeasured_std(CATALOGUE[self.signals[position]], self._unmeasured_s.item(position))
+            held = self._channels.copy()
+            held[self._own] = self._deformation_mm
+            moved = held.copy()
             moved[position] += spread
             there = self.model.step(self._state.copy(), moved, self._deformation_mm)
-            here = self.model.step(self._state.copy(), self.channels, self._deformation_mm)
+            here = self.model.step(self._state.copy(), held, self._deformation_mm)
             parts.append(abs(there - here))
         return parts
 

@@ -17,7 +17,8 @@ from thrustd.sinks.mcap_log import LogWriter, new_log
 from thrustd.smoothed_flight import write_smoothed
 from thrustd.sources.log_run import LogRun
 from thrustd.sources.mcap_log import LogFile
-from thrustd.types import Estimate, Event, Fault, Output
+from thrustd.types import Estimate, Event, Output
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 PROGRESS_EVERY = 200  # estimates
@@ -48,7 +49,7 @@ def replay(
     path: Path | Sequence[Path],
     out: Path | None,
     config: Installation | None = None,
-    pace: Callable[[Iterator[Event]], Iterator[Event]] = iter,
+    pace: Callable[[Iterator[Event]], Iterator[Event]] | None = None,
     advance: Callable[[float], None] = lambda fraction: None,
     picture: FlightPicture | None = None,
     smoothed: Path | None = None,
@@ -82,7 +83,8 @@ def replay(
                 if score.estimates % PROGRESS_EVERY == 0:
                     advance(log.position_bytes / max(log.size_bytes, 1))
 
-        run(pace(log.events()), pipeline, _already_recorded, take)
+        batches = log.batches() if pace is None else (EventBatch.of((event,)) for event in pace(log.events()))
+        run(batches, pipeline, _already_recorded, take)
         deque(truth, maxlen=0)  # what comes after the last estimate
     summary = _summary(log, score)
     if smoothed is not None:
@@ -94,7 +96,7 @@ def replay(
     return summary
 
 
-def _already_recorded(event: Event | Fault) -> None:
+def _already_recorded(batch: EventBatch) -> None:
     """The log that is replayed holds it."""
 
 

@@ -8,11 +8,12 @@ from thrustd.brochure.deck import DeckEstimate, DeckInputs
 from thrustd.fusion.monitor_inputs import MonitorInputs, Sensor
 from thrustd.fusion.watches import ENGINE_SIGNALS
 from thrustd.mount_route import MountState
-from thrustd.sync import Hold
+from thrustd.sync.hold import Hold
 
 AIR_PRESSURE_SEA_LEVEL_PA = 101325.0  # ISO 2533
 HEAT_RATIO = 1.4  # air
 AIR_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC")
+AIRCRAFT_SIGNALS = (*AIR_SIGNALS, "accel_x_g", "accel_y_g", "accel_z_g")
 
 
 class Latest(NamedTuple):
@@ -30,18 +31,9 @@ class Latest(NamedTuple):
 
 
 def latest(hold: Hold, t_ns: int, engines: range) -> Latest:
-    value = hold.value
-    return Latest(
-        tuple([value(t_ns, "fuel_flow_kg_s", engine) for engine in engines]),
-        tuple([value(t_ns, "n1_pct", engine) for engine in engines]),
-        tuple([value(t_ns, "n2_pct", engine) for engine in engines]),
-        value(t_ns, "mach"),
-        value(t_ns, "pressure_altitude_m"),
-        value(t_ns, "sat_degC"),
-        value(t_ns, "accel_x_g"),
-        value(t_ns, "accel_y_g"),
-        value(t_ns, "accel_z_g"),
-    )
+    values, place = hold.values(t_ns), hold.place
+    fuel_flow, n1, n2 = [tuple([values[place(name, e)] for e in engines]) for name in ENGINE_SIGNALS]
+    return Latest(fuel_flow, n1, n2, *[values[place(name)] for name in AIRCRAFT_SIGNALS])
 
 
 def deck_inputs(now: Latest, engine: int, n1_rate_pct_s: float, without: frozenset[Sensor] = frozenset()) -> DeckInputs:

@@ -44,7 +44,7 @@ def page(tmp_path):
 def test_the_page_tells_what_was_counted(page):
     now, counts, server = page
     for k in range(10):
-        counts.take_event(Frame(k * S, "adc", 0, b"x"))
+        counts.take_events([Frame(k * S, "adc", 0, b"x")])
         now[0] = k * S + 300_000
         counts.write_output(estimate(k * S))
     counts.write_output(Fault(0, "adc", "lost", 5))

@@ -1,5 +1,7 @@
 """Ten times more than can be worked on: estimates go on, what is shed is counted."""
 
+from itertools import chain
+
 from benchmarks.fault_matrix import twin_flight
 from tests.conftest import small_aircraft
 from thrustd.sources.merge import EventQueue, merged
@@ -42,7 +44,7 @@ def test_at_ten_times_the_rate_estimates_go_on_and_what_is_shed_is_counted():
     flood = Flood(queue, twin_flight(installation, 40.0, 5).events)
     worked, estimates, told = 0, [], 0
     flood.pour(1)
-    for event in merged(queue, (flood,), flood):
+    for event in chain.from_iterable(merged(queue, (flood,), flood)):
         flood.pour(OVERLOAD)
         worked += not isinstance(event, Fault)
         told += event.count if isinstance(event, Fault) else 0

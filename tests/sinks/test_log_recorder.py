@@ -225,6 +225,7 @@ def test_a_stuck_disk_drops_the_oldest_and_never_blocks(tmp_path: Path, monkeypa
 
 CHILD = """
 import sys
+from itertools import chain
 from io import FileIO
 from pathlib import Path
 from queue import SimpleQueue
@@ -237,7 +238,7 @@ from thrustd.wire.log_layout import LogHeader
 
 queue = EventQueue()
 log = LogRecorder(RecorderSettings(Path(sys.argv[1])), LogHeader(engines=(), mounts=()), queue.put)
-for event in merged(queue, [Ticker(1000, queue.put)], Event()):
+for event in chain.from_iterable(merged(queue, [Ticker(1000, queue.put)], Event())):
     log.write_event(event)
     print(event.t_ns, flush=True)
 """

@@ -6,6 +6,7 @@ import socket
 import tty
 import uuid
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 from threading import Event as Flag
 
@@ -288,7 +289,7 @@ def test_the_queue_sheds_the_oldest_but_never_a_fault() -> None:
     queue.put(Fault(0, "adc", "unplugged"))
     for n in range(1, 101):
         queue.put(Frame(n, "adc", 0, b"x"))
-    stream = merged(queue, [], stopped)
+    stream = chain.from_iterable(merged(queue, [], stopped))
     events = [next(stream)]
     stopped.set()
     events += stream
@@ -302,7 +303,7 @@ def test_the_queue_sheds_the_oldest_but_never_a_fault() -> None:
 
 def test_merged_starts_and_stops_its_receivers() -> None:
     queue, stopped = EventQueue(), Flag()
-    stream = merged(queue, [Ticker(100, queue.put)], stopped)
+    stream = chain.from_iterable(merged(queue, [Ticker(100, queue.put)], stopped))
     ticks = [next(stream) for _ in range(3)]
     assert all(isinstance(tick, Tick) for tick in ticks)
     stopped.set()

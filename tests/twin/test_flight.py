@@ -17,7 +17,8 @@ from thrustd.twin.flight import Rates, Truth, fly, scripted_flight, write_flight
 from thrustd.twin.sensors import COUNT_MM
 from thrustd.types import Fault, Frame, Reading, Tick
 from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder, AdcSample
-from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanDecoder
+from thrustd.wire.can_decoder import CanDecoder
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
 from thrustd.wire.log_layout import LogHeader
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from thrustd.errors import ConfigError
 from thrustd.types import Fault, Frame, Reading
-from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OUTPUT_ROWS, CanDecoder, CanEncoder
-from thrustd.wire.can_table import CanRow, CanTable, CanUnits
+from thrustd.wire.can_decoder import CanDecoder
+from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OUTPUT_ROWS, CanEncoder
+from thrustd.wire.can_table import FLOAT, Bits, CanField, CanMessage, CanRow, CanTable, CanUnits
 
 DBC_TEXT = (Path(__file__).parents[2] / "deploy" / "canaerospace.dbc").read_text()
 ORACLE = cantools.database.load_string(DBC_TEXT, "dbc")
@@ -136,6 +137,17 @@ PRIVATE_ROWS = (
     CanRow("AltPacked", "pressure_altitude_m"), CanRow("MachPacked", "mach"),
     CanRow("Fuel", "fuel_flow_kg_s", 1), CanRow("Temp", "sat_degC"),
 )  # fmt: skip
+
+
+@given(st.sampled_from((16, 32, 64)), st.booleans(), st.data())
+def test_floats_of_every_length_are_those_of_the_struct_module(length: int, little: bool, data: st.DataObject) -> None:
+    value = data.draw(st.floats(width=length))
+    raw = struct.pack(("<" if little else ">") + {16: "e", 32: "f", 64: "d"}[length], value)
+    bits = Bits(8 if little else 15, length, little, FLOAT)
+    field = CanField(bits, 1.0, 0.0, "thrust_N", 0)
+    table = CanTable({1: CanMessage(1, "F", 1 + len(raw), bytes, (), frozenset(), (field,))})
+    [item] = CanDecoder(table).feed(Frame(0, "can", 1, b"\xff" + raw))
+    assert item == (Reading(0, "thrust_N", 0, value) if math.isfinite(value) else Fault(0, "thrust_N[0]", "not_finite"))
 
 
 def test_another_bus_is_another_file() -> None:

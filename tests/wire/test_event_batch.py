@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from thrustd.errors import LogError
 from thrustd.types import FAULT_KINDS, Event, Fault, Frame, Tick
-from thrustd.wire.event_batch import EventBatch, decode_batch, encode_batch
+from thrustd.wire.event_batch import Messages, decode_batch, encode_batch
 
 t_ns = st.integers(-(2**63), 2**63 - 1)
 events = st.lists(
@@ -23,9 +23,21 @@ events = st.lists(
 
 @given(st.integers(0, 2**64 - 1), events)
 def test_round_trip(first_number: int, sent: list[Event]) -> None:
-    decoded = decode_batch(encode_batch(first_number, sent))
-    assert decoded == EventBatch(first_number, sent)
-    assert [type(event) for event in decoded.events] == [type(event) for event in sent]
+    number, decoded = decode_batch(encode_batch(first_number, sent))
+    assert (number, decoded) == (first_number, sent)
+    assert [type(event) for event in decoded] == [type(event) for event in sent]
+
+
+@given(st.lists(events, min_size=1, max_size=5), st.data())
+def test_messages_decoded_together_are_their_events_in_a_row(sent: list[list[Event]], data: st.DataObject) -> None:
+    together = Messages([encode_batch(number, each) for number, each in enumerate(sent)])
+    whole = [event for each in sent for event in each]
+    assert together.batch.events() == whole
+    assert (together.first_numbers, together.n_events) == (list(range(len(sent))), list(map(len, sent)))
+    begin = data.draw(st.integers(0, len(whole)))
+    end = data.draw(st.integers(begin, len(whole)))
+    assert together.batch.part(begin, end).events() == whole[begin:end]
+    assert [together.batch.event(i) for i in range(len(whole))] == whole
 
 
 @given(events, st.data())

@@ -12,7 +12,8 @@ import numpy as np
 from thrustd.errors import ConfigError
 from thrustd.types import FAULT_KINDS, Fault, Frame, Reading
 from thrustd.wire.adc_frames import AdcDecoder, AdcSample, encode
-from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanDecoder
+from thrustd.wire.can_decoder import CanDecoder
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
 
 DBC_TEXT = (Path(__file__).parents[2] / "deploy" / "canaerospace.dbc").read_text()

@@ -75,7 +75,7 @@ def replay_verb(arguments: argparse.Namespace) -> int:
             paths,
             arguments.out,
             config,
-            pace=(lambda events: paced(events, arguments.speed)) if arguments.speed else iter,
+            pace=(lambda events: paced(events, arguments.speed)) if arguments.speed else None,
             advance=advance,
             picture=picture,
             smoothed=arguments.smooth,

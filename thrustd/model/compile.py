@@ -2,7 +2,8 @@
 
     compiled = compile_model(spec, rate_hz=1000.0)
     state = compiled.start(row)                 # at rest with the first row of inputs
-    force_n = compiled.step(state, row[1:], row[0])   # in flight, one sample
+    compiled.run(state, channels, v)            # in flight: a few samples, deformations in, thrust shares out
+    force_n = compiled.step(state, row[1:], row[0])   # one sample
     force_n = compiled.simulate(inputs)         # on the ground, a block (n, n_inputs) -> (n,)
 
 A row of inputs begins with deformation_mm, then the channels of the effects in `compiled.channels` order.
@@ -75,7 +76,7 @@ class CompiledModel:
     rate_hz: float
     stages: tuple[Stage, ...]
     channels: tuple[str, ...]  # of one row of inputs; deformation_mm first
-    _step: Any
+    _loops: tuple[Any, ...]
     _c: Floats
 
     def start(self, row: Floats) -> Floats:
@@ -89,9 +90,16 @@ class CompiledModel:
             column += len(stage.channels)
         return np.concatenate(states)
 
+    def run(self, state: Floats, channels: Floats, v: Floats) -> None:
+        """v (n,): deformation_mm becomes thrust share, N; rows of channels (n, n_inputs - 1), state is advanced."""
+        for loop in self._loops:
+            loop(state, self._c, channels, v)
+
     def step(self, state: Floats, channels: Floats, deformation_mm: float) -> float:
         """Thrust share, N, of one sample; channels (n_inputs - 1,), `state` is advanced in place."""
-        return self._step(state, self._c, channels, deformation_mm)
+        v = np.array([deformation_mm])
+        self.run(state, channels.reshape(1, -1), v)
+        return v.item()
 
     def simulate(self, inputs: Floats, state: Floats | None = None) -> Floats:
         """Free run over inputs (n, n_inputs) -> force_n (n,), from rest or from `state` (advanced in place)."""
@@ -141,8 +149,8 @@ def compile_model(spec: ModelSpec, rate_hz: float) -> CompiledModel:
     """Discretise for `rate_hz` (samples per second), flatten the curves, compile; does not check the witness."""
     stages = model_stages(spec, 1.0 / rate_hz)
     channels = ("deformation_mm", *(name for stage in stages for name in stage.channels))
-    step, c = compose(stages)
-    model = CompiledModel(spec, rate_hz, stages, channels, step, c)
+    loops, c = compose(stages)
+    model = CompiledModel(spec, rate_hz, stages, channels, loops, c)
     quiet = np.zeros(len(channels))
     model.step(model.start(quiet), quiet[1:], 0.0)  # compile now: in flight nothing may
     return model

@@ -5,9 +5,9 @@ A stage maps the running signal v of one sample to the next stage's v. Its whole
     prepare(dt_s) -> c            coefficients for one sample period, float64 (n_c,)
     step(x, c, u, v) -> v         one sample; x: state (n_x,), changed in place; u: its channels (n_u,)
 
-`step` is plain scalar Python that numba can compile. The compiled function runs once per sample in flight
-(`compose`) and in a loop over a block on the ground (`Stage.run`): one implementation, bit-equal results, because
-stages only feed forward.
+`step` is plain scalar Python that numba can compile. The compiled function runs sample by sample with the others in
+flight (`compose`) and in a loop over a block on the ground (`Stage.run`): one implementation, bit-equal results,
+because stages only feed forward.
 """
 
 from collections.abc import Callable
@@ -103,7 +103,7 @@ def _inlined(step: Any) -> Any:
     return block
 
 
-_AT_ONCE = 6  # stages per compiled joint: a core of three and three effects
+_AT_ONCE = 6  # stages per compiled loop: a core of three and three effects
 _Offsets = tuple[int, int, int]  # where a stage's slices of x, c and u begin
 
 
@@ -113,36 +113,35 @@ def _pass_through(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 
 @cache
-def _join(steps: tuple[Any, ...], offsets: tuple[_Offsets, ...]) -> Any:
-    """`_AT_ONCE` steps as one. Written out, because every nested function is compiled at start-up; LLVM inlines all."""
+def _loop(steps: tuple[Any, ...], offsets: tuple[_Offsets, ...]) -> Any:
+    """`_AT_ONCE` steps over rows. Written out, because every function is compiled at start-up; LLVM inlines all."""
     f0, f1, f2, f3, f4, f5 = steps
     (x0, c0, u0), (x1, c1, u1), (x2, c2, u2), (x3, c3, u3), (x4, c4, u4), (x5, c5, u5), (x6, c6, u6) = offsets
 
     @njit(error_model="numpy")
-    def joined(x: Floats, c: Floats, u: Floats, v: float) -> float:
-        v = f0(x[x0:x1], c[c0:c1], u[u0:u1], v)
-        v = f1(x[x1:x2], c[c1:c2], u[u1:u2], v)
-        v = f2(x[x2:x3], c[c2:c3], u[u2:u3], v)
-        v = f3(x[x3:x4], c[c3:c4], u[u3:u4], v)
-        v = f4(x[x4:x5], c[c4:c5], u[u4:u5], v)
-        return f5(x[x5:x6], c[c5:c6], u[u5:u6], v)
+    def loop(x: Floats, c: Floats, u: Floats, v: Floats) -> None:
+        for k in range(v.shape[0]):
+            w = f0(x[x0:x1], c[c0:c1], u[k, u0:u1], v[k])
+            w = f1(x[x1:x2], c[c1:c2], u[k, u1:u2], w)
+            w = f2(x[x2:x3], c[c2:c3], u[k, u2:u3], w)
+            w = f3(x[x3:x4], c[c3:c4], u[k, u3:u4], w)
+            w = f4(x[x4:x5], c[c4:c5], u[k, u4:u5], w)
+            v[k] = f5(x[x5:x6], c[c5:c6], u[k, u5:u6], w)
 
-    return joined
+    return loop
 
 
-def compose(stages: tuple[Stage, ...]) -> tuple[Any, Floats]:
-    """Fuse stages into one compiled step(x, c, u, v) -> v and the joint coefficients c.
+def compose(stages: tuple[Stage, ...]) -> tuple[tuple[Any, ...], Floats]:
+    """Fuse stages into a few compiled loops(x, c, u, v), run one after the other, and the joint coefficients c.
 
-    x, c and u of the joint step are those of the stages, one after the other.
+    x, c and each row of u (n, n_u) are those of the stages, one after the other; v (n,) is changed in place.
     """
-    parts = [(s.step, s.n_state, s.c.size, len(s.channels)) for s in stages]
-    while len(parts) > 1:
-        parts += [(_pass_through, 0, 0, 0)] * (-len(parts) % _AT_ONCE)
-        parts = [_joined(parts[i : i + _AT_ONCE]) for i in range(0, len(parts), _AT_ONCE)]
-    return parts[0][0], np.concatenate([stage.c for stage in stages])
-
-
-def _joined(group: list[tuple[Any, int, int, int]]) -> tuple[Any, int, int, int]:
-    sizes = np.array([part[1:] for part in group])
-    ends = [(0, 0, 0), *(tuple(map(int, row)) for row in np.cumsum(sizes, axis=0))]
-    return (_join(tuple(part[0] for part in group), tuple(ends)), *ends[-1])
+    idle = [(_pass_through, 0, 0, 0)] * (-len(stages) % _AT_ONCE)
+    parts = [(s.step, s.n_state, s.c.size, len(s.channels)) for s in stages] + idle
+    ends = np.cumsum([(0, 0, 0), *(part[1:] for part in parts)], axis=0)
+    offsets = [(int(x), int(c), int(u)) for x, c, u in ends]
+    loops = tuple(
+        _loop(tuple(part[0] for part in parts[i : i + _AT_ONCE]), tuple(offsets[i : i + _AT_ONCE + 1]))
+        for i in range(0, len(parts), _AT_ONCE)
+    )
+    return loops, np.concatenate([stage.c for stage in stages])

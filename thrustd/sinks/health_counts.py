@@ -3,7 +3,7 @@
 import time
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from thrustd.types import Estimate, Event, Fault, Frame, Output
@@ -42,14 +42,14 @@ class HealthCounts:
         self.nis = Histogram(NIS_BOUNDS)
         self._arrived_ns = 0
 
-    def take_event(self, event: Event) -> None:
-        """Before the pipeline works on it."""
-        self._arrived_ns = event.t_ns
-        if isinstance(event, Fault):
-            return
-        channel = event.channel if isinstance(event, Frame) else "tick"
-        self.events[channel] += 1
-        self.last_ns[channel] = event.t_ns
+    def take_events(self, events: Sequence[Event]) -> None:
+        """Before the pipeline works on them; latency counts from the oldest."""
+        self._arrived_ns = events[0].t_ns
+        for event in events:
+            if not isinstance(event, Fault):
+                channel = event.channel if isinstance(event, Frame) else "tick"
+                self.events[channel] += 1
+                self.last_ns[channel] = event.t_ns
 
     def write_output(self, output: Output) -> None:
         if isinstance(output, Fault):

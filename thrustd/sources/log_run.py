@@ -7,6 +7,7 @@ from pathlib import Path
 from thrustd.errors import LogError
 from thrustd.sources.mcap_log import LogFile, LogMessage
 from thrustd.types import Event
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 
@@ -73,10 +74,15 @@ class LogRun:
         return sum(file.missing_events for file in self.files)
 
     def events(self) -> Iterator[Event]:
+        """`batches`, one event after the other."""
+        for batch in self.batches():
+            yield from batch.events()
+
+    def batches(self) -> Iterator[EventBatch]:
         """Raw events of all files in arrival order."""
         number: int | None = None
         for file in self.files:
-            yield from file.events(number)
+            yield from file.batches(number)
             number = file.next_number
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[LogMessage]:

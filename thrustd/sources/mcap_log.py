@@ -7,7 +7,7 @@ from typing import BinaryIO, Final, NamedTuple
 from thrustd.errors import LogError
 from thrustd.sources.mcap_walk import McapWalk, Message
 from thrustd.types import Event
-from thrustd.wire.event_batch import ENCODING, decode_batch
+from thrustd.wire.event_batch import ENCODING, EventBatch, Messages
 from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader
 
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
@@ -33,43 +33,51 @@ class LogFile:
         self.header = self._read_header()
 
     def events(self, first_number: int | None = None) -> Iterator[Event]:
+        """`batches`, one event after the other."""
+        for batch in self.batches(first_number):
+            yield from batch.events()
+
+    def batches(self, first_number: int | None = None) -> Iterator[EventBatch]:
         """Raw events in arrival order; `first_number` is known when the file before in the run was read."""
         self.missing_events = self.read_events = 0
         self.next_number = 0 if self.header.part == 0 else first_number
         seen = False
-        for walk, message in self._walk(lambda topic: topic == RAW_TOPIC):
-            number, events = self._decode(walk, message)
-            if self.next_number is not None:
-                self.missing_events += max(0, number - self.next_number)
-            self.next_number, seen = number + len(events), True
-            self.read_events += len(events)
-            yield from events
+        for walk, messages in self._walk(lambda topic: topic == RAW_TOPIC):
+            found = self._decode(walk, messages)
+            for number, n in zip(found.first_numbers, found.n_events, strict=True):
+                if self.next_number is not None:
+                    self.missing_events += max(0, number - self.next_number)
+                self.next_number = number + n
+            seen = True
+            self.read_events += len(found.batch)
+            yield found.batch
         if not seen and not self.cut:
             raise LogError(f"{self.path}: no message on topic {RAW_TOPIC!r}, expected the raw events of a flight")
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[LogMessage]:
         """Messages in file order, of `topics` or of all but `/raw`."""
         wanted = (lambda topic: topic != RAW_TOPIC) if topics is None else (lambda topic: topic in topics)
-        for walk, message in self._walk(wanted):
-            channel_id, log_ns, data = message
-            yield _new(LogMessage, (walk.topics[channel_id][0], log_ns, data))
+        for walk, messages in self._walk(wanted):
+            for channel_id, log_ns, data in messages:
+                yield _new(LogMessage, (walk.topics[channel_id][0], log_ns, data))
 
-    def _decode(self, walk: McapWalk, message: Message) -> tuple[int, list[Event]]:
-        encoding = walk.topics[message.channel_id][1]
+    def _decode(self, walk: McapWalk, messages: list[Message]) -> Messages:
+        encoding = walk.topics[messages[0].channel_id][1]
         if encoding != ENCODING:
             raise LogError(f"{self.path}: topic {RAW_TOPIC!r} is encoded {encoding!r}, expected {ENCODING!r}")
         try:
-            return decode_batch(message.data)
+            return Messages([message.data for message in messages])
         except LogError as error:
             raise LogError(f"{self.path}: {error}") from None
 
-    def _walk(self, wanted: Callable[[str], bool]) -> Iterator[tuple[McapWalk, Message]]:
+    def _walk(self, wanted: Callable[[str], bool]) -> Iterator[tuple[McapWalk, list[Message]]]:
+        """The wanted messages, record by record of the file."""
         with self._open() as stream:
             walk = McapWalk(stream, str(self.path), wanted)
             for messages in walk.records():
                 self.position_bytes = walk.position_bytes
-                for message in messages:
-                    yield walk, message
+                if messages:
+                    yield walk, messages
             self.cut, self.position_bytes = walk.cut, walk.position_bytes
 
     def _read_header(self) -> LogHeader:

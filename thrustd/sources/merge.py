@@ -88,7 +88,9 @@ class EventQueue:
                 self.shed_events += 1
 
 
-def merged(queue: EventQueue, receivers: Sequence[Receiver], stopped: Flag, poll_s: float = POLL_S) -> Iterator[Event]:
+def merged(
+    queue: EventQueue, receivers: Sequence[Receiver], stopped: Flag, poll_s: float = POLL_S
+) -> Iterator[list[Event]]:
     """Start `receivers`, yield what they put until `stopped` is set, then stop them."""
     told = 0
     try:
@@ -98,9 +100,10 @@ def merged(queue: EventQueue, receivers: Sequence[Receiver], stopped: Flag, poll
             events = queue.take(poll_s)
             shed = queue.shed_events
             if events and shed > told:
-                yield Fault(events[0].t_ns, "queue", "queue_overrun", shed - told)
+                events.insert(0, Fault(events[0].t_ns, "queue", "queue_overrun", shed - told))
                 told = shed
-            yield from events
+            if events:
+                yield events
     finally:
         for receiver in receivers:
             receiver.stop()

@@ -16,24 +16,63 @@ Rules, with d = sequence step modulo 2^16 and D = device time step modulo 2^32:
 """
 
 from struct import Struct
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
+import numba
+import numpy as np
+
+from thrustd.columns import (
+    CHANNEL_FAULT,
+    COUNT,
+    COUNTS,
+    DEVICE_US,
+    EVENT,
+    GOOD,
+    KIND,
+    PLACE,
+    SEQUENCE,
+    Bytes,
+    Flags,
+    Integers,
+)  # fmt: skip
+from thrustd.compiled import compiled
 from thrustd.types import Fault
-from thrustd.wire.framing import Deframer, encode_frame
+from thrustd.wire.framing import DAMAGES, Deframer, encode_frame
 
 VERSION = 1
 MAX_CHANNELS = 8
-CHANNEL_FAULT: Final = 0x7FFFFFFF  # counts of an open or shorted transducer
 COUNTS_HIGH = 2**23 - 1  # 24-bit sample, sign-extended
 COUNTS_LOW = -(2**23)
 ARRIVAL_SLACK_US = 2_000_000  # how far a stalled reader may shift arrival against device time
 RATE_FACTOR = 20  # an ADC faster than configured by more than this is a sequence that jumped
 LATE_US = 1_000_000  # an old frame repeated is younger than this
 _HEADER_BYTES = 8
-_SEQUENCE_MASK = 0xFFFF
-_TIME_MASK = 0xFFFFFFFF
-_new: Final = tuple.__new__  # half the time of calling a NamedTuple
+_SEQUENCE_WRAP, _TIME_WRAP = 1 << 16, 1 << 32
 _LAYOUTS = {n: Struct(f"<BBHI{n}i") for n in range(1, MAX_CHANNELS + 1)}
+
+# faults; the kind in a row is 1 + place here
+KINDS: Final = (
+    *DAMAGES, "version", "channel_count", "lost", "duplicate", "late", "adc_reset", "sample_rate", "channel_fault",
+    "channel_recovered",
+)  # fmt: skip
+_LENGTH = 1 + KINDS.index("length")
+_VERSION, _CHANNEL_COUNT, _LOST, _DUPLICATE, _LATE, _RESET, _RATE, _OPEN, _RECOVERED = range(5, 14)
+_MOST_PER_PIECE = 4 + MAX_CHANNELS  # a sample, two faults of its counters, one of each channel
+_STATE = np.dtype(
+    [
+        ("started", np.int64),
+        ("watchful", np.int64),  # the next step is not to be taken for granted
+        ("t_ns", np.int64),
+        ("raw_sequence", np.int64),
+        ("raw_time_us", np.int64),
+        ("sequence", np.int64),
+        ("device_time_us", np.int64),
+        ("late_run", np.int64),  # late frames in a row
+        ("off_rate", np.int64),
+        ("period_us", np.float64),
+        ("found", np.int64),  # rows
+    ]
+)
 
 
 class AdcSample(NamedTuple):
@@ -49,16 +88,8 @@ def encode(sequence: int, device_time_us: int, counts: tuple[int, ...]) -> bytes
     """One frame as the ADC sends it, delimiter included; both counters wrap as on the wire."""
     layout = _LAYOUTS[len(counts)]
     return encode_frame(
-        layout.pack(VERSION, len(counts), sequence & _SEQUENCE_MASK, device_time_us & _TIME_MASK, *counts)
+        layout.pack(VERSION, len(counts), sequence % _SEQUENCE_WRAP, device_time_us % _TIME_WRAP, *counts)
     )
-
-
-def _misfit(payload: bytes) -> str:
-    """Why a payload is not the frame we expect."""
-    if payload[0] != VERSION:
-        return "version"
-    whole = len(payload) >= _HEADER_BYTES and len(payload) == _HEADER_BYTES + 4 * payload[1]
-    return "channel_count" if whole else "length"
 
 
 class AdcDecoder:
@@ -66,124 +97,190 @@ class AdcDecoder:
 
     def __init__(self, n_channels: int, sample_hz: float, where: str = "adc") -> None:
         self._deframer = Deframer()
-        self._n_channels = n_channels
-        self._layout = _LAYOUTS[n_channels]
-        self._period_us = 1e6 / sample_hz
-        self._short_us, self._long_us = 0.5 * self._period_us, 2 * self._period_us  # of a normal step
         self._where = where
-        self._started = False
-        self._watchful = True  # the next step is not to be taken for granted
-        self._t_ns = self._raw_sequence = self._raw_time_us = self._sequence = self._device_time_us = 0
-        self._late_run = 0  # late frames in a row
-        self._off_rate = False
-        self._open_samples = [0] * n_channels  # samples without a value, per channel, since it failed
-        self._any_open = False
+        self._state = np.zeros(1, _STATE)
+        self._state["watchful"], self._state["period_us"] = 1, 1e6 / sample_hz
+        self._open_samples = np.zeros(n_channels, np.int64)  # without a value, per channel, since it failed
+        self._found = np.empty((0, COUNTS + n_channels), np.int64)
+
+    def decode(self, t_ns: Integers, data: Bytes, ends: Integers, left_out: Flags) -> Integers:
+        """What chunks complete that arrived at t_ns; chunk i ends before data[ends[i]]. Never raises.
+
+        -> (n, COUNTS + n_channels) rows in the order of the bytes, good until the next call.
+        """
+        pieces = self._deframer.cut(data, ends, left_out)
+        n = len(pieces.chunk)
+        if n * _MOST_PER_PIECE > len(self._found):
+            self._found = np.empty((n * _MOST_PER_PIECE, self._found.shape[1]), np.int64)
+        return self._found[: _decode(*pieces, t_ns, self._state, self._open_samples, self._found)]
+
+    def fault(self, t_ns: int, row: Integers) -> Fault:
+        """A row of `decode` that is no sample."""
+        channel = row.item(PLACE)
+        where = self._where if channel < 0 else f"{self._where}[{channel}]"
+        return Fault(t_ns, where, KINDS[row.item(KIND) - 1], row.item(COUNT))
 
     def feed(self, t_ns: int, data: bytes) -> list[AdcSample | Fault]:
         """What the chunk `data`, arrived at `t_ns`, completes. Never raises."""
-        out: list[AdcSample | Fault] = []
-        for item in self._deframer.feed(data):
-            if isinstance(item, bytes):
-                self._payload(t_ns, item, out)
-            else:
-                out.append(Fault(t_ns, self._where, item))
-        return out
+        one = np.array([t_ns], np.int64), np.frombuffer(bytearray(data), np.uint8), np.array([len(data)], np.int64)
+        return [
+            AdcSample(t_ns, row.item(SEQUENCE), row.item(DEVICE_US), tuple(row[COUNTS:].tolist()))
+            if row[KIND] == GOOD
+            else self.fault(t_ns, row)
+            for row in self.decode(*one, np.zeros(1, np.bool_))
+        ]
 
-    def _payload(self, t_ns: int, payload: bytes, out: list[AdcSample | Fault]) -> None:
-        if payload[0] != VERSION or len(payload) != self._layout.size or payload[1] != self._n_channels:
-            out.append(Fault(t_ns, self._where, _misfit(payload)))
-            return
-        fields = self._layout.unpack(payload)
-        raw_sequence, raw_time_us, counts = fields[2], fields[3], fields[4:]
-        step = raw_sequence - self._raw_sequence & _SEQUENCE_MASK
-        step_us = raw_time_us - self._raw_time_us & _TIME_MASK
-        if step == 1 and self._short_us <= step_us < self._long_us and not self._watchful:
-            self._sequence += 1
-            self._device_time_us += step_us
-        elif not self._step(t_ns, raw_sequence, raw_time_us, out):
-            return
-        self._t_ns, self._raw_sequence, self._raw_time_us = t_ns, raw_sequence, raw_time_us
-        if max(counts) > COUNTS_HIGH or min(counts) < COUNTS_LOW or self._any_open:
-            counts = self._mark_open_channels(t_ns, counts, out)
-        out.append(_new(AdcSample, (t_ns, self._sequence, self._device_time_us, counts)))
 
-    def _step(self, t_ns: int, raw_sequence: int, raw_time_us: int, out: list[AdcSample | Fault]) -> bool:
-        """Advance the axis by anything but the plain normal step; False when the frame is to be dropped."""
-        step = raw_sequence - self._raw_sequence & _SEQUENCE_MASK
-        step_us = raw_time_us - self._raw_time_us & _TIME_MASK
-        if not self._started:
-            self._started, self._watchful = True, False
-            self._sequence, self._device_time_us = raw_sequence, raw_time_us
-        elif step == 1 and 0 < step_us < self._long_us:
-            self._advance(t_ns, 1, step_us, out)
-        elif not self._irregular(t_ns, step, step_us, out):
-            self._watchful = True
-            return False
-        self._watchful, self._late_run = self._off_rate, 0
+@compiled
+def _tell(s: Any, found: Integers, chunk: int, kind: int, channel: int, count: int) -> None:
+    row = found[s.found]
+    row[EVENT], row[KIND], row[PLACE], row[COUNT] = chunk, kind, channel, count
+    s.found += 1
+
+
+@compiled
+def _unsigned(payload: Bytes, at: int, n: int) -> Any:
+    value = np.int64(0)
+    for i in range(n):
+        value |= np.int64(payload[at + i]) << 8 * i
+    return value
+
+
+@compiled
+def _misfit(payload: Bytes, length: int) -> int:
+    """Why a payload is not the frame we expect."""
+    if payload[0] != VERSION:
+        return _VERSION
+    whole = length >= _HEADER_BYTES and length == _HEADER_BYTES + 4 * payload[1]
+    return _CHANNEL_COUNT if whole else _LENGTH
+
+
+@compiled
+def _judge_rate(s: Any, found: Integers, chunk: int, advance: int, step_us: int) -> None:
+    """Report a rate off by more than half a period per sample once, until it is right again."""
+    off = abs(step_us / advance - s.period_us) > 0.5 * s.period_us
+    if off and not s.off_rate:
+        _tell(s, found, chunk, _RATE, -1, 1)
+    s.off_rate = off
+
+
+@compiled
+def _advance(s: Any, found: Integers, chunk: int, advance: int, step_us: int) -> None:
+    if advance > 1:
+        _tell(s, found, chunk, _LOST, -1, advance - 1)
+    _judge_rate(s, found, chunk, advance, step_us)
+    s.sequence += advance
+    s.device_time_us += step_us
+
+
+@compiled
+def _restart(s: Any, found: Integers, chunk: int, elapsed_us: int) -> None:
+    _tell(s, found, chunk, _RESET, -1, 1)
+    advance = max(1, round(elapsed_us / s.period_us))
+    if advance > 1:
+        _tell(s, found, chunk, _LOST, -1, advance - 1)
+    s.sequence += advance
+    s.device_time_us += max(elapsed_us, round(s.period_us))
+
+
+@compiled
+def _is_late(s: Any, step: int, step_us: int) -> bool:
+    back_us, back = _TIME_WRAP - step_us, _SEQUENCE_WRAP - step
+    agree = abs(back_us - back * s.period_us) <= 0.5 * s.period_us * (back + 1)
+    if not (0 < back_us <= LATE_US and back < _SEQUENCE_WRAP // 2 and agree):
+        return False
+    s.late_run += 1
+    return s.late_run * s.period_us <= LATE_US  # longer than that it is a restart after all
+
+
+@compiled
+def _irregular(s: Any, found: Integers, chunk: int, t_ns: int, step: int, step_us: int) -> bool:
+    """Judge a step that is not the normal one; False when the frame is to be dropped."""
+    if step == 0 and step_us == 0:
+        _tell(s, found, chunk, _DUPLICATE, -1, 1)
+        return False
+    elapsed_us = (t_ns - s.t_ns) // 1000
+    if _is_late(s, step, step_us):
+        _tell(s, found, chunk, _LATE, -1, 1)
+        return False
+    whole_us = step_us + round((elapsed_us - step_us) / _TIME_WRAP) * _TIME_WRAP
+    slack_us = ARRIVAL_SLACK_US + elapsed_us // 1000  # crystals agree to better than 0.1 %
+    wraps = max(0, round((whole_us / s.period_us - step) / _SEQUENCE_WRAP))
+    advance = step + wraps * _SEQUENCE_WRAP
+    on_time = whole_us > 0 and abs(whole_us - elapsed_us) <= slack_us
+    if on_time and 0 < advance * s.period_us <= RATE_FACTOR * whole_us:
+        _advance(s, found, chunk, advance, whole_us)
+    else:
+        _restart(s, found, chunk, max(elapsed_us, 0))
+    return True
+
+
+@compiled
+def _step(s: Any, found: Integers, chunk: int, t_ns: int, raw_sequence: int, raw_time_us: int) -> bool:
+    """Advance the axis; False when the frame is to be dropped."""
+    step = (raw_sequence - s.raw_sequence) % _SEQUENCE_WRAP
+    step_us = (raw_time_us - s.raw_time_us) % _TIME_WRAP
+    if not s.started:
+        s.started, s.watchful = 1, 0
+        s.sequence, s.device_time_us = raw_sequence, raw_time_us
+    elif step == 1 and not s.watchful and 0.5 * s.period_us <= step_us < 2 * s.period_us:
+        s.sequence += 1
+        s.device_time_us += step_us
         return True
+    elif step == 1 and 0 < step_us < 2 * s.period_us:
+        _advance(s, found, chunk, 1, step_us)
+    elif not _irregular(s, found, chunk, t_ns, step, step_us):
+        s.watchful = 1
+        return False
+    s.watchful, s.late_run = s.off_rate, 0
+    return True
 
-    def _irregular(self, t_ns: int, step: int, step_us: int, out: list[AdcSample | Fault]) -> bool:
-        """Judge a step that is not the normal one; False when the frame is to be dropped."""
-        if step == 0 and step_us == 0:
-            out.append(Fault(t_ns, self._where, "duplicate"))
-            return False
-        elapsed_us = (t_ns - self._t_ns) // 1000
-        if self._is_late(step, step_us):
-            out.append(Fault(t_ns, self._where, "late"))
-            return False
-        whole_us = step_us + round((elapsed_us - step_us) / (_TIME_MASK + 1)) * (_TIME_MASK + 1)
-        slack_us = ARRIVAL_SLACK_US + elapsed_us // 1000  # crystals agree to better than 0.1 %
-        wraps = max(0, round((whole_us / self._period_us - step) / (_SEQUENCE_MASK + 1)))
-        advance = step + wraps * (_SEQUENCE_MASK + 1)
-        on_time = whole_us > 0 and abs(whole_us - elapsed_us) <= slack_us
-        if on_time and 0 < advance * self._period_us <= RATE_FACTOR * whole_us:
-            self._advance(t_ns, advance, whole_us, out)
+
+@compiled
+def _take_counts(s: Any, found: Integers, chunk: int, payload: Bytes, open_samples: Integers) -> None:
+    """The sample behind the faults of its channels; CHANNEL_FAULT wherever counts leave 24 bit."""
+    n, sample = len(open_samples), found[s.found + len(open_samples)]  # as many faults come before it at most
+    for channel in range(n):
+        at = _HEADER_BYTES + 4 * channel
+        counts: Any = np.int64(np.int32(_unsigned(payload, at, 4)))
+        if not COUNTS_LOW <= counts <= COUNTS_HIGH:
+            if open_samples[channel] == 0:
+                _tell(s, found, chunk, _OPEN, channel, 1)
+            open_samples[channel] += 1
+            counts = CHANNEL_FAULT
+        elif open_samples[channel]:
+            _tell(s, found, chunk, _RECOVERED, channel, open_samples[channel])
+            open_samples[channel] = 0
+        sample[COUNTS + channel] = counts
+    row = found[s.found]
+    row[COUNTS:] = sample[COUNTS:]
+    row[EVENT], row[KIND], row[SEQUENCE], row[DEVICE_US] = chunk, GOOD, s.sequence, s.device_time_us
+    s.found += 1
+
+
+def _decode_pieces(
+    chunks: Integers, lengths: Integers, payloads: Bytes, t_ns: Integers, state: Any, open_samples: Integers,
+    found: Integers,
+) -> int:  # fmt: skip
+    s = state[0]
+    s.found = 0
+    expected = _HEADER_BYTES + 4 * len(open_samples)
+    for i in range(len(chunks)):
+        chunk, length, payload = chunks[i], lengths[i], payloads[i]
+        if length < 0:
+            _tell(s, found, chunk, -length, -1, 1)
+        elif payload[0] != VERSION or length != expected or payload[1] != len(open_samples):
+            _tell(s, found, chunk, _misfit(payload, length), -1, 1)
         else:
-            self._restart(t_ns, max(elapsed_us, 0), out)
-        return True
+            raw_sequence, raw_time_us = _unsigned(payload, 2, 2), _unsigned(payload, 4, 4)
+            if _step(s, found, chunk, t_ns[chunk], raw_sequence, raw_time_us):
+                s.t_ns, s.raw_sequence, s.raw_time_us = t_ns[chunk], raw_sequence, raw_time_us
+                _take_counts(s, found, chunk, payload, open_samples)
+    return s.found
 
-    def _is_late(self, step: int, step_us: int) -> bool:
-        back_us, back = _TIME_MASK + 1 - step_us, _SEQUENCE_MASK + 1 - step
-        agree = abs(back_us - back * self._period_us) <= 0.5 * self._period_us * (back + 1)
-        if not (0 < back_us <= LATE_US and back <= _SEQUENCE_MASK // 2 and agree):
-            return False
-        self._late_run += 1
-        return self._late_run * self._period_us <= LATE_US  # longer than that it is a restart after all
 
-    def _advance(self, t_ns: int, advance: int, step_us: int, out: list[AdcSample | Fault]) -> None:
-        if advance > 1:
-            out.append(Fault(t_ns, self._where, "lost", advance - 1))
-        self._judge_rate(t_ns, advance, step_us, out)
-        self._sequence += advance
-        self._device_time_us += step_us
-
-    def _restart(self, t_ns: int, elapsed_us: int, out: list[AdcSample | Fault]) -> None:
-        out.append(Fault(t_ns, self._where, "adc_reset"))
-        advance = max(1, round(elapsed_us / self._period_us))
-        if advance > 1:
-            out.append(Fault(t_ns, self._where, "lost", advance - 1))
-        self._sequence += advance
-        self._device_time_us += max(elapsed_us, round(self._period_us))
-
-    def _judge_rate(self, t_ns: int, advance: int, step_us: int, out: list[AdcSample | Fault]) -> None:
-        """Report a rate off by more than half a period per sample once, until it is right again."""
-        off = abs(step_us / advance - self._period_us) > 0.5 * self._period_us
-        if off and not self._off_rate:
-            out.append(Fault(t_ns, self._where, "sample_rate"))
-        self._off_rate = off
-
-    def _mark_open_channels(self, t_ns: int, counts: tuple[int, ...], out: list[AdcSample | Fault]) -> tuple[int, ...]:
-        """`counts` with CHANNEL_FAULT wherever they leave 24 bit; a fault when a channel fails and when it is back."""
-        marked = list(counts)
-        for channel, value in enumerate(counts):
-            where = f"{self._where}[{channel}]"
-            if not COUNTS_LOW <= value <= COUNTS_HIGH:
-                if self._open_samples[channel] == 0:
-                    out.append(Fault(t_ns, where, "channel_fault"))
-                self._open_samples[channel] += 1
-                marked[channel] = CHANNEL_FAULT
-            elif self._open_samples[channel]:
-                out.append(Fault(t_ns, where, "channel_recovered", self._open_samples[channel]))
-                self._open_samples[channel] = 0
-        self._any_open = any(self._open_samples)
-        return tuple(marked)
+_ROW, _TABLE = numba.int64[::1], numba.int64[:, ::1]
+_decode: Any = compiled(
+    _decode_pieces,
+    numba.int64(_ROW, _ROW, numba.uint8[:, ::1], _ROW, numba.from_dtype(_STATE)[::1], _ROW, _TABLE),
+)

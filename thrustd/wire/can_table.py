@@ -5,7 +5,7 @@ The DBC gives identifiers, byte layout and units; a row names which of its signa
     CanRow(dbc="Engine1_N1", signal="n1_pct", index=0)
 
 Messages whose DBC entry has the four signals of `HEADER` are CANaerospace and get their header judged; others are
-plain. Byte-aligned layouts become one `struct`; any other layout is left to cantools (about 2 us slower).
+plain. Reading takes any layout; writing makes one `struct` of a byte-aligned layout and leaves others to cantools.
 
     catalogue value = raw * scale + offset          (the DBC's own factor and the change of unit in one step)
 """
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import isfinite
 from struct import Struct
-from typing import Any
+from typing import Any, NamedTuple
 
 import cantools
 import msgspec
@@ -23,6 +23,7 @@ from thrustd.errors import ConfigError
 from thrustd.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 
 HEADER = ("NodeId", "DataType", "ServiceCode", "MessageCode")  # CANaerospace 1.7, the first four bytes
+UNSIGNED, SIGNED, FLOAT = range(3)
 EXTENDED_BIT = 1 << 31  # set in `ident` for 29-bit identifiers
 MAX_DBC_BYTES = 4_000_000
 KELVIN_AT_0_DEGC = 273.15
@@ -46,16 +47,24 @@ class CanUnits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     fuel_density_kg_l: float = 0.804  # typical Jet A-1 at 15 degC; ASTM D1655 allows 0.775 to 0.840
 
 
+class Bits(NamedTuple):
+    """Where a raw value is in a message, as a DBC numbers bits, and what it is."""
+
+    start: int  # least significant bit, little-endian; most significant bit, big-endian
+    length: int
+    little_endian: bool
+    kind: int  # UNSIGNED, SIGNED or FLOAT
+
+
 @dataclass(frozen=True, slots=True)
 class CanField:
     """One catalogue signal inside a message."""
 
-    position: int  # among the raw values of the message
+    bits: Bits
     scale: float
     offset: float
     signal: str
     index: int
-    where: str  # as faults name it
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +74,8 @@ class CanMessage:
     ident: int
     name: str
     n_bytes: int
-    unpack: Callable[[bytes], tuple[Any, ...]]
-    pack: Callable[..., bytes]
-    has_header: bool  # the first four raw values are HEADER
+    pack: Callable[..., bytes]  # of the header's values and those of the fields
+    header: tuple[Bits, ...]  # of HEADER; empty when the message has none
     data_types: frozenset[int]  # legal CANaerospace data types; empty = any
     fields: tuple[CanField, ...]
 
@@ -117,24 +125,23 @@ def _compile(message: Any, group: list[CanRow], units: CanUnits, where: str) -> 
     has_header = all(name in by_name for name in HEADER)
     names = [*(HEADER if has_header else ()), *(row.dbc for row in rows)]
     signals = [by_name[name] for name in names]
-    unpack, pack = _codec(message, signals)
-    first = len(names) - len(rows)
     return CanMessage(
         ident=message.frame_id | (EXTENDED_BIT if message.is_extended_frame else 0),
         name=message.name,
         n_bytes=message.length,
-        unpack=unpack,
-        pack=pack,
-        has_header=has_header,
+        pack=_packer(message, signals),
+        header=tuple(_bits(by_name[name]) for name in HEADER) if has_header else (),
         data_types=frozenset(by_name["DataType"].choices or ()) if has_header else frozenset(),
-        fields=tuple(
-            _field(first + i, by_name[row.dbc], row, units, f"{where}: signal {row.dbc!r}")
-            for i, row in enumerate(rows)
-        ),
+        fields=tuple(_field(by_name[row.dbc], row, units, f"{where}: signal {row.dbc!r}") for row in rows),
     )
 
 
-def _field(position: int, signal: Any, row: CanRow, units: CanUnits, where: str) -> CanField:
+def _bits(signal: Any) -> Bits:
+    kind = FLOAT if signal.is_float else SIGNED if signal.is_signed else UNSIGNED
+    return Bits(signal.start, signal.length, signal.byte_order == "little_endian", kind)
+
+
+def _field(signal: Any, row: CanRow, units: CanUnits, where: str) -> CanField:
     wanted_unit = CATALOGUE[row.signal].unit
     conversion = _conversions(row.signal, units).get((signal.unit or "-", wanted_unit))
     if conversion is None:
@@ -145,9 +152,7 @@ def _field(position: int, signal: Any, row: CanRow, units: CanUnits, where: str)
         raise ConfigError(
             f"{where}: factor {signal.scale} and offset {signal.offset}, expected finite and a factor not 0"
         )
-    return CanField(
-        position, scale, signal.offset * factor + shift, row.signal, row.index, f"{row.signal}[{row.index}]"
-    )
+    return CanField(_bits(signal), scale, signal.offset * factor + shift, row.signal, row.index)
 
 
 def _conversions(signal: str, units: CanUnits) -> dict[tuple[str, str], tuple[float, float]]:
@@ -175,23 +180,19 @@ def _conversions(signal: str, units: CanUnits) -> dict[tuple[str, str], tuple[fl
     return table
 
 
-def _codec(message: Any, signals: list[Any]) -> tuple[Callable[[bytes], tuple[Any, ...]], Callable[..., bytes]]:
-    """Raw values of `signals` out of the message's bytes and back; other signals are written as 0."""
+def _packer(message: Any, signals: list[Any]) -> Callable[..., bytes]:
+    """Raw values of `signals` into the message's bytes; other signals are written as 0."""
     layout = _byte_layout(message.length, signals)
     if layout is not None:
-        return layout.unpack, layout.pack
+        return layout.pack
     names = [signal.name for signal in signals]
     zeros = {signal.name: 0 for signal in message.signals}
-
-    def unpack(data: bytes) -> tuple[Any, ...]:
-        raw = message.decode(data, decode_choices=False, scaling=False)
-        return tuple(raw[name] for name in names)
 
     def pack(*values: float) -> bytes:
         raw = zeros | dict(zip(names, values, strict=True))
         return bytes(message.encode(raw, scaling=False, strict=False))
 
-    return unpack, pack
+    return pack
 
 
 _INTEGER_CODES = {8: "B", 16: "H", 32: "I", 64: "Q"}

@@ -1,4 +1,4 @@
-"""Events <-> bytes: the message encoding "thrustd.events.v1" of the log topic `/raw`.
+"""Events in columns, and as bytes: the message encoding "thrustd.events.v1" of the log topic `/raw`.
 
 A batch holds consecutive events in arrival order, columns first so that it packs fast and compresses well:
 
@@ -11,98 +11,227 @@ A batch holds consecutive events in arrival order, columns first so that it pack
 """
 
 from collections.abc import Sequence
-from functools import cache
+from dataclasses import dataclass
+from itertools import accumulate
 from struct import Struct, error
-from typing import Final, NamedTuple
+from typing import Any, Final
 
+import numba
+import numpy as np
+
+from thrustd.columns import FAULT, TICK, Bytes, Integers
+from thrustd.compiled import compiled
 from thrustd.errors import LogError
 from thrustd.types import Event, Fault, Frame, Tick
 
 ENCODING = "thrustd.events.v1"
 VERSION = 1
-MAX_EVENTS = 64  # per batch
+MAX_EVENTS = 64  # per message of a log
 MAX_DATA_BYTES = 0xFFFF  # per event
-_TICK = 255
-_FAULT = 254
 _HEAD = Struct("<BBHQ")
+_EVENT_BYTES = 15  # of the columns
 _IDENT_MASK = 0xFFFFFFFF
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 
 
-@cache
-def _layout(n: int) -> Struct:
-    return Struct(f"<{n}q{n}s{n}I{n}H")
+@dataclass(frozen=True, slots=True, eq=False)
+class EventBatch:
+    """Consecutive events, (n,) per column; event i has data[ends[i - 1] : ends[i]]."""
+
+    channels: tuple[str, ...]  # names of the kinds below FAULT
+    t_ns: Integers
+    kind: Bytes
+    ident: Integers
+    ends: Integers
+    data: Bytes
+    made_of: Sequence[Event] | None = None  # when they are at hand
+
+    def __len__(self) -> int:
+        return len(self.t_ns)
+
+    @classmethod
+    def of(cls, events: Sequence[Event]) -> "EventBatch":
+        """`events`, each at most 64 KiB of data."""
+        channels: dict[str, int] = {}
+        kinds, idents, data = bytearray(), list[int](), list[bytes]()
+        for event in events:
+            if type(event) is Frame:
+                kinds.append(channels.setdefault(event[1], len(channels)))
+                idents.append(event[2])
+                data.append(event[3])
+            elif isinstance(event, Fault):
+                kinds.append(FAULT)
+                idents.append(event.count & _IDENT_MASK)
+                data.append(f"{event.where} {event.kind}".encode())
+            else:
+                kinds.append(TICK)
+                idents.append(0)
+                data.append(b"")
+        return cls(
+            tuple(channels),
+            np.array([event[0] for event in events], np.int64),
+            np.frombuffer(kinds, np.uint8),
+            np.array(idents, np.int64),
+            np.array(list(accumulate(map(len, data))), np.int64),
+            np.frombuffer(bytearray().join(data), np.uint8),
+            events,
+        )
+
+    def event(self, i: int) -> Event:
+        """The i-th event as it was."""
+        kind, t_ns = self.kind.item(i), self.t_ns.item(i)
+        data = self.data[self.ends.item(i - 1) if i else 0 : self.ends.item(i)].tobytes()
+        return _event(self.channels, kind, t_ns, self.ident.item(i), data)
+
+    def events(self) -> Sequence[Event]:
+        """All of them as they were."""
+        if self.made_of is not None:
+            return self.made_of
+        data, channels, ends = self.data.tobytes(), self.channels, self.ends.tolist()
+        columns = zip(  # noqa: B905 - the last end begins nothing
+            self.t_ns.tolist(), self.kind.tolist(), self.ident.tolist(), [0, *ends], ends
+        )
+        return [
+            _new(Frame, (t_ns, channels[kind], ident, data[begin:end]))
+            if kind < FAULT
+            else _event(channels, kind, t_ns, ident, data[begin:end])
+            for t_ns, kind, ident, begin, end in columns
+        ]
+
+    def part(self, begin: int, end: int) -> "EventBatch":
+        """Events begin to end - 1."""
+        first = self.ends.item(begin - 1) if begin else 0
+        rows = slice(begin, end)
+        return EventBatch(
+            self.channels,
+            self.t_ns[rows],
+            self.kind[rows],
+            self.ident[rows],
+            self.ends[rows] - first,
+            self.data[first:],
+        )
+
+    def encode(self, first_number: int) -> bytes:
+        """At most 65535 events as one message; `first_number` of the run."""
+        names = b"".join(bytes((len(raw),)) + raw for raw in map(str.encode, self.channels))
+        lengths = np.diff(self.ends, prepend=0)
+        n_bytes = self.ends.item(-1) if len(self) else 0
+        columns = (self.t_ns, self.kind, self.ident.astype("<u4"), lengths.astype("<u2"), self.data[:n_bytes])
+        head = _HEAD.pack(VERSION, len(self.channels), len(self), first_number)
+        return b"".join((head, names, *(column.tobytes() for column in columns)))
 
 
-class EventBatch(NamedTuple):
-    first_number: int  # of the run, gapless: a jump between batches is events the recorder had to drop
-    events: list[Event]
+def _event(channels: tuple[str, ...], kind: int, t_ns: int, ident: int, data: bytes) -> Event:
+    if kind < FAULT:
+        return Frame(t_ns, channels[kind], ident, data)
+    if kind == TICK:
+        return Tick(t_ns)
+    where, _, word = data.decode().rpartition(" ")
+    return Fault(t_ns, where, word, ident)
+
+
+class Messages:
+    """Consecutive messages of a log, taken apart together."""
+
+    def __init__(self, payloads: Sequence[bytes]) -> None:
+        """LogError when one of them is no batch of events."""
+        self.first_numbers, self.n_events = list[int](), list[int]()  # by message
+        channels: dict[str, int] = {}
+        places = np.zeros((len(payloads), 3), np.int64)  # begin, columns, end of each message
+        kinds = np.zeros((len(payloads), FAULT), np.uint8)  # channel number of the message -> of all
+        end = 0
+        try:
+            for i, payload in enumerate(payloads):
+                names, columns = self._take_head(payload)
+                if len(channels) + len(names) > FAULT:
+                    raise ValueError(f"more than {FAULT} channels")
+                kinds[i, : len(names)] = [channels.setdefault(name, len(channels)) for name in names]
+                kinds[i, len(names) :] = FAULT
+                begin, end = end, end + len(payload)
+                places[i] = begin, begin + columns, end
+            self.batch = self._columns(bytearray().join(payloads), tuple(channels), places, kinds)
+        except (error, IndexError, UnicodeDecodeError, ValueError) as reason:
+            raise LogError(f"event batch: {reason}") from None
+
+    def _take_head(self, payload: bytes) -> tuple[list[str], int]:
+        """Names of the channels, and where the columns begin."""
+        version, n_channels, n, first_number = _HEAD.unpack_from(payload)
+        if version != VERSION:
+            raise ValueError(f"version {version}, expected {VERSION}")
+        at, names = _HEAD.size, []
+        for _ in range(n_channels):
+            end = at + 1 + payload[at]
+            names.append(payload[at + 1 : end].decode())
+            at = end
+        if at + _EVENT_BYTES * n > len(payload):
+            raise ValueError(f"{len(payload)} bytes, expected at least {at + _EVENT_BYTES * n}")
+        self.first_numbers.append(first_number)
+        self.n_events.append(n)
+        return names, at
+
+    def _columns(self, raw: bytearray, channels: tuple[str, ...], places: Integers, kinds: Bytes) -> EventBatch:
+        n = sum(self.n_events)
+        t_ns, ident, ends = (np.empty(n, np.int64) for _ in range(3))
+        kind, data = np.empty(n, np.uint8), np.empty(max(len(raw) - _EVENT_BYTES * n, 0), np.uint8)
+        counts = np.array(self.n_events, np.int64)
+        bytes_used = _take_apart(np.frombuffer(raw, np.uint8), places, counts, kinds, t_ns, kind, ident, ends, data)
+        if bytes_used < 0:
+            raise ValueError(
+                f"data of {-1 - bytes_used} bytes or an unknown channel, in a message that does not hold it"
+            )
+        batch = EventBatch(channels, t_ns, kind, ident, ends, data[:bytes_used])
+        for i in np.flatnonzero(kind == FAULT).tolist():
+            batch.event(i)  # its words must be text
+        return batch
+
+
+def decode_batch(payload: bytes) -> tuple[int, Sequence[Event]]:
+    """Number of the first event, and the events of one message; LogError when the bytes are no batch of events."""
+    messages = Messages([payload])
+    return messages.first_numbers[0], messages.batch.events()
 
 
 def encode_batch(first_number: int, events: Sequence[Event]) -> bytes:
     """`events` (at most 65535, each at most 64 KiB of data) as one message."""
-    channels: dict[str, int] = {}
-    kinds = bytearray()
-    idents: list[int] = []
-    data: list[bytes] = []
-    for event in events:
-        if type(event) is Frame:
-            kinds.append(channels.setdefault(event.channel, len(channels)))
-            idents.append(event.ident)
-            data.append(event.data)
-        elif isinstance(event, Fault):
-            kinds.append(_FAULT)
-            idents.append(event.count & _IDENT_MASK)
-            data.append(f"{event.where} {event.kind}".encode())
-        else:
-            kinds.append(_TICK)
-            idents.append(0)
-            data.append(b"")
-    n = len(events)
-    names = b"".join(bytes((len(raw),)) + raw for raw in map(str.encode, channels))
-    times = [event.t_ns for event in events]
-    columns = _layout(n).pack(*times, bytes(kinds), *idents, *map(len, data))
-    return b"".join((_HEAD.pack(VERSION, len(channels), n, first_number), names, columns, *data))
+    return EventBatch.of(events).encode(first_number)
 
 
-def decode_batch(payload: bytes) -> EventBatch:
-    """The events of one message; LogError when the bytes are not such a batch."""
-    try:
-        return _decode(payload)
-    except (error, IndexError, UnicodeDecodeError, ValueError) as reason:
-        raise LogError(f"event batch: {reason}") from None
+@compiled
+def _number(raw: Bytes, at: int, n: int) -> Any:
+    value = np.int64(0)
+    for i in range(n):
+        value |= np.int64(raw[at + i]) << 8 * i
+    return value
 
 
-def _decode(payload: bytes) -> EventBatch:
-    version, n_channels, n, first_number = _HEAD.unpack_from(payload)
-    if version != VERSION:
-        raise ValueError(f"version {version}, expected {VERSION}")
-    at = _HEAD.size
-    names = []
-    for _ in range(n_channels):
-        end = at + 1 + payload[at]
-        names.append(payload[at + 1 : end].decode())
-        at = end
-    layout = _layout(n)
-    columns = layout.unpack_from(payload, at)
-    times, kinds, idents, lengths = columns[:n], columns[n], columns[n + 1 : 2 * n + 1], columns[2 * n + 1 :]
-    at += layout.size
-    events: list[Event] = []
-    append = events.append
-    for t_ns, kind, ident, length in zip(times, kinds, idents, lengths, strict=True):
-        end = at + length
-        if kind < _FAULT:
-            append(_new(Frame, (t_ns, names[kind], ident, payload[at:end])))
-        else:
-            append(_not_a_frame(kind, t_ns, ident, payload[at:end]))
-        at = end
-    if at != len(payload):
-        raise ValueError(f"{len(payload)} bytes, expected {at}")
-    return EventBatch(first_number, events)
+def _take_columns(
+    raw: Bytes, places: Integers, n_events: Integers, kinds: Bytes, t_ns: Integers, kind: Bytes, ident: Integers,
+    ends: Integers, data: Bytes,
+) -> int:  # fmt: skip
+    """-> bytes of data; -1 - (bytes that were to be there) when a message has other bytes or a channel without name."""
+    at = end = 0
+    for message in range(len(n_events)):
+        n, columns, message_end = n_events[message], places[message, 1], places[message, 2]
+        after = columns + 15 * n
+        for i in range(n):
+            t_ns[at] = _number(raw, columns + 8 * i, 8)
+            number = raw[columns + 8 * n + i]
+            kind[at] = number if number >= FAULT else kinds[message, number]
+            ident[at] = _number(raw, columns + 9 * n + 4 * i, 4)
+            length = _number(raw, columns + 13 * n + 2 * i, 2)
+            if after + length > message_end or (number < FAULT and kind[at] == FAULT):
+                return -1 - length
+            data[end : end + length] = raw[after : after + length]
+            after, end = after + length, end + length
+            ends[at] = end
+            at += 1
+        if after != message_end:
+            return -1 - (message_end - after)
+    return end
 
 
-def _not_a_frame(kind: int, t_ns: int, ident: int, data: bytes) -> Event:
-    if kind == _TICK:
-        return Tick(t_ns)
-    where, _, word = data.decode().rpartition(" ")
-    return Fault(t_ns, where, word, ident)
+_ROW, _BYTES, _TABLE = numba.int64[::1], numba.uint8[::1], numba.int64[:, ::1]
+_take_apart: Any = compiled(
+    _take_columns,
+    numba.int64(_BYTES, _TABLE, _ROW, numba.uint8[:, ::1], _ROW, _BYTES, _ROW, _ROW, _BYTES),
+)

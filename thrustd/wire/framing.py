@@ -7,15 +7,31 @@ and no damage. Reference: S. Cheshire, M. Baker, Consistent Overhead Byte Stuffi
 """
 
 from binascii import crc_hqx
-from typing import Literal
+from typing import Any, Final, Literal, NamedTuple
 
+import numpy as np
 from cobs import cobs
+
+from thrustd.columns import Bytes, Flags, Integers
+from thrustd.compiled import compiled
 
 DELIMITER = b"\x00"
 CRC_BYTES = 2
 DEFAULT_MAX_FRAME_BYTES = 64  # the longest version 1 ADC frame is 44 bytes on the wire
 
 Damage = Literal["cobs", "crc", "length", "overlong"]
+DAMAGES: Final[tuple[Damage, ...]] = ("cobs", "crc", "length", "overlong")
+_COBS, _CRC, _LENGTH, _OVERLONG = range(-1, -1 - len(DAMAGES), -1)  # as `length` of a piece: -1 - place in DAMAGES
+_PENDING, _SKIPPING = range(2)  # bytes of an unfinished frame; inside an overlong run, until the next delimiter
+_CRC_TABLE = np.array([crc_hqx(bytes((byte,)), 0) for byte in range(256)], np.int64)
+
+
+class Pieces(NamedTuple):
+    """What chunks of bytes complete, in order."""
+
+    chunk: Integers  # (n,) which of the chunks
+    length: Integers  # (n,) bytes of payload; negative: -1 - place in DAMAGES
+    payload: Bytes  # (n, longest payload)
 
 
 def encode_frame(payload: bytes) -> bytes:
@@ -27,41 +43,88 @@ def encode_frame(payload: bytes) -> bytes:
 class Deframer:
     """Cuts a byte stream into frames. Holds at most `max_frame_bytes` of an unfinished one."""
 
-    __slots__ = ("_max_frame_bytes", "_pending", "_skipping")
+    __slots__ = ("_frame", "_place", "_room")
 
     def __init__(self, max_frame_bytes: int = DEFAULT_MAX_FRAME_BYTES) -> None:
-        self._max_frame_bytes = max_frame_bytes
-        self._pending = b""
-        self._skipping = False  # inside an overlong run, until the next delimiter
+        self._frame = np.zeros(max_frame_bytes, np.uint8)
+        self._place = np.zeros(2, np.int64)
+        self._room = _room(0, max_frame_bytes)
 
     def feed(self, data: bytes) -> list[bytes | Damage]:
         """What `data` completes, in order: the payload of a good frame, the name of the damage of a bad one."""
-        complete = (self._pending + data).split(DELIMITER)
-        pending = complete.pop()
-        found: list[bytes | Damage] = []
-        for encoded in complete:
-            if self._skipping:
-                self._skipping = False
-            elif encoded:
-                found.append(self._unpack(encoded))
-        if self._skipping:
-            pending = b""
-        elif len(pending) > self._max_frame_bytes:
-            pending, self._skipping = b"", True
-            found.append("overlong")
-        self._pending = pending
-        return found
+        ends = np.array([len(data)], np.int64)
+        pieces = self.cut(np.frombuffer(bytearray(data), np.uint8), ends, np.zeros(1, np.bool_))
+        return [
+            payload[:length].tobytes() if length >= 0 else DAMAGES[-1 - length]
+            for length, payload in zip(pieces.length.tolist(), pieces.payload, strict=True)
+        ]
 
-    def _unpack(self, encoded: bytes) -> bytes | Damage:
-        if len(encoded) > self._max_frame_bytes:
-            return "overlong"
-        try:
-            frame: bytes = cobs.decode(encoded)
-        except cobs.DecodeError:
-            return "cobs"
-        if len(frame) <= CRC_BYTES:
-            return "length"
-        payload = frame[:-CRC_BYTES]
-        if crc_hqx(payload, 0) != frame[-2] | frame[-1] << 8:
-            return "crc"
-        return payload
+    def cut(self, data: Bytes, ends: Integers, left_out: Flags) -> Pieces:
+        """The same for many chunks: chunk i ends before data[ends[i]] and is not of this stream when left out.
+
+        The arrays are good until the next call.
+        """
+        most = len(data) // 2 + len(ends) + 1  # the shortest damage takes two bytes
+        if len(self._room.chunk) < most:
+            self._room = _room(most, len(self._frame))
+        chunk, length, payload = self._room
+        n = _cut(data, ends, left_out, self._frame, self._place, chunk, length, payload)
+        return Pieces(chunk[:n], length[:n], payload[:n])
+
+
+def _room(most: int, longest: int) -> Pieces:
+    return Pieces(np.empty(most, np.int64), np.empty(most, np.int64), np.empty((most, longest), np.uint8))
+
+
+@compiled
+def _unpack(frame: Bytes, n: int, payload: Bytes) -> int:
+    """COBS and checksum of frame[:n]; -> bytes of payload, or the damage."""
+    at = size = 0
+    while at < n:
+        code = int(frame[at])
+        if at + code > n:
+            return _COBS
+        for i in range(at + 1, at + code):
+            payload[size] = frame[i]
+            size += 1
+        at += code
+        if code < 255 and at < n:
+            payload[size] = 0
+            size += 1
+    if size <= CRC_BYTES:
+        return _LENGTH
+    crc = 0
+    for i in range(size - CRC_BYTES):
+        crc = (crc << 8 & 0xFF00) ^ _CRC_TABLE[crc >> 8 ^ int(payload[i])]
+    stored = int(payload[size - 2]) | int(payload[size - 1]) << 8
+    return size - CRC_BYTES if crc == stored else _CRC
+
+
+def _cut_chunks(
+    data: Bytes, ends: Integers, left_out: Flags, frame: Bytes, place: Integers,
+    chunk: Integers, length: Integers, payload: Bytes,
+) -> int:  # fmt: skip
+    n, at = 0, 0
+    for i in range(len(ends)):
+        if left_out[i]:
+            at = ends[i]
+            continue
+        while at < ends[i]:
+            byte = data[at]
+            at += 1
+            if byte == 0:
+                if place[_PENDING] and not place[_SKIPPING]:
+                    chunk[n], length[n] = i, _unpack(frame, place[_PENDING], payload[n])
+                    n += 1
+                place[_PENDING] = place[_SKIPPING] = 0
+            elif place[_PENDING] < len(frame):
+                frame[place[_PENDING]] = byte
+                place[_PENDING] += 1
+            elif not place[_SKIPPING]:
+                place[_SKIPPING] = 1
+                chunk[n], length[n] = i, _OVERLONG
+                n += 1
+    return n
+
+
+_cut: Any = compiled(_cut_chunks, "i8(u1[::1], i8[::1], b1[::1], u1[::1], i8[::1], i8[::1], i8[::1], u1[:, ::1])")
