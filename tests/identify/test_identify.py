@@ -29,7 +29,7 @@ from thrustd.model.artifact import (
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.records.recording import make_recording
 
-from .hw_truth import record, truth
+from .hw_truth import OSCILLATING, record, truth
 
 SMALL = HwSettings(order=2, input_segments=4, output_segments=4)
 QUICK = [name for name in shelf() if shelf()[name].family in {"physical", "static", "autoregressive"}]
@@ -145,3 +145,13 @@ def test_what_is_held_out_is_not_reported_as_missing():
     assert len(training) == 80
     assert np.isnan(held_out[FORCE]).sum() == 80
     assert held_out.notes == flat.notes == ()
+
+
+def test_where_the_usual_structure_fails_others_are_tried_and_said(monkeypatch):
+    """A resonance, which one real mode between two straight lines cannot follow."""
+    monkeypatch.setattr("thrustd.identify.identify.OTHERS", ("static-pwl", "oe-2-2"))
+    data, _ = record(truth(OSCILLATING), 2000, hold=150)
+    found = identify([data], settings=HwSettings(order=1, input_segments=1, output_segments=1))
+    assert [score.structure for score in found.scores] == ["hw-pwl", "static-pwl", "oe-2-2"]
+    assert found.spec.structure == "oe-2-2"
+    assert any("others were tried" in line for line in found.warnings)

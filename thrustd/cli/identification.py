@@ -32,7 +32,9 @@ def add_verbs(verbs: Verbs) -> None:
     )
     identify.add_argument("--time", metavar="COLUMN", default="time_s", help="seconds, rising (default time_s)")
     identify.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time")
-    identify.add_argument("--structure", action="append", default=[], help="structure to fit (default hw-pwl)")
+    identify.add_argument(
+        "--structure", action="append", default=[], help="structure to fit (default hw-pwl, others if it fails)"
+    )
     identify.add_argument("--all", action="store_true", help="fit every structure of the thesis, side by side")
     identify.add_argument("--order", default="6", help="order of the linear block, or 'auto' (default 6)")
     identify.add_argument("--segments", type=int, default=10, help="segments of both curves (default 10)")
@@ -78,7 +80,7 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     own = (arguments.input, arguments.output)
     train = _in_roles(arguments.records, arguments, own)
     validate = _in_roles(arguments.validate, arguments, tuple(arguments.validate_columns or own))
-    names = list(shelf()) if arguments.all else arguments.structure or ["hw-pwl"]
+    names = list(shelf()) if arguments.all else arguments.structure
     settings, choices = _settings(arguments, train)
     with progress("identify") as advance:
         done = 0
@@ -86,7 +88,7 @@ def identify_verb(arguments: argparse.Namespace) -> int:
         def heard(what: str, rmse_n: float) -> None:
             nonlocal done
             done += 1
-            advance(min(0.99, done / (TYPICAL_ITERATIONS * len(names))))
+            advance(min(0.99, done / (TYPICAL_ITERATIONS * max(1, len(names)))))
 
         found = _in_own_words(identify(train, validate, names, settings, arguments.out.stem, heard), arguments)
     write_model_file(found.spec, arguments.out)

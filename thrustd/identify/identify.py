@@ -20,6 +20,10 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.records.recording import Recording
 
 HELD_OUT = 0.2  # of every record, at its end, when no other records are given
+USUAL = "hw-pwl"
+EXPLAINED_PCT = 95.0  # fit on validation data; with less other structures are tried, when none was named
+OTHERS = ("oe-2-2", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "wiener-hammerstein")
+CLEARLY = 0.9  # times the error of the usual structure: what another must reach to take its place
 Progress = Callable[[str, float], None]  # (what, rmse so far)
 
 
@@ -50,24 +54,31 @@ class Identified:
 def identify(
     train: Sequence[Recording],
     validate: Sequence[Recording] = (),
-    structures: Sequence[str] = ("hw-pwl",),
+    structures: Sequence[str] = (),
     settings: HwSettings | None = None,
     name: str = "mount",
     progress: Progress | None = None,
 ) -> Identified:
-    """Fit `structures` to `train`, score on `validate` (or the last fifth of `train`, then not fitted to)."""
-    chosen = [structure_named(structure) for structure in structures]
+    """Fit `structures` to `train`, score on `validate` (or the last fifth of `train`, then not fitted to).
+
+    None named: HW-PWL, and where it leaves much unexplained `OTHERS` beside it, of which one must be clearly better.
+    """
+    chosen = [structure_named(structure) for structure in structures or (USUAL,)]
     fitting, held_out = (list(train), list(validate)) if validate else split(train)
     warnings = check_records([*fitting, *held_out])
-    results = []
-    for structure in chosen:
-        fitted, score = score_structure(structure, fitting, held_out, settings, progress)
-        results.append((fitted, score))
-        warnings += [f"{structure.name}: {line}" for line in fitted.warnings]
+    results = [score_structure(structure, fitting, held_out, settings, progress) for structure in chosen]
+    if not structures and not results[0][1].validation.fit_pct > EXPLAINED_PCT:
+        others = [structure_named(structure) for structure in OTHERS]
+        results += [score_structure(structure, fitting, held_out, settings, progress) for structure in others]
+        warnings.append(
+            f"{USUAL} leaves more than {100 - EXPLAINED_PCT:g} % of the output unexplained: others were tried"
+        )
+    warnings += [f"{score.structure}: {line}" for fitted, score in results for line in fitted.warnings]
     usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
     if not usable:
-        raise RecordingError(f"{structures[0]}: no structure gave a stable model that an artifact can hold")
-    fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
+        raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold")
+    handicap = {} if structures else {USUAL: CLEARLY}
+    fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n * handicap.get(result[1].structure, 1.0))
     assert fitted.spec is not None
     options: dict[str, str | float] = {"structure": best.structure, "order": (settings or HwSettings()).order}
     spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
