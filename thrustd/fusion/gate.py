@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import isfinite, nan
 from typing import NamedTuple
 
+MOVING_PCT_S = 0.5  # N1 of a throttle that rests stays within 0.3 %/s
 MAX_STEP_S = 1.0  # a long silence says nothing about agreement
 
 
@@ -23,9 +24,15 @@ class Verdict(NamedTuple):
 NOTHING = Verdict()
 
 
-def agree_on_a_move(mount: Verdict, brochure: Verdict) -> bool:
-    """Both were gated out on the same side: the thrust moved before anything had told the filter."""
-    return not mount.used and not brochure.used and mount.innovation_n * brochure.innovation_n > 0.0
+def agree_on_a_move(mount: Verdict, brochure: Verdict, n1_rate_pct_s: float) -> bool:
+    """Mount gated out, and brochure too or N1 itself goes to the same side: the thrust moved, no sensor lies.
+
+    The deck lags what a throttle that is cut does to the mounts, so its own innovation may stay inside.
+    """
+    if mount.used:
+        return False
+    both = not brochure.used and mount.innovation_n * brochure.innovation_n > 0.0
+    return both or (abs(n1_rate_pct_s) > MOVING_PCT_S and mount.innovation_n * n1_rate_pct_s > 0.0)
 
 
 @dataclass(slots=True)

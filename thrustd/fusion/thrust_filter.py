@@ -107,9 +107,11 @@ class ThrustFilter:
         if off or still:
             self._brochure_verdict = NOTHING
         brochure = NOTHING if off or still else self._brochure(inputs)
-        if agree_on_a_move(mount, brochure):
+        if agree_on_a_move(mount, brochure, inputs.n1_rate_pct_s):
             self._open(mount.innovation_n**2)
-            mount, brochure = self._mount(inputs, 0.0, off), self._brochure(inputs, again=True)
+            mount = self._mount(inputs, 0.0, off)
+            if isfinite(brochure.innovation_n) and not brochure.used:
+                brochure = self._brochure(inputs, again=True)
         self._surprise_n_s = self._surprise(mount, inputs)
         if self._tape is not None:
             self._tape.write(self._t_ns, self._kf.x, self._kf.P, *self._motion)
