@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import nullcontext
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -106,14 +107,16 @@ def play(config: Path, arguments: argparse.Namespace, pid: int) -> Sent:
     wires, process = installation.config, psutil.Process(pid)
     assert wires.health is not None
     bench = Bench(Path(wires.adc.port), wires.can.interface, wires.can.channel, READER_LATE_S)
+    events = flight(installation, arguments.hours * 3600, arguments.seed)
+    first = next(events)  # the twin compiles itself now, not while the daemon waits: it would catch up in one burst
     bench.wait_for_reader()
     with Progress() as progress:
         task = progress.add_task("flying", total=arguments.hours)
         url = f"http://127.0.0.1:{wires.health.port}/metrics"
         watch = Watch(process, url, config.with_name("memory.csv"), progress, task)
         begin_s = time.monotonic()
-        events = watch.over(flight(installation, arguments.hours * 3600, arguments.seed), arguments.minutes * 60)
-        out = bench.play(paced(events, arguments.speed))
+        seen = watch.over(chain((first,), events), arguments.minutes * 60)
+        out = bench.play(paced(seen, arguments.speed))
         seconds = time.monotonic() - begin_s
     cpu_share = (sum(process.cpu_times()[:2]) - watch.rows[0][2]) / seconds
     status = settled_status(watch.url)
