@@ -79,12 +79,11 @@ class Flown(NamedTuple):
 
 def flown(pipeline: Pipeline, events: Iterable[Event], engines: int) -> Flown:
     result = Flown(tuple([] for _ in range(engines)), [])
-    for event in events:
-        for output in pipeline.feed(event):
-            if isinstance(output, Estimate):
-                result.estimates[output.engine].append(output)
-            elif isinstance(output, Fault):
-                result.faults.append(output)
+    for output in pipeline.follow(events):
+        if isinstance(output, Estimate):
+            result.estimates[output.engine].append(output)
+        elif isinstance(output, Fault):
+            result.faults.append(output)
     return result
 
 

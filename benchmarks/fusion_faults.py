@@ -124,20 +124,18 @@ class Bench:
 
     def approach(self) -> None:
         """Up to FORK_S before the fault."""
-        for event in self._until(self.begin_ns - round(FORK_S * 1e9)):
-            for output in self.pipeline.feed(event):
-                if isinstance(output, Fault):
-                    self.reported.append(output)
-                elif isinstance(output, Estimate) and output.t_ns >= self.begin_ns - round(SHOWN_S * 1e9):
-                    self.estimates.append(output)
+        for output in self.pipeline.follow(self._until(self.begin_ns - round(FORK_S * 1e9))):
+            if isinstance(output, Fault):
+                self.reported.append(output)
+            elif isinstance(output, Estimate) and output.t_ns >= self.begin_ns - round(SHOWN_S * 1e9):
+                self.estimates.append(output)
 
     def fail(self, fault: SensorFault | None) -> tuple[list[Estimate], list[Fault]]:
         """Go on with this fault: what the pipeline says from its beginning. Only once, in a child process."""
         if fault is not None:
             self._faults.append(fault)
-        outputs: list[Any] = []
-        for event in self._until(self.begin_ns + round(WATCHED_S * 1e9)):
-            outputs += [o for o in self.pipeline.feed(event) if isinstance(o, Estimate | Fault)]
+        watched = self.pipeline.follow(self._until(self.begin_ns + round(WATCHED_S * 1e9)))
+        outputs = [o for o in watched if isinstance(o, Estimate | Fault)]
         self.estimates += [o for o in outputs if isinstance(o, Estimate)]
         late = [o for o in outputs if o.t_ns >= self.begin_ns]
         return [o for o in late if isinstance(o, Estimate)], [o for o in late if isinstance(o, Fault)]

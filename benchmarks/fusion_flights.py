@@ -83,17 +83,15 @@ def fly_through(
     every: tuple[Every, ...] = (Every(), Every())
     reported: list[Fault] = []
     count = 0
-    for event in fly(profile, airframe, place.parts().can_table, seed, faults=faults):
-        if isinstance(event, Truth):
-            continue
-        for output in pipeline.feed(event):
-            if isinstance(output, Estimate):
-                count += 1
-                every[output.engine].take(output)
-                if (count - 1) // 2 % EVERY == 0:
-                    kept[output.engine].append(output)
-            elif isinstance(output, Fault):
-                reported.append(output)
+    items = fly(profile, airframe, place.parts().can_table, seed, faults=faults)
+    for output in pipeline.follow(item for item in items if not isinstance(item, Truth)):
+        if isinstance(output, Estimate):
+            count += 1
+            every[output.engine].take(output)
+            if (count - 1) // 2 % EVERY == 0:
+                kept[output.engine].append(output)
+        elif isinstance(output, Fault):
+            reported.append(output)
     return Flight(
         name, tuple(_flown(profile, e, kept[e], every[e]) for e in range(2)), reported, float(profile.time_s[0])
     )

@@ -5,12 +5,13 @@ doubted    up to LONGEST_GAP_S: the same, and the band says by how much the slow
 restarted  longer: the model starts again at rest, with the same doubt
 """
 
-from collections.abc import Sequence
 from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 
+from thrustd.compiled import compiled
 from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap
 from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
@@ -22,6 +23,23 @@ EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is t
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
 HELD_TAU_S = 1.0
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
+
+
+_MEANS = np.dtype(
+    [
+        ("sum_mm", np.float64),  # over the samples since the last fused step
+        ("sum_n", np.float64),
+        ("count", np.int64),
+        ("since_restart", np.int64),  # samples
+        ("gap", np.int64),  # one was bridged or restarted after, since the last fused step
+        ("lagged_n", np.float64),
+        ("period_s", np.float64),
+        ("stiffness_n_mm", np.float64),
+        ("installation_std_n", np.float64),
+        ("low_mm", np.float64),  # of the identified range
+        ("high_mm", np.float64),
+    ]
+)
 
 
 class MountState(NamedTuple):
@@ -44,7 +62,6 @@ class MountRoute:
         `fusion.settings`.
         """
         self.model = model
-        self._installation_std_n = installation_std_n
         self.signals = model.channels[1:]
         mine = number, slice(len(self.signals))
         self._mount, self._waiting_u, self._waiting_mm = (
@@ -58,9 +75,7 @@ class MountRoute:
         self._unmeasured_s[~self._own] = inf
         self._lagged = self._channels.copy()
         valid = model.spec.valid
-        self._stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (
-            valid.deformation_mm[1] - valid.deformation_mm[0]
-        )
+        stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
         self._state: Floats | None = None
         self._bridge_samples = bridge_samples
         self._longest_samples = max(bridge_samples, round(LONGEST_GAP_S * model.rate_hz))
@@ -70,12 +85,12 @@ class MountRoute:
         self._mount["low_mm"] = max(low_mm - margin_mm, catalogue.low)
         self._mount["high_mm"] = min(high_mm + margin_mm, catalogue.high)
         self._n_doubts = 2 * len(model.spec.linear.real_modes)
-        self._sum_mm = self._sum_n = 0.0
-        self._count = 0
-        self._gap = False
-        self._restart: tuple[tuple[float, float], ...] = ()
-        self._since_restart = 0  # samples
-        self._lagged_n = nan
+        self._means = np.zeros(1, _MEANS)
+        self._means["lagged_n"], self._means["period_s"] = nan, self._period_s
+        self._means["installation_std_n"], self._means["stiffness_n_mm"] = installation_std_n, stiffness_n_mm
+        self._means["low_mm"], self._means["high_mm"] = low_mm, high_mm
+        self._doubts = np.zeros((0, 2))  # of restarts: one sigma [N] and time constant [s] of each mode
+        self._cells = _cells(model.spec.error)
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
 
     def set_channel(self, position: int, value: float) -> None:
@@ -96,42 +111,30 @@ class MountRoute:
         assert self._state is not None
         force_n = self._waiting_mm[:n].copy()
         self.model.run(self._state, self._waiting_u[:n], force_n)
-        for mm, part_n in zip(self._waiting_mm[:n].tolist(), force_n.tolist(), strict=True):
-            self._sum_mm += mm
-            self._sum_n += part_n
-        self._count += n
-        self._since_restart += n
+        _add(self._means, self._waiting_mm, force_n)
         self._mount["waiting"] = 0
 
     def fused(self, dt_s: float) -> MountState:
         """Means since the last call, dt_s ago, and their one sigma."""
         self.flush()
-        self._lagged += (1.0 - exp(-dt_s / HELD_TAU_S)) * (self._channels - self._lagged)
-        self._unmeasured_s += dt_s
-        beyond = bool(self._mount["beyond"])
-        self._mount["beyond"] = 0
-        if self._count == 0:
-            self._lagged_n = nan
-            return MountState(nan, nan, nan, beyond, self._take_gap())
-        deformation_mm, force_n = self._sum_mm / self._count, self._sum_n / self._count
-        self._sum_mm = self._sum_n = 0.0
-        self._count = 0
-        if not isfinite(self._lagged_n):
-            self._lagged_n = force_n
-        self._lagged_n += (1.0 - exp(-dt_s / FORCE_RATE_TAU_S)) * (force_n - self._lagged_n)
-        rate_n_s = (force_n - self._lagged_n) / FORCE_RATE_TAU_S
-        excess_mm = self._outside(deformation_mm)
-        std_n = self._std(force_n, abs(rate_n_s), excess_mm)
-        return MountState(deformation_mm, force_n, std_n, excess_mm > 0 or beyond, self._take_gap())
+        beyond, gap = bool(self._mount["beyond"]), bool(self._means["gap"][0])
+        self._mount["beyond"] = self._means["gap"] = 0
+        deformation_mm, force_n, variance_n2, excess_mm, complete = _fuse(
+            dt_s, self._channels, self._lagged, self._unmeasured_s, self._means, self._doubts, *self._cells
+        )
+        if isnan(deformation_mm):  # no sample
+            return MountState(nan, nan, nan, beyond, gap)
+        if not complete:
+            variance_n2 += sum(part_n * part_n for part_n in self._unmeasured())
+        return MountState(deformation_mm, force_n, sqrt(variance_n2), excess_mm > 0 or beyond, gap)
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
         self.flush()
         if self._state is None:
             return {}
-        doubts = [value for doubt in self._restart for value in doubt]
-        place = [self._deformation_mm, float(self._mount["sequence"]), float(self._since_restart)]
-        return {"state": self._state.tolist(), "place": place, "restart": doubts}
+        place = [self._deformation_mm, float(self._mount["sequence"]), float(self._means["since_restart"][0])]
+        return {"state": self._state.tolist(), "place": place, "restart": self._doubts.ravel().tolist()}
 
     def restore(self, snapshot: dict[str, list[float]]) -> bool:
         """Take over a snapshot of the same model; False (and nothing changed) when it is not one."""
@@ -145,8 +148,8 @@ class MountRoute:
             return False
         self._state = np.array(state)
         self._mount["deformation_mm"], self._mount["sequence"] = place[0], int(place[1])
-        self._since_restart = int(place[2])
-        self._restart = tuple(zip(doubts[::2], doubts[1::2], strict=True))
+        self._means["since_restart"] = int(place[2])
+        self._doubts = np.array(doubts).reshape(-1, 2)
         return True
 
     def resume(self, last: int, shift: int) -> None:
@@ -166,7 +169,7 @@ class MountRoute:
             self._bridge(missing, deformation_mm)
             if missing > self._bridge_samples:
                 self._doubt(before)
-            self._since_restart += missing
+            self._means["since_restart"] += missing
         self._mount["sequence"], self._mount["watchful"] = sequence - 1, 0
         self._resuming = False
 
@@ -177,7 +180,7 @@ class MountRoute:
     def _start(self, deformation_mm: float) -> None:
         state = self.model.start(np.concatenate(([deformation_mm], self._channels)))
         before = np.zeros_like(state) if self._state is None else self._state
-        self._gap = self._state is not None
+        self._means["gap"] = self._state is not None
         self._state = state
         self._doubt(before)
 
@@ -185,10 +188,11 @@ class MountRoute:
         """The slow modes are somewhere between the states before and after what was not seen: the band says so."""
         assert self._state is not None
         new = self.model.restart_uncertainty(before, self._state)
-        age_s = self._since_restart * self._period_s
-        old = [std_n * exp(-age_s / tau_s) for std_n, tau_s in self._restart] or [0.0] * len(new)
-        self._restart = tuple((hypot(std_n, was), tau_s) for (std_n, tau_s), was in zip(new, old, strict=True))
-        self._since_restart = 0
+        age_s = int(self._means["since_restart"][0]) * self._period_s
+        old = [std_n * exp(-age_s / tau_s) for std_n, tau_s in self._doubts.tolist()] or [0.0] * len(new)
+        self._doubts = np.array([(hypot(std_n, was), tau_s) for (std_n, tau_s), was in zip(new, old, strict=True)])
+        self._doubts = self._doubts.reshape(-1, 2)
+        self._means["since_restart"] = 0
 
     def _bridge(self, missing: int, deformation_mm: float) -> None:
         assert self._state is not None
@@ -197,23 +201,7 @@ class MountRoute:
         channels = np.tile(self._channels, (missing, 1))
         channels[:, self._own] = between_mm[:, None]
         self.model.run(self._state, channels, between_mm)
-        self._gap = True
-
-    def _take_gap(self) -> bool:
-        gap, self._gap = self._gap, False
-        return gap
-
-    def _outside(self, deformation_mm: float) -> float:
-        low, high = self.model.spec.valid.deformation_mm
-        return max(low - deformation_mm, deformation_mm - high, 0.0)
-
-    def _std(self, force_n: float, rate_n_s: float, excess_mm: float) -> float:
-        variance = region_std(self.model.spec.error, force_n, rate_n_s) ** 2 + self._installation_std_n**2
-        variance += (EXTRAPOLATION_STD * self._stiffness_n_mm * excess_mm) ** 2
-        age_s = self._since_restart * self._period_s
-        for std_n, tau_s in self._restart:
-            variance += (std_n * exp(-age_s / tau_s)) ** 2
-        return sqrt(variance + sum(part_n * part_n for part_n in self._unmeasured()))
+        self._means["gap"] = 1
 
     def _unmeasured(self) -> list[float]:
         """What channels that are not measured may do to the force, one sigma each."""
@@ -239,17 +227,64 @@ def unmeasured_std(signal: Signal, age_s: float) -> float:
     return signal.spread if age_s == inf else signal.spread * sqrt(2.0 * (1.0 - exp(-age_s / signal.memory_s)))
 
 
-def region_std(error: ErrorMap | None, force_n: float, rate_n_s: float) -> float:
-    """One sigma of a model in the region of force and |force rate|."""
+def _cells(error: ErrorMap | None) -> tuple[Floats, Floats, Floats]:
+    """Inner edges of force [N] and |force rate| [N/s], and one sigma [N] of the model in each region."""
     if error is None:
-        return THESIS_STD_N
-    row = _cell(error.force_edges_n, force_n)
-    return error.std_n[row][_cell(error.rate_edges_n_s, rate_n_s)]
+        return np.zeros(0), np.zeros(0), np.array([[THESIS_STD_N]])
+    return np.array(error.force_edges_n[1:-1]), np.array(error.rate_edges_n_s[1:-1]), np.array(error.std_n)
 
 
-def _cell(edges: Sequence[float], value: float) -> int:
+@compiled
+def _cell(edges: Floats, value: float) -> int:
     cell = 0
-    for edge in edges[1:-1]:
+    for edge in edges:
         if value >= edge:
             cell += 1
     return cell
+
+
+def _add_samples(means: Any, waiting_mm: Floats, force_n: Floats) -> None:
+    m = means[0]
+    for i in range(len(force_n)):
+        m.sum_mm += waiting_mm[i]
+        m.sum_n += force_n[i]
+    m.count += len(force_n)
+    m.since_restart += len(force_n)
+
+
+def _fuse_samples(
+    dt_s: float, channels: Floats, lagged: Floats, unmeasured_s: Floats, means: Any, doubts: Floats,
+    force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats,
+) -> tuple[float, float, float, float, bool]:  # fmt: skip
+    """-> deformation_mm, force_n, variance_n2, mm outside the valid range, and whether that is all of the variance."""
+    m, complete = means[0], True
+    for i in range(len(channels)):
+        lagged[i] += (1.0 - exp(-dt_s / HELD_TAU_S)) * (channels[i] - lagged[i])
+        unmeasured_s[i] += dt_s
+        complete &= isnan(unmeasured_s[i])
+    if m.count == 0:
+        m.lagged_n = nan
+        return nan, nan, nan, 0.0, True
+    deformation_mm, force_n = m.sum_mm / m.count, m.sum_n / m.count
+    m.sum_mm = m.sum_n = 0.0
+    m.count = 0
+    if not isfinite(m.lagged_n):
+        m.lagged_n = force_n
+    m.lagged_n += (1.0 - exp(-dt_s / FORCE_RATE_TAU_S)) * (force_n - m.lagged_n)
+    rate_n_s = abs((force_n - m.lagged_n) / FORCE_RATE_TAU_S)
+    excess_mm = max(m.low_mm - deformation_mm, deformation_mm - m.high_mm, 0.0)
+    variance_n2 = std_n[_cell(force_edges_n, force_n), _cell(rate_edges_n_s, rate_n_s)] ** 2 + m.installation_std_n**2
+    variance_n2 += (EXTRAPOLATION_STD * m.stiffness_n_mm * excess_mm) ** 2
+    age_s = m.since_restart * m.period_s
+    for i in range(len(doubts)):
+        variance_n2 += (doubts[i, 0] * exp(-age_s / doubts[i, 1])) ** 2
+    return deformation_mm, force_n, variance_n2, excess_mm, complete
+
+
+_ROW, _TABLE, _M = numba.float64[::1], numba.float64[:, ::1], numba.from_dtype(_MEANS)[::1]
+_F, _tuple = numba.float64, vars(numba.types)["Tuple"]  # untyped in the package
+_add: Any = compiled(_add_samples, numba.void(_M, _ROW, _ROW))
+_fuse: Any = compiled(
+    _fuse_samples,
+    _tuple((_F, _F, _F, _F, numba.boolean))(_F, _ROW, _ROW, _ROW, _M, _TABLE, _ROW, _ROW, _TABLE),
+)

@@ -8,8 +8,9 @@
 Time is data: the pipeline reads only `event.t_ns`. Nothing that arrives can stop it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from math import isfinite, nan
 from typing import Any
 
@@ -35,6 +36,7 @@ from thrustd.wire.can_table import CanTable
 from thrustd.wire.event_batch import EventBatch
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
+TOGETHER = 256  # events that `follow` takes at once
 ENGINE_READINGS = ("n1_pct", "fuel_flow_kg_s")  # what the brochure thrust is made of
 
 
@@ -83,6 +85,12 @@ class Pipeline:
             else:
                 self._fuse(due, outputs)
         return outputs
+
+    def follow(self, events: Iterable[Event]) -> Iterator[Output]:
+        """Outputs of a stream of events that may wait for a few more; `take` costs less for many."""
+        stream = iter(events)
+        while together := tuple(islice(stream, TOGETHER)):
+            yield from self.take(EventBatch.of(together))
 
     def tapes(self) -> tuple[Tape, ...]:
         """One per engine: every fused step from now on, for `fusion.smoother.smooth`."""
