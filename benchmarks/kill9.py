@@ -2,7 +2,7 @@
 
 The twin plays a flight in real time on a pty and a CAN bus; the daemon with the shipped models is killed with SIGKILL
 at random, started again at once, and so on. Every log must be readable, and every life that took over from another and
-lasts long enough is compared with an uninterrupted replay. 20 kills share one flight; their lives are then added to
+lasts long enough is compared with an uninterrupted replay (unless a life before it had started cold). 20 kills share one flight; their lives are then added to
 the `--results` file, so that what was interrupted goes on where it was.
 """
 
@@ -148,14 +148,26 @@ def report(rows: list[Row]) -> None:
           f"{sum(row.ready_s > 3.0 for row in rows)}")  # fmt: skip
     later = [row for row in rows if row.gap_s > 0.0]
     print(f"warm starts {sum(row.warm for row in later)} of {len(later)}")
-    print_forces(f"back within {LONGEST_GAP_S:g} s", [row for row in later if row.gap_s <= LONGEST_GAP_S])
-    print_forces("back later", [row for row in later if row.gap_s > LONGEST_GAP_S])
+    handed_on = unbroken(rows)
+    print_forces(f"back within {LONGEST_GAP_S:g} s", [row for row in handed_on if row.gap_s <= LONGEST_GAP_S])
+    print_forces("back later", [row for row in handed_on if row.gap_s > LONGEST_GAP_S])
     print(f"tracebacks: {sum(row.traceback for row in rows)}")
+
+
+def unbroken(rows: list[Row]) -> list[Row]:
+    """Lives whose state was handed on from life to life since their flight began: a cold start in between forgets."""
+    handed_on, chain = [], False
+    for row in rows:
+        first = row.gap_s == 0.0
+        chain = first or (chain and row.warm)
+        if chain and not first:
+            handed_on.append(row)
+    return handed_on
 
 
 def print_forces(when: str, rows: list[Row]) -> None:
     """How far the mount force was from an uninterrupted run, from 5 s after READY on."""
-    found = np.array([row.deviations for row in rows if row.warm and row.deviations is not None])
+    found = np.array([row.deviations for row in rows if row.deviations is not None])
     if len(found):
         print(f"{when}, mount force from 5 s on against an uninterrupted run: {len(found)} lives, median "
               f"{np.median(found[:, 0]):.2e}, 95 % of the worst life {found[:, 1].max():.2e}, worst step "
