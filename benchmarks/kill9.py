@@ -2,8 +2,8 @@
 
 The twin plays a flight in real time on a pty and a CAN bus; the daemon with the shipped models is killed with SIGKILL
 at random, started again at once, and so on. Every log must be readable, and every life that took over from another and
-lasts long enough is compared with an uninterrupted replay (unless a life before it had started cold). 20 kills share one flight; their lives are then added to
-the `--results` file, so that what was interrupted goes on where it was.
+lasts long enough is compared with an uninterrupted replay (unless a life before it had started cold). 20 kills share
+one flight; their lives are then added to the `--results` file, so that what was interrupted goes on where it was.
 """
 
 import argparse
