@@ -261,7 +261,7 @@ CASES = (
 
 DOUBTED = (
     Status.MOUNT_REJECTED | Status.BROCHURE_REJECTED | Status.MOUNT_FAILED | Status.BROCHURE_FAILED | Status.STUCK
-    | Status.MOUNTS_DISAGREE
+    | Status.MOUNTS_DISAGREE | Status.SENSOR_DOUBTED
 )  # fmt: skip
 WRONG = kinds("offset", "drift", "stuck", "noisy", "brochure_failed", "mount_failed")
 # valid messages inside every range that contradict the other sensors: believable one by one
