@@ -82,6 +82,15 @@ def test_fused_is_better_than_either_route():
     assert rmse["fused"] < min(rmse["mount"], rmse["brochure"])
 
 
+def test_noise_of_the_engine_is_not_learnt_as_its_deviation():
+    """In steady flight the deviation random-walks no further than its own band, however often the engine is read."""
+    rng, thrust_filter = np.random.default_rng(4), ThrustFilter(FusionSettings(), 0)
+    for k in range(6000):
+        thrust_filter.step(inputs(k, 4000.0 + rng.normal(0, 5.0), 3900.0 + rng.normal(0, 10.0)))
+    engine, std = thrust_filter.snapshot()["x"][4], sqrt(thrust_filter.snapshot()["p"][4 * 7])
+    assert abs(engine) < 2.0 * std
+
+
 def test_smoothing_is_rauch_tung_striebel(monkeypatch):
     """Against filterpy's own smoother, over several blocks; the smoothed band is never wider than the filtered one."""
     monkeypatch.setattr(smoother, "BLOCK", 64)

@@ -6,7 +6,7 @@ State  x = [T, r, z, h, c, d], see `dynamics`. Measurements, each a scalar updat
     brochure  y = T - age r + s c + d + v            sigma_d: the deck's spread, the engine's own taken out
     tare      0 = T + v                              engine off (N1 < 5 %): what the mounts show is their error
 
-s is the brochure thrust behind a lag of a second. The errors are learnt only from the difference of two measurements:
+s is the brochure thrust in steps of 5 %. The errors are learnt only from the difference of two measurements:
 the first of an instant moves T and r alone (Schmidt-Kalman), else a thrust that moves would teach the filter an error
 in proportion to it. One reading of the engine is one measurement, however often it is repeated; its lead or lag while
 the throttle moves is noise. filterpy takes NaN without a word and is poisoned for good: nothing that is not finite
@@ -42,7 +42,7 @@ START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then
 SCALE_FLOOR_N = 500.0  # relative errors of the brochure are taken of at least this much thrust
-SCALE_TAU_S = 1.0  # s must not follow the noise of the reading it weighs: c would be learnt from it
+SCALE_STEP = 0.05  # s must not follow the noise of the reading it weighs: c would be learnt from it
 OFF_DOUBT_N = 150.0
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 NEVER_NS = -1
@@ -152,12 +152,13 @@ class ThrustFilter:
         self._brochure_gate.load(state["brochure_gate"])
         return True
 
-    def _sizes(self, inputs: FusionInputs, dt_s: float) -> tuple[float, float]:
+    def _sizes(self, inputs: FusionInputs) -> tuple[float, float]:
         """(sigma_h, sigma_d) where the engine works now; NaN of a silent route."""
         s = self._settings
         if isfinite(inputs.brochure_std_n):
-            part = min(dt_s / SCALE_TAU_S, 1.0) if self._scale_n > 0.0 else 1.0
-            self._scale_n += part * (max(abs(inputs.brochure_n), SCALE_FLOOR_N) - self._scale_n)
+            scale_n = max(abs(inputs.brochure_n), SCALE_FLOOR_N)
+            if abs(scale_n - self._scale_n) > SCALE_STEP * self._scale_n:
+                self._scale_n = scale_n
         mount_n2 = (s.mount_error_part * inputs.mount_std_n) ** 2
         zero_n2, engine_n2 = s.mount_zero_std_n**2, (s.brochure_bias_std * self._scale_n) ** 2
         return (
@@ -166,7 +167,7 @@ class ThrustFilter:
         )
 
     def _predict(self, dt_s: float, inputs: FusionInputs) -> None:
-        sizes = self._sizes(inputs, dt_s)
+        sizes = self._sizes(inputs)
         n1_rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else 0.0
         rate_n_s: float = self._kf.x.item(RATE)
         self._motion = self._dynamics.step(dt_s, rate_n_s, n1_rate_pct_s, self._surprise_n_s, sizes)
