@@ -17,7 +17,7 @@ from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.installation import CONFIG, Installation, installation_from_files, read_installation
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
-from thrustd.sync import SmoothRate
+from thrustd.sync.rate import SmoothRate
 from thrustd.twin.faults import SensorFault
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
 from thrustd.types import Estimate, Fault, Status
