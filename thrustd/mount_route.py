@@ -73,7 +73,7 @@ class MountRoute:
         self._channels[:] = [CATALOGUE[name].rest for name in self.signals]
         self._own[:] = [name == "deformation_mm" for name in self.signals]  # hysteresis, damping, ...
         self._unmeasured_s[~self._own] = inf
-        self._lagged = self._channels.copy()
+        self._lagged = np.stack([self._channels, self._channels])  # and what they were one fused step ago
         valid = model.spec.valid
         stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
         self._state: Floats | None = None
@@ -96,12 +96,13 @@ class MountRoute:
     def set_channel(self, position: int, value: float) -> None:
         """A new value of `signals[position]`; NaN = not measured any more.
 
-        It is held where it was lately: a second's mean, because what made somebody stop believing it came at once.
+        It is held where it was lately: a second's mean that leaves out the last fused step, because what made somebody
+        stop believing it came at once.
         """
         if isfinite(value):
             self._channels[position], self._unmeasured_s[position] = value, nan
         elif isnan(self._unmeasured_s[position]):
-            self._channels[position], self._unmeasured_s[position] = self._lagged[position], 0.0
+            self._channels[position], self._unmeasured_s[position] = self._lagged[0, position], 0.0
 
     def flush(self) -> None:
         """Run the model over the samples that wait."""
@@ -259,7 +260,8 @@ def _fuse_samples(
     """-> deformation_mm, force_n, variance_n2, mm outside the valid range, and whether that is all of the variance."""
     m, complete = means[0], True
     for i in range(len(channels)):
-        lagged[i] += (1.0 - exp(-dt_s / HELD_TAU_S)) * (channels[i] - lagged[i])
+        lagged[0, i] += (1.0 - exp(-dt_s / HELD_TAU_S)) * (lagged[1, i] - lagged[0, i])
+        lagged[1, i] = channels[i]
         unmeasured_s[i] += dt_s
         complete &= isnan(unmeasured_s[i])
     if m.count == 0:
@@ -286,5 +288,5 @@ _F, _tuple = numba.float64, vars(numba.types)["Tuple"]  # untyped in the package
 _add: Any = compiled(_add_samples, numba.void(_M, _ROW, _ROW))
 _fuse: Any = compiled(
     _fuse_samples,
-    _tuple((_F, _F, _F, _F, numba.boolean))(_F, _ROW, _ROW, _ROW, _M, _TABLE, _ROW, _ROW, _TABLE),
+    _tuple((_F, _F, _F, _F, numba.boolean))(_F, _ROW, _TABLE, _ROW, _M, _TABLE, _ROW, _ROW, _TABLE),
 )

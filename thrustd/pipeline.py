@@ -36,6 +36,7 @@ from thrustd.wire.can_table import CanTable
 from thrustd.wire.event_batch import EventBatch
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
+N1_PER_N2 = 1.5  # per cent of fan speed per per cent of core speed, idle to take-off
 TOGETHER = 256  # events that `follow` takes at once
 ENGINE_READINGS = ("n1_pct", "fuel_flow_kg_s")  # what the brochure thrust is made of
 
@@ -65,6 +66,7 @@ class Pipeline:
         self._monitor = Monitor(self._layout)
         self._filters = tuple(ThrustFilter(settings, e, name) for e, name in enumerate(engines))
         self._n1_rates = tuple(SmoothRate() for _ in engines)
+        self._n2_rates = tuple(SmoothRate() for _ in engines)  # stands in while N1 is not believed
         self._hand_overs = tuple(HandOver() for _ in engines)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._read_ns = self._start_ns = -1
@@ -150,12 +152,20 @@ class Pipeline:
             deck = raw[e]
             if verdict.excluded:
                 deck = self._deck.estimate(deck_inputs(now, e, rates[e], verdict.excluded), e)
-            outputs.append(self._estimate(t_ns, e, now, states, verdict, deck, rates[e]))
+            spool_rate = self._spool_rate(t_ns, e, now, rates[e])
+            outputs.append(self._estimate(t_ns, e, now, states, verdict, deck, spool_rate))
             for fault in self._filters[e].take_faults():
                 self._report(fault, outputs)
         for i, state in enumerate(states):
             outputs.append(MountOutput(t_ns, i, state.deformation_mm, state.force_n, state.std_n))
         outputs.extend(self._book.due(t_ns))
+
+    def _spool_rate(self, t_ns: int, engine: int, now: Latest, n1_rate_pct_s: float) -> float:
+        """dN1/dt [%/s]; while N1 is missing or not believed, what N2 says of it."""
+        n2_pct = nan if ("n2_pct", engine) in self._excluded else now.n2_pct[engine]
+        n2_rate_pct_s = self._n2_rates[engine].step(t_ns, n2_pct)
+        n1_known = isfinite(n1_rate_pct_s) and ("n1_pct", engine) not in self._excluded
+        return n1_rate_pct_s if n1_known else N1_PER_N2 * n2_rate_pct_s
 
     def _refresh(self, t_ns: int, now: Latest, outputs: list[Output]) -> None:
         """Staleness, derived channels, and the readings for the log."""
@@ -192,7 +202,6 @@ class Pipeline:
         mine = [states[i] for i in self._layout.mounts_of_engine[engine]]
         n1_known = ("n1_pct", engine) not in verdict.excluded
         n1_pct = now.n1_pct[engine] if n1_known else nan
-        n1_rate = n1_rate if n1_known else nan
         brochure = self._hand_overs[engine].step(t_ns, deck, n1_pct, n1_rate)
         return self._filters[engine].step(
             FusionInputs(

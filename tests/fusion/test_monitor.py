@@ -98,3 +98,80 @@ def test_each_fault_is_named_in_time_and_nothing_else(sensor, kind):
     assert first_s - START_S <= (30.0 if kind == "stuck" else 5.0)
     assert {word for _, word in found} <= {f"{where} {kind}", f"{where} {kind}_over"}
     assert all(out <= {sensor} for out in excluded)
+
+
+def cruise(k, rng):
+    """Readings of a steady cruise at step k of 0.1 s."""
+    read = {}
+    for name in ALL:
+        parts = SENSORS.get(name) or next(p for key, p in SENSORS.items() if key[0] == name[0])
+        read[name] = parts[0] + parts[1] * rng.normal()
+    return read
+
+
+def reports(change, seconds=80.0, start_s=65.0):
+    """(seconds after the start, report) when `change(read, since_s)` spoils the readings from the start on."""
+    rng, monitor, found = np.random.default_rng(3), Monitor(LAYOUT), []
+    for k in range(round(seconds * 10)):
+        read = cruise(k, rng)
+        since_s = k / 10 - start_s
+        if since_s >= 0:
+            change(read, since_s)
+        found += [(since_s, f"{f.where} {f.kind}") for f in monitor.step(monitor_inputs(k, read)).faults]
+    return found
+
+
+@pytest.mark.parametrize(("name", "size"), [("n1_pct", 2.5), ("n2_pct", -2.0), ("fuel_flow_kg_s", 0.005)])
+def test_a_small_jump_that_the_engine_does_not_share_is_named(name, size):
+    def jump(read, since_s):
+        read[name, 0] += size
+
+    (after_s, word), *others = reports(jump)
+    assert word == f"{name}[0] offset" and after_s < 1.5
+    assert others == []
+
+
+def test_a_throttle_that_jumps_is_no_fault():
+    def push(read, since_s):
+        read["fuel_flow_kg_s", 0] += 0.005
+        part = min(since_s / 1.5, 1.0)  # spools and mounts follow
+        read["n1_pct", 0] += 3.2 * part
+        read["n2_pct", 0] += 1.6 * part
+        for mount in (0, 1):
+            read["deformation_mm", mount] += 0.044 * part
+
+    assert reports(push) == []
+
+
+def test_a_spool_that_stands_while_the_engine_accelerates_is_stuck():
+    def accelerate(read, since_s):
+        rise = min(since_s / 4.0, 1.0)
+        read["n1_pct", 0] = 75.0
+        read["n2_pct", 0] += 5.0 * rise
+        read["fuel_flow_kg_s", 0] += 0.016 * rise
+        for mount in (0, 1):
+            read["deformation_mm", mount] += 0.14 * rise
+
+    after_s, word = reports(accelerate)[0]
+    assert word == "n1_pct[0] stuck" and after_s < 2.0
+
+
+def test_a_jump_seen_as_two_half_jumps_is_an_offset():
+    def jump(read, since_s):
+        read["deformation_mm", 0] += 0.1 if since_s < 0.1 else 0.2
+
+    assert [word for _, word in reports(jump)] == ["left_upper offset"]
+
+
+@pytest.mark.parametrize("sensor", [("accel_x_g", 0), ("mach", 0), ("deformation_mm", 2)])
+def test_what_jumps_between_two_looks_is_out_at_once(sensor):
+    rng, monitor = np.random.default_rng(5), Monitor(LAYOUT)
+    for k in range(50):
+        last = monitor_inputs(k, cruise(k, rng))
+        monitor.step(last)
+    read = cruise(50, rng)
+    read[sensor] += 0.3
+    verdict = monitor.step(monitor_inputs(50, read)._replace(t_ns=last.t_ns + 20_000_000))
+    assert verdict.excluded == {sensor}
+    verdict = monitor.step(monitor_inputs(50, cruise(50, rng)))
+    assert not verdict.excluded

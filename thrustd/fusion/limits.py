@@ -17,13 +17,15 @@ class SensorLimits(NamedTuple):
     rate: float = inf  # per second, held for DRIFT_S: the aircraft cannot do it
     low: float = -inf  # outside: not this aircraft
     high: float = inf
+    alone_jump: float = inf  # a step larger than this which the engine's other signals do not follow
+    moves: float = inf  # changed by more than this within a second: the throttle was moved
 
 
 LIMITS = {
     "deformation_mm": SensorLimits(0.15, 0.02, 2.0),
-    "n1_pct": SensorLimits(6.0, 1.0, 6.0),
-    "n2_pct": SensorLimits(5.0, 0.8, 6.0),
-    "fuel_flow_kg_s": SensorLimits(0.05, 0.004, 6.0),
+    "n1_pct": SensorLimits(6.0, 1.0, 6.0, alone_jump=1.5, moves=1.0),
+    "n2_pct": SensorLimits(5.0, 0.8, 6.0, alone_jump=1.0, moves=1.0),
+    "fuel_flow_kg_s": SensorLimits(0.05, 0.004, 6.0, alone_jump=0.0035, moves=0.003),
     "mach": SensorLimits(0.02, 0.004, 10.0, rate=0.035),
     "pressure_altitude_m": SensorLimits(60.0, 8.0, 28.0, rate=120.0),
     "sat_degC": SensorLimits(2.0, 1.0, inf, rate=1.6),  # coarse sensors hold a value for minutes: see SAT_CLIMB_M
@@ -31,6 +33,7 @@ LIMITS = {
     "accel_y_g": SensorLimits(0.12, 0.05, 3.0, low=-0.6, high=0.6),
     "accel_z_g": SensorLimits(0.4, 0.15, 3.0, low=-0.6, high=3.0),
 }
+ALONE_STUCK_S = 1.0  # the engine's other two signals moved, and this one did not by one bit
 SAT_CLIMB_M = 400.0  # SAT that has not moved while the aircraft climbed or sank this far is stuck
 FLYING_MACH = 0.12  # on the ground Mach and accelerations may rest at one value
 TURNING_N1_PCT = 20.0  # below: the engine is off or starting, its sensors may rest

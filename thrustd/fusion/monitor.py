@@ -17,7 +17,7 @@ from math import isfinite, nan
 from typing import Any, NamedTuple
 
 from thrustd.fusion.common_mode import CommonMode
-from thrustd.fusion.limits import SAT_CLIMB_M, TURNING_N1_PCT
+from thrustd.fusion.limits import LIMITS, SAT_CLIMB_M, TURNING_N1_PCT
 from thrustd.fusion.memory import recall, remember
 from thrustd.fusion.monitor_inputs import Layout, MonitorInputs, Sensor
 from thrustd.fusion.mounts import EngineMounts, MountCombiner
@@ -72,6 +72,8 @@ class Monitor:
             self._watched_ns = inputs.t_ns
             self._watch(inputs)
             faults = self._changes(inputs.t_ns)
+        else:
+            self._excluded |= self._leapt(inputs)
         mounts = tuple([self._combine(inputs, engine, dt_s) for engine in range(len(self._combiners))])
         return MonitorVerdict(self._excluded, mounts, faults, tuple(map(self._status, range(len(mounts)))))
 
@@ -148,6 +150,20 @@ class Monitor:
         self._check_shared(inputs, shared_doubt)
         self._excluded = self._all_out()
 
+    def _leapt(self, inputs: MonitorInputs) -> frozenset[Sensor]:
+        """Between two looks: what jumped is out until the next one, before anything follows it."""
+        air = (inputs.mach, inputs.pressure_altitude_m, inputs.sat_degc)
+        readings = (*air, inputs.accel_x_g, inputs.accel_y_g, inputs.accel_z_g)
+        leapt = [(name, 0) for name, value in zip(AIRCRAFT_SIGNALS, readings, strict=True) if self._far(name, 0, value)]
+        for mounts in self._layout.mounts_of_engine:
+            far = [i for i in mounts if self._far("deformation_mm", i, inputs.deformation_mm[i])]
+            if len(far) == 1 and len(mounts) > 1:
+                leapt.append(("deformation_mm", far[0]))
+        return frozenset(leapt)
+
+    def _far(self, name: str, index: int, value: float) -> bool:
+        return abs(self._watches[name, index].step_to(value)) > LIMITS[name].jump
+
     def _all_out(self) -> frozenset[Sensor]:
         if not self._watches.suspect and not self._judged:
             return NOBODY
@@ -177,8 +193,9 @@ class Monitor:
             for i in mounts:
                 if spools_moved or together:
                     self._watches["deformation_mm", i].acquit()
-            if spools_moved:
-                self._watches["fuel_flow_kg_s", engine].acquit()
+            for name in ENGINE_SIGNALS:
+                if self._watches.followed((name, engine)):
+                    self._watches[name, engine].acquit()
 
     def _altitude_out(self) -> bool:
         return self._out(("pressure_altitude_m", 0))

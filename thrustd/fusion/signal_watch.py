@@ -55,7 +55,7 @@ class SignalWatch:
 
     @property
     def jumped_lately(self) -> bool:
-        """Most of the last seconds' change came in one step."""
+        """Most of the last seconds' change came at once: within two steps."""
         return bool(_jumped_lately(self._row))
 
     @property
@@ -63,10 +63,18 @@ class SignalWatch:
         """How long the same value has been repeated."""
         return self._row.item(RESTING)
 
+    def moved(self, steps: int, far: float) -> bool | None:
+        """Changed by more than `far` over the last `steps` steps; None when unknown."""
+        return abs(self.change(steps)) > far if self._row.item(N_VALUES) > steps else None
+
     def change(self, steps: int) -> float:
         """Change over the last `steps` steps; 0 when unknown."""
         row = self._row
         return row.item(LAST) - row.item(LAST - steps) if row.item(N_VALUES) > steps else 0.0
+
+    def step_to(self, value: float) -> float:
+        """From the newest value seen to this one; 0 when there is none (NaN stays NaN)."""
+        return value - self._row.item(LAST) if self._row.item(N_VALUES) > 0 else 0.0
 
     def acquit(self) -> None:
         """The jump in doubt was no fault: others made it too. One that was judged already stays judged."""
@@ -101,8 +109,8 @@ def _jumped_lately(row: Floats) -> bool:
         return False
     recent = row[LAST + 1 - n : LAST + 1]
     largest = 0.0
-    for i in range(1, n):
-        largest = max(largest, abs(recent[i] - recent[i - 1]))
+    for i in range(1, n):  # a jump between the samples of one step shows as two half jumps
+        largest = max(largest, abs(recent[i] - recent[i - 1]), abs(recent[i] - recent[max(i - 2, 0)]))
     return largest >= 0.5 * (recent.max() - recent.min())
 
 

@@ -4,11 +4,20 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.fusion.limits import FLYING_MACH, LIMITS, TURNING_N1_PCT
+from thrustd.fusion.limits import ALONE_STUCK_S, FLYING_MACH, LIMITS, TURNING_N1_PCT
 from thrustd.fusion.monitor_inputs import Layout, MonitorInputs, Sensor
-from thrustd.fusion.signal_watch import SignalWatch, fresh_rows, is_sane, limit_rows, watch
+from thrustd.fusion.signal_watch import (
+    JUMP_LIMIT,
+    STUCK_LIMIT,
+    SignalWatch,
+    fresh_rows,
+    is_sane,
+    limit_rows,
+    watch,
+)
 
 ENGINE_SIGNALS = ("fuel_flow_kg_s", "n1_pct", "n2_pct")
+WITNESS_STEPS = 10
 AIRCRAFT_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_y_g", "accel_z_g")
 
 
@@ -26,6 +35,7 @@ class Watches:
         self._rows, self._limits = fresh_rows(n), limit_rows([LIMITS[name] for name, _ in self.sensors])
         self._values, self._active = np.zeros(n), np.ones(n, dtype=np.bool_)
         self._of = {sensor: SignalWatch(row) for sensor, row in zip(self.sensors, self._rows, strict=True)}
+        self._place = {sensor: i for i, sensor in enumerate(self.sensors)}
         self.suspect = False  # some sensor has a fault or a jump in doubt
 
     def __getitem__(self, sensor: Sensor) -> SignalWatch:
@@ -45,11 +55,28 @@ class Watches:
         )
         spools = zip(inputs.n1_pct, inputs.n2_pct, strict=True)
         turning = [n1 > TURNING_N1_PCT or n2 > TURNING_N1_PCT for n1, n2 in spools]
+        for engine in range(len(turning)):
+            self._limit(engine)
         self._active[len(inputs.deformation_mm) :] = (
             *(*turning, *turning, *turning),
             *((inputs.mach > FLYING_MACH,) * len(AIRCRAFT_SIGNALS)),
         )
         self.suspect = watch(self._rows, self._limits, self._values, self._active)
+
+    def followed(self, sensor: Sensor) -> bool:
+        """Another signal of the engine moved too within the last second, and is not in doubt."""
+        name, engine = sensor
+        others = [(self._of[other, engine], other) for other in ENGINE_SIGNALS if other != name]
+        return any([watched.moved(WITNESS_STEPS, LIMITS[o].moves) and not watched.doubted for watched, o in others])
+
+    def _limit(self, engine: int) -> None:
+        """Fuel flow, N1 and N2 of one engine go together: who jumps alone, or rests alone, lies."""
+        moved = [self._of[name, engine].moved(WITNESS_STEPS, LIMITS[name].moves) for name in ENGINE_SIGNALS]
+        for i, name in enumerate(ENGINE_SIGNALS):
+            limits, others = self._limits[self._place[name, engine]], (moved[i - 1], moved[i - 2])
+            own = LIMITS[name]
+            limits[JUMP_LIMIT] = own.alone_jump if others == (False, False) else own.jump
+            limits[STUCK_LIMIT] = ALONE_STUCK_S if others == (True, True) else own.stuck_s
 
     def forget_last_values(self) -> None:
         """Nobody watched for a while: a change since the last value is not a jump."""
