@@ -43,5 +43,5 @@ def sane(inputs: FusionInputs) -> FusionInputs:
         mount_std_n=inputs.mount_std_n if mount else nan,
         brochure_n=inputs.brochure_n if brochure else nan,
         brochure_std_n=inputs.brochure_std_n if brochure else nan,
-        n1_rate_pct_s=inputs.n1_rate_pct_s if rate_known else 0.0,
+        n1_rate_pct_s=inputs.n1_rate_pct_s if rate_known else nan,
     )

@@ -44,6 +44,7 @@ MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as 
 SCALE_FLOOR_N = 500.0  # relative errors of the brochure are taken of at least this much thrust
 SCALE_STEP = 0.05  # s must not follow the noise of the reading it weighs: c would be learnt from it
 OFF_DOUBT_N = 150.0
+UNKNOWN_RATE_PCT_S = 1.0  # nobody says whether the throttle moves: it may
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 NEVER_NS = -1
 ERRORS = slice(ZERO, N_STATE)
@@ -168,7 +169,7 @@ class ThrustFilter:
 
     def _predict(self, dt_s: float, inputs: FusionInputs) -> None:
         sizes = self._sizes(inputs)
-        n1_rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else 0.0
+        n1_rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else UNKNOWN_RATE_PCT_S
         rate_n_s: float = self._kf.x.item(RATE)
         self._motion = self._dynamics.step(dt_s, rate_n_s, n1_rate_pct_s, self._surprise_n_s, sizes)
         f, q = self._motion
