@@ -1,5 +1,7 @@
 """HW-PWL estimation on systems that are known."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from thrustd.errors import RecordingError
 from thrustd.identify.artifact import finished
 from thrustd.identify.fit_hw_pwl import HwSettings, empty_segments, fit_hw_pwl, pole_warnings
 from thrustd.identify.hw_fit import HwFit, Units, thin_data
-from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, simulate, squares
+from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, residuals_of, simulate, squares
 from thrustd.identify.hw_theta import Layout
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import LinearBlock, PiecewiseLinear, RealMode, read_model, write_model
@@ -40,13 +42,17 @@ def test_the_gradient_is_exact(stride):
     u = np.repeat(rng.uniform(0, 1, 40), 50)
     signal = Signal(u, rng.normal(size=2000), 0.01, choose_samples(u, stride))
     normal = normal_equations(point, [signal])
-    assert normal.squares == pytest.approx(squares(point, [signal]), rel=1e-12)
+    assert normal.squares == pytest.approx(squares(residuals_of(point, [signal])), rel=1e-12)
     n = point.layout.size
     for i in range(n + 3):
         step = np.zeros(n + 3)
         step[i] = 1e-6
         ends = [
-            squares(Point(point.layout, point.theta + s * step[:n], point.starts + s * step[n:]), [signal])
+            squares(
+                residuals_of(
+                    replace(point, theta=point.theta + s * step[:n], starts=point.starts + s * step[n:]), [signal]
+                )
+            )
             for s in (1, -1)
         ]
         assert -(ends[0] - ends[1]) / 4e-6 == pytest.approx(normal.gradient[i], rel=1e-5, abs=1e-5)

@@ -17,7 +17,7 @@ from thrustd.identify.hw_guess import guesses
 from thrustd.identify.hw_held_out import EACH, MIDDLE, Choice, choose_reins, folds_of, mean_square, rescaled
 from thrustd.identify.hw_merge import merged
 from thrustd.identify.hw_prior import LOOSE, Reins, with_priors
-from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, slow_variance
+from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, residuals_of, slow_variance
 from thrustd.identify.hw_search import search
 from thrustd.identify.hw_shapes import Shape, directions_of, smooth
 from thrustd.identify.hw_start import best_start, freed
@@ -275,7 +275,7 @@ def _fewer_knots(task: _Task, point: Point, signals: list[Signal], reins: Reins)
     n_f = min(n_f, settings.input_segments + 1) if settings.input_shape == "pwl" else n_f
     n_h = min(n_h, settings.output_segments + 1) if settings.output_shape == "pwl" else n_h
     while point.layout.n_f > n_f or point.layout.n_h > n_h:
-        variance = slow_variance(point, signals) if reins.variance is None else reins.variance
+        variance = slow_variance(residuals_of(point, signals)) if reins.variance is None else reins.variance
         normal, _ = with_priors(point, normal_equations(point, signals), variance, reins)
         f_next = max(n_f, point.layout.n_f - max(1, (point.layout.n_f - n_f + 2) // 3))
         h_next = max(n_h, point.layout.n_h - max(1, (point.layout.n_h - n_h + 2) // 3))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thrustd.identify.hw_prior import LOOSE, Reins
-from thrustd.identify.hw_problem import Point, Signal, residual_of, slow_variance
+from thrustd.identify.hw_problem import Point, Signal, residuals_of, slow_variance
 from thrustd.model.stage import Floats
 
 BLOCKS, MIDDLE = 5, 3  # of all data; the first is never held back, as it shows the initial state
@@ -67,7 +67,7 @@ def choose_reins(
     least = errors
     if best.ratio <= PLENTY and plenty:
         return best
-    variance = slow_variance(smooth, folds[-1].train)
+    variance = slow_variance(residuals_of(smooth, folds[-1].train))
     for tightness in reversed(TIGHTNESS):
         reins = replace(like, bend_std=tightness, closest=APART, variance=variance)
         tighter, theirs = _tried(start, folds, search, reins)
@@ -79,7 +79,7 @@ def choose_reins(
 
 def rescaled(reins: Reins, smooth: Point, signals: Sequence[Signal]) -> Reins:
     """The same reins on other samples: colour makes more samples of the same data no more telling."""
-    return reins if reins.variance is None else replace(reins, variance=slow_variance(smooth, signals))
+    return reins if reins.variance is None else replace(reins, variance=slow_variance(residuals_of(smooth, signals)))
 
 
 def _tried(start: Point, folds: Sequence[Fold], search: Search, reins: Reins) -> tuple[Choice, Floats]:
@@ -93,8 +93,7 @@ def _tried(start: Point, folds: Sequence[Fold], search: Search, reins: Reins) ->
 
 
 def mean_square(point: Point, signals: Sequence[Signal]) -> float:
-    parts = [residual_of(point, i, signal) for i, signal in enumerate(signals) if len(signal.chosen)]
-    return float(np.mean(np.concatenate(parts) ** 2))
+    return float(np.mean(residuals_of(point, signals) ** 2))
 
 
 def _rows(signals: Sequence[Signal]) -> int:

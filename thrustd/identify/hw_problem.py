@@ -79,22 +79,24 @@ def residual_of(point: Point, i: int, signal: Signal) -> Floats:
     return (signal.y - simulate(point, i, signal))[signal.chosen]
 
 
-def squares(point: Point, signals: Sequence[Signal]) -> float:
-    """Sum of squared residuals at the chosen samples."""
-    total = 0.0
-    for i, signal in enumerate(signals):
-        residual = residual_of(point, i, signal)
-        total += float(residual @ residual)
+def residuals_of(point: Point, signals: Sequence[Signal]) -> Floats:
+    """Residuals of all segments at their chosen samples, one after the other."""
+    parts = [residual_of(point, i, signal) for i, signal in enumerate(signals) if len(signal.chosen)]
+    return np.concatenate([np.empty(0), *parts])
+
+
+def squares(residual: Floats) -> float:
+    """Sum of squares; infinite when it is not a number."""
+    total = float(residual @ residual)
     return total if np.isfinite(total) else float("inf")
 
 
-def slow_variance(point: Point, signals: Sequence[Signal]) -> float:
+def slow_variance(residual: Floats) -> float:
     """Variance of the residual as a white sequence of the same low-frequency power would have it.
 
     A residual that stays for minutes counts once and not thousands of times: block length times the variance of block
     means, for white noise the variance itself. Priors are weighed against this.
     """
-    residual = np.concatenate([residual_of(point, i, signal) for i, signal in enumerate(signals)])
     length = max(1, len(residual) // COLOUR_BLOCKS)
     means = residual[: len(residual) // length * length].reshape(-1, length).mean(axis=1)
     return float(max(np.mean(residual**2), length * np.mean(means**2)))

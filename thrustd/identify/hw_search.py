@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from thrustd.identify.hw_prior import LOOSE, Reins, free_columns, prior_cost, with_priors
-from thrustd.identify.hw_problem import Normal, Point, Signal, normal_equations, slow_variance, squares
+from thrustd.identify.hw_problem import Normal, Point, Signal, normal_equations, residuals_of, slow_variance, squares
 from thrustd.model.stage import Floats
 
 KNOT_REACH = 0.45  # a knot moves at most so far towards its neighbour in one step
@@ -59,17 +59,19 @@ def search(
         free = free_columns(point)
         directions = np.eye(len(free))[:, free]
     damping, cost, before, rows = 1e-3, np.inf, np.inf, sum(len(signal.chosen) for signal in signals)
+    residual = residuals_of(point, signals) if reins.variance is None else np.empty(0)
     for _ in range(iterations):
-        variance = slow_variance(point, signals) if reins.variance is None else reins.variance
+        variance = slow_variance(residual) if reins.variance is None else reins.variance
         normal, prior = with_priors(point, normal_equations(point, signals), variance, reins)
         before = normal.squares + prior
         if not np.isfinite(normal.matrix).all():
             break
         for _ in range(6):
             trial = moved(point, damped_step(normal, directions, damping), limits, reins.closest)
-            cost = squares(trial, signals) + prior_cost(trial, variance, reins)
+            missed = residuals_of(trial, signals)
+            cost = squares(missed) + prior_cost(trial, variance, reins)
             if cost < before:
-                point, damping = trial, max(damping / 10, LEAST_DAMPING)
+                point, residual, damping = trial, missed, max(damping / 10, LEAST_DAMPING)
                 break
             damping *= 10
         if progress is not None:
