@@ -147,11 +147,11 @@ def test_what_is_held_out_is_not_reported_as_missing():
     assert held_out.notes == flat.notes == ()
 
 
-def test_where_the_usual_structure_fails_others_are_tried_and_said(monkeypatch):
+def test_where_the_usual_structure_fails_others_are_tried_and_said():
     """A resonance, which one real mode between two straight lines cannot follow."""
-    monkeypatch.setattr("thrustd.identify.identify.OTHERS", ("static-pwl", "oe-2-2"))
     data, _ = record(truth(OSCILLATING), 2000, hold=150)
-    found = identify([data], settings=HwSettings(order=1, input_segments=1, output_segments=1))
+    few = HwSettings(order=1, input_segments=1, output_segments=1)
+    found = identify([data], settings=few, others=("static-pwl", "oe-2-2"))
     assert [score.structure for score in found.scores] == ["hw-pwl", "static-pwl", "oe-2-2"]
     assert found.spec.structure == "oe-2-2"
     assert any("others were tried" in line for line in found.warnings)

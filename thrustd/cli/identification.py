@@ -10,6 +10,7 @@ from thrustd.cli.files import read_models, read_text, write_model_file, write_te
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 from thrustd.errors import UsageError
 
+MOUNT_COLUMNS = ("deformation_mm", "force_N")
 TYPICAL_ITERATIONS = 150  # of one fit, all stages together: what the progress bar takes for the whole
 
 
@@ -23,9 +24,9 @@ def add_verbs(verbs: Verbs) -> None:
     identify.add_argument("records", type=Path, nargs="+", help="bench records with deformation_mm and force_N")
     identify.add_argument("--validate", type=Path, nargs="+", default=[], help="records that are not fitted to")
     identify.add_argument("-o", "--out", type=Path, required=True, help="model artifact to write")
-    identify.add_argument("--input", metavar="COLUMN", default="deformation_mm", help="what the model reads")
+    identify.add_argument("--input", metavar="COLUMN", default=MOUNT_COLUMNS[0], help="what the model reads")
     identify.add_argument(
-        "--output", metavar="COLUMN", default="force_N", help="what it gives; any unit, sign and scale"
+        "--output", metavar="COLUMN", default=MOUNT_COLUMNS[1], help="what it gives; any unit, sign and scale"
     )
     identify.add_argument(
         "--validate-columns", nargs=2, metavar=("INPUT", "OUTPUT"), help="where records to validate name them otherwise"
@@ -74,7 +75,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def identify_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.identify.identify import identify
+    from thrustd.identify.identify import OTHERS, identify
     from thrustd.identify.structures import shelf
 
     own = (arguments.input, arguments.output)
@@ -90,7 +91,9 @@ def identify_verb(arguments: argparse.Namespace) -> int:
             done += 1
             advance(min(0.99, done / (TYPICAL_ITERATIONS * max(1, len(names)))))
 
-        found = _in_own_words(identify(train, validate, names, settings, arguments.out.stem, heard), arguments)
+        others = () if own == MOUNT_COLUMNS else OTHERS
+        found = identify(train, validate, names, settings, arguments.out.stem, heard, others)
+    found = _in_own_words(found, arguments)
     write_model_file(found.spec, arguments.out)
     if arguments.json:
         print_json(found.to_json() | ({"order": choices.to_json()} if choices is not None else {}))

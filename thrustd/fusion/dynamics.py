@@ -25,6 +25,7 @@ THRUST, RATE, ZERO, MOUNT, ENGINE, SHAPE = range(6)
 N_STATE = 6
 Matrix = npt.NDArray[np.float64]
 
+DOUBT_ENDS = 0.1
 START_ERROR_N = 60.0  # h and d, before the first measurement says its own
 IDLE_RATE_N_S = 60.0  # the filter's rate is never still: less than this is no movement
 
@@ -34,7 +35,8 @@ class ErrorSize:
 
         v' = max(sigma^2, a^2 v + (1 - a^2) sigma^2),     q = v' - a^2 v
 
-    It is as large as the region says at once, and falls as slowly as the error forgets.
+    It is as large as the region says at once, and falls as slowly as the error forgets. Where sigma^2 falls to less
+    than `DOUBT_ENDS` of v, a doubt ended (an acceleration came back): what it had added is gone, a = sigma^2 / v.
     """
 
     __slots__ = ("variance_n2",)
@@ -42,12 +44,14 @@ class ErrorSize:
     def __init__(self, std_n: float) -> None:
         self.variance_n2 = std_n * std_n
 
-    def step(self, std_n: float, keep: float) -> float:
-        """Process noise q of a step that keeps the part `keep` of the error; NaN std = the route is silent."""
-        kept = keep * keep * self.variance_n2
+    def step(self, std_n: float, keep: float) -> tuple[float, float]:
+        """(a, q) of a step over which the error forgets down to the part `keep`; NaN std = the route is silent."""
         wanted = std_n * std_n if std_n == std_n else self.variance_n2
+        if wanted < DOUBT_ENDS * self.variance_n2:
+            keep = wanted / self.variance_n2
+        kept = keep * keep * self.variance_n2
         self.variance_n2 = max(wanted, kept + (1.0 - keep * keep) * wanted)
-        return self.variance_n2 - kept
+        return keep, self.variance_n2 - kept
 
 
 class Dynamics:
@@ -76,8 +80,8 @@ class Dynamics:
         tau = s.thrust_rate_tau_s
         u = dt_s / tau
         a = exp(-u)
-        keep_mount = exp(-dt_s / s.mount_error_tau_s - moved)
-        keep_shape = exp(-dt_s / s.brochure_shape_tau_s - moved)
+        keep_mount, q_mount = self.mount.step(stds_n[0], exp(-dt_s / s.mount_error_tau_s - moved))
+        keep_shape, q_shape = self.shape.step(stds_n[1], exp(-dt_s / s.brochure_shape_tau_s - moved))
         keep_zero = exp(-dt_s / s.mount_zero_tau_s)
         keep_engine = exp(-dt_s / s.brochure_bias_tau_s)
         self._f_diagonal[:] = 1.0, a, keep_zero, keep_mount, keep_engine, keep_shape
@@ -88,9 +92,9 @@ class Dynamics:
             var * tau * tau * drift,
             var * (1.0 - a * a),
             s.mount_zero_std_n**2 * (1.0 - keep_zero**2),
-            self.mount.step(stds_n[0], keep_mount),
+            q_mount,
             s.brochure_bias_std**2 * (1.0 - keep_engine**2),
-            self.shape.step(stds_n[1], keep_shape),
+            q_shape,
         )
         self._q[THRUST, RATE] = self._q[RATE, THRUST] = var * tau * (1.0 - a) ** 2
         return self._f, self._q

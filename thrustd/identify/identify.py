@@ -58,21 +58,22 @@ def identify(
     settings: HwSettings | None = None,
     name: str = "mount",
     progress: Progress | None = None,
+    others: Sequence[str] = (),
 ) -> Identified:
     """Fit `structures` to `train`, score on `validate` (or the last fifth of `train`, then not fitted to).
 
-    None named: HW-PWL, and where it leaves much unexplained `OTHERS` beside it, of which one must be clearly better.
+    None named: HW-PWL, and where it leaves much unexplained `others` beside it, of which one must be clearly better.
+    A mount needs no others: what HW-PWL leaves of it is an absent effect, which `diagnose` names.
     """
     chosen = [structure_named(structure) for structure in structures or (USUAL,)]
     fitting, held_out = (list(train), list(validate)) if validate else split(train)
     warnings = check_records([*fitting, *held_out])
     results = [score_structure(structure, fitting, held_out, settings, progress) for structure in chosen]
     if not structures and not results[0][1].validation.fit_pct > EXPLAINED_PCT:
-        others = [structure_named(structure) for structure in OTHERS]
-        results += [score_structure(structure, fitting, held_out, settings, progress) for structure in others]
-        warnings.append(
-            f"{USUAL} leaves more than {100 - EXPLAINED_PCT:g} % of the output unexplained: others were tried"
-        )
+        beside = [structure_named(structure) for structure in others]
+        results += [score_structure(structure, fitting, held_out, settings, progress) for structure in beside]
+        then = "others were tried" if beside else "`thrustd diagnose` looks for an absent effect, --all tries others"
+        warnings.append(f"{USUAL} leaves more than {100 - EXPLAINED_PCT:g} % of the output unexplained: {then}")
     warnings += [f"{score.structure}: {line}" for fitted, score in results for line in fitted.warnings]
     usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
     if not usable:
