@@ -163,7 +163,7 @@ def test_no_fault_is_reported_by_another_word():
     trees = [ast.parse(path.read_text()) for path in root.rglob("*.py")]
     faults = [n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.Call) and ast.unparse(n.func) == "Fault"]
     kinds = {n.args[2].value for n in faults if len(n.args) > 2 and isinstance(n.args[2], ast.Constant)}
-    assert len(kinds) > 10
+    assert {"clock_step", "log_overrun", "checkpoint_refused"} <= kinds  # the search finds them
     assert kinds | set(signal_watch.KINDS[1:]) <= set(FAULT_KINDS)
 
 

@@ -24,15 +24,18 @@ class Verdict(NamedTuple):
 NOTHING = Verdict()
 
 
-def agree_on_a_move(mount: Verdict, brochure: Verdict, n1_rate_pct_s: float) -> bool:
+def agree_on_a_move(mount: Verdict, brochure: Verdict, n1_rate_pct_s: float, n_per_pct: float) -> bool:
     """Mount gated out, and brochure too or N1 itself goes to the same side: the thrust moved, no sensor lies.
 
-    The deck lags what a throttle that is cut does to the mounts, so its own innovation may stay inside.
+    The deck lags what a throttle that is cut does to the mounts, so its own innovation may stay inside. N1 speaks for
+    no more than it moves the thrust by, `n_per_pct`, in a second.
     """
     if mount.used:
         return False
     both = not brochure.used and mount.innovation_n * brochure.innovation_n > 0.0
-    return both or (abs(n1_rate_pct_s) > MOVING_PCT_S and mount.innovation_n * n1_rate_pct_s > 0.0)
+    if abs(n1_rate_pct_s) > MOVING_PCT_S and mount.innovation_n * n1_rate_pct_s > 0.0:
+        return both or abs(mount.innovation_n) < abs(n1_rate_pct_s) * n_per_pct
+    return both
 
 
 @dataclass(slots=True)

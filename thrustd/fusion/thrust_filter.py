@@ -108,7 +108,7 @@ class ThrustFilter:
         if off or still:
             self._brochure_verdict = NOTHING
         brochure = NOTHING if off or still else self._brochure(inputs)
-        if agree_on_a_move(mount, brochure, inputs.n1_rate_pct_s):
+        if agree_on_a_move(mount, brochure, inputs.n1_rate_pct_s, self._settings.throttle_rate_gain_n_per_pct):
             self._open(mount.innovation_n**2)
             mount = self._mount(inputs, 0.0, off)
             if isfinite(brochure.innovation_n) and not brochure.used:
