@@ -23,8 +23,8 @@ class SensorLimits(NamedTuple):
 
 LIMITS = {
     "deformation_mm": SensorLimits(0.15, 0.02, 2.0),
-    "n1_pct": SensorLimits(6.0, 1.0, 6.0, alone_jump=1.5, moves=1.0),
-    "n2_pct": SensorLimits(5.0, 0.8, 6.0, alone_jump=1.0, moves=1.0),
+    "n1_pct": SensorLimits(6.0, 1.0, 6.0, alone_jump=1.5, moves=0.5),
+    "n2_pct": SensorLimits(5.0, 0.8, 6.0, alone_jump=1.0, moves=0.4),
     "fuel_flow_kg_s": SensorLimits(0.05, 0.004, 6.0, alone_jump=0.0035, moves=0.003),
     "mach": SensorLimits(0.02, 0.004, 10.0, rate=0.035),
     "pressure_altitude_m": SensorLimits(60.0, 8.0, 28.0, rate=120.0),
