@@ -87,7 +87,8 @@ def test_noise_of_the_engine_is_not_learnt_as_its_deviation():
     rng, thrust_filter = np.random.default_rng(4), ThrustFilter(FusionSettings(), 0)
     for k in range(6000):
         thrust_filter.step(inputs(k, 4000.0 + rng.normal(0, 5.0), 3900.0 + rng.normal(0, 10.0)))
-    engine, std = thrust_filter.snapshot()["x"][4], sqrt(thrust_filter.snapshot()["p"][4 * 7])
+    now = thrust_filter.snapshot()["now"]
+    engine, std = now[4], sqrt(now[6 + 4 * 7])
     assert abs(engine) < 2.0 * std
 
 
@@ -127,6 +128,23 @@ def test_a_route_that_jumps_is_rejected_failed_and_recovers_within_the_band(rout
     assert worst < 1.96
     assert jump_over < 200.0
     assert not estimate.status & (Status.MOUNT_FAILED | Status.BROCHURE_FAILED)
+
+
+@pytest.mark.parametrize("liar", ["mount", "brochure"])
+def test_what_a_sensor_taught_before_it_was_named_is_forgotten(liar):
+    """A drift of 200 N/s is believed for 2 s; then its sensor is out, and the routes are where they were."""
+    thrust_filter, before = settled()
+    for k in range(300, 1000):
+        off = min(200.0 * (k - 300) / HZ, 400.0) if k < 320 else 0.0
+        mount_n = 3000.0 + 5 * (-1) ** k + (off if liar == "mount" else 0.0)
+        brochure_n = 3050.0 + (off if liar == "brochure" else 0.0)
+        named = Status.SENSOR_DOUBTED if k >= 320 else 0
+        estimate = thrust_filter.step(inputs(k, mount_n, brochure_n, status=int(named)))
+        if k == 319:
+            assert abs(estimate.mount_bias_n - before.mount_bias_n) + 3000 * abs(estimate.brochure_bias) > 100.0
+        if k > 330:
+            assert abs(estimate.thrust_n - before.thrust_n) < 25.0
+    assert thrust_filter.take_faults() == []
 
 
 def test_the_band_grows_when_a_route_goes():
@@ -171,11 +189,14 @@ def test_a_restored_filter_goes_on_as_the_first():
     first, _ = settled()
     second = ThrustFilter(FusionSettings(), 0, "left")
     assert second.restore(first.snapshot())
-    for k in range(300, 320):
-        assert second.step(inputs(k, 3010.0, 3040.0)) == first.step(inputs(k, 3010.0, 3040.0))
+    for k in range(300, 420):
+        status = int(Status.SENSOR_DOUBTED) if k == 310 else 0  # what was known before is asked for
+        assert second.step(inputs(k, 3010.0, 3040.0, status=status)) == first.step(
+            inputs(k, 3010.0, 3040.0, status=status)
+        )
 
 
-@pytest.mark.parametrize("change", [{"p": [nan] * 36}, {"p": [0.0] * 36}, {"x": [1.0]}, {"clock": None}])
+@pytest.mark.parametrize("change", [{"now": [nan] * 51}, {"now": [0.0] * 51}, {"past": [1.0]}, {"clock": None}])
 def test_a_damaged_memory_is_refused(change):
     first, _ = settled()
     memory = {key: value for key, value in {**first.snapshot(), **change}.items() if value is not None}

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from math import isfinite, nan
 from typing import NamedTuple
 
+from thrustd.fusion.settings import FusionSettings
+
 MOVING_PCT_S = 0.5  # N1 of a throttle that rests stays within 0.3 %/s
 MAX_STEP_S = 1.0  # a long silence says nothing about agreement
 
@@ -19,6 +21,11 @@ class Verdict(NamedTuple):
     innovation_n: float = nan
     nis: float = nan
     used: bool = False
+
+    @property
+    def odd(self) -> bool:
+        """There, and gated out."""
+        return not self.used and isfinite(self.innovation_n)
 
 
 NOTHING = Verdict()
@@ -68,3 +75,17 @@ class Gate:
     def load(self, state: list[float]) -> None:
         """From the checkpoint."""
         self.outside_s, self.inside_s, self.failed = state[0], state[1], bool(state[2])
+
+
+def surprise_n_s(settings: FusionSettings, *routes: tuple[Verdict, Gate]) -> float:
+    """Rate that the thrust may have had, N/s, when a measurement was gated out that is not given up yet.
+
+    When nobody else holds the thrust where it was, the thrust moved: before N1, read ten times a second, says so.
+    When the other route holds it, a sensor lies and its gate stays shut.
+    """
+    odd = [gate for verdict, gate in routes if verdict.odd]
+    if not odd:
+        return 0.0
+    if not any([verdict.used for verdict, _ in routes]):
+        return settings.agreed_surprise_rate_n_s
+    return 0.0 if odd[0].failed else settings.surprise_rate_n_s

@@ -18,25 +18,14 @@ from math import isfinite, nan, sqrt
 
 import numpy as np
 
-from thrustd.fusion.dynamics import (
-    ENGINE,
-    MOUNT,
-    N_STATE,
-    RATE,
-    SHAPE,
-    START_ERROR_N,
-    THRUST,
-    ZERO,
-    Dynamics,
-    Matrix,
-)
+from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SHAPE, START_ERROR_N, THRUST, ZERO, Dynamics, Matrix
 from thrustd.fusion.fusion_inputs import FusionInputs, sane
-from thrustd.fusion.gate import NOTHING, Gate, Verdict, agree_on_a_move
+from thrustd.fusion.gate import NOTHING, Gate, Verdict, agree_on_a_move, surprise_n_s
 from thrustd.fusion.kalman import KalmanFilter
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.status_bits import CONVERGING, brochure_bits, input_bits, mount_bits
-from thrustd.types import Estimate, Fault
+from thrustd.types import Estimate, Fault, Status
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
@@ -48,6 +37,10 @@ UNKNOWN_RATE_PCT_S = 1.0  # nobody says whether the throttle moves: it may
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 NEVER_NS = -1
 ERRORS = slice(ZERO, N_STATE)
+PAST_S = 5.0  # what lied is named within 3.4 s
+END_P = N_STATE + N_STATE**2  # in a row of x, P, three sizes and both gates
+N_ROW = END_P + 9
+LIED = int(Status.SENSOR_DOUBTED | Status.MOUNTS_DISAGREE | Status.STUCK)
 
 
 class ThrustFilter:
@@ -58,8 +51,7 @@ class ThrustFilter:
         self._engine = engine
         self._name = name or f"engine[{engine}]"
         self._t_ns = self._read_ns = NEVER_NS  # of the last step, of the last brochure reading used
-        self._off_s = 0.0
-        self._tared = False
+        self._off_s, self._tared = 0.0, False
         self._surprise_n_s = 0.0
         self._anchored = False  # a measurement of this instant has said where T is: the next teaches the errors
         self._brochure_verdict = NOTHING  # of the last reading
@@ -80,11 +72,12 @@ class ThrustFilter:
         self._mount_h[0, (THRUST, ZERO, MOUNT)] = 1.0
         self._brochure_h[0, (THRUST, SHAPE)] = 1.0
         self._tape: Tape | None = None
+        self._doubts = 0  # the `LIED` bits of the last step
+        self._past, self._past_s = [self._row(), self._row()], 0.0  # of 5 to 10 s ago, of `_past_s` ago
 
     @property
     def thrust_n(self) -> float:
-        thrust_n: float = self._kf.x.item(THRUST)
-        return thrust_n
+        return float(self._kf.x.item(THRUST))
 
     def keep(self) -> Tape:
         """From now on every step is written on this tape, for `smoother.smooth`."""
@@ -99,6 +92,7 @@ class ThrustFilter:
         self._t_ns = inputs.t_ns
         self._anchored = False
         self._predict(min(dt_s, MAX_STEP_S), inputs)
+        self._look_back(min(dt_s, MAX_STEP_S), inputs)
         off = self._engine_off(inputs, dt_s)
         if off:
             self._update(0.0, self._settings.tare_std_n**2, TARE_H)
@@ -113,7 +107,8 @@ class ThrustFilter:
             mount = self._mount(inputs, 0.0, off)
             if isfinite(brochure.innovation_n) and not brochure.used:
                 brochure = self._brochure(inputs, again=True)
-        self._surprise_n_s = self._surprise(mount, inputs)
+        routes = (mount, self._mount_gate), (self._brochure_verdict, self._brochure_gate)
+        self._surprise_n_s = surprise_n_s(self._settings, *routes)
         if self._tape is not None:
             self._tape.write(self._t_ns, self._kf.x, self._kf.P, *self._motion)
         return self._estimate(inputs, mount, brochure, off)
@@ -125,33 +120,53 @@ class ThrustFilter:
 
     def snapshot(self) -> dict[str, list[float]]:
         """The whole state as plain numbers."""
-        return {
-            "clock": [float(self._t_ns), self._off_s, float(self._tared)],
-            "x": self._kf.x.ravel().tolist(),
-            "p": self._kf.P.ravel().tolist(),
-            "sizes": [self._dynamics.mount.variance_n2, self._dynamics.shape.variance_n2, self._scale_n],
-            "mount_gate": self._mount_gate.state(),
-            "brochure_gate": self._brochure_gate.state(),
-        }
+        clock = [float(self._t_ns), self._off_s, float(self._tared), float(self._doubts), self._past_s]
+        return {"clock": clock, "now": self._row(), "past": [*self._past[0], *self._past[1]]}
 
     def restore(self, state: dict[str, list[float]]) -> bool:
         """Take over a snapshot; False (and nothing changed) when it is not a sane one."""
-        shapes = {"clock": 3, "x": N_STATE, "p": N_STATE**2, "sizes": 3, "mount_gate": 3, "brochure_gate": 3}
-        if set(state) != set(shapes) or any(len(state[key]) != n for key, n in shapes.items()):
+        if {key: len(row) for key, row in state.items()} != {"clock": 5, "now": N_ROW, "past": 2 * N_ROW}:
             return False
         if not all(isfinite(value) for row in state.values() for value in row):
             return False
-        p = np.array(state["p"]).reshape(N_STATE, N_STATE)
-        if not np.linalg.eigvalsh(p).min() > 0.0:
+        now, *past = np.reshape([*state["now"], *state["past"]], (3, N_ROW)).tolist()
+        if not all(np.linalg.eigvalsh(_covariance(row)).min() > 0.0 for row in (now, *past)):
             return False
-        self._kf.x, self._kf.P = np.array(state["x"]).reshape(N_STATE, 1), p
-        clock = state["clock"]
-        self._t_ns, self._off_s, self._tared = int(clock[0]), clock[1], bool(clock[2])
-        sizes = state["sizes"]
-        self._dynamics.mount.variance_n2, self._dynamics.shape.variance_n2, self._scale_n = sizes
-        self._mount_gate.load(state["mount_gate"])
-        self._brochure_gate.load(state["brochure_gate"])
+        self._load(now)
+        self._past = past
+        self._t_ns, self._off_s, self._tared = int(state["clock"][0]), state["clock"][1], bool(state["clock"][2])
+        self._doubts, self._past_s = int(state["clock"][3]), min(max(state["clock"][4], 0.0), PAST_S)
         return True
+
+    def _row(self) -> list[float]:
+        """All that measurements change."""
+        sizes = self._dynamics.mount.variance_n2, self._dynamics.shape.variance_n2, self._scale_n
+        state = *self._kf.x.ravel().tolist(), *self._kf.P.ravel().tolist()
+        return [*state, *sizes, *self._mount_gate.state(), *self._brochure_gate.state()]
+
+    def _load(self, row: list[float]) -> None:
+        self._kf.x, self._kf.P = np.array(row[:N_STATE]).reshape(N_STATE, 1), _covariance(row)
+        self._dynamics.mount.variance_n2, self._dynamics.shape.variance_n2, self._scale_n = row[END_P:-6]
+        self._mount_gate.load(row[-6:-3])
+        self._brochure_gate.load(row[-3:])
+
+    def _look_back(self, dt_s: float, inputs: FusionInputs) -> None:
+        """A sensor that is named has lied since a while: all but the thrust is as it was 5 to 10 s ago.
+
+        The errors have moved meanwhile as the thrust did. A thrust that was misled both routes gate out, and it is
+        opened then.
+        """
+        self._past_s += dt_s
+        named, self._doubts = inputs.status & LIED & ~self._doubts, inputs.status & LIED
+        if self._past_s >= PAST_S:
+            self._past, self._past_s = [self._past[1], self._row()], 0.0
+        if named:
+            thrust_n, age_s = self.thrust_n, PAST_S + self._past_s
+            self._load(self._past[0])
+            self._kf.x[RATE] = (thrust_n - self.thrust_n) / age_s
+            self._predict(age_s, inputs)
+            self._kf.x[THRUST] = thrust_n
+            self._past[1] = self._past[0]
 
     def _sizes(self, inputs: FusionInputs) -> tuple[float, float]:
         """(sigma_h, sigma_d) where the engine works now; NaN of a silent route."""
@@ -228,22 +243,6 @@ class ThrustFilter:
             kf.x[ERRORS], kf.P[ERRORS, ERRORS] = errors, spread
         self._anchored = True
 
-    def _surprise(self, mount: Verdict, inputs: FusionInputs) -> float:
-        """Rate that the thrust may have had, N/s, when a measurement was gated out that is not given up yet.
-
-        When nobody else holds the thrust where it was, the thrust moved: before N1, read ten times a second, says so.
-        When the other route holds it, a sensor lies and its gate stays shut.
-        """
-        brochure = self._brochure_verdict
-        mount_odd = isfinite(inputs.mount_n) and not mount.used
-        brochure_odd = isfinite(brochure.innovation_n) and not brochure.used
-        if not mount_odd and not brochure_odd:
-            return 0.0
-        if not mount.used and not brochure.used:
-            return self._settings.agreed_surprise_rate_n_s
-        failed = self._mount_gate.failed if mount_odd else self._brochure_gate.failed
-        return 0.0 if failed else self._settings.surprise_rate_n_s
-
     def _engine_off(self, inputs: FusionInputs, dt_s: float) -> bool:
         turning = not inputs.n1_pct < self._settings.engine_off_n1_pct  # NaN counts as turning
         self._off_s = 0.0 if turning else self._off_s + dt_s
@@ -286,3 +285,7 @@ class ThrustFilter:
             status=self._status(inputs, mount, off, variance_n2),
             brochure_nis=brochure.nis if brochure.used else nan,
         )
+
+
+def _covariance(row: list[float]) -> Matrix:
+    return np.reshape(row[N_STATE:END_P], (N_STATE, N_STATE))
