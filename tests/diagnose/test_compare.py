@@ -5,10 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from tests.diagnose.scene import NOISE_N, inertia, mount, record
+from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
 from thrustd.diagnose.compare import compare
 from thrustd.diagnose.failures import where_it_fails
 from thrustd.diagnose.regions import regions_of
+from thrustd.model.compile import compile_model
+from thrustd.records.recording import make_recording
 
 
 def test_a_right_model_leaves_the_noise():
@@ -70,3 +72,13 @@ def test_pictures_are_written(tmp_path):
     paths = compare({"mount": mount()}, [record(n=4000)]).pictures(tmp_path / "pictures")
     assert len(paths) == 5
     assert all(path.stat().st_size > 5000 for path in paths)
+
+
+def test_what_was_before_the_recording_is_no_error_of_the_model():
+    whole = record(n=14_000)
+    late = make_recording("late", {"time_s": whole.time_s[2000:], **{n: c[2000:] for n, c in whole.channels.items()}})
+    slow = mount(gains=(0.05, 0.12), taus_s=(0.4, 60.0))
+    model = compile_model(slow, 1 / DT_S)
+    force = model.simulate(model.inputs({"time_s": whole.time_s, **whole.channels}))[2000:]
+    c = compare({"mount": slow}, [late.with_channels(force_N=force)]).comparisons[0]
+    assert c.rmse_n < 0.3 * c.rmse_from_rest_n

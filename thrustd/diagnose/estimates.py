@@ -5,7 +5,8 @@ covariance knows that the residual is coloured. Misfit of the model itself shows
 of the record to another, so the spread over parts left out (a delete-a-group jackknife, Efron & Tibshirani 1993,
 chapter 11) is computed as well, and the larger of the two counts. Misfit that lasts moves all parts alike: what the
 rest of the model may do wrong, in the directions in which it can, is added to it. Where more is left than the model's
-own error, the law itself does not hold, and every sigma grows by that factor (Birge's ratio; Birge 1932).
+own error, the law itself does not hold: what it misses is seen only in part, since the estimate took as much of it as
+it could. So the same again is granted to the direction in which each parameter moves the force.
 """
 
 from collections.abc import Sequence
@@ -78,7 +79,6 @@ def estimated(
     result = estimate_segments(spec, _started(spec, places, evidence), names, settings)
     std = dict(zip(result.names, result.std, strict=True))
     spread = {} if rest_too else _spreads(result.spec, places, evidence)
-    wider = _birge_ratio(result.spec, evidence)
     labels = effect_labels(spec)
     numbers: list[ParameterEstimate] = []
     finished = list(result.spec.effects)
@@ -86,23 +86,12 @@ def estimated(
         effect = effect_named(finished[i].name)
         for p in effect.parameters:
             if p.estimate:
-                sigma = wider * max(float(std[f"{labels[i]}.{p.name}"]), spread.get(f"{i}.{p.name}", 0.0))
+                sigma = max(float(std[f"{labels[i]}.{p.name}"]), spread.get(f"{i}.{p.name}", 0.0))
                 value = finished[i].parameters[p.name]
                 numbers.append(ParameterEstimate(effect.word, p.name, value, sigma, p.unit, p.expected))
         sigmas = {n.name: n.std for n in numbers if n.effect == effect.word}
         finished[i] = EffectSpec(finished[i].name, finished[i].parameters, sigmas)
     return msgspec.structs.replace(result.spec, effects=finished), numbers
-
-
-def _birge_ratio(spec: ModelSpec, evidence: Evidence) -> float:
-    """Error left over the error that the identification promises, 1 at least and where nothing is promised."""
-    output_n = evidence.output(spec)
-    own_n = own_error_n(spec, evidence, output_n)
-    if own_n is None:
-        return 1.0
-    good = np.isfinite(evidence.reference_n)
-    left = start_of(spec, evidence).without(np.where(good, evidence.reference_n - output_n, 0.0))
-    return max(1.0, float(np.sqrt(left @ left / good.sum() + evidence.white_n2(spec))) / own_n)
 
 
 def _started(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> list[Segment]:
@@ -131,7 +120,19 @@ def _spreads(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> dict
     residual = start.without(np.where(good, evidence.reference_n - evidence.output(spec), 0.0))
     seen = start.without(table * good[:, None])
     left_out = np.array(_spread(seen, np.where(good, residual, np.nan), evidence))
-    return dict(zip(names, map(float, np.hypot(left_out, _misfit_std(spec, seen, evidence))), strict=True))
+    rest, law = _misfit_std(spec, seen, evidence), _law_std(spec, seen[good], residual, evidence)
+    return dict(zip(names, map(float, np.sqrt(left_out**2 + rest**2 + law**2)), strict=True))
+
+
+def _law_std(spec: ModelSpec, table: Floats, residual: Floats, evidence: Evidence) -> Floats:
+    """One sigma by what the law of the effect misses: E^2 n (Z'Z)^-1, E^2 = squared error left beyond the own one."""
+    own_n = own_error_n(spec, evidence, evidence.output(spec))
+    if own_n is None:
+        return np.zeros(table.shape[1])
+    beyond_n2 = float(residual @ residual) / len(table) + evidence.white_n2(spec) - own_n**2
+    size = np.maximum(np.sqrt(np.mean(table**2, axis=0)), 1e-300)
+    inverse = np.linalg.pinv((table / size).T @ (table / size) / len(table), rcond=1e-9)
+    return np.sqrt(max(0.0, beyond_n2) * np.diagonal(inverse)) / size
 
 
 def _misfit_std(spec: ModelSpec, table: Floats, evidence: Evidence) -> Floats:

@@ -67,7 +67,6 @@ EFFECT = Effect(
             (1.0, 0.0),
             "1: the load of the first sample had been there for ever, 0: it comes at that moment",
             amplitude=False,
-            estimate=False,
         ),
     ),
     step=step,
