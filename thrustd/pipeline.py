@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from math import isfinite, nan
-from typing import Any
+from typing import Any, NamedTuple
 
 from thrustd.brochure.deck import Deck, DeckEstimate
 from thrustd.brochure.hand_over import HandOver
@@ -21,7 +21,7 @@ from thrustd.fault_book import FaultBook
 from thrustd.fault_status import FaultStatus
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.monitor import Monitor, MonitorVerdict
-from thrustd.fusion.monitor_inputs import Layout
+from thrustd.fusion.monitor_inputs import Layout, MonitorInputs
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter
@@ -29,16 +29,15 @@ from thrustd.intake import Intake
 from thrustd.model.compile import CompiledModel
 from thrustd.mount_route import MountState
 from thrustd.snapshot import plain, read_memory
-from thrustd.step_inputs import Latest, deck_inputs, dynamic_pressure_pa, latest, monitor_inputs
+from thrustd.step_inputs import StepInputs, dynamic_pressure_pa
 from thrustd.sync.rate import SmoothRate
-from thrustd.types import Estimate, Event, Fault, MountOutput, Output
+from thrustd.types import Event, Fault, MountOutput, Output
 from thrustd.wire.can_table import CanTable
 from thrustd.wire.event_batch import EventBatch
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
 N1_PER_N2 = 1.5  # per cent of fan speed per per cent of core speed, idle to take-off
 TOGETHER = 256  # events that `follow` takes at once
-ENGINE_READINGS = ("n1_pct", "fuel_flow_kg_s")  # what the brochure thrust is made of
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +47,16 @@ class Parts:
     models: tuple[CompiledModel, ...]  # by mount
     deck: Deck
     can_table: CanTable
+
+
+class Held(NamedTuple):
+    """What is known at one fused step when the filters are asked."""
+
+    t_ns: int
+    readings: Sequence[float]  # of the sensors that are believed, see `StepInputs`
+    ages_s: Sequence[float]
+    states: Sequence[MountState]  # by mount
+    verdict: MonitorVerdict
 
 
 class Pipeline:
@@ -63,8 +72,14 @@ class Pipeline:
         self._layout = Layout(
             tuple(mount.name for mount in config.mount), tuple(config.mounts_of(engine) for engine in engines)
         )
+        self._inputs = StepInputs(self._layout, self._hold)
         self._monitor = Monitor(self._layout)
         self._filters = tuple(ThrustFilter(settings, e, name) for e, name in enumerate(engines))
+        place, numbers = self._inputs.place, range(len(engines))
+        self._spools = [(place("n1_pct", e), place("n2_pct", e)) for e in numbers]
+        self._brochure_of = [(place("n1_pct", e), place("fuel_flow_kg_s", e)) for e in numbers]
+        self._air = place("mach", 0), place("pressure_altitude_m", 0)
+        self._loads = place("accel_x_g", 0), place("accel_z_g", 0)
         self._n1_rates = tuple(SmoothRate() for _ in engines)
         self._n2_rates = tuple(SmoothRate() for _ in engines)  # stands in while N1 is not believed
         self._hand_overs = tuple(HandOver() for _ in engines)
@@ -139,42 +154,56 @@ class Pipeline:
             self._start_ns = self._intake.fused_ns = t_ns
         dt_s = (t_ns - self._intake.fused_ns) * 1e-9
         self._intake.fused_ns = t_ns
-        engines = range(len(self._filters))
-        now = latest(self._hold, t_ns, engines)
-        self._refresh(t_ns, now, outputs)
-        states = tuple([route.fused(dt_s) for route in self._routes])
-        rates = [self._n1_rates[e].step(t_ns, now.n1_pct[e]) for e in engines]
-        raw = [self._deck.estimate(deck_inputs(now, e, rates[e]), e) for e in engines]
-        fused_n = tuple([thrust_filter.thrust_n for thrust_filter in self._filters])
-        verdict = self._monitor.step(monitor_inputs(now, t_ns, states, raw, fused_n))
+        readings, ages_s = self._inputs.at(t_ns)
+        self._refresh(t_ns, readings, outputs)
+        states = [route.fused(dt_s) for route in self._routes]
+        rates = [rate.step(t_ns, readings[n1]) for rate, (n1, _) in zip(self._n1_rates, self._spools, strict=True)]
+        decks = self._by_deck(readings, rates)
+        verdict = self._monitor.step(self._watched(t_ns, readings, states, decks))
         self._exclude(verdict, t_ns, outputs)
-        for e in engines:
-            deck = raw[e]
-            if verdict.excluded:
-                deck = self._deck.estimate(deck_inputs(now, e, rates[e], verdict.excluded), e)
-            spool_rate = self._spool_rate(t_ns, e, now, rates[e])
-            outputs.append(self._estimate(t_ns, e, now, states, verdict, deck, spool_rate))
+        held = Held(t_ns, self._inputs.believed(readings, verdict.excluded), ages_s, states, verdict)
+        if verdict.excluded:
+            decks = self._by_deck(held.readings, rates)
+        unloaded = not all([isfinite(readings[place]) for place in self._loads])
+        for e, deck in enumerate(decks):
+            outputs.append(self._filters[e].step(self._fusion_inputs(held, e, deck, rates[e], unloaded)))
             for fault in self._filters[e].take_faults():
                 self._report(fault, outputs)
         for i, state in enumerate(states):
             outputs.append(MountOutput(t_ns, i, state.deformation_mm, state.force_n, state.std_n))
         outputs.extend(self._book.due(t_ns))
 
-    def _spool_rate(self, t_ns: int, engine: int, now: Latest, n1_rate_pct_s: float) -> float:
+    def _by_deck(self, readings: Sequence[float], n1_rates_pct_s: Sequence[float]) -> list[DeckEstimate]:
+        inputs = [self._inputs.deck(readings, e, rate_pct_s) for e, rate_pct_s in enumerate(n1_rates_pct_s)]
+        return [self._deck.estimate(each, e) for e, each in enumerate(inputs)]
+
+    def _watched(
+        self, t_ns: int, readings: Sequence[float], states: Sequence[MountState], decks: Sequence[DeckEstimate]
+    ) -> MonitorInputs:
+        return MonitorInputs(
+            t_ns,
+            [*[state.deformation_mm for state in states], *readings],
+            tuple([state.force_n for state in states]),
+            tuple([state.std_n for state in states]),
+            tuple([(deck.fuel_flow_thrust_n, deck.n1_thrust_n, deck.n2_thrust_n) for deck in decks]),
+            tuple([thrust_filter.thrust_n for thrust_filter in self._filters]),
+        )
+
+    def _spool_rate(self, held: Held, engine: int, n1_rate_pct_s: float) -> float:
         """dN1/dt [%/s]; while N1 is missing or not believed, what N2 says of it."""
-        n2_pct = nan if ("n2_pct", engine) in self._excluded else now.n2_pct[engine]
-        n2_rate_pct_s = self._n2_rates[engine].step(t_ns, n2_pct)
-        n1_known = isfinite(n1_rate_pct_s) and ("n1_pct", engine) not in self._excluded
+        n1, n2 = self._spools[engine]
+        n2_rate_pct_s = self._n2_rates[engine].step(held.t_ns, held.readings[n2])
+        n1_known = isfinite(n1_rate_pct_s) and isfinite(held.readings[n1])
         return n1_rate_pct_s if n1_known else N1_PER_N2 * n2_rate_pct_s
 
-    def _refresh(self, t_ns: int, now: Latest, outputs: list[Output]) -> None:
+    def _refresh(self, t_ns: int, readings: Sequence[float], outputs: list[Output]) -> None:
         """Staleness, derived channels, and the readings for the log."""
         for place, fault in self._hold.changes(t_ns):
             self._report(fault, outputs)
             if fault.kind == "stale":
                 self._intake.tell(self._hold.slots[place], nan)
         self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
-        self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(now))
+        self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*[readings[place] for place in self._air]))
         if t_ns - self._read_ns >= self._readings_every_ns:
             outputs.extend(self._hold.readings(self._read_ns))
             self._read_ns = t_ns
@@ -188,39 +217,30 @@ class Pipeline:
             self._excluded = verdict.excluded
             self._intake.believe(verdict.excluded)
 
-    def _estimate(
-        self,
-        t_ns: int,
-        engine: int,
-        now: Latest,
-        states: tuple[MountState, ...],
-        verdict: MonitorVerdict,
-        deck: DeckEstimate,
-        n1_rate: float,
-    ) -> Estimate:
-        mounts = verdict.mounts[engine]
-        mine = [states[i] for i in self._layout.mounts_of_engine[engine]]
-        n1_known = ("n1_pct", engine) not in verdict.excluded
-        n1_pct = now.n1_pct[engine] if n1_known else nan
-        brochure = self._hand_overs[engine].step(t_ns, deck, n1_pct, n1_rate)
-        return self._filters[engine].step(
-            FusionInputs(
-                t_ns=t_ns,
-                mount_n=mounts.force_n,
-                mount_std_n=mounts.std_n,
-                brochure_n=brochure.thrust_n,
-                brochure_std_n=brochure.std_n,
-                n1_pct=n1_pct,
-                n1_rate_pct_s=n1_rate,
-                brochure_lag_n=brochure.lag_n,
-                brochure_age_s=self._hold.age_s(t_ns, ENGINE_READINGS, engine),
-                load_share=mounts.load_share,
-                mount_extrapolating=any([state.extrapolating for state in mine]),
-                brochure_extrapolating=deck.extrapolating,
-                transient=deck.transient,
-                gap=any([state.gap for state in mine]),
-                one_mount=mounts.one_mount,
-                load_factor_stale=not (isfinite(now.accel_x_g) and isfinite(now.accel_z_g)),
-                status=verdict.status[engine] | self._troubles.bits(t_ns),
-            )
+    def _fusion_inputs(
+        self, held: Held, engine: int, deck: DeckEstimate, n1_rate_pct_s: float, load_factor_stale: bool
+    ) -> FusionInputs:
+        mounts = held.verdict.mounts[engine]
+        mine = [held.states[i] for i in self._layout.mounts_of_engine[engine]]
+        n1_pct = held.readings[self._spools[engine][0]]
+        n1_rate_pct_s = self._spool_rate(held, engine, n1_rate_pct_s)
+        brochure = self._hand_overs[engine].step(held.t_ns, deck, n1_pct, n1_rate_pct_s)
+        return FusionInputs(
+            t_ns=held.t_ns,
+            mount_n=mounts.force_n,
+            mount_std_n=mounts.std_n,
+            brochure_n=brochure.thrust_n,
+            brochure_std_n=brochure.std_n,
+            n1_pct=n1_pct,
+            n1_rate_pct_s=n1_rate_pct_s,
+            brochure_lag_n=brochure.lag_n,
+            brochure_age_s=max([held.ages_s[place] for place in self._brochure_of[engine]]),
+            load_share=mounts.load_share,
+            mount_extrapolating=any([state.extrapolating for state in mine]),
+            brochure_extrapolating=deck.extrapolating,
+            transient=deck.transient,
+            gap=any([state.gap for state in mine]),
+            one_mount=mounts.one_mount,
+            load_factor_stale=load_factor_stale,
+            status=held.verdict.status[engine] | self._troubles.bits(held.t_ns),
         )

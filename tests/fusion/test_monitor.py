@@ -58,27 +58,21 @@ def fly(sensor=None, kind="", seconds=92.0, seed=0):
 
 def monitor_inputs(k, read):
     forces = tuple(3600.0 * read["deformation_mm", i] for i in range(4))
-    fuel, n1, n2 = (tuple(read[name, e] for e in (0, 1)) for name in ("fuel_flow_kg_s", "n1_pct", "n2_pct"))
     # plain stand-ins for the deck: right at the cruise point, with its sensitivities
     by_mach = 1.0 - 1.2 * (read["mach", 0] - 0.35)
+
+    def routes_n(engine):
+        fuel, n1, n2 = (read[name, engine] for name in ("fuel_flow_kg_s", "n1_pct", "n2_pct"))
+        rise = 22.0 * (fuel - 0.06), 0.035 * (n1 - 75.0), 0.07 * (n2 - 84.0)
+        return tuple(n * (1.0 + r) * by_mach for n, r in zip((2900.0, 2850.0, 2950.0), rise, strict=True))
+
     return MonitorInputs(
         t_ns=k * 100_000_000,
-        deformation_mm=tuple(read["deformation_mm", i] for i in range(4)),
+        readings=[read[sensor] for sensor in LAYOUT.sensors()],
         mount_force_n=tuple(force + 1830.0 * (read["accel_x_g", 0] - 0.05) for force in forces),
         mount_std_n=(50.0,) * 4,
-        n1_pct=n1,
-        n2_pct=n2,
-        fuel_flow_kg_s=fuel,
-        fuel_flow_thrust_n=tuple(2900.0 * (1.0 + 22.0 * (f - 0.06)) * by_mach for f in fuel),
-        n1_thrust_n=tuple(2850.0 * (1.0 + 0.035 * (n - 75.0)) * by_mach for n in n1),
-        n2_thrust_n=tuple(2950.0 * (1.0 + 0.07 * (n - 84.0)) * by_mach for n in n2),
+        routes_n=(routes_n(0), routes_n(1)),
         fused_thrust_n=(2880.0, 2880.0),
-        mach=read["mach", 0],
-        pressure_altitude_m=read["pressure_altitude_m", 0],
-        sat_degc=read["sat_degC", 0],
-        accel_x_g=read["accel_x_g", 0],
-        accel_y_g=read["accel_y_g", 0],
-        accel_z_g=read["accel_z_g", 0],
     )
 
 

@@ -13,7 +13,10 @@ SEA_LEVEL_TEMPERATURE_K = 288.15  # ISO 2533
 TROPOPAUSE_M = 11000.0  # ISO 2533
 ZERO_CELSIUS_K = 273.15
 SCALE, LENGTH, FLOW_LOW, FLOW_HIGH, MACH_LOW, MACH_HIGH = range(6)  # of a surface
-MACH_SLOPE, EXPONENT, PCT_LOW, PCT_HIGH = range(4)  # of a spool curve
+MACH_SLOPE, EXPONENT, PCT_LOW, PCT_HIGH, LINE_STD = range(5)  # of a spool curve
+# of the spread, and where the surface was fitted
+RELATIVE, EXTRAPOLATING, NO_TEMPERATURE, LAG_N_PER_PCT_S, FLOOR_N, TRANSIENT_PCT_S = range(6)
+FITTED_FLOW_LOW, FITTED_FLOW_HIGH, FITTED_MACH_LOW, FITTED_MACH_HIGH = range(6, 10)
 KNOTS, LOGS, SLOPES = range(3)
 Floats = npt.NDArray[np.float64]
 
@@ -93,25 +96,59 @@ def _spool(curve: Floats, line: Floats, speed_pct: float, mach: float, theta_t: 
     return flow, not line[PCT_LOW] <= corrected_pct <= line[PCT_HIGH]
 
 
-def _routes(
-    rows: Floats, numbers: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats, line_2: Floats,
+@compiled
+def _weight_of_n1(flow_n: float, n1_n: float, rate_pct_s: float, transient_pct_s: float) -> float:
+    # in transients N1 follows the thrust better than fuel flow; the blend keeps the hand-over smooth
+    if not isfinite(n1_n):
+        return 0.0 if isfinite(flow_n) else nan
+    if not isfinite(flow_n):
+        return 1.0
+    if not isfinite(rate_pct_s):
+        return 0.0
+    ratio = (rate_pct_s / transient_pct_s) ** 2
+    return ratio / (1.0 + ratio)
+
+
+@compiled
+def _is_outside(spread: Floats, corrected_kg_s: float, mach: float) -> bool:
+    fitted = spread[FITTED_FLOW_LOW] <= corrected_kg_s <= spread[FITTED_FLOW_HIGH]
+    return not (fitted and spread[FITTED_MACH_LOW] <= mach <= spread[FITTED_MACH_HIGH])
+
+
+@compiled
+def _std_n(
+    spread: Floats, thrust_n: float, outside: bool, weight_n1: float, n1_std: float, isa: bool, rate_pct_s: float
+) -> float:
+    """`n1_std`: relative, of the line of N1. `isa`: the temperature is not measured."""
+    relative_sq = spread[RELATIVE] ** 2 + (spread[EXTRAPOLATING] ** 2 if outside else 0.0)
+    relative_sq += (weight_n1 * n1_std) ** 2
+    relative_sq += spread[NO_TEMPERATURE] ** 2 if isa else 0.0
+    lag_n = spread[LAG_N_PER_PCT_S] * (rate_pct_s if isfinite(rate_pct_s) else 0.0)
+    return sqrt(relative_sq * thrust_n**2 + spread[FLOOR_N] ** 2 + lag_n**2)
+
+
+def _estimate(
+    rows: Floats, numbers: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats, line_2: Floats,
     fuel_flow_kg_s: float, n1_pct: float, n2_pct: float, mach: float, pressure_altitude_m: float, sat_degc: float,
-) -> tuple[float, float, float, float, float, bool]:  # fmt: skip
-    """Thrusts by fuel flow, N1, N2 [N]; corrected fuel flow by the first two [kg/s]; N1 outside the flights."""
+    n1_rate_pct_s: float,
+) -> tuple[float, float, float, bool, float, float, float]:  # fmt: skip
+    """Thrust [N], one sigma, weight of N1 (NaN: no estimate), outside the fit; thrusts by fuel flow, N1, N2 [N]."""
+    mach = max(mach, 0.0)
     delta_t, theta_t = ratios(mach, pressure_altitude_m, sat_degc)
     flow = fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if fuel_flow_kg_s > 0.0 else nan
     n1_flow, n1_outside = _spool(curve_1, line_1, n1_pct, mach, theta_t)
     n2_flow, _ = _spool(curve_2, line_2, n2_pct, mach, theta_t)
-    return (
-        delta_t * surface_n(rows, numbers, flow, mach),
-        delta_t * surface_n(rows, numbers, n1_flow, mach),
-        delta_t * surface_n(rows, numbers, n2_flow, mach),
-        flow,
-        n1_flow,
-        n1_outside,
-    )
+    flow_n = delta_t * surface_n(rows, numbers, flow, mach)
+    n1_n = delta_t * surface_n(rows, numbers, n1_flow, mach)
+    n2_n = delta_t * surface_n(rows, numbers, n2_flow, mach)
+    weight = _weight_of_n1(flow_n, n1_n, n1_rate_pct_s, spread[TRANSIENT_PCT_S])
+    by_n1 = weight > 0.5
+    outside = _is_outside(spread, n1_flow if by_n1 else flow, mach) or (by_n1 and n1_outside)
+    thrust_n = flow_n if weight == 0.0 else n1_n if weight == 1.0 else flow_n + weight * (n1_n - flow_n)
+    std_n = _std_n(spread, thrust_n, outside, weight, line_1[LINE_STD], not isfinite(sat_degc), n1_rate_pct_s)
+    return thrust_n, std_n, weight, outside, flow_n, n1_n, n2_n
 
 
 _CURVE = "f8[:, ::1], f8[::1]"
-_SIGNATURE = f"Tuple((f8, f8, f8, f8, f8, b1))({_CURVE}, {_CURVE}, {_CURVE}, f8, f8, f8, f8, f8, f8)"
-routes: Any = compiled(_routes, _SIGNATURE, "numpy")
+_SIGNATURE = f"Tuple((f8, f8, f8, b1, f8, f8, f8))({_CURVE}, f8[::1], {_CURVE}, {_CURVE}, f8, f8, f8, f8, f8, f8, f8)"
+estimate: Any = compiled(_estimate, _SIGNATURE, "numpy")

@@ -99,9 +99,28 @@ def surface_numbers(surface: ThrustSurface) -> tuple[Floats, Floats]:
 def curve_numbers(curve: SpoolCurve | None) -> tuple[Floats, Floats]:
     """Knots (3, n) and the rest as `deck_curves` reads them; no knots for no curve."""
     if curve is None:
-        return np.zeros((3, 0)), np.zeros(4)
+        return np.zeros((3, 0)), np.zeros(5)
     knots = np.array((curve.corrected_pct, curve.log_fuel_flow, curve.slope_per_pct), dtype=np.float64)
-    return knots, np.array((curve.mach_slope, curve.temperature_exponent, *curve.fitted_pct), dtype=np.float64)
+    line = (curve.mach_slope, curve.temperature_exponent, *curve.fitted_pct, curve.relative_std)
+    return knots, np.array(line, dtype=np.float64)
+
+
+def spread_numbers(data: DeckData) -> Floats:
+    """The spread, and the box of the fit, as `deck_curves.estimate` reads them."""
+    spread, surface = data.spread, data.thrust
+    return np.array(
+        (
+            spread.relative,
+            spread.extrapolating_relative,
+            spread.missing_temperature_relative,
+            spread.transient_lag_s * spread.thrust_per_n1_n,
+            spread.floor_n,
+            spread.transient_n1_rate_pct_s,
+            *surface.fitted_fuel_flow_kg_s,
+            *surface.fitted_mach,
+        ),
+        dtype=np.float64,
+    )
 
 
 def corrected_thrust(surface: ThrustSurface, corrected_kg_s: float, mach: float) -> float:

@@ -15,9 +15,13 @@ FUEL_LEAD_S, when fuel flow is missing k stays as it was.
 
 from collections.abc import Sequence
 from math import exp, hypot, isfinite, log, nan, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from thrustd.brochure.deck import DeckEstimate
+from thrustd.compiled import compiled
 
 SCALE_FLOOR_N = 1000.0
 START_STD = 0.08  # N1's line against the fuel flow of one engine, before anything is known
@@ -29,6 +33,7 @@ CONFIRM_S = 2.0  # steady for so long: fuel flow says what N1 stands for here
 FUEL_LEAD_S = 1.0  # a slam's fuel flow leads the thrust by about this much
 SURPRISE_SIGMAS = 3.0
 LAG_S = 0.25  # thrust leads or lags N1 by about this much
+FUEL_LAG_S = hypot(LAG_S, FUEL_LEAD_S)  # without N1
 # Always to the same side: ten readings a second of an error that lasts tau = 2 s say as little as white ones of
 # sqrt(2 tau / 0.1 s) times its size.
 AS_WHITE = 6.3
@@ -48,89 +53,110 @@ class BrochureThrust(NamedTuple):
 
 
 SILENT = BrochureThrust(nan, nan, nan)
+# the memory of one engine, a row of numbers: k, P, N1 at the last step and ln s0; then of the movement
+K, P, LAST_N1_PCT, LN_S0, LAGGED_N, RATE_N_S = range(6)
+LEARNT = slice(K, LAGGED_N)
+Floats = npt.NDArray[np.float64]
 
 
 class HandOver:
     """Mutable: the learnt difference between both routes of one engine."""
 
-    __slots__ = ("_k", "_ln_s0", "_movement", "_n1_pct", "_p", "_t_ns")
+    __slots__ = ("_row", "_t_ns")
 
     def __init__(self) -> None:
-        self._k, self._p = 0.0, START_STD**2
-        self._n1_pct = self._ln_s0 = nan
-        self._movement = Movement()
+        self._row = np.array((0.0, START_STD**2, nan, nan, nan, 0.0))
         self._t_ns = -1
 
     def step(self, t_ns: int, deck: DeckEstimate, n1_pct: float, n1_rate_pct_s: float) -> BrochureThrust:
         """`deck` from the inputs that are believed; N1 and its rate NaN when it is not one of them."""
         dt_s = 0.0 if self._t_ns < 0 else min(max((t_ns - self._t_ns) * 1e-9, 0.0), MAX_STEP_S)
         self._t_ns = t_ns
-        fuel_n, n1_n = deck.fuel_flow_thrust_n, deck.n1_thrust_n
-        if not isfinite(n1_n):
-            self._n1_pct = nan
-            return self._thrust(deck, fuel_n, START_STD * max(abs(fuel_n), SCALE_FLOOR_N), dt_s, FUEL_LEAD_S)
-        scale_n = max(n1_n, SCALE_FLOOR_N)
-        if isfinite(self._n1_pct):
-            self._p = min(self._p + abs(n1_pct - self._n1_pct) * WANDER_1_PCT**2, START_STD**2)
-        self._n1_pct = n1_pct
-        rate_pct_s = n1_rate_pct_s if isfinite(n1_rate_pct_s) else 0.0
-        if isfinite(fuel_n) and dt_s > 0.0:
-            self._learn((fuel_n - n1_n) / scale_n, rate_pct_s, dt_s)
-        line = self._line_variance(log(scale_n), rate_pct_s, dt_s if isfinite(fuel_n) else 0.0)
-        return self._thrust(deck, n1_n + self._k * scale_n, scale_n * sqrt(self._p + line), dt_s)
+        routes_n = deck.fuel_flow_thrust_n, deck.n1_thrust_n
+        thrust_n, hand_over_n, lag_n = _step(self._row, dt_s, *routes_n, n1_pct, n1_rate_pct_s)
+        return BrochureThrust(thrust_n, hypot(deck.std_n, hand_over_n), lag_n) if isfinite(thrust_n) else SILENT
 
     def snapshot(self) -> list[float | None]:
         """What was learnt: k, P, N1 then, ln s0; unknown is None."""
-        return [value if isfinite(value) else None for value in (self._k, self._p, self._n1_pct, self._ln_s0)]
+        return [value if isfinite(value) else None for value in self._row[LEARNT].tolist()]
 
     def restore(self, state: Sequence[float | None]) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none."""
         values = [nan if value is None else value for value in state]
-        sane = len(values) == 4 and abs(values[0]) < 1.0 and 0.0 <= values[1] <= START_STD**2
+        sane = len(values) == 4 and abs(values[K]) < 1.0 and 0.0 <= values[P] <= START_STD**2
         if sane and not any(abs(value) > MAX_REMEMBERED for value in values):
-            self._k, self._p, self._n1_pct, self._ln_s0 = values
+            self._row[LEARNT] = values
             return True
         return False
 
-    def _line_variance(self, ln_s: float, rate_pct_s: float, dt_s: float) -> float:
-        """Relative variance of N1's line since fuel flow confirmed it."""
-        if not isfinite(self._ln_s0):
-            self._ln_s0 = ln_s
-        steady = STEADY_STD**2 / (STEADY_STD**2 + (LEAD_S_PCT * rate_pct_s) ** 2)
-        self._ln_s0 += steady * min(dt_s / CONFIRM_S, 1.0) * (ln_s - self._ln_s0)
-        return LINE_STD**2 * abs(ln_s - self._ln_s0)
-
-    def _learn(self, ratio: float, n1_rate_pct_s: float, dt_s: float) -> None:
-        noise = (STEADY_STD**2 + (LEAD_S_PCT * n1_rate_pct_s) ** 2) * 0.1 / dt_s  # readings come ten times a second
-        innovation = ratio - self._k
-        noise = max(noise, (innovation / SURPRISE_SIGMAS) ** 2 * 0.1 / dt_s - self._p)
-        gain = self._p / (self._p + noise)
-        self._k += gain * innovation
-        self._p *= 1.0 - gain
-
-    def _thrust(
-        self, deck: DeckEstimate, thrust_n: float, hand_over_n: float, dt_s: float, lead_s: float = 0.0
-    ) -> BrochureThrust:
-        lag_n = self._movement.step(thrust_n, dt_s, lead_s)
-        return BrochureThrust(thrust_n, hypot(deck.std_n, hand_over_n), lag_n) if isfinite(thrust_n) else SILENT
-
 
 class Movement:
-    """How far a brochure thrust may lead or lag while the throttle moves, and until the engine has settled. Mutable."""
+    """How far a brochure thrust alone may lead or lag while the throttle moves. Mutable."""
 
-    __slots__ = ("_lagged_n", "_rate_n_s")
+    __slots__ = ("_row",)
 
     def __init__(self) -> None:
-        self._lagged_n, self._rate_n_s = nan, 0.0
+        self._row = np.array((0.0, 0.0, nan, nan, nan, 0.0))
 
-    def step(self, thrust_n: float, dt_s: float, lead_s: float = 0.0) -> float:
-        """One sigma, as white noise of ten readings a second [N]; `lead_s`: known to lead by so much."""
-        if not isfinite(thrust_n):
-            self._lagged_n = nan
-            return nan
-        if not isfinite(self._lagged_n):
-            self._lagged_n = thrust_n
-        self._lagged_n += min(dt_s / RATE_TAU_S, 1.0) * (thrust_n - self._lagged_n)
-        rate_n_s = abs(thrust_n - self._lagged_n) / RATE_TAU_S
-        self._rate_n_s = max(rate_n_s, self._rate_n_s * exp(-dt_s / SETTLE_S))
-        return AS_WHITE * hypot(LAG_S, lead_s) * max(self._rate_n_s - STILL_N_S, 0.0)
+    def step(self, thrust_n: float, dt_s: float) -> float:
+        """One sigma, as white noise of ten readings a second [N]."""
+        lag_n: float = _move(self._row, thrust_n, dt_s, LAG_S)
+        return lag_n
+
+
+def _movement(row: Floats, thrust_n: float, dt_s: float, lag_s: float) -> float:
+    """How far it may lead or lag while the throttle moves, and until the engine has settled: one sigma."""
+    if not isfinite(thrust_n):
+        row[LAGGED_N] = nan
+        return nan
+    if not isfinite(row[LAGGED_N]):
+        row[LAGGED_N] = thrust_n
+    row[LAGGED_N] += min(dt_s / RATE_TAU_S, 1.0) * (thrust_n - row[LAGGED_N])
+    rate_n_s = abs(thrust_n - row[LAGGED_N]) / RATE_TAU_S
+    row[RATE_N_S] = max(rate_n_s, row[RATE_N_S] * exp(-dt_s / SETTLE_S))
+    return AS_WHITE * lag_s * max(row[RATE_N_S] - STILL_N_S, 0.0)
+
+
+_move: Any = compiled(_movement, "f8(f8[::1], f8, f8, f8)", "numpy")
+
+
+@compiled
+def _learn(row: Floats, ratio: float, n1_rate_pct_s: float, dt_s: float) -> None:
+    noise = (STEADY_STD**2 + (LEAD_S_PCT * n1_rate_pct_s) ** 2) * 0.1 / dt_s  # readings come ten times a second
+    innovation = ratio - row[K]
+    noise = max(noise, (innovation / SURPRISE_SIGMAS) ** 2 * 0.1 / dt_s - row[P])
+    gain = row[P] / (row[P] + noise)
+    row[K] += gain * innovation
+    row[P] *= 1.0 - gain
+
+
+@compiled
+def _line_variance(row: Floats, ln_s: float, rate_pct_s: float, dt_s: float) -> float:
+    """Relative variance of N1's line since fuel flow confirmed it."""
+    if not isfinite(row[LN_S0]):
+        row[LN_S0] = ln_s
+    steady = STEADY_STD**2 / (STEADY_STD**2 + (LEAD_S_PCT * rate_pct_s) ** 2)
+    row[LN_S0] += steady * min(dt_s / CONFIRM_S, 1.0) * (ln_s - row[LN_S0])
+    return LINE_STD**2 * abs(ln_s - row[LN_S0])
+
+
+def _hand_over(
+    row: Floats, dt_s: float, fuel_n: float, n1_n: float, n1_pct: float, n1_rate_pct_s: float
+) -> tuple[float, float, float]:
+    """-> thrust, one sigma of the hand-over, one sigma of the movement, N."""
+    if not isfinite(n1_n):
+        row[LAST_N1_PCT] = nan
+        return fuel_n, START_STD * max(abs(fuel_n), SCALE_FLOOR_N), _move(row, fuel_n, dt_s, FUEL_LAG_S)
+    scale_n = max(n1_n, SCALE_FLOOR_N)
+    if isfinite(row[LAST_N1_PCT]):
+        row[P] = min(row[P] + abs(n1_pct - row[LAST_N1_PCT]) * WANDER_1_PCT**2, START_STD**2)
+    row[LAST_N1_PCT] = n1_pct
+    rate_pct_s = n1_rate_pct_s if isfinite(n1_rate_pct_s) else 0.0
+    if isfinite(fuel_n) and dt_s > 0.0:
+        _learn(row, (fuel_n - n1_n) / scale_n, rate_pct_s, dt_s)
+    line = _line_variance(row, log(scale_n), rate_pct_s, dt_s if isfinite(fuel_n) else 0.0)
+    thrust_n = n1_n + row[K] * scale_n
+    return thrust_n, scale_n * sqrt(row[P] + line), _move(row, thrust_n, dt_s, LAG_S)
+
+
+_step: Any = compiled(_hand_over, "UniTuple(f8, 3)(f8[::1], f8, f8, f8, f8, f8)", "numpy")

@@ -3,27 +3,27 @@
 The pipeline calls it once per fused step, with the latest readings as they came, and leaves out what the verdict
 excludes:
 
-    raw = [deck.estimate(inputs_of(e), e) for e in engines]
-    verdict = monitor.step(MonitorInputs(...))
-    clean = [deck.estimate(inputs_of(e, without=verdict.excluded), e) for e in engines]
+    raw = [deck.estimate(inputs_of(readings, e), e) for e in engines]
+    verdict = monitor.step(MonitorInputs(readings, ...))
+    clean = [deck.estimate(inputs_of(readings without verdict.excluded, e), e) for e in engines]
     mounts = verdict.mounts[e]                       # engine e's mount force without the excluded ones
 
 Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.where` is the mount's name or
 "signal[index]"; "<kind>_over" when it is believed again.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import isfinite, nan
 from typing import Any, NamedTuple
 
 from thrustd.fusion.common_mode import CommonMode
-from thrustd.fusion.limits import LIMITS, SAT_CLIMB_M, TURNING_N1_PCT
+from thrustd.fusion.limits import SAT_CLIMB_M, TURNING_N1_PCT
 from thrustd.fusion.memory import recall, remember
-from thrustd.fusion.monitor_inputs import Layout, MonitorInputs, Sensor
+from thrustd.fusion.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
 from thrustd.fusion.mounts import EngineMounts, MountCombiner
 from thrustd.fusion.opinions import AGREE_S, N_OPINIONS, Opinions
 from thrustd.fusion.signal_watch import STEP_S
-from thrustd.fusion.watches import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Watches
+from thrustd.fusion.watches import Watches
 from thrustd.types import Fault, Status
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
@@ -56,6 +56,11 @@ class Monitor:
         )
         self._common = CommonMode()
         self._watches = Watches(layout)
+        self._shared = {name: self._watches[name, 0] for name in SHARED_SIGNALS}
+        place = self._watches.sensors.index
+        engines = range(len(layout.mounts_of_engine))
+        self._spools = [(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines]
+        self._altitude = place(("pressure_altitude_m", 0))
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._judged: dict[Sensor, str] = {}  # by cross-checks
         self._calm_s: dict[Sensor, float] = {}
@@ -73,7 +78,7 @@ class Monitor:
             self._watch(inputs)
             faults = self._changes(inputs.t_ns)
         else:
-            self._excluded |= self._leapt(inputs)
+            self._excluded |= self._leapt(inputs.readings)
         mounts = tuple([self._combine(inputs, engine, dt_s) for engine in range(len(self._combiners))])
         return MonitorVerdict(self._excluded, mounts, faults, tuple(map(self._status, range(len(mounts)))))
 
@@ -140,29 +145,28 @@ class Monitor:
         return int(status)
 
     def _watch(self, inputs: MonitorInputs) -> None:
-        self._watches.step(inputs)
+        self._watches.step(inputs.readings)
         if self._watches.suspect:
             self._acquit_jumps()
-        self._watch_temperature(inputs)
+        self._watch_temperature(inputs.readings[self._altitude])
         shared_doubt = any([name in SHARED_SIGNALS for name, _ in self._all_out()])
         for engine, opinions in enumerate(self._engines):
             self._cross_check(inputs, engine, opinions, shared_doubt)
         self._check_shared(inputs, shared_doubt)
         self._excluded = self._all_out()
 
-    def _leapt(self, inputs: MonitorInputs) -> frozenset[Sensor]:
-        """Between two looks: what jumped is out until the next one, before anything follows it."""
-        air = (inputs.mach, inputs.pressure_altitude_m, inputs.sat_degc)
-        readings = (*air, inputs.accel_x_g, inputs.accel_y_g, inputs.accel_z_g)
-        leapt = [(name, 0) for name, value in zip(AIRCRAFT_SIGNALS, readings, strict=True) if self._far(name, 0, value)]
-        for mounts in self._layout.mounts_of_engine:
-            far = [i for i in mounts if self._far("deformation_mm", i, inputs.deformation_mm[i])]
-            if len(far) == 1 and len(mounts) > 1:
-                leapt.append(("deformation_mm", far[0]))
-        return frozenset(leapt)
+    def _leapt(self, readings: Sequence[float]) -> frozenset[Sensor]:
+        """Between two looks: what jumped is out until the next one, before anything follows it.
 
-    def _far(self, name: str, index: int, value: float) -> bool:
-        return abs(self._watches[name, index].step_to(value)) > LIMITS[name].jump
+        An engine that is pushed moves both of its mounts; its own signals are judged at the next look.
+        """
+        leapt = self._watches.leapt(readings)
+        out = {sensor for sensor in leapt if sensor[0] in AIRCRAFT_SIGNALS}
+        for mounts in self._layout.mounts_of_engine:
+            far = [("deformation_mm", i) for i in mounts if ("deformation_mm", i) in leapt]
+            if len(far) == 1 and len(mounts) > 1:
+                out.add(far[0])
+        return frozenset(out)
 
     def _all_out(self) -> frozenset[Sensor]:
         if not self._watches.suspect and not self._judged:
@@ -172,15 +176,15 @@ class Monitor:
     def _out(self, sensor: Sensor) -> bool:
         return sensor in self._judged or not self._watches.trusts(sensor)
 
-    def _watch_temperature(self, inputs: MonitorInputs) -> None:
+    def _watch_temperature(self, altitude_m: float) -> None:
         """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
         sensor = ("sat_degC", 0)
         watch = self._watches[sensor]
         if watch.resting_s == 0.0 or not isfinite(self._sat_since_m):
-            self._sat_since_m = inputs.pressure_altitude_m
+            self._sat_since_m = altitude_m
             if self._judged.get(sensor) == "stuck":
                 del self._judged[sensor]
-        elif abs(inputs.pressure_altitude_m - self._sat_since_m) > SAT_CLIMB_M and not self._altitude_out():
+        elif abs(altitude_m - self._sat_since_m) > SAT_CLIMB_M and not self._altitude_out():
             self._judged[sensor] = "stuck"
 
     def _acquit_jumps(self) -> None:
@@ -202,7 +206,8 @@ class Monitor:
 
     def _cross_check(self, inputs: MonitorInputs, engine: int, opinions: Opinions, frozen: bool) -> None:
         sensors = self._opinions_of[engine]
-        running = inputs.n1_pct[engine] > TURNING_N1_PCT or inputs.n2_pct[engine] > TURNING_N1_PCT
+        n1, n2 = self._spools[engine]
+        running = inputs.readings[n1] > TURNING_N1_PCT or inputs.readings[n2] > TURNING_N1_PCT
         if len(sensors) != N_OPINIONS or not running:
             return
         own = tuple(map(self._watches.trusts, sensors)) if self._watches.suspect else ALL_ARE_BELIEVED
@@ -222,18 +227,15 @@ class Monitor:
         return (
             inputs.mount_force_n[upper] / share,
             inputs.mount_force_n[lower] / (1.0 - share),
-            inputs.fuel_flow_thrust_n[engine],
-            inputs.n1_thrust_n[engine],
-            inputs.n2_thrust_n[engine] if inputs.n2_thrust_n else nan,
+            *inputs.routes_n[engine],
         )
 
     def _check_shared(self, inputs: MonitorInputs, shared_doubt: bool) -> None:
         thrust_n = sum(inputs.fused_thrust_n) / len(inputs.fused_thrust_n)
-        watches = {name: self._watches[name, 0] for name in SHARED_SIGNALS}
         if not shared_doubt:
-            guilty = self._common.step(self._engines, watches, thrust_n)
+            guilty = self._common.step(self._engines, self._shared, thrust_n)
             if guilty:
-                watch = watches[guilty]
+                watch = self._shared[guilty]
                 resting = "stuck" if watch.resting_s > RESTING_S else "drift"
                 self._judged[guilty, 0] = "offset" if watch.jumped_lately else resting
             return

@@ -1,8 +1,11 @@
 """What the monitor is told at one fused step, and how the aircraft is laid out."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 Sensor = tuple[str, int]  # (canonical channel name, engine or mount index)
+ENGINE_SIGNALS = ("fuel_flow_kg_s", "n1_pct", "n2_pct")
+AIRCRAFT_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_y_g", "accel_z_g")
 
 
 class Layout(NamedTuple):
@@ -11,24 +14,22 @@ class Layout(NamedTuple):
     mount_names: tuple[str, ...]  # by mount index
     mounts_of_engine: tuple[tuple[int, ...], ...]  # by engine: upper mount first
 
+    def sensors(self) -> tuple[Sensor, ...]:
+        """Everything that is watched, in the order of `MonitorInputs.readings`: mounts, engines, aircraft."""
+        engines = range(len(self.mounts_of_engine))
+        return (
+            *(("deformation_mm", i) for i in range(len(self.mount_names))),
+            *((name, e) for name in ENGINE_SIGNALS for e in engines),
+            *((name, 0) for name in AIRCRAFT_SIGNALS),
+        )
+
 
 class MonitorInputs(NamedTuple):
-    """Latest readings; NaN = missing or stale. Tuples are by mount or by engine."""
+    """Tuples are by mount or by engine; NaN = missing or stale."""
 
     t_ns: int
-    deformation_mm: tuple[float, ...]  # by mount, as measured
+    readings: Sequence[float]  # the latest of each of `Layout.sensors`, as it came
     mount_force_n: tuple[float, ...]  # by mount, after load-factor corrections
     mount_std_n: tuple[float, ...]  # by mount
-    n1_pct: tuple[float, ...]
-    n2_pct: tuple[float, ...]
-    fuel_flow_kg_s: tuple[float, ...]
-    fuel_flow_thrust_n: tuple[float, ...]  # DeckEstimate's, from unmasked inputs
-    n1_thrust_n: tuple[float, ...]
+    routes_n: tuple[tuple[float, float, float], ...]  # by engine: thrust by fuel flow, N1, N2, of readings as they came
     fused_thrust_n: tuple[float, ...]  # ThrustFilter.thrust_n before this step
-    mach: float
-    pressure_altitude_m: float
-    sat_degc: float
-    accel_x_g: float
-    accel_y_g: float
-    accel_z_g: float
-    n2_thrust_n: tuple[float, ...] = ()

@@ -1,6 +1,7 @@
 """One sensor on its own: dead, stuck, noisy, a jump that stays, a rate that the aircraft cannot have.
 
-Stepped at 10 Hz, all sensors at once. A jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if
+Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go together: who jumps alone, or rests alone,
+lies. A jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if
 the signal stays where it jumped to, it is an offset; if it came back it was a spike. Noise is the median of |second
 difference| over 2 s, which one jump cannot lift.
 """
@@ -12,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from thrustd.compiled import compiled
-from thrustd.fusion.limits import SensorLimits
+from thrustd.fusion.limits import ALONE_STUCK_S, FLYING_MACH, TURNING_N1_PCT, SensorLimits
+from thrustd.fusion.monitor_inputs import ENGINE_SIGNALS
 
 STEP_S = 0.1
 DEAD_S = 1.0
@@ -32,7 +34,9 @@ KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, N_
 VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
 BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
 WIDTH = LAST_BEND + 1
-JUMP_LIMIT, NOISE_LIMIT, STUCK_LIMIT, RATE_LIMIT, LOW, HIGH = range(6)  # the fields of SensorLimits
+JUMP_LIMIT, NOISE_LIMIT, STUCK_LIMIT, RATE_LIMIT, LOW, HIGH, ALONE_JUMP, MOVES = range(8)  # the fields of SensorLimits
+WITNESS_STEPS = 10
+N1, N2, PER_ENGINE = ENGINE_SIGNALS.index("n1_pct"), ENGINE_SIGNALS.index("n2_pct"), len(ENGINE_SIGNALS)
 
 
 class SignalWatch:
@@ -63,10 +67,6 @@ class SignalWatch:
         """How long the same value has been repeated."""
         return self._row.item(RESTING)
 
-    def moved(self, steps: int, far: float) -> bool | None:
-        """Changed by more than `far` over the last `steps` steps; None when unknown."""
-        return abs(self.change(steps)) > far if self._row.item(N_VALUES) > steps else None
-
     def change(self, steps: int) -> float:
         """Change over the last `steps` steps; 0 when unknown."""
         row = self._row
@@ -90,7 +90,7 @@ def fresh_rows(n: int) -> Floats:
 
 
 def limit_rows(limits: list[SensorLimits]) -> Floats:
-    """(n, 6), one row per sensor."""
+    """(n, 8), one row per sensor."""
     return np.array(limits, dtype=np.float64)
 
 
@@ -211,8 +211,8 @@ def _drifts(row: Floats, rate_limit: float) -> bool:
 
 
 @compiled
-def _symptom(row: Floats, limits: Floats, value: float, active: bool) -> float:
-    if active and row[RESTING] >= _stuck_s(row, limits[STUCK_LIMIT]):
+def _symptom(row: Floats, limits: Floats, value: float, active: bool, longest_rest_s: float) -> float:
+    if active and row[RESTING] >= _stuck_s(row, longest_rest_s):
         return STUCK
     if _is_noisy(row, limits[NOISE_LIMIT]):
         return NOISY
@@ -223,21 +223,59 @@ def _symptom(row: Floats, limits: Floats, value: float, active: bool) -> float:
     return HEALTHY
 
 
-def _watch(rows: Floats, limits: Floats, values: Floats, active: npt.NDArray[np.bool_]) -> bool:
-    """One step of every sensor, in place. `active`: alive now (flying, engine turning). -> some sensor is suspect."""
+@compiled
+def _witnesses(rows: Floats, limits: Floats, own: int, first: int, n_engines: int) -> tuple[int, int]:
+    """How many of the two other signals of the engine changed within the last second, and how many did not."""
+    moved = rested = 0
+    for other in range(first + (own - first) % n_engines, first + PER_ENGINE * n_engines, n_engines):
+        if other != own and rows[other, N_VALUES] > WITNESS_STEPS:
+            far = abs(rows[other, LAST] - rows[other, LAST - WITNESS_STEPS]) > limits[other, MOVES]
+            moved, rested = moved + far, rested + (not far)
+    return moved, rested
+
+
+@compiled
+def _limit(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engines: int) -> tuple[Floats, Floats, Any]:
+    """Largest jump and longest rest of each sensor now, and whether it is alive: flying, engine turning."""
+    jump, rest_s, active = limits[:, JUMP_LIMIT].copy(), limits[:, STUCK_LIMIT].copy(), np.ones(len(rows), np.bool_)
+    after = n_mounts + PER_ENGINE * n_engines
+    for i in range(n_mounts, after):
+        moved, rested = _witnesses(rows, limits, i, n_mounts, n_engines)
+        if rested == PER_ENGINE - 1:
+            jump[i] = limits[i, ALONE_JUMP]
+        if moved == PER_ENGINE - 1:
+            rest_s[i] = ALONE_STUCK_S
+        n1 = n_mounts + (i - n_mounts) % n_engines + N1 * n_engines
+        active[i] = values[n1] > TURNING_N1_PCT or values[n1 + (N2 - N1) * n_engines] > TURNING_N1_PCT
+    active[after:] = values[after] > FLYING_MACH
+    return jump, rest_s, active
+
+
+def _watch(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engines: int) -> bool:
+    """One step of every sensor, in place, in the order of `Layout.sensors`. -> some sensor is suspect."""
     suspect = False
+    jump, rest_s, active = _limit(rows, limits, values, n_mounts, n_engines)
     for i in range(len(rows)):
         row, value = rows[i], values[i]
         if isfinite(value):
             row[SEEN], row[MISSING] = 1.0, 0.0
-            _watch_jump(row, value, limits[i, JUMP_LIMIT])
+            _watch_jump(row, value, jump[i])
             _watch_rest(row, value, active[i])
             _append(row, value)
-            _set(row, _symptom(row, limits[i], value, active[i]))
+            _set(row, _symptom(row, limits[i], value, active[i], rest_s[i]))
         else:
             _miss(row)
         suspect |= row[KIND] != HEALTHY or row[JUMP] != 0.0
     return suspect
 
 
-watch: Any = compiled(_watch, "b1(f8[:, ::1], f8[:, ::1], f8[::1], b1[::1])")
+def _find_leap(rows: Floats, limits: Floats, values: Floats) -> bool:
+    """Some sensor is further from its newest value than it may jump."""
+    for i in range(len(rows)):
+        if rows[i, N_VALUES] > 0 and abs(values[i] - rows[i, LAST]) > limits[i, JUMP_LIMIT]:
+            return True
+    return False
+
+
+watch: Any = compiled(_watch, "b1(f8[:, ::1], f8[:, ::1], f8[::1], i8, i8)")
+leapt: Any = compiled(_find_leap, "b1(f8[:, ::1], f8[:, ::1], f8[::1])")

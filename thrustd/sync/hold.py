@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from thrustd.signals import CATALOGUE
-from thrustd.sync.align import keep, staleness_changed
+from thrustd.sync.align import keep, look, staleness_changed
 from thrustd.sync.memory import HELD
 from thrustd.types import Fault, Reading
 
@@ -18,16 +18,15 @@ from thrustd.types import Fault, Reading
 class Hold:
     """The latest reading of every signal that is heard, with its age."""
 
-    __slots__ = ("_places", "_stale_after_ns", "_t_ns", "_value", "heard", "held", "slots")
+    __slots__ = ("_places", "_seen", "_t_ns", "_value", "heard", "held", "slots")
 
     def __init__(self, slots: Sequence[tuple[str, int]]) -> None:
         """`slots`: signal and index, in the order in which rows of readings number them."""
         self.slots = tuple(slots)
         self._places = {slot: place for place, slot in enumerate(self.slots)}
         self.held = np.zeros(len(self.slots), HELD)
-        self._t_ns, self._value, self._stale_after_ns = (
-            self.held[name] for name in ("t_ns", "value", "stale_after_ns")
-        )
+        self._t_ns, self._value = self.held["t_ns"], self.held["value"]
+        self._seen = np.array([[nan], [0.0]]).repeat(len(self.slots) + 1, axis=1)
         self.heard = np.zeros(len(self.slots) + 1, np.int64)  # how many, then their slots in the order of hearing
         for place, (name, _) in enumerate(self.slots):
             signal = CATALOGUE[name]
@@ -49,27 +48,15 @@ class Hold:
         signal, index = self.slots[place]
         return Fault(t_ns, f"{signal}[{index}]", "out_of_range")
 
-    def values(self, t_ns: int) -> list[float]:
-        """By slot, and once more NaN for slot -1: the values at t_ns, NaN when never seen or stale."""
-        values: list[float] = np.where(t_ns - self._t_ns <= self._stale_after_ns, self._value, nan).tolist()
-        return [*values, nan]
+    def seen(self, t_ns: int) -> tuple[list[float], list[float]]:
+        """By slot, and last for slot -1: values at t_ns, NaN when never seen or stale, and their ages [s], then 0."""
+        look(self.held, t_ns, self._seen)
+        values, ages_s = self._seen.tolist()
+        return values, ages_s
 
     def value(self, t_ns: int, signal: str, index: int = 0) -> float:
         """One value at t_ns, NaN when never seen or stale."""
-        return self.values(t_ns)[self.place(signal, index)]
-
-    def age_s(self, t_ns: int, signals: tuple[str, ...], index: int = 0) -> float:
-        """Age of the oldest of these readings that still counts; 0 when none does."""
-        ages_ns = [0]
-        for signal in signals:
-            place = self.place(signal, index)
-            if (
-                place >= 0
-                and self.held["known"][place]
-                and t_ns - self._t_ns.item(place) <= self._stale_after_ns.item(place)
-            ):
-                ages_ns.append(t_ns - self._t_ns.item(place))
-        return max(ages_ns) * 1e-9
+        return self.seen(t_ns)[0][self.place(signal, index)]
 
     def changes(self, t_ns: int) -> list[tuple[int, Fault]]:
         """Slots of signals that went stale, or came back, since the last call, each with what is to be told."""
