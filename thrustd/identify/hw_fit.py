@@ -209,7 +209,10 @@ def _merged_fit(task: _Task, begin: Point, signals: list[Signal], reins: Reins) 
 
 
 def _best_guess(task: _Task, start: Point) -> tuple[Point, float]:
-    """The guess at the curves that predicts a held-back block best, and its error over that of `start` there."""
+    """The guess at the curves that predicts a held-back block best, and its error over that of `start` there.
+
+    `start` is the smooth model, which the search may make worse where the first data of every segment are few.
+    """
     few = [head(segment, GUESS_SAMPLES) for segment in task.segments[:GUESS_SEGMENTS]]
     (fold,) = folds_of(_signals(few, task.units, FOLD_ROWS), (MIDDLE,))
     own = replace(start, starts=start.starts[: len(few)])
@@ -218,6 +221,7 @@ def _best_guess(task: _Task, start: Point) -> tuple[Point, float]:
         for guess in (own, *guesses(own, task.shapes, fold.train))
     ]
     errors = [mean_square(end, fold.held) for end in ends]
+    errors[0] = min(errors[0], mean_square(own, fold.held))
     best = int(np.argmin(errors))
     found = start if best == 0 else replace(ends[best], starts=np.zeros_like(start.starts))
     return found, float(np.sqrt(errors[best] / errors[0]))

@@ -106,12 +106,17 @@ def linear_fit(point: Point, signals: list[Signal]) -> Point:
 def _fitted_output(point: Point, signals: list[Signal], slope: float, level: float) -> Point:
     """h as a straight line over the range that x takes."""
     layout, theta = point.layout, point.theta.copy()
+    theta[layout.hx] = spaced_knots(before_output(point, signals), layout.n_h)
+    theta[layout.hy] = level + slope * theta[layout.hx]
+    return replace(point, theta=theta)
+
+
+def before_output(point: Point, signals: Sequence[Signal]) -> Floats:
+    """What enters h, at the samples that count."""
+    layout, theta = point.layout, point.theta.copy()
     theta[layout.hx] = theta[layout.hy] = np.linspace(-1, 1, layout.n_h)
     straight = replace(point, theta=theta)
-    x = np.concatenate([simulate(straight, i, signal) for i, signal in enumerate(signals)])
-    theta[layout.hx] = spaced_knots(x[:: max(1, len(x) // 50_000)], layout.n_h)
-    theta[layout.hy] = level + slope * theta[layout.hx]
-    return straight
+    return np.concatenate([simulate(straight, i, signal)[signal.chosen] for i, signal in enumerate(signals)])
 
 
 def freed(point: Point, shapes: tuple[Shape, Shape], knots: tuple[int, int], signals: Sequence[Signal]) -> Point:
@@ -120,13 +125,12 @@ def freed(point: Point, shapes: tuple[Shape, Shape], knots: tuple[int, int], sig
     n_f = knots[0] if shapes[0] == "pwl" else layout.n_f
     n_h = knots[1] if shapes[1] == "pwl" else layout.n_h
     w_like = np.concatenate([signal.u[signal.chosen] for signal in signals])
-    x_like = np.concatenate([simulate(point, i, signal)[signal.chosen] for i, signal in enumerate(signals)])
     new = Layout(n_f, layout.n_real, layout.n_complex, n_h)
     moved = np.zeros(new.size)
     moved[new.poles], moved[new.gains], moved[new.c] = theta[layout.poles], theta[layout.gains], theta[layout.c]
     moved[new.fx] = spaced_knots(w_like, n_f) if shapes[0] == "pwl" else theta[layout.fx]
     moved[new.fx][[0, -1]] = theta[layout.fx][[0, -1]]  # of all data, not only of the samples that count
-    moved[new.hx] = spaced_knots(x_like, n_h) if shapes[1] == "pwl" else theta[layout.hx]
+    moved[new.hx] = spaced_knots(before_output(point, signals), n_h) if shapes[1] == "pwl" else theta[layout.hx]
     moved[new.fy] = on_line(moved[new.fx], theta[layout.fx], theta[layout.fy])
     moved[new.hy] = on_line(moved[new.hx], theta[layout.hx], theta[layout.hy])
     return replace(point, layout=new, theta=moved)
