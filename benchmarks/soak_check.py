@@ -4,11 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from rich.progress import track
 
 from thrustd.replay import open_installation
 from thrustd.sources.log_run import LogRun
-from thrustd.types import Estimate, Event, Frame, MountOutput
+from thrustd.types import Estimate, MountOutput
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import Topics
 
 
@@ -29,12 +31,14 @@ def check(paths: Sequence[Path], replay_s: float) -> Checked:
     run = LogRun(paths)
     replayed = _Replay(run)
     adc_bytes = can_messages = 0
-    for event in track(run.events(), "counting and replaying"):
-        if isinstance(event, Frame):
-            adc_bytes += len(event.data) * (event.channel == "adc")
-            can_messages += event.channel == "can"
-        if replayed.seconds(event) <= replay_s:
-            replayed.feed(event)
+    for batch in track(run.batches(), "counting and replaying"):
+        lengths = np.diff(batch.ends, prepend=0)
+        for kind, channel in enumerate(batch.channels):
+            mine = batch.kind == kind
+            adc_bytes += int(lengths[mine].sum()) * (channel == "adc")
+            can_messages += int(mine.sum()) * (channel == "can")
+        if replayed.seconds(batch) <= replay_s:
+            replayed.take(batch)
     return Checked(
         len(run.files), adc_bytes, can_messages, run.missing_events, replayed.hours, replayed.outputs, replayed.same
     )
@@ -57,15 +61,15 @@ class _Replay:
     def hours(self) -> float:
         return (self._last_ns - (self._first_ns or 0)) / 3.6e12
 
-    def seconds(self, event: Event) -> float:
-        """Since the first event."""
+    def seconds(self, batch: EventBatch) -> float:
+        """Of its first event since the very first."""
         if self._first_ns is None:
-            self._first_ns = event.t_ns
-        return (event.t_ns - self._first_ns) * 1e-9
+            self._first_ns = batch.t_ns.item(0)
+        return (batch.t_ns.item(0) - self._first_ns) * 1e-9
 
-    def feed(self, event: Event) -> None:
-        self._last_ns = event.t_ns
-        for output in self._pipeline.feed(event):
+    def take(self, batch: EventBatch) -> None:
+        self._last_ns = batch.t_ns.item(-1)
+        for output in self._pipeline.take(batch):
             if isinstance(output, Estimate | MountOutput):
                 self.outputs += 1
                 self.same += self._topics.encode(output) == next(self._live, b"")

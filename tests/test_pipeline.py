@@ -2,6 +2,7 @@
 
 from math import isfinite
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -71,6 +72,21 @@ def test_a_steady_flight_gives_fifty_estimates_a_second_for_each_engine(aircraft
     estimates = of(fly(aircraft, flight(aircraft, 10)), Estimate, engine=1)[1:]  # the first is a tick before any sample
     assert len(estimates) == 500
     assert np.diff([e.t_ns for e in estimates]) == pytest.approx(20_000_000)
+
+
+def test_frames_that_may_wait_complete_nothing_and_a_step_waits_for_none(aircraft):
+    steps = msgspec.structs.replace(aircraft.config.steps, estimate_hz=10.0)
+    pipeline = Pipeline(msgspec.structs.replace(aircraft.config, steps=steps), PARTS)
+    quiet_ns = early = due = 0
+    for event in flight(aircraft, 10, drop=lambda k: 300 <= k < 500):
+        estimates = of(pipeline.feed(event), Estimate)
+        if isinstance(event, Frame):
+            assert not (estimates and event.t_ns < quiet_ns)
+            early += event.channel == "adc" and event.t_ns < quiet_ns
+            due += bool(estimates)
+        quiet_ns = pipeline.quiet_until_ns()
+    assert due >= 80
+    assert early == pytest.approx(0.8 * 800, abs=10)
 
 
 def test_engine_thrust_is_the_sum_of_its_mounts(aircraft):

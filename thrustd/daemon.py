@@ -71,7 +71,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
             if recorder is not None:
                 for event in events:
                     recorder.write_event(event)
-            counts.take_events(events)
+            counts.take_batch(batch)
             heart.take_event(events[0])
 
         def listen(output: Output) -> None:
@@ -83,7 +83,8 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         gc.enable()
         ask_for(config.realtime, say)
         service.say(f"READY=1\nSTATUS={heart.status()}")
-        heard = merged(queue, (adc, bus, Ticker(config.steps.tick_hz, queue.put)), stop)
+        sources = adc, bus, Ticker(config.steps.tick_hz, queue.put)
+        heard = merged(queue, sources, stop, quiet=pipeline.quiet_until_ns)
         run(map(EventBatch.of, heard), pipeline, record, listen)
         service.say("STOPPING=1")
     return 0

@@ -65,6 +65,13 @@ class Intake:
         """Time and sequence of the last ADC sample; -1 before the first."""
         return [self._grid.state["t_ns"].item(), self._grid.state["sequence"].item()]
 
+    def next_step_ns(self) -> int:
+        """When the sample of the next fused step is expected, by the ADC's own count; past while the ADC is silent."""
+        state = self._grid.state
+        missing: int = state["next_step"].item() - state["sequence"].item()
+        t_ns: int = state["t_ns"].item()
+        return t_ns + round(missing * 1e9 / self._config.adc.sample_hz)
+
     def take(self, batch: EventBatch) -> Iterator[Fault | int]:
         """Faults, and instants [ns] at which a fused step is due, in the order in which the events call for them."""
         not_bus, not_adc = self._left_out.get(batch.channels) or self._sort(batch.channels)

@@ -37,6 +37,7 @@ from thrustd.wire.event_batch import EventBatch
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
 N1_PER_N2 = 1.5  # per cent of fan speed per per cent of core speed, idle to take-off
+EARLY_SAMPLES = 1.5
 TOGETHER = 256  # events that `follow` takes at once
 
 
@@ -84,6 +85,7 @@ class Pipeline:
         self._n2_rates = tuple(SmoothRate() for _ in engines)  # stands in while N1 is not believed
         self._hand_overs = tuple(HandOver() for _ in engines)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
+        self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
         self._read_ns = self._start_ns = -1
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
         self._book = FaultBook()
@@ -102,6 +104,13 @@ class Pipeline:
             else:
                 self._fuse(due, outputs)
         return outputs
+
+    def quiet_until_ns(self) -> int:
+        """Frames that arrive before this complete no fused step: whoever feeds may hand them over with later ones.
+
+        The sample before the one that does is not waited with: then only that one is left to work on.
+        """
+        return self._intake.next_step_ns() - self._early_ns
 
     def follow(self, events: Iterable[Event]) -> Iterator[Output]:
         """Outputs of a stream of events that may wait for a few more; `take` costs less for many."""

@@ -18,6 +18,7 @@ from thrustd.heartbeat import Heartbeat
 from thrustd.sinks.health_counts import HealthCounts
 from thrustd.sinks.health_page import HealthPage, Watched
 from thrustd.types import FAULT_KINDS, Estimate, Fault, Frame, Status, Tick
+from thrustd.wire.event_batch import EventBatch
 
 S = 1_000_000_000
 
@@ -44,13 +45,13 @@ def page(tmp_path):
 def test_the_page_tells_what_was_counted(page):
     now, counts, server = page
     for k in range(10):
-        counts.take_events([Frame(k * S, "adc", 0, b"x")])
+        counts.take_batch(EventBatch.of([Frame(k * S - 900_000, "can", 0, b"x"), Frame(k * S, "adc", 0, b"x")]))
         now[0] = k * S + 300_000
         counts.write_output(estimate(k * S))
     counts.write_output(Fault(0, "adc", "lost", 5))
     counts.write_output(Fault(0, "adc", "lost", 2))
     status = read_status(f"http://127.0.0.1:{server.port}/metrics")
-    assert status["events_total"] == {"adc": 10}
+    assert status["events_total"] == {"adc": 10, "can": 10}
     assert status["faults_total"] == {"lost/adc": 7}
     assert status["thrust_newtons"] == {"left": 5000}
     assert status["latency_seconds_bucket"]["0.0002"] == 0

@@ -279,6 +279,17 @@ def test_what_is_left_in_the_queue_wakes_nobody_but_comes_with_the_next_event_in
     assert queue.take(0.001) == [frames[0]]  # nobody rang, the time was over
 
 
+def test_before_anything_is_due_only_ticks_and_faults_wake_the_reader() -> None:
+    queue, early, due = EventQueue(), Frame(5, "adc", 0, b"x"), Frame(10, "adc", 0, b"y")
+    queue.quiet_until_ns = 10
+    for waking in (due, Tick(6), Fault(6, "adc", "unplugged")):
+        queue.put(early)
+        assert queue.take(0.001) == [early]  # nobody rang, the time was over
+        queue.put(early)
+        queue.put(waking)
+        assert queue.take(LIMIT_S) == [early, waking]
+
+
 def test_an_unknown_can_interface_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"can\.interface = 'tin-can', expected one of .*socketcan"):
         CanBus("tin-can", "0", 1, EventQueue().put)

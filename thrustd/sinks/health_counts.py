@@ -3,10 +3,14 @@
 import time
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Final
 
-from thrustd.types import Estimate, Event, Fault, Frame, Output
+import numpy as np
+
+from thrustd.columns import TICK
+from thrustd.types import Estimate, Fault, Output
+from thrustd.wire.event_batch import EventBatch
 
 LATENCY_BOUNDS_S: Final = (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 1.0, 5.0)
 NIS_BOUNDS: Final = (0.1, 0.5, 1.0, 2.0, 4.0, 9.0, 16.0, 25.0)
@@ -38,18 +42,19 @@ class HealthCounts:
         self.faults: Counter[tuple[str, str]] = Counter()  # where, kind -> how many
         self.estimates: Counter[int] = Counter()  # by engine
         self.latest: dict[int, Estimate] = {}  # by engine
-        self.latency_s = Histogram(LATENCY_BOUNDS_S)  # event in -> estimate out
+        self.latency_s = Histogram(LATENCY_BOUNDS_S)  # last byte in -> estimate out
         self.nis = Histogram(NIS_BOUNDS)
-        self._arrived_ns = 0
+        self._arrived_ns = np.zeros(1, np.int64)  # of the events that are worked on
 
-    def take_events(self, events: Sequence[Event]) -> None:
-        """Before the pipeline works on them; latency counts from the oldest."""
-        self._arrived_ns = events[0].t_ns
-        for event in events:
-            if not isinstance(event, Fault):
-                channel = event.channel if isinstance(event, Frame) else "tick"
-                self.events[channel] += 1
-                self.last_ns[channel] = event.t_ns
+    def take_batch(self, batch: EventBatch) -> None:
+        """Before the pipeline works on it."""
+        self._arrived_ns = batch.t_ns
+        kinds = batch.kind.tobytes()
+        for kind, channel in (*enumerate(batch.channels), (TICK, "tick")):
+            last = kinds.rfind(kind)
+            if last >= 0:
+                self.events[channel] += kinds.count(kind)
+                self.last_ns[channel] = batch.t_ns.item(last)
 
     def write_output(self, output: Output) -> None:
         if isinstance(output, Fault):
@@ -57,9 +62,16 @@ class HealthCounts:
         elif isinstance(output, Estimate):
             self.latest[output.engine] = output
             self.estimates[output.engine] += 1
-            self.latency_s.take((self.clock_ns() - self._arrived_ns) * 1e-9)
+            self.latency_s.take((self.clock_ns() - self._arrival_ns(output.t_ns)) * 1e-9)
             if output.nis == output.nis:
                 self.nis.take(output.nis)
+
+    def _arrival_ns(self, instant_ns: int) -> int:
+        """Of the event that made the step of this instant due: the first that is not older. A sample is never newer
+        than its arrival, so this is never too late.
+        """
+        arrived = self._arrived_ns
+        return arrived.item(min(int(np.searchsorted(arrived, instant_ns)), len(arrived) - 1))
 
     def age_s(self, channel: str) -> float:
         """Since the last event of a channel."""
