@@ -72,8 +72,8 @@ def test_band_holds_the_truth(mount, brochure):
 
 def test_fused_is_better_than_either_route():
     errors = {"fused": [], "mount": [], "brochure": []}
-    for seed in range(12):
-        estimates, truth, _, _ = flown(seed, 50.0)
+    for seed in range(24):
+        estimates, truth, _, _ = flown(seed, 100.0)
         for e, t in zip(estimates[100:], truth[100:], strict=True):
             errors["fused"].append(e.thrust_n - t)
             errors["mount"].append(e.mount_n - t)
