@@ -189,7 +189,7 @@ def _free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:
         return simulate(model_stages(spec, stretch.dt_s), stretch)
 
     from_rest = run(segment)
-    return from_rest, simulated(run, segment, segment.force_n - from_rest)
+    return from_rest, simulated(run, segment, from_rest)
 
 
 def _regions(

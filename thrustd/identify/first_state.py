@@ -5,33 +5,35 @@ then wrong for as long as its memory lasts, which says nothing about the model. 
 before, so that is what is estimated: an input before the first sample, at rest at one level and then moving through
 others, held for 1, 2, 4, ... samples. It suits every structure, with hysteresis or without; no state has to be known.
 
-Gauss-Newton with finite differences; levels are believed within the input's range, and the residual of the rest of the
-record is its noise. The start at rest stays unless the stretch is followed clearly better.
+Gauss-Newton with finite differences; levels stay between nothing and what the record reaches, for rubber never forgets
+its largest load, and the residual of the rest of the record is its noise. The start at rest stays unless the stretch is
+followed clearly better.
 """
 
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.model.stage import Floats
 
 Simulate = Callable[[Segment], Floats]
+Samples = NDArray[np.intp]
 
 SHARE, LONGEST = 0.1, 20_000  # of the record, samples: the stretch that tells the state
-HELD = (1, 128, 64, 32, 16, 8, 4, 2, 1)  # samples per level, the oldest first, at which the model rests
+HELD = (1, 8192, 2048, 512, 128, 64, 32, 16, 8, 4, 2, 1)  # samples per level, the oldest first: there the model rests
+SHORT = 128  # samples; levels held for longer than this serve stretches that are longer
 ITERATIONS = 6
 STEP = 1e-3  # of the input's range
 CLEARLY = 0.8  # of the stretch's sum of squares, from which on a start at rest is given up
 
 
-def simulated(simulate: Simulate, segment: Segment, rested: Floats) -> Floats:
-    """Free run (n,) over the segment, from the state that its first stretch shows; rested: its error from rest."""
-    levels = _levels(simulate, segment, rested)
-    if levels is None:
-        return segment.force_n - rested
-    return simulate(_with_past(segment, levels))[sum(HELD) :]
+def simulated(simulate: Simulate, segment: Segment, from_rest: Floats) -> Floats:
+    """Free run (n,) over the segment, from the state that its first stretch shows; from_rest: the run from rest."""
+    levels = _levels(simulate, segment, segment.force_n - from_rest)
+    return from_rest if levels is None else _after(simulate, segment, levels, _held(stretch_of(segment)))
 
 
 def stretch_of(segment: Segment) -> int:
@@ -41,27 +43,31 @@ def stretch_of(segment: Segment) -> int:
 
 
 def _levels(simulate: Simulate, segment: Segment, rested: Floats) -> Floats | None:
-    """Levels of the input before the record (len(HELD),), the oldest first; None for a start at rest."""
+    """Levels of the input before the record (see `_held`), the oldest first; None for a start at rest."""
     n = stretch_of(segment)
     if n == 0:
         return None
     start = head(segment, n)
     u = segment.inputs[DEFORMATION]
-    spread = float(np.ptp(u)) or 1.0
     good = np.isfinite(start.force_n)
+    low, high, held = min(0.0, float(u.min())), max(0.0, float(u.max())), _held(n)
 
     def residual(levels: Floats) -> Floats:
-        out = simulate(_with_past(start, levels))[sum(HELD) :]
+        out = _after(simulate, start, levels, held)
         return np.asarray((start.force_n - out)[good], float)
 
     with np.errstate(all="ignore"):
-        found, cost = _searched(residual, np.full(len(HELD), u[0]), spread, float(np.nanmean(rested[n:] ** 2)))
+        noise = float(np.nanmean(rested[n:] ** 2))
+        found, cost = _searched(residual, np.full(len(held), u[0]), (low, high), noise)
     return found if cost < CLEARLY * float(np.nansum(rested[:n] ** 2)) else None
 
 
-def _searched(residual: Callable[[Floats], Floats], rest: Floats, spread: float, noise: float) -> tuple[Floats, float]:
+def _searched(
+    residual: Callable[[Floats], Floats], rest: Floats, bounds: tuple[float, float], noise: float
+) -> tuple[Floats, float]:
     """Levels and the sum of squares there."""
     levels, found = rest, residual(rest)
+    spread = bounds[1] - bounds[0] or 1.0
     prior = max(noise, 1e-12 * float(found @ found)) / spread**2
     damping, cost = 1e-3, float(found @ found)
     for _ in range(ITERATIONS):
@@ -72,7 +78,7 @@ def _searched(residual: Callable[[Floats], Floats], rest: Floats, spread: float,
         matrix = columns.T @ columns + prior * np.eye(len(levels))
         right = -columns.T @ found - prior * (levels - rest)
         step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), right)
-        trial = levels + step
+        trial = np.clip(levels + step, *bounds)
         tried = residual(trial)
         total = float(tried @ tried) + prior * float((trial - rest) @ (trial - rest))
         if not total < cost:
@@ -85,11 +91,17 @@ def _searched(residual: Callable[[Floats], Floats], rest: Floats, spread: float,
     return levels, float(found @ found)
 
 
-def _with_past(segment: Segment, levels: Floats) -> Segment:
-    before = np.repeat(levels, HELD)
+def _held(stretch: int) -> Samples:
+    """Samples per level, the oldest first."""
+    return np.array([n for n in HELD if n <= max(stretch, SHORT)])
+
+
+def _after(simulate: Simulate, segment: Segment, levels: Floats, held: Samples) -> Floats:
+    """Free run (n,) over the segment after a past of these levels."""
+    before = np.repeat(levels, held)
     inputs = {
         name: np.concatenate((np.full(len(before), column[0]), column)) for name, column in segment.inputs.items()
     }
     inputs[DEFORMATION] = np.concatenate((before, segment.inputs[DEFORMATION]))
     force_n = np.concatenate((np.full(len(before), np.nan), segment.force_n))
-    return replace(segment, inputs=inputs, force_n=force_n)
+    return simulate(replace(segment, inputs=inputs, force_n=force_n))[len(before) :]

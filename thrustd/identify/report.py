@@ -59,9 +59,9 @@ def _runs(fitted: Fitted, segment: Segment) -> tuple[Floats, Floats, Floats]:
     """Reference, error from rest and error from the state found, where there is a reference."""
     good = np.isfinite(segment.force_n)
     with np.errstate(all="ignore"):
-        rested = segment.force_n - fitted.simulate(segment)
-        error = segment.force_n - simulated(fitted.simulate, segment, rested)
-    return segment.force_n[good], rested[good], error[good]
+        from_rest = fitted.simulate(segment)
+        error = segment.force_n - simulated(fitted.simulate, segment, from_rest)
+    return segment.force_n[good], (segment.force_n - from_rest)[good], error[good]
 
 
 def _errors(error: Floats, rested: Floats, force: Floats) -> Errors:
