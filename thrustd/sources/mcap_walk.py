@@ -10,18 +10,22 @@ import zlib
 from collections.abc import Callable, Iterator
 from os import SEEK_END
 from struct import Struct, error
-from typing import BinaryIO, Final, NamedTuple
+from typing import Any, BinaryIO, Final, NamedTuple
 
+import numba
+import numpy as np
 import zstandard
 from mcap.opcode import Opcode
 
+from thrustd.columns import Bytes, Integers
+from thrustd.compiled import compiled
 from thrustd.errors import LogError
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_RECORD_BYTES = 64 * 1024 * 1024  # untrusted input: longer records are refused
 _HEAD = Struct("<BQ")
 _CHUNK_HEAD = Struct("<QQQII")
-_MESSAGE = Struct("<BQHIQQ")  # record head, channel, sequence, log and publish time
+_MESSAGE_BYTES: Final = 31  # record head, channel, sequence, log and publish time
 _OP_MESSAGE, _OP_FOOTER = int(Opcode.MESSAGE), int(Opcode.FOOTER)
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 _U64 = Struct("<Q")
@@ -125,21 +129,19 @@ class McapWalk:
 
     def _messages(self, records: bytes) -> list[Message]:
         """The wanted messages among the records inside a chunk."""
-        at, end, kept, found = 0, len(records), self._kept, list[Message]()
-        while at < end:
-            opcode, length = _HEAD.unpack_from(records, at)
-            start, at = at, at + _HEAD.size + length
-            if at > end:
-                raise ValueError("record longer than its chunk")
-            if opcode != _OP_MESSAGE:
-                self._note(opcode, records[start + _HEAD.size : at])
-                continue
-            if at - start < _MESSAGE.size:
-                raise ValueError(f"message of {length} bytes")
-            _, _, channel_id, _, log_ns, _ = _MESSAGE.unpack_from(records, start)
-            if channel_id in kept:
-                found.append(_new(Message, (channel_id, log_ns, records[start + _MESSAGE.size : at])))
-        return found
+        rows = _records(np.frombuffer(records, np.uint8))
+        if len(rows) and rows[-1, _END] > len(records):
+            raise ValueError("record longer than its chunk")
+        for opcode, _, _, start, end in rows[rows[:, _CHANNEL] < 0].tolist():
+            if opcode == _OP_MESSAGE:
+                raise ValueError(f"message of {end - start - _HEAD.size} bytes")
+            self._note(opcode, records[start + _HEAD.size : end])
+        kept = self._kept
+        return [
+            _new(Message, (channel_id, log_ns, records[start + _MESSAGE_BYTES : end]))
+            for _, channel_id, log_ns, start, end in rows.tolist()
+            if channel_id in kept
+        ]
 
     def _note(self, opcode: int, content: bytes) -> None:
         if opcode == Opcode.CHANNEL:
@@ -156,6 +158,45 @@ class McapWalk:
                 key, at = _text(content, at)
                 values[key], at = _text(content, at)
             self.metadata[name] = values
+
+
+_OPCODE, _CHANNEL, _LOG_NS, _BEGIN, _END = range(5)  # columns of `_records`
+
+
+@compiled
+def _number(raw: Bytes, at: int, n: int) -> Any:
+    value = np.uint64(0)
+    for i in range(n):
+        value |= np.uint64(raw[at + i]) << np.uint64(8 * i)
+    return value
+
+
+@compiled
+def _end_of(raw: Bytes, at: int) -> Any:
+    """Of the record at `at`; beyond the chunk when it does not fit."""
+    longest = np.uint64(len(raw))
+    length = min(_number(raw, at + 1, 8), longest) if at + 9 <= len(raw) else longest
+    return at + 9 + np.int64(length)
+
+
+def _find_records(raw: Bytes) -> Integers:
+    """Rows (n, 5): opcode, channel (-1: no whole message), log time, begin and end of each record of a chunk."""
+    n = at = 0
+    while at < len(raw):
+        n, at = n + 1, _end_of(raw, at)
+    rows = np.empty((n, 5), np.int64)
+    at = 0
+    for i in range(n):
+        end = _end_of(raw, at)
+        rows[i, _OPCODE], rows[i, _CHANNEL], rows[i, _LOG_NS], rows[i, _BEGIN], rows[i, _END] = raw[at], -1, 0, at, end
+        if raw[at] == _OP_MESSAGE and at + _MESSAGE_BYTES <= end <= len(raw):
+            rows[i, _CHANNEL] = np.int64(_number(raw, at + 9, 2))
+            rows[i, _LOG_NS] = np.int64(_number(raw, at + 15, 8))
+        at = end
+    return rows
+
+
+_records: Any = compiled(_find_records, numba.int64[:, ::1](numba.types.Array(numba.uint8, 1, "C", readonly=True)))
 
 
 def _text(content: bytes, at: int) -> tuple[str, int]:
