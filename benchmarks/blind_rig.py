@@ -86,6 +86,18 @@ def relays(x, alpha, beta, start):
     return out
 
 
+@njit
+def damped(force, k, damping, power):
+    """What is left for a spring k of a force when a damper beside it takes damping * rate^power."""
+    left, out = force[0], np.empty_like(force)
+    for i in range(force.size):
+        for _ in range(20):
+            gap = force[i] - left
+            left += np.sign(gap) * min(k * (abs(gap) / damping) ** (1 / power) * DT_S / 20, abs(gap))
+        out[i] = left
+    return out
+
+
 @dataclass
 class Scene:
     """What the effects of one record may touch, in the order of physics."""
@@ -130,11 +142,8 @@ def _hysteresis(law: int, x: np.ndarray, rng) -> np.ndarray:
 
 
 def _creep(law: int, x: np.ndarray) -> np.ndarray:
-    if law == 0:
-        return lag(x, 900.0) * 0.4 + lag(x, 6000.0) * 0.6
-    if law == 1:
-        return sum(lag(x, tau) * tau**0.12 for tau in (100.0, 600.0, 3600.0, 20000.0)) / 8
-    return lag(x, 2500.0)
+    many = sum(lag(x, tau) * tau**0.12 for tau in (100.0, 600.0, 3600.0, 20000.0)) / 8
+    return (lag(x, 900.0) * 0.4 + lag(x, 6000.0) * 0.6, many, lag(x, 2500.0))[law]
 
 
 def _warmth(scene: Scene, law: int) -> np.ndarray:
@@ -143,11 +152,8 @@ def _warmth(scene: Scene, law: int) -> np.ndarray:
 
 
 def _grown(scene: Scene, law: int, rng) -> np.ndarray:
-    if law == 0:
-        return scene.hours
-    if law == 1:
-        return 1 - np.exp(-scene.hours / 0.8)
-    return np.cumsum(rng.normal(size=len(scene.hours))) * np.sqrt(DT_S / 3600) * 0.3 + scene.hours
+    walk = np.cumsum(rng.normal(size=len(scene.hours))) * np.sqrt(DT_S / 3600) * 0.3
+    return (scene.hours, 1 - np.exp(-scene.hours / 0.8), walk + scene.hours)[law]
 
 
 def _softening(name: str, scene: Scene, law: int, rng) -> np.ndarray:
@@ -189,9 +195,8 @@ def deformation(scene: Scene, effects, sizes, seed) -> np.ndarray:
         if name == "hysteresis":  # friction takes part of the force
             x = scene.mount.deform(scene.carried - s * _hysteresis(law, x, rng), scene.softness)
         if name == "viscous_damping":
-            rate = np.gradient(lag(x, 0.1), DT_S)
-            loss = np.sign(rate) * np.abs(rate) ** (1.0, 0.8, 1.2)[law]
-            x = scene.mount.deform(scene.carried - s * loss, scene.softness)
+            passed = damped(scene.carried, scene.mount.k, s, (1.0, 0.8, 1.2)[law])
+            x = scene.mount.deform(passed, scene.softness)
     for name, s in zip(effects, sizes, strict=True):
         x = _read(name, s, scene, x, seed)
     return x

@@ -183,6 +183,7 @@ def _report(
         f"{scored.candidate.word} removes {removed:.0f} % of the squared error on held-back blocks"
         f" ({scored.before.rmse:.1f} -> {after.rmse:.1f} N), better in {better} of {len(after.sse)} blocks,"
         f" {scored.t:.1f} standard errors"
+        + (", looking ahead in the record; a model can only extrapolate" if scored.candidate.ahead else "")
     )
     return CandidateReport(
         scored.candidate.word,

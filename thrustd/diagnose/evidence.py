@@ -6,7 +6,7 @@ samples of a mount's residual are anything but independent, blocks of minutes ne
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -89,6 +89,10 @@ class Evidence:
             v = run_stage(stage, segment.inputs, v)
         return v
 
+    def ahead(self, lead_s: float) -> "Evidence":
+        """The same with the deformation read `lead_s` later, as if the reading had not been late."""
+        return replace(self, segments=tuple(_advanced(s, lead_s) for s in self.segments), known={})
+
     def rmse_n(self, spec: ModelSpec) -> float:
         """Error of a free run over all samples, start-up included, N."""
         residual = self.reference_n - self.output(spec)
@@ -165,6 +169,11 @@ def _add_rows(sums: Floats, begin: int, columns: Floats, width: int) -> None:
     if len(rows):
         firsts = np.flatnonzero(np.diff(rows, prepend=-1))
         sums[rows[firsts]] += np.add.reduceat(columns[: len(rows)], firsts, axis=0)
+
+
+def _advanced(segment: Segment, lead_s: float) -> Segment:
+    reading, t = segment.inputs["deformation_mm"], np.arange(len(segment)) * segment.dt_s
+    return replace(segment, inputs=dict(segment.inputs) | {"deformation_mm": np.interp(t + lead_s, t, reading)})
 
 
 def _means(column: Floats, width: int) -> Floats:

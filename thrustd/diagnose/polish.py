@@ -24,6 +24,10 @@ def polished(
 ) -> Candidate:
     """The candidate at its best shape and amplitude; `beside` (n, k): columns re-estimated along with it."""
     problem = _Problem.of(evidence.reference_n - output_n, beside, start)
+    if candidate.ahead:  # its shape matters only to the effect that will stand for it
+        plain = column_at(candidate.effect, candidate.parameters, spec, evidence, output_n)
+        plain = polished(plain, spec, evidence, output_n, beside, start)
+        return _relinearised(replace(candidate, parameters=plain.parameters), spec, evidence, output_n, problem)
     best = _relinearised(candidate, spec, evidence, output_n, problem)
     for parameter in _shapes(candidate):
 
@@ -77,7 +81,7 @@ def _relinearised(
 ) -> Candidate:
     for _ in range(PASSES):
         at = candidate.with_amplitudes(problem.solved(candidate.columns)[0])
-        candidate = column_at(candidate.effect, at, spec, evidence, output_n)
+        candidate = column_at(candidate.effect, at, spec, evidence, output_n, candidate.ahead)
     return replace(candidate, parameters=candidate.with_amplitudes(problem.solved(candidate.columns)[0]))
 
 

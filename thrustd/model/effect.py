@@ -47,6 +47,7 @@ class Effect:
     separating_test: str  # the manoeuvre or bench test that shows it alone
     initial: Callable[[Floats, Floats, Floats, float], None] | None = None
     variant_of: str = ""  # another formulation of that effect; reports use that word
+    ahead_s: Callable[[Mapping[str, float]], float] | None = None  # lateness of the reading: only a record can undo it
 
     @property
     def word(self) -> str:

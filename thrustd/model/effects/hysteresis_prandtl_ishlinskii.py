@@ -5,8 +5,8 @@
 
 Eight springs, each in series with a dry slider (Iwan's and Jenkins' elements): after a reversal the small ones slip
 first, so the loop turns over gradually and small cycles make small loops (Masing's rule). A variant of `hysteresis`;
-positive friction_n resists motion. Rate-independent. Starts with every spring relaxed. Left out: friction growing
-with load, unsymmetric loops.
+positive friction_n resists motion. Rate-independent. Starts as if it had been loaded from no deformation, where every
+spring is relaxed: a log may begin under thrust. Left out: friction growing with load, unsymmetric loops.
 """
 
 from collections.abc import Mapping
@@ -38,6 +38,8 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
 
 def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
     x[0] = u[0]
+    for i in range(1, x.shape[0]):
+        x[i] = min(max(u[0], -c[1] * i), c[1] * i)
 
 
 EFFECT = Effect(

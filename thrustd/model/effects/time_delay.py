@@ -83,4 +83,5 @@ EFFECT = Effect(
     source="Taylor's series; Astrom & Wittenmark, Computer-Controlled Systems, ch. 2",
     separating_test="one sharp step of force with both channels sampled at 1 kHz: read the shift",
     initial=initial,
+    ahead_s=lambda p: max(p["delay_s"], 0.0),
 )
