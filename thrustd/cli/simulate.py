@@ -100,6 +100,7 @@ def _hide(arguments: argparse.Namespace) -> dict[str, Any]:
         raise UsageError(f"--strength {arguments.strength:g}: expected 0 to 100")
     hide(tuple(arguments.hide.split(",")), arguments.seed, arguments.strength, arguments.out)
     note(f"{arguments.out}/truth.json is sealed: look only after your own verdict")
+    note("an effect is hidden by its size in newtons: its parameters need not be what a mount on PH-LAB has")
     return {"folder": str(arguments.out), "files": "bench.csv measured.csv heldout.csv"}
 
 

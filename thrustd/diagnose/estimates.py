@@ -50,7 +50,7 @@ class ParameterEstimate:
     @property
     def sentence(self) -> str:
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
-        tail = f" (expected {self.expected})" if self.expected else ""
+        tail = f" (on PH-LAB {self.expected})" if self.expected else ""
         return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.std:.2g}{unit}{tail}"
 
     def to_json(self) -> dict[str, Any]:

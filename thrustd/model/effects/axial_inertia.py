@@ -40,7 +40,7 @@ EFFECT = Effect(
             1000.0,
             (186.5,),
             "engine mass carried by this mount",
-            expected="186.5 kg: half of an installed engine of 373 kg",
+            expected="186.5 kg, half of an engine of 373 kg; less where the model holds part of it",
         ),
     ),
     step=step,

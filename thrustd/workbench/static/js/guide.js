@@ -123,7 +123,7 @@ function afterDiagnosis(asked, chosen) {
   if (chosen.exercise)
     return {
       view: "overview",
-      say: "Nothing is left that a further effect would explain. Open the sealed answer and see whether you found it.",
+      say: "Nothing is left that a further effect would explain. Exercises hide effects by their size in newtons, so parameters need not be PH-LAB's. Open the sealed answer and see whether you found it.",
       label: "Open the sealed answer",
       go: revealNow,
       kinds: ["reveal"],
