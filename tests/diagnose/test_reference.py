@@ -9,6 +9,7 @@ from thrustd.diagnose.reference import rest_remarks
 from thrustd.errors import RecordingError
 from thrustd.records.recording import make_recording
 
+RAW_LOG = {"source": "thrustd flight log"}
 BENCH = ("time_s", "deformation_mm", "force_N")
 
 
@@ -31,3 +32,9 @@ def test_in_flight_nothing_rests():
     flown = bench(mach=np.full(len(columns()["time_s"]), 0.4))
     with pytest.raises(RecordingError, match="no column 'accel_x_g'"):
         compare({"m": mount(effects=[inertia(100.0)])}, [flown])
+
+
+def test_a_log_that_was_not_replayed_says_how_its_mounts_become_columns():
+    log = make_recording("flight.mcap", {"time_s": bench().time_s, "thrust_N_left": bench()["force_N"]}, RAW_LOG)
+    with pytest.raises(RecordingError, match=r"no mount 'left_upper'.*thrustd replay"):
+        compare({"m": mount()}, [log], mount="left_upper")

@@ -16,6 +16,7 @@ from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.model.stage import Floats
+from thrustd.records.flight_log import FLIGHT_LOG, REPLAY_FIRST
 from thrustd.records.recording import Recording
 from thrustd.signals import CATALOGUE
 
@@ -38,7 +39,9 @@ def as_mount(record: Recording, mount: str) -> Recording:
                 plain[name] = record[f"{name}_{suffix}"]
     if f"{DEFORMATION}_{mount}" not in record:
         known = sorted(n.removeprefix(DEFORMATION + "_") for n in record.channels if n.startswith(DEFORMATION + "_"))
-        raise RecordingError(f"{record.name}: no mount '{mount}', it has {', '.join(known) or 'none with a name'}")
+        raw = not known and record.metadata.get("source") == FLIGHT_LOG
+        has = ", ".join(known) or "none with a name" + (f"; {REPLAY_FIRST}" if raw else "")
+        raise RecordingError(f"{record.name}: no mount '{mount}', it has {has}")
     return replace(record, channels=plain)
 
 

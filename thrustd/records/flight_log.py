@@ -26,6 +26,8 @@ from thrustd.sources.mcap_log import LogFile
 from thrustd.wire.log_layout import FAULT_TOPIC
 
 LEFT_OUT = ("t_ns", "engine", "mount")  # said by the row and the topic already
+FLIGHT_LOG = "thrustd flight log"
+REPLAY_FIRST = "readings, mounts and estimates are columns once it is replayed: thrustd replay LOG -o OUT.mcap"
 REFERENCES = {"thrust_n": "thrust_N", "force_n": "force_N"}
 
 
@@ -56,9 +58,11 @@ def read_flight_log(log: LogFile) -> Loaded:
     for name, topic in sorted(topics.items()):
         columns |= _held(name, topic, times_ns)
     notes = [f"flight log: columns held onto the times of {base}", f"{faults} faults in the log"]
+    if base.startswith("/truth/"):
+        notes.append(f"only the truth beside raw events; {REPLAY_FIRST}")
     if log.cut:
         notes.append("log was cut off: read up to its last whole chunk")
-    return Loaded(columns, {"source": "thrustd flight log", "run": log.header.run}, tuple(notes))
+    return Loaded(columns, {"source": FLIGHT_LOG, "run": log.header.run}, tuple(notes))
 
 
 def _base_topic(topics: dict[str, Topic]) -> str | None:
