@@ -1,75 +1,97 @@
 """Beyond the thesis (its outlook): HW-PWL with internal friction, and with the engine's weight as second input.
 
-The HW-PWL core is fitted first; then the effect's parameters, the heights of the output curve and the gains of the
-linear block are estimated together through the whole chain, on data thinned to a rate that friction, which does not
-depend on rate, still shows. Knots of the core that lie close together imitated friction and become one before.
+Friction is looked for beside a smooth core (cubics) first, because free knots imitate it: on data thinned to a rate
+that friction, which does not depend on rate, still shows. The core is then fitted to the force without that friction,
+and at last the effect's parameters, the heights of both curves and the gains of the linear block together. Sliders
+that slip first within 0.03 mm and others within 0.2 mm take two Prandtl-Ishlinskii operators.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import msgspec
 import numpy as np
 
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.hw_fit import HwSettings, Progress
+from thrustd.identify.hw_shapes import smooth
 from thrustd.identify.segments import Segment, thinned
+from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_oriented import fit_blocks
 from thrustd.identify.structures.structure import Fitted, Structure, of_spec
-from thrustd.model.artifact import EffectSpec, ModelSpec, PiecewiseLinear
+from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, Polynomial
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
 
 SAMPLES = 60_000  # to which the data are thinned
 ITERATIONS = 12
-NEAR, JUMP = 0.03, 0.1  # of a curve's range in x and in y
+HW_PWL, HAMMERSTEIN = HwSettings(), HwSettings(input_shape="cubic", output_shape="line")
+STOPS = "hysteresis_prandtl_ishlinskii"
 
 
-def _structure(name: str, title: str, effect: str, channels: tuple[str, ...] = ()) -> Structure:
+def _friction(name: str, title: str, settings: HwSettings, effects: tuple[str, ...]) -> Structure:
+    """Several of the same effect: elements of several spreads."""
+    shapes = smooth((settings.input_shape, settings.output_shape))
+    soft = replace(settings, input_shape=shapes[0], output_shape=shapes[1])
+
+    def fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+        thin = thinned(segments, SAMPLES) or list(segments)
+        rubbing = fit_blocks(thin, soft, name, progress).spec
+        assert rubbing is not None
+        for effect in effects:
+            rubbing = with_effect(rubbing, effect, thin)
+        core = fit_blocks([_without_effects(rubbing, s) for s in segments], settings, name, progress)
+        assert core.spec is not None
+        spec = _together(msgspec.structs.replace(core.spec, effects=rubbing.effects), effects[0], thin)
+        return of_spec(spec, core.n_parameters + sum(len(effect_named(effect).parameters) for effect in effects))
+
+    return Structure(name, title, "beyond", fit)
+
+
+def _second_input(name: str, title: str, effect: str) -> Structure:
+    channels = effect_named(effect).channels
+
     def fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
         core = fit_blocks(segments, HwSettings(), name, progress)
         assert core.spec is not None
-        moves = [c for c in channels if any(np.ptp(s.inputs[c]) > 0.0 for s in segments)]
-        if len(moves) < len(channels):
+        if not all(any(np.ptp(s.inputs[c]) > 0.0 for s in segments) for c in channels):
             return of_spec(core.spec, core.n_parameters, (f"{', '.join(channels)} never moves: {effect} left out",))
-        spec = with_effect(_unkinked(core.spec), effect, thinned(segments, SAMPLES))
+        spec = with_effect(core.spec, effect, thinned(segments, SAMPLES) or list(segments))
         return of_spec(spec, core.n_parameters + len(effect_named(effect).parameters))
 
     return Structure(name, title, "beyond", fit, channels)
 
 
+def _without_effects(spec: ModelSpec, segment: Segment) -> Segment:
+    """The force less what the effects add to it."""
+    bare = msgspec.structs.replace(spec, effects=[])
+    return replace(segment, force_n=segment.force_n - (residuals(bare, segment) - residuals(spec, segment)))
+
+
 def with_effect(core: ModelSpec, name: str, segments: list[Segment]) -> ModelSpec:
     """The core with one effect, from the best of its starting values."""
     effect = effect_named(name)
-    which = [f"{name}.{p.name}" for p in effect.parameters if p.estimate]
+    which = [*_estimated(effect), _heights("output_curve", core.output_curve)]
     settings = EstimateSettings(max_iterations=3, tolerance=1e-3)
-    trials = [
-        estimate_segments(_added(core, effect, start), segments, [*which, "output_curve.y.*"], settings)
-        for start in _starts(effect)
-    ]
+    trials = [estimate_segments(_added(core, effect, start), segments, which, settings) for start in _starts(effect)]
     best = min(trials, key=lambda result: result.rmse_after)
-    gains = [f"linear.real.{i}.gain" for i in range(len(core.linear.real_modes))]
-    wide = [*which, "input_curve.y.*", "output_curve.y.*", *gains]
-    return estimate_segments(best.spec, segments, wide, EstimateSettings(ITERATIONS, 1e-4)).spec
+    return _together(best.spec, name, segments)
 
 
-def _unkinked(core: ModelSpec) -> ModelSpec:
-    f, h = (_apart(curve) if isinstance(curve, PiecewiseLinear) else curve
-            for curve in (core.input_curve, core.output_curve))  # fmt: skip
-    return msgspec.structs.replace(core, input_curve=f, output_curve=h)
+def _together(spec: ModelSpec, name: str, segments: list[Segment]) -> ModelSpec:
+    """The effect's parameters, the heights of both curves and the gains of the linear block, all at once."""
+    curves = [_heights("input_curve", spec.input_curve), _heights("output_curve", spec.output_curve)]
+    gains = [f"linear.real.{i}.gain" for i in range(len(spec.linear.real_modes))]
+    wide = [*_estimated(effect_named(name)), *curves, *gains]
+    return estimate_segments(spec, segments, wide, EstimateSettings(ITERATIONS, 1e-4)).spec
 
 
-def _apart(curve: PiecewiseLinear) -> PiecewiseLinear:
-    """Inner knots nearer than `NEAR` become one in their middle, unless they carry a jump; the ends stay."""
-    span, height = curve.x[-1] - curve.x[0], max(curve.y) - min(curve.y)
-    kept = [(curve.x[0], curve.y[0])]
-    for x, y in zip(curve.x[1:-1], curve.y[1:-1], strict=True):
-        near = min(x - kept[-1][0], curve.x[-1] - x) < NEAR * span
-        if not near or abs(y - kept[-1][1]) > JUMP * height:
-            kept.append((x, y))
-        elif len(kept) > 1 and x - kept[-1][0] < NEAR * span:
-            kept[-1] = ((x + kept[-1][0]) / 2, (y + kept[-1][1]) / 2)
-    x_all, y_all = zip(*kept, (curve.x[-1], curve.y[-1]), strict=True)
-    return PiecewiseLinear(list(x_all), list(y_all))
+def _estimated(effect: Effect) -> list[str]:
+    return [f"{effect.name}*.{p.name}" for p in effect.parameters if p.estimate]
+
+
+def _heights(label: str, curve: Curve) -> str:
+    return f"{label}.coefficients.*" if isinstance(curve, Polynomial) else f"{label}.y.*"
 
 
 def _added(core: ModelSpec, effect: Effect, shape: float) -> ModelSpec:
@@ -87,7 +109,13 @@ def _starts(effect: Effect) -> list[float]:
 
 
 STRUCTURES = (
-    _structure("hw-pwl+bouc-wen", "HW-PWL with Bouc-Wen friction", "hysteresis"),
-    _structure("hw-pwl+prandtl-ishlinskii", "HW-PWL with Prandtl-Ishlinskii friction", "hysteresis_prandtl_ishlinskii"),
-    _structure("hw-pwl+weight", "MISO HW-PWL with engine weight", "engine_weight", ("accel_z_g",)),
+    _friction("hw-pwl+bouc-wen", "HW-PWL with Bouc-Wen friction", HW_PWL, ("hysteresis",)),
+    _friction("hw-pwl+prandtl-ishlinskii", "HW-PWL with Prandtl-Ishlinskii friction", HW_PWL, (STOPS, STOPS)),
+    _friction(
+        "hammerstein+prandtl-ishlinskii",
+        "Hammerstein, cubic, with Prandtl-Ishlinskii friction",
+        HAMMERSTEIN,
+        (STOPS, STOPS),
+    ),
+    _second_input("hw-pwl+weight", "MISO HW-PWL with engine weight", "engine_weight"),
 )
