@@ -17,6 +17,7 @@ from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
 from thrustd.signals import CATALOGUE, Signal
 from thrustd.sync.grid import Grid
+from thrustd.sync.memory import MOUNT
 
 THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an artifact without an error map
 EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
@@ -64,6 +65,8 @@ class MountRoute:
         self.model = model
         self.signals = model.channels[1:]
         mine = number, slice(len(self.signals))
+        self._row = grid.mounts[number : number + 1]
+        self._waiting = self._row["waiting"]
         self._mount, self._waiting_u, self._waiting_mm = (
             grid.mounts[number],
             grid.waiting_u[number],
@@ -106,28 +109,18 @@ class MountRoute:
 
     def flush(self) -> None:
         """Run the model over the samples that wait."""
-        n = int(self._mount["waiting"])
-        if n == 0:
-            return
-        assert self._state is not None
-        force_n = self._waiting_mm[:n].copy()
-        self.model.run(self._state, self._waiting_u[:n], force_n)
-        _add(self._means, self._waiting_mm, force_n)
-        self._mount["waiting"] = 0
+        _add(self._row, self._means, self._waiting_mm, self._force_n())
 
     def fused(self, dt_s: float) -> MountState:
         """Means since the last call, dt_s ago, and their one sigma."""
-        self.flush()
-        beyond, gap = bool(self._mount["beyond"]), bool(self._means["gap"][0])
-        self._mount["beyond"] = self._means["gap"] = 0
-        deformation_mm, force_n, variance_n2, excess_mm, complete = _fuse(
-            dt_s, self._channels, self._lagged, self._unmeasured_s, self._means, self._doubts, *self._cells
+        samples = self._row, self._means, self._waiting_mm, self._force_n()
+        channels = self._channels, self._lagged, self._unmeasured_s
+        deformation_mm, force_n, variance_n2, extrapolating, gap, complete = _fuse(
+            dt_s, *samples, *channels, self._doubts, *self._cells
         )
-        if isnan(deformation_mm):  # no sample
-            return MountState(nan, nan, nan, beyond, gap)
         if not complete:
             variance_n2 += sum(part_n * part_n for part_n in self._unmeasured())
-        return MountState(deformation_mm, force_n, sqrt(variance_n2), excess_mm > 0 or beyond, gap)
+        return MountState(deformation_mm, force_n, sqrt(variance_n2), extrapolating, gap)
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
@@ -173,6 +166,15 @@ class MountRoute:
             self._means["since_restart"] += missing
         self._mount["sequence"], self._mount["watchful"] = sequence - 1, 0
         self._resuming = False
+
+    def _force_n(self) -> Floats:
+        """Of the samples that wait; the model has seen them now."""
+        n = self._waiting.item(0)
+        force_n = self._waiting_mm[:n].copy()
+        if n > 0:
+            assert self._state is not None
+            self.model.run(self._state, self._waiting_u[:n], force_n)
+        return force_n
 
     @property
     def _deformation_mm(self) -> float:
@@ -244,8 +246,9 @@ def _cell(edges: Floats, value: float) -> int:
     return cell
 
 
-def _add_samples(means: Any, waiting_mm: Floats, force_n: Floats) -> None:
+def _add_samples(row: Any, means: Any, waiting_mm: Floats, force_n: Floats) -> None:
     m = means[0]
+    row[0].waiting = 0
     for i in range(len(force_n)):
         m.sum_mm += waiting_mm[i]
         m.sum_n += force_n[i]
@@ -254,11 +257,13 @@ def _add_samples(means: Any, waiting_mm: Floats, force_n: Floats) -> None:
 
 
 def _fuse_samples(
-    dt_s: float, channels: Floats, lagged: Floats, unmeasured_s: Floats, means: Any, doubts: Floats,
-    force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats,
-) -> tuple[float, float, float, float, bool]:  # fmt: skip
-    """-> deformation_mm, force_n, variance_n2, mm outside the valid range, and whether that is all of the variance."""
-    m, complete = means[0], True
+    dt_s: float, row: Any, means: Any, waiting_mm: Floats, waiting_n: Floats, channels: Floats, lagged: Floats,
+    unmeasured_s: Floats, doubts: Floats, force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats,
+) -> tuple[float, float, float, bool, bool, bool]:  # fmt: skip
+    """-> the fields of a MountState, the variance for its std, and whether that is all of the variance."""
+    _add(row, means, waiting_mm, waiting_n)
+    m, complete, beyond, gap = means[0], True, row[0].beyond != 0, means[0].gap != 0
+    row[0].beyond = m.gap = 0
     for i in range(len(channels)):
         lagged[0, i] += (1.0 - exp(-dt_s / HELD_TAU_S)) * (lagged[1, i] - lagged[0, i])
         lagged[1, i] = channels[i]
@@ -266,7 +271,7 @@ def _fuse_samples(
         complete &= isnan(unmeasured_s[i])
     if m.count == 0:
         m.lagged_n = nan
-        return nan, nan, nan, 0.0, True
+        return nan, nan, nan, beyond, gap, True
     deformation_mm, force_n = m.sum_mm / m.count, m.sum_n / m.count
     m.sum_mm = m.sum_n = 0.0
     m.count = 0
@@ -280,13 +285,14 @@ def _fuse_samples(
     age_s = m.since_restart * m.period_s
     for i in range(len(doubts)):
         variance_n2 += (doubts[i, 0] * exp(-age_s / doubts[i, 1])) ** 2
-    return deformation_mm, force_n, variance_n2, excess_mm, complete
+    return deformation_mm, force_n, variance_n2, beyond or excess_mm > 0, gap, complete
 
 
-_ROW, _TABLE, _M = numba.float64[::1], numba.float64[:, ::1], numba.from_dtype(_MEANS)[::1]
-_F, _tuple = numba.float64, vars(numba.types)["Tuple"]  # untyped in the package
-_add: Any = compiled(_add_samples, numba.void(_M, _ROW, _ROW))
+_ROW, _TABLE = numba.float64[::1], numba.float64[:, ::1]
+_SAMPLES = numba.from_dtype(MOUNT)[::1], numba.from_dtype(_MEANS)[::1], _ROW, _ROW
+_F, _B, _tuple = numba.float64, numba.boolean, vars(numba.types)["Tuple"]  # untyped in the package
+_add: Any = compiled(_add_samples, numba.void(*_SAMPLES))
 _fuse: Any = compiled(
     _fuse_samples,
-    _tuple((_F, _F, _F, _F, numba.boolean))(_F, _ROW, _TABLE, _ROW, _M, _TABLE, _ROW, _ROW, _TABLE),
+    _tuple((_F, _F, _F, _B, _B, _B))(_F, *_SAMPLES, _ROW, _TABLE, _ROW, _TABLE, _ROW, _ROW, _TABLE),
 )
