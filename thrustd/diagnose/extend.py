@@ -141,7 +141,7 @@ def _start(effect: Effect, spec: ModelSpec, evidence: Evidence) -> EffectSpec:
     residual = evidence.reference_n - output_n
     start = start_of(spec, evidence)
     nothing = np.empty((len(residual), 0))
-    rough = list(candidates(effect, spec, evidence, output_n))
+    rough = [c for c in candidates(effect, spec, evidence, output_n) if not c.ahead]
     order = sorted(rough, key=lambda c: _left(evidence, residual, c.columns, start))
     fine = [polished(c, spec, evidence, output_n, nothing, start) for c in order[:POLISHED]]
     best = min(fine, key=lambda c: _left(evidence, residual, c.columns, start))

@@ -24,10 +24,10 @@ def polished(
 ) -> Candidate:
     """The candidate at its best shape and amplitude; `beside` (n, k): columns re-estimated along with it."""
     problem = _Problem.of(evidence.reference_n - output_n, beside, start)
-    if candidate.ahead:  # its shape matters only to the effect that will stand for it
+    if candidate.ahead:  # judged by what it could do, taken as what the effect can
         plain = column_at(candidate.effect, candidate.parameters, spec, evidence, output_n)
-        plain = polished(plain, spec, evidence, output_n, beside, start)
-        return _relinearised(replace(candidate, parameters=plain.parameters), spec, evidence, output_n, problem)
+        taken = polished(plain, spec, evidence, output_n, beside, start).parameters
+        return replace(_relinearised(candidate, spec, evidence, output_n, problem), parameters=taken)
     best = _relinearised(candidate, spec, evidence, output_n, problem)
     for parameter in _shapes(candidate):
 

@@ -163,8 +163,9 @@ def buried(first: Round) -> Round | None:
 
 def taken(spec: ModelSpec, scored: Scored) -> tuple[ModelSpec, EffectSpec]:
     """The model with the candidate at its estimated amplitude."""
-    values = scored.fit.beta[-len(scored.candidate.amplitudes) :]
-    effect = EffectSpec(scored.candidate.effect.name, scored.candidate.with_amplitudes(values))
+    candidate, values = scored.candidate, scored.fit.beta[-len(scored.candidate.amplitudes) :]
+    parameters = candidate.parameters if candidate.ahead else candidate.with_amplitudes(values)
+    effect = EffectSpec(candidate.effect.name, dict(parameters))
     return with_effect(spec, effect), effect
 
 
