@@ -1,5 +1,6 @@
 """Run a log through the pipeline again: write the estimates, score them against the truth where there is one."""
 
+import gc
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -84,6 +85,8 @@ def replay(
                     advance(log.position_bytes / max(log.size_bytes, 1))
 
         batches = log.batches() if pace is None else (EventBatch.of((event,)) for event in pace(log.events()))
+        gc.freeze()  # the models and tables stay: no collection walks them meanwhile
+        opened.callback(gc.unfreeze)
         run(batches, pipeline, _already_recorded, take)
         deque(truth, maxlen=0)  # what comes after the last estimate
     summary = _summary(log, score)

@@ -5,7 +5,7 @@ A reading holds until the next one and counts as missing once it is older than t
 
 from collections.abc import Sequence
 from math import nan
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from thrustd.signals import CATALOGUE
 from thrustd.sync.align import keep, look, staleness_changed
 from thrustd.sync.memory import HELD
 from thrustd.types import Fault, Reading
+
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
 
 
 class Hold:
@@ -76,7 +78,7 @@ class Hold:
     def readings(self, after_ns: int) -> list[Reading]:
         """The latest reading of every signal that was heard later than `after_ns`, at its own time."""
         t_ns, values = self._t_ns.tolist(), self._value.tolist()
-        return [Reading(t_ns[i], *self.slots[i], values[i]) for i in self._in_order() if t_ns[i] > after_ns]
+        return [_new(Reading, (t_ns[i], *self.slots[i], values[i])) for i in self._in_order() if t_ns[i] > after_ns]
 
     def snapshot(self) -> list[list[Any]]:
         """Rows of signal, index, value, t_ns."""

@@ -52,25 +52,14 @@ class EventBatch:
     @classmethod
     def of(cls, events: Sequence[Event]) -> "EventBatch":
         """`events`, each at most 64 KiB of data."""
-        channels: dict[str, int] = {}
-        kinds, idents, data = bytearray(), list[int](), list[bytes]()
-        for event in events:
-            if type(event) is Frame:
-                kinds.append(channels.setdefault(event[1], len(channels)))
-                idents.append(event[2])
-                data.append(event[3])
-            elif isinstance(event, Fault):
-                kinds.append(FAULT)
-                idents.append(event.count & _IDENT_MASK)
-                data.append(f"{event.where} {event.kind}".encode())
-            else:
-                kinds.append(TICK)
-                idents.append(0)
-                data.append(b"")
+        rows = [event if type(event) is Frame else _as_row(event) for event in events]
+        t_ns, names, idents, data = zip(*rows, strict=True) if rows else ((), (), (), ())
+        channels = tuple(name for name in dict.fromkeys(names) if isinstance(name, str))
+        number = {name: i for i, name in enumerate(channels)} | {TICK: TICK, FAULT: FAULT}
         return cls(
-            tuple(channels),
-            np.array([event[0] for event in events], np.int64),
-            np.frombuffer(kinds, np.uint8),
+            channels,
+            np.array(t_ns, np.int64),
+            np.frombuffer(bytearray([number[name] for name in names]), np.uint8),
             np.array(idents, np.int64),
             np.array(list(accumulate(map(len, data))), np.int64),
             np.frombuffer(bytearray().join(data), np.uint8),
@@ -119,6 +108,13 @@ class EventBatch:
         columns = (self.t_ns, self.kind, self.ident.astype("<u4"), lengths.astype("<u2"), self.data[:n_bytes])
         head = _HEAD.pack(VERSION, len(self.channels), len(self), first_number)
         return b"".join((head, names, *(column.tobytes() for column in columns)))
+
+
+def _as_row(event: Event) -> tuple[int, int, int, bytes]:
+    """An event that is no frame, in a frame's columns: its kind instead of a channel's name."""
+    if isinstance(event, Fault):
+        return event.t_ns, FAULT, event.count & _IDENT_MASK, f"{event.where} {event.kind}".encode()
+    return event.t_ns, TICK, 0, b""
 
 
 def _event(channels: tuple[str, ...], kind: int, t_ns: int, ident: int, data: bytes) -> Event:
