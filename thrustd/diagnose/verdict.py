@@ -91,24 +91,25 @@ def judge(
         if (deep := buried(rounds[0])) is not None and not _outdone(deep, own_n):
             return _deep(deep, own_n, promised)
     said = replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
-    return _not_a_pair(said, effects, evidence) if said.verdict == ("unknown",) and said.channels else said
+    poor = said.verdict == ("unknown",) or rounds[-1].before.mse > UNSAID * own_n**2
+    return _or_a_pair(said, effects, evidence) if poor and said.channels else said
 
 
-def _not_a_pair(unknown: Judgement, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
-    """`unknown`, unless two effects that hide each other explain as much as the best free curve."""
-    first, own_n2 = unknown.rounds[0], unknown.own_n**2
+def _or_a_pair(first_said: Judgement, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
+    """The verdict, unless two effects that hide or imitate each other explain as much as the best free curve."""
+    first, own_n2 = first_said.rounds[0], first_said.own_n**2
     most_n2 = min(fit.mse for fit in first.curves.values()) + PAIR * own_n2
     pair = hidden_pair(first, evidence, effects, ENOUGH * own_n2, most_n2)
     if pair is None or min(scored.t for scored in pair) < SURE:
-        return unknown
+        return first_said
     spec, added = first.spec, []
     for scored in pair:
         spec, effect = taken(spec, scored)
         added.append(effect)
     words = {scored.candidate.word for scored in pair}
     rounds = [first, look(spec, evidence, [e for e in effects if e.word not in words], added)]
-    said = _concluded(rounds, list(pair), added, unknown.own_n, unknown.promised)
-    return unknown if said.verdict == ("unknown",) else replace(said, spec=spec)
+    said = _concluded(rounds, list(pair), added, first_said.own_n, first_said.promised)
+    return first_said if said.verdict == ("unknown",) else replace(said, spec=spec)
 
 
 def _exchanged(
