@@ -30,7 +30,7 @@ from thrustd.twin.mount import LOWER, UPPER, MountPhysics
 from thrustd.twin.programme import HIGH_N, multisine, random_steps
 
 MOUNTS = {"left-upper": UPPER, "left-lower": LOWER, "right-upper": UPPER, "right-lower": LOWER}
-STRUCTURE = "hammerstein+prandtl-ishlinskii"  # friction keeps a branch for minutes: without it 140 N are left in flight
+STRUCTURE = "hw-pwl+prandtl-ishlinskii"  # friction keeps a branch for minutes: without it 140 N are left in flight
 FITTED_HZ = 20.0  # means of the bench's 100 Hz: the load cell's noise is not the model's
 CHAMBER_DEGC, OTHER_DEGC = (-10.0, 50.0), 35.0
 THERMAL = {"thermal_stiffness": "stiffness_1_k", "thermal_expansion": "expansion_mm_k"}

@@ -11,7 +11,6 @@ from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_jso
 from thrustd.errors import UsageError
 
 MOUNT_COLUMNS = ("deformation_mm", "force_N")
-TYPICAL_ITERATIONS = 150  # of one fit, all stages together: what the progress bar takes for the whole
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -84,15 +83,8 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     names = list(shelf()) if arguments.all else arguments.structure
     settings, choices = _settings(arguments, train)
     with progress("identify") as advance:
-        done = 0
-
-        def heard(what: str, rmse_n: float) -> None:
-            nonlocal done
-            done += 1
-            advance(min(0.99, done / (TYPICAL_ITERATIONS * max(1, len(names)))))
-
         others = () if own == MOUNT_COLUMNS else OTHERS
-        found = identify(train, validate, names, settings, arguments.out.stem, heard, others)
+        found = identify(train, validate, names, settings, arguments.out.stem, advance, others)
     found = _in_own_words(found, arguments)
     write_model_file(found.spec, arguments.out)
     if arguments.json:
@@ -101,7 +93,8 @@ def identify_verb(arguments: argparse.Namespace) -> int:
         if choices is not None:
             console().print(choices.table())
         found.print(console())
-    note(f"written: {arguments.out} ({found.spec.structure})")
+    best = f", of {len(found.scores)} the best on data not fitted to" if len(found.scores) > 1 else ""
+    note(f"written: {arguments.out} ({found.spec.structure}{best})")
     return 0
 
 

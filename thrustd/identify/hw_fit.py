@@ -24,8 +24,9 @@ from thrustd.identify.hw_start import best_start, freed
 from thrustd.identify.segments import DEFORMATION, Segment, head, segments_of, thinned
 from thrustd.records.recording import Recording
 
-Progress = Callable[[str, float], None]  # (what is being done, rmse in the unit of the force)
+Progress = Callable[[str, float], None]  # (which of the STAGES, rmse in the unit of the force)
 
+STAGES = ("starts", "smooth curves", "guesses", "held-back blocks", "free knots", "merging", "merged", "fine")
 COARSE_ROWS, MIDDLE_ROWS, FINE_ROWS = 40_000, 120_000, 400_000  # samples that count in the passes of each stage
 HELD_BACK_SAMPLES, PLENTIFUL = 60_000, 1_500_000  # to choose how rough curves may be; from which on data may be plenty
 FOLD_ROWS = 4_000  # enough to see which model predicts better
@@ -33,7 +34,7 @@ START_SAMPLES = 400_000  # of the longest segment, to choose among starting poin
 ROWS_PER_KNOT = 25  # fewer data per knot do not determine it
 FASTEST = 0.3  # of a sample period: shortest time constant
 SLOWEST = 0.5  # of the longest segment: longest time constant; slower ones never settled, they invent offsets
-SMALL = 200_000  # samples: passes are cheap, iterate to the end
+SMALL = 60_000  # samples: passes are cheap, iterate to the end
 THIN = 1.5  # error on held-back blocks over that on the others, from which on the data are called too thin
 GUESS_SAMPLES, GUESS_SEGMENTS = 60_000, 5  # to choose among guesses at the curves
 GUESSING = 10  # iterations of every guess

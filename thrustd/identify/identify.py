@@ -12,6 +12,8 @@ from thrustd.errors import RecordingError
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_records
 from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
+from thrustd.identify.hw_fit import STAGES
+from thrustd.identify.hw_fit import Progress as HwProgress
 from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
 from thrustd.identify.segments import FORCE, Segment, segments_of
 from thrustd.identify.structures import Fitted, Structure, structure_named
@@ -23,8 +25,7 @@ HELD_OUT = 0.2  # of every record, at its end, when no other records are given
 USUAL = "hw-pwl"
 EXPLAINED_PCT = 95.0  # fit on validation data; with less other structures are tried, when none was named
 OTHERS = ("oe-2-2", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "wiener-hammerstein")
-CLEARLY = 0.9  # times the error of the usual structure: what another must reach to take its place
-Progress = Callable[[str, float], None]  # (what, rmse so far)
+Progress = Callable[[float], None]  # share done, 0 to 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,28 +63,46 @@ def identify(
 ) -> Identified:
     """Fit `structures` to `train`, score on `validate` (or the last fifth of `train`, then not fitted to).
 
-    None named: HW-PWL, and where it leaves much unexplained `others` beside it, of which one must be clearly better.
+    None named: HW-PWL, and where it leaves much unexplained `others` beside it. The best on data not fitted to wins.
     A mount needs no others: what HW-PWL leaves of it is an absent effect, which `diagnose` names.
     """
     chosen = [structure_named(structure) for structure in structures or (USUAL,)]
     fitting, held_out = (list(train), list(validate)) if validate else split(train)
     warnings = check_records([*fitting, *held_out])
-    results = [score_structure(structure, fitting, held_out, settings, progress) for structure in chosen]
+    total = len(structures) or 1 + len(others)
+
+    def scored(structure: Structure, place: int) -> tuple[Fitted, Score]:
+        return score_structure(structure, fitting, held_out, settings, _share(progress, place, total))
+
+    results = [scored(structure, place) for place, structure in enumerate(chosen)]
     if not structures and not results[0][1].validation.fit_pct > EXPLAINED_PCT:
         beside = [structure_named(structure) for structure in others]
-        results += [score_structure(structure, fitting, held_out, settings, progress) for structure in beside]
+        results += [scored(structure, place) for place, structure in enumerate(beside, 1)]
         then = "others were tried" if beside else "`thrustd diagnose` looks for an absent effect, --all tries others"
         warnings.append(f"{USUAL} leaves more than {100 - EXPLAINED_PCT:g} % of the output unexplained: {then}")
     warnings += [f"{score.structure}: {line}" for fitted, score in results for line in fitted.warnings]
     usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
     if not usable:
         raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold")
-    handicap = {} if structures else {USUAL: CLEARLY}
-    fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n * handicap.get(result[1].structure, 1.0))
+    fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
     assert fitted.spec is not None
     options: dict[str, str | float] = {"structure": best.structure, "order": (settings or HwSettings()).order}
     spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
     return Identified(spec, tuple(score for _, score in results), tuple(dict.fromkeys(warnings)))
+
+
+def _share(progress: Progress | None, place: int, total: int) -> HwProgress | None:
+    """What a fit tells of its stages as a share of everything: structures before this one, stages before this one."""
+    if progress is None:
+        return None
+    furthest = 0
+
+    def heard(stage: str, rmse: float) -> None:
+        nonlocal furthest
+        furthest = max(furthest, STAGES.index(stage))
+        progress((place + furthest / len(STAGES)) / total)
+
+    return heard
 
 
 def split(records: Sequence[Recording]) -> tuple[list[Recording], list[Recording]]:
@@ -102,7 +121,7 @@ def score_structure(
     train: Sequence[Recording],
     validate: Sequence[Recording],
     settings: HwSettings | None,
-    progress: Progress | None,
+    progress: HwProgress | None,
 ) -> tuple[Fitted, Score]:
     """Fit one structure and score it; `settings` replace those of hw-pwl."""
     segments = _segments(structure, train)

@@ -14,7 +14,6 @@ import numpy as np
 
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.hw_fit import HwSettings, Progress
-from thrustd.identify.hw_shapes import smooth
 from thrustd.identify.segments import Segment, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_oriented import fit_blocks
@@ -25,22 +24,20 @@ from thrustd.model.effects import effect_named
 
 SAMPLES = 60_000  # to which the data are thinned
 ITERATIONS = 12
-HW_PWL, HAMMERSTEIN = HwSettings(), HwSettings(input_shape="cubic", output_shape="line")
+SMOOTH = HwSettings(input_shape="cubic", output_shape="cubic")
 STOPS = "hysteresis_prandtl_ishlinskii"
 
 
-def _friction(name: str, title: str, settings: HwSettings, effects: tuple[str, ...]) -> Structure:
+def _friction(name: str, title: str, effects: tuple[str, ...]) -> Structure:
     """Several of the same effect: elements of several spreads."""
-    shapes = smooth((settings.input_shape, settings.output_shape))
-    soft = replace(settings, input_shape=shapes[0], output_shape=shapes[1])
 
     def fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
         thin = thinned(segments, SAMPLES) or list(segments)
-        rubbing = fit_blocks(thin, soft, name, progress).spec
+        rubbing = fit_blocks(thin, SMOOTH, name, progress).spec
         assert rubbing is not None
         for effect in effects:
             rubbing = with_effect(rubbing, effect, thin)
-        core = fit_blocks([_without_effects(rubbing, s) for s in segments], settings, name, progress)
+        core = fit_blocks([_without_effects(rubbing, s) for s in segments], HwSettings(), name, progress)
         assert core.spec is not None
         spec = _together(msgspec.structs.replace(core.spec, effects=rubbing.effects), effects[0], thin)
         return of_spec(spec, core.n_parameters + sum(len(effect_named(effect).parameters) for effect in effects))
@@ -109,13 +106,7 @@ def _starts(effect: Effect) -> list[float]:
 
 
 STRUCTURES = (
-    _friction("hw-pwl+bouc-wen", "HW-PWL with Bouc-Wen friction", HW_PWL, ("hysteresis",)),
-    _friction("hw-pwl+prandtl-ishlinskii", "HW-PWL with Prandtl-Ishlinskii friction", HW_PWL, (STOPS, STOPS)),
-    _friction(
-        "hammerstein+prandtl-ishlinskii",
-        "Hammerstein, cubic, with Prandtl-Ishlinskii friction",
-        HAMMERSTEIN,
-        (STOPS, STOPS),
-    ),
+    _friction("hw-pwl+bouc-wen", "HW-PWL with Bouc-Wen friction", ("hysteresis",)),
+    _friction("hw-pwl+prandtl-ishlinskii", "HW-PWL with Prandtl-Ishlinskii friction", (STOPS, STOPS)),
     _second_input("hw-pwl+weight", "MISO HW-PWL with engine weight", "engine_weight"),
 )
