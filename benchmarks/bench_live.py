@@ -6,7 +6,8 @@
     fifo            named pipes (`thrustd.twin.fifo_bus`)
     udp_multicast   python-can's network bus
 
-Processor time of the daemon by thread, frames lost, and the time from an event's arrival stamp to the estimate.
+Processor time of the daemon by thread, frames lost, and the time from the arrival of the frame that completed a step to
+its estimate, beside what a turn of a plain Python loop costs at that moment.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from benchmarks.bench_flight import spent_s, turns
 from tests.hil.test_hil import PATIENCE_S, ServiceManager
 from tests.reliability.rig import free_port
 from thrustd.cli.status import read_status
@@ -135,6 +137,7 @@ def _show(bus: str, folder: Path, run: Run) -> None:
     shown.add_row("daemon's share of one core", f"{100 * run.cpu_s / run.over_s:.1f} %", "< 25 %")
     busy = [f"{100 * spent_s / run.over_s:.1f}" for _, spent_s in run.threads if spent_s > 1e-3 * run.over_s]
     shown.add_row("  by thread, in order of birth, %", ", ".join(busy), "")
+    shown.add_row("  a turn of a plain Python loop afterwards", f"{spent_s(turns) * 1e3:.0f} ns", "")
     shown.add_row("serial chunks sent / lost at the pty", f"{sent['serial_chunks']} / {sent['serial_lost']}", "0 lost")
     shown.add_row("CAN messages sent / lost at the bus", f"{sent['can_messages']} / {sent['can_lost']}", "0 lost")
     log = LogRun(list((folder / "logs").rglob("*.mcap")))
