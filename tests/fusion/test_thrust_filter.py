@@ -17,16 +17,19 @@ from thrustd.types import Status
 
 HZ = 10.0
 STEP_NS = round(1e9 / HZ)
-MOUNT_STD_N, SHAPE_STD_N = 60.0, 70.0
+S = FusionSettings()
+MOUNT_STD_N, SHAPE_STD_N = 60.0, 70.0  # as the filter expects them, whatever part of what it is told that is
 
 
 def inputs(k, mount_n=nan, brochure_n=nan, n1_pct=80.0, n1_rate=0.0, **more):
     return FusionInputs(
         t_ns=(k + 1) * STEP_NS,
         mount_n=mount_n,
-        mount_std_n=MOUNT_STD_N if mount_n == mount_n else nan,
+        mount_std_n=MOUNT_STD_N / S.mount_error_part if mount_n == mount_n else nan,
         brochure_n=brochure_n,
-        brochure_std_n=sqrt((0.03 * brochure_n) ** 2 + SHAPE_STD_N**2) if brochure_n == brochure_n else nan,
+        brochure_std_n=sqrt((S.brochure_bias_std * brochure_n) ** 2 + SHAPE_STD_N**2) / S.brochure_error_part
+        if brochure_n == brochure_n
+        else nan,
         n1_pct=n1_pct,
         n1_rate_pct_s=n1_rate,
         transient=abs(n1_rate) > 1.0,
@@ -36,7 +39,7 @@ def inputs(k, mount_n=nan, brochure_n=nan, n1_pct=80.0, n1_rate=0.0, **more):
 
 def flown(seed, seconds=300.0, mount=True, brochure=True):
     """Estimates, truth and filter on a flight with throttle steps, and errors as the filter has them."""
-    rng, s = np.random.default_rng(seed), FusionSettings()
+    rng, s = np.random.default_rng(seed), S
     n = round(seconds * HZ)
     wanted = np.repeat(rng.uniform(50, 90, 1 + n // 300), 300)[:n]
     n1 = np.empty(n)
@@ -140,8 +143,8 @@ def test_what_a_sensor_taught_before_it_was_named_is_forgotten(liar):
         brochure_n = 3050.0 + (off if liar == "brochure" else 0.0)
         named = Status.SENSOR_DOUBTED if k >= 320 else 0
         estimate = thrust_filter.step(inputs(k, mount_n, brochure_n, status=int(named)))
-        if k == 319:
-            assert abs(estimate.mount_bias_n - before.mount_bias_n) + 3000 * abs(estimate.brochure_bias) > 100.0
+        if k == 319 and liar == "mount":
+            assert estimate.thrust_n > before.thrust_n + 100.0  # it was believed
         if k > 330:
             assert abs(estimate.thrust_n - before.thrust_n) < 25.0
     assert thrust_filter.take_faults() == []

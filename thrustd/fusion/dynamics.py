@@ -14,7 +14,7 @@ Reference: Brown & Hwang, Introduction to Random Signals and Applied Kalman Filt
 eq. 5.3).
 """
 
-from math import exp, sqrt
+from math import exp, inf, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,8 @@ N_STATE = 6
 Matrix = npt.NDArray[np.float64]
 
 DOUBT_ENDS = 0.1
+FALLS_BELOW = 0.8  # of v: less is the noise of the readings, and the error would be forgotten by it
+SHAPE_SETTLE_S = 10.0  # fuel flow has said anew where N1's line is; what a throttle left in the mounts is not over
 START_ERROR_N = 60.0  # h and d, before the first measurement says its own
 IDLE_RATE_N_S = 60.0  # the filter's rate is never still: less than this is no movement
 
@@ -35,23 +37,31 @@ class ErrorSize:
 
         v' = max(sigma^2, a^2 v + (1 - a^2) sigma^2),     q = v' - a^2 v
 
-    It is as large as the region says at once, and falls as slowly as the error forgets. Where sigma^2 falls to less
-    than `DOUBT_ENDS` of v, a doubt ended (an acceleration came back): what it had added is gone, a = sigma^2 / v.
+    It is as large as the region says at once, and falls as slowly as the error forgets, a, or within `settle_s`, b:
+
+        v' = max(sigma^2, b^2 v + (1 - b^2) sigma^2),     a = min(a, v' / v)
+
+    for then the error was a sum, and the part that has ended was independent of what stays. Where sigma^2 falls to less
+    than `DOUBT_ENDS` of v, a doubt ended (an acceleration came back): b = 0.
     """
 
-    __slots__ = ("variance_n2",)
+    __slots__ = ("settle_s", "variance_n2")
 
-    def __init__(self, std_n: float) -> None:
+    def __init__(self, std_n: float, settle_s: float = inf) -> None:
         self.variance_n2 = std_n * std_n
+        self.settle_s = settle_s
 
-    def step(self, std_n: float, keep: float) -> tuple[float, float]:
+    def step(self, std_n: float, keep: float, dt_s: float) -> tuple[float, float]:
         """(a, q) of a step over which the error forgets down to the part `keep`; NaN std = the route is silent."""
-        wanted = std_n * std_n if std_n == std_n else self.variance_n2
-        if wanted < DOUBT_ENDS * self.variance_n2:
-            keep = wanted / self.variance_n2
-        kept = keep * keep * self.variance_n2
-        self.variance_n2 = max(wanted, kept + (1.0 - keep * keep) * wanted)
-        return keep, self.variance_n2 - kept
+        before_n2 = self.variance_n2
+        wanted_n2 = std_n * std_n if std_n == std_n else before_n2
+        fall = keep
+        if wanted_n2 < FALLS_BELOW * before_n2:
+            fall = 0.0 if wanted_n2 < DOUBT_ENDS * before_n2 else keep * exp(-dt_s / self.settle_s)
+        self.variance_n2 = max(wanted_n2, wanted_n2 + fall * fall * (before_n2 - wanted_n2))
+        if fall < keep and self.variance_n2 < keep * before_n2:
+            keep = self.variance_n2 / before_n2
+        return keep, self.variance_n2 - keep * keep * before_n2
 
 
 class Dynamics:
@@ -59,7 +69,7 @@ class Dynamics:
 
     def __init__(self, settings: FusionSettings) -> None:
         self._settings = settings
-        self.mount, self.shape = ErrorSize(START_ERROR_N), ErrorSize(START_ERROR_N)
+        self.mount, self.shape = ErrorSize(START_ERROR_N), ErrorSize(START_ERROR_N, SHAPE_SETTLE_S)
         self._f, self._q = np.eye(N_STATE), np.zeros((N_STATE, N_STATE))
         self._f_diagonal = self._f.reshape(-1)[:: N_STATE + 1]  # views
         self._q_diagonal = self._q.reshape(-1)[:: N_STATE + 1]
@@ -80,8 +90,8 @@ class Dynamics:
         tau = s.thrust_rate_tau_s
         u = dt_s / tau
         a = exp(-u)
-        keep_mount, q_mount = self.mount.step(stds_n[0], exp(-dt_s / s.mount_error_tau_s - moved))
-        keep_shape, q_shape = self.shape.step(stds_n[1], exp(-dt_s / s.brochure_shape_tau_s - moved))
+        keep_mount, q_mount = self.mount.step(stds_n[0], exp(-dt_s / s.mount_error_tau_s - moved), dt_s)
+        keep_shape, q_shape = self.shape.step(stds_n[1], exp(-dt_s / s.brochure_shape_tau_s - moved), dt_s)
         keep_zero = exp(-dt_s / s.mount_zero_tau_s)
         keep_engine = exp(-dt_s / s.brochure_bias_tau_s)
         self._f_diagonal[:] = 1.0, a, keep_zero, keep_mount, keep_engine, keep_shape

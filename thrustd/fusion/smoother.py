@@ -18,7 +18,6 @@ UPPER = np.triu_indices(N_STATE)
 N_UPPER = len(UPPER[0])
 N_MOTION = N_STATE + 1  # F and Q are diagonal but for thrust and rate
 BLOCK = 4096  # steps whose gains are solved at once
-EXACT = 1e-15  # added to every variance: a state known exactly (zero, reset) has nothing to learn from later ones
 
 
 class Smoothed(NamedTuple):
@@ -96,7 +95,7 @@ def _smooth_block(
     ahead_p = fp @ f[1:].transpose(0, 2, 1) + q[1:]
     ahead_x = (f[1:] @ x[:-1, :, None])[:, :, 0]
     # C^T = P'^-1 F P: solving is better conditioned than inverting
-    gains = np.linalg.solve(ahead_p + EXACT * np.eye(N_STATE), fp).transpose(0, 2, 1)
+    gains = np.linalg.solve(ahead_p, fp).transpose(0, 2, 1)
     next_x, next_p = later if later is not None else (xs[-1], ps[-1])
     for k in range(len(gains) - 1, -1, -1):
         c = gains[k]

@@ -32,6 +32,7 @@ START_RATE_STD_N_S = 100.0
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then
 SCALE_FLOOR_N = 500.0  # relative errors of the brochure are taken of at least this much thrust
 SCALE_STEP = 0.05  # s must not follow the noise of the reading it weighs: c would be learnt from it
+LEAST_ERROR_N = 10.0  # of h and d: no route is exact, and a state known exactly makes covariances singular
 OFF_DOUBT_N = 150.0
 UNKNOWN_RATE_PCT_S = 1.0  # nobody says whether the throttle moves: it may
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
@@ -176,10 +177,11 @@ class ThrustFilter:
             if abs(scale_n - self._scale_n) > SCALE_STEP * self._scale_n:
                 self._scale_n = scale_n
         mount_n2 = (s.mount_error_part * inputs.mount_std_n) ** 2
+        brochure_n2 = (s.brochure_error_part * inputs.brochure_std_n) ** 2
         zero_n2, engine_n2 = s.mount_zero_std_n**2, (s.brochure_bias_std * self._scale_n) ** 2
         return (
-            sqrt(max(mount_n2 - zero_n2, 0.0)) if isfinite(mount_n2) else nan,
-            sqrt(max(inputs.brochure_std_n**2 - engine_n2, 0.0)) if isfinite(inputs.brochure_std_n) else nan,
+            sqrt(max(mount_n2 - zero_n2, LEAST_ERROR_N**2)) if isfinite(mount_n2) else nan,
+            sqrt(max(brochure_n2 - engine_n2, LEAST_ERROR_N**2)) if isfinite(brochure_n2) else nan,
         )
 
     def _predict(self, dt_s: float, inputs: FusionInputs) -> None:
