@@ -78,6 +78,8 @@ def judge(
         best = min((s for s in rounds[-1].scored if acceptable(s, own_n)), key=lambda s: rank(s, own_n), default=None)
         if best is None or len(found) == MOST:
             break
+        if best.candidate.ahead:
+            return _beside_a_delay(best, rounds, evidence, effects, progress)
         spec, effect = taken(spec, best)
         found.append(best)
         added.append(effect)
@@ -95,6 +97,24 @@ def judge(
     return _or_a_pair(said, effects, evidence) if poor and said.channels else said
 
 
+def _beside_a_delay(
+    late: Scored, rounds: list[Round], evidence: Evidence, effects: Sequence[Effect], progress: Progress | None
+) -> Judgement:
+    """The verdict on the data as they would be without the lateness found, and that.
+
+    What an extrapolation leaves would be taken for other effects, so these are judged without.
+    """
+    effect, amplitudes = late.candidate.effect, late.fit.beta[-len(late.candidate.amplitudes) :]
+    lead_s = effect.ahead_s(late.candidate.with_amplitudes(amplitudes)) if effect.ahead_s is not None else 0.0
+    others = [e for e in effects if e.word != late.candidate.word]
+    rest = judge(rounds[0].spec, evidence.ahead(lead_s), others, progress)
+    spec, added = taken(rest.spec or rounds[0].spec, late)
+    found = (late, *rest.found)
+    words = tuple(scored.candidate.word for scored in found)
+    rounds = [*rounds, *rest.rounds]
+    return replace(rest, verdict=words, found=found, added=(added, *rest.added), rounds=tuple(rounds), spec=spec)
+
+
 def _or_a_pair(first_said: Judgement, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
     """The verdict, unless two effects that hide or imitate each other explain as much as the best free curve."""
     first, own_n2 = first_said.rounds[0], first_said.own_n**2
@@ -102,6 +122,8 @@ def _or_a_pair(first_said: Judgement, effects: Sequence[Effect], evidence: Evide
     pair = hidden_pair(first, evidence, effects, ENOUGH * own_n2, most_n2)
     if pair is None or min(scored.t for scored in pair) < SURE:
         return first_said
+    if late := [scored for scored in pair if scored.candidate.ahead]:
+        return _beside_a_delay(late[0], [first], evidence, effects, None)
     spec, added = first.spec, []
     for scored in pair:
         spec, effect = taken(spec, scored)
