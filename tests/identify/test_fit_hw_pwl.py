@@ -102,7 +102,7 @@ def test_several_records_with_their_own_initial_states():
         "cut", {"time_s": second.time_s[5000:], **{name: c[5000:] for name, c in second.channels.items()}}
     )
     found = fit_hw_pwl([first, cut], THREE)
-    assert found.rmse_n < 1.1 * sigma
+    assert found.rmse_n < 1.05 * sigma
 
 
 def test_the_artifact_proves_itself_and_works_at_another_rate():
@@ -113,7 +113,7 @@ def test_the_artifact_proves_itself_and_works_at_another_rate():
     done = finished(found.spec, [data], [unseen], {"order": 3})
     read = read_model(write_model(done), "model.json")
     check_witness(read, "model.json")
-    assert 0.8 * sigma < np.median(read.error.std_n) < 2 * sigma
+    assert np.median(read.error.std_n) == pytest.approx(sigma, rel=0.2)
     assert 0 < read.parameter_std["output_curve.y.5"] < 50 * sigma
     assert read.provenance["train"][0].startswith("bench ")
     ramp = np.interp(np.arange(0, 60, 0.001), np.arange(0, 61, 3.0), np.random.default_rng(0).uniform(0.1, 1.1, 21))
