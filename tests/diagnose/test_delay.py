@@ -1,6 +1,7 @@
 """A late reading and a dashpot: the same to first order, and told apart by looking ahead in the record."""
 
 import numpy as np
+import pytest
 
 from tests.diagnose.scene import DT_S, columns, mount
 from thrustd.diagnose.diagnose import diagnose
@@ -25,6 +26,7 @@ def test_a_late_reading_is_a_delay_though_no_causal_step_can_undo_it():
     assert found.effect == "time_delay"
     assert found.rmse_after_n < 12.5
     assert report.verdict == ("time_delay",)
+    assert found.parameters[0].value == pytest.approx(LATE_S, rel=0.05)
     assert "looking ahead" in found.evidence
 
 

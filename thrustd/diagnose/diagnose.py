@@ -153,8 +153,9 @@ def _candidates(judgement: Judgement, evidence: Evidence) -> tuple[list[Candidat
         _, numbers = estimated(judgement.spec, judgement.added, evidence, rest_too=judgement.deep)
     reports = []
     for i, scored in enumerate(judgement.found):
-        own = [n for n in numbers if n.effect == scored.candidate.word]
-        reports.append(_report(scored, _seen(judgement, i), judgement, tuple(own), True))
+        own = tuple(n for n in numbers if n.effect == scored.candidate.word)
+        told = _rough(scored) if scored.candidate.ahead else own  # an extrapolation does best with less than it all
+        reports.append(_report(scored, _seen(judgement, i), judgement, told, True))
     words = {r.effect for r in reports}
     reports += [_report(s, first, judgement, _rough(s), False) for s in first.scored if s.candidate.word not in words]
     return reports, _after_n(judgement)
