@@ -19,7 +19,7 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     brochure_noise_std_n: float = 5.0  # of fuel flow and N1 behind the hand-over
     # slow errors of both routes: how large, how long they last, and the thrust movement after which they are others
     installation_std_n: float = 25.0  # of one mount in the aircraft beyond its bench: its transducer's zero, 4 um
-    mount_error_part: float = 1.15  # of the error map and the above: 95 % of 30 twin aircraft are inside
+    mount_error_part: float = 1.0  # of the error map and the above: 95.1 % of 30 twin aircraft are inside
     mount_zero_std_n: float = 35.0  # of one engine's mounts, whatever the thrust: both zeros
     mount_zero_tau_s: float = 3600.0
     mount_error_tau_s: float = 600.0  # sigma itself: the model's error map
