@@ -18,14 +18,12 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mount_noise_std_n: float = 5.2  # of the longitudinal acceleration: 373 kg times 0.002 g / sqrt 2
     brochure_noise_std_n: float = 5.0  # of fuel flow and N1 behind the hand-over
     # slow errors of both routes: how large, how long they last, and the thrust movement after which they are others
-    installation_std_n: float = 25.0  # of one mount in the aircraft beyond its bench: its transducer's zero, 4 um
-    mount_error_part: float = 1.0  # of the error map and the above: 95.1 % of 30 twin aircraft are inside
-    mount_zero_std_n: float = 35.0  # of one engine's mounts, whatever the thrust: both zeros
+    installation_std_n: float = 30.0  # of one mount in the aircraft beyond its bench: zero of 4 um, stiffness of 0.3 %
+    mount_zero_std_n: float = 30.0  # of one engine: the part of it that is the same at any thrust, which a tare takes off
     mount_zero_tau_s: float = 3600.0
     mount_error_tau_s: float = 600.0  # sigma itself: the model's error map
     brochure_bias_std: float = 0.02  # engine against deck, relative: 95 % of them are within 4 %
     brochure_bias_tau_s: float = 7200.0
-    brochure_error_part: float = 0.76  # of its spread, which is bounded: 95 % are inside
     brochure_shape_tau_s: float = 600.0  # the rest of the deck's spread
     forget_after_n: float = 3000.0
     # gates

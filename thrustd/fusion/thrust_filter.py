@@ -8,9 +8,10 @@ State  x = [T, r, z, h, c, d], see `dynamics`. Measurements, each a scalar updat
 
 s is the brochure thrust in steps of 5 %. The errors are learnt only from the difference of two measurements:
 the first of an instant moves T and r alone (Schmidt-Kalman), else a thrust that moves would teach the filter an error
-in proportion to it. One reading of the engine is one measurement, however often it is repeated; its lead or lag while
-the throttle moves is noise. filterpy takes NaN without a word and is poisoned for good: nothing that is not finite
-reaches `update`.
+in proportion to it. z is learnt with the engine off alone: the deck's errors come back with the thrust, so many
+readings of it say no more of a zero than one. One reading of the engine is one measurement, however often it is
+repeated; its lead or lag while the throttle moves is noise. filterpy takes NaN without a word and is poisoned for
+good: nothing that is not finite reaches `update`.
 Reference: Schmidt 1966; Bierman, Factorization Methods for Discrete Sequential Estimation, ch. 8 (consider states).
 """
 
@@ -37,7 +38,7 @@ OFF_DOUBT_N = 150.0
 UNKNOWN_RATE_PCT_S = 1.0  # nobody says whether the throttle moves: it may
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 NEVER_NS = -1
-ERRORS = slice(ZERO, N_STATE)
+ERRORS, ZERO_ALONE, NO_ERROR = slice(ZERO, N_STATE), slice(ZERO, ZERO + 1), slice(0, 0)
 PAST_S = 5.0  # what lied is named within 3.4 s
 END_P = N_STATE + N_STATE**2  # in a row of x, P, three sizes and both gates
 N_ROW = END_P + 9
@@ -52,7 +53,7 @@ class ThrustFilter:
         self._engine = engine
         self._name = name or f"engine[{engine}]"
         self._t_ns = self._read_ns = NEVER_NS  # of the last step, of the last brochure reading used
-        self._off_s, self._tared = 0.0, False
+        self._off_s, self._off, self._tared = 0.0, False, False
         self._surprise_n_s = 0.0
         self._anchored = False  # a measurement of this instant has said where T is: the next teaches the errors
         self._brochure_verdict = NOTHING  # of the last reading
@@ -94,7 +95,7 @@ class ThrustFilter:
         self._anchored = False
         self._predict(min(dt_s, MAX_STEP_S), inputs)
         self._look_back(min(dt_s, MAX_STEP_S), inputs)
-        off = self._engine_off(inputs, dt_s)
+        off = self._off = self._engine_off(inputs, dt_s)
         if off:
             self._update(0.0, self._settings.tare_std_n**2, TARE_H)
         # the mount first: it is the one that knows where the thrust is while the throttle moves
@@ -176,8 +177,7 @@ class ThrustFilter:
             scale_n = max(abs(inputs.brochure_n), SCALE_FLOOR_N)
             if abs(scale_n - self._scale_n) > SCALE_STEP * self._scale_n:
                 self._scale_n = scale_n
-        mount_n2 = (s.mount_error_part * inputs.mount_std_n) ** 2
-        brochure_n2 = (s.brochure_error_part * inputs.brochure_std_n) ** 2
+        mount_n2, brochure_n2 = inputs.mount_std_n**2, inputs.brochure_std_n**2
         zero_n2, engine_n2 = s.mount_zero_std_n**2, (s.brochure_bias_std * self._scale_n) ** 2
         return (
             sqrt(max(mount_n2 - zero_n2, LEAST_ERROR_N**2)) if isfinite(mount_n2) else nan,
@@ -238,11 +238,10 @@ class ThrustFilter:
 
     def _update(self, y: float, r: float, h: Matrix) -> None:
         self._r[0, 0] = r
-        kf, first = self._kf, not self._anchored
-        errors, spread = kf.x[ERRORS], kf.P[ERRORS, ERRORS]
+        kf, kept = self._kf, ERRORS if not self._anchored else NO_ERROR if self._off else ZERO_ALONE
+        errors, spread = kf.x[kept], kf.P[kept, kept]
         kf.update(y, R=self._r, H=h)  # makes new arrays
-        if first:
-            kf.x[ERRORS], kf.P[ERRORS, ERRORS] = errors, spread
+        kf.x[kept], kf.P[kept, kept] = errors, spread
         self._anchored = True
 
     def _engine_off(self, inputs: FusionInputs, dt_s: float) -> bool:
