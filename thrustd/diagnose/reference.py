@@ -56,12 +56,15 @@ def referenced(
 
 
 def unrecorded(record: Recording, specs: Iterable[ModelSpec]) -> dict[str, float]:
-    """Channels that the models read and a quiet bench need not record, with their value there: 1 g, no vibration."""
-    if "mach" in record:  # it flew: nothing rests
-        return {}
+    """Channels that the models read and the recording may lack, with their value at rest.
+
+    A bench stands still at 1 g; what flew must have recorded how, but a mount without a thermometer is taken to be
+    at 20 degC, as the daemon takes it.
+    """
     wanted = {name for spec in specs for stage in model_stages(spec, 1.0) for name in stage.channels} - {DEFORMATION}
-    rest = {name: CATALOGUE[name].rest for name in sorted(wanted) if name in CATALOGUE and name not in record}
-    return {name: value for name, value in rest.items() if isfinite(value)}
+    missing = [CATALOGUE[name] for name in sorted(wanted) if name in CATALOGUE and name not in record]
+    flew = "mach" in record
+    return {s.name: s.rest for s in missing if isfinite(s.rest) and (s.scope == "mount" or not flew)}
 
 
 def rest_remarks(recordings: Sequence[Recording], mount: str, specs: Iterable[ModelSpec]) -> list[str]:
