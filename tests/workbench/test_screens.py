@@ -1,5 +1,6 @@
 """Screens of the page in a real browser: flights, long names, narrow windows, empty folders, messages."""
 
+import json
 import os
 import re
 import time
@@ -87,10 +88,29 @@ def test_two_recordings_side_by_side_zoom_together(page_of, full_folder):
         page.locator(".sheet[data-ready]").nth(1).wait_for()
         idle(page)
         page.get_by_label("zoom recordings together").check()
-        sheets = page.locator(".sheet[data-ready]")
-        sheets.first.press("+")
-        page.locator(".sheet[data-ready]:not([data-ready='0 199.95'])").nth(1).wait_for()
-        assert sheets.nth(0).get_attribute("data-ready") == sheets.nth(1).get_attribute("data-ready")
+        zoomed = page.locator(".sheet[data-ready]:not([data-ready='0 199.95'])")
+        _press(page, "+")
+        zoomed.nth(1).wait_for()
+        assert zoomed.nth(0).get_attribute("data-ready") == zoomed.nth(1).get_attribute("data-ready")
+        # whatever has the page draw them anew: both stay where they are, and the keys where they were
+        mark = {"start_s": 50.0, "stop_s": 60.0, "label": "a gust", "exclude": False}
+        full_folder.ask("PUT", "api/marks/run-00.csv", json.dumps([mark]))
+        page.get_by_text("a gust").wait_for()
+        zoomed.nth(1).wait_for()
+        assert zoomed.nth(0).get_attribute("data-ready") == zoomed.nth(1).get_attribute("data-ready")
+        assert page.evaluate("document.activeElement.className") == "sheet"
+
+
+def _press(page, key):
+    """A key on the first sheet, wherever the page is just drawing it anew."""
+    page.wait_for_function(
+        """key => {
+            const sheet = document.querySelector(".sheet[data-ready]");
+            sheet?.focus();
+            return sheet?.dispatchEvent(new KeyboardEvent("keydown", {key, cancelable: true})) === false;
+        }""",
+        arg=key,
+    )
 
 
 def test_a_message_leaves_the_plots_alone_and_can_be_closed(page_of, full_folder):

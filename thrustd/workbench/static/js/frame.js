@@ -208,7 +208,7 @@ export class Frame {
         ),
       ),
     );
-    document.documentElement.dataset.busy = String(open.length);
+    document.documentElement.dataset.busy = String(open.length + store.asking);
     const busy = open.length > 0 && nextStep()?.kinds?.some((kind) => open.some((job) => job.kind === kind));
     const button = document.getElementById("next");
     if (button) button.disabled = Boolean(busy);

@@ -5,6 +5,7 @@ export const store = {
   server: null, // answer of api/state
   reports: new Map(), // number -> report
   view: location.hash.slice(1) || "overview",
+  asking: 0, // orders on their way to the server: work that no job stands for yet
   focus: null, // {recording, from, to, why}: where the time histories should look
   ui: {}, // what views remember between renderings
 };
@@ -57,7 +58,7 @@ async function finished(job) {
 
 // queue a job; resolves with the finished job
 export async function order(kind, fields = {}) {
-  const job = await post("api/jobs", { kind, ...fields }),
+  const job = await asked({ kind, ...fields }),
     { jobs } = store.server,
     known = jobs.find((one) => one.id === job.id);
   if (known && over(known)) return known; // its end was heard before the answer to the order
@@ -65,6 +66,16 @@ export async function order(kind, fields = {}) {
   changed("jobs");
   refresh().catch((problem) => say(problem.message)); // an answer already on its way does not know this job
   return new Promise((resolve) => waiting.set(job.id, resolve));
+}
+async function asked(work) {
+  store.asking++;
+  changed("jobs");
+  try {
+    return await post("api/jobs", work);
+  } finally {
+    store.asking--;
+    changed("jobs");
+  }
 }
 export const cancel = (job) => remove("api/jobs/" + job.id);
 

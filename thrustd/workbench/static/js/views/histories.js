@@ -58,7 +58,8 @@ export function histories(root) {
       state.why = store.focus.why ?? "";
     }
     drawTools();
-    const wanted = recordings();
+    const wanted = recordings(),
+      held = [...sheets].find(([, sheet]) => sheet.root === document.activeElement)?.[0];
     grid.className = "columns " + (wanted.length > 1 ? "" : "one");
     fill(
       grid,
@@ -66,6 +67,7 @@ export function histories(root) {
         ? wanted.map(sheetPanel)
         : h("section", { class: "panel" }, h("p", { class: "empty" }, "No recording yet. Drop one anywhere on this page.")),
     );
+    sheets.get(held)?.root.focus({ preventScroll: true }); // keys go on to the same plots
     store.focus = null;
   }
 
@@ -137,7 +139,11 @@ export function histories(root) {
   // recordings over the same time zoom together
   function link(name, range) {
     if (!state.linked) return;
-    for (const [other, sheet] of sheets) if (other !== name && sheet.root.isConnected) sheet.show(range, false);
+    for (const [other, sheet] of sheets)
+      if (other !== name && sheet.root.isConnected) {
+        sheet.show(range, false);
+        state[other] = { range: sheet.range, limits: sheet.limits }; // drawn anew, it is still where it was zoomed to
+      }
   }
 
   function header(name, sheet) {
