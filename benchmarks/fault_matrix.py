@@ -6,7 +6,7 @@ with its log damaged:
     goes on      largest pause between two estimates of one engine
     seen         the fault is reported by its name, and its status bit is on
     band honest  share of estimates, fault to end, with the twin's true thrust inside their 95 % band; beside it the
-                 same share of the whole sensors, over the same seconds
+                 same share of the whole sensors, at the same instants
     worst        largest error against the truth in that time
     recovered    largest difference from the good run in the last seconds, newtons, and in standard deviations of both
 """
@@ -46,7 +46,8 @@ class Verdict(NamedTuple):
     reported: bool
     flagged: bool
     inside_95: float  # share of estimates with the truth in their band, 0 to 1
-    whole_inside_95: float  # the same without the fault
+    whole_inside_95: float  # the same without the fault, at the same instants
+    further_sigma: float  # by how much the error, in its own sigmas, is at most larger than without the fault
     worst_n: float  # against the truth
     off_n: float
     off_sigma: float
@@ -92,7 +93,8 @@ def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Array], begin_ns:
     during = [e for engine in case.engines for e in bad.estimates[engine] if begin_ns <= e.t_ns < end_ns + S]
     stop_ns = bad.estimates[0][-1].t_ns
     error_n, std_n = errors(bad, truth, begin_ns, stop_ns)
-    whole_n, whole_std_n = errors(good, truth, begin_ns, stop_ns)
+    whole_n, whole_std_n = errors(at_the_instants_of(bad, good), truth, begin_ns, stop_ns)
+    same_n, same_std_n = errors(at_the_instants_of(good, bad), truth, begin_ns, stop_ns)
     off_n, sigma_n = differences(bad, good, stop_ns - round(TAIL_S * S), stop_ns)
     last = [e.status for engine in bad.estimates for e in engine if stop_ns - S <= e.t_ns < stop_ns]
     return Verdict(
@@ -101,11 +103,19 @@ def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Array], begin_ns:
         any(e.status & case.status for e in during),
         float(np.mean(error_n < Z95 * std_n)),
         float(np.mean(whole_n < Z95 * whole_std_n)),
+        float((same_n / same_std_n - whole_n / whole_std_n).max()),
         float(error_n.max()),
         float(off_n.max()),
         float((off_n / sigma_n).max()),
         any(status & case.status for status in last),
     )
+
+
+def at_the_instants_of(other: Flown, run: Flown) -> Flown:
+    """A run where the other one has estimates too: what an overrun shed is judged of neither."""
+    times = [{e.t_ns for e in engine} for engine in other.estimates]
+    pairs = zip(run.estimates, times, strict=True)
+    return run._replace(estimates=tuple([e for e in engine if e.t_ns in theirs] for engine, theirs in pairs))
 
 
 def pause_s(begin_ns: int, estimates: Sequence[Estimate]) -> float:

@@ -35,8 +35,9 @@ def test_the_flight_goes_on_says_so_and_recovers(flight, case, moment_s):
     assert verdict.longest_pause_s < unseen_s + 0.2
     assert verdict.reported
     assert verdict.flagged
-    # what an overrun shed is not judged: the share is that of the rest of a flight that is not all inside itself
+    # what an overrun shed is not judged; the rest, at the edge of its band without it too, is no further out by it
     assert verdict.inside_95 > 0.8 * (verdict.whole_inside_95 if unseen_s else 1.0)
+    assert verdict.further_sigma < (0.5 if unseen_s else Z95)
     assert verdict.off_sigma < Z95 or verdict.off_n < REST_N
     assert not verdict.still_flagged
 
