@@ -211,6 +211,7 @@ def test_marks_are_kept_beside_the_recording(served):
 
 
 def test_window_csv_and_bad_numbers(served):
+    served.order("prepare", recording="measured.csv")
     status, _, body = served.ask("GET", "api/window.csv?recording=measured.csv&channel=force_N&from=1&to=2")
     assert status == 200 and body.startswith(b"time_s,force_N\n1.0,")
     for query in ("from=a", "to=nan", "buckets=inf"):
