@@ -8,18 +8,21 @@ T' = r; the others are first-order Gauss-Markov, each with its own time and sigm
     z' = -z / tau_z + w        sigma_z                     c' = -c / tau_c + w     sigma_c
     h' = -h / tau_h + w        sigma_h(t)                  d' = -d / tau_d + w     sigma_d(t)
 
-sigma_h and sigma_d follow the region where the engine works: see `ErrorSize`. Friction in the rubber and the shape of
+sigma_h and sigma_d follow the region where the engine works: see `_follow`. Friction in the rubber and the shape of
 the deck are other errors at another thrust, however soon it is reached: 1/tau = 1/tau_0 + |r| / forget_after.
 Reference: Brown & Hwang, Introduction to Random Signals and Applied Kalman Filtering, ch. 5 (integrated Gauss-Markov,
 eq. 5.3).
 """
 
-from math import exp, inf, sqrt
+from math import exp, inf, isfinite, nan, sqrt
+from typing import Any
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.fusion.settings import FusionSettings
+from thrustd.compiled import compiled
+from thrustd.fusion.settings import SETTINGS
 
 THRUST, RATE, ZERO, MOUNT, ENGINE, SHAPE = range(6)
 N_STATE = 6
@@ -29,82 +32,108 @@ DOUBT_ENDS = 0.1
 FALLS_BELOW = 0.8  # of v: less is the noise of the readings, and the error would be forgotten by it
 SHAPE_SETTLE_S = 10.0  # fuel flow has said anew where N1's line is; what a throttle left in the mounts is not over
 START_ERROR_N = 60.0  # h and d, before the first measurement says its own
+LEAST_ERROR_N = 10.0  # of h and d: no route is exact, and a state known exactly makes covariances singular
 IDLE_RATE_N_S = 60.0  # the filter's rate is never still: less than this is no movement
+UNKNOWN_RATE_PCT_S = 1.0  # nobody says whether the throttle moves: it may
+SCALE_FLOOR_N = 500.0  # relative errors of the brochure are taken of at least this much thrust
+SCALE_STEP = 0.05  # s must not follow the noise of the reading it weighs: c would be learnt from it
+MOUNT_N2, SHAPE_N2, SCALE_N = range(3)  # a row of sizes: variances of h and d when nothing is learnt of them, and s
 
 
-class ErrorSize:
-    """Variance of one slow error when nothing is learnt of it, while its sigma changes with the region, N^2.
+class Dynamics:
+    """F and Q of one filter, written anew in place for every step."""
+
+    def __init__(self, settings: Any) -> None:
+        """`settings`: see `settings_row`."""
+        self._settings = settings
+        self.sizes = np.array([START_ERROR_N**2, START_ERROR_N**2, 0.0])  # no brochure thrust yet
+        self._f, self._q = np.eye(N_STATE), np.zeros((N_STATE, N_STATE))
+
+    @property
+    def scale_n(self) -> float:
+        """s: the brochure thrust in steps of 5 %; 0 before there is one."""
+        return self.sizes.item(SCALE_N)
+
+    def step(
+        self, dt_s: float, rate_n_s: float, n1_rate_pct_s: float, surprise_n_s: float, *routes_n: float
+    ) -> tuple[Matrix, Matrix]:
+        """(F, Q), each (6, 6), good until the next call.
+
+        `rate_n_s` of the thrust now; the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate unseen;
+        `routes_n`: sigma of the mounts, brochure thrust and its sigma; NaN of a silent route.
+        """
+        _move(self._f, self._q, self.sizes, self._settings, dt_s, rate_n_s, n1_rate_pct_s, surprise_n_s, *routes_n)
+        return self._f, self._q
+
+
+@compiled
+def _follow(sizes: Matrix, which: int, std_n: float, keep: float, dt_s: float, settle_s: float) -> tuple[float, float]:
+    """(a, q) of a slow error over a step, while its sigma changes with the region; NaN = the route is silent.
 
         v' = max(sigma^2, a^2 v + (1 - a^2) sigma^2),     q = v' - a^2 v
 
-    It is as large as the region says at once, and falls as slowly as the error forgets, a, or within `settle_s`, b:
+    v: its variance when nothing is learnt of it. It is as large as the region says at once, and falls as slowly as the
+    error forgets, a (the part `keep`), or within `settle_s`, b:
 
         v' = max(sigma^2, b^2 v + (1 - b^2) sigma^2),     a = min(a, v' / v)
 
     for then the error was a sum, and the part that has ended was independent of what stays. Where sigma^2 falls to less
     than `DOUBT_ENDS` of v, a doubt ended (an acceleration came back): b = 0.
     """
-
-    __slots__ = ("settle_s", "variance_n2")
-
-    def __init__(self, std_n: float, settle_s: float = inf) -> None:
-        self.variance_n2 = std_n * std_n
-        self.settle_s = settle_s
-
-    def step(self, std_n: float, keep: float, dt_s: float) -> tuple[float, float]:
-        """(a, q) of a step over which the error forgets down to the part `keep`; NaN std = the route is silent."""
-        before_n2 = self.variance_n2
-        wanted_n2 = std_n * std_n if std_n == std_n else before_n2
-        fall = keep
-        if wanted_n2 < FALLS_BELOW * before_n2:
-            fall = 0.0 if wanted_n2 < DOUBT_ENDS * before_n2 else keep * exp(-dt_s / self.settle_s)
-        self.variance_n2 = max(wanted_n2, wanted_n2 + fall * fall * (before_n2 - wanted_n2))
-        if fall < keep and self.variance_n2 < keep * before_n2:
-            keep = self.variance_n2 / before_n2
-        return keep, self.variance_n2 - keep * keep * before_n2
+    before_n2 = sizes[which]
+    wanted_n2 = std_n * std_n if isfinite(std_n) else before_n2
+    fall = keep
+    if wanted_n2 < FALLS_BELOW * before_n2:
+        fall = 0.0 if wanted_n2 < DOUBT_ENDS * before_n2 else keep * exp(-dt_s / settle_s)
+    after_n2 = max(wanted_n2, wanted_n2 + fall * fall * (before_n2 - wanted_n2))
+    if fall < keep and after_n2 < keep * before_n2:
+        keep = after_n2 / before_n2
+    sizes[which] = after_n2
+    return keep, after_n2 - keep * keep * before_n2
 
 
-class Dynamics:
-    """F and Q of one filter, written anew in place for every step."""
+@compiled
+def _slow_std(std_n: float, else_n: float) -> float:
+    """What is left of a route's sigma beside the error that has a state of its own; NaN of a silent route."""
+    return sqrt(max(std_n**2 - else_n**2, LEAST_ERROR_N**2)) if isfinite(std_n) else nan
 
-    def __init__(self, settings: FusionSettings) -> None:
-        self._settings = settings
-        self.mount, self.shape = ErrorSize(START_ERROR_N), ErrorSize(START_ERROR_N, SHAPE_SETTLE_S)
-        self._f, self._q = np.eye(N_STATE), np.zeros((N_STATE, N_STATE))
-        self._f_diagonal = self._f.reshape(-1)[:: N_STATE + 1]  # views
-        self._q_diagonal = self._q.reshape(-1)[:: N_STATE + 1]
 
-    def step(
-        self, dt_s: float, rate_n_s: float, n1_rate_pct_s: float, surprise_n_s: float, stds_n: tuple[float, float]
-    ) -> tuple[Matrix, Matrix]:
-        """(F, Q), each (6, 6), good until the next call.
+def _motion(
+    f: Matrix, q: Matrix, sizes: Matrix, settings: Any, dt_s: float, rate_n_s: float, n1_rate_pct_s: float,
+    surprise_n_s: float, mount_std_n: float, brochure_n: float, brochure_std_n: float,
+) -> None:  # fmt: skip
+    s = settings[0]
+    if isfinite(brochure_std_n):
+        scale_n = max(abs(brochure_n), SCALE_FLOOR_N)
+        if abs(scale_n - sizes[SCALE_N]) > SCALE_STEP * sizes[SCALE_N]:
+            sizes[SCALE_N] = scale_n
+    n1_rate_pct_s = abs(n1_rate_pct_s) if isfinite(n1_rate_pct_s) else UNKNOWN_RATE_PCT_S
+    moving = max(s.throttle_rate_gain_n_per_pct * n1_rate_pct_s, surprise_n_s)
+    var = sqrt(s.thrust_rate_std_n_s**2 + moving * moving) ** 2
+    moving_n_s = max(abs(rate_n_s), s.throttle_rate_gain_n_per_pct / 4.0 * n1_rate_pct_s)
+    moved = max(moving_n_s - IDLE_RATE_N_S, 0.0) * dt_s / s.forget_after_n
+    tau = s.thrust_rate_tau_s
+    u = dt_s / tau
+    a = exp(-u)
+    sigma_h = _slow_std(mount_std_n, s.mount_zero_std_n)
+    sigma_d = _slow_std(brochure_std_n, s.brochure_bias_std * sizes[SCALE_N])
+    keep_zero, keep_engine = exp(-dt_s / s.mount_zero_tau_s), exp(-dt_s / s.brochure_bias_tau_s)
+    keep_h, q_h = _follow(sizes, MOUNT_N2, sigma_h, exp(-dt_s / s.mount_error_tau_s - moved), dt_s, inf)
+    keep_d, q_d = _follow(sizes, SHAPE_N2, sigma_d, exp(-dt_s / s.brochure_shape_tau_s - moved), dt_s, SHAPE_SETTLE_S)
+    f[RATE, RATE], f[ZERO, ZERO], f[MOUNT, MOUNT], f[ENGINE, ENGINE], f[SHAPE, SHAPE] = (
+        a, keep_zero, keep_h, keep_engine, keep_d,
+    )  # fmt: skip
+    f[THRUST, RATE] = tau * (1.0 - a)
+    # the closed form loses its digits below u = 1e-3: its series is 2/3 u^3
+    drift = 2.0 * u - 3.0 + 4.0 * a - a * a if u > 1e-3 else 2.0 / 3.0 * u**3
+    q[THRUST, THRUST], q[RATE, RATE] = var * tau * tau * drift, var * (1.0 - a * a)
+    q[THRUST, RATE] = q[RATE, THRUST] = var * tau * (1.0 - a) ** 2
+    q[ZERO, ZERO], q[ENGINE, ENGINE] = (
+        s.mount_zero_std_n**2 * (1.0 - keep_zero**2),
+        s.brochure_bias_std**2 * (1.0 - keep_engine**2),
+    )
+    q[MOUNT, MOUNT], q[SHAPE, SHAPE] = q_h, q_d
 
-        `rate_n_s` of the thrust now; the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate unseen;
-        `stds_n`: sigma of h and d where the engine works now, NaN when nobody says.
-        """
-        s = self._settings
-        moving = max(abs(s.throttle_rate_gain_n_per_pct * n1_rate_pct_s), surprise_n_s)
-        var = sqrt(s.thrust_rate_std_n_s**2 + moving * moving) ** 2
-        moving_n_s = max(abs(rate_n_s), s.throttle_rate_gain_n_per_pct / 4.0 * abs(n1_rate_pct_s))
-        moved = max(moving_n_s - IDLE_RATE_N_S, 0.0) * dt_s / s.forget_after_n
-        tau = s.thrust_rate_tau_s
-        u = dt_s / tau
-        a = exp(-u)
-        keep_mount, q_mount = self.mount.step(stds_n[0], exp(-dt_s / s.mount_error_tau_s - moved), dt_s)
-        keep_shape, q_shape = self.shape.step(stds_n[1], exp(-dt_s / s.brochure_shape_tau_s - moved), dt_s)
-        keep_zero = exp(-dt_s / s.mount_zero_tau_s)
-        keep_engine = exp(-dt_s / s.brochure_bias_tau_s)
-        self._f_diagonal[:] = 1.0, a, keep_zero, keep_mount, keep_engine, keep_shape
-        self._f[THRUST, RATE] = tau * (1.0 - a)
-        # the closed form loses its digits below u = 1e-3: its series is 2/3 u^3
-        drift = 2.0 * u - 3.0 + 4.0 * a - a * a if u > 1e-3 else 2.0 / 3.0 * u**3
-        self._q_diagonal[:] = (
-            var * tau * tau * drift,
-            var * (1.0 - a * a),
-            s.mount_zero_std_n**2 * (1.0 - keep_zero**2),
-            q_mount,
-            s.brochure_bias_std**2 * (1.0 - keep_engine**2),
-            q_shape,
-        )
-        self._q[THRUST, RATE] = self._q[RATE, THRUST] = var * tau * (1.0 - a) ** 2
-        return self._f, self._q
+
+_F, _TABLE = numba.float64, numba.float64[:, ::1]
+_move: Any = compiled(_motion, numba.void(_TABLE, _TABLE, _F[::1], numba.from_dtype(SETTINGS)[::1], *[_F] * 7), "numpy")

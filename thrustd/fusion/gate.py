@@ -1,18 +1,26 @@
 """Chi-square gate with memory: one odd measurement is left out, a route that stays odd is declared failed.
 
-accepted  if  nu^2 / S <= gate,      nu = innovation, S = its predicted variance
+    nu = y - H x,   S = H P H^T + R     innovation of a scalar measurement and its predicted variance
+
+accepted  if  nu^2 / S <= gate
 failed    once the time spent outside exceeds the time spent inside by `fail_after_s`
 recovered once the innovation has stayed inside the gate for `recover_after_s`
 """
 
-from dataclasses import dataclass
 from math import isfinite, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from thrustd.fusion.settings import FusionSettings
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from thrustd.compiled import compiled
+from thrustd.fusion.settings import SETTINGS, FusionSettings
 
 MOVING_PCT_S = 0.5  # N1 of a throttle that rests stays within 0.3 %/s
 MAX_STEP_S = 1.0  # a long silence says nothing about agreement
+OUTSIDE_S, INSIDE_S, FAILED = range(3)  # the memory of one route
+Floats = npt.NDArray[np.float64]
 
 
 class Verdict(NamedTuple):
@@ -45,36 +53,48 @@ def agree_on_a_move(mount: Verdict, brochure: Verdict, n1_rate_pct_s: float, n_p
     return both
 
 
-@dataclass(slots=True)
 class Gate:
-    """The memory of one route."""
+    """The memory of one route. Mutable."""
 
-    gate_chi2: float
-    fail_after_s: float
-    recover_after_s: float
-    outside_s: float = 0.0
-    inside_s: float = 0.0
-    failed: bool = False
+    __slots__ = ("_settings", "row")
 
-    def judge(self, innovation: float, variance: float, dt_s: float) -> bool:
-        """True when the measurement may be used; innovation and variance in the measurement's unit."""
-        dt_s = min(max(dt_s, 0.0), MAX_STEP_S)
-        inside = isfinite(innovation) and innovation * innovation <= self.gate_chi2 * variance
-        self.outside_s = max(self.outside_s - dt_s, 0.0) if inside else self.outside_s + dt_s
-        self.inside_s = self.inside_s + dt_s if inside else 0.0
-        if not self.failed and self.outside_s >= self.fail_after_s:
-            self.failed, self.inside_s = True, 0.0
-        elif self.failed and self.inside_s >= self.recover_after_s:
-            self.failed, self.outside_s = False, 0.0
-        return inside and not self.failed
+    def __init__(self, settings: Any) -> None:
+        """`settings`: see `settings_row`."""
+        self._settings = settings
+        self.row = np.zeros(3)  # for the checkpoint, too
 
-    def state(self) -> list[float]:
-        """For the checkpoint."""
-        return [self.outside_s, self.inside_s, float(self.failed)]
+    @property
+    def failed(self) -> bool:
+        """Odd for so long that it is not believed."""
+        return self.row.item(FAILED) != 0.0
 
-    def load(self, state: list[float]) -> None:
-        """From the checkpoint."""
-        self.outside_s, self.inside_s, self.failed = state[0], state[1], bool(state[2])
+    def judge(self, y: float, h: Floats, r: float, doubt: float, dt_s: float, x: Floats, p: Floats) -> Verdict:
+        """A measurement y = h x + v, h (1, n), of variance r, of a state x (n, 1) with covariance p (n, n).
+
+        `doubt`: variance by which the gate opens; `dt_s`: since the last one of this route.
+        """
+        verdict: Verdict = tuple.__new__(Verdict, _judge(self.row, self._settings, y, h, r, doubt, dt_s, x, p))
+        return verdict
+
+
+def _weigh(
+    row: Floats, settings: Any, y: float, h: Floats, r: float, doubt: float, dt_s: float, x: Floats, p: Floats
+) -> tuple[float, float, bool]:
+    s, expected, spread = settings[0], 0.0, 0.0
+    for i in range(len(x)):
+        expected += h[0, i] * x[i, 0]
+        for j in range(len(x)):
+            spread += h[0, i] * p[i, j] * h[0, j]
+    nu, variance = y - expected, spread + r
+    dt_s = min(max(dt_s, 0.0), MAX_STEP_S)
+    inside = isfinite(nu) and nu * nu <= s.gate_chi2 * (variance + doubt)
+    row[OUTSIDE_S] = max(row[OUTSIDE_S] - dt_s, 0.0) if inside else row[OUTSIDE_S] + dt_s
+    row[INSIDE_S] = row[INSIDE_S] + dt_s if inside else 0.0
+    if row[FAILED] == 0.0 and row[OUTSIDE_S] >= s.fail_after_s:
+        row[FAILED], row[INSIDE_S] = 1.0, 0.0
+    elif row[FAILED] != 0.0 and row[INSIDE_S] >= s.recover_after_s:
+        row[FAILED] = row[OUTSIDE_S] = 0.0
+    return nu, nu * nu / variance, inside and row[FAILED] == 0.0
 
 
 def surprise_n_s(settings: FusionSettings, *routes: tuple[Verdict, Gate]) -> float:
@@ -89,3 +109,10 @@ def surprise_n_s(settings: FusionSettings, *routes: tuple[Verdict, Gate]) -> flo
     if not any([verdict.used for verdict, _ in routes]):
         return settings.agreed_surprise_rate_n_s
     return 0.0 if odd[0].failed else settings.surprise_rate_n_s
+
+
+_F, _TABLE = numba.float64, numba.float64[:, ::1]
+_VERDICT = vars(numba.types)["Tuple"]((_F, _F, numba.boolean))  # untyped in the package
+_judge: Any = compiled(
+    _weigh, _VERDICT(_F[::1], numba.from_dtype(SETTINGS)[::1], _F, _TABLE, _F, _F, _F, _TABLE, _TABLE), "numpy"
+)

@@ -1,6 +1,9 @@
 """Noises, gates and time constants of the fusion: the `[fusion]` section of the configuration."""
 
+from typing import Any
+
 import msgspec
+import numpy as np
 
 from thrustd.errors import ConfigError
 
@@ -35,6 +38,14 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     engine_off_after_s: float = 3.0
     tare_std_n: float = 10.0
     converging_std_n: float = 400.0  # band wider than this: still converging
+
+
+SETTINGS = np.dtype([(name, np.float64) for name in FusionSettings.__struct_fields__])
+
+
+def settings_row(settings: FusionSettings) -> Any:
+    """(1,) of SETTINGS: the same for compiled code."""
+    return np.array([msgspec.structs.astuple(settings)], SETTINGS)
 
 
 def check_settings(settings: FusionSettings, where: str) -> None:

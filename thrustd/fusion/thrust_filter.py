@@ -15,27 +15,23 @@ good: nothing that is not finite reaches `update`.
 Reference: Schmidt 1966; Bierman, Factorization Methods for Discrete Sequential Estimation, ch. 8 (consider states).
 """
 
-from math import isfinite, nan, sqrt
+from math import isfinite, nan
 
 import numpy as np
 
 from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SHAPE, START_ERROR_N, THRUST, ZERO, Dynamics, Matrix
+from thrustd.fusion.estimate_row import estimate_row
 from thrustd.fusion.fusion_inputs import FusionInputs, sane
 from thrustd.fusion.gate import NOTHING, Gate, Verdict, agree_on_a_move, surprise_n_s
 from thrustd.fusion.kalman import KalmanFilter
-from thrustd.fusion.settings import FusionSettings
+from thrustd.fusion.settings import FusionSettings, settings_row
 from thrustd.fusion.smoother import Tape
-from thrustd.fusion.status_bits import CONVERGING, brochure_bits, input_bits, mount_bits
 from thrustd.types import Estimate, Fault, Status
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then
-SCALE_FLOOR_N = 500.0  # relative errors of the brochure are taken of at least this much thrust
-SCALE_STEP = 0.05  # s must not follow the noise of the reading it weighs: c would be learnt from it
-LEAST_ERROR_N = 10.0  # of h and d: no route is exact, and a state known exactly makes covariances singular
 OFF_DOUBT_N = 150.0
-UNKNOWN_RATE_PCT_S = 1.0  # nobody says whether the throttle moves: it may
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 NEVER_NS = -1
 ERRORS, ZERO_ALONE, NO_ERROR = slice(ZERO, N_STATE), slice(ZERO, ZERO + 1), slice(0, 0)
@@ -58,17 +54,16 @@ class ThrustFilter:
         self._anchored = False  # a measurement of this instant has said where T is: the next teaches the errors
         self._brochure_verdict = NOTHING  # of the last reading
         self._faults: list[Fault] = []
-        self._mount_gate = Gate(settings.gate_chi2, settings.fail_after_s, settings.recover_after_s)
-        self._brochure_gate = Gate(settings.gate_chi2, settings.fail_after_s, settings.recover_after_s)
-        self._scale_n = 0.0  # s; no brochure thrust yet
+        self._numbers = settings_row(settings)
+        self._mount_gate, self._brochure_gate = Gate(self._numbers), Gate(self._numbers)
+        self._dynamics = Dynamics(self._numbers)
         self._kf = KalmanFilter(dim_x=N_STATE, dim_z=1)
         self._kf.inv = np.reciprocal  # scalar measurements: S is 1 x 1
         self._kf.x = np.zeros((N_STATE, 1))
         zero_n, engine_std = settings.mount_zero_std_n, settings.brochure_bias_std
         start = (START_STD_N, START_RATE_STD_N_S, zero_n, START_ERROR_N, engine_std, START_ERROR_N)
         self._kf.P = np.diag(np.square(start))
-        self._dynamics = Dynamics(settings)
-        self._motion: tuple[Matrix, Matrix] = self._dynamics.step(0.0, 0.0, 0.0, 0.0, (nan, nan))
+        self._motion: tuple[Matrix, Matrix] = self._dynamics.step(0.0, 0.0, 0.0, 0.0, nan, nan, nan)
         # rows of H and the variance of one scalar measurement, written anew for each
         self._mount_h, self._brochure_h, self._r = np.zeros((1, N_STATE)), np.zeros((1, N_STATE)), np.zeros((1, 1))
         self._mount_h[0, (THRUST, ZERO, MOUNT)] = 1.0
@@ -142,15 +137,16 @@ class ThrustFilter:
 
     def _row(self) -> list[float]:
         """All that measurements change."""
-        sizes = self._dynamics.mount.variance_n2, self._dynamics.shape.variance_n2, self._scale_n
-        state = *self._kf.x.ravel().tolist(), *self._kf.P.ravel().tolist()
-        return [*state, *sizes, *self._mount_gate.state(), *self._brochure_gate.state()]
+        parts = self._kf.x, self._kf.P, self._dynamics.sizes, self._mount_gate.row, self._brochure_gate.row
+        return [number for part in parts for number in part.ravel().tolist()]
 
     def _load(self, row: list[float]) -> None:
         self._kf.x, self._kf.P = np.array(row[:N_STATE]).reshape(N_STATE, 1), _covariance(row)
-        self._dynamics.mount.variance_n2, self._dynamics.shape.variance_n2, self._scale_n = row[END_P:-6]
-        self._mount_gate.load(row[-6:-3])
-        self._brochure_gate.load(row[-3:])
+        self._dynamics.sizes[:], self._mount_gate.row[:], self._brochure_gate.row[:] = (
+            row[END_P:-6],
+            row[-6:-3],
+            row[-3:],
+        )
 
     def _look_back(self, dt_s: float, inputs: FusionInputs) -> None:
         """A sensor that is named has lied since a while: all but the thrust is as it was 5 to 10 s ago.
@@ -170,26 +166,10 @@ class ThrustFilter:
             self._kf.x[THRUST] = thrust_n
             self._past[1] = self._past[0]
 
-    def _sizes(self, inputs: FusionInputs) -> tuple[float, float]:
-        """(sigma_h, sigma_d) where the engine works now; NaN of a silent route."""
-        s = self._settings
-        if isfinite(inputs.brochure_std_n):
-            scale_n = max(abs(inputs.brochure_n), SCALE_FLOOR_N)
-            if abs(scale_n - self._scale_n) > SCALE_STEP * self._scale_n:
-                self._scale_n = scale_n
-        mount_n2, brochure_n2 = inputs.mount_std_n**2, inputs.brochure_std_n**2
-        zero_n2, engine_n2 = s.mount_zero_std_n**2, (s.brochure_bias_std * self._scale_n) ** 2
-        return (
-            sqrt(max(mount_n2 - zero_n2, LEAST_ERROR_N**2)) if isfinite(mount_n2) else nan,
-            sqrt(max(brochure_n2 - engine_n2, LEAST_ERROR_N**2)) if isfinite(brochure_n2) else nan,
-        )
-
     def _predict(self, dt_s: float, inputs: FusionInputs) -> None:
-        sizes = self._sizes(inputs)
-        n1_rate_pct_s = inputs.n1_rate_pct_s if isfinite(inputs.n1_rate_pct_s) else UNKNOWN_RATE_PCT_S
+        routes_n = inputs.mount_std_n, inputs.brochure_n, inputs.brochure_std_n
         rate_n_s: float = self._kf.x.item(RATE)
-        self._motion = self._dynamics.step(dt_s, rate_n_s, n1_rate_pct_s, self._surprise_n_s, sizes)
-        f, q = self._motion
+        self._motion = f, q = self._dynamics.step(dt_s, rate_n_s, inputs.n1_rate_pct_s, self._surprise_n_s, *routes_n)
         self._kf.predict(F=f, Q=q)
 
     def _open(self, variance_n2: float) -> None:
@@ -215,7 +195,7 @@ class ThrustFilter:
         dt_s = 0.0 if self._read_ns == NEVER_NS else (read_ns - self._read_ns) * 1e-9
         self._read_ns = read_ns
         h = self._brochure_h
-        h[0, RATE], h[0, ENGINE] = -inputs.brochure_age_s, self._scale_n
+        h[0, RATE], h[0, ENGINE] = -inputs.brochure_age_s, self._dynamics.scale_n
         noise = self._settings.brochure_noise_std_n**2 + inputs.brochure_lag_n**2
         self._brochure_verdict = self._measure(inputs.brochure_n, h, noise, self._brochure_gate, "brochure", dt_s)
         return self._brochure_verdict
@@ -226,15 +206,13 @@ class ThrustFilter:
         """Gate one scalar measurement, opened by `doubt_n2`, and use it."""
         if not isfinite(y):
             return NOTHING
-        innovation = y - h.dot(self._kf.x).item()
-        variance = h.dot(self._kf.P).dot(h.T).item() + r
         was_failed = gate.failed
-        used = gate.judge(innovation, variance + doubt_n2, dt_s)
+        verdict = gate.judge(y, h, r, doubt_n2, dt_s, self._kf.x, self._kf.P)
         if gate.failed != was_failed:
             self._report(f"{route}_{'failed' if gate.failed else 'recovered'}")
-        if used:
+        if verdict.used:
             self._update(y, r, h)
-        return Verdict(innovation, innovation * innovation / variance, used)
+        return verdict
 
     def _update(self, y: float, r: float, h: Matrix) -> None:
         self._r[0, 0] = r
@@ -258,34 +236,12 @@ class ThrustFilter:
     def _report(self, kind: str) -> None:
         self._faults.append(Fault(self._t_ns, self._name, kind))
 
-    def _status(self, inputs: FusionInputs, mount: Verdict, off: bool, variance_n2: float) -> int:
-        status = input_bits(inputs) | mount_bits(isfinite(inputs.mount_n), mount, self._mount_gate)
-        status |= brochure_bits(isfinite(inputs.brochure_n), self._brochure_verdict, self._brochure_gate, off)
-        return status | CONVERGING if variance_n2 > self._settings.converging_std_n**2 else status
-
     def _estimate(self, inputs: FusionInputs, mount: Verdict, brochure: Verdict, off: bool) -> Estimate:
-        x: list[float] = self._kf.x.ravel().tolist()
-        variance_n2: float = self._kf.P.item(THRUST)
-        used = [verdict.nis for verdict in (mount, brochure) if verdict.used]
-        return Estimate(
-            t_ns=inputs.t_ns,
-            engine=self._engine,
-            thrust_n=x[THRUST],
-            thrust_std_n=sqrt(variance_n2),
-            thrust_rate_n_s=x[RATE],
-            mount_n=inputs.mount_n,
-            mount_std_n=inputs.mount_std_n,
-            brochure_n=inputs.brochure_n,
-            brochure_std_n=inputs.brochure_std_n,
-            innovation_n=mount.innovation_n,
-            brochure_innovation_n=brochure.innovation_n,
-            nis=sum(used) / len(used) if used else nan,
-            mount_bias_n=x[ZERO] + x[MOUNT],
-            brochure_bias=x[ENGINE] + x[SHAPE] / max(self._scale_n, SCALE_FLOOR_N),
-            load_share=inputs.load_share,
-            status=self._status(inputs, mount, off, variance_n2),
-            brochure_nis=brochure.nis if brochure.used else nan,
-        )
+        gates, last = (self._mount_gate.row, self._brochure_gate.row), self._brochure_verdict
+        memory = self._kf.x, self._kf.P, self._dynamics.sizes, *gates, self._numbers, self._engine
+        row = estimate_row(*memory, off, last.innovation_n, last.used, *mount, *brochure, *inputs)
+        estimate: Estimate = tuple.__new__(Estimate, row)
+        return estimate
 
 
 def _covariance(row: list[float]) -> Matrix:
