@@ -5,9 +5,11 @@ import pytest
 
 from tests.conftest import simple_model
 from thrustd.columns import GOOD
-from thrustd.model.artifact import EffectSpec
+from thrustd.fusion.mounts import MountCombiner
+from thrustd.model.artifact import EffectSpec, LinearBlock, RealMode
 from thrustd.model.compile import compile_model
 from thrustd.mount_route import MountRoute
+from thrustd.mount_start import LOAD_AGE_S, Unseen
 from thrustd.sync import align
 from thrustd.sync.grid import Grid
 from thrustd.sync.hold import Hold
@@ -35,6 +37,10 @@ class Bench:
         self._grid.mounts[0]["scale_mm"] = 1.0  # counts are millimetres here ...
         self.route = MountRoute(model, 50, self._grid, 0)
 
+    def started(self, k, mm):
+        self.take(k, mm)
+        return self.route.fused(1.0)
+
     def take(self, k, mm, accel_x_g=0.0):
         self._grid.mounts[0]["offset_mm"] = mm  # ... and zero
         readings, samples = np.array([[0, GOOD, 0, 1]]), np.array([[0, GOOD, k, k * 10_000, 0]])
@@ -57,7 +63,9 @@ def test_flight_is_the_ground_simulation_bit_for_bit_whatever_channels_the_effec
     t_s = np.arange(600) / RATE_HZ
     channels = {"deformation_mm": 0.4 + 0.2 * np.sin(2 * t_s), "accel_x_g": 0.05 * np.cos(t_s)}
     rows = model.inputs(channels)
-    assert list(flown(Bench(model), *channels.values())) == model.simulate(rows).tolist()
+    held = lambda mm: np.where(np.isin(model.channels, "deformation_mm"), mm, rows[0])  # noqa: E731
+    start = Unseen(model).start(held, rows[0, 0], None, LOAD_AGE_S, 0.0)
+    assert list(flown(Bench(model), *channels.values())) == model.simulate(rows, start).tolist()
 
 
 def test_through_a_gap_the_effects_see_the_straight_line_too(model):
@@ -71,3 +79,36 @@ def test_through_a_gap_the_effects_see_the_straight_line_too(model):
     for each in (holed, whole):
         each.take(200, 0.8)
     assert holed.route.fused(0.01).force_n == pytest.approx(whole.route.fused(0.01).force_n, abs=1e-6)
+
+
+@pytest.mark.parametrize("load_s", [0, 60, 900, 3600, 10_800])
+def test_a_start_under_load_knows_what_it_does_not_know(load_s):
+    """The model creeps; who starts it late does not know since when it is loaded."""
+    creeping = simple_model(
+        linear=LinearBlock(1.1, [RealMode(400.0, -0.06), RealMode(14_400.0, -0.04)]), effects=EFFECTS[:1]
+    )
+    model = compile_model(creeping, 1.0)
+    loaded = np.full((load_s + 1, 1), 0.6)
+    true_n = model.simulate(np.hstack([loaded, 0 * loaded]), model.start(np.zeros(2)))[-1]
+    found = Bench(model).started(load_s, 0.6)
+    assert abs(found.force_n - true_n) <= 1.96 * found.common_n
+    assert found.common_n < 0.05 * 0.6 * 5079
+    assert Bench(model).started(0, 0.0).common_n == 0.0
+
+
+def test_both_mounts_of_an_engine_do_not_know_it_together():
+    both = MountCombiner().step((2000.0, 2000.0), (50.0, 50.0), (40.0, 40.0), (True, True), 0.1)
+    assert both.std_n == pytest.approx(np.hypot(np.hypot(30.0, 30.0), 40.0 + 40.0))
+
+
+def test_a_start_under_load_does_not_know_the_branch_of_friction_until_the_throttle_has_told():
+    rubbing = compile_model(simple_model(linear=LinearBlock(1.0, []), effects=EFFECTS[:2]), RATE_HZ)
+    levels_mm = np.concatenate([np.linspace(0.0, 1.0, 50), np.linspace(1.0, 0.5, 50), np.linspace(0.5, 0.1, 50)])
+    true_n = rubbing.simulate(rubbing.inputs({"deformation_mm": levels_mm, "accel_x_g": 0.0 * levels_mm}))
+    late, doubts_n = Bench(rubbing), []
+    for k in range(100, 150):
+        found = late.started(k, levels_mm[k])
+        doubts_n.append(found.common_n)
+        assert abs(found.force_n - true_n[k]) <= 1.96 * found.common_n + 1.0
+    assert doubts_n[0] > 30.0
+    assert doubts_n[-1] == 0.0

@@ -2,7 +2,7 @@
 
 bridged    up to `bridge_samples` missing: the model steps through them on a straight line of deformation
 doubted    up to LONGEST_GAP_S: the same, and the band says by how much the slow modes may be wrong
-restarted  longer: the model starts again at rest, with the same doubt
+restarted  longer, and the first sample of all: see `mount_start`
 """
 
 from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
@@ -15,6 +15,7 @@ from thrustd.compiled import compiled
 from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap
 from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
+from thrustd.mount_start import LOAD_AGE_S, Unseen
 from thrustd.signals import CATALOGUE, Signal
 from thrustd.sync.grid import Grid
 from thrustd.sync.memory import MOUNT
@@ -24,7 +25,6 @@ EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is t
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
 HELD_TAU_S = 1.0
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
-
 
 _MEANS = np.dtype(
     [
@@ -49,6 +49,7 @@ class MountState(NamedTuple):
     deformation_mm: float
     force_n: float
     std_n: float
+    common_n: float  # the part of it that the engine's other mount has too, to the same side
     extrapolating: bool
     gap: bool
 
@@ -59,9 +60,7 @@ class MountRoute:
     def __init__(
         self, model: CompiledModel, bridge_samples: int, grid: Grid, number: int, installation_std_n: float = 0.0
     ):
-        """Mount `number` of `grid`. `installation_std_n`: one sigma of what the bench could not show, see
-        `fusion.settings`.
-        """
+        """Mount `number` of `grid`. `installation_std_n`: what the bench could not show, see `fusion.settings`."""
         self.model = model
         self.signals = model.channels[1:]
         mine = number, slice(len(self.signals))
@@ -87,12 +86,11 @@ class MountRoute:
         margin_mm, catalogue = BEYOND * (high_mm - low_mm), CATALOGUE["deformation_mm"]
         self._mount["low_mm"] = max(low_mm - margin_mm, catalogue.low)
         self._mount["high_mm"] = min(high_mm + margin_mm, catalogue.high)
-        self._n_doubts = 2 * len(model.spec.linear.real_modes)
         self._means = np.zeros(1, _MEANS)
         self._means["lagged_n"], self._means["period_s"] = nan, self._period_s
         self._means["installation_std_n"], self._means["stiffness_n_mm"] = installation_std_n, stiffness_n_mm
         self._means["low_mm"], self._means["high_mm"] = low_mm, high_mm
-        self._doubts = np.zeros((0, 2))  # of restarts: one sigma [N] and time constant [s] of each mode
+        self._unseen = Unseen(model)
         self._cells = _cells(model.spec.error)
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
 
@@ -115,12 +113,14 @@ class MountRoute:
         """Means since the last call, dt_s ago, and their one sigma."""
         samples = self._row, self._means, self._waiting_mm, self._force_n()
         channels = self._channels, self._lagged, self._unmeasured_s
-        deformation_mm, force_n, variance_n2, extrapolating, gap, complete = _fuse(
-            dt_s, *samples, *channels, self._doubts, *self._cells
+        deformation_mm, force_n, std_n, common_n, extrapolating, gap, complete = _fuse(
+            dt_s, *samples, *channels, self._unseen.doubts, *self._cells
         )
         if not complete:
-            variance_n2 += sum(part_n * part_n for part_n in self._unmeasured())
-        return MountState(deformation_mm, force_n, sqrt(variance_n2), extrapolating, gap)
+            common_n = hypot(common_n, *self._unmeasured())
+        if self._unseen.branched and isfinite(deformation_mm):
+            common_n = hypot(common_n, self._unseen.friction_std_n(self._inputs(deformation_mm)))
+        return MountState(deformation_mm, force_n, hypot(std_n, common_n), common_n, extrapolating, gap)
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
@@ -128,22 +128,21 @@ class MountRoute:
         if self._state is None:
             return {}
         place = [self._deformation_mm, float(self._mount["sequence"]), float(self._means["since_restart"][0])]
-        return {"state": self._state.tolist(), "place": place, "restart": self._doubts.ravel().tolist()}
+        return {"state": self._state.tolist(), "place": place, **self._unseen.snapshot()}
 
     def restore(self, snapshot: dict[str, list[float]]) -> bool:
         """Take over a snapshot of the same model; False (and nothing changed) when it is not one."""
         if not snapshot:
             return True
-        state, place, doubts = (snapshot.get(key, []) for key in ("state", "place", "restart"))
-        expected = self.model.start(np.concatenate(([0.0], self._channels))).size
-        if len(state) != expected or len(place) != 3 or len(doubts) not in (0, self._n_doubts):
+        state, place, doubts, branches = (snapshot.get(key, []) for key in ("state", "place", "doubts", "branches"))
+        size = self.model.start(self._inputs(0.0)).size
+        if (len(state), len(place)) != (size, 3) or not all(map(isfinite, [*state, *place])):
             return False
-        if not all(map(isfinite, [*state, *place, *doubts])) or not all(tau_s > 0 for tau_s in doubts[1::2]):
+        if not self._unseen.restore(doubts, branches, size):
             return False
         self._state = np.array(state)
         self._mount["deformation_mm"], self._mount["sequence"] = place[0], int(place[1])
         self._means["since_restart"] = int(place[2])
-        self._doubts = np.array(doubts).reshape(-1, 2)
         return True
 
     def resume(self, last: int, shift: int) -> None:
@@ -156,19 +155,20 @@ class MountRoute:
         self.flush()
         self._channels[self._own] = deformation_mm
         missing = max(sequence - int(self._mount["sequence"]) - 1, 0)
+        self._means["since_restart"] += missing
         if self._state is None or (missing > self._longest_samples and not self._resuming):
-            self._start(deformation_mm)
+            self._start(deformation_mm, missing)
         elif missing > 0:
             before = self._state.copy()
             self._bridge(missing, deformation_mm)
             if missing > self._bridge_samples:
-                self._doubt(before)
-            self._means["since_restart"] += missing
+                self._unseen.doubt(before, self._state, 0.5 * missing * self._period_s, self._since_restart_s())
+                self._means["since_restart"] = 0
         self._mount["sequence"], self._mount["watchful"] = sequence - 1, 0
         self._resuming = False
 
     def _force_n(self) -> Floats:
-        """Of the samples that wait; the model has seen them now."""
+        """Of the samples that wait."""
         n = self._waiting.item(0)
         force_n = self._waiting_mm[:n].copy()
         if n > 0:
@@ -180,22 +180,18 @@ class MountRoute:
     def _deformation_mm(self) -> float:
         return float(self._mount["deformation_mm"])
 
-    def _start(self, deformation_mm: float) -> None:
-        state = self.model.start(np.concatenate(([deformation_mm], self._channels)))
-        before = np.zeros_like(state) if self._state is None else self._state
-        self._means["gap"] = self._state is not None
-        self._state = state
-        self._doubt(before)
-
-    def _doubt(self, before: Floats) -> None:
-        """The slow modes are somewhere between the states before and after what was not seen: the band says so."""
-        assert self._state is not None
-        new = self.model.restart_uncertainty(before, self._state)
-        age_s = int(self._means["since_restart"][0]) * self._period_s
-        old = [std_n * exp(-age_s / tau_s) for std_n, tau_s in self._doubts.tolist()] or [0.0] * len(new)
-        self._doubts = np.array([(hypot(std_n, was), tau_s) for (std_n, tau_s), was in zip(new, old, strict=True)])
-        self._doubts = self._doubts.reshape(-1, 2)
+    def _start(self, deformation_mm: float, missing: int) -> None:
+        before, self._means["gap"] = self._state, self._state is not None
+        age_s = LOAD_AGE_S if before is None else min(0.5 * missing * self._period_s, LOAD_AGE_S)
+        self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, self._since_restart_s())
         self._means["since_restart"] = 0
+
+    def _since_restart_s(self) -> float:
+        return int(self._means["since_restart"][0]) * self._period_s
+
+    def _inputs(self, deformation_mm: float) -> Floats:
+        """A row of the model's inputs with the channels as they are now."""
+        return np.concatenate(([deformation_mm], np.where(self._own, deformation_mm, self._channels)))
 
     def _bridge(self, missing: int, deformation_mm: float) -> None:
         assert self._state is not None
@@ -259,8 +255,8 @@ def _add_samples(row: Any, means: Any, waiting_mm: Floats, force_n: Floats) -> N
 def _fuse_samples(
     dt_s: float, row: Any, means: Any, waiting_mm: Floats, waiting_n: Floats, channels: Floats, lagged: Floats,
     unmeasured_s: Floats, doubts: Floats, force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats,
-) -> tuple[float, float, float, bool, bool, bool]:  # fmt: skip
-    """-> the fields of a MountState, the variance for its std, and whether that is all of the variance."""
+) -> tuple[float, float, float, float, bool, bool, bool]:  # fmt: skip
+    """-> the fields of a MountState, its std without the common part, and whether that is all of the common part."""
     _add(row, means, waiting_mm, waiting_n)
     m, complete, beyond, gap = means[0], True, row[0].beyond != 0, means[0].gap != 0
     row[0].beyond = m.gap = 0
@@ -271,7 +267,7 @@ def _fuse_samples(
         complete &= isnan(unmeasured_s[i])
     if m.count == 0:
         m.lagged_n = nan
-        return nan, nan, nan, beyond, gap, True
+        return nan, nan, nan, nan, beyond, gap, True
     deformation_mm, force_n = m.sum_mm / m.count, m.sum_n / m.count
     m.sum_mm = m.sum_n = 0.0
     m.count = 0
@@ -282,10 +278,10 @@ def _fuse_samples(
     excess_mm = max(m.low_mm - deformation_mm, deformation_mm - m.high_mm, 0.0)
     variance_n2 = std_n[_cell(force_edges_n, force_n), _cell(rate_edges_n_s, rate_n_s)] ** 2 + m.installation_std_n**2
     variance_n2 += (EXTRAPOLATION_STD * m.stiffness_n_mm * excess_mm) ** 2
-    age_s = m.since_restart * m.period_s
+    doubt_n = 0.0
     for i in range(len(doubts)):
-        variance_n2 += (doubts[i, 0] * exp(-age_s / doubts[i, 1])) ** 2
-    return deformation_mm, force_n, variance_n2, beyond or excess_mm > 0, gap, complete
+        doubt_n += doubts[i, 0] * exp(-m.since_restart * m.period_s / doubts[i, 1])
+    return deformation_mm, force_n, sqrt(variance_n2), abs(doubt_n), beyond or excess_mm > 0, gap, complete
 
 
 _ROW, _TABLE = numba.float64[::1], numba.float64[:, ::1]
@@ -294,5 +290,5 @@ _F, _B, _tuple = numba.float64, numba.boolean, vars(numba.types)["Tuple"]  # unt
 _add: Any = compiled(_add_samples, numba.void(*_SAMPLES))
 _fuse: Any = compiled(
     _fuse_samples,
-    _tuple((_F, _F, _F, _B, _B, _B))(_F, *_SAMPLES, _ROW, _TABLE, _ROW, _TABLE, _ROW, _ROW, _TABLE),
+    _tuple((_F, _F, _F, _F, _B, _B, _B))(_F, *_SAMPLES, _ROW, _TABLE, _ROW, _TABLE, _ROW, _ROW, _TABLE),
 )

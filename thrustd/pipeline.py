@@ -194,6 +194,7 @@ class Pipeline:
             [*[state.deformation_mm for state in states], *readings],
             tuple([state.force_n for state in states]),
             tuple([state.std_n for state in states]),
+            tuple([state.common_n for state in states]),
             tuple([(deck.fuel_flow_thrust_n, deck.n1_thrust_n, deck.n2_thrust_n) for deck in decks]),
             tuple([thrust_filter.thrust_n for thrust_filter in self._filters]),
         )

@@ -71,6 +71,7 @@ def monitor_inputs(k, read):
         readings=[read[sensor] for sensor in LAYOUT.sensors()],
         mount_force_n=tuple(force + 1830.0 * (read["accel_x_g", 0] - 0.05) for force in forces),
         mount_std_n=(50.0,) * 4,
+        mount_common_n=(0.0,) * 4,
         routes_n=(routes_n(0), routes_n(1)),
         fused_thrust_n=(2880.0, 2880.0),
     )

@@ -127,6 +127,7 @@ class Monitor:
         return self._combiners[engine].step(
             tuple([inputs.mount_force_n[i] for i in indices]),
             tuple([inputs.mount_std_n[i] for i in indices]),
+            tuple([inputs.mount_common_n[i] for i in indices]),
             tuple([("deformation_mm", i) not in self._excluded for i in indices]),
             dt_s,
         )

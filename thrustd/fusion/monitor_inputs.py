@@ -31,5 +31,6 @@ class MonitorInputs(NamedTuple):
     readings: Sequence[float]  # the latest of each of `Layout.sensors`, as it came
     mount_force_n: tuple[float, ...]  # by mount, after load-factor corrections
     mount_std_n: tuple[float, ...]  # by mount
+    mount_common_n: tuple[float, ...]  # the part of it that both mounts of an engine have, to the same side
     routes_n: tuple[tuple[float, float, float], ...]  # by engine: thrust by fuel flow, N1, N2, of readings as they came
     fused_thrust_n: tuple[float, ...]  # ThrustFilter.thrust_n before this step

@@ -1,6 +1,7 @@
 """From the forces of single mounts to the force on the engine, with whichever mounts are believed.
 
 both mounts    F = sum F_i,  share = sum F_upper F dt / sum F^2 dt      (least squares: F_upper = share F)
+               sigma^2 = sum sigma_i^2 + (sum c_i)^2 - sum c_i^2        c_i: what both have to the same side
 one mount      F = F_i / share_i,  share from the time when both were believed; one sigma of share widens the band
 
 At idle the ratio F_upper / F says more of the transducers' zeros than of the share: least squares weigh it little.
@@ -38,15 +39,21 @@ class MountCombiner:
         return self._share
 
     def step(
-        self, forces_n: tuple[float, ...], stds_n: tuple[float, ...], believed: tuple[bool, ...], dt_s: float
+        self,
+        forces_n: tuple[float, ...],
+        stds_n: tuple[float, ...],
+        commons_n: tuple[float, ...],
+        believed: tuple[bool, ...],
+        dt_s: float,
     ) -> EngineMounts:
-        """`believed` per mount; forces that are not finite are not believed either."""
+        """All per mount; forces that are not finite are not believed either."""
         usable = [i for i, force in enumerate(forces_n) if believed[i] and isfinite(force)]
         if len(usable) == len(forces_n) and len(forces_n) > 0:
             total = sum(forces_n)
             if len(forces_n) == 2 and total > 0.0:
                 self._learn(forces_n[0], total, min(dt_s, MAX_STEP_S))
-            return EngineMounts(total, hypot(*stds_n), self._share, False)
+            std = sqrt(hypot(*stds_n) ** 2 + sum(commons_n) ** 2 - hypot(*commons_n) ** 2)
+            return EngineMounts(total, std, self._share, False)
         if not usable:
             return EngineMounts(nan, nan, self._share, False)
         only = usable[0]

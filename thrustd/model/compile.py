@@ -111,24 +111,6 @@ class CompiledModel:
             force_n[begin : begin + _BLOCK] = self._block(state, rows)
         return force_n
 
-    def restart_uncertainty(self, before: Floats, after: Floats) -> tuple[tuple[float, float], ...]:
-        """What a restart at rest may be wrong by: (force_n one sigma, tau_s of its decay) per real mode.
-
-        `before`: state when the mount was last seen, `after`: state it was restarted with. The true state of a mode
-        lies between the two: half their difference, as force, is one sigma.
-        """
-        names = [stage.name for stage in self.stages]
-        at = sum(stage.n_state for stage in self.stages[: names.index("linear")])
-        w = after[at]
-        output = self.stages[names.index("output_curve")]
-        none, nearby = np.zeros(0), w + 1e-3 * max(abs(w), 1e-3)
-        here, there = (output.step(none, output.c, none, v) for v in (w, nearby))
-        slope = (there - here) / (nearby - w)
-        return tuple(
-            (0.5 * abs(slope * mode.gain * (before[at + 1 + i] - w)), mode.tau_s)
-            for i, mode in enumerate(self.spec.linear.real_modes)
-        )
-
     def _block(self, state: Floats, rows: Floats) -> Floats:
         v, column, begin = np.ascontiguousarray(rows[:, 0]), 1, 0
         for stage in self.stages:

@@ -1,0 +1,109 @@
+"""What a mount may have been through before anybody looked: the state to go on with, and what it may be wrong by.
+
+Creep. The load came at some time that nobody saw. Its age may be anything from nothing to a few times A:
+gamma-distributed, shape 1/2, mean A. Of a mode's way to where the load now holds it, with r = A / tau,
+
+    E[e^(-age/tau)] = (1 + 2 r)^(-1/2),     variance  (1 + 4 r)^(-1/2) - (1 + 2 r)^-1
+
+is left. It is one age: what the modes may be wrong by has a sign and adds up, and ends with each mode's own tau.
+
+Friction. The load may have grown to what it is, or come down from as much as a take-off: two states between which the
+true one lies and stays, because friction does not change sides. The model goes on from their middle, and they are
+stepped on beside it until the mount has moved far enough for both to be the same. An engine that idles is taken for one
+that was started: what a descent leaves in the friction is not doubted.
+"""
+
+from collections.abc import Callable, Sequence
+from math import copysign, exp, hypot, isfinite, sqrt
+
+import numpy as np
+
+from thrustd.model.compile import CompiledModel
+from thrustd.model.stage import Floats
+
+LOAD_AGE_S = 3600.0  # A of a cold start: flights last one to three hours
+IDLE, TAKE_OFF = 0.1, 0.75  # of the identified deformation
+UNIFORM_STD = 1.0 / sqrt(3.0)  # of half the width between the two branches
+SAME_N = 1.0  # branches that are no further apart are one
+Rows = Callable[[float], Floats]  # deformation, mm -> a row of the model's inputs
+
+
+class Unseen:
+    """What one mount may still be wrong by. Mutable."""
+
+    def __init__(self, model: CompiledModel) -> None:
+        self._model = model
+        self.doubts = np.zeros((0, 2))  # force of each real mode, N, one sigma with its sign, and its tau, s
+        self._branches = np.zeros((0, 0))  # two states
+
+    @property
+    def branched(self) -> bool:
+        return len(self._branches) > 0
+
+    def start(self, row: Rows, deformation_mm: float, before: Floats | None, age_s: float, since_s: float) -> Floats:
+        """State of a mount that was in the state `before` (None: unloaded) and is found under a load of this mean age.
+
+        `since_s`: since the last start or doubt.
+        """
+        model = self._model
+        from_below = model.start(row(deformation_mm))
+        full_mm = model.spec.valid.deformation_mm[1]
+        highest_mm = TAKE_OFF * full_mm if deformation_mm > IDLE * full_mm else deformation_mm
+        from_above = model.start(row(max(highest_mm, deformation_mm)))
+        model.step(from_above, row(deformation_mm)[1:], deformation_mm)
+        state = self.doubt(model.start(row(0.0)) if before is None else before, from_below, age_s, since_s)
+        linear = _linear(model)
+        self._branches = np.stack((from_below, from_above))
+        self._branches[:, linear] = state[linear]
+        middle: Floats = self._branches.mean(axis=0)
+        return middle
+
+    def doubt(self, before: Floats, after: Floats, age_s: float, since_s: float) -> Floats:
+        """The load is of this mean age. -> `after`, at rest, with its modes as far from `before` as on average."""
+        state, new = settle(self._model, before, after, age_s)
+        for row, (old_n, tau_s) in zip(new, self.doubts, strict=False):  # there are no old ones at first
+            row[0] = copysign(hypot(row[0], old_n * exp(-since_s / tau_s)), row[0])
+        self.doubts = new
+        return state
+
+    def friction_std_n(self, row: Floats) -> float:
+        """Steps both branches on to this row of inputs."""
+        below_n, above_n = (self._model.step(branch, row[1:], row.item(0)) for branch in self._branches)
+        half_n = 0.5 * abs(below_n - above_n)
+        if half_n < SAME_N:
+            self._branches = np.zeros((0, 0))
+        return half_n * UNIFORM_STD
+
+    def snapshot(self) -> dict[str, list[float]]:
+        return {"doubts": self.doubts.ravel().tolist(), "branches": self._branches.ravel().tolist()}
+
+    def restore(self, doubts: Sequence[float], branches: Sequence[float], n_state: int) -> bool:
+        """Take over a snapshot; False, and nothing changed, when it is none."""
+        sizes = len(doubts) in (0, 2 * len(self._model.spec.linear.real_modes)), len(branches) in (0, 2 * n_state)
+        if not all(sizes) or not all(map(isfinite, [*doubts, *branches])) or min(doubts[1::2], default=1.0) <= 0.0:
+            return False
+        self.doubts, self._branches = np.reshape(doubts, (-1, 2)), np.reshape(branches, (-1, n_state))
+        return True
+
+
+def settle(model: CompiledModel, before: Floats, after: Floats, age_s: float) -> tuple[Floats, Floats]:
+    """(`after` with its modes as far from `before` as they are on average, doubts); `after` is at rest."""
+    output = next(stage for stage in model.stages if stage.name == "output_curve")
+    modes, linear = model.spec.linear.real_modes, _linear(model)
+    w = float(after[linear.start])
+    nearby = w + 1e-3 * max(abs(w), 1e-3)
+    here, there = (output.step(np.zeros(0), output.c, np.zeros(0), v) for v in (w, nearby))
+    slope, tau_s = (there - here) / (nearby - w), np.array([mode.tau_s for mode in modes])
+    mine = slice(linear.start + 1, linear.start + 1 + len(modes))
+    r, way, state = age_s / tau_s, w - before[mine], after.copy()
+    state[mine] = w - way / np.sqrt(1 + 2 * r)
+    left_std = np.sqrt(1 / np.sqrt(1 + 4 * r) - 1 / (1 + 2 * r))
+    return state, np.column_stack((slope * np.array([mode.gain for mode in modes]) * way * left_std, tau_s))
+
+
+def _linear(model: CompiledModel) -> slice:
+    """Where the linear block is in the model's state: its last input, then its modes."""
+    names = [stage.name for stage in model.stages]
+    number = names.index("linear")
+    begin = sum(stage.n_state for stage in model.stages[:number])
+    return slice(begin, begin + model.stages[number].n_state)
