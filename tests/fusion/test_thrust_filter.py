@@ -159,6 +159,18 @@ def test_the_band_grows_when_a_route_goes():
     assert before.thrust_std_n < alone.thrust_std_n < 300.0
 
 
+@pytest.mark.parametrize("moved_n", [0.0, 1500.0, -1500.0])
+def test_a_throttle_that_nobody_watched_is_in_the_first_band_after_a_pause(moved_n):
+    thrust_filter = ThrustFilter(S, 0)
+    for k in range(600):
+        thrust_filter.step(inputs(k, 3000.0, 3000.0))
+    blind = thrust_filter.step(inputs(640))  # N1 is held as it was, at rest
+    assert abs(moved_n) < 1.96 * blind.thrust_std_n
+    seen = [thrust_filter.step(inputs(641 + k, 3000.0 + moved_n, 3000.0 + moved_n)) for k in range(10)]
+    assert all(abs(e.thrust_n - 3000.0 - moved_n) < 1.96 * e.thrust_std_n for e in seen)
+    assert seen[0].thrust_std_n < 0.1 * blind.thrust_std_n and thrust_filter.take_faults() == []
+
+
 def test_engine_off_is_a_tare():
     thrust_filter = ThrustFilter(FusionSettings(), 1, "right")
     for k in range(600):

@@ -30,6 +30,7 @@ from thrustd.types import Estimate, Fault, Status
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
+PAUSE_S = 1.0  # a restart, frames that were shed: nobody saw whether the throttle moved
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then
 OFF_DOUBT_N = 150.0
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
@@ -88,6 +89,8 @@ class ThrustFilter:
         dt_s = 0.0 if first else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
         self._anchored = False
+        if dt_s > PAUSE_S:
+            self._surprise_n_s = max(self._surprise_n_s, self._settings.surprise_rate_n_s)
         self._predict(min(dt_s, MAX_STEP_S), inputs)
         self._look_back(min(dt_s, MAX_STEP_S), inputs)
         off = self._off = self._engine_off(inputs, dt_s)
