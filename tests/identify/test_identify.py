@@ -59,6 +59,7 @@ def test_the_table_scores_all_of_them(found):
     rmse = {name: score.validation.rmse_n for name, score in scores.items()}
     assert rmse["hammerstein"] < min(rmse["oe-2-2"], rmse["arx"])
     assert scores["generalised-maxwell"].train.rmse_n < scores["zener"].train.rmse_n
+    assert scores["static-pwl"].train.rmse_n < scores["polynomial-ols"].train.rmse_n
     assert rmse["static-pwl"] < 1.1 * rmse["polynomial-ols"]
     assert as_table(found.scores).row_count == len(scores)
     json.dumps(found.to_json(), allow_nan=False)

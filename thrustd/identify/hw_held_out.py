@@ -14,12 +14,10 @@ import numpy as np
 
 from thrustd.identify.hw_prior import LOOSE, Reins
 from thrustd.identify.hw_problem import Point, Signal, residuals_of, slow_variance
-from thrustd.model.stage import Floats
 
 BLOCKS, MIDDLE = 5, 3  # of all data; the first is never held back, as it shows the initial state
 EACH = tuple(range(1, BLOCKS))  # held back one after the other
 PLENTY = 1.1  # error on held-back blocks over the error on the others, with which no reins are needed
-WORSE = 1.1  # tighter reins may predict so much worse, unless on most blocks: few blocks differ by chance
 TIGHTNESS = (0.002, 0.01, 0.05)  # of the output's range: one sigma of a knot about the smooth curve
 APART = 0.01  # of the curve's range: knots on reins come no nearer
 
@@ -48,10 +46,14 @@ def folds_of(signals: Sequence[Signal], blocks: Sequence[int]) -> list[Fold]:
 
 
 class Choice(NamedTuple):
-    """Reins, where the search ended with them on the last fold, error on held-back blocks over that on the others."""
+    """Reins, where the search ended with them on the last fold, and what they did there.
+
+    held: mean squared error on the blocks held back; ratio: error on these over that on the others.
+    """
 
     reins: Reins
     point: Point
+    held: float
     ratio: float
 
 
@@ -63,18 +65,12 @@ def choose_reins(
     smooth: the fitted smooth model; start: the same with free knots; like: carries the smooth curves; plenty: data
     so long that no reins are tried when the model without predicts as well as it fits.
     """
-    best, errors = _tried(start, folds, search, LOOSE)
-    least = errors
+    best = _tried(start, folds, search, LOOSE)
     if best.ratio <= PLENTY and plenty:
         return best
     variance = slow_variance(residuals_of(smooth, folds[-1].train))
-    for tightness in reversed(TIGHTNESS):
-        reins = replace(like, bend_std=tightness, closest=APART, variance=variance)
-        tighter, theirs = _tried(start, folds, search, reins)
-        if theirs.mean() < WORSE**2 * least.mean() and np.sum(theirs < least) > len(folds) / 2:
-            best = tighter
-        least = min(least, theirs, key=np.mean)
-    return best
+    tighter = [replace(like, bend_std=bend, closest=APART, variance=variance) for bend in TIGHTNESS]
+    return min([best, *(_tried(start, folds, search, reins) for reins in tighter)], key=lambda choice: choice.held)
 
 
 def rescaled(reins: Reins, smooth: Point, signals: Sequence[Signal]) -> Reins:
@@ -82,14 +78,14 @@ def rescaled(reins: Reins, smooth: Point, signals: Sequence[Signal]) -> Reins:
     return reins if reins.variance is None else replace(reins, variance=slow_variance(residuals_of(smooth, signals)))
 
 
-def _tried(start: Point, folds: Sequence[Fold], search: Search, reins: Reins) -> tuple[Choice, Floats]:
-    """Where the last fold ends, and the mean squared error on every held-back block."""
+def _tried(start: Point, folds: Sequence[Fold], search: Search, reins: Reins) -> Choice:
     held, seen, point = [], [], start
     for fold in folds:
         point = search(start, fold.train, reins)
         held.append(mean_square(point, fold.held))
         seen.append(mean_square(point, fold.train))
-    return Choice(reins, point, float(np.sqrt(np.mean(held) / np.mean(seen)))), np.array(held)
+    error = float(np.mean(held))
+    return Choice(reins, point, error, float(np.sqrt(error / np.mean(seen))))
 
 
 def mean_square(point: Point, signals: Sequence[Signal]) -> float:
