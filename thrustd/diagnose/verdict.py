@@ -12,12 +12,11 @@ from thrustd.diagnose.dependence import OWN
 from thrustd.diagnose.evidence import Evidence
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import Fit, gain_t
-from thrustd.diagnose.pairs import hidden_pair
+from thrustd.diagnose.pairs import Pair, best_pair, preferred
 from thrustd.diagnose.pruning import redundant, without
 from thrustd.diagnose.selection import (
     ENOUGH,
     MOST,
-    SURE,
     Progress,
     Round,
     Scored,
@@ -36,6 +35,7 @@ STRUCTURE = 0.5  # of the own squared error: what a free curve must still remove
 BY_CHANNEL = 0.5  # of that which a mere constant (offset and gain) would not
 IMPOSTOR = 0.3  # of the own squared error: a free curve of one channel beats all effects found by this much
 PAIR = 0.1  # of the own squared error: so much more than the best free curve may two effects leave
+WELL = 1.05  # of the own squared error: what leaves less needs no better explanation
 NEARLY = 0.1  # channels that remove this much less than the best are named too
 UNSAID = 2.0  # squared error in units of the own one, unexplained by anything: unknown without a channel
 SURE_CURVE = 2.5
@@ -57,6 +57,17 @@ class Judgement:
 
 
 def judge(
+    spec: ModelSpec, evidence: Evidence, effects: Sequence[Effect], progress: Progress | None = None
+) -> Judgement:
+    """The verdict of the rounds, or two effects at once where these explain better."""
+    said = _one_by_one(spec, evidence, effects, progress)
+    if said.deep or not (said.found or said.channels):
+        return said
+    well = bool(said.found) and _left_n2(said) <= WELL * said.own_n**2
+    return said if well else _or_a_pair(said, effects, evidence)
+
+
+def _one_by_one(
     spec: ModelSpec, evidence: Evidence, effects: Sequence[Effect], progress: Progress | None = None
 ) -> Judgement:
     """Rounds of selection until nothing is worth adding, then the question whether something else is left."""
@@ -92,9 +103,7 @@ def judge(
         rounds[0] = rounds[0] if rounds[0].absorbed is not None else with_absorbed(rounds[0], evidence)
         if (deep := buried(rounds[0])) is not None and not _outdone(deep, own_n):
             return _deep(deep, own_n, promised)
-    said = replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
-    poor = said.verdict == ("unknown",) or rounds[-1].before.mse > UNSAID * own_n**2
-    return _or_a_pair(said, effects, evidence) if poor and said.channels else said
+    return replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
 
 
 def _beside_a_delay(
@@ -115,23 +124,49 @@ def _beside_a_delay(
     return replace(rest, verdict=words, found=found, added=(added, *rest.added), rounds=tuple(rounds), spec=spec)
 
 
-def _or_a_pair(first_said: Judgement, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
-    """The verdict, unless two effects that hide or imitate each other explain as much as the best free curve."""
-    first, own_n2 = first_said.rounds[0], first_said.own_n**2
-    most_n2 = min(fit.mse for fit in first.curves.values()) + PAIR * own_n2
-    pair = hidden_pair(first, evidence, effects, ENOUGH * own_n2, most_n2)
-    if pair is None or min(scored.t for scored in pair) < SURE:
-        return first_said
+def _or_a_pair(said: Judgement, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
+    """The verdict, unless two effects explain better: those that hide each other, or that a third imitates."""
+    first, own_n = said.rounds[0], said.own_n
+    pair = best_pair(first, evidence, effects, own_n)
+    if pair is None:
+        return said
+    if said.found and not preferred(pair, said.found, _left_n2(said), own_n):
+        return said
+    if not said.found and pair[0].fit.mse > min(f.mse for f in first.curves.values()) + PAIR * own_n**2:
+        return said
     if late := [scored for scored in pair if scored.candidate.ahead]:
-        return _beside_a_delay(late[0], [first], evidence, effects, None)
-    spec, added = first.spec, []
-    for scored in pair:
-        spec, effect = taken(spec, scored)
-        added.append(effect)
-    words = {scored.candidate.word for scored in pair}
-    rounds = [first, look(spec, evidence, [e for e in effects if e.word not in words], added)]
-    said = _concluded(rounds, list(pair), added, first_said.own_n, first_said.promised)
-    return first_said if said.verdict == ("unknown",) else replace(said, spec=spec)
+        other = _beside_a_delay(late[0], [first], evidence, effects, None)
+        return other if _left_n2(other) < _left_n2(said) else said
+    found, added, rounds, spec = _each_beside_the_other(pair, evidence, effects, first)
+    then = _concluded(
+        [*rounds, look(spec, evidence, _absent(effects, found), added)], found, added, own_n, said.promised
+    )
+    return said if then.verdict == ("unknown",) else replace(then, spec=spec)
+
+
+def _each_beside_the_other(
+    pair: Pair, evidence: Evidence, effects: Sequence[Effect], first: Round
+) -> tuple[list[Scored], list[EffectSpec], list[Round], ModelSpec]:
+    """The two with all others judged in their place: who else could stand there is seen only beside its partner."""
+    spec, one = taken(first.spec, pair[0])
+    spec, two = taken(spec, pair[1])
+    found, added, rounds = list(pair), [one, two], [first]
+    for i in range(2):
+        bare, others = without(spec, added[i]), [added[1 - i]]
+        rounds.append(look(bare, evidence, _absent(effects, [found[1 - i]]), others))
+        found[i] = next(s for s in rounds[-1].scored if s.candidate.word == found[i].candidate.word)
+        spec, added[i] = taken(bare, found[i])
+    return found, added, rounds, spec
+
+
+def _absent(effects: Sequence[Effect], found: Sequence[Scored]) -> list[Effect]:
+    words = {scored.candidate.word for scored in found}
+    return [effect for effect in effects if effect.word not in words]
+
+
+def _left_n2(said: Judgement) -> float:
+    """Held-back squared error with all effects found."""
+    return said.rounds[-1].before.mse
 
 
 def _exchanged(
