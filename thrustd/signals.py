@@ -29,7 +29,7 @@ FUEL_FLOW_ZERO_KG_S = -0.005  # lowest: the zero of a flow meter drifts and its 
 
 _TABLE = (
     Signal("deformation_mm", "mm", "mount deformation, loaded by forward thrust +", -5, 5, 0, "mount", 0.05),
-    Signal("temperature_degC", "degC", "mount temperature", -60, 200, 20, "mount", 10, 15, 600),
+    Signal("temperature_degC", "degC", "mount temperature", -60, 200, 20, "mount", 3, 15, 600),
     Signal("vibration_mm_s", "mm/s", "radial vibration velocity at the mount", -5, 500, 0, "mount", 10, 10),
     Signal("n1_pct", "%", "fan speed, 100 % = 15 904 1/min", -1, 115, nan, "engine", 0.5),
     Signal("n2_pct", "%", "core speed, 100 % = 32 760 1/min", -1, 110, nan, "engine", 0.5),

@@ -12,7 +12,7 @@ class SensorLimits(NamedTuple):
     """Per 0.1 s step of the monitor."""
 
     jump: float  # a step larger than this which stays is an offset
-    noise: float  # median |second difference| over 2 s above this is noise
+    noise: float  # median |second difference| over 2 s above this is noise; inf: read too seldom, its jumps are counted
     stuck_s: float  # the same value, bit for bit, for longer than this (less for a sensor that is never at rest)
     rate: float = inf  # per second, held for DRIFT_S: the aircraft cannot do it
     low: float = -inf  # outside: not this aircraft
@@ -29,6 +29,8 @@ LIMITS = {
     "mach": SensorLimits(0.02, 0.004, 10.0, rate=0.035),
     "pressure_altitude_m": SensorLimits(60.0, 8.0, 28.0, rate=120.0),
     "sat_degC": SensorLimits(2.0, 1.0, inf, rate=1.6),  # coarse sensors hold a value for minutes: see SAT_CLIMB_M
+    "tat_degC": SensorLimits(2.0, 1.0, inf, rate=2.0),
+    "temperature_degC": SensorLimits(3.0, inf, inf, rate=1.0),  # 45 K in 900 s, noise of 0.2 K, once a second
     "accel_x_g": SensorLimits(0.18, 0.04, 3.0, low=-0.6, high=0.9),
     "accel_y_g": SensorLimits(0.12, 0.05, 3.0, low=-0.6, high=0.6),
     "accel_z_g": SensorLimits(0.4, 0.15, 3.0, low=-0.6, high=3.0),

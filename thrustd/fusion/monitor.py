@@ -33,6 +33,7 @@ TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the e
 RESTING_S = 2.0
 AGREE_WITHIN = 0.04
 NOBODY: frozenset[Sensor] = frozenset()
+MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # those that move several thrusts at once
 
 
@@ -135,7 +136,7 @@ class Monitor:
     def _status(self, engine: int) -> int:
         if not self._kinds:
             return 0
-        mine = {("deformation_mm", i) for i in self._layout.mounts_of_engine[engine]}
+        mine = {(name, i) for name in MOUNT_SIGNALS for i in self._layout.mounts_of_engine[engine]}
         mine |= {(name, engine) for name in ENGINE_SIGNALS} | {(name, 0) for name in AIRCRAFT_SIGNALS}
         doubted = {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
         status = Status.SENSOR_DOUBTED if doubted else Status(0)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 Sensor = tuple[str, int]  # (canonical channel name, engine or mount index)
 ENGINE_SIGNALS = ("fuel_flow_kg_s", "n1_pct", "n2_pct")
-AIRCRAFT_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_y_g", "accel_z_g")
+AIRCRAFT_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_y_g", "accel_z_g", "tat_degC")
 
 
 class Layout(NamedTuple):
@@ -15,12 +15,13 @@ class Layout(NamedTuple):
     mounts_of_engine: tuple[tuple[int, ...], ...]  # by engine: upper mount first
 
     def sensors(self) -> tuple[Sensor, ...]:
-        """Everything that is watched, in the order of `MonitorInputs.readings`: mounts, engines, aircraft."""
-        engines = range(len(self.mounts_of_engine))
+        """Everything that is watched, in the order of `MonitorInputs.readings`: mounts, engines, aircraft, the rest."""
+        engines, mounts = range(len(self.mounts_of_engine)), range(len(self.mount_names))
         return (
-            *(("deformation_mm", i) for i in range(len(self.mount_names))),
+            *(("deformation_mm", i) for i in mounts),
             *((name, e) for name in ENGINE_SIGNALS for e in engines),
             *((name, 0) for name in AIRCRAFT_SIGNALS),
+            *(("temperature_degC", i) for i in mounts),
         )
 
 

@@ -3,7 +3,8 @@
 Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go together: who jumps alone, or rests alone,
 lies. A jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if
 the signal stays where it jumped to, it is an offset; if it came back it was a spike. Noise is the median of |second
-difference| over 2 s, which one jump cannot lift.
+difference| over 2 s, which one jump cannot lift. A sensor that is read once a second rests in between: three jumps
+within some seconds are its noise, and a jump of it is judged later.
 """
 
 from math import isfinite
@@ -18,7 +19,8 @@ from thrustd.fusion.monitor_inputs import ENGINE_SIGNALS
 
 STEP_S = 0.1
 DEAD_S = 1.0
-CONFIRM_S = 1.0
+CONFIRM_S, SELDOM_CONFIRM_S = 1.0, 2.5
+JUMP_FADES_S, NOISY_JUMPS = 3.0, 2.0  # the third in a row, or of four readings
 DRIFT_STEPS = 30
 CALM_S = 5.0  # free of the symptom this long: believed again
 BACK_S = 0.5  # a sensor that was silent did not lie
@@ -29,8 +31,9 @@ Floats = npt.NDArray[np.float64]
 
 KINDS = ("", "dead", "stuck", "noisy", "offset", "drift")
 HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(KINDS)))
-# the memory of one sensor, a row of numbers; JUMP is the size of the jump in doubt or confirmed, FROM the value before
-KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, N_VALUES, N_BENDS = range(12)
+# the memory of one sensor, a row of numbers; JUMP is the size of the jump in doubt or confirmed, FROM the value before,
+# JUMPS how many there were, fading
+KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS = range(13)
 VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
 BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
 WIDTH = LAST_BEND + 1
@@ -145,12 +148,14 @@ def _watch_rest(row: Floats, value: float, active: bool) -> None:
 @compiled
 def _watch_jump(row: Floats, value: float, limit: float) -> None:
     row[SINCE_JUMP] += STEP_S
+    row[JUMPS] = max(row[JUMPS] - STEP_S / JUMP_FADES_S, 0.0)
     if row[N_VALUES] == 0:
         return
     step = value - row[LAST]
     if abs(step) <= limit:
         return
     row[SINCE_JUMP] = 0.0
+    row[JUMPS] += 1.0
     if row[JUMP] == 0.0:
         row[JUMP], row[FROM] = step, row[LAST]
     elif row[JUMP] * step < 0 and abs(step) > 0.6 * abs(row[JUMP]):
@@ -172,12 +177,12 @@ def _append(row: Floats, value: float) -> None:
 
 
 @compiled
-def _offset(row: Floats, value: float) -> bool:
+def _offset(row: Floats, value: float, confirm_s: float) -> bool:
     if row[JUMP] == 0.0:
         return False
     if row[KIND] == OFFSET:
         return True
-    if row[SINCE_JUMP] < CONFIRM_S:
+    if row[SINCE_JUMP] < confirm_s:
         return False
     if abs(value - row[FROM]) > 0.5 * abs(row[JUMP]):
         return True
@@ -214,11 +219,13 @@ def _drifts(row: Floats, rate_limit: float) -> bool:
 def _symptom(row: Floats, limits: Floats, value: float, active: bool, longest_rest_s: float) -> float:
     if active and row[RESTING] >= _stuck_s(row, longest_rest_s):
         return STUCK
-    if _is_noisy(row, limits[NOISE_LIMIT]):
+    often = isfinite(limits[NOISE_LIMIT])
+    if _is_noisy(row, limits[NOISE_LIMIT]) if often else row[JUMPS] >= NOISY_JUMPS:
         return NOISY
-    if _offset(row, value):
+    if _offset(row, value, CONFIRM_S if often else SELDOM_CONFIRM_S):
         return OFFSET
-    if _drifts(row, limits[RATE_LIMIT]) or not limits[LOW] <= value <= limits[HIGH]:
+    judging = row[JUMP] != 0.0 or row[JUMPS] > 1.0  # an offset or noise: not known yet which
+    if _drifts(row, limits[RATE_LIMIT]) or (not judging and not limits[LOW] <= value <= limits[HIGH]):
         return OFFSET if _jumped_lately(row) else DRIFT
     return HEALTHY
 
