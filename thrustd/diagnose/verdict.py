@@ -86,7 +86,8 @@ def _one_by_one(
                 rounds[0] = with_absorbed(rounds[0], evidence)
                 if (deep := buried(rounds[0])) is not None:
                     return _deep(deep, own_n)
-        best = min((s for s in rounds[-1].scored if acceptable(s, own_n)), key=lambda s: rank(s, own_n), default=None)
+        able = [s for s in rounds[-1].scored if acceptable(s, own_n, first=not found)]
+        best = min(able, key=lambda s: rank(s, own_n), default=None)
         if best is None or len(found) == MOST:
             break
         if best.candidate.ahead:
