@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from math import isfinite, nan
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from thrustd.brochure.deck import Deck, DeckEstimate
 from thrustd.brochure.hand_over import HandOver
@@ -27,7 +27,6 @@ from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.intake import Intake
 from thrustd.model.compile import CompiledModel
-from thrustd.mount_route import MountState
 from thrustd.snapshot import plain, read_memory
 from thrustd.step_inputs import StepInputs, dynamic_pressure_pa
 from thrustd.sync.rate import SmoothRate
@@ -38,6 +37,7 @@ from thrustd.wire.event_batch import EventBatch
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
 N1_PER_N2 = 1.5  # per cent of fan speed per per cent of core speed, idle to take-off
 EARLY_SAMPLES = 1.5
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
 TOGETHER = 256  # events that `follow` takes at once
 
 
@@ -56,7 +56,10 @@ class Held(NamedTuple):
     t_ns: int
     readings: Sequence[float]  # of the sensors that are believed, see `StepInputs`
     ages_s: Sequence[float]
-    states: Sequence[MountState]  # by mount
+    beyond: Sequence[bool]  # by mount: outside the range of its model
+    gaps: Sequence[bool]  # by mount: samples were lost
+    unloaded: bool  # a load factor is missing
+    troubles: int  # Status bits of the installation
     verdict: MonitorVerdict
 
 
@@ -168,36 +171,27 @@ class Pipeline:
         states = [route.fused(dt_s) for route in self._routes]
         rates = [rate.step(t_ns, readings[n1]) for rate, (n1, _) in zip(self._n1_rates, self._spools, strict=True)]
         decks = self._by_deck(readings, rates)
-        verdict = self._monitor.step(self._watched(t_ns, readings, states, decks))
+        deformations_mm, forces_n, stds_n, commons_n, beyond, gaps = zip(*states, strict=True)
+        routes_n = [deck[-3:] for deck in decks]
+        fused_n = [thrust_filter.thrust_n for thrust_filter in self._filters]
+        seen = (*deformations_mm, *readings)
+        verdict = self._monitor.step(MonitorInputs(t_ns, seen, forces_n, stds_n, commons_n, routes_n, fused_n))
         self._exclude(verdict, t_ns, outputs)
-        held = Held(t_ns, self._inputs.believed(readings, verdict.excluded), ages_s, states, verdict)
-        if verdict.excluded:
-            decks = self._by_deck(held.readings, rates)
         unloaded = not all([isfinite(readings[place]) for place in self._loads])
+        believed, bits = self._inputs.believed(readings, verdict.excluded), self._troubles.bits(t_ns)
+        held = Held(t_ns, believed, ages_s, beyond, gaps, unloaded, bits, verdict)
+        if verdict.excluded:
+            decks = self._by_deck(believed, rates)
         for e, deck in enumerate(decks):
-            outputs.append(self._filters[e].step(self._fusion_inputs(held, e, deck, rates[e], unloaded)))
+            outputs.append(self._filters[e].step(self._fusion_inputs(held, e, deck, rates[e])))
             for fault in self._filters[e].take_faults():
                 self._report(fault, outputs)
-        for i, state in enumerate(states):
-            outputs.append(MountOutput(t_ns, i, state.deformation_mm, state.force_n, state.std_n))
+        outputs.extend([_new(MountOutput, (t_ns, i, *state[:3])) for i, state in enumerate(states)])
         outputs.extend(self._book.due(t_ns))
 
     def _by_deck(self, readings: Sequence[float], n1_rates_pct_s: Sequence[float]) -> list[DeckEstimate]:
         inputs = [self._inputs.deck(readings, e, rate_pct_s) for e, rate_pct_s in enumerate(n1_rates_pct_s)]
         return [self._deck.estimate(each, e) for e, each in enumerate(inputs)]
-
-    def _watched(
-        self, t_ns: int, readings: Sequence[float], states: Sequence[MountState], decks: Sequence[DeckEstimate]
-    ) -> MonitorInputs:
-        return MonitorInputs(
-            t_ns,
-            [*[state.deformation_mm for state in states], *readings],
-            tuple([state.force_n for state in states]),
-            tuple([state.std_n for state in states]),
-            tuple([state.common_n for state in states]),
-            tuple([(deck.fuel_flow_thrust_n, deck.n1_thrust_n, deck.n2_thrust_n) for deck in decks]),
-            tuple([thrust_filter.thrust_n for thrust_filter in self._filters]),
-        )
 
     def _spool_rate(self, held: Held, engine: int, n1_rate_pct_s: float) -> float:
         """dN1/dt [%/s]; while N1 is missing or not believed, what N2 says of it."""
@@ -227,30 +221,27 @@ class Pipeline:
             self._excluded = verdict.excluded
             self._intake.believe(verdict.excluded)
 
-    def _fusion_inputs(
-        self, held: Held, engine: int, deck: DeckEstimate, n1_rate_pct_s: float, load_factor_stale: bool
-    ) -> FusionInputs:
-        mounts = held.verdict.mounts[engine]
-        mine = [held.states[i] for i in self._layout.mounts_of_engine[engine]]
+    def _fusion_inputs(self, held: Held, engine: int, deck: DeckEstimate, n1_rate_pct_s: float) -> FusionInputs:
+        mounts, mine = held.verdict.mounts[engine], self._layout.mounts_of_engine[engine]
         n1_pct = held.readings[self._spools[engine][0]]
         n1_rate_pct_s = self._spool_rate(held, engine, n1_rate_pct_s)
         brochure = self._hand_overs[engine].step(held.t_ns, deck, n1_pct, n1_rate_pct_s)
         return FusionInputs(
-            t_ns=held.t_ns,
-            mount_n=mounts.force_n,
-            mount_std_n=mounts.std_n,
-            brochure_n=brochure.thrust_n,
-            brochure_std_n=brochure.std_n,
-            n1_pct=n1_pct,
-            n1_rate_pct_s=n1_rate_pct_s,
-            brochure_lag_n=brochure.lag_n,
-            brochure_age_s=max([held.ages_s[place] for place in self._brochure_of[engine]]),
-            load_share=mounts.load_share,
-            mount_extrapolating=any([state.extrapolating for state in mine]),
-            brochure_extrapolating=deck.extrapolating,
-            transient=deck.transient,
-            gap=any([state.gap for state in mine]),
-            one_mount=mounts.one_mount,
-            load_factor_stale=load_factor_stale,
-            status=held.verdict.status[engine] | self._troubles.bits(held.t_ns),
+            held.t_ns,
+            mounts.force_n,
+            mounts.std_n,
+            brochure.thrust_n,
+            brochure.std_n,
+            n1_pct,
+            n1_rate_pct_s,
+            brochure.lag_n,
+            max([held.ages_s[place] for place in self._brochure_of[engine]]),
+            mounts.load_share,
+            any([held.beyond[i] for i in mine]),
+            deck.extrapolating,
+            deck.transient,
+            any([held.gaps[i] for i in mine]),
+            mounts.one_mount,
+            held.unloaded,
+            held.verdict.status[engine] | held.troubles,
         )

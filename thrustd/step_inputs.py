@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from math import nan
+from operator import itemgetter
 
 from thrustd.brochure.deck import DeckInputs
 from thrustd.fusion.monitor_inputs import ENGINE_SIGNALS, Layout, Sensor
@@ -18,9 +19,10 @@ class StepInputs:
     def __init__(self, layout: Layout, hold: Hold) -> None:
         self._hold = hold
         self._sensors = layout.sensors()[len(layout.mount_names) :]
-        self._slots = [hold.place(*sensor) for sensor in self._sensors]
+        self._heard = itemgetter(*[hold.place(*sensor) for sensor in self._sensors])
+        air = [self.place(name, 0) for name in AIR_SIGNALS]
         self._of_deck = [
-            [self.place(name, engine) for name in ENGINE_SIGNALS] + [self.place(name, 0) for name in AIR_SIGNALS]
+            itemgetter(*[self.place(name, engine) for name in ENGINE_SIGNALS], *air)
             for engine in range(len(layout.mounts_of_engine))
         ]
 
@@ -28,10 +30,10 @@ class StepInputs:
         """Of a sensor among the readings."""
         return self._sensors.index((signal, index))
 
-    def at(self, t_ns: int) -> tuple[list[float], list[float]]:
+    def at(self, t_ns: int) -> tuple[Sequence[float], Sequence[float]]:
         """The readings, and their ages in seconds."""
         values, ages_s = self._hold.seen(t_ns)
-        return [values[slot] for slot in self._slots], [ages_s[slot] for slot in self._slots]
+        return self._heard(values), self._heard(ages_s)
 
     def believed(self, readings: Sequence[float], excluded: Collection[Sensor]) -> Sequence[float]:
         """Without the sensors that are not believed."""
@@ -41,7 +43,7 @@ class StepInputs:
 
     def deck(self, readings: Sequence[float], engine: int, n1_rate_pct_s: float) -> DeckInputs:
         """What the brochure deck reads of one engine."""
-        return DeckInputs._make([*[readings[place] for place in self._of_deck[engine]], n1_rate_pct_s])
+        return DeckInputs._make((*self._of_deck[engine](readings), n1_rate_pct_s))
 
 
 def dynamic_pressure_pa(mach: float, pressure_altitude_m: float) -> float:

@@ -26,12 +26,12 @@ class Layout(NamedTuple):
 
 
 class MonitorInputs(NamedTuple):
-    """Tuples are by mount or by engine; NaN = missing or stale."""
+    """Rows are by mount or by engine; NaN = missing or stale."""
 
     t_ns: int
     readings: Sequence[float]  # the latest of each of `Layout.sensors`, as it came
-    mount_force_n: tuple[float, ...]  # by mount, after load-factor corrections
-    mount_std_n: tuple[float, ...]  # by mount
-    mount_common_n: tuple[float, ...]  # the part of it that both mounts of an engine have, to the same side
-    routes_n: tuple[tuple[float, float, float], ...]  # by engine: thrust by fuel flow, N1, N2, of readings as they came
-    fused_thrust_n: tuple[float, ...]  # ThrustFilter.thrust_n before this step
+    mount_force_n: Sequence[float]  # by mount, after load-factor corrections
+    mount_std_n: Sequence[float]  # by mount
+    mount_common_n: Sequence[float]  # the part of it that both mounts of an engine have, to the same side
+    routes_n: Sequence[tuple[float, float, float]]  # by engine: thrust by fuel flow, N1, N2, of readings as they came
+    fused_thrust_n: Sequence[float]  # ThrustFilter.thrust_n before this step

@@ -65,8 +65,10 @@ class ThrustFilter:
         start = (START_STD_N, START_RATE_STD_N_S, zero_n, START_ERROR_N, engine_std, START_ERROR_N)
         self._kf.P = np.diag(np.square(start))
         self._motion: tuple[Matrix, Matrix] = self._dynamics.step(0.0, 0.0, 0.0, 0.0, nan, nan, nan)
-        # rows of H and the variance of one scalar measurement, written anew for each
+        # F, Q, the rows of H and R of one scalar measurement are written anew in place
+        self._kf.F, self._kf.Q = self._motion
         self._mount_h, self._brochure_h, self._r = np.zeros((1, N_STATE)), np.zeros((1, N_STATE)), np.zeros((1, 1))
+        self._kf.R = self._r
         self._mount_h[0, (THRUST, ZERO, MOUNT)] = 1.0
         self._brochure_h[0, (THRUST, SHAPE)] = 1.0
         self._tape: Tape | None = None
@@ -172,8 +174,8 @@ class ThrustFilter:
     def _predict(self, dt_s: float, inputs: FusionInputs) -> None:
         routes_n = inputs.mount_std_n, inputs.brochure_n, inputs.brochure_std_n
         rate_n_s: float = self._kf.x.item(RATE)
-        self._motion = f, q = self._dynamics.step(dt_s, rate_n_s, inputs.n1_rate_pct_s, self._surprise_n_s, *routes_n)
-        self._kf.predict(F=f, Q=q)
+        self._motion = self._dynamics.step(dt_s, rate_n_s, inputs.n1_rate_pct_s, self._surprise_n_s, *routes_n)
+        self._kf.predict()
 
     def _open(self, variance_n2: float) -> None:
         """The thrust may be elsewhere than it was predicted."""
@@ -221,7 +223,7 @@ class ThrustFilter:
         self._r[0, 0] = r
         kf, kept = self._kf, ERRORS if not self._anchored else NO_ERROR if self._off else ZERO_ALONE
         errors, spread = kf.x[kept], kf.P[kept, kept]
-        kf.update(y, R=self._r, H=h)  # makes new arrays
+        kf.update(y, H=h)  # makes new arrays
         kf.x[kept], kf.P[kept, kept] = errors, spread
         self._anchored = True
 
