@@ -11,7 +11,7 @@ the sensor whose own change over the last seconds explains the change of y, by t
     dy = m g dn_x / s  engine mass 373 kg (thesis, eq. 4.5)
 """
 
-from thrustd.fusion.opinions import SCALE_FLOOR_N, Opinions
+from thrustd.fusion.opinions import SCALE_FLOOR_N
 from thrustd.fusion.signal_watch import DRIFT_STEPS, STEP_S, SignalWatch
 from thrustd.signals import STANDARD_GRAVITY_M_S2
 
@@ -27,9 +27,8 @@ class CommonMode:
     def __init__(self) -> None:
         self._outside_s = 0.0
 
-    def step(self, engines: list[Opinions], watches: dict[str, SignalWatch], thrust_n: float) -> str:
-        """The shared signal found guilty at this step, or ""."""
-        found = [engine.group_difference() for engine in engines]
+    def step(self, found: list[list[float]], watches: dict[str, SignalWatch], thrust_n: float) -> str:
+        """The shared signal found guilty at this step, or "". `found`: see `Opinions.group_differences`."""
         outside = bool(found) and all(abs(d) > limit for d, limit in found)  # NaN is not
         outside = outside and len({difference > 0 for difference, _ in found}) == 1
         self._outside_s = self._outside_s + STEP_S if outside else 0.0

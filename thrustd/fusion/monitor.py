@@ -12,26 +12,30 @@ Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.whe
 "signal[index]"; "<kind>_over" when it is believed again.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import isfinite, nan
 from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from thrustd.fusion.common_mode import CommonMode
-from thrustd.fusion.limits import SAT_CLIMB_M, TURNING_N1_PCT
+from thrustd.fusion.limits import SAT_CLIMB_M
 from thrustd.fusion.memory import recall, remember
 from thrustd.fusion.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
-from thrustd.fusion.mounts import EngineMounts, MountCombiner
+from thrustd.fusion.mounts import FORCE_N, SHARE, EngineMounts, MountCombiner
 from thrustd.fusion.opinions import AGREE_S, N_OPINIONS, Opinions
 from thrustd.fusion.signal_watch import STEP_S
 from thrustd.fusion.watches import Watches
 from thrustd.types import Fault, Status
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
-NOBODY_IS_BELIEVED, ALL_ARE_BELIEVED = (False,) * N_OPINIONS, (True,) * N_OPINIONS
 MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: the throttle was moved
 TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 RESTING_S = 2.0
 AGREE_WITHIN = 0.04
+Flags = npt.NDArray[np.bool_]
+Floats = npt.NDArray[np.float64]
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # those that move several thrusts at once
@@ -39,9 +43,9 @@ SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # tho
 
 class MonitorVerdict(NamedTuple):
     excluded: frozenset[Sensor]
-    mounts: tuple[EngineMounts, ...]  # by engine
+    mounts: list[EngineMounts]  # by engine
     faults: list[Fault]  # changes at this step: "stuck", "stuck_over", ...
-    status: tuple[int, ...]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE)
+    status: list[int]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE)
 
 
 class Monitor:
@@ -49,18 +53,20 @@ class Monitor:
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
-        self._combiners = tuple(MountCombiner() for _ in layout.mounts_of_engine)
-        self._engines = [Opinions() for _ in layout.mounts_of_engine]
+        self._combiner = MountCombiner(layout.mounts_of_engine)
         self._opinions_of: tuple[tuple[Sensor, ...], ...] = tuple(
             (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
             for engine, mounts in enumerate(layout.mounts_of_engine)
         )
+        self._all_mounts = np.ones(len(layout.mount_names), np.bool_)
+        self._all_opinions = np.ones((len(self._opinions_of), N_OPINIONS), np.bool_)
         self._common = CommonMode()
         self._watches = Watches(layout)
         self._shared = {name: self._watches[name, 0] for name in SHARED_SIGNALS}
         place = self._watches.sensors.index
         engines = range(len(layout.mounts_of_engine))
-        self._spools = [(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines]
+        spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])
+        self._opinions = Opinions(self._combiner.mounts, spools)
         self._altitude = place(("pressure_altitude_m", 0))
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._judged: dict[Sensor, str] = {}  # by cross-checks
@@ -74,14 +80,15 @@ class Monitor:
         dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
         faults: list[Fault] = []
+        mounts_n = np.array((inputs.mount_force_n, inputs.mount_std_n, inputs.mount_common_n))
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
             self._watched_ns = inputs.t_ns
-            self._watch(inputs)
+            self._watch(inputs, mounts_n)
             faults = self._changes(inputs.t_ns)
         else:
             self._excluded |= self._leapt(inputs.readings)
-        mounts = tuple([self._combine(inputs, engine, dt_s) for engine in range(len(self._combiners))])
-        return MonitorVerdict(self._excluded, mounts, faults, tuple(map(self._status, range(len(mounts)))))
+        mounts = self._combiner.step(mounts_n, self._believed_mounts(), dt_s)
+        return MonitorVerdict(self._excluded, mounts, faults, list(map(self._status, range(len(mounts)))))
 
     @property
     def excluded(self) -> frozenset[Sensor]:
@@ -92,8 +99,8 @@ class Monitor:
         """Everything a warm restart needs, JSON-able."""
         return {
             "t_ns": [self._t_ns, self._watched_ns],
-            "combiners": [combiner.snapshot() for combiner in self._combiners],
-            "engines": [opinions.snapshot() for opinions in self._engines],
+            "combiners": self._combiner.snapshot(),
+            "engines": self._opinions.snapshot(),
             "common": remember(self._common),
             "watches": self._watches.snapshot(),
             "kinds": _rows(self._kinds),
@@ -106,11 +113,9 @@ class Monitor:
         """Take over a snapshot, its times moved by `shift_ns`. False when it is none: throw this monitor away then."""
         try:
             self._t_ns, self._watched_ns = (t_ns + shift_ns for t_ns in map(int, state["t_ns"]))
-            for combiner, memory in zip(self._combiners, state["combiners"], strict=True):
-                combiner.restore(_finite(memory))
+            self._combiner.restore(state["combiners"])
             restored = self._watches.restore(state["watches"]) and recall(self._common, state["common"])
-            for opinions, memory in zip(self._engines, state["engines"], strict=True):
-                restored &= opinions.restore(memory)
+            restored &= self._opinions.restore(state["engines"])
             self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
             self._judged = {(str(name), int(i)): str(kind) for name, i, kind in state["judged"]}
             self._excluded = frozenset((str(name), int(i)) for name, i in state["excluded"])
@@ -119,19 +124,12 @@ class Monitor:
             return False
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._judged, *self._excluded}
         self._watches.forget_last_values()
-        for opinions in self._engines:
-            opinions.step((nan,) * N_OPINIONS, NOBODY_IS_BELIEVED, True)
         return restored
 
-    def _combine(self, inputs: MonitorInputs, engine: int, dt_s: float) -> EngineMounts:
-        indices = self._layout.mounts_of_engine[engine]
-        return self._combiners[engine].step(
-            tuple([inputs.mount_force_n[i] for i in indices]),
-            tuple([inputs.mount_std_n[i] for i in indices]),
-            tuple([inputs.mount_common_n[i] for i in indices]),
-            tuple([("deformation_mm", i) not in self._excluded for i in indices]),
-            dt_s,
-        )
+    def _believed_mounts(self) -> Flags:
+        if not self._excluded:
+            return self._all_mounts
+        return np.array([("deformation_mm", i) not in self._excluded for i in range(len(self._all_mounts))])
 
     def _status(self, engine: int) -> int:
         if not self._kinds:
@@ -146,14 +144,13 @@ class Monitor:
             status |= Status.MOUNTS_DISAGREE
         return int(status)
 
-    def _watch(self, inputs: MonitorInputs) -> None:
+    def _watch(self, inputs: MonitorInputs, mounts_n: Floats) -> None:
         self._watches.step(inputs.readings)
         if self._watches.suspect:
             self._acquit_jumps()
         self._watch_temperature(inputs.readings[self._altitude])
         shared_doubt = any([name in SHARED_SIGNALS for name, _ in self._all_out()])
-        for engine, opinions in enumerate(self._engines):
-            self._cross_check(inputs, engine, opinions, shared_doubt)
+        self._cross_check(mounts_n[FORCE_N], np.array(inputs.routes_n), shared_doubt)
         self._check_shared(inputs, shared_doubt)
         self._excluded = self._all_out()
 
@@ -206,36 +203,33 @@ class Monitor:
     def _altitude_out(self) -> bool:
         return self._out(("pressure_altitude_m", 0))
 
-    def _cross_check(self, inputs: MonitorInputs, engine: int, opinions: Opinions, frozen: bool) -> None:
-        sensors = self._opinions_of[engine]
-        n1, n2 = self._spools[engine]
-        running = inputs.readings[n1] > TURNING_N1_PCT or inputs.readings[n2] > TURNING_N1_PCT
-        if len(sensors) != N_OPINIONS or not running:
+    def _cross_check(self, forces_n: Floats, routes_n: Floats, frozen: bool) -> None:
+        believed = self._all_opinions
+        if self._watches.suspect:
+            believed = believed.copy()
+            for row, sensors in zip(believed, self._opinions_of, strict=True):
+                row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_OPINIONS]]
+        readings, shares = self._watches.values, self._combiner.rows[:, SHARE]
+        if not self._opinions.step(readings, forces_n, shares, routes_n, believed, frozen) and not self._judged:
             return
-        own = tuple(map(self._watches.trusts, sensors)) if self._watches.suspect else ALL_ARE_BELIEVED
-        if not opinions.step(self._opinions(inputs, engine), own, frozen) and not self._judged:
-            return
+        for engine, sensors in enumerate(self._opinions_of):
+            if self._opinions.turning(engine, readings):
+                self._judge(engine, sensors)
+
+    def _judge(self, engine: int, sensors: Sequence[Sensor]) -> None:
+        """What the others say of each sensor of one engine."""
         for i, sensor in enumerate(sensors):
-            if opinions.faulty(i) and sensor not in self._judged:
+            if self._opinions.faulty(engine, i) and sensor not in self._judged:
                 watch = self._watches[sensor]
                 resting = "stuck" if watch.resting_s > RESTING_S else "drift"
                 self._judged[sensor] = "offset" if watch.jumped_lately else resting
-            elif not opinions.faulty(i):
+            elif not self._opinions.faulty(engine, i):
                 self._judged.pop(sensor, None)
-
-    def _opinions(self, inputs: MonitorInputs, engine: int) -> tuple[float, ...]:
-        upper, lower = self._layout.mounts_of_engine[engine]
-        share = self._combiners[engine].share
-        return (
-            inputs.mount_force_n[upper] / share,
-            inputs.mount_force_n[lower] / (1.0 - share),
-            *inputs.routes_n[engine],
-        )
 
     def _check_shared(self, inputs: MonitorInputs, shared_doubt: bool) -> None:
         thrust_n = sum(inputs.fused_thrust_n) / len(inputs.fused_thrust_n)
         if not shared_doubt:
-            guilty = self._common.step(self._engines, self._shared, thrust_n)
+            guilty = self._common.step(self._opinions.group_differences(), self._shared, thrust_n)
             if guilty:
                 watch = self._shared[guilty]
                 resting = "stuck" if watch.resting_s > RESTING_S else "drift"
@@ -248,7 +242,7 @@ class Monitor:
         """Mounts and brochure agree again with the sensor as it reads now: it is believed again."""
         if self._judged.get(sensor, "") in ("", "stuck"):
             return
-        agree = all(abs(d) < AGREE_WITHIN for d, _ in (opinions.group_difference() for opinions in self._engines))
+        agree = all(abs(d) < AGREE_WITHIN for d, _ in self._opinions.group_differences())
         self._calm_s[sensor] = self._calm_s.get(sensor, 0.0) + STEP_S if agree else 0.0
         if self._calm_s[sensor] > AGREE_S:
             del self._judged[sensor], self._calm_s[sensor]
@@ -276,10 +270,3 @@ class Monitor:
 
 def _rows(words: dict[Sensor, str]) -> list[list[Any]]:
     return [[*sensor, word] for sensor, word in words.items()]
-
-
-def _finite(values: Iterable[Any]) -> list[float]:
-    numbers = [float(value) for value in values]
-    if not all(map(isfinite, numbers)):
-        raise ValueError("not finite")
-    return numbers

@@ -7,14 +7,25 @@ one mount      F = F_i / share_i,  share from the time when both were believed; 
 At idle the ratio F_upper / F says more of the transducers' zeros than of the share: least squares weigh it little.
 """
 
-from math import hypot, isfinite, nan, sqrt
-from typing import NamedTuple
+from collections.abc import Sequence
+from math import isfinite, nan, sqrt
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from thrustd.compiled import compiled
 
 UPPER_SHARE = 5079.0 / (5079.0 + 5954.0)  # fore and aft spring rates of the two isolators, thesis table 4.1
 PRIOR_N2_S = 2000.0**2 * 5.0  # what the spring rates are worth: five seconds at 2 kN
 MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN: slower than a throttle movement
 MAX_STEP_S = 1.0
 SHARE_STD = 0.02  # of one mount's part, when scaled from the other
+SHARE, WEIGHT_N2_S = range(2)  # the memory of one engine
+FORCE_N, STD_N, COMMON_N = range(3)  # rows by mount: force, one sigma of its own, and of what both have
+NO_MOUNT = -1
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
+Floats = npt.NDArray[np.float64]
 
 
 class EngineMounts(NamedTuple):
@@ -27,48 +38,76 @@ class EngineMounts(NamedTuple):
 
 
 class MountCombiner:
-    """Keeps the slow load share of one engine. Starts from the spring rates."""
+    """Keeps the slow load share of every engine. Starts from the spring rates."""
 
-    def __init__(self) -> None:
-        self._share = UPPER_SHARE
-        self._weight_n2_s = PRIOR_N2_S
+    def __init__(self, mounts_of_engine: Sequence[Sequence[int]]) -> None:
+        """By engine, its mounts: the upper one first."""
+        self.rows = np.tile((UPPER_SHARE, PRIOR_N2_S), (len(mounts_of_engine), 1))
+        self.mounts = np.full((len(mounts_of_engine), max(2, *map(len, mounts_of_engine))), NO_MOUNT)
+        for row, mounts in zip(self.mounts, mounts_of_engine, strict=True):
+            row[: len(mounts)] = mounts
+        self._out = np.zeros((len(mounts_of_engine), 3))
 
-    @property
-    def share(self) -> float:
-        """The first (upper) mount's part of the engine's mount force, slow average, -."""
-        return self._share
+    def step(self, mounts_n: Floats, believed: npt.NDArray[np.bool_], dt_s: float) -> list[EngineMounts]:
+        """`mounts_n` (3, n_mounts), `believed` (n_mounts,); forces that are not finite are not believed either."""
+        _combine(self.rows, self.mounts, mounts_n, believed, dt_s, self._out)
+        shares = self.rows[:, SHARE].tolist()
+        pairs = zip(self._out.tolist(), shares, strict=True)
+        return [_new(EngineMounts, (force_n, std_n, share, one > 0.0)) for (force_n, std_n, one), share in pairs]
 
-    def step(
-        self,
-        forces_n: tuple[float, ...],
-        stds_n: tuple[float, ...],
-        commons_n: tuple[float, ...],
-        believed: tuple[bool, ...],
-        dt_s: float,
-    ) -> EngineMounts:
-        """All per mount; forces that are not finite are not believed either."""
-        usable = [i for i, force in enumerate(forces_n) if believed[i] and isfinite(force)]
-        if len(usable) == len(forces_n) and len(forces_n) > 0:
-            total = sum(forces_n)
-            if len(forces_n) == 2 and total > 0.0:
-                self._learn(forces_n[0], total, min(dt_s, MAX_STEP_S))
-            std = sqrt(hypot(*stds_n) ** 2 + sum(commons_n) ** 2 - hypot(*commons_n) ** 2)
-            return EngineMounts(total, std, self._share, False)
-        if not usable:
-            return EngineMounts(nan, nan, self._share, False)
-        only = usable[0]
-        part = self._share if only == 0 else 1.0 - self._share
-        force = forces_n[only] / part
-        std = sqrt((stds_n[only] / part) ** 2 + (SHARE_STD / part * force) ** 2)
-        return EngineMounts(force, std, self._share, True)
+    def snapshot(self) -> list[list[float]]:
+        rows: list[list[float]] = self.rows.tolist()
+        return rows
 
-    def snapshot(self) -> list[float]:
-        return [self._share, self._weight_n2_s]
+    def restore(self, rows: Sequence[Sequence[float]]) -> None:
+        """ValueError when these are not as many rows of numbers."""
+        found = np.array(rows, dtype=np.float64)
+        if found.shape != self.rows.shape or not np.isfinite(found).all():
+            raise ValueError("not the shares of these engines")
+        self.rows[:] = found
 
-    def restore(self, state: list[float]) -> None:
-        self._share, self._weight_n2_s = state
 
-    def _learn(self, upper_n: float, total_n: float, dt_s: float) -> None:
-        news = total_n * total_n * dt_s
-        self._weight_n2_s = min(self._weight_n2_s + news, MEMORY_N2_S)
-        self._share += news / self._weight_n2_s * (min(max(upper_n / total_n, 0.2), 0.8) - self._share)
+@compiled
+def _learn(row: Floats, upper_n: float, total_n: float, dt_s: float) -> None:
+    news = total_n * total_n * dt_s
+    row[WEIGHT_N2_S] = min(row[WEIGHT_N2_S] + news, MEMORY_N2_S)
+    row[SHARE] += news / row[WEIGHT_N2_S] * (min(max(upper_n / total_n, 0.2), 0.8) - row[SHARE])
+
+
+@compiled
+def _both(mounts_n: Floats, mounts: Any) -> tuple[float, float]:
+    """Force and one sigma of all mounts together."""
+    force_n = variance_n2 = common_n = common_n2 = 0.0
+    for i in mounts:
+        force_n += mounts_n[FORCE_N, i]
+        variance_n2 += mounts_n[STD_N, i] ** 2
+        common_n += mounts_n[COMMON_N, i]
+        common_n2 += mounts_n[COMMON_N, i] ** 2
+    return force_n, sqrt(variance_n2 + common_n**2 - common_n2)
+
+
+def _combine_all(rows: Floats, mounts: Any, mounts_n: Floats, believed: Any, dt_s: float, out: Floats) -> None:
+    """`out` by engine: force, one sigma, 1 when it is scaled from one mount."""
+    for e in range(len(rows)):
+        n = n_usable = 0
+        only = NO_MOUNT
+        for i in mounts[e]:
+            if i != NO_MOUNT:
+                n += 1
+                if believed[i] and isfinite(mounts_n[FORCE_N, i]):
+                    n_usable += 1
+                    only = i if only == NO_MOUNT else only
+        out[e] = nan
+        out[e, 2] = 0.0
+        if n_usable == n and n > 0:
+            force_n, std_n = _both(mounts_n, mounts[e, :n])
+            out[e, 0], out[e, 1] = force_n, std_n
+            if n == 2 and force_n > 0.0:
+                _learn(rows[e], mounts_n[FORCE_N, mounts[e, 0]], force_n, min(dt_s, MAX_STEP_S))
+        elif n_usable > 0:
+            part = rows[e, SHARE] if only == mounts[e, 0] else 1.0 - rows[e, SHARE]
+            force_n = mounts_n[FORCE_N, only] / part
+            out[e] = force_n, sqrt((mounts_n[STD_N, only] / part) ** 2 + (SHARE_STD / part * force_n) ** 2), 1.0
+
+
+_combine: Any = compiled(_combine_all, "void(f8[:, ::1], i8[:, ::1], f8[:, ::1], b1[::1], f8, f8[:, ::1])", "numpy")

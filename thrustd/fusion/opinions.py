@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from thrustd.compiled import compiled
+from thrustd.fusion.limits import TURNING_N1_PCT
 from thrustd.fusion.signal_watch import STEP_S
 
 N_OPINIONS = 5
@@ -37,34 +38,58 @@ GROUPS_DIFFER = 0.05  # mounts against brochure, relative: more is not usual
 USUAL, AGE, DEVIATION, FAULTY, OUTSIDE, AGREE, TRACK = range(7)
 LAST_C, RATE = range(2)
 Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+Integers = npt.NDArray[np.int64]
 
 
 class Opinions:
-    """Mutable memory of one engine."""
+    """Mutable memory of every engine."""
 
-    def __init__(self) -> None:
-        self._rows = np.zeros((TRACK + 1, N_OPINIONS))
-        self._rows[DEVIATION] = self._rows[TRACK, LAST_C] = nan
+    def __init__(self, mounts: Integers, spools: Integers) -> None:
+        """By engine (n, 2): its mounts, the upper one first, -1 for none; and where N1 and N2 are among the readings.
 
-    def step(self, opinions_n: tuple[float, ...], believed: tuple[bool, ...], frozen: bool) -> bool:
-        """One of the five is faulty.
-
-        `believed`: not excluded by the sensor's own watch; `frozen`: shared inputs are in doubt, judge nothing.
+        An engine that has not two mounts is not judged.
         """
-        return _step(self._rows, opinions_n, believed, frozen)
+        self._mounts, self._spools = np.ascontiguousarray(mounts[:, :2]), spools
+        self._judged = (mounts >= 0).sum(axis=1) == 2
+        self._rows = np.zeros((len(mounts), TRACK + 1, N_OPINIONS))
+        self._differences = np.zeros((len(mounts), 2))
+        self.forget()
 
-    def faulty(self, i: int) -> bool:
+    def step(
+        self, readings: Floats, forces_n: Floats, shares: Floats, routes_n: Floats, believed: Flags, frozen: bool
+    ) -> bool:
+        """One opinion on some engine is faulty. An engine that does not turn has none.
+
+        `forces_n` (n_mounts,), `shares` (n,) of the upper mounts, `routes_n` (n, 3); `believed` (n, 5): not excluded by
+        the sensor's own watch; `frozen`: shared inputs are in doubt, judge nothing.
+        """
+        layout = self._mounts, self._spools, self._judged
+        faulty: bool = _step(
+            self._rows, self._differences, *layout, readings, forces_n, shares, routes_n, believed, frozen
+        )
+        return faulty
+
+    def turning(self, engine: int, readings: Floats) -> bool:
+        """It is judged: it has two mounts, and turns."""
+        return bool(self._judged[engine] and (readings[self._spools[engine]] > TURNING_N1_PCT).any())
+
+    def faulty(self, engine: int, i: int) -> bool:
         """It stood alone, and does not agree again yet."""
-        return bool(self._rows[FAULTY, i])
+        return bool(self._rows[engine, FAULTY, i])
 
-    def group_difference(self) -> tuple[float, float]:
-        """(mounts minus brochure, tolerance), relative; NaN when one group is silent."""
-        difference, tolerance = _group_difference(self._rows)
-        return difference, tolerance
+    def group_differences(self) -> list[list[float]]:
+        """By engine, mounts minus brochure and its tolerance, relative; NaN when one group is silent."""
+        differences: list[list[float]] = self._differences.tolist()
+        return differences
 
-    def snapshot(self) -> list[list[float | None]]:
-        """Rows of numbers; None for NaN, which JSON has not."""
-        return [[value if isfinite(value) else None for value in row] for row in self._rows.tolist()]
+    def forget(self) -> None:
+        """Nobody listened for a while."""
+        self._rows[:, DEVIATION] = self._rows[:, TRACK, LAST_C] = nan
+
+    def snapshot(self) -> list[list[list[float | None]]]:
+        """By engine, rows of numbers; None for NaN, which JSON has not."""
+        return [[[value if isfinite(value) else None for value in row] for row in rows] for rows in self._rows.tolist()]
 
     def restore(self, rows: Any) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none."""
@@ -72,6 +97,7 @@ class Opinions:
         if found.shape != self._rows.shape or np.isinf(found).any():
             return False
         self._rows[:] = found
+        self.forget()
         return True
 
 
@@ -106,7 +132,7 @@ def _track_rate(track: Floats, c: float, scale: float) -> None:
 
 
 @compiled
-def _alone(rows: Floats, outside: npt.NDArray[np.bool_]) -> int:
+def _alone(rows: Floats, outside: Flags) -> int:
     """The only one outside, if it is twice as far out as any other; else -1."""
     alone, suspects, others = -1, 0, 0.0
     for i in range(N_OPINIONS):
@@ -119,7 +145,7 @@ def _alone(rows: Floats, outside: npt.NDArray[np.bool_]) -> int:
 
 
 @compiled
-def _judge(rows: Floats, outside: npt.NDArray[np.bool_]) -> None:
+def _judge(rows: Floats, outside: Flags) -> None:
     alone = _alone(rows, outside)
     for i in range(N_OPINIONS):
         rows[OUTSIDE, i] = rows[OUTSIDE, i] + STEP_S if i == alone else 0.0
@@ -133,7 +159,7 @@ def _judge(rows: Floats, outside: npt.NDArray[np.bool_]) -> None:
 
 
 @compiled
-def _learn(rows: Floats, usable: npt.NDArray[np.bool_]) -> None:
+def _learn(rows: Floats, usable: Flags) -> None:
     # at idle the deviations are zeros of transducers and the foot of the deck: they say little of other powers
     step_s = STEP_S * min(abs(rows[TRACK, LAST_C]) / SCALE_FLOOR_N, 1.0) ** 2
     for i in range(N_OPINIONS):
@@ -144,7 +170,7 @@ def _learn(rows: Floats, usable: npt.NDArray[np.bool_]) -> None:
 
 
 @compiled
-def _deviate(rows: Floats, opinions_n: tuple[float, ...], usable: npt.NDArray[np.bool_]) -> bool:
+def _deviate(rows: Floats, opinions_n: Floats, usable: Flags) -> bool:
     """Consensus and deviations; False when fewer than three speak."""
     values, n = np.empty(N_OPINIONS), 0
     for i in range(N_OPINIONS):
@@ -164,7 +190,8 @@ def _deviate(rows: Floats, opinions_n: tuple[float, ...], usable: npt.NDArray[np
     return True
 
 
-def _one_step(rows: Floats, opinions_n: tuple[float, ...], believed: tuple[bool, ...], frozen: bool) -> bool:
+@compiled
+def _step_one(rows: Floats, opinions_n: Floats, believed: Flags, frozen: bool) -> None:
     usable, outside = np.zeros(N_OPINIONS, np.bool_), np.zeros(N_OPINIONS, np.bool_)
     for i in range(N_OPINIONS):
         usable[i] = believed[i] and rows[FAULTY, i] == 0.0 and isfinite(opinions_n[i])
@@ -178,9 +205,9 @@ def _one_step(rows: Floats, opinions_n: tuple[float, ...], believed: tuple[bool,
             _judge(rows, outside)
             if not outside.any() and rows[TRACK, RATE] < CALM_RATE:
                 _learn(rows, usable)
-    return rows[FAULTY].any()
 
 
+@compiled
 def _difference(rows: Floats) -> tuple[float, float]:
     mounts = brochure = widest = 0.0
     n_mounts = n_routes = 0
@@ -197,5 +224,25 @@ def _difference(rows: Floats) -> tuple[float, float]:
     return mounts / n_mounts - brochure / n_routes, GROUPS_DIFFER + widest - TOLERANCE[FUEL_FLOW]
 
 
-_step: Any = compiled(_one_step, "b1(f8[:, ::1], UniTuple(f8, 5), UniTuple(b1, 5), b1)")
-_group_difference: Any = compiled(_difference, "UniTuple(f8, 2)(f8[:, ::1])")
+def _step_all(
+    rows: Floats, differences: Floats, mounts: Integers, spools: Integers, judged: Flags, readings: Floats,
+    forces_n: Floats, shares: Floats, routes_n: Floats, believed: Flags, frozen: bool,
+) -> bool:  # fmt: skip
+    faulty, opinions_n = False, np.empty(N_OPINIONS)
+    for e in range(len(rows)):
+        turns = readings[spools[e, 0]] > TURNING_N1_PCT or readings[spools[e, 1]] > TURNING_N1_PCT
+        if judged[e] and turns:
+            opinions_n[UPPER] = forces_n[mounts[e, 0]] / shares[e]
+            opinions_n[LOWER] = forces_n[mounts[e, 1]] / (1.0 - shares[e])
+            opinions_n[FUEL_FLOW:] = routes_n[e]
+            _step_one(rows[e], opinions_n, believed[e], frozen)
+        faulty |= rows[e, FAULTY].any()
+        differences[e] = _difference(rows[e])
+    return faulty
+
+
+_LAYOUT = "i8[:, ::1], i8[:, ::1], b1[::1]"
+_step: Any = compiled(
+    _step_all,
+    f"b1(f8[:, :, ::1], f8[:, ::1], {_LAYOUT}, f8[::1], f8[::1], f8[:], f8[:, ::1], b1[:, ::1], b1)",
+)

@@ -18,7 +18,7 @@ class Watches:
         n = len(self.sensors)
         self._size = len(layout.mount_names), len(layout.mounts_of_engine)
         self._rows, self._limits = fresh_rows(n), limit_rows([LIMITS[name] for name, _ in self.sensors])
-        self._values = np.zeros(n)
+        self.values = np.zeros(n)  # the latest readings, in the order of `sensors`
         self._of = {sensor: SignalWatch(row) for sensor, row in zip(self.sensors, self._rows, strict=True)}
         self.suspect = False  # some sensor has a fault or a jump in doubt
 
@@ -32,13 +32,13 @@ class Watches:
 
     def step(self, readings: Sequence[float]) -> None:
         """Every 0.1 s, in the order of `sensors`."""
-        self._values[:] = readings
-        self.suspect = watch(self._rows, self._limits, self._values, *self._size)
+        self.values[:] = readings
+        self.suspect = watch(self._rows, self._limits, self.values, *self._size)
 
     def leapt(self, readings: Sequence[float]) -> frozenset[Sensor]:
         """Sensors that are now, between two steps, further from where they were than they may jump."""
-        self._values[:] = readings
-        if not leapt(self._rows, self._limits, self._values):
+        self.values[:] = readings
+        if not leapt(self._rows, self._limits, self.values):
             return frozenset()
         pairs = zip(self.sensors, readings, strict=True)
         return frozenset(s for s, value in pairs if abs(self._of[s].step_to(value)) > LIMITS[s[0]].jump)
