@@ -6,6 +6,7 @@ import pytest
 from tests.diagnose.scene import DT_S, inertia, mount, record
 from thrustd.diagnose.compare import compare
 from thrustd.diagnose.extend import extend
+from thrustd.errors import ModelError
 from thrustd.model.artifact import read_model, write_model
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.model.expression import expression_effect
@@ -53,3 +54,11 @@ def test_an_expression_survives_its_artifact_and_flies():
     rows = model.inputs({"deformation_mm": data["deformation_mm"][:200], "cabin_psi": data["cabin_psi"][:200]})
     state = model.start(rows[0])
     assert np.array_equal([model.step(state, row[1:], row[0]) for row in rows], model.simulate(rows))
+
+
+def test_an_effect_that_stays_neutral_is_not_added_for_what_the_rest_gains():
+    def forward(data):  # the opposite of friction
+        return 20.0 * np.sign(np.diff(data["deformation_mm"], prepend=data["deformation_mm"][0]))
+
+    with pytest.raises(ModelError, match="none of it"):
+        extend(mount(k1=5050.0, own_n=40.0), [record(added=lambda d: -forward(d))], ["hysteresis"])

@@ -22,6 +22,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.diagnose.checks import check_recording
 from thrustd.diagnose.evidence import simulate
 from thrustd.diagnose.failures import Failure, where_it_fails
+from thrustd.diagnose.newtons import newtons
 from thrustd.diagnose.reference import referenced
 from thrustd.diagnose.regions import RegionError, errors_by_region, regions_of
 from thrustd.identify.first_state import simulated
@@ -107,9 +108,8 @@ class CompareReport:
         for c in {c.model: c for c in self.comparisons if c.ledger}.values():
             console.print(f"\n[bold]Error ledger of {c.model}[/bold]")
             for entry in c.ledger:
-                console.print(
-                    f"  + {entry.added}: {entry.rmse_before_n:.1f} -> {entry.rmse_after_n:.1f} N  {entry.data}"
-                )
+                fall = f"{newtons(entry.rmse_before_n)} -> {newtons(entry.rmse_after_n)} N"
+                console.print(f"  + {entry.added}: {fall}  {entry.data}")
 
     def pictures(self, folder: Path) -> list[Path]:
         """Write the pictures of every comparison; returns their paths."""
@@ -241,6 +241,13 @@ def _table(comparisons: Sequence[Comparison]) -> Table:
         table.add_column(heading, justify="right")
     for c in comparisons:
         pct = "-" if c.mae_pct_above_2kn is None else f"{c.mae_pct_above_2kn:.2f}"
-        row = [f"{c.rmse_n:.1f}", f"{c.mae_n:.1f}", pct, f"{c.bias_n:+.1f}", f"{c.fit_pct:.2f}", f"{c.worst_n:+.0f}"]
+        row = [
+            newtons(c.rmse_n),
+            newtons(c.mae_n),
+            pct,
+            newtons(c.bias_n, "+"),
+            f"{c.fit_pct:.2f}",
+            newtons(c.worst_n, "+", 0),
+        ]
         table.add_row(c.model, c.recording, *row, f"{c.worst_at_s:.1f}", f"{c.autocorrelation.get('1 s', 0.0):.2f}")
     return table

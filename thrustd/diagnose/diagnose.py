@@ -21,6 +21,7 @@ from thrustd.diagnose.dependence import Dependence, channels_of, drawn
 from thrustd.diagnose.estimates import ParameterEstimate, estimated
 from thrustd.diagnose.evidence import Evidence, gather
 from thrustd.diagnose.look_alikes import advice_for, look_alikes
+from thrustd.diagnose.newtons import newtons
 from thrustd.diagnose.reference import referenced
 from thrustd.diagnose.selection import Progress, Round, Scored
 from thrustd.diagnose.verdict import Judgement, judge
@@ -182,7 +183,7 @@ def _report(
     alike = look_alikes(scored, seen.scored, judgement.own_n) if scored.gain > 0 else ()
     evidence = (
         f"{scored.candidate.word} removes {removed:.0f} % of the squared error on held-back blocks"
-        f" ({scored.before.rmse:.1f} -> {after.rmse:.1f} N), better in {better} of {len(after.sse)} blocks,"
+        f" ({newtons(scored.before.rmse)} -> {newtons(after.rmse)} N), better in {better} of {len(after.sse)} blocks,"
         f" {scored.t:.1f} standard errors"
         + (", looking ahead in the record; a model can only extrapolate" if scored.candidate.ahead else "")
     )

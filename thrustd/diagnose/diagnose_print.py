@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
+from thrustd.diagnose.newtons import newtons
+
 if TYPE_CHECKING:
     from thrustd.diagnose.diagnose import DiagnoseReport
 
@@ -26,7 +28,8 @@ def print_report(report: "DiagnoseReport", console: Console) -> None:
         console.print(_table(report))
     for dependence in report.depends_on:
         console.print(
-            f"the residual follows {dependence.channel}: a free curve of it leaves {dependence.rmse_after_n:.1f} N",
+            f"the residual follows {dependence.channel}:"
+            f" a free curve of it leaves {newtons(dependence.rmse_after_n)} N",
             highlight=False,
         )
     for line in report.advice:
@@ -35,11 +38,11 @@ def print_report(report: "DiagnoseReport", console: Console) -> None:
 
 def _yardstick(report: "DiagnoseReport") -> str:
     """Error before, after, and what should be left if nothing were missing."""
-    fall = f"{report.rmse_before_n:.1f} N"
+    fall = f"{newtons(report.rmse_before_n)} N"
     if any(c.in_verdict for c in report.candidates):
-        fall += f" -> {report.rmse_after_n:.1f} N with {' and '.join(report.verdict)}"
+        fall += f" -> {newtons(report.rmse_after_n)} N with {' and '.join(report.verdict)}"
     source = "the identification promises" if report.promised else "the best that anything reached is"
-    return f"error on held-back blocks, start-up aside: {fall}; {source} {report.own_error_n:.1f} N here"
+    return f"error on held-back blocks, start-up aside: {fall}; {source} {newtons(report.own_error_n)} N here"
 
 
 def _table(report: "DiagnoseReport") -> Table:
@@ -52,8 +55,8 @@ def _table(report: "DiagnoseReport") -> Table:
     worth = [c for c in report.candidates if c.in_verdict or c.rmse_after_n < WORTH * c.rmse_before_n]
     for c in worth[:SHOWN]:
         numbers = ", ".join(f"{p.name} {p.value:.3g} +- {p.std:.1g}" for p in c.parameters[:1])
-        after = f"{c.rmse_after_n:.1f}"
-        table.add_row(c.effect, f"{c.rmse_before_n:.1f}", after, numbers, ", ".join(c.separable_from))
+        after = newtons(c.rmse_after_n)
+        table.add_row(c.effect, newtons(c.rmse_before_n), after, numbers, ", ".join(c.separable_from))
     rest = len(report.candidates) - len(worth)
     table.caption = f"{rest} others remove nothing" if rest else None
     return table

@@ -51,6 +51,7 @@ class ParameterEstimate:
     def sentence(self) -> str:
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         tail = f" (on PH-LAB {self.expected})" if self.expected else ""
+        tail += ": these data do not tell it" if self.std >= abs(self.value) > 0 else ""
         return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.std:.2g}{unit}{tail}"
 
     def to_json(self) -> dict[str, Any]:

@@ -5,7 +5,7 @@ the linear block, of the strength that predicts held-back blocks best, taken onl
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,7 @@ from thrustd.diagnose.estimates import ParameterEstimate, estimated
 from thrustd.diagnose.evidence import Evidence, base_patterns, gather
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import block_gram, held_out_fit
+from thrustd.diagnose.newtons import newtons
 from thrustd.diagnose.polish import polished
 from thrustd.diagnose.reference import referenced
 from thrustd.diagnose.selection import BESIDE, RIDGES, Progress
@@ -43,6 +44,7 @@ from thrustd.records.recording import Recording
 PAYS = 0.97  # the rest of the model moves only when that leaves less than this of the squared error
 LITTLE = 1.4  # times what the identification promises
 POLISHED = 3  # starting shapes that are polished
+IDLE = 1e-6  # of the typical amplitude: so small is neutral
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +76,8 @@ class ExtendReport:
     def print(self, console: Console) -> None:
         names = " and ".join(self.effects)
         console.print(
-            f"[bold]{names}[/bold] added: {self.rmse_before_n:.1f} -> {self.rmse_after_n:.1f} N on held-back blocks,"
-            " start-up aside",
+            f"[bold]{names}[/bold] added: {newtons(self.rmse_before_n)} -> {newtons(self.rmse_after_n)} N"
+            " on held-back blocks, start-up aside",
             highlight=False,
         )
         for number in self.parameters:
@@ -124,15 +126,32 @@ def extend(
         whole, whole_numbers, parent_n, whole_n = estimated_together(started, free, spec, evidence)
         if whole_n / parent_n < PAYS**0.5 * final_after / before:
             final, numbers, before, final_after, moved = whole, whole_numbers, parent_n, whole_n, True
-    if not final_after < before:
-        raise ModelError(
-            f"{spec.name}: {_words(chosen)} not added: {before:.2f} N before and {final_after:.2f} N after"
-            " on held-back blocks, expected less; no model written"
-        )
+    _check_better(spec, chosen, final, before, final_after)
     _tell(progress, 1.0, "done")
     words = tuple(effect.word for effect in chosen)
     written = _finished(spec, final, name or spec.name, chosen, records, (before, final_after), evidence)
     return ExtendReport(written, words, before, final_after, tuple(numbers), moved)
+
+
+def _check_better(spec: ModelSpec, chosen: Sequence[Effect], final: ModelSpec, before_n: float, after_n: float) -> None:
+    """ModelError when nothing is gained, or not by the effects: the rest alone may have moved."""
+    if not after_n < before_n:
+        raise ModelError(
+            f"{spec.name}: {_words(chosen)} not added: {before_n:.4g} N before and {after_n:.4g} N after"
+            " on held-back blocks, expected less; no model written"
+        )
+    values = {effect.name: effect.parameters for effect in final.effects}
+    idle = [effect for effect in chosen if _neutral(effect, values[effect.name])]
+    if idle:
+        raise ModelError(
+            f"{spec.name}: {_words(idle)} not added: these data are explained best with none of it,"
+            " expected a size other than neutral; no model written"
+        )
+
+
+def _neutral(effect: Effect, values: Mapping[str, float]) -> bool:
+    """Whether every amplitude ended where the effect does nothing."""
+    return all(abs(values[p.name] - p.neutral) <= IDLE * abs(p.starts[0]) for p in effect.parameters if p.amplitude)
 
 
 def _start(effect: Effect, spec: ModelSpec, evidence: Evidence) -> EffectSpec:
