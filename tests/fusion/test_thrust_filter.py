@@ -95,18 +95,51 @@ def test_noise_of_the_engine_is_not_learnt_as_its_deviation():
     assert abs(engine) < 2.0 * std
 
 
-def test_smoothing_is_rauch_tung_striebel(monkeypatch):
-    """Against filterpy's own smoother, over several blocks; the smoothed band is not wider than the filtered one."""
+def test_smoothing_is_rauch_tung_striebel_where_no_error_is_learnt(monkeypatch):
+    """Against filterpy's own smoother, over several blocks, when the readings have no other error than noise."""
     monkeypatch.setattr(smoother, "BLOCK", 64)
-    _, _, _, tape = flown(3, 20.0)
-    smoothed = smoother.smooth(tape)
-    columns = tape.steps(0, len(tape))
-    x, p, _, _ = KalmanFilter(dim_x=6, dim_z=1).rts_smoother(columns[0][:, :, None], *columns[1:])
-    assert smoothed.thrust_n == pytest.approx(x[:, 0, 0], abs=0.5)
-    assert smoothed.thrust_std_n == pytest.approx(np.sqrt(p[:, 0, 0]), rel=0.01)
-    # the filter considers the mounts' zero, of which Rauch-Tung-Striebel does not know
-    assert (smoothed.thrust_std_n <= 1.005 * np.sqrt(columns[1][:, 0, 0])).all()
+    rng, tape, kf = np.random.default_rng(3), smoother.Tape(), KalmanFilter(dim_x=6, dim_z=1)
+    f, q = np.diag([1.0, 0.9, 1.0, 0.99, 1.0, 0.99]), np.diag([4.0, 9.0, 0.1, 2.0, 0.1, 2.0])
+    f[0, 1] = 0.1
+    kf.P, kf.H, kf.R = 1e4 * np.eye(6), np.eye(1, 6), np.array([[25.0]])
+    for k in range(200):
+        kf.predict(F=f, Q=q)
+        kf.update(50.0 * np.sin(k / 20) + 5.0 * rng.normal())
+        tape.write(k, kf.x, kf.P, f, q)
+    smoothed, columns = smoother.smooth(tape), tape.steps(0, len(tape))
+    x, p, _, _ = kf.rts_smoother(columns[0][:, :, None], *columns[1:])
+    assert smoothed.thrust_n == pytest.approx(x[:, 0, 0], rel=1e-6)
+    assert smoothed.thrust_rate_n_s == pytest.approx(x[:, 1, 0], rel=1e-6, abs=1e-9)
+    assert smoothed.thrust_std_n == pytest.approx(np.sqrt(p[:, 0, 0]), rel=1e-6)
     assert len(smoother.smooth(smoother.Tape()).thrust_n) == 0
+
+
+def test_smoothed_is_better_than_filtered_and_its_band_narrower():
+    better, errors = [], {"filtered": [], "smoothed": []}
+    for seed in range(12):
+        estimates, truth, _, tape = flown(seed, 100.0)
+        smoothed = smoother.smooth(tape)
+        assert (smoothed.thrust_std_n <= np.array([e.thrust_std_n for e in estimates]) + 1e-6).all()
+        both = (np.array([e.thrust_n for e in estimates]) - truth)[100:], (smoothed.thrust_n - truth)[100:]
+        better.append(np.mean(both[1] ** 2) < np.mean(both[0] ** 2))
+        for name, error in zip(errors, both, strict=True):
+            errors[name].append(np.mean(error**2))
+    assert np.mean(errors["smoothed"]) < np.mean(errors["filtered"])
+    assert np.mean(better) > 0.8
+
+
+def test_a_tare_after_the_flight_is_carried_back_over_it():
+    thrust_filter, zero_n = ThrustFilter(FusionSettings(), 0), 60.0
+    tape = thrust_filter.keep()
+    for k in range(900):
+        running = k < 600
+        thrust_n = 3000.0 if running else 0.0
+        n1 = {"n1_pct": 80.0 if running else 0.0, "n1_rate": -200.0 if k == 600 else 0.0}
+        thrust_filter.step(inputs(k, thrust_n + zero_n, thrust_n if running else nan, **n1))
+    assert "tare" in [fault.kind for fault in thrust_filter.take_faults()]
+    smoothed = smoother.smooth(tape)
+    filtered_n = tape.steps(0, len(tape))[0][:, 0]
+    assert abs(smoothed.thrust_n[300:500] - 3000.0).max() < 0.8 * abs(filtered_n[300:500] - 3000.0).max()
 
 
 def settled():

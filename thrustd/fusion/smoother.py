@@ -1,9 +1,18 @@
-"""Rauch-Tung-Striebel smoothing of one engine's flight, for after the landing.
+"""Smoothing of one engine's flight, for after the landing: Rauch-Tung-Striebel, and what the filter considers stays.
 
-    P' = F P F^T + Q,   C = P F^T P'^-1,   x_s = x + C (x_s+ - F x),   P_s = P + C (P_s+ - P') C^T
+The errors of both routes e = [z, h, c, d] come back with the thrust: what was learnt of them later, at another
+thrust, is no news of now. So thrust and rate m = [T, r] are smoothed given the errors as they were filtered. With
+B = P_me P_ee^-1, and A = P_mm - B P_em of the covariance of m left when e is known, and B', A' of the predicted one:
 
-run backwards over what the filter wrote on its `Tape` step by step, with the very F and Q that it used. What the filter
-learnt late (the errors of both routes, above all) corrects what it had said early. Reference: Brown & Hwang, ch. 6.
+    C = A F^T A'^-1,   m_s = m + C (m_s+ - F m - B' (e+ - F e)),   A_s = A + C (A_s+ - A') C^T
+
+run backwards over what the filter wrote on its `Tape` step by step, with the very F and Q that it used. The zero of the
+mounts alone holds for all thrusts: a tare at the end is carried back by a smoother of its own (z_s, P_zs), and with
+g = P_mz / P_zz
+
+    m_s <- m_s + g (z_s - z),   P_s = A_s + B P_em + g (P_zs - P_zz) g^T
+
+Reference: Brown & Hwang, ch. 6; Schmidt 1966 (consider states).
 """
 
 from array import array
@@ -12,12 +21,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.fusion.dynamics import N_STATE, RATE, THRUST, Matrix
+from thrustd.fusion.dynamics import N_STATE, RATE, THRUST, ZERO, Matrix
 
 UPPER = np.triu_indices(N_STATE)
 N_UPPER = len(UPPER[0])
 N_MOTION = N_STATE + 1  # F and Q are diagonal but for thrust and rate
 BLOCK = 4096  # steps whose gains are solved at once
+MOVING, ERRORS = slice(THRUST, ZERO), slice(ZERO, N_STATE)
 
 
 class Smoothed(NamedTuple):
@@ -71,35 +81,56 @@ def _motion(rows: Matrix, symmetric: bool) -> Matrix:
     return matrix
 
 
+class _Known(NamedTuple):
+    """Smoothed, at one step."""
+
+    moving: Matrix  # (2,) T, r given the filtered errors
+    spread: Matrix  # (2, 2) A_s
+    zero_n: float
+    zero_n2: float
+
+
 def smooth(tape: Tape) -> Smoothed:
     """Smooth a flight. An empty tape gives empty rows."""
     n = len(tape)
     thrust_n, std_n, rate_n_s = np.zeros(n), np.zeros(n), np.zeros(n)
-    later: tuple[Matrix, Matrix] | None = None  # smoothed (x, P) of the first step of the block after
+    later: _Known | None = None  # the first step of the block after
     for first in range((n - 1) // BLOCK * BLOCK if n else -1, -1, -BLOCK):
         last = min(first + BLOCK, n)
-        x, p = _smooth_block(tape.steps(first, min(last + 1, n)), last - first, later)
-        thrust_n[first:last], rate_n_s[first:last] = x[:, THRUST], x[:, RATE]
-        std_n[first:last] = np.sqrt(p[:, THRUST, THRUST])
-        later = x[0], p[0]
+        moving, std_n[first:last], later = _smooth_block(tape.steps(first, min(last + 1, n)), last - first, later)
+        thrust_n[first:last], rate_n_s[first:last] = moving.T
     return Smoothed(tape.t_ns, thrust_n, std_n, rate_n_s)
 
 
 def _smooth_block(
-    steps: tuple[Matrix, Matrix, Matrix, Matrix], n: int, later: tuple[Matrix, Matrix] | None
-) -> tuple[Matrix, Matrix]:
-    """Smoothed (x (n, 6), P (n, 6, 6)) of one block; `steps` hold one row more when there is a `later` block."""
+    steps: tuple[Matrix, Matrix, Matrix, Matrix], n: int, later: _Known | None
+) -> tuple[Matrix, Matrix, _Known]:
+    """(m_s (n, 2), sigma of T (n,), first step of this block); `steps` hold one row more when there is a `later`."""
     x, p, f, q = steps
-    xs, ps = x[:n].copy(), p[:n].copy()
-    fp = f[1:] @ p[:-1]
-    ahead_p = fp @ f[1:].transpose(0, 2, 1) + q[1:]
+    ahead_p = f[1:] @ p[:-1] @ f[1:].transpose(0, 2, 1) + q[1:]
     ahead_x = (f[1:] @ x[:-1, :, None])[:, :, 0]
-    # C^T = P'^-1 F P: solving is better conditioned than inverting
-    gains = np.linalg.solve(ahead_p, fp).transpose(0, 2, 1)
-    next_x, next_p = later if later is not None else (xs[-1], ps[-1])
+    (_, a), (ahead_b, ahead_a) = _given_errors(p), _given_errors(ahead_p)
+    learnt = (ahead_b @ (x[1:] - ahead_x)[:, ERRORS, None])[:, :, 0]
+    # C^T = A'^-1 F A: solving is better conditioned than inverting
+    gains = np.linalg.solve(ahead_a, f[1:, MOVING, MOVING] @ a[:-1]).transpose(0, 2, 1)
+    zero_gains = p[:-1, ZERO, ZERO] * f[1:, ZERO, ZERO] / ahead_p[:, ZERO, ZERO]
+    ms, spread, zs, zero_n2 = x[:n, MOVING].copy(), a[:n].copy(), x[:n, ZERO].copy(), p[:n, ZERO, ZERO].copy()
+    known = later or _Known(ms[-1], spread[-1], zs[-1], zero_n2[-1])
     for k in range(len(gains) - 1, -1, -1):
-        c = gains[k]
-        next_x = xs[k] = x[k] + c @ (next_x - ahead_x[k])
-        next_p = p[k] + c @ (next_p - ahead_p[k]) @ c.T
-        next_p = ps[k] = 0.5 * (next_p + next_p.T)
-    return xs, ps
+        c, g = gains[k], zero_gains[k]
+        ms[k] = x[k, MOVING] + c @ (known.moving - ahead_x[k, MOVING] - learnt[k])
+        spread[k] = a[k] + c @ (known.spread - ahead_a[k]) @ c.T
+        zs[k] = x[k, ZERO] + g * (known.zero_n - ahead_x[k, ZERO])
+        zero_n2[k] = p[k, ZERO, ZERO] + g * g * (known.zero_n2 - ahead_p[k, ZERO, ZERO])
+        known = _Known(ms[k], spread[k], zs[k], zero_n2[k])
+    by_zero = p[:n, MOVING, ZERO] / p[:n, ZERO, ZERO, None]
+    ended = (spread - a[:n])[:, THRUST, THRUST] + by_zero[:, THRUST] ** 2 * (zero_n2 - p[:n, ZERO, ZERO])
+    moving = ms + by_zero * (zs - x[:n, ZERO])[:, None]
+    std_n: Matrix = np.sqrt(p[:n, THRUST, THRUST] + ended)
+    return moving, std_n, known
+
+
+def _given_errors(p: Matrix) -> tuple[Matrix, Matrix]:
+    """(B (n, 2, 4), A (n, 2, 2)) of covariances (n, 6, 6)."""
+    b = np.asarray(np.linalg.solve(p[:, ERRORS, ERRORS], p[:, ERRORS, MOVING]), np.float64).transpose(0, 2, 1)
+    return b, p[:, MOVING, MOVING] - b @ p[:, ERRORS, MOVING]
