@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from math import isfinite, nan
 from pathlib import Path
+from typing import Final
 
 import msgspec
 
@@ -22,6 +23,7 @@ from thrustd.types import Estimate, Event, Output
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
 PROGRESS_EVERY = 200  # estimates
 
 
@@ -135,11 +137,13 @@ class _Truth(msgspec.Struct):
 
 def truth_rows(log: LogRun, names: Sequence[str]) -> Iterator[TruthRow]:
     """What a simulated flight really did to `names`, in file order; nothing for a real one."""
-    decode = msgspec.json.Decoder(_Truth).decode
+    decode = msgspec.json.Decoder(list[_Truth]).decode
     by_topic = {f"/truth/{name}": name for name in names}
-    for message in log.messages(by_topic):
-        row = decode(message.data)
-        yield TruthRow(by_topic[message.topic], row.t_ns, row.thrust_n if isfinite(row.thrust_n) else row.force_n)
+    for messages in log.groups(by_topic):
+        rows = decode(b"[%b]" % b",".join([message.data for message in messages]))
+        for message, row in zip(messages, rows, strict=True):
+            value_n = row.thrust_n if isfinite(row.thrust_n) else row.force_n
+            yield _new(TruthRow, (by_topic[message.topic], row.t_ns, value_n))
 
 
 def _copied(rows: Iterator[TruthRow], writer: LogWriter) -> Iterator[TruthRow]:

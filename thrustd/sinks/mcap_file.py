@@ -1,16 +1,18 @@
 """An MCAP file, written: messages into zstd chunks with indexes, checksums everywhere.
 
 The `mcap` package's own writer takes several us per message, as much as a replay at 200 x real time has for
-everything. So messages and their indexes are packed here; the rare records come from the package.
+everything. So messages and their indexes are packed here, a chunk at once; the rare records come from the package.
 Every byte is under a checksum: chunks, data section and summary have one each.
 Reference: MCAP format specification, version 0 (https://mcap.dev/spec).
 """
 
 import zlib
-from collections import Counter, defaultdict
+from array import array
 from struct import Struct, pack
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Final
 
+import numba
+import numpy as np
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -27,16 +29,19 @@ from mcap.records import (
     SummaryOffset,
 )
 
+from thrustd.columns import Bytes, Integers
+from thrustd.compiled import compiled
+
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 64 * 1024  # closing a chunk of this size stalls about 0.5 ms
 ZSTD_LEVEL = 1
 COMPRESSION = b"zstd"
-_OP_MESSAGE = int(Opcode.MESSAGE)
-_MESSAGE = Struct("<BQHIQQ")
-_MESSAGE_FIXED_BYTES = 22  # of the record's length: channel, sequence and two times
+_OP_MESSAGE, _OP_INDEX = int(Opcode.MESSAGE), int(Opcode.MESSAGE_INDEX)
+_MESSAGE_BYTES: Final = 31  # opcode, length, channel, sequence and two times
+_INDEX_BYTES: Final = 15  # opcode, length, channel and size of the entries, which are time and offset
 _CHUNK = Struct(f"<BQQQQII{len(COMPRESSION)}sQ")
 _CHUNK_FIXED_BYTES = _CHUNK.size - 9
-_INDEX = Struct("<BQHI")
+_CHANNEL, _TIME, _LENGTH = range(3)  # columns of what is pending
 
 
 class McapFile:
@@ -53,7 +58,7 @@ class McapFile:
         self._metadata: list[MetadataIndex] = []
         self._n_chunks = 0
         self._index = bytearray()  # packed ChunkIndex records: 2.7 MB per hour in one piece, not in thousands
-        self._counts: Counter[int] = Counter()
+        self._counts = np.zeros(1, np.int64)  # messages by channel id
         self._first_ns: int | None = None
         self._last_ns = 0
         self._open_chunk()
@@ -71,6 +76,7 @@ class McapFile:
         number = len(self._channels) + 1
         channel = Channel(id=number, topic=topic, message_encoding=encoding, metadata={}, schema_id=schema_id)
         self._channels.append(channel)
+        self._counts = np.append(self._counts, 0)
         self._write(_packed(channel))
         return number
 
@@ -82,34 +88,30 @@ class McapFile:
     def add_message(self, channel_id: int, t_ns: int, data: bytes) -> None:
         """One message at `t_ns` >= 0 [ns since the epoch]; closes the chunk when it is full."""
         length = len(data)
-        entries = self._entries[channel_id]
-        sequence = self._counts[channel_id] + (len(entries) >> 1)
-        entries += (t_ns, self._size)
-        head = _MESSAGE.pack(_OP_MESSAGE, _MESSAGE_FIXED_BYTES + length, channel_id, sequence, t_ns, t_ns)
-        self._parts += (head, data)
-        self._size += _MESSAGE.size + length
+        self._rows.extend((channel_id, t_ns, length))
+        self._contents.append(data)
+        self._size += _MESSAGE_BYTES + length
         if self._size >= self._chunk_bytes:
             self.close_chunk()
 
     def close_chunk(self) -> None:
         """Put what is pending into a chunk and hand it to the stream. Nothing pending: nothing happens."""
-        if not self._parts:
+        if not self._contents:
             return
-        records, entries = b"".join(self._parts), self._entries
-        self._counts.update({channel: len(entry) // 2 for channel, entry in entries.items()})
-        first_ns = min(min(entry[::2]) for entry in entries.values())
-        last_ns = max(max(entry[::2]) for entry in entries.values())
+        rows, contents = np.frombuffer(self._rows, np.int64).reshape(-1, 3), b"".join(self._contents)
+        records = np.empty(self._size, np.uint8)
+        indexes = np.empty(len(self._counts) * _INDEX_BYTES + 16 * len(rows), np.uint8)
         self._open_chunk()
-        squeezed = self._compress(records)
+        begins = _pack(rows, np.frombuffer(contents, np.uint8), self._counts, records, indexes)
+        first_ns, last_ns = int(rows[:, _TIME].min()), int(rows[:, _TIME].max())
+        squeezed = self._compress(records.data)
         start = self.bytes_written
         head = _CHUNK.pack(
             Opcode.CHUNK, _CHUNK_FIXED_BYTES + len(squeezed), first_ns, last_ns, len(records),
-            zlib.crc32(records), len(COMPRESSION), COMPRESSION, len(squeezed),
+            zlib.crc32(records.data), len(COMPRESSION), COMPRESSION, len(squeezed),
         )  # fmt: skip
-        indexes = {channel: _packed_index(channel, entry) for channel, entry in entries.items()}
-        self._write(b"".join((head, squeezed, *indexes.values())))
-        chunk_end = start + len(head) + len(squeezed)
-        self._remember(first_ns, last_ns, start, chunk_end, len(squeezed), len(records), indexes)
+        self._write(b"".join((head, squeezed, indexes[: begins[-1]].tobytes())))
+        self._remember(first_ns, last_ns, start, start + len(head) + len(squeezed), len(squeezed), len(records), begins)
 
     def finish(self) -> None:
         """Close the last chunk and write the summary. The stream is neither flushed nor closed."""
@@ -132,9 +134,9 @@ class McapFile:
         self._write(pack("<I", self._crc) + MAGIC)
 
     def _open_chunk(self) -> None:
-        self._parts: list[bytes] = []
+        self._rows = array("q")  # channel, time and length of each message
+        self._contents: list[bytes] = []
         self._size = 0
-        self._entries: defaultdict[int, list[int]] = defaultdict(list)  # channel -> time, offset, time, offset ...
 
     def _write(self, data: bytes | bytearray) -> None:
         self._stream.write(data)
@@ -142,26 +144,25 @@ class McapFile:
         self.bytes_written += len(data)
 
     def _remember(
-        self, first_ns: int, last_ns: int, start: int, end: int, squeezed: int, size: int, indexes: dict[int, bytes]
+        self, first_ns: int, last_ns: int, start: int, end: int, squeezed: int, size: int, begins: Integers
     ) -> None:
-        offsets, at = {}, end
-        for channel, record in indexes.items():
-            offsets[channel] = at
-            at += len(record)
+        """`begins`: of each channel's index behind the chunk, and the end of the last one."""
+        offsets = {int(channel): end + int(begins[channel]) for channel in np.flatnonzero(np.diff(begins))}
         self._first_ns = first_ns if self._first_ns is None else min(first_ns, self._first_ns)
         self._last_ns = max(last_ns, self._last_ns)
         index = ChunkIndex(
             message_start_time=first_ns, message_end_time=last_ns, chunk_start_offset=start,
-            chunk_length=end - start, message_index_offsets=offsets, message_index_length=at - end,
+            chunk_length=end - start, message_index_offsets=offsets, message_index_length=int(begins[-1]),
             compression=COMPRESSION.decode(), compressed_size=squeezed, uncompressed_size=size,
         )  # fmt: skip
         self._index += _packed(index)
         self._n_chunks += 1
 
     def _statistics(self) -> Statistics:
+        counts = {channel: n for channel, n in enumerate(self._counts.tolist()) if n}
         return Statistics(
-            attachment_count=0, channel_count=len(self._channels), channel_message_counts=dict(self._counts),
-            chunk_count=self._n_chunks, message_count=self._counts.total(),
+            attachment_count=0, channel_count=len(self._channels), channel_message_counts=counts,
+            chunk_count=self._n_chunks, message_count=sum(counts.values()),
             metadata_count=len(self._metadata), message_start_time=self._first_ns or 0,
             message_end_time=self._last_ns, schema_count=len(self._schemas),
         )  # fmt: skip
@@ -173,6 +174,46 @@ def _packed(record: McapRecord) -> bytes:
     return bytes(builder.end())
 
 
-def _packed_index(channel_id: int, entries: list[int]) -> bytes:
-    n_bytes = 8 * len(entries)
-    return _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + n_bytes, channel_id, n_bytes) + pack(f"<{len(entries)}Q", *entries)
+@compiled
+def _put(raw: Bytes, at: int, value: int, n_bytes: int) -> int:
+    """A little-endian number; -> where it ends."""
+    for i in range(n_bytes):
+        raw[at + i] = (value >> (8 * i)) & 0xFF
+    return at + n_bytes
+
+
+@compiled
+def _index_heads(rows: Integers, counts: Integers, indexes: Bytes) -> Integers:
+    """Write the head of each channel's index; -> where they begin, and the end of the last one."""
+    entries, begins = np.zeros(len(counts), np.int64), np.zeros(len(counts) + 1, np.int64)
+    for row in rows:
+        entries[row[_CHANNEL]] += 1
+    for channel in range(len(counts)):
+        at = begins[channel]
+        n_bytes = 16 * entries[channel]
+        begins[channel + 1] = at + _INDEX_BYTES + n_bytes if n_bytes else at
+        if n_bytes:
+            at = _put(indexes, at, _OP_INDEX, 1)
+            at = _put(indexes, at, 6 + n_bytes, 8)
+            _put(indexes, _put(indexes, at, channel, 2), n_bytes, 4)
+    return begins
+
+
+def _pack_chunk(rows: Integers, contents: Bytes, counts: Integers, records: Bytes, indexes: Bytes) -> Integers:
+    """Write the records of a chunk and the index records behind it, count the messages; -> see `_index_heads`."""
+    begins = _index_heads(rows, counts, indexes)
+    entry_at, read, at = begins + _INDEX_BYTES, 0, 0
+    for row in rows:
+        channel, time, length = row[_CHANNEL], row[_TIME], row[_LENGTH]
+        entry_at[channel] = _put(indexes, _put(indexes, entry_at[channel], time, 8), at, 8)
+        at = _put(records, _put(records, at, _OP_MESSAGE, 1), _MESSAGE_BYTES - 9 + length, 8)
+        at = _put(records, _put(records, at, channel, 2), counts[channel], 4)
+        at = _put(records, _put(records, at, time, 8), time, 8)
+        records[at : at + length] = contents[read : read + length]
+        counts[channel] += 1
+        at, read = at + length, read + length
+    return begins
+
+
+_I, _U = numba.int64, numba.types.Array(numba.uint8, 1, "C", readonly=True)
+_pack: Any = compiled(_pack_chunk, _I[::1](_I[:, ::1], _U, _I[::1], numba.uint8[::1], numba.uint8[::1]))

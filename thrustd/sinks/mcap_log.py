@@ -9,12 +9,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Any, BinaryIO, Final
 
 from thrustd import __version__
 from thrustd.errors import LogError
 from thrustd.sinks.mcap_file import McapFile
-from thrustd.types import Event, Output, Reading
+from thrustd.types import Event, Fault, Output, Reading
 from thrustd.wire.event_batch import ENCODING, MAX_EVENTS, encode_batch
 from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader, TopicKind, Topics, json_schema, schema_name
 
@@ -41,8 +41,9 @@ class LogWriter:
         self._batch: list[Event] = []
         self._batch_number = self._batch_ns = 0  # of the first event in the batch
         self._schema_ids: dict[str, int] = {}
-        self._channel_ids: dict[str, int] = {}
-        self._next_reading_ns: dict[tuple[str, int], int] = {}
+        self._channel_ids: dict[str, int] = {}  # by topic
+        self._ids: dict[Any, int] = {}  # the same by what is said, and of whom
+        self._next_reading_ns: dict[Any, int] = {}
         self._file.add_metadata(HEADER_NAME, header.to_metadata())
         self._raw_id = self._file.add_channel(RAW_TOPIC, ENCODING, 0)
         for place in self._topics.fixed():
@@ -70,16 +71,21 @@ class LogWriter:
 
     def write_output(self, output: Output) -> None:
         """One output of the pipeline; readings beyond `reading_hz` are left out."""
-        if isinstance(output, Reading) and not self._is_due(output):
+        kind, t_ns = type(output), output[0]
+        key: Any = output[1:3] if kind is Reading else kind if kind is Fault else (kind, output[1])
+        if kind is Reading and not self._is_due(key, t_ns):
             return
-        place = self._topics.of(output)
-        channel_id = self._channel_ids.get(place.topic) or self._channel(place)
-        self._file.add_message(channel_id, self._log_ns(output[0]), self._topics.encode(output))
+        channel_id = self._ids.get(key)
+        if channel_id is None:
+            channel_id = self._ids[key] = self._channel(self._topics.of(output))
+        self._file.add_message(channel_id, self._log_ns(t_ns), self._topics.encode(output))
 
     def write_truth(self, name: str, t_ns: int, value_n: float) -> None:
         """True thrust of the engine or true force on the mount called `name`."""
-        place, data = self._topics.truth(name, t_ns, value_n)
-        self._file.add_message(self._channel(place), self._log_ns(t_ns), data)
+        channel_id = self._ids.get(name)
+        if channel_id is None:
+            channel_id = self._ids[name] = self._channel(self._topics.of_truth(name))
+        self._file.add_message(channel_id, self._log_ns(t_ns), self._topics.encode_truth(name, t_ns, value_n))
 
     def sync(self) -> None:
         """Everything written so far is readable after this, and on the disk if the stream is a file."""
@@ -100,7 +106,8 @@ class LogWriter:
         self._stream.flush()
 
     def _log_ns(self, t_ns: int) -> int:
-        return max(0, t_ns + self._offset_ns)  # MCAP times are unsigned
+        log_ns = t_ns + self._offset_ns
+        return log_ns if log_ns > 0 else 0  # MCAP times are unsigned
 
     def _close_batch(self) -> None:
         if self._batch:
@@ -118,14 +125,10 @@ class LogWriter:
             self._synced_ns = t_ns
             self.sync()
 
-    def _is_due(self, reading: Reading) -> bool:
+    def _is_due(self, key: Any, t_ns: int) -> bool:
         if self._reading_ns is None:
             return False
-        t_ns, signal, index, _ = reading
-        key = (signal, index)
-        if (
-            self._next_reading_ns.get(key, t_ns) - t_ns > self._reading_ns // 4
-        ):  # a channel at just this rate may jitter
+        if self._next_reading_ns.get(key, t_ns) - t_ns > self._reading_ns // 4:  # a channel at this rate may jitter
             return False
         self._next_reading_ns[key] = t_ns + self._reading_ns
         return True

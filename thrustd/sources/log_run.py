@@ -87,5 +87,10 @@ class LogRun:
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[LogMessage]:
         """Messages of all files in file order, of `topics` or of all but `/raw`."""
+        for group in self.groups(topics):
+            yield from group
+
+    def groups(self, topics: Collection[str] | None = None) -> Iterator[list[LogMessage]]:
+        """`messages`, as many as are in one record of the file together."""
         for file in self.files:
-            yield from file.messages(topics)
+            yield from file.groups(topics)

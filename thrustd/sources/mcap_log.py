@@ -56,10 +56,16 @@ class LogFile:
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[LogMessage]:
         """Messages in file order, of `topics` or of all but `/raw`."""
+        for group in self.groups(topics):
+            yield from group
+
+    def groups(self, topics: Collection[str] | None = None) -> Iterator[list[LogMessage]]:
+        """`messages`, as many as are in one record of the file together."""
         wanted = (lambda topic: topic != RAW_TOPIC) if topics is None else (lambda topic: topic in topics)
         for walk, messages in self._walk(wanted):
-            for channel_id, log_ns, data in messages:
-                yield _new(LogMessage, (walk.topics[channel_id][0], log_ns, data))
+            yield [
+                _new(LogMessage, (walk.topics[channel_id][0], log_ns, data)) for channel_id, log_ns, data in messages
+            ]
 
     def _decode(self, walk: McapWalk, messages: list[Message]) -> Messages:
         encoding = walk.topics[messages[0].channel_id][1]

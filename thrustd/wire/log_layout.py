@@ -137,29 +137,24 @@ class TopicKind(NamedTuple):
 class Topics:
     """Output -> topic and JSON. Names come from the configuration; an unknown index names itself by number."""
 
-    __slots__ = ("_encode", "_engines", "_mounts", "_paths", "_status_words", "_truths")
+    __slots__ = ("_encode", "_engines", "_mounts", "_status_words")
 
     def __init__(self, engines: tuple[str, ...], mounts: tuple[str, ...]) -> None:
         self._engines, self._mounts = engines, mounts
         self._encode: Callable[[Any], bytes] = msgspec.json.Encoder().encode
-        self._paths: dict[tuple[object, object], TopicKind] = {}
         self._status_words: dict[int, list[str]] = {}
-        self._truths: dict[str, TopicKind] = {}
 
     def of(self, output: Output) -> TopicKind:
         """Where `output` belongs."""
-        kind = type(output)
-        key: tuple[object, object]
-        if kind is Reading:
-            key = (output[1], output[2])
-        elif kind is Fault:
-            key = (Fault, 0)
-        else:
-            key = (kind, output[1])
-        found = self._paths.get(key)
-        if found is None:
-            found = self._paths[key] = self._place(output)
-        return found
+        match output:
+            case Estimate():
+                return TopicKind(f"/estimate/{_name(self._engines, output.engine)}", EstimateMessage)
+            case MountOutput():
+                return TopicKind(f"/mount/{_name(self._mounts, output.mount)}", MountMessage)
+            case Reading():
+                return TopicKind(self._reading_topic(output), ReadingMessage)
+            case Fault():
+                return TopicKind(FAULT_TOPIC, FaultMessage)
 
     def encode(self, output: Output) -> bytes:
         """The JSON object of `output`."""
@@ -177,24 +172,13 @@ class Topics:
         mounts = [TopicKind(f"/mount/{name}", MountMessage) for name in self._mounts]
         return [*engines, *mounts, TopicKind(FAULT_TOPIC, FaultMessage)]
 
-    def truth(self, name: str, t_ns: int, value_n: float) -> tuple[TopicKind, bytes]:
-        """Topic and JSON of the true thrust of an engine or the true force on a mount."""
-        place = self._truths.get(name)
-        if place is None:
-            kind = EngineTruth if name in self._engines else MountTruth
-            place = self._truths[name] = TopicKind(f"/truth/{name}", kind)
-        return place, self._encode(place.kind(t_ns, value_n))
+    def of_truth(self, name: str) -> TopicKind:
+        """Where the true thrust of an engine or the true force on a mount belongs."""
+        return TopicKind(f"/truth/{name}", EngineTruth if name in self._engines else MountTruth)
 
-    def _place(self, output: Output) -> TopicKind:
-        match output:
-            case Estimate():
-                return TopicKind(f"/estimate/{_name(self._engines, output.engine)}", EstimateMessage)
-            case MountOutput():
-                return TopicKind(f"/mount/{_name(self._mounts, output.mount)}", MountMessage)
-            case Reading():
-                return TopicKind(self._reading_topic(output), ReadingMessage)
-            case Fault():
-                return TopicKind(FAULT_TOPIC, FaultMessage)
+    def encode_truth(self, name: str, t_ns: int, value_n: float) -> bytes:
+        """The JSON object of it."""
+        return self._encode((EngineTruth if name in self._engines else MountTruth)(t_ns, value_n))
 
     def _reading_topic(self, reading: Reading) -> str:
         signal = CATALOGUE.get(reading.signal)
