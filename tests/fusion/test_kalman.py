@@ -1,4 +1,4 @@
-"""filterpy's filter comes without scipy.stats, and filterpy stays what it is for others."""
+"""filterpy's filter, and compiled functions, come without scipy.stats and scipy.linalg, and filterpy stays what it is for others."""
 
 import subprocess
 import sys
@@ -6,7 +6,7 @@ import sys
 SCRIPT = """
 import sys
 from thrustd.fusion.kalman import KalmanFilter
-assert "scipy.stats" not in sys.modules
+assert not {"scipy.stats", "scipy.linalg"} & set(sys.modules)
 assert "filterpy" not in sys.modules
 one = KalmanFilter(2, 1)
 one.predict()
@@ -15,6 +15,8 @@ import filterpy.kalman
 import filterpy.stats
 assert filterpy.kalman.KalmanFilter is KalmanFilter
 assert abs(one.log_likelihood - filterpy.stats.logpdf(one.y, cov=one.S)) < 1e-12
+import scipy.linalg
+assert scipy.linalg.norm([3.0, 4.0]) == 5.0
 """
 AFTER = """
 import filterpy.kalman
