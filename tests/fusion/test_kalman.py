@@ -1,4 +1,4 @@
-"""filterpy's filter, and compiled functions, come without scipy.stats and scipy.linalg, and filterpy stays what it is for others."""
+"""filterpy's filter comes without scipy.stats and scipy.linalg, and both packages stay what they are for others."""
 
 import subprocess
 import sys

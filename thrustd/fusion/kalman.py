@@ -1,7 +1,7 @@
 """filterpy's KalmanFilter, without waiting for the parts of filterpy that nobody flies.
 
-`from filterpy.kalman import KalmanFilter` also loads its particle filters, plots, scipy.stats and scipy.linalg: 1.1 s of
-every restart in flight and 45 MB. Here the one file is loaded as it is, under its own name, while its packages are
+`from filterpy.kalman import KalmanFilter` also loads its particle filters, plots, scipy.stats and scipy.linalg: 1.1 s
+of every restart in flight and 45 MB. Here the one file is loaded as it is, under its own name, while its packages are
 empty; what it wants of scipy.stats (a log-likelihood) is fetched when it is asked for. Afterwards filterpy can be
 imported as usual.
 """
