@@ -171,7 +171,8 @@ def _freed_fit(task: _Task, point: Point) -> tuple[Point, Choice]:
     guess, ratio = _best_guess(task, start)
     if ratio < MUCH_BETTER:
         start, like, point = guess, LOOSE, guess
-    chosen = _chosen_reins(task, point, start, like)
+    others = [guess] if task.small and MUCH_BETTER <= ratio < 1.0 else []
+    chosen = _chosen_reins(task, point, [start, *others], like)
     begins = [replace(chosen.point, starts=np.zeros_like(start.starts))]
     if chosen.reins is LOOSE and ratio < 1.0:
         begins = [*begins[: int(task.small)], guess]
@@ -180,14 +181,14 @@ def _freed_fit(task: _Task, point: Point) -> tuple[Point, Choice]:
     return min(ends, key=lambda end: mean_square(end, coarse)), chosen
 
 
-def _chosen_reins(task: _Task, smooth_point: Point, start: Point, like: Reins) -> Choice:
+def _chosen_reins(task: _Task, smooth_point: Point, starts: Sequence[Point], like: Reins) -> Choice:
     """Long records are thinned: how rough a curve may be does not hang on the rate."""
     total = sum(map(len, task.segments))
     segments = thinned(task.segments, HELD_BACK_SAMPLES) or task.segments
-    zero = np.zeros((len(segments), start.layout.width))
+    zero = np.zeros((len(segments), smooth_point.layout.width))
     return choose_reins(
         replace(smooth_point, starts=zero),
-        replace(start, starts=zero),
+        [replace(start, starts=zero) for start in starts],
         folds_of(_signals(segments, task.units, FOLD_ROWS), EACH),
         lambda p, signals, reins: task.search(p, signals, FREEING, 1e-3, "held-back blocks", reins=reins)[0],
         like,

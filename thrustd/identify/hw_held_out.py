@@ -58,19 +58,23 @@ class Choice(NamedTuple):
 
 
 def choose_reins(
-    smooth: Point, start: Point, folds: Sequence[Fold], search: Search, like: Reins, plenty: bool
+    smooth: Point, starts: Sequence[Point], folds: Sequence[Fold], search: Search, like: Reins, plenty: bool
 ) -> Choice:
     """The reins that predict held-back blocks best.
 
-    smooth: the fitted smooth model; start: the same with free knots; like: carries the smooth curves; plenty: data
-    so long that no reins are tried when the model without predicts as well as it fits.
+    smooth: the fitted smooth model; starts: the same with free knots, and others to be tried without reins; like:
+    carries the smooth curves; plenty: data so long that no reins are tried when the model without predicts as well as
+    it fits.
     """
+    start, *others = starts
     best = _tried(start, folds, search, LOOSE)
     if best.ratio <= PLENTY and plenty:
         return best
     variance = slow_variance(residuals_of(smooth, folds[-1].train))
     tighter = [replace(like, bend_std=bend, closest=APART, variance=variance) for bend in TIGHTNESS]
-    return min([best, *(_tried(start, folds, search, reins) for reins in tighter)], key=lambda choice: choice.held)
+    choices = [best, *(_tried(start, folds, search, reins) for reins in tighter)]
+    choices += [_tried(other, folds, search, LOOSE) for other in others]
+    return min(choices, key=lambda choice: choice.held)
 
 
 def rescaled(reins: Reins, smooth: Point, signals: Sequence[Signal]) -> Reins:

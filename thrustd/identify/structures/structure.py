@@ -49,5 +49,13 @@ def _simulated(spec: ModelSpec, segment: Segment) -> Floats:
     return -residuals(spec, unloaded)
 
 
+def error_over(spec: ModelSpec, segments: Sequence[Segment]) -> float:
+    """RMS of the free run from rest over all segments; infinite for a model that runs away."""
+    with np.errstate(all="ignore"):
+        missed = np.concatenate([residuals(spec, s)[np.isfinite(s.force_n)] for s in segments])
+        error = float(np.sqrt(np.mean(missed**2)))
+    return error if np.isfinite(error) else np.inf
+
+
 def deformation(segment: Segment) -> Floats:
     return segment.inputs[DEFORMATION]

@@ -20,7 +20,7 @@ from thrustd.identify.hw_spec import spec_of
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.sensitivity import residuals
-from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
 from thrustd.model.compile import linear_stage
 from thrustd.model.stage import Floats
@@ -51,15 +51,15 @@ class Split(NamedTuple):
 
 def _fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
     shown = head(max(segments, key=len), RANKED)
-    splits = []
-    for order in ORDERS:
-        linear = _straight(segments, order, progress)
-        splits += [(split.error, _spec(linear, split)) for split in _splits(linear.linear, shown)]
+    linears = [_straight(segments, order, progress) for order in ORDERS]
+    splits = [(split.error, _spec(linear, split)) for linear in linears for split in _splits(linear.linear, shown)]
     few = [head(segment, TRIED) for segment in segments[:5]]
     splits.sort(key=lambda split: split[0])
     trials = [_tried(spec, few, 8) for _, spec in splits[:FINALISTS]]
     best = _grown(*min(trials, key=lambda trial: trial[1]), few)
-    spec = _estimated(best, [head(segment, FINAL) for segment in segments], 25)
+    found = _estimated(best, [head(segment, FINAL) for segment in segments], 25)
+    alone = [msgspec.structs.replace(linear, output_linear=LinearBlock(1.0)) for linear in linears]
+    spec = min([found, *alone], key=lambda spec: error_over(spec, segments))  # never worse than a linear model
     return of_spec(spec, len(pack(spec, CHOSEN)) - 2)
 
 

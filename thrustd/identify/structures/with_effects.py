@@ -17,7 +17,7 @@ from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.segments import Segment, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_oriented import fit_blocks
-from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, Polynomial
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
@@ -39,7 +39,9 @@ def _friction(name: str, title: str, effects: tuple[str, ...]) -> Structure:
             rubbing = with_effect(rubbing, effect, thin)
         core = fit_blocks([_without_effects(rubbing, s) for s in segments], HwSettings(), name, progress)
         assert core.spec is not None
-        spec = _together(msgspec.structs.replace(core.spec, effects=rubbing.effects), effects[0], thin)
+        apart = msgspec.structs.replace(core.spec, effects=rubbing.effects)
+        both = (apart, _together(apart, effects[0], thin))  # means may be too coarse for the fastest modes
+        spec = min(both, key=lambda spec: error_over(spec, segments))
         return of_spec(spec, core.n_parameters + sum(len(effect_named(effect).parameters) for effect in effects))
 
     return Structure(name, title, "beyond", fit)
