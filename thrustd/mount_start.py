@@ -23,7 +23,7 @@ from thrustd.model.stage import Floats
 
 LOAD_AGE_S = 3600.0  # A of a cold start: flights last one to three hours
 IDLE, TAKE_OFF = 0.1, 0.75  # of the identified deformation
-UNIFORM_STD = 1.0 / sqrt(3.0)  # of half the width between the two branches
+BRANCH_STD = 1.0 / sqrt(2.0)  # of half the width between the two branches: near one of them is likelier than midway
 SAME_N = 1.0  # branches that are no further apart are one
 Rows = Callable[[float], Floats]  # deformation, mm -> a row of the model's inputs
 
@@ -72,7 +72,7 @@ class Unseen:
         half_n = 0.5 * abs(below_n - above_n)
         if half_n < SAME_N:
             self._branches = np.zeros((0, 0))
-        return half_n * UNIFORM_STD
+        return half_n * BRANCH_STD
 
     def snapshot(self) -> dict[str, list[float]]:
         return {"doubts": self.doubts.ravel().tolist(), "branches": self._branches.ravel().tolist()}
