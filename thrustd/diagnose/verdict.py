@@ -226,16 +226,16 @@ def _concluded(
     rounds: list[Round], found: list[Scored], added: list[EffectSpec], own_n: float, promised: bool
 ) -> Judgement:
     first, last = rounds[0], rounds[-1]
-    left = structured(last, own_n)
-    impostor = [
-        name
-        for name, fit in sorted(first.curves.items(), key=lambda item: item[1].mse)
-        if name not in OWN
-        and name != "(constant)"
-        and found
-        and fit.mse < last.before_curves.mse - IMPOSTOR * own_n**2
-        and fit.mse < last.before_curves.mse - 0.25 * (first.before_curves.mse - last.before_curves.mse)
-    ]
+    left, read = structured(last, own_n), {c for s in found for c in s.candidate.effect.channels}
+
+    def outdoes(name: str) -> bool:
+        """Whether a free curve of this channel alone beats all effects found."""
+        left_n2, curve_n2 = last.before_curves.mse, first.curves[name].mse
+        much = curve_n2 < left_n2 - 0.25 * (first.before_curves.mse - left_n2)
+        whole = name not in read and curve_n2 < FAMILIAR * own_n**2 and left_n2 > UNSAID * own_n**2
+        return name not in (*OWN, "(constant)") and curve_n2 < left_n2 - IMPOSTOR * own_n**2 and (much or whole)
+
+    impostor = [name for name in sorted(first.curves, key=lambda n: first.curves[n].mse) if found and outdoes(name)]
     words = tuple(s.candidate.word for s in found)
     if found and not (impostor and left):
         return Judgement(words, tuple(found), tuple(added), tuple(rounds), own_n, promised, left)
