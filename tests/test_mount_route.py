@@ -97,7 +97,8 @@ def test_a_start_under_load_knows_what_it_does_not_know(load_s):
 
 
 def test_both_mounts_of_an_engine_do_not_know_it_together():
-    both = MountCombiner().step((2000.0, 2000.0), (50.0, 50.0), (40.0, 40.0), (True, True), 0.1)
+    mounts_n = np.repeat([[2000.0], [50.0], [40.0]], 2, axis=1)
+    (both,) = MountCombiner([(0, 1)]).step(mounts_n, np.ones(2, np.bool_), 0.1)
     assert both.std_n == pytest.approx(np.hypot(np.hypot(30.0, 30.0), 40.0 + 40.0))
 
 
