@@ -1,5 +1,6 @@
 """Box-Jenkins: y = B/F u + C/D e. Output error first, an autoregressive model of what it leaves (D, C = 1), then output
-error again on data filtered with D, which whitens the residual (generalised least squares, Clarke 1967)."""
+error again on data filtered with D, which whitens the residual (generalised least squares, Clarke 1967). Where D
+leaves so little of slow modes that the filtered data no longer show them, the first B/F stays."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,11 +12,12 @@ from scipy.signal import lfilter
 from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.structures.block_oriented import fit_blocks
-from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import ModelSpec, PiecewiseLinear
 from thrustd.model.stage import Floats
 
 NOISE_LAGS = 4
+LOST = 1.5  # free-run error of the second model over that of the first, from which on slow modes are lost
 LINEAR = HwSettings(2, input_shape="line", output_shape="line")
 
 
@@ -23,8 +25,10 @@ def _fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
     first = fit_blocks(segments, LINEAR, "box-jenkins", progress)
     whitener = _whitener([s.force_n - first.simulate(s) for s in segments])
     second = fit_blocks([_filtered(s, whitener) for s in segments], LINEAR, "box-jenkins", progress)
-    assert second.spec is not None
+    assert first.spec is not None and second.spec is not None
     spec = _with_level(second.spec, segments)
+    if error_over(spec, segments) > LOST * error_over(first.spec, segments):
+        spec = first.spec
     return of_spec(spec, second.n_parameters + NOISE_LAGS)
 
 
