@@ -1,11 +1,17 @@
 """Two effects whose sum looks like a third one."""
 
 import numpy as np
+import pytest
 
 from tests.diagnose.scene import DT_S, columns, mount
+from thrustd.diagnose.candidates import Candidate
 from thrustd.diagnose.diagnose import diagnose
+from thrustd.diagnose.gram import Fit
+from thrustd.diagnose.pairs import preferred
+from thrustd.diagnose.selection import Scored
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
+from thrustd.model.effects import effect_named
 from thrustd.records.recording import make_recording
 
 
@@ -21,3 +27,27 @@ def test_two_effects_that_together_imitate_a_third_are_both_named():
     report = diagnose(mount(), [make_recording("measured", data | {"force_N": force})])
     assert set(report.verdict) == {"vibration_rectification", "sensor_scale"}
     assert report.rmse_after_n < 13.0
+
+
+def scored(word, error_n2):
+    fit = Fit(np.ones(1), np.full(4, error_n2), np.ones(4))
+    return Scored(Candidate(effect_named(word), {}, ("x",), np.ones((4, 1))), fit, None, fit, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("found", "left_n2", "better"),
+    [
+        (["payne"], 1.24, True),  # two for a third that is none of them: 15 % of the own squared error
+        (["payne"], 1.10, False),
+        (["sensor_scale"], 1.24, False),  # one more beside it: as much as a further round asks, 30 %
+        (["sensor_scale"], 1.34, True),
+        (["ageing", "creep"], 1.06, True),  # as many others: 5 %
+        (["ageing", "creep"], 1.02, False),
+        (["sensor_scale", "vibration_rectification"], 9.0, False),  # the same
+        (["sensor_scale", "vibration_rectification", "creep"], 0.75, True),  # without the third, which was not worth it
+        (["sensor_scale", "vibration_rectification", "creep"], 0.65, False),
+    ],
+)
+def test_a_pair_is_preferred_when_it_explains_better_for_its_number(found, left_n2, better):
+    pair = (scored("sensor_scale", 1.0), scored("vibration_rectification", 1.0))
+    assert preferred(pair, [scored(word, left_n2) for word in found], left_n2, 1.0) is better
