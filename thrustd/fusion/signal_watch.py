@@ -225,7 +225,8 @@ def _symptom(row: Floats, limits: Floats, value: float, active: bool, longest_re
     if _offset(row, value, CONFIRM_S if often else SELDOM_CONFIRM_S):
         return OFFSET
     judging = row[JUMP] != 0.0 or row[JUMPS] > 1.0  # an offset or noise: not known yet which
-    if _drifts(row, limits[RATE_LIMIT]) or (not judging and not limits[LOW] <= value <= limits[HIGH]):
+    drifts = _drifts(row, limits[RATE_LIMIT]) and (often or not judging)
+    if drifts or (not judging and not limits[LOW] <= value <= limits[HIGH]):
         return OFFSET if _jumped_lately(row) else DRIFT
     return HEALTHY
 
