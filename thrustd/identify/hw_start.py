@@ -22,7 +22,6 @@ HEAT = 3  # iterations of every starting point before the best go on
 FINALISTS = 2
 PAIRS_WORTH = 0.7  # error of poles that oscillate over that of real ones, from which on they are taken
 TINY_GAIN = 1e-3
-RIDGE = 1e-6  # of the least squares for gains, in units of the columns
 FEW = 100_000  # samples: the data are too short to show slow modes by themselves
 
 Search = Callable[[Point, list[Signal], int], tuple[Point, float]]
@@ -78,41 +77,30 @@ def spaced_knots(v: Floats, n: int) -> Floats:
 
 
 def linear_fit(point: Point, signals: list[Signal]) -> Point:
-    """Gains, starting states and a straight h by least squares: y = offset + slope x, slope = DC gain unless tiny.
+    """Gains and a straight h by least squares: y = offset + slope x, slope = DC gain unless that is tiny.
 
-    With f and h identities the output is linear in the gains, c and gain times starting state; of the latter the
-    columns are those of the starting states where all gains are one.
+    With f and h identities the columns of gains and c are what the linear block puts out per unit of each.
     """
-    layout, theta = point.layout, point.theta.copy()
+    layout = point.layout
+    normal = normal_equations(point, signals)
     columns = np.concatenate((np.arange(layout.size)[layout.gains], [layout.c]))
-    theta[columns] = 1.0
-    normal = normal_equations(replace(point, theta=theta, starts=np.zeros_like(point.starts)), signals)
-    basis = np.zeros((len(normal.gradient), len(columns) + 1 + point.starts.size))
+    offset = np.zeros(normal.matrix.shape[0])
+    offset[layout.hy] = 1.0  # all knots up together: a constant
+    basis = np.zeros((normal.matrix.shape[0], len(columns) + 1))
     basis[columns, np.arange(len(columns))] = 1.0
-    basis[layout.hy, len(columns)] = 1.0  # all knots up together: a constant
-    basis[layout.size :, len(columns) + 1 :] = np.eye(point.starts.size)
+    basis[:, -1] = offset
     matrix = basis.T @ normal.matrix @ basis
-    right = basis.T @ (normal.gradient + normal.matrix[:, columns].sum(axis=1))  # residual and model: y
+    right = basis.T @ (normal.gradient + normal.matrix @ basis[:, -2])  # residual of the model plus c w itself = y
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    found = np.linalg.solve(matrix / np.outer(size, size) + RIDGE * np.eye(len(size)), right / size) / size
-    gains, gain, level = found[: layout.width], found[layout.width], found[layout.width + 1]
-    biggest = float(np.max(np.abs(found[: len(columns)])))
+    scaled = matrix / np.outer(size, size) + 1e-6 * np.eye(len(size))
+    found = np.linalg.solve(scaled, right / size) / size
+    gain, level = found[-2], found[-1]
+    biggest = float(np.max(np.abs(found[:-1])))
     slope = gain if abs(gain) > TINY_GAIN * biggest else float(np.copysign(biggest, gain or 1.0))
-    theta[layout.gains], theta[layout.c] = gains / slope, gain / slope
-    starts = _starting_states(layout, gains, found[len(columns) + 1 :].reshape(point.starts.shape))
-    return _fitted_output(replace(point, theta=theta, starts=starts), signals, slope, level)
-
-
-def _starting_states(layout: Layout, gains: Floats, weighed: Floats) -> Floats:
-    """weighed (n_segments, width): gain times state; pairs as complex numbers. No further than the input's range."""
-    n = layout.n_real
-    starts = np.empty_like(weighed)
-    floor = 1e-9 * float(np.abs(gains).max() or 1.0)
-    starts[:, :n] = weighed[:, :n] / np.where(np.abs(gains[:n]) > floor, gains[:n], np.inf)
-    pairs = gains[n::2] + 1j * gains[n + 1 :: 2]
-    states = (weighed[:, n::2] + 1j * weighed[:, n + 1 :: 2]) / np.where(np.abs(pairs) > floor, pairs, np.inf)
-    starts[:, n::2], starts[:, n + 1 :: 2] = states.real, states.imag
-    return np.clip(starts, -1.0, 1.0)
+    theta = point.theta.copy()
+    theta[layout.gains] = found[:-2] / slope
+    theta[layout.c] = gain / slope
+    return _fitted_output(replace(point, theta=theta), signals, slope, level)
 
 
 def _fitted_output(point: Point, signals: list[Signal], slope: float, level: float) -> Point:
