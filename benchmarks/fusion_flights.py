@@ -151,4 +151,4 @@ def _steps(flown: Flown, mount: bool, brochure: bool) -> tuple[ThrustFilter, lis
                 status=estimate.status & int(Status.GAP),
             )
         )
-    return ThrustFilter(FusionSettings(), 0), rows
+    return ThrustFilter(FusionSettings(), 0, mount_age_s=0.5 / FUSED_HZ), rows

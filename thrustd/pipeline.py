@@ -78,7 +78,9 @@ class Pipeline:
         )
         self._inputs = StepInputs(self._layout, self._hold)
         self._monitor = Monitor(self._layout)
-        self._filters = tuple(ThrustFilter(settings, e, name) for e, name in enumerate(engines))
+        self._filters = tuple(
+            ThrustFilter(settings, e, name, 0.5 / config.steps.estimate_hz) for e, name in enumerate(engines)
+        )
         place, numbers = self._inputs.place, range(len(engines))
         self._spools = [(place("n1_pct", e), place("n2_pct", e)) for e in numbers]
         self._brochure_of = [(place("n1_pct", e), place("fuel_flow_kg_s", e)) for e in numbers]

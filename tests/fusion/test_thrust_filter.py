@@ -257,3 +257,17 @@ def test_a_damaged_memory_is_refused(change):
 def test_settings_must_be_positive():
     with pytest.raises(ConfigError, match=r"fusion\.gate_chi2 = -1"):
         check_settings(FusionSettings(gate_chi2=-1.0), "x.toml")
+
+
+def test_a_mean_over_a_step_is_half_a_step_old():
+    """A slam of 2 kN/s, told ten times a second as the mean of the last tenth."""
+    late_n = []
+    for age_s in (0.0, 0.05):
+        thrust_filter = ThrustFilter(FusionSettings(), 0, mount_age_s=age_s)
+        for k in range(160):
+            thrust_n = 1000.0 + 200.0 * max(k - 100, 0)
+            rate = 3.0 if k > 100 else 0.0
+            estimate = thrust_filter.step(inputs(k, thrust_n - (100.0 if k > 101 else 0.0), nan, 60.0, rate))
+        late_n.append(abs(estimate.thrust_n - thrust_n))
+    assert late_n[0] > 80.0
+    assert late_n[1] < 10.0

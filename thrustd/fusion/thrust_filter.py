@@ -2,7 +2,7 @@
 
 State  x = [T, r, z, h, c, d], see `dynamics`. Measurements, each a scalar update behind its own gate:
 
-    mount     y = T + z + h + v                      sigma_h: the model's error in this region, zero taken out
+    mount     y = T - age r + z + h + v              sigma_h: the model's error in this region, zero taken out
     brochure  y = T - age r + s c + d + v            sigma_d: the deck's spread, the engine's own taken out
     tare      0 = T + v                              engine off (N1 < 5 %): what the mounts show is their error
 
@@ -45,7 +45,8 @@ LIED = int(Status.SENSOR_DOUBTED | Status.MOUNTS_DISAGREE | Status.STUCK)
 class ThrustFilter:
     """Fuses one engine. `step` per fused instant; the state can be checkpointed and restored."""
 
-    def __init__(self, settings: FusionSettings, engine: int, name: str = "") -> None:
+    def __init__(self, settings: FusionSettings, engine: int, name: str = "", mount_age_s: float = 0.0) -> None:
+        """`mount_age_s`: of a mount's mean force when it is told, half the time it is taken over."""
         self._settings = settings
         self._engine = engine
         self._name = name or f"engine[{engine}]"
@@ -70,6 +71,7 @@ class ThrustFilter:
         self._mount_h, self._brochure_h, self._r = np.zeros((1, N_STATE)), np.zeros((1, N_STATE)), np.zeros((1, 1))
         self._kf.R = self._r
         self._mount_h[0, (THRUST, ZERO, MOUNT)] = 1.0
+        self._mount_h[0, RATE] = -mount_age_s
         self._brochure_h[0, (THRUST, SHAPE)] = 1.0
         self._tape: Tape | None = None
         self._doubts = 0  # the `LIED` bits of the last step
