@@ -156,3 +156,14 @@ def test_where_the_usual_structure_fails_others_are_tried_and_said():
     assert [score.structure for score in found.scores] == ["hw-pwl", "static-pwl", "oe-2-2"]
     assert found.spec.structure == "oe-2-2"
     assert any("others were tried" in line for line in found.warnings)
+
+
+def test_what_is_held_out_stays_hidden_on_an_uneven_time_axis():
+    """One hiccup of the clock resamples the record; what was no number must not come back as one."""
+    time_s = 0.02 * np.arange(1000.0)
+    time_s[500:] -= 0.019
+    ramp = make_recording("bench", {"time_s": time_s, "deformation_mm": np.arange(1000.0), FORCE: np.arange(1000.0)})
+    _, (held_out,) = split([ramp])
+    (segment,) = segments_of([held_out])
+    assert np.isnan(segment.force_n[:790]).all()
+    assert np.isfinite(segment.force_n[810:]).all()

@@ -60,7 +60,16 @@ def _of_record(record: Recording, wanted: list[str], force: bool) -> list[Segmen
 def _even(piece: Recording) -> Recording:
     steps_s = np.diff(piece.time_s)
     middle_s = float(np.median(steps_s))
-    return piece if float(np.ptp(steps_s)) <= UNEVEN * middle_s else piece.resample(1.0 / middle_s)
+    if float(np.ptp(steps_s)) <= UNEVEN * middle_s:
+        return piece
+    even = piece.resample(1.0 / middle_s)
+    return even.with_channels(**{name: _with_holes(piece, name, even) for name in piece.channels})
+
+
+def _with_holes(piece: Recording, name: str, even: Recording) -> Floats:
+    """What was missing stays missing: the straight lines of resampling reach across holes of any length."""
+    there = np.interp(even.time_s, piece.time_s, np.isfinite(piece[name]).astype(float))
+    return np.where(there >= 0.5, even[name], np.nan)
 
 
 def _of_piece(piece: Recording, wanted: list[str]) -> list[Segment]:
