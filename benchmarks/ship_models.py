@@ -20,6 +20,7 @@ from thrustd.identify.estimate import estimate
 from thrustd.identify.segments import segments_of
 from thrustd.identify.sensitivity import segments_for
 from thrustd.identify.structures import structure_named
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.model.artifact import EffectSpec, write_model
 from thrustd.model.compile import check_witness
 from thrustd.model.effects import effect_named
@@ -82,7 +83,7 @@ def campaign(mount: MountPhysics, seed: int, hours: float) -> Campaign:
 
 def ship(name: str, mount: MountPhysics, seed: int, hours: float, folder: Path) -> None:
     records = campaign(mount, seed, hours)
-    core = structure_named(STRUCTURE).fit(segments_of(records.fit), None).spec
+    core = structure_named(STRUCTURE).fit(segments_of(records.fit), BlockFits(), None).spec
     assert core is not None  # this structure is one that an artifact can hold
     thermal = [EffectSpec(effect, effect_named(effect).neutral()) for effect in THERMAL]
     warm = msgspec.structs.replace(core, name=name, structure=STRUCTURE, effects=[*core.effects, *thermal])

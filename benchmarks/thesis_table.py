@@ -23,6 +23,7 @@ from thrustd.identify.identify import score_structure
 from thrustd.identify.report import as_table, errors_of
 from thrustd.identify.segments import segments_of
 from thrustd.identify.structures import Fitted, shelf
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import of_spec
 from thrustd.records.recording import Recording
 from thrustd.twin.bench import multisine_bench, sine_bench, step_bench
@@ -72,9 +73,9 @@ CLAIMS = (
 
 
 def table_of_structures(train: list[Recording], unseen: list[Recording], console: Console) -> dict[str, Fitted]:
-    scores, fitted = [], {}
+    scores, fitted, fits = [], {}, BlockFits()
     for name, structure in shelf().items():
-        fitted[name], score = score_structure(structure, train, unseen, None, None)
+        fitted[name], score = score_structure(structure, train, unseen, fits)
         scores.append(score)
     console.print(as_table(scores))
     beside = Table(title="RMSE on validation data, N")

@@ -15,6 +15,7 @@ from thrustd.identify.report import as_table, errors_of
 from thrustd.identify.segments import FORCE, segments_of, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures import shelf, structure_named
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted
 from thrustd.identify.structures.with_effects import with_effect
 from thrustd.model.artifact import (
@@ -167,3 +168,25 @@ def test_what_is_held_out_stays_hidden_on_an_uneven_time_axis():
     (segment,) = segments_of([held_out])
     assert np.isnan(segment.force_n[:790]).all()
     assert np.isfinite(segment.force_n[810:]).all()
+
+
+def test_a_model_worse_than_a_constant_is_called_useless():
+    """The part held out does what the rest never showed: the model extrapolates."""
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(0, 1, 50), 20)
+    y = np.where(np.arange(1000) < 800, u, -3.0 * u) + 0.01 * rng.normal(size=1000)
+    found = identify([make_recording("bench", {"time_s": np.arange(1000.0), "deformation_mm": u, FORCE: y})],
+                     structures=["static-pwl"])  # fmt: skip
+    assert found.warnings[0].startswith("DO NOT USE THIS MODEL: the best of them (static-pwl) is ")
+
+
+def test_structures_share_the_fits_they_have_in_common(bench):
+    made = []
+    fits = BlockFits(SMALL)
+    weight, core = structure_named("hw-pwl+weight"), structure_named("hw-pwl")
+    still = bench[0].with_channels(accel_z_g=np.ones(6000))
+    for structure in (core, weight):
+        fitted = structure.fit(segments_of([still], structure.channels), fits, lambda stage, _: made.append(stage))
+        made.append(structure.name)
+    assert made[-2:] == ["hw-pwl", "hw-pwl+weight"]
+    assert fitted.note == "accel_z_g never moves: this is HW-PWL"

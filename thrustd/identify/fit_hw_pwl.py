@@ -38,7 +38,12 @@ def fit_hw_pwl(
 ) -> FitResult:
     """Fit deformation_mm -> force_N of all records together."""
     fit = fit_segments(segments_of(records), settings or HwSettings(), progress)
-    return FitResult(spec_of(fit, name), fit.rmse, (*fit.notes, *pole_warnings(fit), *empty_segments(fit)), fit)
+    return FitResult(spec_of(fit, name), fit.rmse, tuple(warnings_of(fit)), fit)
+
+
+def warnings_of(fit: HwFit) -> list[str]:
+    """What its user should know about a fit."""
+    return [*fit.notes, *pole_warnings(fit), *(empty_segments(fit) if fit.free_input else [])]
 
 
 def pole_warnings(fit: HwFit) -> list[str]:

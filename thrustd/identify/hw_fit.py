@@ -75,6 +75,7 @@ class HwFit:
     rmse: float  # at the chosen samples, unit of the force
     limits_s: tuple[float, float]  # the time constants' bounds
     notes: tuple[str, ...] = ()
+    free_input: bool = True  # the knots of the input curve were free
 
 
 def fit_hw(records: Sequence[Recording], settings: HwSettings | None = None, progress: Progress | None = None) -> HwFit:
@@ -97,7 +98,9 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
         signals = _signals(segments, units, rows)
         held = rescaled(reins, smooth_point, signals)
         point, variance = task.search(point, signals, count, stall, "fine", reins=held)
-    return HwFit(point, units, segments, float(np.sqrt(variance)) * units.y_span, task.limits, notes)
+    return HwFit(
+        point, units, segments, float(np.sqrt(variance)) * units.y_span, task.limits, notes, task.shapes[0] == "pwl"
+    )
 
 
 def thin_data(ratio: float) -> tuple[str, ...]:

@@ -11,13 +11,12 @@ from rich.console import Console
 from thrustd.errors import RecordingError
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_records
-from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
-from thrustd.identify.hw_fit import STAGES
+from thrustd.identify.hw_fit import STAGES, HwSettings
 from thrustd.identify.hw_fit import Progress as HwProgress
 from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
 from thrustd.identify.segments import FORCE, Segment, segments_of
 from thrustd.identify.structures import Fitted, Structure, structure_named
-from thrustd.identify.structures.structure import of_spec
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.recording import Recording
 
@@ -70,9 +69,10 @@ def identify(
     fitting, held_out = (list(train), list(validate)) if validate else split(train)
     warnings = check_records([*fitting, *held_out])
     total = len(structures) or 1 + len(others)
+    fits = BlockFits(settings or HwSettings())
 
     def scored(structure: Structure, place: int) -> tuple[Fitted, Score]:
-        return score_structure(structure, fitting, held_out, settings, _share(progress, place, total))
+        return score_structure(structure, fitting, held_out, fits, _share(progress, place, total))
 
     results = [scored(structure, place) for place, structure in enumerate(chosen)]
     if not structures and not results[0][1].validation.fit_pct > EXPLAINED_PCT:
@@ -80,15 +80,28 @@ def identify(
         results += [scored(structure, place) for place, structure in enumerate(beside, 1)]
         then = "others were tried" if beside else "`thrustd diagnose` looks for an absent effect, --all tries others"
         warnings.append(f"{USUAL} leaves more than {100 - EXPLAINED_PCT:g} % of the output unexplained: {then}")
-    warnings += [f"{score.structure}: {line}" for fitted, score in results for line in fitted.warnings]
+    warnings += [f"{score.structure}: {fitted.note}" for fitted, score in results if fitted.note]
     usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
     if not usable:
         raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold")
     fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
     assert fitted.spec is not None
-    options: dict[str, str | float] = {"structure": best.structure, "order": (settings or HwSettings()).order}
+    warnings = [*useless(best), *warnings, *(f"{best.structure}: {line}" for line in fitted.warnings)]
+    options: dict[str, str | float] = {"structure": best.structure, "order": fits.hw_pwl.order}
     spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
     return Identified(spec, tuple(score for _, score in results), tuple(dict.fromkeys(warnings)))
+
+
+def useless(best: Score) -> list[str]:
+    """A plain word when a constant would predict better than the best model."""
+    new = best.validation
+    if new.fit_pct >= 0:
+        return []
+    spread = new.rmse_n / (1 - new.fit_pct / 100)
+    return [
+        f"DO NOT USE THIS MODEL: the best of them ({best.structure}) is {new.rmse_n:.4g} wrong on data not fitted to, "
+        f"which only vary by {spread:.4g} about their mean; the records fitted to show too little of what happens there"
+    ]
 
 
 def _share(progress: Progress | None, place: int, total: int) -> HwProgress | None:
@@ -120,18 +133,14 @@ def score_structure(
     structure: Structure,
     train: Sequence[Recording],
     validate: Sequence[Recording],
-    settings: HwSettings | None,
-    progress: HwProgress | None,
+    fits: BlockFits,
+    progress: HwProgress | None = None,
 ) -> tuple[Fitted, Score]:
-    """Fit one structure and score it; `settings` replace those of hw-pwl."""
+    """Fit one structure and score it."""
     segments = _segments(structure, train)
     unseen = _segments(structure, validate)
     started = perf_counter()
-    if structure.name == "hw-pwl" and settings is not None:
-        found = fit_hw_pwl(train, settings, progress)
-        fitted = of_spec(found.spec, 2 * (settings.input_segments + settings.output_segments + settings.order))
-    else:
-        fitted = structure.fit(segments, progress)
+    fitted = structure.fit(segments, fits, progress)
     fit_s = perf_counter() - started
     seen, new = errors_of(fitted, segments), errors_of(fitted, unseen)
     aic, bic = information(seen, fitted.n_parameters)

@@ -9,30 +9,20 @@ hw-pwl                       ten segments on both sides: the thesis' winner
 
 from collections.abc import Sequence
 
-import numpy as np
+import msgspec
 
-from thrustd.identify.hw_fit import HwFit, HwSettings, Progress, fit_segments
-from thrustd.identify.hw_shapes import directions_of
-from thrustd.identify.hw_spec import spec_of
+from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.segments import Segment
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Family, Fitted, Structure, of_spec
 
 
-def fit_blocks(segments: Sequence[Segment], settings: HwSettings, name: str, progress: Progress | None) -> Fitted:
-    fit = fit_segments(list(segments), settings, progress)
-    shapes = (settings.input_shape, settings.output_shape)
-    return of_spec(spec_of(fit, name, name, shapes), _free(fit, settings))
+def _structure(name: str, title: str, family: Family, settings: HwSettings | None = None) -> Structure:
+    """`settings` None: those that were asked for."""
 
-
-def _free(fit: HwFit, settings: HwSettings) -> int:
-    """Numbers that were estimated, initial states aside."""
-    columns = directions_of(fit.point, settings.input_shape, settings.output_shape)
-    return int(np.count_nonzero(np.any(columns[: fit.point.layout.size] != 0.0, axis=0)))
-
-
-def _structure(name: str, title: str, family: Family, settings: HwSettings) -> Structure:
-    def fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
-        return fit_blocks(segments, settings, name, progress)
+    def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
+        found = fits.of(segments, settings or fits.hw_pwl, progress)
+        return of_spec(msgspec.structs.replace(found.spec, structure=name), found.n_parameters, found.warnings)
 
     return Structure(name, title, family, fit)
 
@@ -51,5 +41,5 @@ STRUCTURES = (
         "block-oriented",
         HwSettings(input_shape="cubic", output_shape="cubic"),
     ),
-    _structure("hw-pwl", "HW-PWL, 10 + 10 segments", "block-oriented", HwSettings()),
+    _structure("hw-pwl", "HW-PWL, 10 + 10 segments", "block-oriented"),
 )

@@ -11,7 +11,8 @@ from scipy.signal import lfilter
 
 from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.segments import DEFORMATION, Segment
-from thrustd.identify.structures.block_oriented import fit_blocks
+from thrustd.identify.sensitivity import residuals
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import ModelSpec, PiecewiseLinear
 from thrustd.model.stage import Floats
@@ -21,15 +22,15 @@ LOST = 1.5  # free-run error of the second model over that of the first, from wh
 LINEAR = HwSettings(2, input_shape="line", output_shape="line")
 
 
-def _fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
-    first = fit_blocks(segments, LINEAR, "box-jenkins", progress)
-    whitener = _whitener([s.force_n - first.simulate(s) for s in segments])
-    second = fit_blocks([_filtered(s, whitener) for s in segments], LINEAR, "box-jenkins", progress)
-    assert first.spec is not None and second.spec is not None
+def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
+    first = fits.of(segments, LINEAR, progress)
+    whitener = _whitener([residuals(first.spec, s) for s in segments])
+    second = fits.of([_filtered(s, whitener) for s in segments], LINEAR, progress)
     spec = _with_level(second.spec, segments)
     if error_over(spec, segments) > LOST * error_over(first.spec, segments):
         spec = first.spec
-    return of_spec(spec, second.n_parameters + NOISE_LAGS)
+    named = msgspec.structs.replace(spec, structure="box-jenkins")
+    return of_spec(named, second.n_parameters + NOISE_LAGS)
 
 
 def _whitener(parts: Sequence[Floats]) -> Floats:

@@ -14,6 +14,7 @@ from scipy.signal import lfilter
 
 from thrustd.identify.hw_fit import Progress
 from thrustd.identify.segments import Segment
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, deformation
 from thrustd.model.stage import Floats
 
@@ -77,13 +78,13 @@ def innovations(segment: Segment, long: Floats) -> Floats:
     return np.asarray(error, float)
 
 
-def _arx(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+def _arx(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     found = regression(segments, LAGS)
     model = TransferFunction(found[:LAGS], found[LAGS : 2 * LAGS + 1], float(found[-1]))
     return Fitted(len(found), model.simulate)
 
 
-def _armax(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+def _armax(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     long = regression(segments, LONG)
     found = regression(segments, LAGS, [innovations(segment, long) for segment in segments])
     model = TransferFunction(found[:LAGS], found[LAGS : 2 * LAGS + 1], float(found[-1]))

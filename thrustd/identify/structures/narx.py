@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from thrustd.identify.hw_fit import Progress
 from thrustd.identify.segments import Segment
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, deformation
 from thrustd.model.stage import Floats, jit
 
@@ -32,7 +33,7 @@ EXPONENTS = np.array(
 )
 
 
-def _fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     u_all = np.concatenate([deformation(s) for s in segments])
     y_all = np.concatenate([s.force_n for s in segments])
     scale = (float(u_all.mean()), float(np.std(u_all)) or 1.0, float(np.nanmean(y_all)), float(np.nanstd(y_all)) or 1.0)

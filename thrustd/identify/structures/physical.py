@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from thrustd.identify.hw_fit import Progress
 from thrustd.identify.segments import Segment
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.rheology import fit_branches
 from thrustd.identify.structures.structure import Fitted, Structure
 
@@ -17,7 +18,7 @@ RATE_LAG_S = 0.1
 
 
 def _structure(name: str, title: str, powers: tuple[int, ...], free: int, fixed: tuple[float, ...] = ()) -> Structure:
-    def fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+    def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
         branches = fit_branches(segments, powers, free, fixed)
         return Fitted(1 + len(powers) + 2 * free + len(fixed), branches.simulate)
 

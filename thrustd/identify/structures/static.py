@@ -11,6 +11,7 @@ import numpy as np
 
 from thrustd.identify.hw_fit import Progress
 from thrustd.identify.segments import Segment
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, deformation, of_spec
 from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
 from thrustd.model.stage import Floats
@@ -45,15 +46,15 @@ def _polynomial(segments: Sequence[Segment], name: str, weighted: bool) -> Fitte
     return _static(name, Polynomial(centre, scale, list(map(float, found))), u, force_n, DEGREE + 1)
 
 
-def _ols(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+def _ols(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     return _polynomial(segments, "polynomial-ols", weighted=False)
 
 
-def _wls(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+def _wls(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     return _polynomial(segments, "polynomial-wls", weighted=True)
 
 
-def _pwl(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+def _pwl(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     u, force_n = _data(segments)
     share = np.linspace(0, 1, SEGMENTS + 1)
     knots = np.unique(0.5 * np.quantile(u, share) + 0.5 * (u.min() + np.ptp(u) * share))

@@ -12,6 +12,7 @@ import numpy as np
 from thrustd.identify.hw_fit import Progress
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.sensitivity import residuals
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.stage import Floats
 
@@ -20,28 +21,32 @@ Family = Literal["physical", "static", "linear", "autoregressive", "block-orient
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """`simulate`: segment -> force (n,), N. `spec`: the model as an artifact, where the chain of stages can hold it."""
+    """`simulate`: segment -> force (n,), N. `spec`: the model as an artifact, where the chain of stages can hold it.
+
+    `warnings` about the model, which matter when it is chosen; `note`: what the structure came down to, said always.
+    """
 
     n_parameters: int
     simulate: Callable[[Segment], Floats]
     spec: ModelSpec | None = None
     warnings: tuple[str, ...] = ()
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """`channels`: what it reads besides deformation_mm."""
+    """`channels`: what it reads besides deformation_mm. `fit` takes what it can from the block fits of others."""
 
     name: str
     title: str
     family: Family
-    fit: Callable[[Sequence[Segment], Progress | None], Fitted]
+    fit: Callable[[Sequence[Segment], BlockFits, Progress | None], Fitted]
     channels: tuple[str, ...] = ()
 
 
-def of_spec(spec: ModelSpec, n_parameters: int, warnings: tuple[str, ...] = ()) -> Fitted:
+def of_spec(spec: ModelSpec, n_parameters: int, warnings: tuple[str, ...] = (), note: str = "") -> Fitted:
     """A fitted artifact."""
-    return Fitted(n_parameters, lambda segment: _simulated(spec, segment), spec, warnings)
+    return Fitted(n_parameters, lambda segment: _simulated(spec, segment), spec, warnings, note)
 
 
 def _simulated(spec: ModelSpec, segment: Segment) -> Floats:

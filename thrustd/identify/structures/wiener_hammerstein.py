@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
-from thrustd.identify.hw_fit import HwSettings, Progress, fit_segments
-from thrustd.identify.hw_spec import spec_of
+from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.sensitivity import residuals
+from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
 from thrustd.model.compile import linear_stage
@@ -49,9 +49,10 @@ class Split(NamedTuple):
     second: LinearBlock
 
 
-def _fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     shown = head(max(segments, key=len), RANKED)
-    linears = [_straight(segments, order, progress) for order in ORDERS]
+    lines = [HwSettings(order, input_shape="line", output_shape="line") for order in ORDERS]
+    linears = [fits.of(segments, settings, progress).spec for settings in lines]
     splits = [(split.error, _spec(linear, split)) for linear in linears for split in _splits(linear.linear, shown)]
     few = [head(segment, TRIED) for segment in segments[:5]]
     splits.sort(key=lambda split: split[0])
@@ -60,12 +61,7 @@ def _fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
     found = _estimated(best, [head(segment, FINAL) for segment in segments], 25)
     alone = [msgspec.structs.replace(linear, output_linear=LinearBlock(1.0)) for linear in linears]
     spec = min([found, *alone], key=lambda spec: error_over(spec, segments))  # never worse than a linear model
-    return of_spec(spec, len(pack(spec, CHOSEN)) - 2)
-
-
-def _straight(segments: Sequence[Segment], order: int, progress: Progress | None) -> ModelSpec:
-    settings = HwSettings(order, input_shape="line", output_shape="line")
-    return spec_of(fit_segments(list(segments), settings, progress), "wiener-hammerstein", "wiener-hammerstein")
+    return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), len(pack(spec, CHOSEN)) - 2)
 
 
 def _grown(spec: ModelSpec, error: float, segments: list[Segment]) -> ModelSpec:

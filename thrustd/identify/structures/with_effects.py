@@ -16,7 +16,7 @@ from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.segments import Segment, thinned
 from thrustd.identify.sensitivity import residuals
-from thrustd.identify.structures.block_oriented import fit_blocks
+from thrustd.identify.structures.block_fits import BlockFit, BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, Polynomial
 from thrustd.model.effect import Effect
@@ -24,6 +24,7 @@ from thrustd.model.effects import effect_named
 
 SAMPLES = 60_000  # to which the data are thinned
 ITERATIONS = 12
+SHOWS = 0.97  # error with friction over that of the smooth core alone, from which on there is none to be seen
 SMOOTH = HwSettings(input_shape="cubic", output_shape="cubic")
 STOPS = "hysteresis_prandtl_ishlinskii"
 
@@ -31,18 +32,19 @@ STOPS = "hysteresis_prandtl_ishlinskii"
 def _friction(name: str, title: str, effects: tuple[str, ...]) -> Structure:
     """Several of the same effect: elements of several spreads."""
 
-    def fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
+    def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
         thin = thinned(segments, SAMPLES) or list(segments)
-        rubbing = fit_blocks(thin, SMOOTH, name, progress).spec
-        assert rubbing is not None
+        smooth = rubbing = fits.of(thin, SMOOTH, progress).spec
         for effect in effects:
             rubbing = with_effect(rubbing, effect, thin)
-        core = fit_blocks([_without_effects(rubbing, s) for s in segments], HwSettings(), name, progress)
-        assert core.spec is not None
+        if error_over(rubbing, thin) > SHOWS * error_over(smooth, thin):
+            return _core_alone(fits.of(segments, fits.hw_pwl, progress), name, "no friction shows")
+        core = fits.of([_without_effects(rubbing, s) for s in segments], fits.hw_pwl, progress)
         apart = msgspec.structs.replace(core.spec, effects=rubbing.effects)
         both = (apart, _together(apart, effects[0], thin))  # means may be too coarse for the fastest modes
-        spec = min(both, key=lambda spec: error_over(spec, segments))
-        return of_spec(spec, core.n_parameters + sum(len(effect_named(effect).parameters) for effect in effects))
+        spec = msgspec.structs.replace(min(both, key=lambda spec: error_over(spec, segments)), structure=name)
+        added = sum(len(effect_named(effect).parameters) for effect in effects)
+        return of_spec(spec, core.n_parameters + added, core.warnings)
 
     return Structure(name, title, "beyond", fit)
 
@@ -50,15 +52,20 @@ def _friction(name: str, title: str, effects: tuple[str, ...]) -> Structure:
 def _second_input(name: str, title: str, effect: str) -> Structure:
     channels = effect_named(effect).channels
 
-    def fit(segments: Sequence[Segment], progress: Progress | None) -> Fitted:
-        core = fit_blocks(segments, HwSettings(), name, progress)
-        assert core.spec is not None
+    def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
+        core = fits.of(segments, fits.hw_pwl, progress)
         if not all(any(np.ptp(s.inputs[c]) > 0.0 for s in segments) for c in channels):
-            return of_spec(core.spec, core.n_parameters, (f"{', '.join(channels)} never moves: {effect} left out",))
+            return _core_alone(core, name, f"{', '.join(channels)} never moves")
         spec = with_effect(core.spec, effect, thinned(segments, SAMPLES) or list(segments))
-        return of_spec(spec, core.n_parameters + len(effect_named(effect).parameters))
+        added = len(effect_named(effect).parameters)
+        return of_spec(msgspec.structs.replace(spec, structure=name), core.n_parameters + added, core.warnings)
 
     return Structure(name, title, "beyond", fit, channels)
+
+
+def _core_alone(core: BlockFit, name: str, why: str) -> Fitted:
+    spec = msgspec.structs.replace(core.spec, structure=name)
+    return of_spec(spec, core.n_parameters, core.warnings, f"{why}: this is HW-PWL")
 
 
 def _without_effects(spec: ModelSpec, segment: Segment) -> Segment:
