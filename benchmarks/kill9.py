@@ -2,8 +2,9 @@
 
 The twin plays a flight in real time on a pty and a CAN bus; the daemon with the shipped models is killed with SIGKILL
 at random, started again at once, and so on. Every log must be readable, and every life that took over from another and
-lasts long enough is compared with an uninterrupted replay (unless a life before it had started cold). 20 kills share
-one flight; their lives are then added to the `--results` file, so that what was interrupted goes on where it was.
+lasts long enough is compared with an uninterrupted run on the same events (unless a life before it had started cold).
+20 kills share one flight; their lives are then added to the `--results` file, so that what was interrupted goes on
+where it was.
 """
 
 import argparse
@@ -17,19 +18,18 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 import psutil
+from numpy.typing import NDArray
 from rich.progress import track
 
 from benchmarks.soak import shipped_aircraft
 from tests.hil.test_hil import ServiceManager
-from tests.reliability.rig import Daemon, bench, deviation, forces, twin_flight
-from thrustd.replay import replay
+from tests.reliability.rig import Daemon, bench, deviations, log_steps, twin_flight, uninterrupted
 from thrustd.sources.mcap_log import LogFile
 
 WARM_AFTER_NS = 5_000_000_000
 LONGEST_GAP_S = 10.0  # between a kill and READY: what the promise is for
 SHORTEST_LIFE_S, LONGEST_LIFE_S = 1.0, 11.0
 START_S = 12.0  # allowed per start when the length of the flight is chosen: a loaded machine
-MOUNT = "left_upper"
 KILLS_PER_FLIGHT = 20
 
 
@@ -100,14 +100,11 @@ def live_once(config: Path, manager: ServiceManager, dice: random.Random) -> Lif
 
 
 def judge(flight: Path, lives: list[Life]) -> list[Row]:
-    """The logs of one flight beside its uninterrupted replay."""
-    reference = flight.with_name("reference.mcap")
-    replay(flight, reference)
-    known = forces(reference, MOUNT)
+    """The logs of one flight beside what an uninterrupted run makes of the same events."""
     logs = sorted((flight.parent / "logs").glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     assert len(logs) == len(lives), f"{len(logs)} logs of {len(lives)} lives"
-    rows, gone_ns = [], lives[0].ready_ns
-    for life, log in zip(lives, track(logs, "reading"), strict=True):
+    rows, gone_ns, whole = [], lives[0].ready_ns, uninterrupted(flight, logs)
+    for life, log, known in zip(lives, track(logs, "reading"), whole, strict=True):
         file = LogFile(log)
         kept_ns = max((event.t_ns for event in file.events()), default=life.ready_ns)
         rows.append(
@@ -120,16 +117,14 @@ def judge(flight: Path, lives: list[Life]) -> list[Row]:
                 gap_s=(life.ready_ns - gone_ns) * 1e-9,
                 warm="starting warm" in life.words,
                 traceback="Traceback" in life.words,
-                deviations=deviations(log, known, life.ready_ns + WARM_AFTER_NS),
+                deviations=quantiles(deviations(log_steps(log), known, life.ready_ns + WARM_AFTER_NS)),
             )
         )
         gone_ns = life.killed_ns
     return rows
 
 
-def deviations(log: Path, known: list[tuple[int, float, float]], after_ns: int) -> tuple[float, float, float] | None:
-    settled = [row for row in forces(log, MOUNT) if row[0] > after_ns]
-    found = np.abs(deviation(settled, known))
+def quantiles(found: NDArray[np.float64]) -> tuple[float, float, float] | None:
     return None if found.size == 0 else (float(np.median(found)), float(np.quantile(found, 0.95)), float(found.max()))
 
 

@@ -4,19 +4,30 @@ import os
 import signal
 import socket
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from copy import deepcopy
+from itertools import groupby
+from math import isfinite, nan
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from tests.hil.test_hil import PATIENCE_S, ServiceManager, start, write_aircraft
-from thrustd.installation import read_installation
+from thrustd.installation import WarmStart, read_installation
+from thrustd.replay import open_installation
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
+from thrustd.types import MountOutput, Output
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 FLOOR_N = 1000.0
+MOUNTS = 4
+Floats = NDArray[np.float64]
+Deformations = tuple[float, ...]  # mm, mean of a step, mount by mount
 KEPT_FLYING = """
 [warm_restart]
 file = "checkpoint.json"
@@ -24,6 +35,13 @@ max_age_s = 60 # a slow machine takes longer than the usual 10 s to start
 [log]
 folder = "logs"
 """
+
+
+class Step(NamedTuple):
+    """All mounts at one fused step."""
+
+    t_ns: int
+    force_n: Floats  # (mounts,)
 
 
 def free_port() -> int:
@@ -91,16 +109,54 @@ def bench(config: Path, flight: Path) -> Iterator[subprocess.Popen[bytes]]:
         process.communicate(timeout=PATIENCE_S)
 
 
-def forces(path: Path, mount: str) -> list[tuple[int, float, float]]:
-    """(t_ns, deformation_mm, force_n) of one mount at every fused step that had a sample."""
-    rows = [msgspec.json.decode(message.data) for message in LogFile(path).messages((f"/mount/{mount}",))]
-    return [(row["t_ns"], row["deformation_mm"], row["force_n"]) for row in rows if row["force_n"] is not None]
+def log_steps(path: Path) -> dict[Deformations, Step]:
+    """Fused steps of a log."""
+    names = [mount.name for mount in open_installation(LogFile(path), None).config.mount]
+    topics = {f"/mount/{name}": number for number, name in enumerate(names)}
+    rows = ((topics[topic], msgspec.json.decode(data)) for topic, _, data in LogFile(path).messages(topics))
+    return _steps(
+        MountOutput(row["t_ns"], mount, row["deformation_mm"], row["force_n"], nan)
+        for mount, row in rows
+        if row["force_n"] is not None
+    )
 
 
-def deviation(live: list[tuple[int, float, float]], reference: list[tuple[int, float, float]]) -> list[float]:
-    """Relative deviation of each live force from the reference at the same ADC samples (of 1 kN when that is larger).
+def uninterrupted(flight: Path, lives: Sequence[Path]) -> list[dict[Deformations, Step]]:
+    """What a pipeline that has flown the whole flight up to there makes of every life's own events.
 
-    The mean deformation of a step, to the last bit, says which samples it is of: clocks play no part.
+    What is left to be seen is the state: both had the same events in the same order.
     """
-    known = {deformation_mm: force_n for _, deformation_mm, force_n in reference}
-    return [(force_n - known[mm]) / max(abs(known[mm]), FLOOR_N) for _, mm, force_n in live if mm in known]
+    installation = open_installation(LogFile(flight), None)
+    places = {mm: (step, life) for life in lives for mm, step in log_steps(life).items()}
+    found: dict[Path, dict[Deformations, Step]] = {}
+    pipeline = installation.pipeline()
+    for event in LogFile(flight).events():
+        for mm, here in _steps(pipeline.feed(event)).items():
+            there, life = places.get(mm, (here, flight))
+            if life not in (flight, *found):  # its first whole step
+                begin = WarmStart(deepcopy(pipeline.snapshot()), there.t_ns - here.t_ns)
+                other, _ = installation.warm_pipeline(begin)
+                later = (event for event in LogFile(life).events() if event.t_ns > there.t_ns)
+                found[life] = _steps(output for event in later for output in other.feed(event))
+    return [found.get(life, {}) for life in lives]
+
+
+def _steps(outputs: Iterable[Output]) -> dict[Deformations, Step]:
+    """Those at which every mount had a sample."""
+    mounts = (output for output in outputs if isinstance(output, MountOutput) and isfinite(output.force_n))
+    together = [(t_ns, tuple(group)) for t_ns, group in groupby(mounts, lambda output: output.t_ns)]
+    return {
+        tuple(output.deformation_mm for output in group): Step(t_ns, np.array([output.force_n for output in group]))
+        for t_ns, group in together
+        if len(group) == MOUNTS
+    }
+
+
+def deviations(live: dict[Deformations, Step], reference: dict[Deformations, Step], after_ns: int) -> Floats:
+    """(steps, mounts) of |force / reference - 1| (of 1 kN when that is larger) at the steps after `after_ns`.
+
+    The mean deformations of a step, to the last bit, say which samples it is of: clocks play no part.
+    """
+    settled = [mm for mm, step in live.items() if step.t_ns > after_ns and mm in reference]
+    live_n, reference_n = (np.reshape([side[mm].force_n for mm in settled], (-1, MOUNTS)) for side in (live, reference))
+    return np.asarray(np.abs(live_n - reference_n) / np.maximum(np.abs(reference_n), FLOOR_N))
