@@ -17,7 +17,7 @@ from can.interfaces.socketcan import SocketcanBus
 from thrustd.errors import ConfigError
 from thrustd.sources.can_bus import CAN_FRAME, CanBus
 from thrustd.sources.merge import TAKE_EVENTS, EventQueue, merged
-from thrustd.sources.paced import paced
+from thrustd.sources.paced import at_baud, paced
 from thrustd.sources.serial_port import SerialPort
 from thrustd.sources.ticker import Ticker
 from thrustd.types import Event, Fault, Frame, Tick
@@ -333,3 +333,19 @@ def test_pacing_waits_for_the_time_of_each_event_and_keeps_the_order() -> None:
     flight: list[Event] = [Tick(0), Tick(10**9), Tick(5 * 10**8), Tick(3 * 10**9)]
     assert list(paced(flight, 2.0, lambda: now_s[0], sleep)) == flight
     assert waits == [0.5, 1.0]
+
+
+def test_who_was_held_up_catches_up_no_faster_than_the_wire():
+    waits, now_s = [], [100.0]
+
+    def sleep(seconds: float) -> None:
+        waits.append(seconds)
+        now_s[0] += seconds
+
+    chunk, message = Frame(0, "adc", 0, bytes(100)), Frame(0, "can", 300, bytes(8))
+    burst: list[Event] = [chunk, message, chunk, Tick(0), chunk]
+    assert list(at_baud(burst, 1000.0, lambda: now_s[0], sleep)) == burst
+    assert waits == [1.0, 1.0]  # ten bits per byte
+    now_s[0] += 5.0
+    assert list(at_baud([chunk], 1000.0, lambda: now_s[0], sleep)) == [chunk]
+    assert len(waits) == 2

@@ -106,7 +106,7 @@ def _hide(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _hil(arguments: argparse.Namespace) -> dict[str, Any]:
     from thrustd.installation import read_installation
-    from thrustd.sources.paced import paced
+    from thrustd.sources.paced import at_baud, paced
     from thrustd.twin.hil import Bench
 
     if not arguments.speed > 0:
@@ -117,7 +117,8 @@ def _hil(arguments: argparse.Namespace) -> dict[str, Any]:
     try:
         bench.wait_for_reader()
         with progress("hardware in the loop") as advance:
-            report = bench.play(paced(_events(arguments, advance), arguments.speed))
+            events = paced(_events(arguments, advance), arguments.speed)
+            report = bench.play(at_baud(events, config.adc.baud * arguments.speed))
     finally:
         bench.close()
     return {name: getattr(report, name) for name in report.__struct_fields__}
