@@ -8,7 +8,7 @@ from thrustd.flight_score import FlightScore, TruthRow
 from thrustd.types import Estimate, Fault, MountOutput
 
 
-def estimate(t_ns, thrust_n, std_n=50.0, mount_n=nan, brochure_n=nan):
+def estimate(t_ns, thrust_n, std_n=50.0, mount_n=nan, brochure_n=5000.0):
     return Estimate(t_ns, 0, thrust_n, std_n, 0, mount_n, 60.0, brochure_n, 90.0, nan, nan, nan, 0, 0, 0.5, 0)
 
 
@@ -43,8 +43,15 @@ def test_mounts_are_scored_by_name_and_missing_routes_are_left_out():
     truth = [TruthRow(name, t, 2500.0) for t in (0, 100) for name in ("left_upper", "left")]
     score = score_of([estimate(50, 2500.0), MountOutput(50, 0, 0.5, 2450.0, 40.0)], truth)
     assert set(score.scores()) == {"left", "left_upper"}
-    assert set(score.scores()["left"]) == {"fused"}
+    assert set(score.scores()["left"]) == {"fused", "brochure"}
     assert score.scores()["left_upper"]["mount"].bias_n == -50.0
+
+
+def test_what_is_estimated_before_any_route_has_spoken_is_not_scored():
+    truth = [TruthRow("left", 0, 5000.0), TruthRow("left", 100, 5000.0)]
+    outputs = [estimate(10, 0.0, 4000.0, brochure_n=nan), estimate(20, 5010.0), estimate(30, 5020.0, brochure_n=nan)]
+    fused = score_of(outputs, truth).scores()["left"]["fused"]
+    assert (fused.n, fused.worst_n) == (2, 20.0)
 
 
 def test_faults_are_counted_by_place_and_kind():

@@ -97,9 +97,25 @@ def test_a_start_under_load_knows_what_it_does_not_know(load_s):
 
 
 def test_both_mounts_of_an_engine_do_not_know_it_together():
-    mounts_n = np.repeat([[2000.0], [50.0], [40.0]], 2, axis=1)
+    mounts_n = np.repeat([[2000.0], [50.0], [40.0], [0.4]], 2, axis=1)
     (both,) = MountCombiner([(0, 1)]).step(mounts_n, np.ones(2, np.bool_), 0.1)
     assert both.std_n == pytest.approx(np.hypot(np.hypot(30.0, 30.0), 40.0 + 40.0))
+
+
+@pytest.mark.parametrize(
+    ("moved_mm", "push_n"),
+    [((0.1, 0.1), 0.1 * 11033), ((-0.2, -0.1), -0.1 * 11033), ((0.5, 0.0), 0.0), ((0.5, -0.1), 0.0)],
+)
+def test_a_push_is_what_both_mounts_were_moved_by(moved_mm, push_n):
+    combiner, believed = MountCombiner([(0, 1)]), np.ones(2, np.bool_)
+    mounts_n = np.repeat([[2000.0], [50.0], [40.0], [0.4]], 2, axis=1)
+    assert combiner.step(mounts_n, believed, 0.1)[0].push_n == 0.0
+    mounts_n[3] += moved_mm
+    assert combiner.step(mounts_n, believed, 0.1)[0].push_n == pytest.approx(push_n)
+    for _ in range(50):
+        (rested,) = combiner.step(mounts_n, believed, 0.1)
+    assert abs(rested.push_n) < 1.0
+    assert combiner.step(mounts_n, np.array([True, False]), 0.1)[0].push_n == 0.0
 
 
 def test_a_start_under_load_does_not_know_the_branch_of_friction_until_the_throttle_has_told():

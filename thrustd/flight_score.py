@@ -74,6 +74,7 @@ class FlightScore:
         self._engines, self._mounts, self._n_mounts_of = engines, mounts, n_mounts_of
         self._sums: dict[tuple[str, str], ErrorSums] = {}
         self._lines: dict[str, _Line] = {}
+        self._heard: set[int] = set()  # engines of which a route has spoken: before, nobody knows anything
         self.faults: Counter[tuple[str, str]] = Counter()
         self.estimates = 0
         self.first_ns = self.last_ns = -1
@@ -115,6 +116,10 @@ class FlightScore:
         return table
 
     def _take_estimate(self, e: Estimate) -> None:
+        if isfinite(e.mount_n) or isfinite(e.brochure_n):
+            self._heard.add(e.engine)
+        if e.engine not in self._heard:
+            return
         name, above = self._engines[e.engine], PCT_ABOVE_N * self._n_mounts_of[e.engine]
         self._add(name, "fused", e.t_ns, e.thrust_n, e.thrust_std_n, above)
         self._add(name, "mount", e.t_ns, e.mount_n, e.mount_std_n, above)

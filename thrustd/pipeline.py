@@ -238,6 +238,7 @@ class Pipeline:
             n1_rate_pct_s,
             brochure.lag_n,
             max([held.ages_s[place] for place in self._brochure_of[engine]]),
+            mounts.push_n,
             mounts.load_share,
             any([held.beyond[i] for i in mine]),
             deck.extrapolating,

@@ -167,6 +167,29 @@ def test_a_route_that_jumps_is_rejected_failed_and_recovers_within_the_band(rout
     assert not estimate.status & (Status.MOUNT_FAILED | Status.BROCHURE_FAILED)
 
 
+@pytest.mark.parametrize("pushed", [True, False])
+def test_a_jump_of_the_mounts_is_in_the_band_of_the_very_estimate_that_sees_it(pushed):
+    """Before N1 or the deck say anything: with both mounts pushed it is believed, else both explanations are held."""
+    thrust_filter, before = settled()
+    jump_n = -1500.0
+    estimate = thrust_filter.step(inputs(300, 3000.0 + jump_n, 3050.0, push_n=jump_n if pushed else 0.0))
+    assert bool(estimate.status & Status.MOUNT_REJECTED) != pushed
+    assert abs(estimate.thrust_n - before.thrust_n) < 10.0 or pushed
+    for true_n in (3000.0 + jump_n,) if pushed else (3000.0, 3000.0 + jump_n):
+        assert abs(estimate.thrust_n - true_n) < 1.96 * estimate.thrust_std_n
+
+
+def test_a_mean_whose_step_began_to_move_says_little_of_its_end():
+    """A throttle cut within the step: the mean has seen a fifth of it."""
+    thrust_filter = ThrustFilter(S, 0, mount_age_s=0.5 / HZ)
+    for k in range(300):
+        thrust_filter.step(inputs(k, 3000.0, 3050.0))
+    estimate = thrust_filter.step(inputs(300, 2800.0, 3050.0, push_n=-200.0))
+    assert abs(estimate.thrust_n - 2200.0) < 1.96 * estimate.thrust_std_n
+    estimate = thrust_filter.step(inputs(301, 2100.0, 3050.0, push_n=-800.0))
+    assert abs(estimate.thrust_n - 2100.0) < 30.0
+
+
 @pytest.mark.parametrize("liar", ["mount", "brochure"])
 def test_what_a_sensor_taught_before_it_was_named_is_forgotten(liar):
     """A drift of 200 N/s is believed for 2 s; then its sensor is out, and the routes are where they were."""

@@ -44,14 +44,15 @@ def _row(
     x: Matrix, p: Matrix, sizes: Matrix, mount_gate: Matrix, brochure_gate: Matrix, settings: Any, engine: int,
     off: bool, last_nu_n: float, last_used: bool, mount_nu_n: float, mount_nis: float, mount_used: bool,
     nu_n: float, nis: float, used: bool, t_ns: int, mount_n: float, mount_std_n: float, brochure_n: float,
-    brochure_std_n: float, n1_pct: float, n1_rate_pct_s: float, lag_n: float, age_s: float, load_share: float,
-    mount_extrapolating: bool, deck_extrapolating: bool, transient: bool, gap: bool, one_mount: bool,
+    brochure_std_n: float, n1_pct: float, n1_rate_pct_s: float, lag_n: float, age_s: float, push_n: float,
+    load_share: float, mount_extrapolating: bool, deck_extrapolating: bool, transient: bool, gap: bool, one_mount: bool,
     load_factor_stale: bool, status: int,
 ) -> tuple[Any, ...]:  # fmt: skip
     """The fields of an Estimate.
 
     Of the filter: state, covariance, sizes, gates, settings, engine; engine off; the last reading of the brochure. Then
-    the verdicts of this step on mounts and brochure, and the fields of FusionInputs.
+    the verdicts of this step on mounts and brochure, and the fields of FusionInputs. A measurement that was gated out
+    while its route is believed says that one of both is wrong: the band holds what it says, too.
     """
     status |= MODEL_EXTRAPOLATING if mount_extrapolating else 0
     status |= DECK_EXTRAPOLATING if deck_extrapolating else 0
@@ -62,11 +63,16 @@ def _row(
     status |= _mount_bits(isfinite(mount_n), mount_used, mount_gate[FAILED])
     rejected = isfinite(last_nu_n) and not last_used
     status |= _brochure_bits(isfinite(brochure_n), rejected, brochure_gate[FAILED], off)
+    variance_n2 = p[THRUST, THRUST]
+    if isfinite(mount_nu_n) and not mount_used and mount_gate[FAILED] == 0.0:
+        variance_n2 += mount_nu_n**2
+    if rejected and brochure_gate[FAILED] == 0.0:
+        variance_n2 += last_nu_n**2
     status |= CONVERGING if p[THRUST, THRUST] > settings[0].converging_std_n ** 2 else 0
     both_nis = (mount_nis + nis) / 2 if mount_used and used else mount_nis if mount_used else nis if used else nan
     deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(sizes[SCALE_N], SCALE_FLOOR_N)
     return (
-        t_ns, engine, x[THRUST, 0], sqrt(p[THRUST, THRUST]), x[RATE, 0], mount_n, mount_std_n, brochure_n,
+        t_ns, engine, x[THRUST, 0], sqrt(variance_n2), x[RATE, 0], mount_n, mount_std_n, brochure_n,
         brochure_std_n, mount_nu_n, nu_n, both_nis, x[ZERO, 0] + x[MOUNT, 0], deviation, load_share, status,
         nis if used else nan,
     )  # fmt: skip
@@ -78,7 +84,7 @@ _MEMORY = _TABLE, _TABLE, _F[::1], _F[::1], _F[::1], numba.from_dtype(SETTINGS)[
 estimate_row: Any = compiled(
     _row,
     _tuple((_I, _I, *[_F] * 13, _I, _F))(
-        *_MEMORY, _B, _F, _B, _F, _F, _B, _F, _F, _B, _I, *[_F] * 9, *[_B] * 6, _I
+        *_MEMORY, _B, _F, _B, _F, _F, _B, _F, _F, _B, _I, *[_F] * 10, *[_B] * 6, _I
     ),
     "numpy",
 )  # fmt: skip

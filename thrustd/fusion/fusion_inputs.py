@@ -20,6 +20,7 @@ class FusionInputs(NamedTuple):
     n1_rate_pct_s: float
     brochure_lag_n: float = 0.0  # lasts as long as the throttle moves
     brochure_age_s: float = 0.0  # of the reading behind the brochure thrust: a value that is repeated is not news
+    push_n: float = 0.0  # what both mounts were moved by lately, 0 when they do not say the same
     load_share: float = nan
     mount_extrapolating: bool = False
     brochure_extrapolating: bool = False

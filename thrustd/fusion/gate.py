@@ -18,6 +18,7 @@ from thrustd.compiled import compiled
 from thrustd.fusion.settings import SETTINGS, FusionSettings
 
 MOVING_PCT_S = 0.5  # N1 of a throttle that rests stays within 0.3 %/s
+PUSHED = 2.0  # rubber is stiffer than its spring rate, and lags
 MAX_STEP_S = 1.0  # a long silence says nothing about agreement
 OUTSIDE_S, INSIDE_S, FAILED = range(3)  # the memory of one route
 Floats = npt.NDArray[np.float64]
@@ -39,14 +40,17 @@ class Verdict(NamedTuple):
 NOTHING = Verdict()
 
 
-def agree_on_a_move(mount: Verdict, brochure: Verdict, n1_rate_pct_s: float, n_per_pct: float) -> bool:
-    """Mount gated out, and brochure too or N1 itself goes to the same side: the thrust moved, no sensor lies.
+def agree_on_a_move(mount: Verdict, brochure: Verdict, n1_rate_pct_s: float, n_per_pct: float, push_n: float) -> bool:
+    """Mounts gated out, and brochure too or N1 itself goes to the same side: the thrust moved, no sensor lies.
 
     The deck lags what a throttle that is cut does to the mounts, so its own innovation may stay inside. N1 speaks for
-    no more than it moves the thrust by, `n_per_pct`, in a second.
+    no more than it moves the thrust by, `n_per_pct`, in a second; a tenth of a second before it, both mounts were
+    pushed by `push_n`.
     """
     if mount.used:
         return False
+    if mount.innovation_n * push_n > 0.0 and abs(mount.innovation_n) < PUSHED * abs(push_n):
+        return True
     both = not brochure.used and mount.innovation_n * brochure.innovation_n > 0.0
     if abs(n1_rate_pct_s) > MOVING_PCT_S and mount.innovation_n * n1_rate_pct_s > 0.0:
         return both or abs(mount.innovation_n) < abs(n1_rate_pct_s) * n_per_pct

@@ -80,7 +80,8 @@ class Monitor:
         dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
         faults: list[Fault] = []
-        mounts_n = np.array((inputs.mount_force_n, inputs.mount_std_n, inputs.mount_common_n))
+        measured_mm = inputs.readings[: len(self._all_mounts)]
+        mounts_n = np.array((inputs.mount_force_n, inputs.mount_std_n, inputs.mount_common_n, measured_mm))
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
             self._watched_ns = inputs.t_ns
             self._watch(inputs, mounts_n)

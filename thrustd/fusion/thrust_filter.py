@@ -33,6 +33,7 @@ START_RATE_STD_N_S = 100.0
 PAUSE_S = 1.0  # a restart, frames that were shed: nobody saw whether the throttle moved
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then
 OFF_DOUBT_N = 150.0
+STILL_TO_COME = 2.0  # of a move that began within the step that a mean is taken over
 TARE_H = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 NEVER_NS = -1
 ERRORS, ZERO_ALONE, NO_ERROR = slice(ZERO, N_STATE), slice(ZERO, ZERO + 1), slice(0, 0)
@@ -53,6 +54,8 @@ class ThrustFilter:
         self._t_ns = self._read_ns = NEVER_NS  # of the last step, of the last brochure reading used
         self._off_s, self._off, self._tared = 0.0, False, False
         self._surprise_n_s = 0.0
+        # one sigma of what no N1 spoke of yet, over the step that a mean is taken over
+        self._step_n = 2.0 * mount_age_s * settings.agreed_surprise_rate_n_s
         self._anchored = False  # a measurement of this instant has said where T is: the next teaches the errors
         self._brochure_verdict = NOTHING  # of the last reading
         self._faults: list[Fault] = []
@@ -106,9 +109,12 @@ class ThrustFilter:
         if off or still:
             self._brochure_verdict = NOTHING
         brochure = NOTHING if off or still else self._brochure(inputs)
-        if agree_on_a_move(mount, brochure, inputs.n1_rate_pct_s, self._settings.throttle_rate_gain_n_per_pct):
-            self._open(mount.innovation_n**2)
+        gain_n_pct = self._settings.throttle_rate_gain_n_per_pct
+        if agree_on_a_move(mount, brochure, inputs.n1_rate_pct_s, gain_n_pct, inputs.push_n):
+            moved_n = mount.innovation_n
+            self._open(moved_n**2)
             mount = self._mount(inputs, 0.0, off)
+            self._open(min(STILL_TO_COME * moved_n, self._step_n, key=abs) ** 2)
             if isfinite(brochure.innovation_n) and not brochure.used:
                 brochure = self._brochure(inputs, again=True)
         routes = (mount, self._mount_gate), (self._brochure_verdict, self._brochure_gate)
