@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from tests.diagnose.scene import DT_S, columns, mount
+from thrustd.diagnose.compare import compare
 from thrustd.diagnose.diagnose import diagnose
+from thrustd.diagnose.extend import extend
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
@@ -35,3 +37,11 @@ def test_a_damper_is_no_delay_whatever_the_power_of_its_rate():
     found = diagnose(mount(), [measured([damper])]).candidates[0]
     assert found.name == "viscous_damping_power"
     assert abs(found.parameters[1].value - 0.7) < 3 * found.parameters[1].std < 0.3
+
+
+def test_a_late_reading_is_put_back_to_its_time_on_a_record_and_extrapolated_in_flight():
+    record = measured(late_s=LATE_S)
+    spec = extend(mount(), [record], ["time_delay"]).spec
+    before, after = compare({"before": mount(), "after": spec}, [record]).comparisons
+    assert after.rmse_n < 12.5 < after.rmse_in_flight_n < before.rmse_n
+    assert diagnose(spec, [record]).verdict == ("none",)

@@ -30,7 +30,6 @@ class Candidate:
     parameters: dict[str, float]  # amplitudes at the value where the column was taken
     amplitudes: tuple[str, ...]
     columns: Floats
-    ahead: bool = False  # the columns look ahead in the record, where the effect can only extrapolate
 
     @property
     def word(self) -> str:
@@ -132,9 +131,9 @@ def _identified_at(spec: ModelSpec, evidence: Evidence) -> float:
 
 
 def shapes(effect: Effect, fixed: Mapping[str, tuple[float, ...]]) -> Iterator[dict[str, float]]:
-    """Every combination of starts of the shape parameters."""
+    """Every combination of starts of the shape parameters that can be estimated, the others at their first."""
     shape = [p for p in effect.parameters if not p.amplitude]
-    for values in itertools.product(*(fixed.get(p.name, p.starts) for p in shape)):
+    for values in itertools.product(*(fixed.get(p.name, p.starts if p.estimate else p.starts[:1]) for p in shape)):
         yield dict(zip([p.name for p in shape], values, strict=True))
 
 
@@ -149,8 +148,6 @@ def candidates(effect: Effect, spec: ModelSpec, evidence: Evidence, output_n: Fl
         for start in free[0].starts if len(free) == 1 else (free[0].starts[0],):
             values = {p.name: p.starts[0] for p in free} | {free[0].name: start}
             yield column_at(effect, shape | values, spec, evidence, output_n)
-    if effect.ahead_s is not None:
-        yield column_at(effect, effect.neutral(), spec, evidence, output_n, ahead=True)
 
 
 def column_at(
@@ -159,7 +156,6 @@ def column_at(
     spec: ModelSpec,
     evidence: Evidence,
     output_n: Floats,
-    ahead: bool = False,
 ) -> Candidate:
     """Difference quotients at given parameters: each amplitude alone against neutral."""
     free = amplitudes_of(effect)
@@ -167,13 +163,11 @@ def column_at(
     for p in free:
         value = parameters[p.name] if abs(parameters[p.name] - p.neutral) > LEAST * abs(p.starts[0]) else p.starts[0]
         alone = dict(parameters) | {q.name: q.neutral for q in free} | {p.name: value}
-        lead_s = effect.ahead_s(alone) if ahead and effect.ahead_s is not None else 0.0
-        added = with_effect(spec, EffectSpec(effect.name, alone))
-        changed = evidence.ahead(lead_s).output(spec) if lead_s > 0.0 else evidence.output(added)
+        changed = evidence.output(with_effect(spec, EffectSpec(effect.name, alone)))
         columns.append((changed - output_n) / (value - p.neutral))
     table = np.column_stack(columns)
     table[~np.isfinite(table)] = 0.0
-    return Candidate(effect, dict(parameters), tuple(p.name for p in free), table, ahead)
+    return Candidate(effect, dict(parameters), tuple(p.name for p in free), table)
 
 
 def moved_shape(

@@ -155,8 +155,7 @@ def _candidates(judgement: Judgement, evidence: Evidence) -> tuple[list[Candidat
     reports = []
     for i, scored in enumerate(judgement.found):
         own = tuple(n for n in numbers if n.effect == scored.candidate.word)
-        told = _rough(scored) if scored.candidate.ahead else own  # an extrapolation does best with less than it all
-        reports.append(_report(scored, _seen(judgement, i), judgement, told, True))
+        reports.append(_report(scored, _seen(judgement, i), judgement, own, True))
     words = {r.effect for r in reports}
     reports += [_report(s, first, judgement, _rough(s), False) for s in first.scored if s.candidate.word not in words]
     return reports, _after_n(judgement)
@@ -185,7 +184,7 @@ def _report(
         f"{scored.candidate.word} removes {removed:.0f} % of the squared error on held-back blocks"
         f" ({newtons(scored.before.rmse)} -> {newtons(after.rmse)} N), better in {better} of {len(after.sse)} blocks,"
         f" {scored.t:.1f} standard errors"
-        + (", looking ahead in the record; a model can only extrapolate" if scored.candidate.ahead else "")
+        + (", looking ahead in the record; in flight it can only be extrapolated" if scored.late_s > 0.0 else "")
     )
     return CandidateReport(
         scored.candidate.word,

@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 
 from thrustd.diagnose.candidates import column_at
-from thrustd.diagnose.evidence import Evidence, base_patterns, simulate
+from thrustd.diagnose.evidence import Evidence, base_patterns, lateness, put_back, simulate
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import orthonormal
 from thrustd.diagnose.start import start_of
@@ -25,12 +25,12 @@ from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.parameters import effect_labels
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import EffectSpec, ModelSpec
-from thrustd.model.compile import model_stages
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
 
 GROUPS = 12  # parts left out in turn
 ITERATIONS = 8
+PASSES = 2  # of the lateness and the rest in turn
 NUDGE = 0.02  # of a shape parameter: its difference quotient
 MAD = 1.4826  # median absolute value of normal noise -> sigma
 LEAST_MISFIT = 0.25  # of the error left: what of it may be misfit of the model where it looks like noise
@@ -75,24 +75,63 @@ def estimated(
     `rest_too`: curves and linear block are free as well, for an effect that they had to imitate when identified.
     """
     places = [i for i, present in enumerate(spec.effects) if present in effects]
-    names = free_names(spec, effects) + (base_patterns(spec) if rest_too else [])
-    settings = EstimateSettings(max_iterations=2 * ITERATIONS if rest_too else ITERATIONS, tolerance=1e-4)
-    result = estimate_segments(spec, _started(spec, places, evidence), names, settings)
-    std = dict(zip(result.names, result.std, strict=True))
-    spread = {} if rest_too else _spreads(result.spec, places, evidence)
+    for _ in range(PASSES if _late(spec, places) else 0):
+        spec = _retimed(_fitted(spec, places, evidence, rest_too)[0], places, evidence)
+    spec, std = _fitted(spec, places, evidence, rest_too)
+    spread = {} if rest_too and not _late(spec, places) else _spreads(spec, places, evidence)
     labels = effect_labels(spec)
     numbers: list[ParameterEstimate] = []
-    finished = list(result.spec.effects)
+    finished = list(spec.effects)
     for i in places:
         effect = effect_named(finished[i].name)
         for p in effect.parameters:
             if p.estimate:
-                sigma = max(float(std[f"{labels[i]}.{p.name}"]), spread.get(f"{i}.{p.name}", 0.0))
+                sigma = max(std.get(f"{labels[i]}.{p.name}", 0.0), spread.get(f"{i}.{p.name}", 0.0))
                 value = finished[i].parameters[p.name]
                 numbers.append(ParameterEstimate(effect.word, p.name, value, sigma, p.unit, p.expected))
         sigmas = {n.name: n.std for n in numbers if n.effect == effect.word}
         finished[i] = EffectSpec(finished[i].name, finished[i].parameters, sigmas)
-    return msgspec.structs.replace(result.spec, effects=finished), numbers
+    return msgspec.structs.replace(spec, effects=finished), numbers
+
+
+def _fitted(
+    spec: ModelSpec, places: Sequence[int], evidence: Evidence, rest_too: bool
+) -> tuple[ModelSpec, dict[str, float]]:
+    """Levenberg-Marquardt on everything that is free but lateness, and one sigma by name."""
+    punctual, late_s = lateness(spec)
+    names = free_names(punctual, [spec.effects[i] for i in places]) + (base_patterns(punctual) if rest_too else [])
+    if not names:
+        return spec, {}
+    settings = EstimateSettings(max_iterations=2 * ITERATIONS if rest_too else ITERATIONS, tolerance=1e-4)
+    segments = [put_back(segment, late_s) for segment in _started(spec, places, evidence)]
+    result = estimate_segments(punctual, segments, names, settings)
+    moved = iter(result.spec.effects)
+    effects = [next(moved) if effect in punctual.effects else effect for effect in spec.effects]
+    std = {name: float(sigma) for name, sigma in zip(result.names, result.std, strict=True)}
+    return msgspec.structs.replace(result.spec, effects=effects), std
+
+
+def _late(spec: ModelSpec, places: Sequence[int]) -> list[int]:
+    """Those of the places where a reading is late: beyond the reach of a causal estimation."""
+    punctual = lateness(spec)[0].effects
+    return [i for i in places if spec.effects[i] not in punctual]
+
+
+def _retimed(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> ModelSpec:
+    """The model with its lateness one Gauss-Newton step better, all other numbers of its effects free beside it."""
+    names, table = _columns(spec, places, evidence)
+    good, start = np.isfinite(evidence.reference_n), start_of(spec, evidence)
+    residual = start.without(np.where(good, evidence.reference_n - evidence.output(spec), 0.0))
+    size = np.maximum(np.sqrt(np.mean(table**2, axis=0)), 1e-300)
+    step = np.linalg.lstsq(start.without(table / size * good[:, None]), residual, rcond=1e-6)[0] / size
+    by_name, effects = dict(zip(names, step, strict=True)), list(spec.effects)
+    for i in _late(spec, places):
+        effect, values = effect_named(effects[i].name), dict(effects[i].parameters)
+        for p in effect.parameters:
+            if p.amplitude and p.estimate:
+                values[p.name] = float(np.clip(values[p.name] + by_name[f"{i}.{p.name}"], 0.0, p.high))
+        effects[i] = EffectSpec(effect.name, values, effects[i].std)
+    return msgspec.structs.replace(spec, effects=effects)
 
 
 def _started(spec: ModelSpec, places: Sequence[int], evidence: Evidence) -> list[Segment]:
@@ -154,7 +193,7 @@ def _misfit_n2(spec: ModelSpec, evidence: Evidence) -> float:
     """What the model leaves beyond white noise, N^2; a share of all it leaves at least, as no bench shows a flight."""
     left, quick, count = 0.0, [], 0
     for segment in evidence.segments:
-        residual = segment.force_n - simulate(model_stages(spec, segment.dt_s), segment)
+        residual = segment.force_n - simulate(spec, segment)
         left += float(np.nansum(residual**2))
         count += int(np.isfinite(residual).sum())
         quick.append(np.diff(residual))

@@ -3,12 +3,15 @@
 A model is simulated at the full rate over every stretch of data; what the statistics see are means over `width`
 samples (at most `ROWS` rows in all), cut into contiguous blocks of time. Blocks are the unit of evidence: neighbouring
 samples of a mount's residual are anything but independent, blocks of minutes nearly are.
+
+A model that knows its reading to be late has it put back to its time here: a record allows that, a flight does not.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +20,7 @@ from thrustd.identify.segments import Segment, bridged, segments_of
 from thrustd.identify.sensitivity import jacobian_blocks
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
+from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats, Stage
 from thrustd.records.recording import Recording
 
@@ -39,7 +43,7 @@ class Evidence:
     block: Ints  # (n,) number of the block a row belongs to
     segment: Ints  # (n,) number of the segment
     channels: dict[str, Floats]  # every column of the records that all of them have, (n,)
-    known: dict[int, list[tuple[bytes, Floats]]] = field(default_factory=dict)  # see `remember`
+    known: dict[tuple[int, float], list[tuple[bytes, Floats]]] = field(default_factory=dict)  # see `remember`
 
     def white_n2(self, spec: ModelSpec) -> float:
         """Squared error of a model inside the rows, which their means do not show, N^2."""
@@ -48,7 +52,7 @@ class Evidence:
         total, count = 0.0, 0
         for segment in self.segments:
             m = len(segment) // self.width * self.width
-            residual = segment.force_n[:m] - simulate(model_stages(spec, segment.dt_s), segment)[:m]
+            residual = segment.force_n[:m] - simulate(spec, segment)[:m]
             rows = residual.reshape(-1, self.width)
             inside = (rows - rows.mean(axis=1, keepdims=True)) ** 2
             total += float(np.nansum(inside))
@@ -66,37 +70,40 @@ class Evidence:
     def remember(self, spec: ModelSpec) -> None:
         """Keep the signal behind every stage of this model: what shares its first stages starts from there."""
         self.known.clear()
+        punctual, late_s = lateness(spec)
         for segment in self.segments:
-            v = segment.inputs["deformation_mm"]
-            run: list[tuple[bytes, Floats]] = []
-            for stage in model_stages(spec, segment.dt_s):
-                v = run_stage(stage, segment.inputs, v)
+            inputs = put_back(segment, late_s).inputs
+            v, run = inputs["deformation_mm"], []
+            for stage in model_stages(punctual, segment.dt_s):
+                v = run_stage(stage, inputs, v)
                 run.append((stage_key(stage), v))
-            self.known[id(segment)] = run
+            self.known[id(segment), late_s] = run
 
     def output(self, spec: ModelSpec) -> Floats:
         """Model force by row (n,)."""
         return self.rows([self._simulated(spec, segment) for segment in self.segments])
 
     def _simulated(self, spec: ModelSpec, segment: Segment) -> Floats:
-        stages = model_stages(spec, segment.dt_s)
-        v, done = segment.inputs["deformation_mm"], 0
-        for stage, (key, after) in zip(stages, self.known.get(id(segment), []), strict=False):
+        punctual, late_s = lateness(spec)
+        stages, inputs = model_stages(punctual, segment.dt_s), put_back(segment, late_s).inputs
+        v, done = inputs["deformation_mm"], 0
+        for stage, (key, after) in zip(stages, self.known.get((id(segment), late_s), []), strict=False):
             if stage_key(stage) != key:
                 break
             v, done = after, done + 1
         for stage in stages[done:]:
-            v = run_stage(stage, segment.inputs, v)
+            v = run_stage(stage, inputs, v)
         return v
-
-    def ahead(self, lead_s: float) -> "Evidence":
-        """The same with the deformation read `lead_s` later, as if the reading had not been late."""
-        return replace(self, segments=tuple(_advanced(s, lead_s) for s in self.segments), known={})
 
     def rmse_n(self, spec: ModelSpec) -> float:
         """Error of a free run over all samples, start-up included, N."""
         residual = self.reference_n - self.output(spec)
         return float(np.sqrt(np.nanmean(residual**2) + self.white_n2(spec)))
+
+    def rmse_in_flight_n(self, spec: ModelSpec) -> float:
+        """Error of a free run over all samples, each judged when it comes, N."""
+        errors = [s.force_n - simulate_in_flight(spec, s) for s in self.segments]
+        return float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2)))
 
     def rows(self, columns: Sequence[Floats]) -> Floats:
         """Full-rate columns, one per segment, as row means (n,)."""
@@ -104,11 +111,12 @@ class Evidence:
 
     def jacobian(self, spec: ModelSpec, which: Sequence[str] = BASE_PARAMETERS) -> Floats:
         """d force / d parameter by row (n, p) of the parameters chosen."""
-        vector = pack(spec, base_patterns(spec, which))
+        punctual, late_s = lateness(spec)
+        vector = pack(punctual, base_patterns(punctual, which))
         tables = []
         for segment in self.segments:
             sums = np.zeros((len(segment) // self.width, len(vector)))
-            for begin, _, columns in jacobian_blocks(spec, segment, vector):
+            for begin, _, columns in jacobian_blocks(punctual, put_back(segment, late_s), vector):
                 _add_rows(sums, begin, columns, self.width)
             tables.append(sums / self.width)
         return np.concatenate(tables)
@@ -171,9 +179,23 @@ def _add_rows(sums: Floats, begin: int, columns: Floats, width: int) -> None:
         sums[rows[firsts]] += np.add.reduceat(columns[: len(rows)], firsts, axis=0)
 
 
-def _advanced(segment: Segment, lead_s: float) -> Segment:
+def lateness(spec: ModelSpec) -> tuple[ModelSpec, float]:
+    """The model without the effects that a record can undo by looking ahead in it, and how far ahead, s."""
+    late_s, rest = 0.0, []
+    for present in spec.effects:
+        ahead_s = effect_named(present.name).ahead_s
+        this_s = ahead_s(present.parameters) if ahead_s is not None else 0.0
+        late_s += this_s
+        rest += [present] if this_s == 0.0 else []
+    return (spec, 0.0) if late_s == 0.0 else (msgspec.structs.replace(spec, effects=rest), late_s)
+
+
+def put_back(segment: Segment, late_s: float) -> Segment:
+    """The segment with its deformation at the time it belongs to."""
+    if late_s == 0.0:
+        return segment
     reading, t = segment.inputs["deformation_mm"], np.arange(len(segment)) * segment.dt_s
-    return replace(segment, inputs=dict(segment.inputs) | {"deformation_mm": np.interp(t + lead_s, t, reading)})
+    return replace(segment, inputs=dict(segment.inputs) | {"deformation_mm": np.interp(t + late_s, t, reading)})
 
 
 def _means(column: Floats, width: int) -> Floats:
@@ -182,10 +204,16 @@ def _means(column: Floats, width: int) -> Floats:
     return means
 
 
-def simulate(stages: Sequence[Stage], segment: Segment) -> Floats:
-    """Free run over a whole segment from rest (n,)."""
+def simulate(spec: ModelSpec, segment: Segment) -> Floats:
+    """Free run over a whole segment from rest (n,), a late reading put back to its time."""
+    punctual, late_s = lateness(spec)
+    return simulate_in_flight(punctual, put_back(segment, late_s))
+
+
+def simulate_in_flight(spec: ModelSpec, segment: Segment) -> Floats:
+    """The same as every sample comes in (n,): a late reading can only be extrapolated."""
     v = segment.inputs["deformation_mm"]
-    for stage in stages:
+    for stage in model_stages(spec, segment.dt_s):
         v = run_stage(stage, segment.inputs, v)
     return v
 

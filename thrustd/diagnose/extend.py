@@ -5,6 +5,7 @@ the linear block, of the strength that predicts held-back blocks best, taken onl
 """
 
 import hashlib
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,7 +24,7 @@ from thrustd.diagnose.checks import (
     check_recording,
 )
 from thrustd.diagnose.estimates import ParameterEstimate, estimated
-from thrustd.diagnose.evidence import Evidence, base_patterns, gather
+from thrustd.diagnose.evidence import Evidence, base_patterns, gather, lateness
 from thrustd.diagnose.expected import own_error_n
 from thrustd.diagnose.gram import block_gram, held_out_fit
 from thrustd.diagnose.newtons import newtons
@@ -129,6 +130,7 @@ def extend(
     _check_better(spec, chosen, final, before, final_after)
     _tell(progress, 1.0, "done")
     words = tuple(effect.word for effect in chosen)
+    final = _for_flight(final, chosen, evidence)
     written = _finished(spec, final, name or spec.name, chosen, records, (before, final_after), evidence)
     return ExtendReport(written, words, before, final_after, tuple(numbers), moved)
 
@@ -154,13 +156,35 @@ def _neutral(effect: Effect, values: Mapping[str, float]) -> bool:
     return all(abs(values[p.name] - p.neutral) <= IDLE * abs(p.starts[0]) for p in effect.parameters if p.amplitude)
 
 
+def _for_flight(spec: ModelSpec, chosen: Sequence[Effect], evidence: Evidence) -> ModelSpec:
+    """The model with the best of the starts of what matters only in flight: how a late reading is extrapolated."""
+    punctual = lateness(spec)[0].effects
+    for i, present in enumerate(spec.effects):
+        effect = effect_named(present.name)
+        if effect in chosen and present not in punctual:
+            fixed = [p for p in effect.parameters if not p.estimate]
+            trials = [
+                _with_values(spec, i, dict(zip([p.name for p in fixed], values, strict=True)))
+                for values in itertools.product(*(p.starts for p in fixed))
+            ]
+            spec = min(trials, key=evidence.rmse_in_flight_n)
+    return spec
+
+
+def _with_values(spec: ModelSpec, place: int, values: Mapping[str, float]) -> ModelSpec:
+    """The model with some parameters of one of its effects at other values."""
+    effects = list(spec.effects)
+    effects[place] = msgspec.structs.replace(effects[place], parameters=effects[place].parameters | dict(values))
+    return msgspec.structs.replace(spec, effects=effects)
+
+
 def _start(effect: Effect, spec: ModelSpec, evidence: Evidence) -> EffectSpec:
     """The best shape and amplitude beside the model as it is."""
     output_n = evidence.output(spec)
     residual = evidence.reference_n - output_n
     start = start_of(spec, evidence)
     nothing = np.empty((len(residual), 0))
-    rough = [c for c in candidates(effect, spec, evidence, output_n) if not c.ahead]
+    rough = candidates(effect, spec, evidence, output_n)
     order = sorted(rough, key=lambda c: _left(evidence, residual, c.columns, start))
     fine = [polished(c, spec, evidence, output_n, nothing, start) for c in order[:POLISHED]]
     best = min(fine, key=lambda c: _left(evidence, residual, c.columns, start))

@@ -24,10 +24,6 @@ def polished(
 ) -> Candidate:
     """The candidate at its best shape and amplitude; `beside` (n, k): columns re-estimated along with it."""
     problem = _Problem.of(evidence.reference_n - output_n, beside, start)
-    if candidate.ahead:  # judged by what it could do, taken as what the effect can
-        plain = column_at(candidate.effect, candidate.parameters, spec, evidence, output_n)
-        taken = polished(plain, spec, evidence, output_n, beside, start).parameters
-        return replace(_relinearised(candidate, spec, evidence, output_n, problem), parameters=taken)
     best = _relinearised(candidate, spec, evidence, output_n, problem)
     for parameter in _shapes(candidate):
 
@@ -81,7 +77,7 @@ def _relinearised(
 ) -> Candidate:
     for _ in range(PASSES):
         at = candidate.with_amplitudes(problem.solved(candidate.columns)[0])
-        candidate = column_at(candidate.effect, at, spec, evidence, output_n, candidate.ahead)
+        candidate = column_at(candidate.effect, at, spec, evidence, output_n)
     return replace(candidate, parameters=candidate.with_amplitudes(problem.solved(candidate.columns)[0]))
 
 

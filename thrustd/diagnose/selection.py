@@ -62,6 +62,21 @@ class Scored:
         """Mean squared error removed, N^2."""
         return self.before.mse - self.fit.mse
 
+    @property
+    def amplitudes(self) -> Floats:
+        """As estimated from all blocks, in the order of the candidate's."""
+        return self.fit.beta[-len(self.candidate.amplitudes) :]
+
+    def spec(self) -> EffectSpec:
+        """The effect at its estimated amplitudes."""
+        return EffectSpec(self.candidate.effect.name, self.candidate.with_amplitudes(self.amplitudes))
+
+    @property
+    def late_s(self) -> float:
+        """How far it looks ahead in the record, s."""
+        ahead_s = self.candidate.effect.ahead_s
+        return ahead_s(self.spec().parameters) if ahead_s is not None and len(self.fit.beta) else 0.0
+
 
 @dataclass(frozen=True, slots=True)
 class Round:
@@ -168,9 +183,7 @@ def buried(first: Round) -> Round | None:
 
 def taken(spec: ModelSpec, scored: Scored) -> tuple[ModelSpec, EffectSpec]:
     """The model with the candidate at its estimated amplitude."""
-    candidate, values = scored.candidate, scored.fit.beta[-len(scored.candidate.amplitudes) :]
-    parameters = candidate.parameters if candidate.ahead else candidate.with_amplitudes(values)
-    effect = EffectSpec(candidate.effect.name, dict(parameters))
+    effect = scored.spec()
     return with_effect(spec, effect), effect
 
 

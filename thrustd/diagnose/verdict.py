@@ -90,8 +90,6 @@ def _one_by_one(
         best = min(able, key=lambda s: rank(s, own_n), default=None)
         if best is None or len(found) == MOST:
             break
-        if best.candidate.ahead:
-            return _beside_a_delay(best, rounds, evidence, effects, progress)
         spec, effect = taken(spec, best)
         found.append(best)
         added.append(effect)
@@ -107,24 +105,6 @@ def _one_by_one(
     return replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
 
 
-def _beside_a_delay(
-    late: Scored, rounds: list[Round], evidence: Evidence, effects: Sequence[Effect], progress: Progress | None
-) -> Judgement:
-    """The verdict on the data as they would be without the lateness found, and that.
-
-    What an extrapolation leaves would be taken for other effects, so these are judged without.
-    """
-    effect, amplitudes = late.candidate.effect, late.fit.beta[-len(late.candidate.amplitudes) :]
-    lead_s = effect.ahead_s(late.candidate.with_amplitudes(amplitudes)) if effect.ahead_s is not None else 0.0
-    others = [e for e in effects if e.word != late.candidate.word]
-    rest = judge(rounds[0].spec, evidence.ahead(lead_s), others, progress)
-    spec, added = taken(rest.spec or rounds[0].spec, late)
-    found = (late, *rest.found)
-    words = tuple(scored.candidate.word for scored in found)
-    rounds = [*rounds, *rest.rounds]
-    return replace(rest, verdict=words, found=found, added=(added, *rest.added), rounds=tuple(rounds), spec=spec)
-
-
 def _or_a_pair(said: Judgement, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
     """The verdict, unless two effects explain better: those that hide each other, or that a third imitates."""
     first, own_n = said.rounds[0], said.own_n
@@ -135,9 +115,6 @@ def _or_a_pair(said: Judgement, effects: Sequence[Effect], evidence: Evidence) -
         return said
     if not said.found and pair[0].fit.mse > min(f.mse for f in first.curves.values()) + PAIR * own_n**2:
         return said
-    if late := [scored for scored in pair if scored.candidate.ahead]:
-        other = _beside_a_delay(late[0], [first], evidence, effects, None)
-        return other if _left_n2(other) < _left_n2(said) else said
     found, added, rounds, spec = _each_beside_the_other(pair, evidence, effects, first)
     then = _concluded(
         [*rounds, look(spec, evidence, _absent(effects, found), added)], found, added, own_n, said.promised

@@ -73,6 +73,6 @@ def model_force(spec: ModelSpec, record: Recording) -> Floats:
     for segment in segments_of([record], dict.fromkeys(needed)):
         first, last = np.searchsorted(record.time_s, [segment.start_s, segment.time_s[-1] + 0.5 * segment.dt_s])
         at_s = record.time_s[first:last]
-        run = simulate(model_stages(spec, segment.dt_s), segment)
+        run = simulate(spec, segment)
         force_n[first:last] = run if len(run) == len(at_s) else np.interp(at_s, segment.time_s, run)
     return force_n

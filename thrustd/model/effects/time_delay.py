@@ -3,8 +3,9 @@
     delay_s > 0, the reading is late:   v = x + T * rate + T^2 / 2 * change of rate (a causal look ahead)
     delay_s < 0, the reading is early:  v = x(t - |T|) (an exact delay line, linear between samples)
 
-A late reading can only be caught up by extrapolation: right for motion slower than T, wrong for a jump within T. Rate
-and its change are low-passed with filter_s. Early readings are simply held back, to 400 samples at most. To first
+In flight a late reading can only be caught up by extrapolation: right for motion slower than T, wrong for a jump within
+T; rate and its change are low-passed with filter_s, chosen for that. On a record it is put back to its time exactly
+(`ahead_s`), so there filter_s does nothing. Early readings are simply held back, to 400 samples at most. To first
 order a late reading equals viscous damping with c = K T. Left out: a delay that changes in flight (jitter).
 """
 
@@ -71,9 +72,10 @@ EFFECT = Effect(
             0.05,
             0.005,
             10.0,
-            (0.02, 0.1, 0.5),
-            "low-pass of the rate, where the reading is late",
+            (0.1, 0.02, 0.05, 0.2, 0.4, 0.8, 1.6),
+            "low-pass of the rate where the reading is late, in flight",
             amplitude=False,
+            estimate=False,
         ),
     ),
     step=step,
