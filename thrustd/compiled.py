@@ -31,14 +31,17 @@ _spare_linalg()
 
 
 def compiled(
-    function: Callable[..., Any], signature: Any = None, error_model: Literal["python", "numpy"] = "python"
+    function: Callable[..., Any],
+    signature: Any = None,
+    error_model: Literal["python", "numpy"] = "python",
+    compiler: Callable[..., Any] = njit,
 ) -> Any:
-    """`njit(signature)(function)`, kept for the next start in NUMBA_CACHE_DIR or beside the source.
+    """`compiler(signature)(function)`, kept for the next start in NUMBA_CACHE_DIR or beside the source.
 
     A package that cannot be written and a user without a home leave no such place (numba raises RuntimeError, "no
     locator available"): then it is compiled anew in every process.
     """
     try:
-        return njit(signature, cache=True, error_model=error_model)(function)
+        return compiler(signature, cache=True, error_model=error_model)(function)
     except RuntimeError:
-        return njit(signature, error_model=error_model)(function)
+        return compiler(signature, error_model=error_model)(function)

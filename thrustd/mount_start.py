@@ -92,7 +92,7 @@ def settle(model: CompiledModel, before: Floats, after: Floats, age_s: float) ->
     modes, linear = model.spec.linear.real_modes, _linear(model)
     w = float(after[linear.start])
     nearby = w + 1e-3 * max(abs(w), 1e-3)
-    here, there = (output.step(np.zeros(0), output.c, np.zeros(0), v) for v in (w, nearby))
+    here, there = (output.once(np.zeros(0), np.zeros(0), v) for v in (w, nearby))
     slope, tau_s = (there - here) / (nearby - w), np.array([mode.tau_s for mode in modes])
     mine = slice(linear.start + 1, linear.start + 1 + len(modes))
     r, way, state = age_s / tau_s, w - before[mine], after.copy()

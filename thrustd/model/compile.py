@@ -11,7 +11,6 @@ A row of inputs begins with deformation_mm, then the channels of the effects in 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from thrustd.model.curves import polynomial, pwl
 from thrustd.model.effect import SITES, Effect
 from thrustd.model.effects import effect_named
 from thrustd.model.linear import sections
-from thrustd.model.stage import Floats, Stage, compose
+from thrustd.model.stage import Chain, Floats, Stage, compose, run_chain
 from thrustd.signals import CATALOGUE
 
 WITNESS_TOLERANCE_N = 1e-6  # another processor or library may round differently; a wrong model differs by newtons
@@ -76,8 +75,7 @@ class CompiledModel:
     rate_hz: float
     stages: tuple[Stage, ...]
     channels: tuple[str, ...]  # of one row of inputs; deformation_mm first
-    _loops: tuple[Any, ...]
-    _c: Floats
+    _chain: Chain
 
     def start(self, row: Floats) -> Floats:
         """State (n_state,) of a mount at rest under the inputs row (n_inputs,)."""
@@ -85,15 +83,15 @@ class CompiledModel:
         for stage in self.stages:
             u = row[column : column + len(stage.channels)]
             x = stage.start(u, v)
-            v = float(stage.step(x.copy(), stage.c, u, v))
+            v = stage.once(x.copy(), u, v)
             states.append(x)
             column += len(stage.channels)
         return np.concatenate(states)
 
     def run(self, state: Floats, channels: Floats, v: Floats) -> None:
         """v (n,): deformation_mm becomes thrust share, N; rows of channels (n, n_inputs - 1), state is advanced."""
-        for loop in self._loops:
-            loop(state, self._c, channels, v)
+        address, begin, c = self._chain
+        run_chain(address, begin, state, c, channels, v, v)
 
     def step(self, state: Floats, channels: Floats, deformation_mm: float) -> float:
         """Thrust share, N, of one sample; channels (n_inputs - 1,), `state` is advanced in place."""
@@ -131,11 +129,7 @@ def compile_model(spec: ModelSpec, rate_hz: float) -> CompiledModel:
     """Discretise for `rate_hz` (samples per second), flatten the curves, compile; does not check the witness."""
     stages = model_stages(spec, 1.0 / rate_hz)
     channels = ("deformation_mm", *(name for stage in stages for name in stage.channels))
-    loops, c = compose(stages)
-    model = CompiledModel(spec, rate_hz, stages, channels, loops, c)
-    quiet = np.zeros(len(channels))
-    model.step(model.start(quiet), quiet[1:], 0.0)  # compile now: in flight nothing may
-    return model
+    return CompiledModel(spec, rate_hz, stages, channels, compose(stages))
 
 
 def rate_difference_n(one: CompiledModel, other: CompiledModel) -> float:
