@@ -20,7 +20,7 @@ from thrustd.model.curves import polynomial, pwl
 from thrustd.model.effect import SITES, Effect
 from thrustd.model.effects import effect_named
 from thrustd.model.linear import sections
-from thrustd.model.stage import Chain, Floats, Stage, compose, run_chain
+from thrustd.model.stage import Floats, Places, Stage, compose, run_chain
 from thrustd.signals import CATALOGUE
 
 WITNESS_TOLERANCE_N = 1e-6  # another processor or library may round differently; a wrong model differs by newtons
@@ -75,7 +75,8 @@ class CompiledModel:
     rate_hz: float
     stages: tuple[Stage, ...]
     channels: tuple[str, ...]  # of one row of inputs; deformation_mm first
-    _chain: Chain
+    _places: Places
+    _c: Floats
 
     def start(self, row: Floats) -> Floats:
         """State (n_state,) of a mount at rest under the inputs row (n_inputs,)."""
@@ -90,8 +91,7 @@ class CompiledModel:
 
     def run(self, state: Floats, channels: Floats, v: Floats) -> None:
         """v (n,): deformation_mm becomes thrust share, N; rows of channels (n, n_inputs - 1), state is advanced."""
-        address, begin, c = self._chain
-        run_chain(address, begin, state, c, channels, v, v)
+        run_chain(self._places, state, self._c, channels, v)
 
     def step(self, state: Floats, channels: Floats, deformation_mm: float) -> float:
         """Thrust share, N, of one sample; channels (n_inputs - 1,), `state` is advanced in place."""
@@ -129,7 +129,7 @@ def compile_model(spec: ModelSpec, rate_hz: float) -> CompiledModel:
     """Discretise for `rate_hz` (samples per second), flatten the curves, compile; does not check the witness."""
     stages = model_stages(spec, 1.0 / rate_hz)
     channels = ("deformation_mm", *(name for stage in stages for name in stage.channels))
-    return CompiledModel(spec, rate_hz, stages, channels, compose(stages))
+    return CompiledModel(spec, rate_hz, stages, channels, *compose(stages))
 
 
 def rate_difference_n(one: CompiledModel, other: CompiledModel) -> float:

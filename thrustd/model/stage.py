@@ -53,10 +53,8 @@ class Stage:
 
     def run(self, x: Floats, u: Floats, v: Floats) -> Floats:
         """Step over a block: u (n, n_u), v (n,) -> (n,); x is left at the state after the last sample."""
-        out = np.empty_like(v)
-        _block(self.step).run(
-            x, self.c, np.require(u, requirements=["C", "W"]), np.require(v, requirements=["C", "W"]), out
-        )
+        out = np.array(v)
+        _block(self.step).run(x, self.c, np.require(u, requirements=["C", "W"]), out)
         return out
 
     def once(self, x: Floats, u: Floats, v: float) -> float:
@@ -64,10 +62,10 @@ class Stage:
         return self.run(x, u[None, :], np.array([v])).item()
 
 
-_ROW, _TABLE, _PLACES = types.float64[::1], types.float64[:, ::1], types.int64[:, ::1]
+_ROW, _TABLE = types.float64[::1], types.float64[:, ::1]
 _STEP = types.float64(_ROW, _ROW, _ROW, types.float64)
 _WORTH_COMPILING = 8_000_000  # samples through one step: inlined each is 20 ns faster, compiling takes 0.2 s
-Chain = tuple[NDArray[np.int64], NDArray[np.int64], Floats]  # addresses (n,), begins of x, c and u (n + 1, 3), c
+Places = NDArray[np.int64]  # (n + 1, 4): address of a step, where its slices of x, c and u begin; last row: their ends
 
 
 def _typed(_: Any, address: Any, x: Any, c: Any, u: Any, v: Any) -> Any:
@@ -83,18 +81,16 @@ def _typed(_: Any, address: Any, x: Any, c: Any, u: Any, v: Any) -> Any:
 _call: Any = intrinsic(_typed)
 
 
-def _run_chain(address: Any, begin: Any, x: Floats, c: Floats, u: Floats, v: Floats, out: Floats) -> None:
+def _run_chain(places: Places, x: Floats, c: Floats, u: Floats, v: Floats) -> None:
     for k in range(len(v)):
         w = v[k]
-        for i in range(len(address)):
-            here, end = begin[i], begin[i + 1]
-            w = _call(address[i], x[here[0] : end[0]], c[here[1] : end[1]], u[k, here[2] : end[2]], w)
-        out[k] = w
+        for i in range(len(places) - 1):
+            here, end = places[i], places[i + 1]
+            w = _call(here[0], x[here[1] : end[1]], c[here[2] : end[2]], u[k, here[3] : end[3]], w)
+        v[k] = w
 
 
-run_chain: Any = compiled(
-    _run_chain, types.void(types.int64[::1], _PLACES, _ROW, _ROW, _TABLE, _ROW, _ROW), error_model="numpy"
-)
+run_chain: Any = compiled(_run_chain, types.void(types.int64[:, ::1], _ROW, _ROW, _TABLE, _ROW), error_model="numpy")
 
 
 class _Block:
@@ -102,19 +98,18 @@ class _Block:
 
     def __init__(self, step: Any) -> None:
         self._step = step
-        self._address = np.array([_entry(step).address])
+        self._address = _entry(step).address
         self._passed = 0
         self._own: Any = None
 
-    def run(self, x: Floats, c: Floats, u: Floats, v: Floats, out: Floats) -> None:
+    def run(self, x: Floats, c: Floats, u: Floats, v: Floats) -> None:
         self._passed += v.size
         if self._own is None and self._passed > _WORTH_COMPILING:
             self._own = _inlined(self._step)
         if self._own is None:
-            begin = np.array([(0, 0, 0), (x.size, c.size, u.shape[1])])
-            run_chain(self._address, begin, x, c, u, v, out)
+            run_chain(np.array([(self._address, 0, 0, 0), (0, x.size, c.size, u.shape[1])]), x, c, u, v)
         else:
-            self._own(x, c, u, v, out)
+            self._own(x, c, u, v)
 
 
 @cache
@@ -130,15 +125,16 @@ def _block(step: Any) -> _Block:
 
 def _inlined(step: Any) -> Any:
     @njit(error_model="numpy")
-    def block(x: Floats, c: Floats, u: Floats, v: Floats, out: Floats) -> None:
+    def block(x: Floats, c: Floats, u: Floats, v: Floats) -> None:
         for k in range(v.shape[0]):
-            out[k] = step(x, c, u[k], v[k])
+            v[k] = step(x, c, u[k], v[k])
 
     return block
 
 
-def compose(stages: tuple[Stage, ...]) -> Chain:
-    """What `run_chain` needs of these stages; state, c and each row of u are theirs, one after the other."""
+def compose(stages: tuple[Stage, ...]) -> tuple[Places, Floats]:
+    """What `run_chain` needs of these stages beside x and rows of u, theirs one after the other: places and c."""
     sizes = [(stage.n_state, stage.c.size, len(stage.channels)) for stage in stages]
-    begin = np.cumsum([(0, 0, 0), *sizes], axis=0)
-    return np.array([_entry(stage.step).address for stage in stages]), begin, np.concatenate([s.c for s in stages])
+    addresses = [_entry(stage.step).address for stage in stages] + [0]
+    begins = np.cumsum([(0, 0, 0), *sizes], axis=0)
+    return np.column_stack((addresses, begins)), np.concatenate([stage.c for stage in stages])
