@@ -10,10 +10,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import ADC_HZ, ENGINES, FLIGHTS, PH_LAB, Array, installation
+from thrustd.fusion.limits import FLYING_MACH
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.compile import CompiledModel
 from thrustd.mount_start import LOAD_AGE_S, Unseen
@@ -32,6 +34,7 @@ class Mount(NamedTuple):
     rows: Array  # (n, n_inputs) of its model
     share_n: Array  # (n,) true
     model: CompiledModel
+    flying: npt.NDArray[np.bool_]  # (n,)
 
 
 class Late(NamedTuple):
@@ -57,7 +60,7 @@ def mounts_of(flight: str, seed: int, seconds: float) -> list[Mount]:
         warm_degc = np.interp(time_s, profile.time_s, mount_temperature_degc(profile, ENGINES[i // 2]))
         mm = advance(airframe.mounts[i], state, loads_n[i], 1 / ADC_HZ, warm_degc, accel["accel_z_g"])
         channels = {"deformation_mm": mm + airframe.lvdts[i].zero_mm, "temperature_degC": warm_degc, **accel}
-        found.append(Mount(model.inputs(channels), shares_n[i], model))
+        found.append(Mount(model.inputs(channels), shares_n[i], model, line("mach") > FLYING_MACH))
     return found
 
 
@@ -66,7 +69,8 @@ def started(mount: Mount, first: int) -> Late:
     rows, true_n = mount.rows[window], mount.share_n[window]
     own = np.array([name == "deformation_mm" for name in model.channels])
     unseen = Unseen(model)
-    state = unseen.start(lambda mm: np.where(own, mm, rows[0]), rows.item(0, 0), None, LOAD_AGE_S, 0.0)
+    flying = bool(mount.flying[first])
+    state = unseen.start(lambda mm: np.where(own, mm, rows[0]), rows.item(0, 0), None, LOAD_AGE_S, 0.0, flying)
     error_n, eternal_n = model.simulate(rows, state) - true_n, model.simulate(rows) - true_n
     age_s = np.arange(len(rows))[::EVERY] / ADC_HZ
     force_n, tau_s = unseen.doubts.T

@@ -68,6 +68,22 @@ def test_flight_is_the_ground_simulation_bit_for_bit_whatever_channels_the_effec
     assert list(flown(Bench(model), *channels.values())) == model.simulate(rows, start).tolist()
 
 
+def test_idle_in_flight_is_a_load_that_fell(model):
+    """Found at idle: the same until somebody says that the aircraft flies; long after the start it is no news."""
+    down_mm = np.concatenate([np.linspace(0.0, 0.8, 100), np.linspace(0.8, 0.05, 100), np.full(100, 0.05)])
+    true_n = model.simulate(model.inputs({"deformation_mm": down_mm, "accel_x_g": 0.0 * down_mm}))[-1]
+    late, whole = Bench(model), Bench(model)
+    found_n = late.started(0, 0.05).force_n
+    late.route.fly()
+    late.take(1, 0.05)
+    assert abs(late.route.fused(0.01).force_n - true_n) < 0.3 * abs(found_n - true_n)
+    for k in range(300):
+        whole.take(k, 0.05)
+    before = whole.route.snapshot()
+    whole.route.fly()
+    assert whole.route.snapshot() == before
+
+
 def test_through_a_gap_the_effects_see_the_straight_line_too(model):
     ramp_mm, gap = np.linspace(0.2, 0.8, 200), range(80, 120)
     holed, whole = Bench(model), Bench(model)

@@ -1,7 +1,7 @@
 """One mount in flight: its samples through the compiled model, gaps bridged or restarted, its error beside its force.
 
-bridged    up to `bridge_samples` missing: the model steps through them on a straight line of deformation
-doubted    up to LONGEST_GAP_S: the same, and the band says by how much the slow modes may be wrong
+bridged    up to `bridge_samples` missing: the model steps through them on a straight line
+doubted    up to LONGEST_GAP_S: the same, and the band says how wrong the slow modes may be
 restarted  longer, and the first sample of all: see `mount_start`
 """
 
@@ -24,6 +24,7 @@ THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an art
 EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
 HELD_TAU_S = 1.0
+JUST_S = 2.0  # found so lately: what is known by now was known then
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
 
 _MEANS = np.dtype(
@@ -64,13 +65,9 @@ class MountRoute:
         self.model = model
         self.signals = model.channels[1:]
         mine = number, slice(len(self.signals))
-        self._row = grid.mounts[number : number + 1]
-        self._waiting = self._row["waiting"]
-        self._mount, self._waiting_u, self._waiting_mm = (
-            grid.mounts[number],
-            grid.waiting_u[number],
-            grid.waiting_mm[number],
-        )
+        self._mount, self._row = grid.mounts[number], grid.mounts[number : number + 1]
+        self._waiting, self._waiting_u = self._row["waiting"], grid.waiting_u[number]
+        self._waiting_mm = grid.waiting_mm[number]
         self._channels, self._own, self._unmeasured_s = grid.channels[mine], grid.own[mine], grid.unmeasured_s[mine]
         self._channels[:] = [CATALOGUE[name].rest for name in self.signals]
         self._own[:] = [name == "deformation_mm" for name in self.signals]  # hysteresis, damping, ...
@@ -79,6 +76,7 @@ class MountRoute:
         valid = model.spec.valid
         stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
         self._state: Floats | None = None
+        self._flying = False
         self._bridge_samples = bridge_samples
         self._longest_samples = max(bridge_samples, round(LONGEST_GAP_S * model.rate_hz))
         self._period_s = 1.0 / model.rate_hz
@@ -150,6 +148,13 @@ class MountRoute:
         self._resuming = last - int(self._mount["sequence"]) <= self._bridge_samples
         self._mount["sequence"] += shift
 
+    def fly(self) -> None:
+        """The aircraft flies: a mount that was found at idle just now has carried more."""
+        self._flying = True
+        if self._state is not None and self._since_restart_s() < JUST_S:
+            self._state = None
+            self._start(self._deformation_mm, 0)
+
     def catch_up(self, sequence: int, deformation_mm: float) -> None:
         """Bring the state to just before sample `sequence`: started, restarted, or stepped through the gap."""
         self.flush()
@@ -183,7 +188,8 @@ class MountRoute:
     def _start(self, deformation_mm: float, missing: int) -> None:
         before, self._means["gap"] = self._state, self._state is not None
         age_s = LOAD_AGE_S if before is None else min(0.5 * missing * self._period_s, LOAD_AGE_S)
-        self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, self._since_restart_s())
+        since_s = self._since_restart_s()
+        self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, since_s, self._flying)
         self._means["since_restart"] = 0
 
     def _since_restart_s(self) -> float:

@@ -9,8 +9,10 @@ is left. It is one age: what the modes may be wrong by has a sign and adds up, a
 
 Friction. The load may have grown to what it is, or come down from as much as a take-off: two states between which the
 true one lies and stays, because friction does not change sides. The model goes on from their middle, and they are
-stepped on beside it until the mount has moved far enough for both to be the same. An engine that idles is taken for one
-that was started: what a descent leaves in the friction is not doubted.
+stepped on beside it until the mount has moved far enough for both to be the same.
+
+An engine that idles was started, and nothing is left in its friction, or, where the aircraft flies, it came down from a
+cruise some minutes ago: friction is that of a load that fell, and the modes are on their way from the cruise.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,8 +24,10 @@ from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
 
 LOAD_AGE_S = 3600.0  # A of a cold start: flights last one to three hours
-IDLE, TAKE_OFF = 0.1, 0.75  # of the identified deformation
+DESCENT_AGE_S = 600.0  # A of the idle of an aircraft that flies
+IDLE, CRUISE, TAKE_OFF = 0.1, 0.4, 0.75  # of the identified deformation
 BRANCH_STD = 1.0 / sqrt(2.0)  # of half the width between the two branches: near one of them is likelier than midway
+REST_S = 1.0  # what a load that falls at once leaves in dampers is gone by then
 SAME_N = 1.0  # branches that are no further apart are one
 Rows = Callable[[float], Floats]  # deformation, mm -> a row of the model's inputs
 
@@ -40,18 +44,24 @@ class Unseen:
     def branched(self) -> bool:
         return len(self._branches) > 0
 
-    def start(self, row: Rows, deformation_mm: float, before: Floats | None, age_s: float, since_s: float) -> Floats:
-        """State of a mount that was in the state `before` (None: unloaded) and is found under a load of this mean age.
+    def start(
+        self, row: Rows, found_mm: float, before: Floats | None, age_s: float, since_s: float, flying: bool = False
+    ) -> Floats:
+        """State of a mount that was in the state `before` (None: nobody knows) and is found under a load of this age.
 
-        `since_s`: since the last start or doubt.
+        `age_s`: mean; `since_s`: since the last start or doubt.
         """
-        model = self._model
-        from_below = model.start(row(deformation_mm))
-        full_mm = model.spec.valid.deformation_mm[1]
-        highest_mm = TAKE_OFF * full_mm if deformation_mm > IDLE * full_mm else deformation_mm
-        from_above = model.start(row(max(highest_mm, deformation_mm)))
-        model.step(from_above, row(deformation_mm)[1:], deformation_mm)
+        model, full_mm = self._model, self._model.spec.valid.deformation_mm[1]
+        from_below, from_above = model.start(row(found_mm)), model.start(row(TAKE_OFF * full_mm))
+        here = np.tile(row(found_mm), (max(round(REST_S * model.rate_hz), 1), 1))
+        model.run(from_above, here[:, 1:].copy(), here[:, 0].copy())
+        idles = found_mm <= IDLE * full_mm
+        if before is None and idles and flying:
+            from_above[_linear(model)] = from_below[_linear(model)]
+            return self.doubt(model.start(row(CRUISE * full_mm)), from_above, DESCENT_AGE_S, since_s)
         state = self.doubt(model.start(row(0.0)) if before is None else before, from_below, age_s, since_s)
+        if idles or found_mm >= TAKE_OFF * full_mm:
+            return state
         linear = _linear(model)
         self._branches = np.stack((from_below, from_above))
         self._branches[:, linear] = state[linear]

@@ -20,6 +20,7 @@ from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
 from thrustd.fault_status import FaultStatus
 from thrustd.fusion.fusion_inputs import FusionInputs
+from thrustd.fusion.limits import FLYING_MACH
 from thrustd.fusion.monitor import Monitor, MonitorVerdict
 from thrustd.fusion.monitor_inputs import Layout, MonitorInputs
 from thrustd.fusion.settings import FusionSettings, check_settings
@@ -92,6 +93,7 @@ class Pipeline:
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
         self._read_ns = self._start_ns = -1
+        self._flying = False
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
         self._book = FaultBook()
         self._troubles = FaultStatus()
@@ -210,6 +212,10 @@ class Pipeline:
                 self._intake.tell(self._hold.slots[place], nan)
         self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
         self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*[readings[place] for place in self._air]))
+        if not self._flying and readings[self._air[0]] > FLYING_MACH:
+            self._flying = True
+            for route in self._routes:
+                route.fly()
         if t_ns - self._read_ns >= self._readings_every_ns:
             outputs.extend(self._hold.readings(self._read_ns))
             self._read_ns = t_ns
