@@ -209,7 +209,8 @@ def _concluded(
         """Whether a free curve of this channel alone beats all effects found."""
         left_n2, curve_n2 = last.before_curves.mse, first.curves[name].mse
         much = curve_n2 < left_n2 - 0.25 * (first.before_curves.mse - left_n2)
-        whole = name not in read and curve_n2 < FAMILIAR * own_n**2 and left_n2 > UNSAID * own_n**2
+        simpler = len(found) > 1 and name != "time_s"  # one channel, where several effects leave structure
+        whole = name not in read and curve_n2 < FAMILIAR * own_n**2 and (simpler or left_n2 > UNSAID * own_n**2)
         return name not in (*OWN, "(constant)") and curve_n2 < left_n2 - IMPOSTOR * own_n**2 and (much or whole)
 
     impostor = [name for name in sorted(first.curves, key=lambda n: first.curves[n].mse) if found and outdoes(name)]

@@ -1,11 +1,12 @@
 """Dry friction that follows the direction of motion (Coulomb, regularised): none at rest, full when it slides.
 
-    force = core force + friction_n * tanh(rate / slip_mm_s),    rate = dx/dt low-passed with filter_s
+    force = core force + friction_n * low-passed tanh(rate / slip_mm_s),    rate = dx/dt low-passed, both with filter_s
 
 A variant of `hysteresis` for joints and seals that let go when the motion stops, where the laws with a memory of
 deformation hold their force through a standstill. Positive friction_n resists motion. slip_mm_s is the rate at which
 three quarters of the friction is there; far above all rates of the data this would be viscous damping, so it is
-bounded. The filter keeps the steps of the LVDT out. Left out: stick (no rate, no force), Stribeck's fall with rate.
+bounded. The first filter keeps the steps of the LVDT out, the second lets friction go as gradually. Left out: stick (no
+rate, no force), Stribeck's fall with rate.
 """
 
 import math
@@ -21,7 +22,8 @@ from thrustd.model.stage import Floats, jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     x[1] = c[2] * x[1] + c[3] * (u[0] - x[0])
     x[0] = u[0]
-    return v + c[0] * math.tanh(x[1] / c[1])
+    x[2] = c[2] * x[2] + (1.0 - c[2]) * math.tanh(x[1] / c[1])
+    return v + c[0] * x[2]
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
@@ -66,14 +68,14 @@ EFFECT = Effect(
             0.02,
             3.0,
             (0.3,),
-            "low-pass of the rate",
+            "low-pass of the rate, and again of the friction",
             amplitude=False,
         ),
     ),
     step=step,
     prepare=prepare,
-    n_state=2,
-    equation="F = F_core + F_f tanh(dx/dt / v_s)",
+    n_state=3,
+    equation="F = F_core + F_f tanh(dx/dt / v_s), low-passed",
     source="Threlfall, Mechanism and Machine Theory 13 (1978) 475; Andersson et al., Tribology Int. 40 (2007) 580",
     separating_test="triangles with a hold of a minute at each end: this friction goes in the hold, the others stay",
     initial=initial,
