@@ -5,7 +5,8 @@
 A variant of `hysteresis` for joints and fillers that yield otherwise than Bouc-Wen's exponential: exponent 1 is Dahl's
 usual law, below 1 a brittle contact that lets go at once, above 1 a ductile one that keeps giving way for long. With
 w = 1 - sgn(dx) z the step over dx is exact: w^(1 - exponent) falls by (1 - exponent) |dx| / yield_mm. Positive
-friction_n resists motion. Starts at z = 0. Left out: many scales at once (see the other variants), creep of the contact.
+friction_n resists motion. Starts at z = 0. Left out: many scales at once (see the other variants), creep of the
+contact.
 """
 
 import math
