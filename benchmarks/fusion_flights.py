@@ -121,7 +121,7 @@ def _flown(profile: Recording, engine: int, estimates: list[Estimate], every: Ev
 def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Array, Array]:
     """(thrust, one sigma) when one route is taken away, at 10 Hz."""
     thrust_filter, rows = _steps(flown, mount, brochure)
-    outputs = [thrust_filter.step(inputs) for inputs in rows]
+    outputs = [thrust_filter.step(inputs.row()) for inputs in rows]
     return np.array([o.thrust_n for o in outputs]), np.array([o.thrust_std_n for o in outputs])
 
 
@@ -129,7 +129,7 @@ def smoothed(flown: Flown) -> tuple[Array, Array]:
     """(filtered, smoothed) thrust of the same 10 Hz filter."""
     thrust_filter, rows = _steps(flown, True, True)
     tape = thrust_filter.keep()
-    filtered = [thrust_filter.step(inputs).thrust_n for inputs in rows]
+    filtered = [thrust_filter.step(inputs.row()).thrust_n for inputs in rows]
     return np.array(filtered), smooth(tape).thrust_n
 
 

@@ -187,7 +187,7 @@ class Pipeline:
         if verdict.excluded:
             decks = self._by_deck(believed, rates)
         for e, deck in enumerate(decks):
-            outputs.append(self._filters[e].step(self._fusion_inputs(held, e, deck, rates[e])))
+            outputs.append(self._filters[e].step(self._fusion_inputs(held, e, deck, rates[e]).row()))
             for fault in self._filters[e].take_faults():
                 self._report(fault, outputs)
         outputs.extend([_new(MountOutput, (t_ns, i, *state[:3])) for i, state in enumerate(states)])

@@ -34,7 +34,7 @@ def inputs(k, mount_n=nan, brochure_n=nan, n1_pct=80.0, n1_rate=0.0, **more):
         n1_rate_pct_s=n1_rate,
         transient=abs(n1_rate) > 1.0,
         **more,
-    )
+    ).row()
 
 
 def flown(seed, seconds=300.0, mount=True, brochure=True):
@@ -246,7 +246,7 @@ def test_nothing_poisons_the_filter(rows):
     thrust_filter, _ = settled()
     for k, (mount, mount_std, brochure, brochure_std, n1, rate) in enumerate(rows):
         estimate = thrust_filter.step(
-            FusionInputs((400 + k) * STEP_NS, mount, abs(mount_std), brochure, abs(brochure_std), n1, rate)
+            FusionInputs((400 + k) * STEP_NS, mount, abs(mount_std), brochure, abs(brochure_std), n1, rate).row()
         )
         assert np.isfinite([estimate.thrust_n, estimate.thrust_std_n, estimate.mount_bias_n]).all()
 

@@ -12,7 +12,7 @@ G is fitted to the brochure program's own pairs and to static reference points, 
 Similarity of the corrected quantities: Walsh & Fletcher, Gas Turbine Performance, ch. 4; atmosphere: ISO 2533.
 """
 
-from math import isfinite, nan
+from math import isfinite
 from typing import Literal, NamedTuple
 
 import msgspec
@@ -49,9 +49,6 @@ class DeckEstimate(NamedTuple):
     n2_thrust_n: float
 
 
-NO_ESTIMATE = DeckEstimate(nan, nan, "none", False, False, nan, nan, nan)
-
-
 class Deck:
     """A deck ready to fly: one compiled call per estimate."""
 
@@ -72,19 +69,16 @@ class Deck:
 
     def estimate(self, inputs: DeckInputs, engine: int) -> DeckEstimate:
         """Thrust of `engine` with its spread; ISA stands in for a missing temperature, other NaN mean "none"."""
-        if not (isfinite(inputs.mach) and isfinite(inputs.pressure_altitude_m)):
-            return NO_ESTIMATE
-        numbers = self._numbers.get(engine, self._without_curves)
-        thrust_n, std_n, weight_n1, outside, *routes_n = estimate(*numbers, *inputs)
-        if not isfinite(weight_n1):
-            return NO_ESTIMATE._replace(n2_thrust_n=routes_n[-1])
-        transient = abs(inputs.n1_rate_pct_s) > self.data.spread.transient_n1_rate_pct_s
-        route: Route = "n1" if weight_n1 > 0.5 else "fuel_flow"
+        thrust_n, std_n, weight_n1, outside, transient, *routes_n = estimate(*self.numbers(engine), *inputs)
+        route: Route = "none" if not isfinite(weight_n1) else "n1" if weight_n1 > 0.5 else "fuel_flow"
         return DeckEstimate(thrust_n, std_n, route, outside, transient, *routes_n)
+
+    def numbers(self, engine: int) -> tuple[Floats, ...]:
+        """What `deck_curves.estimate` reads of the deck for one engine."""
+        return self._numbers.get(engine, self._without_curves)
 
 
 def _numbers(data: DeckData, engine: int | None) -> tuple[Floats, ...]:
-    """What `deck_curves.estimate` reads of the deck for one engine."""
     n1, n2 = [next((curve for curve in spool if curve.engine == engine), None) for spool in (data.n1, data.n2)]
     return *surface_numbers(data.thrust), spread_numbers(data), *curve_numbers(n1), *curve_numbers(n2)
 

@@ -131,8 +131,13 @@ def _estimate(
     rows: Floats, numbers: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats, line_2: Floats,
     fuel_flow_kg_s: float, n1_pct: float, n2_pct: float, mach: float, pressure_altitude_m: float, sat_degc: float,
     n1_rate_pct_s: float,
-) -> tuple[float, float, float, bool, float, float, float]:  # fmt: skip
-    """Thrust [N], one sigma, weight of N1 (NaN: no estimate), outside the fit; thrusts by fuel flow, N1, N2 [N]."""
+) -> tuple[float, float, float, bool, bool, float, float, float]:  # fmt: skip
+    """Thrust [N], one sigma, weight of N1 (NaN: no estimate), outside the fit, transient; thrusts by fuel flow, N1, N2.
+
+    NaN where an input is missing; of the temperature that is a guess at it.
+    """
+    if not (isfinite(mach) and isfinite(pressure_altitude_m)):
+        return nan, nan, nan, False, False, nan, nan, nan
     mach = max(mach, 0.0)
     delta_t, theta_t = ratios(mach, pressure_altitude_m, sat_degc)
     flow = fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if fuel_flow_kg_s > 0.0 else nan
@@ -142,13 +147,17 @@ def _estimate(
     n1_n = delta_t * surface_n(rows, numbers, n1_flow, mach)
     n2_n = delta_t * surface_n(rows, numbers, n2_flow, mach)
     weight = _weight_of_n1(flow_n, n1_n, n1_rate_pct_s, spread[TRANSIENT_PCT_S])
+    if not isfinite(weight):
+        return nan, nan, nan, False, False, nan, nan, n2_n
     by_n1 = weight > 0.5
     outside = _is_outside(spread, n1_flow if by_n1 else flow, mach) or (by_n1 and n1_outside)
     thrust_n = flow_n if weight == 0.0 else n1_n if weight == 1.0 else flow_n + weight * (n1_n - flow_n)
     std_n = _std_n(spread, thrust_n, outside, weight, line_1[LINE_STD], not isfinite(sat_degc), n1_rate_pct_s)
-    return thrust_n, std_n, weight, outside, flow_n, n1_n, n2_n
+    return thrust_n, std_n, weight, outside, abs(n1_rate_pct_s) > spread[TRANSIENT_PCT_S], flow_n, n1_n, n2_n
 
 
 _CURVE = "f8[:, ::1], f8[::1]"
-_SIGNATURE = f"Tuple((f8, f8, f8, b1, f8, f8, f8))({_CURVE}, f8[::1], {_CURVE}, {_CURVE}, f8, f8, f8, f8, f8, f8, f8)"
+_SIGNATURE = (
+    f"Tuple((f8, f8, f8, b1, b1, f8, f8, f8))({_CURVE}, f8[::1], {_CURVE}, {_CURVE}, f8, f8, f8, f8, f8, f8, f8)"
+)
 estimate: Any = compiled(_estimate, _SIGNATURE, "numpy")

@@ -52,7 +52,6 @@ class BrochureThrust(NamedTuple):
     lag_n: float  # one sigma that lasts as long as the throttle moves
 
 
-SILENT = BrochureThrust(nan, nan, nan)
 # the memory of one engine, a row of numbers: k, P, N1 at the last step and ln s0; then of the movement
 K, P, LAST_N1_PCT, LN_S0, LAGGED_N, RATE_N_S = range(6)
 LEARNT = slice(K, LAGGED_N)
@@ -62,30 +61,29 @@ Floats = npt.NDArray[np.float64]
 class HandOver:
     """Mutable: the learnt difference between both routes of one engine."""
 
-    __slots__ = ("_row", "_t_ns")
+    __slots__ = ("_t_ns", "row")
 
     def __init__(self) -> None:
-        self._row = np.array((0.0, START_STD**2, nan, nan, nan, 0.0))
+        self.row = np.array((0.0, START_STD**2, nan, nan, nan, 0.0))
         self._t_ns = -1
 
     def step(self, t_ns: int, deck: DeckEstimate, n1_pct: float, n1_rate_pct_s: float) -> BrochureThrust:
         """`deck` from the inputs that are believed; N1 and its rate NaN when it is not one of them."""
-        dt_s = 0.0 if self._t_ns < 0 else min(max((t_ns - self._t_ns) * 1e-9, 0.0), MAX_STEP_S)
+        dt_s = 0.0 if self._t_ns < 0 else (t_ns - self._t_ns) * 1e-9
         self._t_ns = t_ns
-        routes_n = deck.fuel_flow_thrust_n, deck.n1_thrust_n
-        thrust_n, hand_over_n, lag_n = _step(self._row, dt_s, *routes_n, n1_pct, n1_rate_pct_s)
-        return BrochureThrust(thrust_n, hypot(deck.std_n, hand_over_n), lag_n) if isfinite(thrust_n) else SILENT
+        routes_n = deck.std_n, deck.fuel_flow_thrust_n, deck.n1_thrust_n
+        return BrochureThrust(*hand_over(self.row, dt_s, *routes_n, n1_pct, n1_rate_pct_s))
 
     def snapshot(self) -> list[float | None]:
         """What was learnt: k, P, N1 then, ln s0; unknown is None."""
-        return [value if isfinite(value) else None for value in self._row[LEARNT].tolist()]
+        return [value if isfinite(value) else None for value in self.row[LEARNT].tolist()]
 
     def restore(self, state: Sequence[float | None]) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none."""
         values = [nan if value is None else value for value in state]
         sane = len(values) == 4 and abs(values[K]) < 1.0 and 0.0 <= values[P] <= START_STD**2
         if sane and not any(abs(value) > MAX_REMEMBERED for value in values):
-            self._row[LEARNT] = values
+            self.row[LEARNT] = values
             return True
         return False
 
@@ -140,7 +138,8 @@ def _line_variance(row: Floats, ln_s: float, rate_pct_s: float, dt_s: float) -> 
     return LINE_STD**2 * abs(ln_s - row[LN_S0])
 
 
-def _hand_over(
+@compiled
+def _carry(
     row: Floats, dt_s: float, fuel_n: float, n1_n: float, n1_pct: float, n1_rate_pct_s: float
 ) -> tuple[float, float, float]:
     """-> thrust, one sigma of the hand-over, one sigma of the movement, N."""
@@ -159,4 +158,14 @@ def _hand_over(
     return thrust_n, scale_n * sqrt(row[P] + line), _move(row, thrust_n, dt_s, LAG_S)
 
 
-_step: Any = compiled(_hand_over, "UniTuple(f8, 3)(f8[::1], f8, f8, f8, f8, f8)", "numpy")
+def _hand_over(
+    row: Floats, dt_s: float, deck_std_n: float, fuel_n: float, n1_n: float, n1_pct: float, n1_rate_pct_s: float
+) -> tuple[float, float, float]:
+    """-> the fields of a BrochureThrust, `dt_s` after the last one."""
+    thrust_n, std_n, lag_n = _carry(row, min(max(dt_s, 0.0), MAX_STEP_S), fuel_n, n1_n, n1_pct, n1_rate_pct_s)
+    if not isfinite(thrust_n):
+        return nan, nan, nan
+    return thrust_n, hypot(deck_std_n, std_n), lag_n
+
+
+hand_over: Any = compiled(_hand_over, "UniTuple(f8, 3)(f8[::1], f8, f8, f8, f8, f8, f8)", "numpy")

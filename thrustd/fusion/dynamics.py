@@ -40,32 +40,6 @@ SCALE_STEP = 0.05  # s must not follow the noise of the reading it weighs: c wou
 MOUNT_N2, SHAPE_N2, SCALE_N = range(3)  # a row of sizes: variances of h and d when nothing is learnt of them, and s
 
 
-class Dynamics:
-    """F and Q of one filter, written anew in place for every step."""
-
-    def __init__(self, settings: Any) -> None:
-        """`settings`: see `settings_row`."""
-        self._settings = settings
-        self.sizes = np.array([START_ERROR_N**2, START_ERROR_N**2, 0.0])  # no brochure thrust yet
-        self._f, self._q = np.eye(N_STATE), np.zeros((N_STATE, N_STATE))
-
-    @property
-    def scale_n(self) -> float:
-        """s: the brochure thrust in steps of 5 %; 0 before there is one."""
-        return self.sizes.item(SCALE_N)
-
-    def step(
-        self, dt_s: float, rate_n_s: float, n1_rate_pct_s: float, surprise_n_s: float, *routes_n: float
-    ) -> tuple[Matrix, Matrix]:
-        """(F, Q), each (6, 6), good until the next call.
-
-        `rate_n_s` of the thrust now; the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate unseen;
-        `routes_n`: sigma of the mounts, brochure thrust and its sigma; NaN of a silent route.
-        """
-        _move(self._f, self._q, self.sizes, self._settings, dt_s, rate_n_s, n1_rate_pct_s, surprise_n_s, *routes_n)
-        return self._f, self._q
-
-
 @compiled
 def _follow(sizes: Matrix, which: int, std_n: float, keep: float, dt_s: float, settle_s: float) -> tuple[float, float]:
     """(a, q) of a slow error over a step, while its sigma changes with the region; NaN = the route is silent.
@@ -102,6 +76,11 @@ def _motion(
     f: Matrix, q: Matrix, sizes: Matrix, settings: Any, dt_s: float, rate_n_s: float, n1_rate_pct_s: float,
     surprise_n_s: float, mount_std_n: float, brochure_n: float, brochure_std_n: float,
 ) -> None:  # fmt: skip
+    """Write F and Q, each (6, 6), of a step of `dt_s`; f and q are those of the step before, or unity and zeros.
+
+    `rate_n_s` of the thrust now; the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate unseen; sigma of the
+    mounts, brochure thrust and its sigma: NaN of a silent route.
+    """
     s = settings[0]
     if isfinite(brochure_std_n):
         scale_n = max(abs(brochure_n), SCALE_FLOOR_N)
@@ -136,4 +115,4 @@ def _motion(
 
 
 _F, _TABLE = numba.float64, numba.float64[:, ::1]
-_move: Any = compiled(_motion, numba.void(_TABLE, _TABLE, _F[::1], numba.from_dtype(SETTINGS)[::1], *[_F] * 7), "numpy")
+move: Any = compiled(_motion, numba.void(_TABLE, _TABLE, _F[::1], numba.from_dtype(SETTINGS)[::1], *[_F] * 7), "numpy")

@@ -7,8 +7,10 @@ import numba
 
 from thrustd.compiled import compiled
 from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST, ZERO, Matrix
+from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.gate import FAILED
 from thrustd.fusion.settings import SETTINGS
+from thrustd.fusion.thrust_step import BROCHURE_GATE, FILTER, MOUNT_GATE, SIZES
 from thrustd.types import Status
 
 MOUNT_LOST, BROCHURE_LOST = int(Status.MOUNT_LOST), int(Status.BROCHURE_LOST)
@@ -40,51 +42,40 @@ def _brochure_bits(there: bool, rejected: bool, failed: float, off: bool) -> int
     return status | BROCHURE_REJECTED if rejected else status
 
 
-def _row(
-    x: Matrix, p: Matrix, sizes: Matrix, mount_gate: Matrix, brochure_gate: Matrix, settings: Any, engine: int,
-    off: bool, last_nu_n: float, last_used: bool, mount_nu_n: float, mount_nis: float, mount_used: bool,
-    nu_n: float, nis: float, used: bool, t_ns: int, mount_n: float, mount_std_n: float, brochure_n: float,
-    brochure_std_n: float, n1_pct: float, n1_rate_pct_s: float, lag_n: float, age_s: float, push_n: float,
-    load_share: float, mount_extrapolating: bool, deck_extrapolating: bool, transient: bool, gap: bool, one_mount: bool,
-    load_factor_stale: bool, status: int,
-) -> tuple[Any, ...]:  # fmt: skip
-    """The fields of an Estimate.
-
-    Of the filter: state, covariance, sizes, gates, settings, engine; engine off; the last reading of the brochure. Then
-    the verdicts of this step on mounts and brochure, and the fields of FusionInputs. A measurement that was gated out
-    while its route is believed says that one of both is wrong: the band holds what it says, too.
+def _row(memory: Any, told: Any, settings: Any, slow: Matrix, x: Matrix, p: Matrix, engine: int) -> tuple[Any, ...]:
+    """The fields of an Estimate. A measurement that was gated out while its route is believed says that one of both is
+    wrong: the band holds what it says, too.
     """
-    status |= MODEL_EXTRAPOLATING if mount_extrapolating else 0
-    status |= DECK_EXTRAPOLATING if deck_extrapolating else 0
-    status |= TRANSIENT if transient else 0
-    status |= GAP if gap else 0
-    status |= ONE_MOUNT if one_mount else 0
-    status |= LOAD_FACTOR_STALE if load_factor_stale else 0
-    status |= _mount_bits(isfinite(mount_n), mount_used, mount_gate[FAILED])
-    rejected = isfinite(last_nu_n) and not last_used
-    status |= _brochure_bits(isfinite(brochure_n), rejected, brochure_gate[FAILED], off)
+    m, t, s = memory[0], told[0], settings[0]
+    status = t.status
+    status |= MODEL_EXTRAPOLATING if t.mount_extrapolating else 0
+    status |= DECK_EXTRAPOLATING if t.brochure_extrapolating else 0
+    status |= TRANSIENT if t.transient else 0
+    status |= GAP if t.gap else 0
+    status |= ONE_MOUNT if t.one_mount else 0
+    status |= LOAD_FACTOR_STALE if t.load_factor_stale else 0
+    mount_failed, brochure_failed = slow[MOUNT_GATE, FAILED], slow[BROCHURE_GATE, FAILED]
+    status |= _mount_bits(isfinite(t.mount_n), m.mount_used, mount_failed)
+    rejected = isfinite(m.last_nu_n) and not m.last_used
+    status |= _brochure_bits(isfinite(t.brochure_n), rejected, brochure_failed, m.off)
     variance_n2 = p[THRUST, THRUST]
-    if isfinite(mount_nu_n) and not mount_used and mount_gate[FAILED] == 0.0:
-        variance_n2 += mount_nu_n**2
-    if rejected and brochure_gate[FAILED] == 0.0:
-        variance_n2 += last_nu_n**2
-    status |= CONVERGING if p[THRUST, THRUST] > settings[0].converging_std_n ** 2 else 0
-    both_nis = (mount_nis + nis) / 2 if mount_used and used else mount_nis if mount_used else nis if used else nan
-    deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(sizes[SCALE_N], SCALE_FLOOR_N)
+    if isfinite(m.mount_nu_n) and not m.mount_used and mount_failed == 0.0:
+        variance_n2 += m.mount_nu_n**2
+    if rejected and brochure_failed == 0.0:
+        variance_n2 += m.last_nu_n**2
+    status |= CONVERGING if p[THRUST, THRUST] > s.converging_std_n**2 else 0
+    nis = m.mount_nis if m.mount_used else m.nis if m.used else nan
+    if m.mount_used and m.used:
+        nis = (m.mount_nis + m.nis) / 2
+    deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(slow[SIZES, SCALE_N], SCALE_FLOOR_N)
     return (
-        t_ns, engine, x[THRUST, 0], sqrt(variance_n2), x[RATE, 0], mount_n, mount_std_n, brochure_n,
-        brochure_std_n, mount_nu_n, nu_n, both_nis, x[ZERO, 0] + x[MOUNT, 0], deviation, load_share, status,
-        nis if used else nan,
+        t.t_ns, engine, x[THRUST, 0], sqrt(variance_n2), x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
+        t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[ZERO, 0] + x[MOUNT, 0], deviation, t.load_share, status,
+        m.nis if m.used else nan,
     )  # fmt: skip
 
 
-_F, _I, _B, _TABLE = numba.float64, numba.int64, numba.boolean, numba.float64[:, ::1]
-_tuple = vars(numba.types)["Tuple"]  # untyped in the package
-_MEMORY = _TABLE, _TABLE, _F[::1], _F[::1], _F[::1], numba.from_dtype(SETTINGS)[::1], _I
-estimate_row: Any = compiled(
-    _row,
-    _tuple((_I, _I, *[_F] * 13, _I, _F))(
-        *_MEMORY, _B, _F, _B, _F, _F, _B, _F, _F, _B, _I, *[_F] * 10, *[_B] * 6, _I
-    ),
-    "numpy",
-)  # fmt: skip
+_F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
+_RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
+_ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
+estimate_row: Any = compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _TABLE, _I), "numpy")

@@ -1,7 +1,11 @@
 """What the filter is told of one engine at one fused step, and what of it is a number of this world."""
 
 from math import nan
-from typing import NamedTuple
+from typing import Any, NamedTuple, get_type_hints
+
+import numpy as np
+
+from thrustd.compiled import compiled
 
 ABSURD_RATE_PCT_S = 100.0
 ABSURD_N = 1e5  # no engine, no mount: not a measurement
@@ -30,19 +34,22 @@ class FusionInputs(NamedTuple):
     load_factor_stale: bool = False
     status: int = 0  # Status bits found elsewhere (monitor, catalogue): handed through
 
+    def row(self) -> Any:
+        """(1,) of INPUTS: the same for compiled code."""
+        return np.array([self], INPUTS)
 
-def sane(inputs: FusionInputs) -> FusionInputs:
-    """A route whose force or sigma is no number of this world is silent."""
-    mount = abs(inputs.mount_n) < ABSURD_N and 0.0 < inputs.mount_std_n < ABSURD_N
-    brochure = abs(inputs.brochure_n) < ABSURD_N and 0.0 < inputs.brochure_std_n < ABSURD_N
-    brochure = brochure and 0.0 <= inputs.brochure_lag_n < ABSURD_N and 0.0 <= inputs.brochure_age_s < ABSURD_AGE_S
-    rate_known = abs(inputs.n1_rate_pct_s) < ABSURD_RATE_PCT_S
-    if mount and brochure and rate_known:
-        return inputs
-    return inputs._replace(
-        mount_n=inputs.mount_n if mount else nan,
-        mount_std_n=inputs.mount_std_n if mount else nan,
-        brochure_n=inputs.brochure_n if brochure else nan,
-        brochure_std_n=inputs.brochure_std_n if brochure else nan,
-        n1_rate_pct_s=inputs.n1_rate_pct_s if rate_known else nan,
-    )
+
+_KINDS: dict[Any, Any] = {int: np.int64, float: np.float64, bool: np.bool_}
+INPUTS = np.dtype([(name, _KINDS[hint]) for name, hint in get_type_hints(FusionInputs).items()])
+
+
+@compiled
+def silence(t: Any) -> None:
+    """A route whose force or sigma is no number of this world says nothing."""
+    if not (abs(t.mount_n) < ABSURD_N and 0.0 < t.mount_std_n < ABSURD_N):
+        t.mount_n = t.mount_std_n = nan
+    lag, age = 0.0 <= t.brochure_lag_n < ABSURD_N, 0.0 <= t.brochure_age_s < ABSURD_AGE_S
+    if not (abs(t.brochure_n) < ABSURD_N and 0.0 < t.brochure_std_n < ABSURD_N and lag and age):
+        t.brochure_n = t.brochure_std_n = nan
+    if not abs(t.n1_rate_pct_s) < ABSURD_RATE_PCT_S:
+        t.n1_rate_pct_s = nan

@@ -1,8 +1,24 @@
 """The rate of a signal that comes in samples."""
 
 from math import exp, isfinite, nan
+from typing import Any
+
+from thrustd.compiled import compiled
 
 RATE_TAU_S = 0.5  # time constant of the derivative of N1: faster than a spool, slower than quantisation
+
+
+def _smooth(lagged: float, value: float, dt_s: float) -> tuple[float, float]:
+    """(rate, lagged value) at `value`, dt_s after the last one; NaN while there is no value."""
+    if not isfinite(value):
+        return nan, nan
+    if not isfinite(lagged):
+        return 0.0, value
+    lagged += (1.0 - exp(-dt_s / RATE_TAU_S)) * (value - lagged)
+    return (value - lagged) / RATE_TAU_S, lagged
+
+
+smooth_rate: Any = compiled(_smooth, "UniTuple(f8, 2)(f8, f8, f8)")
 
 
 class SmoothRate:
@@ -16,13 +32,6 @@ class SmoothRate:
 
     def step(self, t_ns: int, value: float) -> float:
         """Rate in units per second; NaN while there is no value."""
-        if not isfinite(value):
-            self._lagged = nan
-            return nan
-        if not isfinite(self._lagged):
-            self._lagged = value
-        else:
-            dt_s = (t_ns - self._t_ns) * 1e-9
-            self._lagged += (1.0 - exp(-dt_s / RATE_TAU_S)) * (value - self._lagged)
+        rate, self._lagged = smooth_rate(self._lagged, value, (t_ns - self._t_ns) * 1e-9)
         self._t_ns = t_ns
-        return (value - self._lagged) / RATE_TAU_S
+        return float(rate)
