@@ -49,7 +49,7 @@ def found(bench):
 
 def test_every_structure_of_the_issue_is_on_the_shelf():
     wanted = """maxwell kelvin-voigt zener generalised-maxwell polynomial-ols polynomial-wls static-pwl arx armax oe-2-2
-    oe-6-4 box-jenkins narx hammerstein hammerstein-pwl wiener hammerstein-wiener hw-pwl wiener-hammerstein
+    oe-6-4 box-jenkins narx hammerstein hammerstein-pwl wiener hammerstein-wiener hw-pwl wiener-hammerstein feedback
     hw-pwl+bouc-wen hw-pwl+prandtl-ishlinskii hw-pwl+weight"""
     assert set(wanted.split()) == set(shelf())
 

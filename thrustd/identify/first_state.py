@@ -36,6 +36,13 @@ def simulated(simulate: Simulate, segment: Segment, from_rest: Floats) -> Floats
     return from_rest if levels is None else _after(simulate, segment, levels, _held(stretch_of(segment)))
 
 
+def with_past(simulate: Simulate, segment: Segment) -> Segment | None:
+    """The segment with the past in front that its first stretch shows, without reference; None for a start at rest."""
+    with np.errstate(all="ignore"):
+        levels = _levels(simulate, segment, segment.force_n - simulate(segment))
+    return None if levels is None else _extended(segment, np.repeat(levels, _held(stretch_of(segment))))
+
+
 def stretch_of(segment: Segment) -> int:
     """Samples of the stretch that tells the state; 0 where the record has no reference there."""
     n = min(LONGEST, int(SHARE * len(segment)))
@@ -99,9 +106,15 @@ def _held(stretch: int) -> Samples:
 def _after(simulate: Simulate, segment: Segment, levels: Floats, held: Samples) -> Floats:
     """Free run (n,) over the segment after a past of these levels."""
     before = np.repeat(levels, held)
+    return simulate(_extended(segment, before))[len(before) :]
+
+
+def _extended(segment: Segment, before: Floats) -> Segment:
+    """The segment with these inputs in front, other channels as they were at first."""
     inputs = {
         name: np.concatenate((np.full(len(before), column[0]), column)) for name, column in segment.inputs.items()
     }
     inputs[DEFORMATION] = np.concatenate((before, segment.inputs[DEFORMATION]))
     force_n = np.concatenate((np.full(len(before), np.nan), segment.force_n))
-    return simulate(replace(segment, inputs=inputs, force_n=force_n))[len(before) :]
+    start_s = segment.start_s - len(before) * segment.dt_s
+    return replace(segment, start_s=start_s, inputs=inputs, force_n=force_n)

@@ -23,7 +23,7 @@ from thrustd.records.recording import Recording
 HELD_OUT = 0.2  # of every record, at its end, when no other records are given
 USUAL = "hw-pwl"
 EXPLAINED_PCT = 95.0  # fit on validation data; with less other structures are tried, when none was named
-OTHERS = ("oe-2-2", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "wiener-hammerstein")
+OTHERS = ("oe-2-2", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "wiener-hammerstein", "feedback")
 Progress = Callable[[float], None]  # share done, 0 to 1
 
 

@@ -4,6 +4,7 @@ Names are `piece.place.field`, so that shell patterns choose them:
 
     input_curve.y.3   input_curve.x.3   input_curve.coefficients.1       (the same for output_curve)
     linear.direct   linear.real.0.log_tau_s   linear.real.0.gain
+    linear.feedback.0.3   (state, product)
     linear.complex.0.log_decay_1_s   ...log_frequency_rad_s   ...gain_re   ...gain_im   (the same for output_linear)
     hysteresis.force_n                                        effect name . parameter; a second one: hysteresis#2.
 
@@ -156,6 +157,10 @@ def _linear_places(label: str, linear: LinearBlock) -> dict[str, _Place]:
         places[f"{label}.complex.{i}.log_frequency_rad_s"] = _log_place(pair.frequency_rad_s)
         places[f"{label}.complex.{i}.gain_re"] = _Place(pair.gain_re, -inf, inf, 0.1)
         places[f"{label}.complex.{i}.gain_im"] = _Place(pair.gain_im, -inf, inf, 0.1)
+    if linear.feedback is not None:
+        size = linear.feedback.scale[-1]
+        for i, row in enumerate(linear.feedback.into):
+            places |= {f"{label}.feedback.{i}.{j}": _Place(value, -inf, inf, size) for j, value in enumerate(row)}
     return places
 
 
@@ -185,4 +190,10 @@ def _rebuilt_linear(linear: LinearBlock, label: str, values: Mapping[str, float]
         )
         for i in range(len(linear.complex_modes))
     ]
-    return LinearBlock(values[f"{label}.direct"], real, pairs, linear.hold)
+    fed = linear.feedback and msgspec.structs.replace(
+        linear.feedback,
+        into=[
+            [values[f"{label}.feedback.{i}.{j}"] for j in range(len(row))] for i, row in enumerate(linear.feedback.into)
+        ],
+    )
+    return LinearBlock(values[f"{label}.direct"], real, pairs, linear.hold, fed)

@@ -5,6 +5,7 @@ rate; `thrustd.model.compile` discretises it.
 """
 
 from itertools import pairwise
+from math import comb
 from typing import Annotated, Literal
 
 import msgspec
@@ -57,6 +58,19 @@ class ComplexMode(Struct, frozen=True):
     gain_im: float
 
 
+class Feedback(Struct, frozen=True):
+    """What drives the modes beside the input: `thrustd.model.feedback`.
+
+    States in the order of the modes, real and imaginary part of a complex one, the input last; centre and scale of
+    each. into: per state, what each product of 2 up to `degree` of them adds to its mode's input.
+    """
+
+    degree: Annotated[int, Meta(ge=2, le=5)]
+    centre: Annotated[list[float], Meta(min_length=2, max_length=13)]
+    scale: list[Positive]
+    into: list[list[float]]
+
+
 class LinearBlock(Struct, frozen=True):
     """Output-error transfer function: direct + sum of modes. DC gain = direct + sum gain + sum gain_re."""
 
@@ -64,6 +78,7 @@ class LinearBlock(Struct, frozen=True):
     real_modes: Annotated[list[RealMode], Meta(max_length=40)] = []
     complex_modes: Annotated[list[ComplexMode], Meta(max_length=20)] = []
     hold: Literal["foh", "zoh"] = "foh"
+    feedback: Feedback | None = None
 
 
 class EffectSpec(Struct, frozen=True):
@@ -155,6 +170,9 @@ def _check(spec: ModelSpec, where: str) -> None:
     for field, curve in (("input_curve", spec.input_curve), ("output_curve", spec.output_curve)):
         if isinstance(curve, PiecewiseLinear):
             _check_knots(curve, f"{where}: {field}")
+    for field, block in (("linear", spec.linear), ("output_linear", spec.output_linear)):
+        if block is not None and block.feedback is not None:
+            _check_feedback(block, block.feedback, f"{where}: {field}.feedback")
     for field, (low, high) in (
         ("deformation_mm", spec.valid.deformation_mm),
         ("force_n", spec.valid.force_n),
@@ -172,6 +190,15 @@ def _check_knots(curve: PiecewiseLinear, where: str) -> None:
         raise ModelError(f"{where}: {len(curve.x)} x and {len(curve.y)} y, expected as many")
     if any(later < earlier for earlier, later in pairwise(curve.x)) or curve.x[0] == curve.x[-1]:
         raise ModelError(f"{where}.x: knots {curve.x}, expected increasing values (a repeated one is a jump)")
+
+
+def _check_feedback(block: LinearBlock, feedback: Feedback, where: str) -> None:
+    n = len(block.real_modes) + 2 * len(block.complex_modes)
+    if not len(feedback.centre) == len(feedback.scale) == n + 1:
+        raise ModelError(f"{where}: expected {n + 1} values of centre and of scale, one per state and the input's")
+    m = comb(n + 1 + feedback.degree, feedback.degree) - n - 2
+    if len(feedback.into) != n or any(len(row) != m for row in feedback.into):
+        raise ModelError(f"{where}.into: expected {n} rows (states) of {m} values (products)")
 
 
 def _check_error_map(error: ErrorMap, where: str) -> None:

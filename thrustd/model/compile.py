@@ -19,6 +19,7 @@ from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinea
 from thrustd.model.curves import polynomial, pwl
 from thrustd.model.effect import SITES, Effect
 from thrustd.model.effects import effect_named
+from thrustd.model.feedback import feedback
 from thrustd.model.linear import sections
 from thrustd.model.stage import Floats, Places, Stage, compose, run_chain
 from thrustd.signals import CATALOGUE
@@ -38,6 +39,10 @@ def linear_stage(linear: LinearBlock, dt_s: float, name: str = "linear") -> Stag
         (complex(-m.decay_1_s, m.frequency_rad_s), complex(m.gain_re, m.gain_im)) for m in linear.complex_modes
     ]
     real_modes = [(m.tau_s, m.gain) for m in linear.real_modes]
+    if linear.feedback is not None:
+        modes = [(complex(-1 / tau), complex(gain)) for tau, gain in real_modes] + complex_modes
+        box = np.array(linear.feedback.centre), np.array(linear.feedback.scale)
+        return feedback(name, linear.direct, modes, linear.feedback.degree, box, np.array(linear.feedback.into), dt_s)
     return sections(name, linear.direct, real_modes, complex_modes, dt_s, linear.hold)
 
 

@@ -5,6 +5,7 @@ from thrustd.identify.structures import (
     block_oriented,
     box_jenkins,
     equation_error,
+    feedback,
     narx,
     physical,
     static,
@@ -22,7 +23,7 @@ _BLOCKS = [structure for structure in block_oriented.STRUCTURES if structure.fam
 def shelf() -> dict[str, Structure]:
     """Every structure by name."""
     groups = (physical.STRUCTURES, static.STRUCTURES, equation_error.STRUCTURES, _LINEAR, box_jenkins.STRUCTURES)
-    more = (narx.STRUCTURES, _BLOCKS, wiener_hammerstein.STRUCTURES, with_effects.STRUCTURES)
+    more = (narx.STRUCTURES, _BLOCKS, wiener_hammerstein.STRUCTURES, feedback.STRUCTURES, with_effects.STRUCTURES)
     return {structure.name: structure for group in (*groups, *more) for structure in group}
 
 

@@ -6,7 +6,6 @@ for what they weigh (Sjoberg & Schoukens, Automatica 48(2), 2012). The best few 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
@@ -14,13 +13,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
-from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
+from thrustd.identify.structures.trial import SETTLING, Bench, Trial
 from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
 from thrustd.model.compile import linear_stage
 from thrustd.model.stage import Floats
@@ -35,10 +33,8 @@ RANKED = 6_000  # samples on which share-outs are compared
 FINALISTS, TRIED = 4, 30_000  # of them estimated, on so many samples
 FINAL = 120_000  # samples for the last estimate
 MOST_SPLITS = 3_000
-SETTLING = 0.05  # of every segment: its start at rest is a guess
 GROWTH, WORTH_IT = 4, 0.97  # real modes that may be added, each for an error that falls at least to so much
 NEW_GAIN = 0.02
-HELD_BACK = (0.6, 0.8)  # of every segment, while models are compared
 FAR = 100.0  # times the fastest pole: a zero further out does nothing
 
 
@@ -54,25 +50,24 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     lines = [HwSettings(order, input_shape="line", output_shape="line") for order in ORDERS]
     linears = [fits.of(segments, settings, progress).spec for settings in lines]
     splits = [(split.error, _spec(linear, split)) for linear in linears for split in _splits(linear.linear, shown)]
-    few = [head(segment, TRIED) for segment in segments[:5]]
+    few = Bench([head(segment, TRIED) for segment in segments[:5]], CHOSEN)
     splits.sort(key=lambda split: split[0])
-    trials = [_tried(spec, few, 8) for _, spec in splits[:FINALISTS]]
-    best = _grown(*min(trials, key=lambda trial: trial[1]), few)
-    found = _estimated(best, [head(segment, FINAL) for segment in segments], 25)
+    trials = [few.tried(spec, 8) for _, spec in splits[:FINALISTS]]
+    best = _grown(min(trials, key=lambda trial: trial.error), few)
+    found = Bench([head(segment, FINAL) for segment in segments], CHOSEN).estimated(best, 25)
     alone = [msgspec.structs.replace(linear, output_linear=LinearBlock(1.0)) for linear in linears]
     spec = min([found, *alone], key=lambda spec: error_over(spec, segments))  # never worse than a linear model
     return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), len(pack(spec, CHOSEN)) - 2)
 
 
-def _grown(spec: ModelSpec, error: float, segments: list[Segment]) -> ModelSpec:
+def _grown(best: Trial, bench: Bench) -> ModelSpec:
     """With further real modes in either block: the best linear model melts neighbouring poles of both into one."""
     for _ in range(GROWTH):
-        trials = [_tried(longer, segments, 12) for longer in _one_mode_more(spec)]
-        best, fallen = min(trials, key=lambda trial: trial[1])
-        if fallen > WORTH_IT * error:
+        longer = min((bench.tried(spec, 12) for spec in _one_mode_more(best.spec)), key=lambda trial: trial.error)
+        if longer.error > WORTH_IT * best.error:
             break
-        spec, error = best, fallen
-    return spec
+        best = longer
+    return best.spec
 
 
 def _one_mode_more(spec: ModelSpec) -> list[ModelSpec]:
@@ -86,23 +81,6 @@ def _with_mode(block: LinearBlock) -> LinearBlock:
     tau_s = float(np.exp(-np.log(np.abs(poles)).mean())) if len(poles) else 1.0
     mode = RealMode(tau_s, NEW_GAIN)
     return msgspec.structs.replace(block, direct=block.direct - NEW_GAIN, real_modes=[*block.real_modes, mode])
-
-
-def _tried(spec: ModelSpec, segments: list[Segment], iterations: int) -> tuple[ModelSpec, float]:
-    """Estimated without a block of every segment, and the error on those blocks."""
-    blocks = [slice(int(HELD_BACK[0] * len(s)), int(HELD_BACK[1] * len(s))) for s in segments]
-    hidden = [replace(s, force_n=s.force_n.copy()) for s in segments]
-    for segment, block in zip(hidden, blocks, strict=True):
-        segment.force_n[block] = np.nan
-    found = _estimated(spec, hidden, iterations)
-    missed = np.concatenate([residuals(found, s)[block] for s, block in zip(segments, blocks, strict=True)])
-    error = float(np.sqrt(np.nanmean(missed**2)))
-    return found, error if np.isfinite(error) else np.inf
-
-
-def _estimated(spec: ModelSpec, segments: list[Segment], iterations: int) -> ModelSpec:
-    skip_s = SETTLING * max(len(segment) * segment.dt_s for segment in segments)
-    return estimate_segments(spec, segments, CHOSEN, EstimateSettings(iterations, 1e-4, skip_s=skip_s)).spec
 
 
 def _spec(linear: ModelSpec, split: Split) -> ModelSpec:
@@ -130,11 +108,11 @@ def _splits(linear: LinearBlock, segment: Segment) -> Iterator[Split]:
 
 def _judged(first: LinearBlock, second: LinearBlock, segment: Segment) -> Split:
     """Curve by least squares between the two blocks, and the mean squared error with it."""
-    x = _through(first, segment.inputs[DEFORMATION], segment.dt_s)
+    x = through(first, segment.inputs[DEFORMATION], segment.dt_s)
     centre, scale = float(x.mean()), float(np.ptp(x)) / 2 or 1.0
     z = (x - centre) / scale
     powers = np.polynomial.legendre.legvander(z, DEGREE)
-    table = np.column_stack([_through(second, column, segment.dt_s) for column in powers.T])
+    table = np.column_stack([through(second, column, segment.dt_s) for column in powers.T])
     good = np.isfinite(segment.force_n) & np.isfinite(table).all(axis=1)
     good[: int(SETTLING * len(good))] = False
     if good.sum() < 2 * DEGREE:
@@ -147,7 +125,7 @@ def _judged(first: LinearBlock, second: LinearBlock, segment: Segment) -> Split:
     return Split(error if np.isfinite(error) else np.inf, first, curve, second)
 
 
-def _through(block: LinearBlock, u: Floats, dt_s: float) -> Floats:
+def through(block: LinearBlock, u: Floats, dt_s: float) -> Floats:
     stage = linear_stage(block, dt_s)
     return stage.run(stage.start(np.empty(0), float(u[0])), np.empty((len(u), 0)), np.ascontiguousarray(u))
 

@@ -1,0 +1,81 @@
+"""Nonlinear feedback around a linear block (`thrustd.model.feedback`): hardening springs, tanks, smooth hysteresis.
+
+Starts from the best linear models, whose modes get no feedback at first; then everything is estimated together. Orders
+and degrees compete on blocks held back, and the best linear model stays where none of them gains. Feedback is held near
+zero (`trial.FEEDBACK_STD`), which matters where data are few: a thousand samples follow any polynomial.
+"""
+
+from collections.abc import Sequence
+from math import comb
+
+import msgspec
+import numpy as np
+
+from thrustd.identify.hw_fit import HwSettings, Progress
+from thrustd.identify.parameters import pack
+from thrustd.identify.segments import DEFORMATION, Segment, head
+from thrustd.identify.structures.block_fits import BlockFits
+from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.identify.structures.trial import Bench, Trial
+from thrustd.identify.structures.wiener_hammerstein import through
+from thrustd.model.artifact import Feedback, LinearBlock, ModelSpec
+from thrustd.model.stage import Floats
+
+CHOSEN = ("linear.*", "output_curve.y.*")
+SHAPES = ((2, 3), (3, 2), (3, 3), (4, 2))  # orders and degrees that compete
+MARGIN = 1.25  # the box reaches so far beyond what the data do, in units of half their range
+ROWS_PER_NUMBER = 8
+TRIED, FINAL = 16_000, 40_000  # samples
+TRIAL, FURTHER = 8, 16  # iterations
+MOST = 5  # segments
+NAME = "feedback"
+
+
+def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
+    few = Bench([head(s, TRIED // min(MOST, len(segments))) for s in segments[:MOST]], CHOSEN)
+    rows = sum(map(len, few.segments))
+    lines = {n: HwSettings(n, input_shape="line", output_shape="line") for n, _ in SHAPES}
+    linear = {n: fits.of(segments, settings, progress).spec for n, settings in lines.items()}
+    starts = [
+        _with_feedback(linear[n], degree, few.segments)
+        for n, degree in SHAPES
+        if n * (_count(n, degree) + 2) < rows / ROWS_PER_NUMBER
+    ]
+    alone = [Trial(spec, few.held_back_error(spec)) for spec in linear.values()]
+    best = min([*alone, *(few.tried(start, TRIAL) for start in starts)], key=lambda trial: trial.error)
+    if best.spec.linear.feedback is None:
+        plain = msgspec.structs.replace(best.spec, structure=NAME)
+        return of_spec(plain, len(pack(plain, CHOSEN)) - 1, note="no feedback shows: this is a linear model")
+    bench = Bench([head(s, FINAL // min(MOST, len(segments))) for s in segments[:MOST]], CHOSEN)
+    ends = [best.spec, bench.estimated(best.spec, FURTHER)]
+    spec = msgspec.structs.replace(min(ends, key=bench.error), structure=NAME)
+    return of_spec(spec, len(pack(spec, CHOSEN)) - 1)
+
+
+def _count(order: int, degree: int) -> int:
+    """Products of 2 up to `degree` of the states and the input."""
+    return comb(order + 1 + degree, degree) - order - 2
+
+
+def _with_feedback(spec: ModelSpec, degree: int, segments: Sequence[Segment]) -> ModelSpec:
+    """No feedback yet, with the box that the linear model's states fill."""
+    reached = np.concatenate([_states(spec.linear, s) for s in segments])
+    low, high = reached.min(axis=0), reached.max(axis=0)
+    n = reached.shape[1] - 1
+    into = [[0.0] * _count(n, degree) for _ in range(n)]
+    box = ((low + high) / 2).tolist(), (MARGIN * np.maximum(high - low, 1e-12 * (high - low).max()) / 2).tolist()
+    linear = msgspec.structs.replace(spec.linear, feedback=Feedback(degree, *box, into))
+    return msgspec.structs.replace(spec, linear=linear)
+
+
+def _states(linear: LinearBlock, segment: Segment) -> Floats:
+    """States and input (n_samples, n + 1) of the block without feedback."""
+    alone = [LinearBlock(0.0, [msgspec.structs.replace(mode, gain=1.0)]) for mode in linear.real_modes]
+    for mode in linear.complex_modes:
+        parts = ((1.0, 0.0), (0.0, -1.0))
+        alone += [LinearBlock(0.0, [], [msgspec.structs.replace(mode, gain_re=re, gain_im=im)]) for re, im in parts]
+    u = segment.inputs[DEFORMATION]
+    return np.column_stack([*(through(block, u, segment.dt_s) for block in alone), u])
+
+
+STRUCTURES = (Structure(NAME, "linear block with polynomial feedback", "beyond", _fit),)

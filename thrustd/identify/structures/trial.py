@@ -1,0 +1,90 @@
+"""Whole models estimated and compared on blocks of data held back: what Wiener-Hammerstein and feedback share.
+
+Records begin anywhere, so every segment gets the past that suits the model at hand in front (`identify.first_state`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thrustd.identify.estimate import EstimateSettings, estimate_segments
+from thrustd.identify.first_state import with_past
+from thrustd.identify.parameters import pack
+from thrustd.identify.segments import Segment
+from thrustd.identify.structures.structure import error_over, of_spec
+from thrustd.model.artifact import ModelSpec
+
+HELD_BACK = ((0.3, 0.4), (0.7, 0.8))  # of every segment, while models are compared
+FEEDBACK_STD = 0.1  # of half the input's range: weighs as much as one sample
+SETTLING = 0.05  # of a segment that starts at rest: that is a guess
+
+
+Mask = NDArray[np.bool_]
+
+
+class Trial(NamedTuple):
+    """A model estimated without the blocks held back, and its RMS error on them."""
+
+    spec: ModelSpec
+    error: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """Segments to estimate on; `which`: the parameters that are."""
+
+    segments: list[Segment]
+    which: tuple[str, ...]
+
+    def tried(self, spec: ModelSpec, iterations: int) -> Trial:
+        hidden = [_only(segment, ~_held(segment, len(segment))) for segment in self.segments]
+        found = replace(self, segments=hidden).estimated(spec, iterations)
+        return Trial(found, self.held_back_error(found))
+
+    def held_back_error(self, spec: ModelSpec) -> float:
+        pairs = zip(begun(spec, self.segments), self.segments, strict=True)
+        return error_over(spec, [_only(after, _held(after, len(segment))) for after, segment in pairs])
+
+    def error(self, spec: ModelSpec) -> float:
+        """RMS over all samples that carry weight."""
+        return error_over(spec, begun(spec, self.segments))
+
+    def estimated(self, spec: ModelSpec, iterations: int) -> ModelSpec:
+        """Twice: the past is another once the model is."""
+        for count in (iterations // 2, iterations - iterations // 2):
+            segments = begun(spec, self.segments)
+            spec = estimate_segments(
+                spec, segments, self.which, EstimateSettings(count, 1e-4, prior_std=gentle(spec))
+            ).spec
+        return spec
+
+
+def gentle(spec: ModelSpec) -> dict[str, float]:
+    """How far each number of a feedback may move, one sigma."""
+    fed = spec.linear.feedback
+    names = pack(spec).names if fed is not None else ()
+    return {name: FEEDBACK_STD * fed.scale[-1] for name in names if fed is not None and ".feedback." in name}
+
+
+def begun(spec: ModelSpec, segments: Sequence[Segment]) -> list[Segment]:
+    """With the past that suits this model in front; where none does better, the first samples carry no weight."""
+    simulate = of_spec(spec, 0).simulate
+    return [with_past(simulate, segment) or _settling(segment) for segment in segments]
+
+
+def _settling(segment: Segment) -> Segment:
+    return _only(segment, np.arange(len(segment)) >= SETTLING * len(segment))
+
+
+def _only(segment: Segment, there: Mask) -> Segment:
+    """Where it is not, samples carry no weight."""
+    return replace(segment, force_n=np.where(there, segment.force_n, np.nan))
+
+
+def _held(segment: Segment, n: int) -> Mask:
+    """The blocks held back of the last n samples of a segment."""
+    at = np.arange(len(segment)) - (len(segment) - n)
+    return np.any([(at >= a * n) & (at < b * n) for a, b in HELD_BACK], axis=0)
