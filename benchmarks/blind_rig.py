@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from blind_rig_friction import bouc_wen, elastic, relays, rubbed
 from numba import njit
 from scipy.signal import lfilter
 
@@ -61,32 +62,6 @@ def play(x, half):
 
 
 @njit
-def bouc_wen(x, yield_mm, power):
-    z, out = 0.0, np.zeros_like(x)
-    for k in range(1, x.size):
-        dx = x[k] - x[k - 1]
-        for _ in range(4):
-            rate = 1 - (0.7 * np.sign(z * dx) + 0.3) * np.abs(z) ** power
-            z = min(max(z + rate * dx / 4 / yield_mm, -1.0), 1.0)
-        out[k] = z
-    return out
-
-
-@njit
-def relays(x, alpha, beta, start):
-    """Preisach: mean of relays that switch up at alpha and down at beta."""
-    state, out = start.copy(), np.empty_like(x)
-    for k in range(x.size):
-        for i in range(alpha.size):
-            if x[k] >= alpha[i]:
-                state[i] = 1.0
-            elif x[k] <= beta[i]:
-                state[i] = -1.0
-        out[k] = state.mean()
-    return out
-
-
-@njit
 def damped(force, k, damping, power):
     """What is left for a spring k of a force when a damper beside it takes damping * rate^power."""
     left, out = force[0], np.empty_like(force)
@@ -126,17 +101,19 @@ class Mount:
         self.stick_mm = rng.uniform(0.0002, 0.0006)
 
     def deform(self, force, softness=1.0):
-        z = force * softness / 6500
-        elastic = 6500 / self.k * (z + self.bend * np.tanh(2 * z) - 0.5 * self.bend * z**2)
-        return elastic + sum(j * lag(elastic, tau) for j, tau in self.chain) - play(elastic, self.stick_mm)
+        e = elastic(force * softness, self.k, self.bend)
+        return e + sum(j * lag(e, tau) for j, tau in self.chain) - play(e, self.stick_mm)
+
+    def rub(self, force, softness, friction_n):
+        """With Coulomb friction beside it."""
+        shares, taus = np.array(self.chain).T
+        softness = np.broadcast_to(np.asarray(softness, float), force.shape)
+        return rubbed(force, softness, friction_n, self.k, self.bend, shares, np.exp(-DT_S / taus), self.stick_mm)
 
 
 def _hysteresis(law: int, x: np.ndarray, rng) -> np.ndarray:
     if law == 0:
         return bouc_wen(x, rng.uniform(0.02, 0.08), 2.0)
-    if law == 1:
-        rate = lag(np.gradient(x, DT_S), 0.2)
-        return lag(np.tanh(rate / 5e-4), 0.5)  # Coulomb, held through standstill only briefly
     middle, half = rng.uniform(0.0, 1.3, 300), rng.exponential(0.04, 300) + 0.005
     return relays(x, middle + half, middle - half, np.where(x[0] > middle, 1.0, -1.0))
 
@@ -192,7 +169,9 @@ def deformation(scene: Scene, effects, sizes, seed) -> np.ndarray:
     x = scene.mount.deform(scene.carried, scene.softness)
     for name, s in zip(effects, sizes, strict=True):
         rng, law = _law(name, seed)
-        if name == "hysteresis":  # friction takes part of the force
+        if name == "hysteresis" and law == 1:
+            x = scene.mount.rub(scene.carried, scene.softness, s)
+        elif name == "hysteresis":  # friction takes part of the force
             x = scene.mount.deform(scene.carried - s * _hysteresis(law, x, rng), scene.softness)
         if name == "viscous_damping":
             passed = damped(scene.carried, scene.mount.k, s, (1.0, 0.8, 1.2)[law])

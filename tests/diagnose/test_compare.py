@@ -82,3 +82,14 @@ def test_what_was_before_the_recording_is_no_error_of_the_model():
     force = model.simulate(model.inputs({"time_s": whole.time_s, **whole.channels}))[2000:]
     c = compare({"mount": slow}, [late.with_channels(force_N=force)]).comparisons[0]
     assert c.rmse_n < 0.3 * c.rmse_from_rest_n
+
+
+def test_places_of_failure_go_with_the_load_of_another_kind_of_rubber():
+    """A strip of half a newton, wrong while it is let go."""
+    force = 0.5 * np.abs((np.arange(4000) / 1000.0) % 2.0 - 1.0)
+    unloading = np.gradient(force) < 0.0
+    residual = np.where(unloading, 0.1, 0.001)
+    (worst, *_) = where_it_fails(regions_of(force, 0.02, {}), residual)
+    assert worst.labels == ("unloading",)
+    assert "0.1 N RMS" in worst.sentence
+    assert {"below 0.2 N", "above 0.3 N"} <= {region.label for region in regions_of(force, 0.02, {})}

@@ -19,6 +19,8 @@ from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 STILL = 1e-3  # a channel moves when its spread exceeds this share of its typical size ...
+TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
+ORDER = 3.0  # times more or less is another order of magnitude
 LEAST = 1e-3  # of the typical amplitude: a difference quotient needs some difference
 
 
@@ -39,10 +41,10 @@ class Candidate:
         return EffectSpec(self.effect.name, dict(self.parameters))
 
     def impossible(self, values: Floats) -> bool:
-        """Whether an amplitude lies on the far side of neutral from where physics allows it."""
+        """Whether an amplitude lies where physics does not allow it: the effect could not become what was judged."""
         by_name = {p.name: p for p in self.effect.parameters}
         pairs = [(by_name[name], value) for name, value in zip(self.amplitudes, values, strict=True)]
-        return any((v < p.neutral == p.low) or (v > p.neutral == p.high) for p, v in pairs)
+        return any(not p.low <= v <= p.high for p, v in pairs)
 
     def with_amplitudes(self, values: Sequence[float] | Floats) -> dict[str, float]:
         """Parameters with amplitudes clipped to their bounds."""
@@ -130,11 +132,22 @@ def _identified_at(spec: ModelSpec, evidence: Evidence) -> float:
     return float(np.mean(evidence.channels["temperature_degC"][: max(1, round(60.0 / evidence.row_s))]))
 
 
-def shapes(effect: Effect, fixed: Mapping[str, tuple[float, ...]]) -> Iterator[dict[str, float]]:
+def shapes(effect: Effect, fixed: Mapping[str, tuple[float, ...]], scale: float = 1.0) -> Iterator[dict[str, float]]:
     """Every combination of starts of the shape parameters that can be estimated, the others at their first."""
     shape = [p for p in effect.parameters if not p.amplitude]
-    for values in itertools.product(*(fixed.get(p.name, p.starts if p.estimate else p.starts[:1]) for p in shape)):
+    for values in itertools.product(*(fixed.get(p.name, _starts(p, scale)) for p in shape)):
         yield dict(zip([p.name for p in shape], values, strict=True))
+
+
+def _starts(p: Parameter, scale: float) -> tuple[float, ...]:
+    """Starts of a shape parameter; millimetres go with the travel where that is of another order of magnitude."""
+    starts = p.starts if p.estimate else p.starts[:1]
+    return tuple(float(np.clip(scale * s, p.low, p.high)) for s in starts) if p.unit == "mm" else starts
+
+
+def order_of(size: float, usual: float) -> float:
+    """How many times the usual a size is; 1 within an order of magnitude."""
+    return 1.0 if size <= 0.0 or usual / ORDER <= size <= usual * ORDER else size / usual
 
 
 def amplitudes_of(effect: Effect) -> tuple[Parameter, ...]:
@@ -144,7 +157,8 @@ def amplitudes_of(effect: Effect) -> tuple[Parameter, ...]:
 def candidates(effect: Effect, spec: ModelSpec, evidence: Evidence, output_n: Floats) -> Iterator[Candidate]:
     """Candidates of one effect, one per combination of shape and per start of the (first) amplitude."""
     free = amplitudes_of(effect)
-    for shape in shapes(effect, anchors(effect, evidence, spec)):
+    scale = order_of(float(np.ptp(evidence.channels["deformation_mm"])), TRAVEL_MM)
+    for shape in shapes(effect, anchors(effect, evidence, spec), scale):
         for start in free[0].starts if len(free) == 1 else (free[0].starts[0],):
             values = {p.name: p.starts[0] for p in free} | {free[0].name: start}
             yield column_at(effect, shape | values, spec, evidence, output_n)

@@ -12,6 +12,7 @@ from math import log
 
 import numpy as np
 
+from thrustd.diagnose.newtons import newtons
 from thrustd.diagnose.regions import Mask, Region
 from thrustd.model.stage import Floats
 
@@ -37,7 +38,8 @@ class Failure:
     def sentence(self) -> str:
         return (
             f"{self.words}: {100 * self.share_of_squared_error:.0f} % of the squared error"
-            f" in {_percent(self.share_of_time)} % of the time ({self.rmse_n:.0f} N RMS, bias {self.bias_n:+.0f} N)"
+            f" in {_percent(self.share_of_time)} % of the time"
+            f" ({newtons(self.rmse_n, decimals=0)} N RMS, bias {newtons(self.bias_n, '+', 0)} N)"
         )
 
 

@@ -1,20 +1,22 @@
 """Regions of operation: where a model is good and where it is not.
 
 Every sample belongs to one region of each dimension: force level, rate, loading or unloading, time since the last
-step, and temperature, load factor, vibration and Mach number where the data have them and they move.
+step, and temperature, load factor, vibration and Mach number where the data have them and they move. Limits of force
+and rate are those of a PH-LAB mount; where loads are of another order of magnitude, they go with the load.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thrustd.diagnose.candidates import moves
+from thrustd.diagnose.candidates import moves, order_of
 from thrustd.model.stage import Floats
 
 Mask = NDArray[np.bool_]
+FULL_N = 6500.0  # load for which these limits are made
 RATE_S = 1.0  # rates are taken over this long
 HOLDING_N_S = 20.0  # slower than this is holding: a fraction of the load cell's noise per second
 STEP_N_S = 100.0  # faster than this is a step
@@ -51,20 +53,25 @@ class RegionError:
 
 def regions_of(force_n: Floats, dt_s: float, channels: Mapping[str, Floats]) -> list[Region]:
     """All regions of one recording with a uniform step; force_n (n,) is the model's or the reference."""
-    rate = force_rate(force_n, dt_s)
-    found = _cut("force", force_n, FORCE_EDGES_N, "kN", 1e-3)
-    found += _cut("rate", np.abs(rate), (HOLDING_N_S, 10 * HOLDING_N_S), "N/s", 1.0)
+    rate, scale = force_rate(force_n, dt_s), order_of(float(np.nanquantile(np.abs(force_n), 0.999)), FULL_N)
+    edges_n, holding_n_s = [_round(scale * edge) for edge in FORCE_EDGES_N], _round(scale * HOLDING_N_S)
+    found = _cut("force", force_n, edges_n, *(("kN", 1e-3) if edges_n[0] >= 1000.0 else ("N", 1.0)))
+    found += _cut("rate", np.abs(rate), (holding_n_s, 10 * holding_n_s), "N/s", 1.0)
     found += [
-        Region("direction", "loading", rate > HOLDING_N_S),
-        Region("direction", "unloading", rate < -HOLDING_N_S),
-        Region("direction", "holding", np.abs(rate) <= HOLDING_N_S),
+        Region("direction", "loading", rate > holding_n_s),
+        Region("direction", "unloading", rate < -holding_n_s),
+        Region("direction", "holding", np.abs(rate) <= holding_n_s),
     ]
-    found += _since_step(rate, dt_s)
+    found += _since_step(rate / scale, dt_s)
     for name, (words, unit) in CHANNELS.items():
         if name in channels and moves(channels[name]):
             edges = np.unique(np.quantile(channels[name], [1 / 3, 2 / 3]))
             found += _cut(words, channels[name], tuple(map(float, edges)), unit, 1.0)
     return [region for region in found if region.mask.any()]
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.1g}")
 
 
 def force_rate(force_n: Floats, dt_s: float) -> Floats:
@@ -88,7 +95,7 @@ def _since_step(rate: Floats, dt_s: float) -> list[Region]:
     ]
 
 
-def _cut(dimension: str, column: Floats, edges: tuple[float, ...], unit: str, factor: float) -> list[Region]:
+def _cut(dimension: str, column: Floats, edges: Sequence[float], unit: str, factor: float) -> list[Region]:
     shown = [f"{edge * factor:.3g}" for edge in edges]
     end = f" {unit}" if unit else ""
     prefix = "" if dimension == "force" else f"{dimension} "

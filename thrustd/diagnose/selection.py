@@ -175,7 +175,7 @@ def buried(first: Round) -> Round | None:
         for s in first.scored
         if s.absorbed is not None
     ]
-    together.sort(key=lambda s: s.fit.mse)
+    together = sorted((s for s in together if not s.candidate.impossible(s.amplitudes)), key=lambda s: s.fit.mse)
     if not together or together[0].fit.mse > (1 - DEEP) * reference.mse or together[0].t < SURE_DEEP:
         return None
     return replace(first, before=reference, scored=tuple(together))

@@ -116,6 +116,8 @@ def _or_a_pair(said: Judgement, effects: Sequence[Effect], evidence: Evidence) -
     if not said.found and pair[0].fit.mse > min(f.mse for f in first.curves.values()) + PAIR * own_n**2:
         return said
     found, added, rounds, spec = _each_beside_the_other(pair, evidence, effects, first)
+    if not all(acceptable(scored, own_n) for scored in found):
+        return said
     then = _concluded(
         [*rounds, look(spec, evidence, _absent(effects, found), added)], found, added, own_n, said.promised
     )

@@ -46,7 +46,7 @@ EFFECT = Effect(
             "N",
             0.0,
             0.0,
-            5000.0,
+            1e6,
             (50.0,),
             "friction force, half the width of the loop",
             expected="positive; 30 to 150 N: 1 to 2 % of full load",
