@@ -93,6 +93,10 @@ class Intake:
                 for route in self.routes:
                     route.flush()
 
+    def is_wanted(self, sensor: Sensor) -> bool:
+        """Some model listens to it."""
+        return sensor in self._listeners
+
     def tell(self, sensor: Sensor, value: float) -> None:
         """A value for the models' effects; NaN = not measured any more, they go back to the resting value."""
         for mount, position in self._listeners.get(sensor, ()):

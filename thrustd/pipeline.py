@@ -14,8 +14,9 @@ from itertools import islice
 from math import isfinite, nan
 from typing import Any, Final, NamedTuple
 
-from thrustd.brochure.deck import Deck, DeckEstimate
-from thrustd.brochure.hand_over import HandOver
+from thrustd.brochure.deck import Deck
+from thrustd.brochure_route import BrochureRoute
+from thrustd.columns import Floats
 from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
 from thrustd.fault_status import FaultStatus
@@ -30,13 +31,11 @@ from thrustd.intake import Intake
 from thrustd.model.compile import CompiledModel
 from thrustd.snapshot import plain, read_memory
 from thrustd.step_inputs import StepInputs, dynamic_pressure_pa
-from thrustd.sync.rate import SmoothRate
 from thrustd.types import Event, Fault, MountOutput, Output
 from thrustd.wire.can_table import CanTable
 from thrustd.wire.event_batch import EventBatch
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
-N1_PER_N2 = 1.5  # per cent of fan speed per per cent of core speed, idle to take-off
 EARLY_SAMPLES = 1.5
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 TOGETHER = 256  # events that `follow` takes at once
@@ -55,8 +54,9 @@ class Held(NamedTuple):
     """What is known at one fused step when the filters are asked."""
 
     t_ns: int
-    readings: Sequence[float]  # of the sensors that are believed, see `StepInputs`
-    ages_s: Sequence[float]
+    dt_s: float  # since the last one of this process
+    readings: Floats  # of the sensors that are believed, see `StepInputs`
+    ages_s: Floats
     beyond: Sequence[bool]  # by mount: outside the range of its model
     gaps: Sequence[bool]  # by mount: samples were lost
     unloaded: bool  # a load factor is missing
@@ -71,7 +71,6 @@ class Pipeline:
         engines = config.aircraft.engines
         settings = section(config.fusion, FusionSettings, "fusion")
         check_settings(settings, "fusion")
-        self._deck = parts.deck
         self._intake = Intake(config, parts.models, parts.can_table, settings.installation_std_n)
         self._hold, self._routes = self._intake.hold, self._intake.routes
         self._layout = Layout(
@@ -83,16 +82,14 @@ class Pipeline:
             ThrustFilter(settings, e, name, 0.5 / config.steps.estimate_hz) for e, name in enumerate(engines)
         )
         place, numbers = self._inputs.place, range(len(engines))
-        self._spools = [(place("n1_pct", e), place("n2_pct", e)) for e in numbers]
-        self._brochure_of = [(place("n1_pct", e), place("fuel_flow_kg_s", e)) for e in numbers]
+        self._brochures = tuple(BrochureRoute(parts.deck, e, place) for e in numbers)
+        self._pressure_wanted = self._intake.is_wanted(("dynamic_pressure_Pa", 0))
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         self._loads = place("accel_x_g", 0), place("accel_z_g", 0)
-        self._n1_rates = tuple(SmoothRate() for _ in engines)
-        self._n2_rates = tuple(SmoothRate() for _ in engines)  # stands in while N1 is not believed
-        self._hand_overs = tuple(HandOver() for _ in engines)
+        self._hand_overs = tuple(route.hand_over for route in self._brochures)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
-        self._read_ns = self._start_ns = -1
+        self._read_ns = self._start_ns = self._looked_ns = -1
         self._flying = False
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
         self._book = FaultBook()
@@ -168,50 +165,40 @@ class Pipeline:
     def _fuse(self, t_ns: int, outputs: list[Output]) -> None:
         if self._start_ns < 0:
             self._start_ns = self._intake.fused_ns = t_ns
-        dt_s = (t_ns - self._intake.fused_ns) * 1e-9
-        self._intake.fused_ns = t_ns
-        readings, ages_s = self._inputs.at(t_ns)
-        self._refresh(t_ns, readings, outputs)
-        states = [route.fused(dt_s) for route in self._routes]
-        rates = [rate.step(t_ns, readings[n1]) for rate, (n1, _) in zip(self._n1_rates, self._spools, strict=True)]
-        decks = self._by_deck(readings, rates)
+        since_ns, self._intake.fused_ns = self._intake.fused_ns, t_ns
+        dt_s = (t_ns - self._looked_ns) * 1e-9 if self._looked_ns >= 0 else 0.0
+        self._looked_ns = t_ns
+        changed, readings, ages_s = self._inputs.at(t_ns)
+        self._refresh(t_ns, changed, readings, outputs)
+        states = [route.fused((t_ns - since_ns) * 1e-9) for route in self._routes]
+        for route in self._brochures:
+            route.look(dt_s, readings)
         deformations_mm, forces_n, stds_n, commons_n, beyond, gaps = zip(*states, strict=True)
-        routes_n = [deck[-3:] for deck in decks]
+        routes_n = [route.routes_n for route in self._brochures]
         fused_n = [thrust_filter.thrust_n for thrust_filter in self._filters]
-        seen = (*deformations_mm, *readings)
+        seen = [*deformations_mm, *readings.tolist()]
         verdict = self._monitor.step(MonitorInputs(t_ns, seen, forces_n, stds_n, commons_n, routes_n, fused_n))
         self._exclude(verdict, t_ns, outputs)
         unloaded = not all([isfinite(readings[place]) for place in self._loads])
         believed, bits = self._inputs.believed(readings, verdict.excluded), self._troubles.bits(t_ns)
-        held = Held(t_ns, believed, ages_s, beyond, gaps, unloaded, bits, verdict)
-        if verdict.excluded:
-            decks = self._by_deck(believed, rates)
-        for e, deck in enumerate(decks):
-            outputs.append(self._filters[e].step(self._fusion_inputs(held, e, deck, rates[e]).row()))
-            for fault in self._filters[e].take_faults():
+        held = Held(t_ns, dt_s, believed, ages_s, beyond, gaps, unloaded, bits, verdict)
+        for e, thrust_filter in enumerate(self._filters):
+            outputs.append(thrust_filter.step(self._told(held, e)))
+            for fault in thrust_filter.take_faults():
                 self._report(fault, outputs)
         outputs.extend([_new(MountOutput, (t_ns, i, *state[:3])) for i, state in enumerate(states)])
         outputs.extend(self._book.due(t_ns))
 
-    def _by_deck(self, readings: Sequence[float], n1_rates_pct_s: Sequence[float]) -> list[DeckEstimate]:
-        inputs = [self._inputs.deck(readings, e, rate_pct_s) for e, rate_pct_s in enumerate(n1_rates_pct_s)]
-        return [self._deck.estimate(each, e) for e, each in enumerate(inputs)]
-
-    def _spool_rate(self, held: Held, engine: int, n1_rate_pct_s: float) -> float:
-        """dN1/dt [%/s]; while N1 is missing or not believed, what N2 says of it."""
-        n1, n2 = self._spools[engine]
-        n2_rate_pct_s = self._n2_rates[engine].step(held.t_ns, held.readings[n2])
-        n1_known = isfinite(n1_rate_pct_s) and isfinite(held.readings[n1])
-        return n1_rate_pct_s if n1_known else N1_PER_N2 * n2_rate_pct_s
-
-    def _refresh(self, t_ns: int, readings: Sequence[float], outputs: list[Output]) -> None:
+    def _refresh(self, t_ns: int, changed: bool, readings: Floats, outputs: list[Output]) -> None:
         """Staleness, derived channels, and the readings for the log."""
-        for place, fault in self._hold.changes(t_ns):
+        for place, fault in self._hold.changes(t_ns) if changed else ():
             self._report(fault, outputs)
             if fault.kind == "stale":
                 self._intake.tell(self._hold.slots[place], nan)
         self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
-        self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*[readings[place] for place in self._air]))
+        if self._pressure_wanted:
+            air = [readings.item(place) for place in self._air]
+            self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*air))
         if not self._flying and readings[self._air[0]] > FLYING_MACH:
             self._flying = True
             for route in self._routes:
@@ -229,28 +216,19 @@ class Pipeline:
             self._excluded = verdict.excluded
             self._intake.believe(verdict.excluded)
 
-    def _fusion_inputs(self, held: Held, engine: int, deck: DeckEstimate, n1_rate_pct_s: float) -> FusionInputs:
+    def _told(self, held: Held, engine: int) -> Any:
+        """What the filter of this engine is told, a row of INPUTS."""
         mounts, mine = held.verdict.mounts[engine], self._layout.mounts_of_engine[engine]
-        n1_pct = held.readings[self._spools[engine][0]]
-        n1_rate_pct_s = self._spool_rate(held, engine, n1_rate_pct_s)
-        brochure = self._hand_overs[engine].step(held.t_ns, deck, n1_pct, n1_rate_pct_s)
-        return FusionInputs(
-            held.t_ns,
-            mounts.force_n,
-            mounts.std_n,
-            brochure.thrust_n,
-            brochure.std_n,
-            n1_pct,
-            n1_rate_pct_s,
-            brochure.lag_n,
-            max([held.ages_s[place] for place in self._brochure_of[engine]]),
-            mounts.push_n,
-            mounts.load_share,
-            any([held.beyond[i] for i in mine]),
-            deck.extrapolating,
-            deck.transient,
-            any([held.gaps[i] for i in mine]),
-            mounts.one_mount,
-            held.unloaded,
-            held.verdict.status[engine] | held.troubles,
-        )
+        inputs = FusionInputs(
+            held.t_ns, mounts.force_n, mounts.std_n, nan, nan, nan, nan,
+            push_n=mounts.push_n,
+            load_share=mounts.load_share,
+            mount_extrapolating=any([held.beyond[i] for i in mine]),
+            gap=any([held.gaps[i] for i in mine]),
+            one_mount=mounts.one_mount,
+            load_factor_stale=held.unloaded,
+            status=held.verdict.status[engine] | held.troubles,
+        )  # fmt: skip
+        told, fewer = inputs.row(), bool(held.verdict.excluded)
+        self._brochures[engine].tell(held.dt_s, held.readings, held.ages_s, fewer, told)
+        return told

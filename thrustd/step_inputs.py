@@ -1,16 +1,15 @@
-"""The latest readings as the deck and the monitor want them, at one fused step. Missing or stale is NaN."""
+"""The latest readings as deck and monitor want them, at one fused step. Missing or stale is NaN."""
 
-from collections.abc import Collection, Sequence
-from math import nan
-from operator import itemgetter
+from collections.abc import Collection
 
-from thrustd.brochure.deck import DeckInputs
-from thrustd.fusion.monitor_inputs import ENGINE_SIGNALS, Layout, Sensor
+import numpy as np
+
+from thrustd.columns import Floats
+from thrustd.fusion.monitor_inputs import Layout, Sensor
 from thrustd.sync.hold import Hold
 
 AIR_PRESSURE_SEA_LEVEL_PA = 101325.0  # ISO 2533
 HEAT_RATIO = 1.4  # air
-AIR_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC")
 
 
 class StepInputs:
@@ -19,31 +18,24 @@ class StepInputs:
     def __init__(self, layout: Layout, hold: Hold) -> None:
         self._hold = hold
         self._sensors = layout.sensors()[len(layout.mount_names) :]
-        self._heard = itemgetter(*[hold.place(*sensor) for sensor in self._sensors])
-        air = [self.place(name, 0) for name in AIR_SIGNALS]
-        self._of_deck = [
-            itemgetter(*[self.place(name, engine) for name in ENGINE_SIGNALS], *air)
-            for engine in range(len(layout.mounts_of_engine))
-        ]
+        self._heard = np.array([hold.place(*sensor) for sensor in self._sensors])
 
     def place(self, signal: str, index: int) -> int:
         """Of a sensor among the readings."""
         return self._sensors.index((signal, index))
 
-    def at(self, t_ns: int) -> tuple[Sequence[float], Sequence[float]]:
-        """The readings, and their ages in seconds."""
-        values, ages_s = self._hold.seen(t_ns)
-        return self._heard(values), self._heard(ages_s)
+    def at(self, t_ns: int) -> tuple[bool, Floats, Floats]:
+        """Whether signals went stale or came back, the readings, and their ages in seconds."""
+        changed = self._hold.look(t_ns)
+        readings, ages_s = self._hold.seen.take(self._heard, axis=1)
+        return changed, readings, ages_s
 
-    def believed(self, readings: Sequence[float], excluded: Collection[Sensor]) -> Sequence[float]:
+    def believed(self, readings: Floats, excluded: Collection[Sensor]) -> Floats:
         """Without the sensors that are not believed."""
         if not excluded:
             return readings
-        return [nan if s in excluded else value for s, value in zip(self._sensors, readings, strict=True)]
-
-    def deck(self, readings: Sequence[float], engine: int, n1_rate_pct_s: float) -> DeckInputs:
-        """What the brochure deck reads of one engine."""
-        return DeckInputs._make((*self._of_deck[engine](readings), n1_rate_pct_s))
+        out = np.array([sensor in excluded for sensor in self._sensors])
+        return np.where(out, np.nan, readings)
 
 
 def dynamic_pressure_pa(mach: float, pressure_altitude_m: float) -> float:

@@ -23,7 +23,7 @@ from thrustd.fusion.common_mode import CommonMode
 from thrustd.fusion.limits import SAT_CLIMB_M
 from thrustd.fusion.memory import recall, remember
 from thrustd.fusion.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
-from thrustd.fusion.mounts import FORCE_N, SHARE, EngineMounts, MountCombiner
+from thrustd.fusion.mounts import FORCE_N, MEASURED_MM, SHARE, EngineMounts, MountCombiner
 from thrustd.fusion.opinions import AGREE_S, N_OPINIONS, Opinions
 from thrustd.fusion.signal_watch import STEP_S
 from thrustd.fusion.watches import Watches
@@ -80,8 +80,8 @@ class Monitor:
         dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
         faults: list[Fault] = []
-        measured_mm = inputs.readings[: len(self._all_mounts)]
-        mounts_n = np.array((inputs.mount_force_n, inputs.mount_std_n, inputs.mount_common_n, measured_mm))
+        mounts_n = np.array((inputs.mount_force_n, inputs.mount_std_n, inputs.mount_common_n, inputs.mount_std_n))
+        mounts_n[MEASURED_MM] = inputs.readings[: len(self._all_mounts)]
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
             self._watched_ns = inputs.t_ns
             self._watch(inputs, mounts_n)

@@ -61,7 +61,13 @@ def _keep_reading(held: Any, heard: Integers, place: int, t_ns: int, value: floa
     return True
 
 
-def _staleness_changed(held: Any, heard: Integers, t_ns: int) -> bool:
+def _look_at(held: Any, heard: Integers, t_ns: int, seen: Floats) -> bool:
+    """Rows of `seen`: the values that still count, else NaN; their ages in seconds, else 0. -> staleness changed."""
+    for i in range(len(held)):
+        slot, age_ns = held[i], t_ns - held[i].t_ns
+        counts = age_ns <= slot.stale_after_ns
+        seen[0, i] = slot.value if counts else nan
+        seen[1, i] = age_ns * 1e-9 if counts and slot.known and age_ns > 0 else 0.0
     for i in range(heard[0]):
         slot = held[heard[1 + i]]
         if (t_ns - slot.t_ns > slot.stale_after_ns) != (slot.stale != 0):
@@ -69,21 +75,11 @@ def _staleness_changed(held: Any, heard: Integers, t_ns: int) -> bool:
     return False
 
 
-def _look_at(held: Any, t_ns: int, seen: Floats) -> None:
-    """Rows of `seen`: the values that still count, else NaN; their ages in seconds, else 0."""
-    for i in range(len(held)):
-        slot, age_ns = held[i], t_ns - held[i].t_ns
-        counts = age_ns <= slot.stale_after_ns
-        seen[0, i] = slot.value if counts else nan
-        seen[1, i] = age_ns * 1e-9 if counts and slot.known and age_ns > 0 else 0.0
-
-
 _I, _F, _TABLE = numba.int64[::1], numba.float64[::1], numba.int64[:, ::1]
 _CLOCK, _HELD, _GRID, _MOUNT = (numba.from_dtype(kind)[::1] for kind in (CLOCK, HELD, GRID, MOUNT))
 to_ns: Any = compiled(_map_clock, numba.int64(_CLOCK, numba.int64, numba.int64))
 keep: Any = compiled(_keep_reading, numba.boolean(_HELD, _I, numba.int64, numba.int64, numba.float64))
-look: Any = compiled(_look_at, numba.void(_HELD, numba.int64, numba.float64[:, ::1]))
-staleness_changed: Any = compiled(_staleness_changed, numba.boolean(_HELD, _I, numba.int64))
+look: Any = compiled(_look_at, numba.boolean(_HELD, _I, numba.int64, numba.float64[:, ::1]))
 
 
 @compiled

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from thrustd.signals import CATALOGUE
-from thrustd.sync.align import keep, look, staleness_changed
+from thrustd.sync.align import keep, look
 from thrustd.sync.memory import HELD
 from thrustd.types import Fault, Reading
 
@@ -20,7 +20,7 @@ _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 class Hold:
     """The latest reading of every signal that is heard, with its age."""
 
-    __slots__ = ("_places", "_seen", "_t_ns", "_value", "heard", "held", "slots")
+    __slots__ = ("_places", "_t_ns", "_value", "heard", "held", "seen", "slots")
 
     def __init__(self, slots: Sequence[tuple[str, int]]) -> None:
         """`slots`: signal and index, in the order in which rows of readings number them."""
@@ -28,7 +28,8 @@ class Hold:
         self._places = {slot: place for place, slot in enumerate(self.slots)}
         self.held = np.zeros(len(self.slots), HELD)
         self._t_ns, self._value = self.held["t_ns"], self.held["value"]
-        self._seen = np.array([[nan], [0.0]]).repeat(len(self.slots) + 1, axis=1)
+        # by slot, and last for slot -1: values, NaN when never seen or stale; their ages [s], then 0
+        self.seen = np.array([[nan], [0.0]]).repeat(len(self.slots) + 1, axis=1)
         self.heard = np.zeros(len(self.slots) + 1, np.int64)  # how many, then their slots in the order of hearing
         for place, (name, _) in enumerate(self.slots):
             signal = CATALOGUE[name]
@@ -50,21 +51,17 @@ class Hold:
         signal, index = self.slots[place]
         return Fault(t_ns, f"{signal}[{index}]", "out_of_range")
 
-    def seen(self, t_ns: int) -> tuple[list[float], list[float]]:
-        """By slot, and last for slot -1: values at t_ns, NaN when never seen or stale, and their ages [s], then 0."""
-        look(self.held, t_ns, self._seen)
-        values, ages_s = self._seen.tolist()
-        return values, ages_s
+    def look(self, t_ns: int) -> bool:
+        """Bring `seen` to t_ns; true when signals went stale or came back: see `changes`."""
+        return bool(look(self.held, self.heard, t_ns, self.seen))
 
     def value(self, t_ns: int, signal: str, index: int = 0) -> float:
         """One value at t_ns, NaN when never seen or stale."""
-        return self.seen(t_ns)[0][self.place(signal, index)]
+        self.look(t_ns)
+        return self.seen.item(0, self.place(signal, index))
 
     def changes(self, t_ns: int) -> list[tuple[int, Fault]]:
         """Slots of signals that went stale, or came back, since the last call, each with what is to be told."""
-        changed = staleness_changed(self.held, self.heard, t_ns)
-        if not changed:
-            return []
         found = []
         for place in self._in_order():
             held = self.held[place]
