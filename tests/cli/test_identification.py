@@ -55,3 +55,13 @@ def test_the_unit_is_that_of_the_file(tmp_path, capsys):
     named = ["--rate", "10", "--input", "travel_mm", "--output", "pull_bar", "--structure", "static-pwl"]
     assert main(["identify", str(path), *named, "-o", str(tmp_path / "spring.json")]) == 0
     assert "free-run error, bar" in capsys.readouterr().out
+
+
+def test_a_unit_in_brackets_is_the_unit(tmp_path, capsys):
+    path = tmp_path / "valve.csv"
+    u = np.repeat(np.random.default_rng(0).integers(0, 6, 30), 10)
+    header = "t [s],valve (%),pressure [bar]"
+    np.savetxt(path, np.column_stack((np.arange(300) / 2, u, 3 * u)), delimiter=",", header=header, comments="")
+    named = ["--time", "t [s]", "--input", "valve (%)", "--output", "pressure [bar]", "--structure", "static-pwl"]
+    assert main(["identify", str(path), *named, "-o", str(tmp_path / "valve.json")]) == 0
+    assert "free-run error, bar" in capsys.readouterr().out

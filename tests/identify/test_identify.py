@@ -190,3 +190,10 @@ def test_structures_share_the_fits_they_have_in_common(bench):
         made.append(structure.name)
     assert made[-2:] == ["hw-pwl", "hw-pwl+weight"]
     assert fitted.note == "accel_z_g never moves: this is HW-PWL"
+
+
+def test_an_output_that_stands_still_while_the_input_moves_is_said(bench):
+    stuck = bench[0][FORCE].copy()
+    stuck[1000:2500] = 1234.0
+    (line,) = check_records([bench[0].with_channels(force_N=stuck)])
+    assert line.startswith("bench: force_N stays at 1234 for 1500 samples from 10 s on while deformation_mm moves")

@@ -1,6 +1,7 @@
 """Verbs that make models and decks: identify, plan-test, compile, brochure."""
 
 import argparse
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -128,7 +129,13 @@ def _in_own_words(found: Any, arguments: argparse.Namespace) -> Any:
     warnings = found.warnings
     for word, own in words.items():
         warnings = tuple(line.replace(word, own) for line in warnings)
-    return replace(found, warnings=warnings, unit=unit_of(arguments.output))
+    return replace(found, warnings=warnings, unit=unit_of(arguments.output) or _in_brackets(arguments.output))
+
+
+def _in_brackets(column: str) -> str:
+    """`bar` of `pressure [bar]` or `pressure (bar)`."""
+    found = re.search(r"[\[(]([^\])]*)[\])]\s*$", column)
+    return found.group(1).strip() if found else ""
 
 
 def _settings(arguments: argparse.Namespace, train: list[Any]) -> tuple[Any, Any]:

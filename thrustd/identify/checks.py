@@ -12,6 +12,7 @@ from thrustd.records.recording import Recording
 METRE_SPAN = 0.02  # mm: a mount that moves less under kilonewtons was recorded in metres
 METRE_FORCE_N = 500.0
 CLIPPED_SHARE = 0.002  # of the samples at exactly the largest force
+STUCK, STUCK_SHARE = 50, 0.02  # samples of one value running, and of the record, while the input moves
 FEWEST = 1000  # samples: less identifies a few numbers at most
 RATE_SPREAD = 1.02
 
@@ -48,9 +49,9 @@ def _warnings(record: Recording) -> list[str]:
         lines.append(f"{DEFORMATION} spans {span_mm:g} for {span_n:g} N: is it in m? expected mm")
     if span_n == 0.0:
         lines.append(f"{FORCE} is {np.nanmean(force_n):g} all the time")
-    clipped = _clipped(force_n)
-    if clipped:
-        lines.append(clipped)
+    held = _clipped(force_n) or _stuck(record)
+    if held:
+        lines.append(held)
     if len(record) < FEWEST:
         lines.append(f"only {len(record)} samples; a model with many parameters will follow the noise")
     return [f"{record.name}: {line}" for line in lines]
@@ -67,3 +68,22 @@ def _clipped(force_n: Floats) -> str:
                 f"{FORCE} stays at {limit:g} for {100 * share:.1f} % of the samples: clipped {word}, by the load cell?"
             )
     return ""
+
+
+def _stuck(record: Recording) -> str:
+    """The longest run of one output value, when the input moves meanwhile."""
+    force_n, deformation = record[FORCE], record[DEFORMATION]
+    edges = np.flatnonzero(np.concatenate(([True], np.diff(force_n) != 0.0, [True])))
+    longest = int(np.argmax(np.diff(edges)))
+    part = slice(int(edges[longest]), int(edges[longest + 1]))
+    count = part.stop - part.start
+    if count < max(STUCK, STUCK_SHARE * len(record)) or not np.isfinite(deformation[part]).any():
+        return ""
+    if np.nanmax(deformation[part]) - np.nanmin(deformation[part]) < 0.1 * np.nanmax(
+        deformation - np.nanmin(deformation)
+    ):
+        return ""
+    return (
+        f"{FORCE} stays at {force_n[part.start]:g} for {count} samples from {record.time_s[part.start]:g} s on while "
+        f"{DEFORMATION} moves: a stuck sensor, or a dead zone? leave out what is no measurement"
+    )

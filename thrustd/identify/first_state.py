@@ -5,8 +5,8 @@ then wrong for as long as its memory lasts, which says nothing about the model. 
 before, so that is what is estimated: an input before the first sample, at rest at one level and then moving through
 others, held for 1, 2, 4, ... samples. It suits every structure, with hysteresis or without; no state has to be known.
 
-Gauss-Newton with finite differences; levels stay between nothing and what the record reaches, for rubber never forgets
-its largest load, and the residual of the rest of the record is its noise. The start at rest stays unless the stretch is
+Gauss-Newton with finite differences; levels stay near what the record reaches, for rubber never forgets its largest
+load, and the residual of the rest of the record is its noise. The start at rest stays unless the stretch is
 followed clearly better.
 """
 
@@ -22,10 +22,11 @@ from thrustd.model.stage import Floats
 Simulate = Callable[[Segment], Floats]
 Samples = NDArray[np.intp]
 
-SHARE, LONGEST = 0.1, 20_000  # of the record, samples: the stretch that tells the state
+SHARE, FEWEST, LONGEST = 0.1, 30, 20_000  # of the record, samples: the stretch that tells the state
 HELD = (1, 8192, 2048, 512, 128, 64, 32, 16, 8, 4, 2, 1)  # samples per level, the oldest first: there the model rests
 SHORT = 128  # samples; levels held for longer than this serve stretches that are longer
 ITERATIONS = 6
+REACH = 0.25  # of the input's range: so far beyond it may the past have been
 STEP = 1e-3  # of the input's range
 CLEARLY = 0.8  # of the stretch's sum of squares, from which on a start at rest is given up
 
@@ -45,7 +46,7 @@ def with_past(simulate: Simulate, segment: Segment) -> Segment | None:
 
 def stretch_of(segment: Segment) -> int:
     """Samples of the stretch that tells the state; 0 where the record has no reference there."""
-    n = min(LONGEST, int(SHARE * len(segment)))
+    n = min(LONGEST, max(int(SHARE * len(segment)), min(FEWEST, len(segment) // 4)))
     return n if np.isfinite(segment.force_n[:n]).sum() > 2 * len(HELD) else 0
 
 
@@ -57,7 +58,8 @@ def _levels(simulate: Simulate, segment: Segment, rested: Floats) -> Floats | No
     start = head(segment, n)
     u = segment.inputs[DEFORMATION]
     good = np.isfinite(start.force_n)
-    low, high, held = min(0.0, float(u.min())), max(0.0, float(u.max())), _held(n)
+    reach, held = REACH * float(np.ptp(u)), _held(n)
+    low, high = float(u.min()) - reach, float(u.max()) + reach
 
     def residual(levels: Floats) -> Floats:
         out = _after(simulate, start, levels, held)
