@@ -45,6 +45,9 @@ def test_two_effects_are_both_found(twin_case):
     case = twin_case(("axial_inertia", "thermal_expansion"))
     report = diagnose(case.model, [case.measured])
     assert set(report.verdict) == {"axial_inertia", "thermal_expansion"}
+    told = {c.effect: c for c in report.candidates if c.in_verdict}
+    assert told["axial_inertia"].separable_from == ()  # what explains the warming is no look-alike of the mass
+    assert "beside thermal_expansion" in told["axial_inertia"].evidence
 
 
 def test_two_effects_that_hide_each_other_are_found_together():

@@ -180,9 +180,11 @@ def _report(
     removed = 100 * (1 - after.mse / scored.before.mse) if scored.before.mse > 0 else 0.0
     better = int(np.count_nonzero(after.sse < scored.before.sse))
     alike = look_alikes(scored, seen.scored, judgement.own_n) if scored.gain > 0 else ()
+    others = [s.candidate.word for s in judgement.found if s is not scored and seen is not judgement.rounds[0]]
     evidence = (
         f"{scored.candidate.word} removes {removed:.0f} % of the squared error on held-back blocks"
-        f" ({newtons(scored.before.rmse)} -> {newtons(after.rmse)} N), better in {better} of {len(after.sse)} blocks,"
+        f" ({newtons(scored.before.rmse)} -> {newtons(after.rmse)} N){_beside(others)},"
+        f" better in {better} of {len(after.sse)} blocks,"
         f" {scored.t:.1f} standard errors"
         + (", looking ahead in the record; in flight it can only be extrapolated" if scored.late_s > 0.0 else "")
     )
@@ -196,6 +198,10 @@ def _report(
         evidence,
         in_verdict,
     )
+
+
+def _beside(others: Sequence[str]) -> str:
+    return f" beside {' and '.join(others)}" if others else ""
 
 
 def _rough(scored: Scored) -> tuple[ParameterEstimate, ...]:

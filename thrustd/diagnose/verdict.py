@@ -160,7 +160,9 @@ def _exchanged(
 ) -> ModelSpec:
     """The model after a second thought: what was taken early was the best alone, is it still so beside the others?
 
-    Each effect but the last is judged anew against all absent ones with the others in place, and gives way to a better.
+    Each effect but the last is judged anew against all absent ones with the others in place, and gives way to a better
+    one or to a better variant of itself.
+    What is told of it, look-alikes above all, is of that place: in the first look much else explains the rest.
     """
     changed = False
     for i in range(len(found) - 1):
@@ -168,11 +170,13 @@ def _exchanged(
         words = {s.candidate.word for j, s in enumerate(found) if j != i}
         again = look(bare, evidence, [e for e in effects if e.word not in words], others)
         best = min((s for s in again.scored if acceptable(s, own_n)), key=lambda s: rank(s, own_n), default=None)
-        if best is not None and best.candidate.word != found[i].candidate.word:
+        if best is None:
+            continue
+        if best.candidate.effect.name != found[i].candidate.effect.name:
             spec, added[i] = taken(bare, best)
-            found[i] = best
-            rounds.append(again)
             changed = True
+        found[i] = best
+        rounds.insert(-1, again)
     if changed:
         absent = [e for e in effects if e.word not in {s.candidate.word for s in found}]
         rounds.append(look(spec, evidence, absent, added))
