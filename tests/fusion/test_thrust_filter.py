@@ -179,6 +179,15 @@ def test_a_jump_of_the_mounts_is_in_the_band_of_the_very_estimate_that_sees_it(p
         assert abs(estimate.thrust_n - true_n) < 1.96 * estimate.thrust_std_n
 
 
+@pytest.mark.parametrize("more", [{"push_n": 1500.0}, {"push_n": -1500.0, "mount_extrapolating": True}])
+def test_mounts_that_no_engine_pushes_like_that_are_not_believed(more):
+    """Upwards no spool is as quick; outside the model's range no thrust is."""
+    thrust_filter, before = settled()
+    estimate = thrust_filter.step(inputs(300, 3000.0 + more["push_n"], 3050.0, **more))
+    assert estimate.status & Status.MOUNT_REJECTED
+    assert abs(estimate.thrust_n - before.thrust_n) < 10.0
+
+
 def test_a_mean_whose_step_began_to_move_says_little_of_its_end():
     """A throttle cut within the step: the mean has seen a fifth of it."""
     thrust_filter = ThrustFilter(S, 0, mount_age_s=0.5 / HZ)

@@ -55,10 +55,10 @@ def agree_on_a_move(
     """Mounts gated out, and brochure too or N1 itself goes to the same side: the thrust moved, no sensor lies.
 
     The deck lags what a throttle that is cut does to the mounts, so its own innovation may stay inside. N1 speaks for
-    no more than it moves the thrust by, `n_per_pct`, in a second; a tenth of a second before it, both mounts were
-    pushed by `push_n`.
+    no more than it moves the thrust by, `n_per_pct`, in a second. A throttle that is cut is quicker than N1 is read:
+    both mounts were pushed back by `push_n`; no spool accelerates like that.
     """
-    if mount_nu_n * push_n > 0.0 and abs(mount_nu_n) < PUSHED * abs(push_n):
+    if PUSHED * push_n < mount_nu_n < 0.0:
         return True
     both = not brochure_used and mount_nu_n * brochure_nu_n > 0.0
     if abs(n1_rate_pct_s) > MOVING_PCT_S and mount_nu_n * n1_rate_pct_s > 0.0:

@@ -176,8 +176,9 @@ def _open(p: Matrix, q: Matrix, moved_n: float) -> None:
 @compiled
 def _moved(m: Any, t: Any, s: Any) -> bool:
     m.moved_n = m.mount_nu_n
+    push_n = 0.0 if t.mount_extrapolating else t.push_n  # no thrust of this engine does that
     routes = m.mount_nu_n, m.nu_n, m.used
-    return not m.mount_used and agree_on_a_move(*routes, t.n1_rate_pct_s, s.throttle_rate_gain_n_per_pct, t.push_n)
+    return not m.mount_used and agree_on_a_move(*routes, t.n1_rate_pct_s, s.throttle_rate_gain_n_per_pct, push_n)
 
 
 @compiled
