@@ -14,7 +14,7 @@ import numpy as np
 from thrustd.compiled import compiled
 from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap
 from thrustd.model.compile import CompiledModel
-from thrustd.model.stage import Floats
+from thrustd.model.stage import Floats, Places, run_chain
 from thrustd.mount_start import LOAD_AGE_S, Unseen
 from thrustd.signals import CATALOGUE, Signal
 from thrustd.sync.grid import Grid
@@ -26,6 +26,7 @@ BEYOND = 0.5  # of the identified range on either side of it: no load of this en
 HELD_TAU_S = 1.0
 JUST_S = 2.0  # found so lately: what is known by now was known then
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
+NO_STATE = np.zeros(0)  # before the first sample
 
 _MEANS = np.dtype(
     [
@@ -66,8 +67,6 @@ class MountRoute:
         self.signals = model.channels[1:]
         mine = number, slice(len(self.signals))
         self._mount, self._row = grid.mounts[number], grid.mounts[number : number + 1]
-        self._waiting, self._waiting_u = self._row["waiting"], grid.waiting_u[number]
-        self._waiting_mm = grid.waiting_mm[number]
         self._channels, self._own, self._unmeasured_s = grid.channels[mine], grid.own[mine], grid.unmeasured_s[mine]
         self._channels[:] = [CATALOGUE[name].rest for name in self.signals]
         self._own[:] = [name == "deformation_mm" for name in self.signals]  # hysteresis, damping, ...
@@ -77,9 +76,8 @@ class MountRoute:
         stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
         self._state: Floats | None = None
         self._flying = False
-        self._bridge_samples = bridge_samples
         self._longest_samples = max(bridge_samples, round(LONGEST_GAP_S * model.rate_hz))
-        self._period_s = 1.0 / model.rate_hz
+        self._bridge_samples, self._period_s = bridge_samples, 1.0 / model.rate_hz
         low_mm, high_mm = valid.deformation_mm
         margin_mm, catalogue = BEYOND * (high_mm - low_mm), CATALOGUE["deformation_mm"]
         self._mount["low_mm"] = max(low_mm - margin_mm, catalogue.low)
@@ -88,6 +86,8 @@ class MountRoute:
         self._means["lagged_n"], self._means["period_s"] = nan, self._period_s
         self._means["installation_std_n"], self._means["stiffness_n_mm"] = installation_std_n, stiffness_n_mm
         self._means["low_mm"], self._means["high_mm"] = low_mm, high_mm
+        waiting_u, waiting_mm = grid.waiting_u[number], grid.waiting_mm[number]
+        self._samples = self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), *model.chain
         self._unseen = Unseen(model)
         self._cells = _cells(model.spec.error)
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
@@ -105,14 +105,13 @@ class MountRoute:
 
     def flush(self) -> None:
         """Run the model over the samples that wait."""
-        _add(self._row, self._means, self._waiting_mm, self._force_n())
+        _add(*self._samples, self._present())
 
     def fused(self, dt_s: float) -> MountState:
         """Means since the last call, dt_s ago, and their one sigma."""
-        samples = self._row, self._means, self._waiting_mm, self._force_n()
         channels = self._channels, self._lagged, self._unmeasured_s
         deformation_mm, force_n, std_n, common_n, extrapolating, gap, complete = _fuse(
-            dt_s, *samples, *channels, self._unseen.doubts, *self._cells
+            dt_s, *self._samples, self._present(), *channels, self._unseen.doubts, *self._cells
         )
         if not complete:
             common_n = hypot(common_n, *self._unmeasured())
@@ -172,14 +171,8 @@ class MountRoute:
         self._mount["sequence"], self._mount["watchful"] = sequence - 1, 0
         self._resuming = False
 
-    def _force_n(self) -> Floats:
-        """Of the samples that wait."""
-        n = self._waiting.item(0)
-        force_n = self._waiting_mm[:n].copy()
-        if n > 0:
-            assert self._state is not None
-            self.model.run(self._state, self._waiting_u[:n], force_n)
-        return force_n
+    def _present(self) -> Floats:
+        return NO_STATE if self._state is None else self._state
 
     @property
     def _deformation_mm(self) -> float:
@@ -214,8 +207,7 @@ class MountRoute:
         parts = []
         for position in np.flatnonzero(~np.isnan(self._unmeasured_s)).tolist():
             spread = unmeasured_std(CATALOGUE[self.signals[position]], self._unmeasured_s.item(position))
-            held = self._channels.copy()
-            held[self._own] = self._deformation_mm
+            held = self._inputs(self._deformation_mm)[1:]
             moved = held.copy()
             moved[position] += spread
             there = self.model.step(self._state.copy(), moved, self._deformation_mm)
@@ -243,27 +235,34 @@ def _cells(error: ErrorMap | None) -> tuple[Floats, Floats, Floats]:
 def _cell(edges: Floats, value: float) -> int:
     cell = 0
     for edge in edges:
-        if value >= edge:
-            cell += 1
+        cell += value >= edge
     return cell
 
 
-def _add_samples(row: Any, means: Any, waiting_mm: Floats, force_n: Floats) -> None:
-    m = means[0]
+def _add_samples(
+    row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places, c: Floats,
+    state: Floats,
+) -> None:  # fmt: skip
+    """The model over the samples that wait."""
+    m, n = means[0], row[0].waiting
     row[0].waiting = 0
-    for i in range(len(force_n)):
+    if n > 0:
+        waiting_n[:n] = waiting_mm[:n]
+        run_chain(places, state, c, waiting_u[:n], waiting_n[:n])
+    for i in range(n):
         m.sum_mm += waiting_mm[i]
-        m.sum_n += force_n[i]
-    m.count += len(force_n)
-    m.since_restart += len(force_n)
+        m.sum_n += waiting_n[i]
+    m.count += n
+    m.since_restart += n
 
 
 def _fuse_samples(
-    dt_s: float, row: Any, means: Any, waiting_mm: Floats, waiting_n: Floats, channels: Floats, lagged: Floats,
-    unmeasured_s: Floats, doubts: Floats, force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats,
+    dt_s: float, row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places,
+    c: Floats, state: Floats, channels: Floats, lagged: Floats, unmeasured_s: Floats, doubts: Floats,
+    force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats,
 ) -> tuple[float, float, float, float, bool, bool, bool]:  # fmt: skip
     """-> the fields of a MountState, its std without the common part, and whether that is all of the common part."""
-    _add(row, means, waiting_mm, waiting_n)
+    _add(row, means, waiting_u, waiting_mm, waiting_n, places, c, state)
     m, complete, beyond, gap = means[0], True, row[0].beyond != 0, means[0].gap != 0
     row[0].beyond = m.gap = 0
     for i in range(len(channels)):
@@ -291,7 +290,8 @@ def _fuse_samples(
 
 
 _ROW, _TABLE = numba.float64[::1], numba.float64[:, ::1]
-_SAMPLES = numba.from_dtype(MOUNT)[::1], numba.from_dtype(_MEANS)[::1], _ROW, _ROW
+_RECORDS = numba.from_dtype(MOUNT)[::1], numba.from_dtype(_MEANS)[::1]
+_SAMPLES = *_RECORDS, _TABLE, _ROW, _ROW, numba.int64[:, ::1], _ROW, _ROW
 _F, _B, _tuple = numba.float64, numba.boolean, vars(numba.types)["Tuple"]  # untyped in the package
 _add: Any = compiled(_add_samples, numba.void(*_SAMPLES))
 _fuse: Any = compiled(

@@ -14,13 +14,15 @@ from itertools import islice
 from math import isfinite, nan
 from typing import Any, Final, NamedTuple
 
+import numpy as np
+
 from thrustd.brochure.deck import Deck
 from thrustd.brochure_route import BrochureRoute
 from thrustd.columns import Floats
 from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
 from thrustd.fault_status import FaultStatus
-from thrustd.fusion.fusion_inputs import FusionInputs
+from thrustd.fusion.fusion_inputs import INPUTS, FusionInputs
 from thrustd.fusion.limits import FLYING_MACH
 from thrustd.fusion.monitor import Monitor, MonitorVerdict
 from thrustd.fusion.monitor_inputs import Layout, MonitorInputs
@@ -86,6 +88,7 @@ class Pipeline:
         self._pressure_wanted = self._intake.is_wanted(("dynamic_pressure_Pa", 0))
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         self._loads = place("accel_x_g", 0), place("accel_z_g", 0)
+        self._rows = [np.zeros(1, INPUTS) for _ in engines]  # what the filters are told
         self._hand_overs = tuple(route.hand_over for route in self._brochures)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
@@ -229,6 +232,7 @@ class Pipeline:
             load_factor_stale=held.unloaded,
             status=held.verdict.status[engine] | held.troubles,
         )  # fmt: skip
-        told, fewer = inputs.row(), bool(held.verdict.excluded)
+        told, fewer = self._rows[engine], bool(held.verdict.excluded)
+        told[0] = inputs
         self._brochures[engine].tell(held.dt_s, held.readings, held.ages_s, fewer, told)
         return told

@@ -80,8 +80,7 @@ class CompiledModel:
     rate_hz: float
     stages: tuple[Stage, ...]
     channels: tuple[str, ...]  # of one row of inputs; deformation_mm first
-    _places: Places
-    _c: Floats
+    chain: tuple[Places, Floats]  # what `stage.run_chain` needs beside state and rows
 
     def start(self, row: Floats) -> Floats:
         """State (n_state,) of a mount at rest under the inputs row (n_inputs,)."""
@@ -96,7 +95,8 @@ class CompiledModel:
 
     def run(self, state: Floats, channels: Floats, v: Floats) -> None:
         """v (n,): deformation_mm becomes thrust share, N; rows of channels (n, n_inputs - 1), state is advanced."""
-        run_chain(self._places, state, self._c, channels, v)
+        places, c = self.chain
+        run_chain(places, state, c, channels, v)
 
     def step(self, state: Floats, channels: Floats, deformation_mm: float) -> float:
         """Thrust share, N, of one sample; channels (n_inputs - 1,), `state` is advanced in place."""
@@ -134,7 +134,7 @@ def compile_model(spec: ModelSpec, rate_hz: float) -> CompiledModel:
     """Discretise for `rate_hz` (samples per second), flatten the curves, compile; does not check the witness."""
     stages = model_stages(spec, 1.0 / rate_hz)
     channels = ("deformation_mm", *(name for stage in stages for name in stage.channels))
-    return CompiledModel(spec, rate_hz, stages, channels, *compose(stages))
+    return CompiledModel(spec, rate_hz, stages, channels, compose(stages))
 
 
 def rate_difference_n(one: CompiledModel, other: CompiledModel) -> float:
