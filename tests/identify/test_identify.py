@@ -197,3 +197,8 @@ def test_an_output_that_stands_still_while_the_input_moves_is_said(bench):
     stuck[1000:2500] = 1234.0
     (line,) = check_records([bench[0].with_channels(force_N=stuck)])
     assert line.startswith("bench: force_N stays at 1234 for 1500 samples from 10 s on while deformation_mm moves")
+
+
+def test_small_inputs_of_other_things_are_not_taken_for_metres(bench):
+    tiny = bench[0].with_channels(deformation_mm=bench[0]["deformation_mm"] / 1000)
+    assert check_records([tiny], mount=False) == []

@@ -17,11 +17,11 @@ FEWEST = 1000  # samples: less identifies a few numbers at most
 RATE_SPREAD = 1.02
 
 
-def check_records(records: Sequence[Recording]) -> list[str]:
-    """Warnings; RecordingError for what cannot be used."""
+def check_records(records: Sequence[Recording], mount: bool = True) -> list[str]:
+    """Warnings; RecordingError for what cannot be used. `mount`: mm and N, no other quantities."""
     for record in records:
         _refuse(record)
-    warnings = [line for record in records for line in _warnings(record)]
+    warnings = [line for record in records for line in _warnings(record, mount)]
     rates = {record.name: record.sample_hz for record in records}
     if max(rates.values()) > RATE_SPREAD * min(rates.values()):
         each = ", ".join(f"{name} {rate:g} Hz" for name, rate in rates.items())
@@ -41,11 +41,11 @@ def _refuse(record: Recording) -> None:
         raise RecordingError(f"{record.name}: {DEFORMATION} is {level:g} all the time; a constant identifies nothing")
 
 
-def _warnings(record: Recording) -> list[str]:
+def _warnings(record: Recording, mount: bool) -> list[str]:
     lines = list(record.notes)
     deformation, force_n = record[DEFORMATION], record[FORCE]
     span_mm, span_n = np.nanmax(deformation) - np.nanmin(deformation), np.nanmax(force_n) - np.nanmin(force_n)
-    if span_mm < METRE_SPAN and span_n > METRE_FORCE_N:
+    if mount and span_mm < METRE_SPAN and span_n > METRE_FORCE_N:
         lines.append(f"{DEFORMATION} spans {span_mm:g} for {span_n:g} N: is it in m? expected mm")
     if span_n == 0.0:
         lines.append(f"{FORCE} is {np.nanmean(force_n):g} all the time")
@@ -64,9 +64,7 @@ def _clipped(force_n: Floats) -> str:
         share = float(np.mean(good == limit))
         runs = np.flatnonzero((good[1:] == limit) & (good[:-1] == limit))
         if share > CLIPPED_SHARE and len(runs) > 10 and np.ptp(good) > 0.0:
-            return (
-                f"{FORCE} stays at {limit:g} for {100 * share:.1f} % of the samples: clipped {word}, by the load cell?"
-            )
+            return f"{FORCE} stays at {limit:g} for {100 * share:.1f} % of the samples: clipped {word}, by the sensor?"
     return ""
 
 

@@ -67,7 +67,7 @@ def identify(
     """
     chosen = [structure_named(structure) for structure in structures or (USUAL,)]
     fitting, held_out = (list(train), list(validate)) if validate else split(train)
-    warnings = check_records([*train, *validate])
+    warnings = check_records([*train, *validate], mount=not others)
     total = len(structures) or 1 + len(others)
     fits = BlockFits(settings or HwSettings())
 
