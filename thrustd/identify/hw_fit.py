@@ -32,6 +32,7 @@ HELD_BACK_SAMPLES, PLENTIFUL = 60_000, 1_500_000  # to choose how rough curves m
 FOLD_ROWS = 4_000  # enough to see which model predicts better
 START_SAMPLES = 400_000  # of the longest segment, to choose among starting points
 ROWS_PER_KNOT = 25  # fewer data per knot do not determine it
+FEWEST_SEGMENTS = 5  # yet these follow a cubic, near which reins may hold them
 FASTEST = 0.3  # of a sample period: shortest time constant
 SLOWEST = 0.5  # of the longest segment: longest time constant; slower ones never settled, they invent offsets
 SMALL = 60_000  # samples: passes are cheap, iterate to the end
@@ -236,7 +237,7 @@ def _most_knots(task: _Task) -> tuple[int, int]:
     """Knots to free, as many as the data bear."""
     settings = task.settings
     rows = sum(min(len(segment), FINE_ROWS) for segment in task.segments)
-    most = max(2, rows // ROWS_PER_KNOT // 4)
+    most = max(FEWEST_SEGMENTS, rows // ROWS_PER_KNOT // 4)
     first, second = (
         1 + min(most, round(settings.surplus * n)) for n in (settings.input_segments, settings.output_segments)
     )
