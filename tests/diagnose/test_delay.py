@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tests.diagnose.scene import DT_S, columns, mount
 from thrustd.diagnose.compare import compare
@@ -45,3 +46,16 @@ def test_a_late_reading_is_put_back_to_its_time_on_a_record_and_extrapolated_in_
     before, after = compare({"before": mount(), "after": spec}, [record]).comparisons
     assert after.rmse_n < 12.5 < after.rmse_in_flight_n < before.rmse_n
     assert diagnose(spec, [record]).verdict == ("none",)
+
+
+def test_a_reading_behind_a_slow_filter_is_late_and_no_dashpot():
+    data = columns()
+    model = compile_model(mount(), 1 / DT_S)
+    force = model.simulate(model.inputs(data)) + np.random.default_rng(5).normal(0, 12.0, len(data["time_s"]))
+    keep, x = np.exp(-DT_S / LATE_S), data["deformation_mm"]
+    reading = lfilter([1 - keep], [1, -keep], x, zi=[keep * x[0]])[0]
+    record = make_recording("measured", data | {"deformation_mm": reading, "force_N": force})
+    found = diagnose(mount(), [record]).candidates[0]
+    assert (found.effect, found.name) == ("time_delay", "time_delay_lag")
+    assert found.parameters[0].value == pytest.approx(LATE_S, rel=0.1)
+    assert "viscous_damping" in found.separable_from
