@@ -27,7 +27,8 @@ from thrustd.model.stage import Floats, jit
 from thrustd.records.recording import Recording, make_recording
 
 Pair = tuple[Recording, Recording]  # to fit, to judge
-STRUCTURES = ("static-pwl", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "hw-pwl", "wiener-hammerstein")
+BLOCKS = ("hammerstein", "wiener", "hammerstein-wiener", "hw-pwl", "wiener-hammerstein")
+STRUCTURES = ("static-pwl", "oe-6-4", *BLOCKS, "feedback")
 
 
 def multisine(n: int, rate_hz: float, low_hz: float, high_hz: float, rng: np.random.Generator) -> Floats:

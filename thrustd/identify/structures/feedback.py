@@ -28,6 +28,7 @@ ROWS_PER_NUMBER = 8
 TRIED, FINAL = 16_000, 40_000  # samples
 TRIAL, FURTHER = 8, 16  # iterations
 MOST = 5  # segments
+WORTH_IT = 0.8  # error with feedback over that of the best linear model, above which it is none
 NAME = "feedback"
 
 
@@ -42,10 +43,12 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
         if n * (_count(n, degree) + 2) < rows / ROWS_PER_NUMBER
     ]
     alone = [Trial(spec, few.held_back_error(spec)) for spec in linear.values()]
-    best = min([*alone, *(few.tried(start, TRIAL) for start in starts)], key=lambda trial: trial.error)
-    if best.spec.linear.feedback is None:
-        plain = msgspec.structs.replace(best.spec, structure=NAME)
-        return of_spec(plain, len(pack(plain, CHOSEN)) - 1, note="no feedback shows: this is a linear model")
+    plain = min(alone, key=lambda trial: trial.error)
+    best = min([plain, *(few.tried(start, TRIAL) for start in starts)], key=lambda trial: trial.error)
+    if best.error > WORTH_IT * plain.error:
+        linear_model = msgspec.structs.replace(plain.spec, structure=NAME)
+        note = "no feedback shows: this is a linear model"
+        return of_spec(linear_model, len(pack(linear_model, CHOSEN)) - 1, note=note)
     bench = Bench([head(s, FINAL // min(MOST, len(segments))) for s in segments[:MOST]], CHOSEN)
     ends = [best.spec, bench.estimated(best.spec, FURTHER)]
     spec = msgspec.structs.replace(min(ends, key=bench.error), structure=NAME)
