@@ -1,4 +1,4 @@
-"""Compiled functions are kept where there is a place, and work where there is none."""
+"""Compiled functions are kept where there is a place, and work where there is none; what they call may change."""
 
 import os
 import shutil
@@ -40,3 +40,36 @@ def test_with_a_place_and_without_one(tmp_path):
     (tmp_path / "__pycache__").write_text("")
     (tmp_path / "home").write_text("")
     assert not run(tmp_path, HOME=str(tmp_path / "home"))
+
+
+CALLER = """
+from callee import FACTOR, Shape, raised
+from thrustd.compiled import compiled
+
+def total(x):
+    return FACTOR * raised(x) + Shape.ROUND.value
+
+total = compiled(total)
+print(total(1.0), sum(total.stats.cache_hits.values()))
+"""
+
+
+def test_machine_code_goes_with_what_it_calls(tmp_path):
+    """Functions and constants of another file are in it, which numba does not look at."""
+
+    def answer(factor, added, shape):
+        (tmp_path / "callee.py").write_text(
+            f"from enum import IntEnum\nfrom thrustd.compiled import compiled\nFACTOR = {factor}\n"
+            f"Shape = IntEnum('Shape', {{'ROUND': {shape}}})\nraised = compiled(lambda x: x + {added})\n"
+        )
+        environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONDONTWRITEBYTECODE": "1"}
+        environment["NUMBA_CACHE_DIR"] = str(tmp_path / "kept")
+        words = [sys.executable, str(tmp_path / "caller.py")]
+        return subprocess.run(words, env=environment, capture_output=True, text=True, check=True).stdout.split()
+
+    (tmp_path / "caller.py").write_text(CALLER)
+    assert answer(2, 3, 5) == ["13.0", "0"]
+    assert answer(2, 3, 5) == ["13.0", "1"]
+    assert answer(2, 4, 5) == ["15.0", "0"]
+    assert answer(3, 4, 5) == ["20.0", "0"]
+    assert answer(3, 4, 6) == ["21.0", "0"]

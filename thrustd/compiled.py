@@ -2,14 +2,21 @@
 
 Before its first function numba looks whether scipy.linalg is there, and so loads all of it: 0.3 s of every restart in
 flight. Here nothing multiplies matrices in compiled code; what does finds scipy.linalg when it is called.
+
+What numba kept it believes as long as the function's own file is the same, though machine code holds the functions
+that it calls and the constants that it reads, whichever file they are of. So a digest of them goes with the function,
+as what a closure holds: numba makes that part of the key.
 """
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from enum import EnumMeta
+from hashlib import sha256
 from importlib import import_module
-from types import ModuleType
+from types import CellType, CodeType, FunctionType, ModuleType
 from typing import Any, Literal
 
+import numpy as np
 from numba import njit
 
 LINALG = "scipy.linalg", "scipy.linalg.cython_blas"
@@ -41,7 +48,38 @@ def compiled(
     A package that cannot be written and a user without a home leave no such place (numba raises RuntimeError, "no
     locator available"): then it is compiled anew in every process.
     """
+    function = _with_digest(function)
     try:
         return compiler(signature, cache=True, error_model=error_model)(function)
     except RuntimeError:
         return compiler(signature, error_model=error_model)(function)
+
+
+def _with_digest(function: Any) -> Any:
+    if function.__closure__ is not None:  # numba looks at what it holds
+        return function
+    digest = sha256(b"\n".join(_reached(function, set()))).hexdigest()
+    code = function.__code__.replace(co_freevars=("digest",))
+    made = FunctionType(code, function.__globals__, function.__name__, function.__defaults__, (CellType(digest),))
+    made.__doc__, made.__module__, made.__qualname__ = function.__doc__, function.__module__, function.__qualname__
+    made.__annotations__ = function.__annotations__
+    return made
+
+
+def _reached(function: Any, seen: set[Any]) -> Iterator[bytes]:
+    """Code and constants that a function's machine code is made of."""
+    seen.add(function)
+    code = function.__code__
+    yield code.co_code
+    yield repr([each for each in code.co_consts if not isinstance(each, CodeType)]).encode()
+    for name in code.co_names:
+        value = function.__globals__.get(name)
+        inner = getattr(value, "py_func", None)
+        if inner is not None and inner not in seen:
+            yield from _reached(inner, seen)
+        elif isinstance(value, EnumMeta):
+            yield repr(list(value)).encode()
+        elif isinstance(value, np.ndarray):
+            yield value.tobytes()
+        elif isinstance(value, (int, float, str, tuple, np.generic, np.dtype)) and " at 0x" not in repr(value):
+            yield f"{name} {value!r}".encode()
