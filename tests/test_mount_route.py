@@ -84,6 +84,20 @@ def test_idle_in_flight_is_a_load_that_fell(model):
     assert whole.route.snapshot() == before
 
 
+def test_a_mount_that_is_known_does_not_start_anew_because_somebody_says_that_the_aircraft_flies(model):
+    """After a warm restart and after a gap the state is that of before, however short ago that was."""
+    before, after = Bench(model), Bench(model)
+    for k, mm in enumerate(np.linspace(0.3, 0.6, 200)):
+        before.take(k, mm)
+    assert after.route.restore(before.route.snapshot())
+    after.route.resume(199, 0)
+    for each in (before, after):
+        each.take(200 + round(0.8 * RATE_HZ), 0.6)  # nobody has seen what was between
+        known = each.route.snapshot()
+        each.route.fly()
+        assert each.route.snapshot() == known
+
+
 def test_through_a_gap_the_effects_see_the_straight_line_too(model):
     ramp_mm, gap = np.linspace(0.2, 0.8, 200), range(80, 120)
     holed, whole = Bench(model), Bench(model)

@@ -75,7 +75,7 @@ class MountRoute:
         valid = model.spec.valid
         stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
         self._state: Floats | None = None
-        self._flying = False
+        self._flying = self._found = False  # found: under a load of which nothing at all was known
         self._longest_samples = max(bridge_samples, round(LONGEST_GAP_S * model.rate_hz))
         self._bridge_samples, self._period_s = bridge_samples, 1.0 / model.rate_hz
         low_mm, high_mm = valid.deformation_mm
@@ -150,7 +150,7 @@ class MountRoute:
     def fly(self) -> None:
         """The aircraft flies: a mount that was found at idle just now has carried more."""
         self._flying = True
-        if self._state is not None and self._since_restart_s() < JUST_S:
+        if self._found and self._since_restart_s() < JUST_S:
             self._state = None
             self._start(self._deformation_mm, 0)
 
@@ -167,7 +167,7 @@ class MountRoute:
             self._bridge(missing, deformation_mm)
             if missing > self._bridge_samples:
                 self._unseen.doubt(before, self._state, 0.5 * missing * self._period_s, self._since_restart_s())
-                self._means["since_restart"] = 0
+                self._means["since_restart"], self._found = 0, False
         self._mount["sequence"], self._mount["watchful"] = sequence - 1, 0
         self._resuming = False
 
@@ -183,7 +183,7 @@ class MountRoute:
         age_s = LOAD_AGE_S if before is None else min(0.5 * missing * self._period_s, LOAD_AGE_S)
         since_s = self._since_restart_s()
         self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, since_s, self._flying)
-        self._means["since_restart"] = 0
+        self._means["since_restart"], self._found = 0, before is None
 
     def _since_restart_s(self) -> float:
         return int(self._means["since_restart"][0]) * self._period_s
