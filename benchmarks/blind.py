@@ -24,7 +24,8 @@ import numpy as np
 from rich.console import Console
 
 from thrustd.diagnose.compare import compare
-from thrustd.diagnose.diagnose import DiagnoseReport, diagnose
+from thrustd.diagnose.diagnose import diagnose
+from thrustd.diagnose.diagnose_report import DiagnoseReport
 from thrustd.diagnose.extend import extend
 from thrustd.errors import ThrustdError
 from thrustd.identify.identify import identify

@@ -8,6 +8,7 @@ import pytest
 from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
 from thrustd.diagnose.compare import compare
 from thrustd.diagnose.failures import where_it_fails
+from thrustd.diagnose.pictures import comparison_pictures
 from thrustd.diagnose.regions import regions_of
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
@@ -69,7 +70,8 @@ def test_several_models_and_recordings_side_by_side(tmp_path):
 
 
 def test_pictures_are_written(tmp_path):
-    paths = compare({"mount": mount()}, [record(n=4000)]).pictures(tmp_path / "pictures")
+    comparison = compare({"mount": mount()}, [record(n=4000)]).comparisons[0]
+    paths = comparison_pictures(comparison, tmp_path / "pictures")
     assert len(paths) == 5
     assert all(path.stat().st_size > 5000 for path in paths)
 

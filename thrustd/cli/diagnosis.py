@@ -74,7 +74,13 @@ def compare_verb(arguments: argparse.Namespace) -> int:
             **_reference(arguments),
         )
     _remark(records, arguments, list(specs.values()))
-    return _told(report, arguments)
+    _show(report, arguments)
+    if arguments.pictures is not None:
+        from thrustd.diagnose.pictures import comparison_pictures  # matplotlib takes a second to import
+
+        for comparison in report.comparisons:
+            _say_written(comparison_pictures(comparison, arguments.pictures))
+    return 0
 
 
 def diagnose_verb(arguments: argparse.Namespace) -> int:
@@ -93,7 +99,12 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
             **_reference(arguments),
         )
     _remark(records, arguments, [spec])
-    return _told(report, arguments)
+    _show(report, arguments)
+    if arguments.pictures is not None and report.depends_on:
+        from thrustd.diagnose.pictures import dependence_picture
+
+        _say_written([dependence_picture(report.depends_on, arguments.pictures / "depends_on.png")])
+    return 0
 
 
 def extend_verb(arguments: argparse.Namespace) -> int:
@@ -149,13 +160,9 @@ def _remark(records: list["Recording"], arguments: argparse.Namespace, specs: li
         note(line)
 
 
-def _told(report: Any, arguments: argparse.Namespace) -> int:
-    """Numbers, then pictures when they are wanted."""
-    _show(report, arguments)
-    if arguments.pictures is not None:
-        for path in report.pictures(arguments.pictures):
-            note(f"picture: {path}")
-    return 0
+def _say_written(pictures: list[Path]) -> None:
+    for path in pictures:
+        note(f"picture: {path}")
 
 
 def _show(report: Any, arguments: argparse.Namespace) -> None:

@@ -7,17 +7,14 @@ The statistics are explained in docs/diagnosis.md; the steps are selection (roun
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from rich.console import Console
 
 from thrustd.brochure.deck import Deck
 from thrustd.diagnose.candidates import NotJudged, judgeable
 from thrustd.diagnose.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.dependence import Dependence, channels_of, drawn
+from thrustd.diagnose.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.estimates import ParameterEstimate, estimated
 from thrustd.diagnose.evidence import Evidence, gather
 from thrustd.diagnose.look_alikes import advice_for, look_alikes
@@ -31,78 +28,6 @@ from thrustd.model.effects import effect_named, shelf
 from thrustd.records.recording import Recording
 
 POOR = 1.5  # squared error over what the artifact promises, from which re-identification is advised
-
-
-@dataclass(frozen=True, slots=True)
-class CandidateReport:
-    """One effect: what adding it would do on held-back blocks, its numbers, its look-alikes."""
-
-    effect: str  # the word of ICD section 4
-    name: str  # what `extend` takes: the effect or the variant of it that fits best
-    rmse_before_n: float
-    rmse_after_n: float
-    parameters: tuple[ParameterEstimate, ...]
-    separable_from: tuple[str, ...]  # look-alikes: what these data cannot separate it from
-    evidence: str
-    in_verdict: bool
-
-    def to_json(self) -> dict[str, Any]:
-        return {
-            "effect": self.effect,
-            "name": self.name,
-            "rmse_before_n": self.rmse_before_n,
-            "rmse_after_n": self.rmse_after_n,
-            "parameters": {p.name: p.to_json() for p in self.parameters},
-            "separable_from": list(self.separable_from),
-            "evidence": self.evidence,
-            "in_verdict": self.in_verdict,
-        }
-
-
-@dataclass(frozen=True, slots=True)
-class DiagnoseReport:
-    """The verdict and what it rests on."""
-
-    model: str
-    recordings: tuple[str, ...]
-    verdict: tuple[str, ...]
-    candidates: tuple[CandidateReport, ...]  # those of the verdict first, then by what they would remove
-    depends_on: tuple[Dependence, ...]
-    not_judged: tuple[NotJudged, ...]
-    advice: tuple[str, ...]
-    rmse_before_n: float
-    rmse_after_n: float  # with all effects of the verdict
-    own_error_n: float  # what the model leaves where nothing is missing
-    promised: bool  # by its identification (else the best that anything reached here)
-
-    def to_json(self) -> dict[str, Any]:
-        return {
-            "model": self.model,
-            "recordings": list(self.recordings),
-            "verdict": list(self.verdict),
-            "candidates": [c.to_json() for c in self.candidates],
-            "depends_on": [_dependence_json(d) for d in self.depends_on],
-            "not_judged": [{"effect": n.effect, "reason": n.reason} for n in self.not_judged],
-            "advice": list(self.advice),
-            "rmse_before_n": self.rmse_before_n,
-            "rmse_after_n": self.rmse_after_n,
-            "own_error_n": self.own_error_n,
-            "own_error_promised": self.promised,
-        }
-
-    def print(self, console: Console) -> None:
-        from thrustd.diagnose.diagnose_print import print_report
-
-        print_report(self, console)
-
-    def pictures(self, folder: Path) -> list[Path]:
-        """The dependence that is left, drawn; nothing when nothing is left."""
-        if not self.depends_on:
-            return []
-        from thrustd.diagnose.pictures import dependence_picture  # matplotlib takes a second to import
-
-        folder.mkdir(parents=True, exist_ok=True)
-        return [dependence_picture(list(self.depends_on), folder / "depends_on.png")]
 
 
 def diagnose(
@@ -253,16 +178,6 @@ def _not_judged(not_judged: Sequence[NotJudged]) -> list[str]:
     for one in not_judged:
         reasons.setdefault(one.reason, []).append(one.effect)
     return [f"not judged: {', '.join(effects)}: {reason}" for reason, effects in sorted(reasons.items())]
-
-
-def _dependence_json(dependence: Dependence) -> dict[str, Any]:
-    return {
-        "channel": dependence.channel,
-        "rmse_before_n": dependence.rmse_before_n,
-        "rmse_after_n": dependence.rmse_after_n,
-        "at": dependence.at.tolist(),
-        "residual_n": dependence.residual_n.tolist(),
-    }
 
 
 def _scaled(progress: Progress | None, begin: float, end: float) -> Progress | None:

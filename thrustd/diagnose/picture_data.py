@@ -1,18 +1,15 @@
 """What the pictures of a comparison show, as numbers: the PNG files and the workbench draw the same."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.signal import coherence, welch
 
 from thrustd.diagnose.candidates import moves
+from thrustd.diagnose.comparison import Comparison
 from thrustd.diagnose.dependence import Dependence, drawn
 from thrustd.diagnose.regions import force_rate
 from thrustd.model.stage import Floats
-
-if TYPE_CHECKING:
-    from thrustd.diagnose.compare import Comparison
 
 LONGEST = 1 << 14  # samples of one stretch of the spectrum
 LONGEST_COHERENCE = 1 << 12
@@ -50,13 +47,13 @@ class Loop:
     limit_n: float  # of the colours: 98 % of the errors are smaller
 
 
-def channel_dependences(c: "Comparison") -> list[Dependence]:
+def channel_dependences(c: Comparison) -> list[Dependence]:
     """Residual against every moving channel, the model's force and time."""
     columns = {n: w for n, w in c.channels.items() if moves(w)} | {"model force_N": c.model_n, "time_s": c.time_s}
     return [drawn(name, column, c.residual_n, c.rmse_n, c.rmse_n) for name, column in columns.items()]
 
 
-def spectrum_of(c: "Comparison") -> Spectrum:
+def spectrum_of(c: Comparison) -> Spectrum:
     """Welch's averages; a missing reference counts as no error."""
     residual = np.where(np.isfinite(c.residual_n), c.residual_n, 0.0)
     rate_hz = 1.0 / float(np.median(np.diff(c.time_s)))
@@ -70,7 +67,7 @@ def spectrum_of(c: "Comparison") -> Spectrum:
     return Spectrum(frequency[1:], np.sqrt(power[1:]), at[1:], shares)
 
 
-def rate_map_of(c: "Comparison") -> RateMap:
+def rate_map_of(c: Comparison) -> RateMap:
     rate = np.abs(force_rate(c.model_n, float(np.median(np.diff(c.time_s)))))
     good = np.isfinite(c.residual_n)
     force_edges = np.unique(np.quantile(c.model_n, np.linspace(0, 1, 13)))
@@ -82,7 +79,7 @@ def rate_map_of(c: "Comparison") -> RateMap:
     return RateMap(force_edges, rate_edges, rms)
 
 
-def loop_of(c: "Comparison", dots: int = LOOP_DOTS) -> Loop:
+def loop_of(c: Comparison, dots: int = LOOP_DOTS) -> Loop:
     step = max(1, len(c.time_s) // dots)
     limit = float(np.nanquantile(np.abs(c.residual_n), 0.98)) or 1.0
     return Loop(

@@ -1,27 +1,24 @@
 """Pictures of a comparison and of a diagnosis (matplotlib, PNG, no display needed)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from thrustd.diagnose.comparison import Comparison
 from thrustd.diagnose.dependence import Dependence
 from thrustd.diagnose.picture_data import SLOWEST_N_S, channel_dependences, loop_of, rate_map_of, spectrum_of
 from thrustd.model.stage import Floats
 from thrustd.records.recording import unit_of
-
-if TYPE_CHECKING:
-    from thrustd.diagnose.compare import Comparison
 
 MEASURED, MODEL, RESIDUAL = "#444444", "#0072b2", "#d55e00"  # Okabe & Ito: distinct for colour-blind readers
 POINTS = 4000  # per line: drawn as minimum and maximum of bins, so that no spike is lost
 DPI = 110
 
 
-def comparison_pictures(comparison: "Comparison", folder: Path) -> list[Path]:
+def comparison_pictures(comparison: Comparison, folder: Path) -> list[Path]:
     """All pictures of one comparison, as `<model>-<recording>-<what>.png`."""
     folder.mkdir(parents=True, exist_ok=True)
     drawings: dict[str, Callable[[Comparison], Figure]] = {
@@ -39,8 +36,9 @@ def comparison_pictures(comparison: "Comparison", folder: Path) -> list[Path]:
     return paths
 
 
-def dependence_picture(dependences: list[Dependence], path: Path) -> Path:
+def dependence_picture(dependences: Sequence[Dependence], path: Path) -> Path:
     """Residual against the channels that it follows."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     figure = Figure(figsize=(5 * len(dependences), 3.6), layout="constrained")
     axes = figure.subplots(1, len(dependences), squeeze=False)[0]
     for axis, dependence in zip(axes, dependences, strict=True):
@@ -49,7 +47,7 @@ def dependence_picture(dependences: list[Dependence], path: Path) -> Path:
     return path
 
 
-def _history(c: "Comparison") -> Figure:
+def _history(c: Comparison) -> Figure:
     figure = Figure(figsize=(11, 6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     for column, colour, label in ((c.reference_n, MEASURED, "measured"), (c.model_n, MODEL, c.model)):
@@ -62,7 +60,7 @@ def _history(c: "Comparison") -> Figure:
     return figure
 
 
-def _channels(c: "Comparison") -> Figure:
+def _channels(c: Comparison) -> Figure:
     dependences = channel_dependences(c)
     rows = -(-len(dependences) // 3)
     figure = Figure(figsize=(11, 2.8 * rows), layout="constrained")
@@ -84,7 +82,7 @@ def _draw_dependence(axis: Axes, dependence: Dependence) -> None:
     axis.tick_params(labelsize=7)
 
 
-def _loop(c: "Comparison") -> Figure:
+def _loop(c: Comparison) -> Figure:
     figure = Figure(figsize=(7, 6), layout="constrained")
     axis = figure.subplots()
     loop = loop_of(c)
@@ -98,7 +96,7 @@ def _loop(c: "Comparison") -> Figure:
     return figure
 
 
-def _spectrum(c: "Comparison") -> Figure:
+def _spectrum(c: Comparison) -> Figure:
     figure = Figure(figsize=(9, 6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
     spectrum = spectrum_of(c)
@@ -111,7 +109,7 @@ def _spectrum(c: "Comparison") -> Figure:
     return figure
 
 
-def _map(c: "Comparison") -> Figure:
+def _map(c: Comparison) -> Figure:
     figure = Figure(figsize=(8, 5), layout="constrained")
     axis = figure.subplots()
     errors = rate_map_of(c)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.diagnose.compare import REGION_SAMPLES, Comparison
+from thrustd.diagnose.compare import REGION_SAMPLES
+from thrustd.diagnose.comparison import Comparison
 from thrustd.diagnose.dependence import Dependence
 from thrustd.diagnose.picture_data import channel_dependences, loop_of, rate_map_of, spectrum_of
 from thrustd.records.recording import unit_of

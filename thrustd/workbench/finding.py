@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from thrustd.diagnose.compare import compare
-from thrustd.diagnose.diagnose import CandidateReport, diagnose
+from thrustd.diagnose.diagnose import diagnose
+from thrustd.diagnose.diagnose_report import CandidateReport
 from thrustd.diagnose.extend import extend
 from thrustd.identify.artifact import finished
 from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl

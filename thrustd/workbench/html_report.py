@@ -12,7 +12,8 @@ from typing import Any
 import msgspec
 
 from thrustd import __version__
-from thrustd.diagnose.compare import Comparison, compare
+from thrustd.diagnose.compare import compare
+from thrustd.diagnose.comparison import Comparison
 from thrustd.errors import UsageError
 from thrustd.model.artifact import ModelSpec
 from thrustd.workbench.asking import marked_recordings
