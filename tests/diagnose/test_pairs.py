@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.diagnose.scene import DT_S, columns, mount
+from tests.diagnose.scene import DT_S, columns, mount, record
 from thrustd.diagnose.candidates import Candidate
 from thrustd.diagnose.diagnose import diagnose
 from thrustd.diagnose.gram import Fit
@@ -27,6 +27,14 @@ def test_two_effects_that_together_imitate_a_third_are_both_named():
     report = diagnose(mount(), [make_recording("measured", data | {"force_N": force})])
     assert set(report.verdict) == {"vibration_rectification", "sensor_scale"}
     assert report.rmse_after_n < 13.0
+
+
+def test_two_effects_of_which_neither_shows_alone_are_both_named():
+    hidden = [EffectSpec("free_play", {"gap_mm": 0.014, "travel_mm": 0.018}),
+              EffectSpec("hysteresis", {"friction_n": 43.0, "yield_mm": 0.038})]  # fmt: skip
+    report = diagnose(mount(), [record(hidden)])
+    assert set(report.verdict) == {"free_play", "hysteresis"}
+    assert report.rmse_after_n < 12.5
 
 
 def scored(word, error_n2):

@@ -36,6 +36,8 @@ BY_CHANNEL = 0.5  # of that which a mere constant (offset and gain) would not
 IMPOSTOR = 0.3  # of the own squared error: a free curve of one channel beats all effects found by this much
 PAIR = 0.1  # of the own squared error: so much more than the best free curve may two effects leave
 WELL = 1.05  # of the own squared error: what leaves less needs no better explanation
+MUCH = 1.3  # of the own squared error: with more left, two effects are asked though neither shows alone; 1.23 at most
+# was left of 70 records with nothing hidden
 NEARLY = 0.1  # channels that remove this much less than the best are named too
 UNSAID = 2.0  # squared error in units of the own one, unexplained by anything: unknown without a channel
 SURE_CURVE = 2.5
@@ -61,7 +63,7 @@ def judge(
 ) -> Judgement:
     """The verdict of the rounds, or two effects at once where these explain better."""
     said = _one_by_one(spec, evidence, effects, progress)
-    if said.deep or not (said.found or said.channels):
+    if said.deep or not (said.found or said.channels or _left_n2(said) > MUCH * said.own_n**2):
         return said
     well = bool(said.found) and _left_n2(said) <= WELL * said.own_n**2
     return said if well else _or_a_pair(said, effects, evidence)
