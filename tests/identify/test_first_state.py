@@ -37,3 +37,11 @@ def test_without_a_reference_in_the_first_stretch_nothing_is_estimated():
     force_n = np.where(np.arange(6000) < 3000, np.nan, data["force_N"] + 500.0)
     errors = errors_of(of_spec(spec, 0), segments_of([data.with_channels(force_N=force_n)]))
     assert errors.rmse_n == errors.rmse_from_rest_n
+
+
+def test_with_a_reference_in_the_first_stretch_only_nothing_is_estimated():
+    spec = truth()
+    data, _ = record(spec, 6000)
+    force_n = np.where(np.arange(6000) < 500, data["force_N"] + 500.0, np.nan)
+    errors = errors_of(of_spec(spec, 0), segments_of([data.with_channels(force_N=force_n)]))
+    assert errors.rmse_n == errors.rmse_from_rest_n

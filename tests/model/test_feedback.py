@@ -78,6 +78,11 @@ def test_it_starts_at_rest_and_stays_there():
     assert out == pytest.approx(np.full(300, out[0]), abs=1e-9)
 
 
+def test_a_mode_that_never_settles_starts_somewhere():
+    endless = spec(np.zeros((1, len(products(2, 3)))), modes=([RealMode(1e20, 1.0)], []))
+    assert np.isfinite(compile_model(endless, 50.0).simulate(np.full((10, 1), 0.7))).all()
+
+
 def test_no_input_makes_it_run_away():
     rows = np.random.default_rng(1).normal(size=(3, len(products(4, 3))))
     out = compile_model(spec(rows), 50.0).simulate(1e3 * np.random.default_rng(2).normal(size=(5000, 1)))

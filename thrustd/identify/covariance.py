@@ -67,5 +67,8 @@ def covariance(information: Floats, middle: Floats, white_variance: float) -> Fl
             "the model's sensitivity to its parameters is not finite: expected a formula that stays in range"
         )
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    inverse = np.linalg.pinv(information / np.outer(size, size), rcond=1e-10, hermitian=True) / np.outer(size, size)
-    return inverse @ (middle + white_variance * information) @ inverse
+    scale = np.outer(size, size)  # to unit diagonal first: parameters differ by many orders of magnitude
+    unit = information / scale
+    inverse = np.linalg.pinv(unit, rcond=1e-10, hermitian=True)
+    with np.errstate(over="ignore"):  # infinite: the data say nothing about it
+        return np.asarray(inverse @ (middle / scale + white_variance * unit) @ inverse / scale, float)

@@ -53,7 +53,7 @@ def stretch_of(segment: Segment) -> int:
 def _levels(simulate: Simulate, segment: Segment, rested: Floats) -> Floats | None:
     """Levels of the input before the record (see `_held`), the oldest first; None for a start at rest."""
     n = stretch_of(segment)
-    if n == 0:
+    if n == 0 or not np.isfinite(rested[n:]).any():
         return None
     start = head(segment, n)
     u = segment.inputs[DEFORMATION]
