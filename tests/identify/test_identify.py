@@ -202,3 +202,11 @@ def test_an_output_that_stands_still_while_the_input_moves_is_said(bench):
 def test_small_inputs_of_other_things_are_not_taken_for_metres(bench):
     tiny = bench[0].with_channels(deformation_mm=bench[0]["deformation_mm"] / 1000)
     assert check_records([tiny], mount=False) == []
+
+
+def test_an_input_of_three_levels_is_enough_for_a_static_curve():
+    rng = np.random.default_rng(0)
+    u = np.repeat(rng.integers(0, 3, 30), 20).astype(float)
+    data = {"time_s": np.arange(600) * 0.1, "deformation_mm": u, "force_N": 2 * u + rng.normal(0, 0.01, 600)}
+    found = identify([make_recording("levels", data)], structures=["polynomial-ols", "polynomial-wls", "static-pwl"])
+    assert all(score.validation.rmse_n < 0.012 for score in found.scores)

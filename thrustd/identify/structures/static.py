@@ -42,7 +42,8 @@ def _polynomial(segments: Sequence[Segment], name: str, weighted: bool) -> Fitte
     edges = np.linspace(u.min(), u.max(), BINS + 1)
     bins = np.clip(np.searchsorted(edges, u, side="right") - 1, 0, BINS - 1)
     weight = 1 / np.sqrt(np.bincount(bins, minlength=BINS)[bins]) if weighted else None
-    found = np.polynomial.polynomial.polyfit((u - centre) / scale, force_n, DEGREE, w=weight)
+    # `full`: an input of fewer levels than coefficients gets the smallest of them, and no warning of numpy's
+    found, _ = np.polynomial.polynomial.polyfit((u - centre) / scale, force_n, DEGREE, w=weight, full=True)
     return _static(name, Polynomial(centre, scale, list(map(float, found))), u, force_n, DEGREE + 1)
 
 
