@@ -90,9 +90,9 @@ class ThrustFilter:
             deed = go_on(memory, told, *work, x, p, kf.x, kf.P)
         if self._n_news.item():
             self._report()
-        if self._tape is not None:
-            self._tape.write(told["t_ns"].item(), kf.x, kf.P, *self._motion)
         row = estimate_row(memory, told, self._settings, self._slow, kf.x, kf.P, self._engine)
+        if self._tape is not None:
+            self._tape.write(told["t_ns"].item(), kf.x, kf.P, *self._motion, memory["bounded_n2"].item())
         estimate: Estimate = tuple.__new__(Estimate, row)
         return estimate
 

@@ -59,6 +59,7 @@ FILTER = np.dtype(
         ("used", np.bool_),
         ("last_nu_n", np.float64),  # of the last brochure reading
         ("last_used", np.bool_),
+        ("bounded_n2", np.float64),  # what is taken off the printed variance: see `estimate_row`
         ("n_news", np.int64),
     ]
 )

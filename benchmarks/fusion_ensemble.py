@@ -1,0 +1,126 @@
+"""Is the 95 % band one? Over many aircraft: `python -m benchmarks.fusion_ensemble [--first 201] [--aircraft 40]`.
+
+The zero and stiffness of an engine's mounts and its deviation from the deck stay for a whole flight: one engine is
+inside its band nearly always or hardly ever. So a band is that of an ensemble: many twin aircraft that nothing was
+tuned on fly the recordings in turn, from GROUND_S before they are airborne. An engine counts as one draw, whatever the
+length of its flight; the interval behind a share is where 95 % of the shares lie when the engines are drawn anew, with
+replacement, from those that flew (cluster bootstrap: Efron & Tibshirani, An Introduction to the Bootstrap, ch. 8).
+Aircraft that flew already are kept in out/fusion_ensemble.jsonl; `--again` throws them away.
+"""
+
+import argparse
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.fusion_faults import AIRBORNE_MACH
+from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, fly_through, installation
+from benchmarks.fusion_table import score
+from thrustd.installation import Installation
+from thrustd.records.files import read_recording
+from thrustd.records.recording import Recording
+
+RESULTS = Path("out/fusion_ensemble.jsonl")
+GROUND_S = 120.0
+DRAWS = 10_000
+HALVES = ("steady", "transients")
+
+
+class Engine(NamedTuple):
+    """One engine of one flight; RMSE in N, coverage in %. NaN-free, so that it goes through JSON."""
+
+    name: str
+    mount_rmse: float
+    brochure_rmse: float
+    fused_rmse: float
+    oracle_rmse: float
+    coverage: dict[str, tuple[float, float]]  # route -> (steady, transients)
+    faults: list[str]  # of the aircraft
+
+
+def part(name: str, seconds: float) -> Recording | None:
+    """Of a recording, around its take-off; None = it is not at hand."""
+    if not (PH_LAB / name).exists():
+        return None
+    record = read_recording(PH_LAB / name)
+    start_s = float(record.time_s[int(np.argmax(record["mach"] > AIRBORNE_MACH))]) - GROUND_S
+    return record.window(start_s, start_s + seconds)
+
+
+def engines(place: Installation, name: str, seed: int, seconds: float) -> list[Engine]:
+    flight = fly_through(place, name, part(name, seconds), seed, scripted_s=seconds)
+    faults = [f"{fault.where} {fault.kind}" for fault in flight.faults]
+    scores = [score(flown, f"{name} {seed} {side}") for side, flown in zip(ENGINES, flight.engines, strict=True)]
+    return [Engine(*s[:6], faults) for s in scores]
+
+
+def share(inside_pct: Array) -> str:
+    """Mean over the engines (n,) and its 95 % interval."""
+    drawn = np.random.default_rng(0).choice(inside_pct, (DRAWS, len(inside_pct))).mean(axis=1)
+    low, high = np.quantile(drawn, (0.025, 0.975))
+    return f"{inside_pct.mean():.1f} % ({low:.1f} to {high:.1f})"
+
+
+def coverage_table(flown: list[Engine]) -> Table:
+    grid = Table("route", *HALVES, title=f"truth inside the 95 % band, {len(flown)} engines; 95 % of it if drawn anew")
+    for route in flown[0].coverage:
+        inside = np.array([engine.coverage[route] for engine in flown])
+        grid.add_row(route, *(share(half) for half in inside.T))
+    return grid
+
+
+def error_table(flown: list[Engine]) -> Table:
+    """RMSE over all engines, and of the worst and the median one."""
+    grid = Table("N", "all engines", "median engine", "worst engine", title="RMSE against the truth")
+    for name in ("mount", "brochure", "fused", "oracle"):
+        rmse = np.array([getattr(engine, f"{name}_rmse") for engine in flown])
+        cells = (np.sqrt(np.mean(rmse**2)), np.median(rmse), rmse.max())
+        grid.add_row("best fixed weight*" if name == "oracle" else name, *(f"{cell:.1f}" for cell in cells))
+    return grid
+
+
+def kept(key: str) -> dict[int, list[Engine]]:
+    """By seed, the engines of flights like this that were flown before."""
+    lines = [json.loads(line) for line in RESULTS.read_text().splitlines()] if RESULTS.exists() else []
+    return {line["seed"]: [Engine(**engine) for engine in line["engines"]] for line in lines if line["key"] == key}
+
+
+def keep(key: str, seed: int, flown: list[Engine]) -> None:
+    RESULTS.parent.mkdir(exist_ok=True)
+    with RESULTS.open("a") as file:
+        file.write(json.dumps({"key": key, "seed": seed, "engines": [engine._asdict() for engine in flown]}) + "\n")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--first", type=int, default=201, help="seed of the first aircraft")
+    parser.add_argument("--aircraft", type=int, default=40)
+    parser.add_argument("--seconds", type=float, default=480.0)
+    parser.add_argument("--again", action="store_true", help="throw the kept aircraft away")
+    arguments, _ = parser.parse_known_args()
+    if arguments.again:
+        RESULTS.unlink(missing_ok=True)
+    console, place, key = Console(), installation(), f"{arguments.seconds:g} s"
+    done, flown = kept(key), list[Engine]()
+    for seed in track(range(arguments.first, arguments.first + arguments.aircraft), "flying", console=console):
+        if seed not in done:
+            done[seed] = engines(place, FLIGHTS[seed % len(FLIGHTS)], seed, arguments.seconds)
+            keep(key, seed, done[seed])
+        flown += done[seed]
+    console.print(coverage_table(flown), error_table(flown))
+    excess_n = np.array([e.fused_rmse - min(e.mount_rmse, e.brochure_rmse) for e in flown])
+    console.print(f"fused better than the better route, or equal (0.5 N): {(excess_n < 0.5).sum()} of {len(flown)}")
+    console.print(
+        f"the others: median {np.median(excess_n[excess_n >= 0.5]):.1f} N worse, at most {excess_n.max():.1f} N"
+    )
+    console.print(f"reported by healthy sensors: {sorted({f for e in flown for f in e.faults}) or 'nothing'}")
+    console.print("* of both routes, with biases removed and weight chosen by the truth: nobody has that in flight")
+
+
+if __name__ == "__main__":
+    main()
