@@ -7,6 +7,7 @@ from tests.diagnose.scene import columns, inertia, mount, record
 from thrustd.diagnose.compare import compare
 from thrustd.diagnose.reference import rest_remarks
 from thrustd.errors import RecordingError
+from thrustd.model.artifact import EffectSpec
 from thrustd.records.recording import make_recording
 
 RAW_LOG = {"source": "thrustd flight log"}
@@ -26,6 +27,14 @@ def test_a_flight_model_is_compared_with_a_bench_without_accelerations():
     assert with_inertia.rmse_n == pytest.approx(without.rmse_n)
     assert rest_remarks([bench()], "", [flying]) == ["bench: accel_x_g is not recorded, 0 g taken for it"]
     assert rest_remarks([bench()], "", [mount()]) == []
+
+
+def test_a_model_that_goes_with_time_is_compared_with_a_bench():
+    """Every recording has its time, though it is no channel of it."""
+    drifting = mount(effects=[EffectSpec("sensor_drift", {"drift_mm_h": 0.01}), EffectSpec("ageing", {})])
+    (found,) = compare({"m": drifting}, [bench()]).comparisons
+    assert found.bias_n > 5.0  # 0.17 h
+    assert rest_remarks([bench()], "", [drifting]) == []
 
 
 def test_in_flight_nothing_rests():
