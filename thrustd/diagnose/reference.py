@@ -61,8 +61,9 @@ def unrecorded(record: Recording, specs: Iterable[ModelSpec]) -> dict[str, float
     A bench stands still at 1 g; what flew must have recorded how, but a mount without a thermometer is taken to be
     at 20 degC, as the daemon takes it.
     """
-    wanted = {name for spec in specs for stage in model_stages(spec, 1.0) for name in stage.channels} - {DEFORMATION, TIME}
-    missing = [CATALOGUE[name] for name in sorted(wanted) if name in CATALOGUE and name not in record]
+    wanted = {name for spec in specs for stage in model_stages(spec, 1.0) for name in stage.channels}
+    rest = sorted(wanted - {DEFORMATION, TIME})
+    missing = [CATALOGUE[name] for name in rest if name in CATALOGUE and name not in record]
     flew = "mach" in record
     return {s.name: s.rest for s in missing if isfinite(s.rest) and (s.scope == "mount" or not flew)}
 
