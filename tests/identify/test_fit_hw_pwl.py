@@ -9,9 +9,10 @@ import pytest
 from thrustd.errors import RecordingError
 from thrustd.identify.artifact import finished
 from thrustd.identify.fit_hw_pwl import HwSettings, empty_segments, fit_hw_pwl, pole_warnings
-from thrustd.identify.hw_fit import HwFit, Units, thin_data
+from thrustd.identify.hw_fit import HwFit, thin_data
 from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, residuals_of, simulate, squares
 from thrustd.identify.hw_theta import Layout
+from thrustd.identify.hw_units import Units
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import LinearBlock, PiecewiseLinear, RealMode, read_model, write_model
 from thrustd.model.compile import check_witness, compile_model

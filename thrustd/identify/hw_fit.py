@@ -7,30 +7,31 @@ do. The search starts from poles spread over the time scales of the data and, wh
 best linear model; with twice the segments wanted, which are then merged (see `hw_search`, `hw_merge`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thrustd.errors import RecordingError
 from thrustd.identify.hw_guess import guesses
 from thrustd.identify.hw_held_out import EACH, MIDDLE, Choice, choose_reins, folds_of, mean_square, rescaled
 from thrustd.identify.hw_merge import merged
 from thrustd.identify.hw_prior import LOOSE, Reins, with_priors
-from thrustd.identify.hw_problem import Point, Signal, choose_samples, normal_equations, residuals_of, slow_variance
+from thrustd.identify.hw_problem import Point, Signal, normal_equations, residuals_of, slow_variance
 from thrustd.identify.hw_search import search
 from thrustd.identify.hw_shapes import Shape, directions_of, smooth
 from thrustd.identify.hw_start import best_start, freed
-from thrustd.identify.segments import DEFORMATION, Segment, head, segments_of, thinned
+from thrustd.identify.hw_units import Units, signal_in, signals_in, units_of
+from thrustd.identify.segments import Segment, excerpts, head, segments_of, thinned
 from thrustd.records.recording import Recording
 
 Progress = Callable[[str, float], None]  # (which of the STAGES, rmse in the unit of the force)
 
 STAGES = ("starts", "smooth curves", "guesses", "held-back blocks", "free knots", "merging", "merged", "fine")
 COARSE_ROWS, MIDDLE_ROWS, FINE_ROWS = 40_000, 120_000, 400_000  # samples that count in the passes of each stage
-HELD_BACK_SAMPLES, PLENTIFUL = 60_000, 1_500_000  # to choose how rough curves may be; from which on data may be plenty
+AT_ONCE = 1_000_000  # samples that the coarse stages see of longer records
+HELD_BACK_SAMPLES, PLENTIFUL = 60_000, 900_000  # to choose how rough curves may be; from which on data may be plenty
 FOLD_ROWS = 4_000  # enough to see which model predicts better
-START_SAMPLES = 400_000  # of the longest segment, to choose among starting points
+START_SAMPLES, START_ROWS = 400_000, 10_000  # of the longest segment, to choose among starting points
 ROWS_PER_KNOT = 25  # fewer data per knot do not determine it
 FEWEST_SEGMENTS = 5  # yet these follow a cubic, near which reins may hold them
 FASTEST = 0.3  # of a sample period: shortest time constant
@@ -57,16 +58,6 @@ class HwSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Units:
-    """u = (deformation - u_zero) / u_span, y = (force - y_zero) / y_span."""
-
-    u_zero: float
-    u_span: float
-    y_zero: float
-    y_span: float
-
-
-@dataclass(frozen=True, slots=True)
 class HwFit:
     """A fitted model in normalised units, and how it went."""
 
@@ -87,16 +78,19 @@ def fit_hw(records: Sequence[Recording], settings: HwSettings | None = None, pro
 def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progress | None = None) -> HwFit:
     """As `fit_hw`, on segments cut already."""
     units = units_of(segments)
-    task = _Task(segments, units, settings, _limits(segments), _scaled(progress, units))
+    coarse = excerpts(segments, AT_ONCE)
+    task = _Task(segments, coarse, units, settings, _limits(segments), _scaled(progress, units))
     smooth_point = point = _smooth_fit(task)
     reins = LOOSE
     notes: tuple[str, ...] = ()
     if "pwl" in task.shapes:
         point, chosen = _freed_fit(task, point)
         reins, notes = chosen.reins, thin_data(chosen.ratio)
+    if coarse != segments:
+        point, smooth_point = _from_rest(point, segments), _from_rest(smooth_point, segments)
     variance = 0.0
     for rows, count, stall in ((MIDDLE_ROWS, 30 if task.small else 10, 2e-5), (FINE_ROWS, 3, 1e-4)):
-        signals = _signals(segments, units, rows)
+        signals = signals_in(segments, units, rows)
         held = rescaled(reins, smooth_point, signals)
         point, variance = task.search(point, signals, count, stall, "fine", reins=held)
     return HwFit(
@@ -116,9 +110,10 @@ def thin_data(ratio: float) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _Task:
-    """What a fit is about."""
+    """What a fit is about. coarse: what the stages before the fine one see of the segments."""
 
     segments: list[Segment]
+    coarse: list[Segment]
     units: Units
     settings: HwSettings
     limits: tuple[float, float]
@@ -156,28 +151,28 @@ def _smooth_fit(task: _Task) -> Point:
     shapes = smooth(task.shapes)
     longest = max(task.segments, key=len)
     part = head(longest, START_SAMPLES)
-    trial = _signal(part, task.units, max(1, len(part) // COARSE_ROWS))
+    trial = signal_in(part, task.units, max(1, len(part) // START_ROWS))
     point = best_start(
         trial,
         task.settings.order,
         shapes,
         lambda point, signals, count: task.search(point, signals, count, 1e-3, "starts", shapes),
     )
-    point = replace(point, starts=np.zeros((len(task.segments), point.layout.width)))
-    coarse = _signals(task.segments, task.units, COARSE_ROWS)
+    point = _from_rest(point, task.coarse)
+    coarse = signals_in(task.coarse, task.units, COARSE_ROWS)
     return task.search(point, coarse, task.settings.iterations, 1e-3, "smooth curves", shapes)[0]
 
 
 def _freed_fit(task: _Task, point: Point) -> tuple[Point, Choice]:
     """Free knots, more than wanted, held as tightly as held-back blocks ask for, then merged."""
-    coarse = _signals(task.segments, task.units, COARSE_ROWS)
+    coarse = signals_in(task.coarse, task.units, COARSE_ROWS)
     start, like = freed(point, task.shapes, _most_knots(task), coarse), _near(point)
     guess, ratio = _best_guess(task, start)
     if ratio < MUCH_BETTER:
         start, like, point = guess, LOOSE, guess
     others = [guess] if task.small and MUCH_BETTER <= ratio < 1.0 else []
     chosen = _chosen_reins(task, point, [start, *others], like)
-    begins = [replace(chosen.point, starts=np.zeros_like(start.starts))]
+    begins = [_from_rest(chosen.point, coarse)]
     if chosen.reins is LOOSE and ratio < 1.0:
         begins = [*begins[: int(task.small)], guess]
     reins = rescaled(chosen.reins, point, coarse)
@@ -189,15 +184,19 @@ def _chosen_reins(task: _Task, smooth_point: Point, starts: Sequence[Point], lik
     """Long records are thinned: how rough a curve may be does not hang on the rate."""
     total = sum(map(len, task.segments))
     segments = thinned(task.segments, HELD_BACK_SAMPLES) or task.segments
-    zero = np.zeros((len(segments), smooth_point.layout.width))
     return choose_reins(
-        replace(smooth_point, starts=zero),
-        [replace(start, starts=zero) for start in starts],
-        folds_of(_signals(segments, task.units, FOLD_ROWS), EACH),
+        _from_rest(smooth_point, segments),
+        [_from_rest(start, segments) for start in starts],
+        folds_of(signals_in(segments, task.units, FOLD_ROWS), EACH),
         lambda p, signals, reins: task.search(p, signals, FREEING, 1e-3, "held-back blocks", reins=reins)[0],
         like,
         total > PLENTIFUL,
     )
+
+
+def _from_rest(point: Point, stretches: Sized) -> Point:
+    """At rest at the beginning of each of so many stretches."""
+    return replace(point, starts=np.zeros((len(stretches), point.layout.width)))
 
 
 def _near(point: Point) -> Reins:
@@ -220,8 +219,8 @@ def _best_guess(task: _Task, start: Point) -> tuple[Point, float]:
     `start` is the smooth model, which the search may make worse where the first data of every segment are few.
     """
     few = [head(segment, GUESS_SAMPLES) for segment in task.segments[:GUESS_SEGMENTS]]
-    (fold,) = folds_of(_signals(few, task.units, FOLD_ROWS), (MIDDLE,))
-    own = replace(start, starts=start.starts[: len(few)])
+    (fold,) = folds_of(signals_in(few, task.units, FOLD_ROWS), (MIDDLE,))
+    own = _from_rest(start, few)
     ends = [
         task.search(guess, fold.train, GUESSING, 1e-3, "guesses")[0]
         for guess in (own, *guesses(own, task.shapes, fold.train))
@@ -229,7 +228,7 @@ def _best_guess(task: _Task, start: Point) -> tuple[Point, float]:
     errors = [mean_square(end, fold.held) for end in ends]
     errors[0] = min(errors[0], mean_square(own, fold.held))
     best = int(np.argmin(errors))
-    found = start if best == 0 else replace(ends[best], starts=np.zeros_like(start.starts))
+    found = start if best == 0 else _from_rest(ends[best], start.starts)
     return found, float(np.sqrt(errors[best] / errors[0]))
 
 
@@ -244,38 +243,11 @@ def _most_knots(task: _Task) -> tuple[int, int]:
     return first, second
 
 
-def units_of(segments: Sequence[Segment]) -> Units:
-    """Range of the input, mean and spread of the output; RecordingError when either is constant."""
-    u_low = min(float(segment.inputs[DEFORMATION].min()) for segment in segments)
-    u_high = max(float(segment.inputs[DEFORMATION].max()) for segment in segments)
-    force_n = [segment.force_n[np.isfinite(segment.force_n)] for segment in segments]
-    total = sum(map(len, force_n))
-    mean = sum(float(part.sum()) for part in force_n) / total
-    std = float(np.sqrt(sum(float(((part - mean) ** 2).sum()) for part in force_n) / total))
-    name = segments[0].record
-    if not u_high > u_low:
-        raise RecordingError(f"{name}: {DEFORMATION} is {u_low:g} all the time; a constant input identifies nothing")
-    if not std > 0:
-        raise RecordingError(f"{name}: force_N is {mean:g} all the time; expected a force that moves")
-    return Units(u_low, u_high - u_low, mean, std)
-
-
 def _scaled(progress: Progress | None, units: Units) -> Callable[[str], Callable[[float], None] | None]:
     def stage(what: str) -> Callable[[float], None] | None:
         return None if progress is None else lambda rms: progress(what, rms * units.y_span)
 
     return stage
-
-
-def _signals(segments: Sequence[Segment], units: Units, rows: int) -> list[Signal]:
-    total = sum(map(len, segments))
-    return [_signal(segment, units, max(1, total // rows)) for segment in segments]
-
-
-def _signal(segment: Segment, units: Units, stride: int) -> Signal:
-    u = (segment.inputs[DEFORMATION] - units.u_zero) / units.u_span
-    y = (segment.force_n - units.y_zero) / units.y_span
-    return Signal(u, y, segment.dt_s, choose_samples(y, stride))
 
 
 def _fewer_knots(task: _Task, point: Point, signals: list[Signal], reins: Reins) -> Point:

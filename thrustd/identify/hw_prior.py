@@ -37,15 +37,16 @@ LOOSE = Reins()
 
 def bend_rows(layout: Layout, theta: Floats) -> Floats:
     """Rows (n_inner, size) whose product with theta is each inner knot's distance from the line of its neighbours."""
-    rows = []
+    rows = np.zeros((layout.n_f + layout.n_h - 4, layout.size))
+    first = 0
     for y_part, x_part in ((layout.fy, layout.fx), (layout.hy, layout.hx)):
         x = theta[x_part]
-        for j in range(1, len(x) - 1):
-            t = (x[j] - x[j - 1]) / (x[j + 1] - x[j - 1])
-            row = np.zeros(layout.size)
-            row[y_part.start + j - 1 : y_part.start + j + 2] = t - 1, 1, -t
-            rows.append(row)
-    return np.array(rows).reshape(-1, layout.size)
+        inner = np.arange(len(x) - 2)
+        t = (x[1:-1] - x[:-2]) / (x[2:] - x[:-2])
+        for place, weight in enumerate((t - 1, np.ones_like(t), -t)):
+            rows[first + inner, y_part.start + place + inner] = weight
+        first += len(inner)
+    return rows
 
 
 def with_priors(point: Point, normal: Normal, variance: float, reins: Reins) -> tuple[Normal, float]:

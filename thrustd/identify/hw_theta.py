@@ -1,6 +1,7 @@
 """The parameters of an HW-PWL model as one vector in normalised units, and the tables its recursion needs."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from thrustd.model.stage import Floats
 SMALLEST = 1e-250  # what a mode may decay to between two rows
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)  # no slots: places are asked for by the hundred thousand, so they are worked out once
 class Layout:
     """Which entry of the vector is what: f's y and x, poles, gains, c, h's y and x (knots include both ends)."""
 
@@ -20,42 +21,42 @@ class Layout:
     n_complex: int
     n_h: int
 
-    @property
+    @cached_property
     def width(self) -> int:
         """Numbers per kind of linear parameter: one for a real mode, two for a complex pair."""
         return self.n_real + 2 * self.n_complex
 
-    @property
+    @cached_property
     def size(self) -> int:
         return 2 * self.n_f + 2 * self.width + 1 + 2 * self.n_h
 
-    @property
+    @cached_property
     def fy(self) -> slice:
         return slice(0, self.n_f)
 
-    @property
+    @cached_property
     def fx(self) -> slice:
         return slice(self.n_f, 2 * self.n_f)
 
-    @property
+    @cached_property
     def poles(self) -> slice:
         """log tau_s of real modes, then log decay and log frequency of each pair."""
         return slice(2 * self.n_f, 2 * self.n_f + self.width)
 
-    @property
+    @cached_property
     def gains(self) -> slice:
         return slice(self.poles.stop, self.poles.stop + self.width)
 
-    @property
+    @cached_property
     def c(self) -> int:
         """Place of the DC gain of the linear block."""
         return self.gains.stop
 
-    @property
+    @cached_property
     def hy(self) -> slice:
         return slice(self.c + 1, self.c + 1 + self.n_h)
 
-    @property
+    @cached_property
     def hx(self) -> slice:
         return slice(self.hy.stop, self.hy.stop + self.n_h)
 
