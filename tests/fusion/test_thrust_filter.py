@@ -100,6 +100,19 @@ def test_noise_of_the_engine_is_not_learnt_as_its_deviation():
     assert abs(engine) < 2.0 * std
 
 
+def test_a_sigma_that_grows_with_readings_high_by_noise_moves_nothing():
+    """Without fuel flow N1's own noise widens the deck's sigma: not only its low readings may count."""
+    rng, thrust_filter, std_n, said = np.random.default_rng(5), ThrustFilter(FusionSettings(), 0), 130.0, []
+    for k in range(2000):
+        noise_n = rng.normal(0, 10.0)
+        if k > 1000:
+            std_n = max(std_n, 130.0 + 0.2 * (k - 1000) + 0.1 * noise_n)
+        told = inputs(k, 4000.0 + rng.normal(0, 5.0), 3850.0 + noise_n)
+        told["brochure_std_n"] = std_n
+        said.append(thrust_filter.step(told).thrust_n)
+    assert np.mean(said[-200:]) == pytest.approx(np.mean(said[800:1000]), abs=15.0)
+
+
 def test_smoothing_is_rauch_tung_striebel_where_no_error_is_learnt(monkeypatch):
     """Against filterpy's own smoother, over several blocks, when the readings have no other error than noise."""
     monkeypatch.setattr(smoother, "BLOCK", 64)

@@ -29,7 +29,7 @@ N_STATE = 6
 Matrix = npt.NDArray[np.float64]
 
 DOUBT_ENDS = 0.1
-FALLS_BELOW = 0.8  # of v: less is the noise of the readings, and the error would be forgotten by it
+FALLS_BELOW, RISES_ABOVE = 0.8, 1.1  # of v: less is the noise of the readings, and the error would be learnt from it
 SHAPE_SETTLE_S = 10.0  # fuel flow has said anew where N1's line is; what a throttle left in the mounts is not over
 START_ERROR_N = 60.0  # h and d, before the first measurement says its own
 LEAST_ERROR_N = 10.0  # of h and d: no route is exact, and a state known exactly makes covariances singular
@@ -52,11 +52,14 @@ def _follow(sizes: Matrix, which: int, std_n: float, keep: float, dt_s: float, s
         v' = max(sigma^2, b^2 v + (1 - b^2) sigma^2),     a = min(a, v' / v)
 
     for then the error was a sum, and the part that has ended was independent of what stays. Where sigma^2 falls to less
-    than `DOUBT_ENDS` of v, a doubt ended (an acceleration came back): b = 0.
+    than `DOUBT_ENDS` of v, a doubt ended (an acceleration came back): b = 0. Between `FALLS_BELOW` and `RISES_ABOVE` of
+    v it is the same: a v that grew with readings that are high by noise would let the low ones alone move the thrust.
     """
     before_n2 = sizes[which]
     wanted_n2 = std_n * std_n if isfinite(std_n) else before_n2
     fall = keep
+    if before_n2 < wanted_n2 < RISES_ABOVE * before_n2:
+        wanted_n2 = before_n2
     if wanted_n2 < FALLS_BELOW * before_n2:
         fall = 0.0 if wanted_n2 < DOUBT_ENDS * before_n2 else keep * exp(-dt_s / settle_s)
     after_n2 = max(wanted_n2, wanted_n2 + fall * fall * (before_n2 - wanted_n2))
