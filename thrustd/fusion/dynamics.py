@@ -17,12 +17,10 @@ eq. 5.3).
 from math import exp, inf, isfinite, nan, sqrt
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from thrustd.compiled import compiled
-from thrustd.fusion.settings import SETTINGS
 
 THRUST, RATE, ZERO, MOUNT, ENGINE, SHAPE = range(6)
 N_STATE = 6
@@ -75,16 +73,16 @@ def _slow_std(std_n: float, else_n: float) -> float:
     return sqrt(max(std_n**2 - else_n**2, LEAST_ERROR_N**2)) if isfinite(std_n) else nan
 
 
-def _motion(
-    f: Matrix, q: Matrix, sizes: Matrix, settings: Any, dt_s: float, rate_n_s: float, n1_rate_pct_s: float,
+@compiled
+def move(
+    f: Matrix, q: Matrix, sizes: Matrix, s: Any, dt_s: float, rate_n_s: float, n1_rate_pct_s: float,
     surprise_n_s: float, mount_std_n: float, brochure_n: float, brochure_std_n: float,
 ) -> None:  # fmt: skip
     """Write F and Q, each (6, 6), of a step of `dt_s`; f and q are those of the step before, or unity and zeros.
 
-    `rate_n_s` of the thrust now; the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate unseen; sigma of the
-    mounts, brochure thrust and its sigma: NaN of a silent route.
+    `s`: settings; the thrust moves by `rate_n_s` now, the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate
+    unseen; sigma of the mounts, brochure thrust and its sigma: NaN of a silent route.
     """
-    s = settings[0]
     if isfinite(brochure_std_n):
         scale_n = max(abs(brochure_n), SCALE_FLOOR_N)
         if abs(scale_n - sizes[SCALE_N]) > SCALE_STEP * sizes[SCALE_N]:
@@ -115,7 +113,3 @@ def _motion(
         s.brochure_bias_std**2 * (1.0 - keep_engine**2),
     )
     q[MOUNT, MOUNT], q[SHAPE, SHAPE] = q_h, q_d
-
-
-_F, _TABLE = numba.float64, numba.float64[:, ::1]
-move: Any = compiled(_motion, numba.void(_TABLE, _TABLE, _F[::1], numba.from_dtype(SETTINGS)[::1], *[_F] * 7), "numpy")

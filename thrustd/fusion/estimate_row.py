@@ -26,7 +26,7 @@ NORMAL_95 = 1.96  # sigmas within which lie 95 % of normal errors
 
 
 @compiled
-def _bounded_n2(s: Any, slow: Matrix, p: Matrix) -> float:
+def _bounded_n2(s: Any, sizes: Matrix, p: Matrix) -> float:
     """By what the variance of the thrust is larger than that of a normal error with the same 95 % band.
 
     The brochure's error b = s c + d is bounded: 95 % of it are within 1.4 sigma_b. The thrust's follows it, (P_Tb /
@@ -36,9 +36,9 @@ def _bounded_n2(s: Any, slow: Matrix, p: Matrix) -> float:
 
     (drawn: two-sided, arcsine and uniform b; at most 4 % too narrow).
     """
-    scale_n = slow[SIZES, SCALE_N]
+    scale_n = sizes[SCALE_N]
     shared_n2 = scale_n * p[THRUST, ENGINE] + p[THRUST, SHAPE]
-    brochure_n2 = (scale_n * s.brochure_bias_std) ** 2 + slow[SIZES, SHAPE_N2]
+    brochure_n2 = (scale_n * s.brochure_bias_std) ** 2 + sizes[SHAPE_N2]
     part = min(shared_n2**2 / (brochure_n2 * p[THRUST, THRUST]), 1.0)
     return (1.0 - (s.brochure_error_95 / NORMAL_95) ** 2) * part**3 * p[THRUST, THRUST]
 
@@ -63,7 +63,7 @@ def _brochure_bits(there: bool, rejected: bool, failed: float, off: bool) -> int
     return status | BROCHURE_REJECTED if rejected else status
 
 
-def _row(memory: Any, told: Any, settings: Any, slow: Matrix, x: Matrix, p: Matrix, engine: int) -> tuple[Any, ...]:
+def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: int) -> tuple[Any, ...]:
     """The fields of an Estimate. A measurement that was gated out while its route is believed says that one of both is
     wrong: the band holds what it says, too.
     """
@@ -75,11 +75,11 @@ def _row(memory: Any, told: Any, settings: Any, slow: Matrix, x: Matrix, p: Matr
     status |= GAP if t.gap else 0
     status |= ONE_MOUNT if t.one_mount else 0
     status |= LOAD_FACTOR_STALE if t.load_factor_stale else 0
-    mount_failed, brochure_failed = slow[MOUNT_GATE, FAILED], slow[BROCHURE_GATE, FAILED]
+    mount_failed, brochure_failed = m.slow[MOUNT_GATE, FAILED], m.slow[BROCHURE_GATE, FAILED]
     status |= _mount_bits(isfinite(t.mount_n), m.mount_used, mount_failed)
     rejected = isfinite(m.last_nu_n) and not m.last_used
     status |= _brochure_bits(isfinite(t.brochure_n), rejected, brochure_failed, m.off)
-    m.bounded_n2 = _bounded_n2(s, slow, p)
+    m.bounded_n2 = _bounded_n2(s, m.slow[SIZES], p)
     variance_n2 = p[THRUST, THRUST] - m.bounded_n2
     if isfinite(m.mount_nu_n) and not m.mount_used and mount_failed == 0.0:
         variance_n2 += m.mount_nu_n**2
@@ -89,7 +89,7 @@ def _row(memory: Any, told: Any, settings: Any, slow: Matrix, x: Matrix, p: Matr
     nis = m.mount_nis if m.mount_used else m.nis if m.used else nan
     if m.mount_used and m.used:
         nis = (m.mount_nis + m.nis) / 2
-    deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(slow[SIZES, SCALE_N], SCALE_FLOOR_N)
+    deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.slow[SIZES, SCALE_N], SCALE_FLOOR_N)
     return (
         t.t_ns, engine, x[THRUST, 0], sqrt(variance_n2), x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
         t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[ZERO, 0] + x[MOUNT, 0], deviation, t.load_share, status,
@@ -100,4 +100,4 @@ def _row(memory: Any, told: Any, settings: Any, slow: Matrix, x: Matrix, p: Matr
 _F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
 _ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
-estimate_row: Any = compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _TABLE, _I), "numpy")
+estimate_row: Any = compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I), "numpy")

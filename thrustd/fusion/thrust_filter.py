@@ -20,12 +20,12 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.fusion.dynamics import N_STATE, RATE, START_ERROR_N, THRUST, Matrix, move
+from thrustd.fusion.dynamics import N_STATE, RATE, START_ERROR_N, THRUST, Matrix
 from thrustd.fusion.estimate_row import estimate_row
 from thrustd.fusion.kalman import KalmanFilter
 from thrustd.fusion.settings import FusionSettings, settings_row
 from thrustd.fusion.smoother import Tape
-from thrustd.fusion.thrust_step import DONE, FILTER, LIED, MOST_NEWS, NEVER_NS, NEWS, PAST_S, PREDICT, UPDATE, go_on
+from thrustd.fusion.thrust_step import DONE, FILTER, LIED, NEVER_NS, NEWS, PAST_S, PREDICT, UPDATE, go_on, lay_out
 from thrustd.types import Estimate, Fault
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
@@ -45,11 +45,9 @@ class ThrustFilter:
         self._memory["t_ns"] = self._memory["read_ns"] = NEVER_NS
         self._memory["last_nu_n"], self._memory["mount_age_s"] = nan, mount_age_s
         self._memory["step_n"] = 2.0 * mount_age_s * settings.agreed_surprise_rate_n_s
-        self._z, self._n_news, self._news = self._memory["z"], self._memory["n_news"], np.zeros(MOST_NEWS, np.int64)
         self._settings = settings_row(settings)
-        self._slow = np.zeros((3, 3))  # sizes of the slow errors, both gates; there is no brochure thrust yet
-        self._slow[0, :2] = START_ERROR_N**2
-        self._h = np.zeros((1, N_STATE))
+        self._z, self._n_news, (self._slow,) = self._memory["z"], self._memory["n_news"], self._memory["slow"]
+        self._slow[0, :2] = START_ERROR_N**2  # there is no brochure thrust yet
         self._kf = KalmanFilter(dim_x=N_STATE, dim_z=1)
         self._kf.inv = np.reciprocal  # scalar measurements: S is 1 x 1
         self._kf.x = np.zeros((N_STATE, 1))
@@ -57,10 +55,8 @@ class ThrustFilter:
         start = (START_STD_N, START_RATE_STD_N_S, zero_n, START_ERROR_N, engine_std, START_ERROR_N)
         self._kf.P = np.diag(np.square(start))
         # F, Q, H and R of one scalar measurement are written anew in place
-        self._motion: tuple[Matrix, Matrix] = np.eye(N_STATE), np.zeros((N_STATE, N_STATE))
-        self._kf.F, self._kf.Q = self._motion
-        self._kf.R = np.zeros((1, 1))
-        self._work = self._settings, self._slow, self._news, *self._motion, self._h, self._kf.R
+        self._kf.F, self._kf.Q, self._h, self._kf.R = (self._memory[name][0] for name in ("f", "q", "h", "r"))
+        self._kf.F[:] = np.eye(N_STATE)
         self._tape: Tape | None = None
         self._faults: list[Fault] = []
         self._past = [self._row(), self._row()]  # of 5 to 10 s ago, of `past_s` ago
@@ -76,23 +72,19 @@ class ThrustFilter:
 
     def step(self, told: Any) -> Estimate:
         """Predict to `t_ns`, weigh what is there, return the estimate. `told`: see `FusionInputs.row`."""
-        kf, memory, work = self._kf, self._memory, self._work
-        x, p = kf.x, kf.P
-        deed = go_on(memory, told, *work, x, p, x, p)
-        while deed != DONE:
-            x, p = kf.x, kf.P
+        kf, what = self._kf, (self._memory, told, self._settings)
+        while (deed := go_on(*what, kf.x, kf.P)) != DONE:
             if deed == UPDATE:
-                kf.update(self._z.item(), H=self._h)  # makes new arrays, like `predict`
+                kf.update(self._z.item(), H=self._h)
             elif deed == PREDICT:
                 kf.predict()
             else:
                 self._look_back(told)
-            deed = go_on(memory, told, *work, x, p, kf.x, kf.P)
         if self._n_news.item():
             self._report()
-        row = estimate_row(memory, told, self._settings, self._slow, kf.x, kf.P, self._engine)
+        row = estimate_row(*what, kf.x, kf.P, self._engine)
         if self._tape is not None:
-            self._tape.write(told["t_ns"].item(), kf.x, kf.P, *self._motion, memory["bounded_n2"].item())
+            self._tape.write(told["t_ns"].item(), kf.x, kf.P, kf.F, kf.Q, self._memory["bounded_n2"].item())
         estimate: Estimate = tuple.__new__(Estimate, row)
         return estimate
 
@@ -143,9 +135,7 @@ class ThrustFilter:
             thrust_n, age_s = self.thrust_n, PAST_S + memory["past_s"].item()
             self._load(self._past[0])
             rate_n_s = (thrust_n - self.thrust_n) / age_s
-            surprise_n_s, routes = memory["surprise_n_s"].item(), ("mount_std_n", "brochure_n", "brochure_std_n")
-            said = [told[name].item() for name in ("n1_rate_pct_s", *routes)]
-            move(*self._motion, self._slow[0], self._settings, age_s, rate_n_s, said[0], surprise_n_s, *said[1:])
+            lay_out(memory, told, self._settings, age_s, rate_n_s)
             self._kf.x[RATE] = rate_n_s
             self._kf.predict()
             self._kf.x[THRUST] = thrust_n
@@ -153,7 +143,7 @@ class ThrustFilter:
 
     def _report(self) -> None:
         t_ns = self._memory["t_ns"].item()
-        for what in self._news[: self._n_news.item()].tolist():
+        for what in self._memory["news"][0, : self._n_news.item()].tolist():
             self._faults.append(Fault(t_ns, self._name, NEWS[what]))
 
 

@@ -35,15 +35,20 @@ MOST_NEWS = 5  # of one step
 
 FILTER = np.dtype(
     [
+        ("f", np.float64, (N_STATE, N_STATE)),  # for filterpy, written anew in place
+        ("q", np.float64, (N_STATE, N_STATE)),
+        ("h", np.float64, (1, N_STATE)),
+        ("r", np.float64, (1, 1)),
+        ("x_before", np.float64, (N_STATE, 1)),  # what it is about to update
+        ("p_before", np.float64, (N_STATE, N_STATE)),
+        ("slow", np.float64, (3, 3)),  # sizes of the slow errors, both gates
+        ("news", np.int64, MOST_NEWS),
+        ("n_news", np.int64),
         ("place", np.int64),  # in the step
         ("t_ns", np.int64),  # of the last step
         ("read_ns", np.int64),  # of the last brochure reading used
         ("dt_s", np.float64),
         ("off_s", np.float64),
-        ("off", np.bool_),
-        ("tared", np.bool_),
-        ("anchored", np.bool_),  # a measurement of this instant has said where T is: the next teaches the errors
-        ("updated", np.bool_),  # filterpy has just done so, and knows nothing of errors that stay
         ("doubts", np.int64),  # the `LIED` bits of the last step
         ("past_s", np.float64),
         ("surprise_n_s", np.float64),
@@ -53,15 +58,19 @@ FILTER = np.dtype(
         ("z", np.float64),
         ("mount_nu_n", np.float64),  # verdicts of this step
         ("mount_nis", np.float64),
-        ("mount_used", np.bool_),
         ("nu_n", np.float64),
         ("nis", np.float64),
-        ("used", np.bool_),
         ("last_nu_n", np.float64),  # of the last brochure reading
-        ("last_used", np.bool_),
         ("bounded_n2", np.float64),  # what is taken off the printed variance: see `estimate_row`
-        ("n_news", np.int64),
-    ]
+        ("mount_used", np.bool_),
+        ("used", np.bool_),
+        ("last_used", np.bool_),
+        ("off", np.bool_),
+        ("tared", np.bool_),
+        ("anchored", np.bool_),  # a measurement of this instant has said where T is: the next teaches the errors
+        ("updated", np.bool_),  # filterpy is about to, and knows nothing of errors that stay
+    ],
+    align=True,
 )
 
 
@@ -79,75 +88,70 @@ def _begin(m: Any, t: Any, s: Any) -> None:
 
 
 @compiled
-def _tell(m: Any, news: Any, what: int) -> None:
-    news[m.n_news] = what
+def _tell(m: Any, what: int) -> None:
+    m.news[m.n_news] = what
     m.n_news += 1
 
 
 @compiled
-def _settle(m: Any, x_before: Matrix, p_before: Matrix, x: Matrix, p: Matrix) -> None:
+def _settle(m: Any, x: Matrix, p: Matrix) -> None:
     """Errors that a measurement must not teach are as they were before it."""
     if m.updated:
         end = N_STATE if not m.anchored else ZERO if m.off else ZERO + 1
         for i in range(ZERO, end):
-            x[i, 0] = x_before[i, 0]
+            x[i, 0] = m.x_before[i, 0]
             for j in range(ZERO, end):
-                p[i, j] = p_before[i, j]
+                p[i, j] = m.p_before[i, j]
         m.anchored, m.updated = True, False
 
 
 @compiled
-def _tare(m: Any, t: Any, s: Any, news: Any, h: Matrix, r: Matrix) -> None:
+def _tare(m: Any, t: Any, s: Any) -> None:
     """Once the engine is off there is no thrust."""
     turning = not t.n1_pct < s.engine_off_n1_pct  # NaN counts as turning
     m.off_s = 0.0 if turning else m.off_s + m.dt_s
     m.off = m.off_s >= s.engine_off_after_s
     if m.off and not m.tared and isfinite(t.mount_n):
-        _tell(m, news, _TARED)
+        _tell(m, _TARED)
         m.tared = True
     if turning:
         m.tared = False
     if m.off:
-        h[0] = 0.0
-        h[0, THRUST] = 1.0
-        m.z, r[0, 0], m.updated = 0.0, s.tare_std_n**2, True
+        m.h[0] = 0.0
+        m.h[0, THRUST] = 1.0
+        m.z, m.r[0, 0], m.updated = 0.0, s.tare_std_n**2, True
 
 
 @compiled
 def _measure(
-    m: Any, s: Any, gate: Matrix, failed: int, news: Any, y: float, doubt_n2: float, dt_s: float, h: Matrix, r: Matrix,
-    x: Matrix, p: Matrix,
-) -> tuple[float, float, bool]:  # fmt: skip
+    m: Any, s: Any, gate: Matrix, failed: int, y: float, doubt_n2: float, dt_s: float, x: Matrix, p: Matrix
+) -> tuple[float, float, bool]:
     """Gate one scalar measurement, opened by `doubt_n2`; -> the verdict on it. `failed`: the news when it is."""
     if not isfinite(y):
         return nan, nan, False
     before = gate[FAILED]
-    verdict = judge(gate, s, y, h, r[0, 0], doubt_n2, dt_s, x, p)
+    verdict = judge(gate, s, y, m.h, m.r[0, 0], doubt_n2, dt_s, x, p)
     if gate[FAILED] != before:
-        _tell(m, news, failed if gate[FAILED] != 0.0 else failed + 1)
+        _tell(m, failed if gate[FAILED] != 0.0 else failed + 1)
     m.z, m.updated = y, verdict[2]
     return verdict
 
 
 @compiled
-def _mounts(
-    m: Any, t: Any, s: Any, slow: Matrix, news: Any, dt_s: float, h: Matrix, r: Matrix, x: Matrix, p: Matrix
-) -> None:
+def _mounts(m: Any, t: Any, s: Any, dt_s: float, x: Matrix, p: Matrix) -> None:
     """With the engine off the mounts show their own error, whatever the filter held it for: a wider gate."""
-    h[0] = 0.0
-    h[0, THRUST] = h[0, ZERO] = h[0, MOUNT] = 1.0
-    h[0, RATE] = -m.mount_age_s
-    r[0, 0] = s.mount_noise_std_n**2
+    m.h[0] = 0.0
+    m.h[0, THRUST] = m.h[0, ZERO] = m.h[0, MOUNT] = 1.0
+    m.h[0, RATE] = -m.mount_age_s
+    m.r[0, 0] = s.mount_noise_std_n**2
     doubt_n2 = OFF_DOUBT_N**2 if m.off else 0.0
     m.mount_nu_n, m.mount_nis, m.mount_used = _measure(
-        m, s, slow[MOUNT_GATE], _MOUNT_FAILED, news, t.mount_n, doubt_n2, dt_s, h, r, x, p
+        m, s, m.slow[MOUNT_GATE], _MOUNT_FAILED, t.mount_n, doubt_n2, dt_s, x, p
     )
 
 
 @compiled
-def _brochure(
-    m: Any, t: Any, s: Any, slow: Matrix, news: Any, again: bool, h: Matrix, r: Matrix, x: Matrix, p: Matrix
-) -> None:
+def _brochure(m: Any, t: Any, s: Any, again: bool, x: Matrix, p: Matrix) -> None:
     """Once per reading of the engine; in between the last verdict stands."""
     if m.off or t.n1_pct < s.engine_off_n1_pct or not isfinite(t.brochure_n):
         m.last_nu_n, m.last_used = nan, False  # no deck says anything of an engine that stands
@@ -157,13 +161,11 @@ def _brochure(
         return
     dt_s = 0.0 if m.read_ns == NEVER_NS else (read_ns - m.read_ns) * 1e-9
     m.read_ns = read_ns
-    h[0] = 0.0
-    h[0, THRUST] = h[0, SHAPE] = 1.0
-    h[0, RATE], h[0, ENGINE] = -t.brochure_age_s, slow[SIZES, SCALE_N]
-    r[0, 0] = s.brochure_noise_std_n**2 + t.brochure_lag_n**2
-    m.nu_n, m.nis, m.used = _measure(
-        m, s, slow[BROCHURE_GATE], _BROCHURE_FAILED, news, t.brochure_n, 0.0, dt_s, h, r, x, p
-    )
+    m.h[0] = 0.0
+    m.h[0, THRUST] = m.h[0, SHAPE] = 1.0
+    m.h[0, RATE], m.h[0, ENGINE] = -t.brochure_age_s, m.slow[SIZES, SCALE_N]
+    m.r[0, 0] = s.brochure_noise_std_n**2 + t.brochure_lag_n**2
+    m.nu_n, m.nis, m.used = _measure(m, s, m.slow[BROCHURE_GATE], _BROCHURE_FAILED, t.brochure_n, 0.0, dt_s, x, p)
     m.last_nu_n, m.last_used = m.nu_n, m.used
 
 
@@ -183,59 +185,65 @@ def _moved(m: Any, t: Any, s: Any) -> bool:
 
 
 @compiled
-def _weigh(
-    place: int, m: Any, t: Any, s: Any, slow: Matrix, news: Any, q: Matrix, h: Matrix, r: Matrix, x: Matrix, p: Matrix
-) -> None:
+def _weigh(place: int, m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
     if place == TARE:
         m.doubts = t.status & LIED
-        _tare(m, t, s, news, h, r)
+        _tare(m, t, s)
     elif place == MOUNTS:
         # before the brochure: they are what knows where the thrust is while the throttle moves
-        _mounts(m, t, s, slow, news, m.dt_s, h, r, x, p)
+        _mounts(m, t, s, m.dt_s, x, p)
     elif place == BROCHURE:
-        _brochure(m, t, s, slow, news, False, h, r, x, p)
+        _brochure(m, t, s, False, x, p)
     elif place == MOUNTS_AGAIN and not _moved(m, t, s):
         m.place = END
     elif place == MOUNTS_AGAIN:
-        _open(p, q, m.moved_n)
-        _mounts(m, t, s, slow, news, 0.0, h, r, x, p)
+        _open(p, m.q, m.moved_n)
+        _mounts(m, t, s, 0.0, x, p)
     else:
         left_n = STILL_TO_COME * m.moved_n
-        _open(p, q, left_n if abs(left_n) <= abs(m.step_n) else m.step_n)
+        _open(p, m.q, left_n if abs(left_n) <= abs(m.step_n) else m.step_n)
         if isfinite(m.nu_n) and not m.used:
-            _brochure(m, t, s, slow, news, True, h, r, x, p)
+            _brochure(m, t, s, True, x, p)
 
 
-def _go_on(
-    memory: Any, told: Any, settings: Any, slow: Matrix, news: Any, f: Matrix, q: Matrix, h: Matrix, r: Matrix,
-    x_before: Matrix, p_before: Matrix, x: Matrix, p: Matrix,
-) -> int:  # fmt: skip
-    """-> what filterpy is to do next. `x_before`, `p_before`: of before it did what was asked for last."""
+@compiled
+def _lay_out_motion(m: Any, t: Any, s: Any, dt_s: float, rate_n_s: float) -> None:
+    """F and Q of a step of `dt_s` with a thrust that moves by `rate_n_s`."""
+    routes = t.mount_std_n, t.brochure_n, t.brochure_std_n
+    move(m.f, m.q, m.slow[SIZES], s, dt_s, rate_n_s, t.n1_rate_pct_s, m.surprise_n_s, *routes)
+
+
+def _lay_out(memory: Any, told: Any, settings: Any, dt_s: float, rate_n_s: float) -> None:
+    _lay_out_motion(memory[0], told[0], settings[0], dt_s, rate_n_s)
+
+
+def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> int:
+    """-> what filterpy is to do next with its x and P."""
     m, t, s = memory[0], told[0], settings[0]
-    _settle(m, x_before, p_before, x, p)
+    _settle(m, x, p)
     while m.place != END:
         place = m.place
         m.place += 1
         if place == BEGIN:
             _begin(m, t, s)
-            routes = t.mount_std_n, t.brochure_n, t.brochure_std_n
-            dt_s = min(m.dt_s, MAX_STEP_S)
-            move(f, q, slow[SIZES], settings, dt_s, x[RATE, 0], t.n1_rate_pct_s, m.surprise_n_s, *routes)
+            _lay_out_motion(m, t, s, min(m.dt_s, MAX_STEP_S), x[RATE, 0])
             return PREDICT
         if place == PAST:
             m.past_s += min(m.dt_s, MAX_STEP_S)
             if m.past_s >= PAST_S or t.status & LIED & ~m.doubts:
                 return LOOK_BACK
             continue
-        _weigh(place, m, t, s, slow, news, q, h, r, x, p)
+        _weigh(place, m, t, s, x, p)
         if m.updated:
+            m.x_before[:], m.p_before[:] = x, p
             return UPDATE
     m.place = BEGIN
     mount, brochure = (m.mount_nu_n, m.mount_used), (m.last_nu_n, m.last_used)
-    m.surprise_n_s = surprise_n_s(s, (*mount, slow[MOUNT_GATE, FAILED]), (*brochure, slow[BROCHURE_GATE, FAILED]))
+    m.surprise_n_s = surprise_n_s(s, (*mount, m.slow[MOUNT_GATE, FAILED]), (*brochure, m.slow[BROCHURE_GATE, FAILED]))
     return DONE
 
 
-_TABLE = numba.float64[:, ::1]
+_F, _TABLE = numba.float64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
-go_on: Any = compiled(_go_on, numba.int64(*_RECORDS, _TABLE, numba.int64[::1], *[_TABLE] * 8), "numpy")
+go_on: Any = compiled(_go_on, numba.int64(*_RECORDS, _TABLE, _TABLE), "numpy")
+lay_out: Any = compiled(_lay_out, numba.void(*_RECORDS, _F, _F), "numpy")
