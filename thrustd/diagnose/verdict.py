@@ -62,17 +62,19 @@ def judge(
     spec: ModelSpec, evidence: Evidence, effects: Sequence[Effect], progress: Progress | None = None
 ) -> Judgement:
     """The verdict of the rounds, or two effects at once where these explain better."""
-    said = _one_by_one(spec, evidence, effects, progress)
-    if said.deep or not (said.found or said.channels or _left_n2(said) > MUCH * said.own_n**2):
-        return said
-    well = bool(said.found) and _left_n2(said) <= WELL * said.own_n**2
-    return said if well else _or_a_pair(said, effects, evidence)
+    said, first = _one_by_one(spec, evidence, effects, progress)
+    enough = WELL if said.found or said.channels else MUCH
+    well = _left_n2(said) <= enough * said.own_n**2
+    return said if well else _or_a_pair(said, first, effects, evidence)
 
 
 def _one_by_one(
     spec: ModelSpec, evidence: Evidence, effects: Sequence[Effect], progress: Progress | None = None
-) -> Judgement:
-    """Rounds of selection until nothing is worth adding, then the question whether something else is left."""
+) -> tuple[Judgement, Round]:
+    """Rounds of selection until nothing is worth adding, then the question whether something else is left.
+
+    With the verdict the first look, its present parameters as identified.
+    """
     rounds: list[Round] = []
     found: list[Scored] = []
     added: list[EffectSpec] = []
@@ -87,7 +89,7 @@ def _one_by_one(
             if promised and rounds[0].before.mse <= FAMILIAR * own_n**2:
                 rounds[0] = with_absorbed(rounds[0], evidence)
                 if (deep := buried(rounds[0])) is not None:
-                    return _deep(deep, own_n)
+                    return _deep(deep, own_n), rounds[0]
         able = [s for s in rounds[-1].scored if acceptable(s, own_n, first=not found)]
         best = min(able, key=lambda s: rank(s, own_n), default=None)
         if best is None or len(found) == MOST:
@@ -103,13 +105,13 @@ def _one_by_one(
     if not found:
         rounds[0] = rounds[0] if rounds[0].absorbed is not None else with_absorbed(rounds[0], evidence)
         if (deep := buried(rounds[0])) is not None and not _outdone(deep, own_n):
-            return _deep(deep, own_n, promised)
-    return replace(_concluded(rounds, found, added, own_n, promised), spec=spec)
+            return _deep(deep, own_n, promised), rounds[0]
+    return replace(_concluded(rounds, found, added, own_n, promised), spec=spec), rounds[0]
 
 
-def _or_a_pair(said: Judgement, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
+def _or_a_pair(said: Judgement, first: Round, effects: Sequence[Effect], evidence: Evidence) -> Judgement:
     """The verdict, unless two effects explain better: those that hide each other, or that a third imitates."""
-    first, own_n = said.rounds[0], said.own_n
+    own_n = said.own_n
     pair = best_pair(first, evidence, effects, own_n)
     if pair is None:
         return said
@@ -148,7 +150,7 @@ def _absent(effects: Sequence[Effect], found: Sequence[Scored]) -> list[Effect]:
 
 def _left_n2(said: Judgement) -> float:
     """Held-back squared error with all effects found."""
-    return said.rounds[-1].before.mse
+    return said.found[0].fit.mse if said.deep else said.rounds[-1].before.mse
 
 
 def _exchanged(
