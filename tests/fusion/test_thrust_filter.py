@@ -38,11 +38,7 @@ def inputs(k, mount_n=nan, brochure_n=nan, n1_pct=80.0, n1_rate=0.0, **more):
 
 
 def flown(seed, seconds=300.0, mount=True, brochure=True):
-    """Estimates, truth and filter on a flight with throttle steps, and errors as the filter has them.
-
-    The brochure's stay, and are bounded: one sigma times sqrt(2) cos of any angle, 95 % of which are within 1.41. The
-    angles of many seeds cover the circle evenly (golden section).
-    """
+    """Estimates, truth and filter on a flight with throttle steps, and errors as the filter has them."""
     rng, s = np.random.default_rng(seed), S
     n = round(seconds * HZ)
     wanted = np.repeat(rng.uniform(50, 90, 1 + n // 300), 300)[:n]
@@ -52,18 +48,17 @@ def flown(seed, seconds=300.0, mount=True, brochure=True):
         n1[k] = n1[k - 1] + np.clip((wanted[k] - n1[k - 1]) / 9.0, -0.4, 0.4)
     rate = np.gradient(n1, 1 / HZ)
     truth = 2500.0 + 60.0 * (n1 - 70.0)
-    brochure_error, zero = sqrt(2.0) * np.cos(2.0 * np.pi * 0.618034 * seed), rng.normal(0, s.mount_zero_std_n)
+    bias, zero = rng.normal(0, s.brochure_bias_std), rng.normal(0, s.mount_zero_std_n)
     rest_n = sqrt(MOUNT_STD_N**2 - s.mount_zero_std_n**2)
-    error = rest_n * rng.normal()
+    error, shape = rest_n * rng.normal(), SHAPE_STD_N * rng.normal()
     keep = np.exp(-1 / (HZ * s.mount_error_tau_s))
     thrust_filter, estimates = ThrustFilter(s, 0), []
     tape = thrust_filter.keep()
     for k in range(n):
         error = keep * error + rest_n * sqrt(1 - keep**2) * rng.normal()
+        shape = keep * shape + SHAPE_STD_N * sqrt(1 - keep**2) * rng.normal()
         mount_n = truth[k] + zero + error + s.mount_noise_std_n * rng.normal() if mount else nan
-        brochure_std_n = sqrt((s.brochure_bias_std * truth[k]) ** 2 + SHAPE_STD_N**2)
-        off_n = brochure_error * brochure_std_n + s.brochure_noise_std_n * rng.normal()
-        brochure_n = truth[k] + off_n if brochure else nan
+        brochure_n = truth[k] * (1 + bias) + shape + s.brochure_noise_std_n * rng.normal() if brochure else nan
         estimates.append(thrust_filter.step(inputs(k, mount_n, brochure_n, n1[k], rate[k])))
     return estimates, truth, thrust_filter, tape
 

@@ -6,7 +6,7 @@ from typing import Any
 import numba
 
 from thrustd.compiled import compiled
-from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, SHAPE_N2, THRUST, ZERO, Matrix
+from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST, ZERO, Matrix
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.gate import FAILED
 from thrustd.fusion.settings import SETTINGS
@@ -20,27 +20,6 @@ MODEL_EXTRAPOLATING, DECK_EXTRAPOLATING = int(Status.MODEL_EXTRAPOLATING), int(S
 TRANSIENT, GAP, ONE_MOUNT = int(Status.TRANSIENT), int(Status.GAP), int(Status.ONE_MOUNT)
 LOAD_FACTOR_STALE, ENGINE_OFF = int(Status.LOAD_FACTOR_STALE), int(Status.ENGINE_OFF)
 CONVERGING = int(Status.CONVERGING)
-
-
-NORMAL_95 = 1.96  # sigmas within which lie 95 % of normal errors
-
-
-@compiled
-def _bounded_n2(s: Any, sizes: Matrix, p: Matrix) -> float:
-    """By what the variance of the thrust is larger than that of a normal error with the same 95 % band.
-
-    The brochure's error b = s c + d is bounded: 95 % of it are within 1.4 sigma_b. The thrust's follows it, (P_Tb /
-    sigma_b^2) b + rest, and of a sum whose variance is to the part f bounded, for the rest normal, 95 % are within
-
-        1.96 sigma sqrt(1 - (1 - (1.4 / 1.96)^2) f^3),     f = P_Tb^2 / (sigma_b^2 P_TT)
-
-    (drawn: two-sided, arcsine and uniform b; at most 4 % too narrow).
-    """
-    scale_n = sizes[SCALE_N]
-    shared_n2 = scale_n * p[THRUST, ENGINE] + p[THRUST, SHAPE]
-    brochure_n2 = (scale_n * s.brochure_bias_std) ** 2 + sizes[SHAPE_N2]
-    part = min(shared_n2**2 / (brochure_n2 * p[THRUST, THRUST]), 1.0)
-    return (1.0 - (s.brochure_error_95 / NORMAL_95) ** 2) * part**3 * p[THRUST, THRUST]
 
 
 @compiled
@@ -79,8 +58,7 @@ def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: in
     status |= _mount_bits(isfinite(t.mount_n), m.mount_used, mount_failed)
     rejected = isfinite(m.last_nu_n) and not m.last_used
     status |= _brochure_bits(isfinite(t.brochure_n), rejected, brochure_failed, m.off)
-    m.bounded_n2 = _bounded_n2(s, m.slow[SIZES], p)
-    variance_n2 = p[THRUST, THRUST] - m.bounded_n2
+    variance_n2 = p[THRUST, THRUST]
     if isfinite(m.mount_nu_n) and not m.mount_used and mount_failed == 0.0:
         variance_n2 += m.mount_nu_n**2
     if rejected and brochure_failed == 0.0:

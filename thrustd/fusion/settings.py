@@ -28,9 +28,6 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     brochure_bias_std: float = 0.02  # engine against deck, relative: 95 % of them are within 4 %
     brochure_bias_tau_s: float = 7200.0
     brochure_shape_tau_s: float = 600.0  # the rest of the deck's spread
-    brochure_error_95: float = (
-        1.4  # sigmas within which lie 95 % of the brochure's errors: they are bounded, not normal
-    )
     forget_after_n: float = 3000.0
     # gates
     gate_chi2: float = 15.1  # chi-square with one degree of freedom, one false alarm in 10 000

@@ -45,19 +45,15 @@ class Tape:
     def __init__(self) -> None:
         self._t_ns = array("q")
         self._rows = array("d")
-        self._bounded_n2 = array("d")
 
-    def write(self, t_ns: int, x: Matrix, p: Matrix, f: Matrix, q: Matrix, bounded_n2: float = 0.0) -> None:
-        """One step: the state (6, 1) and covariance (6, 6) after it, how they were predicted, each (6, 6), and what the
-        printed variance is smaller by.
-        """
+    def write(self, t_ns: int, x: Matrix, p: Matrix, f: Matrix, q: Matrix) -> None:
+        """One step: the state (6, 1) and covariance (6, 6) after it, and how they were predicted, each (6, 6)."""
         self._t_ns.append(t_ns)
         self._rows.extend(x[:, 0])
         self._rows.extend(p[UPPER])
         for matrix in (f, q):
             self._rows.extend(matrix.diagonal())
             self._rows.append(matrix[THRUST, RATE])
-        self._bounded_n2.append(bounded_n2)
 
     def __len__(self) -> int:
         return len(self._t_ns)
@@ -65,10 +61,6 @@ class Tape:
     @property
     def t_ns(self) -> npt.NDArray[np.int64]:
         return np.array(self._t_ns, dtype=np.int64)
-
-    @property
-    def bounded_n2(self) -> Matrix:
-        return np.array(self._bounded_n2)
 
     def steps(self, first: int, last: int) -> tuple[Matrix, Matrix, Matrix, Matrix]:
         """(x (n, 6), P, F, Q (n, 6, 6)) of the steps first .. last - 1."""
@@ -107,7 +99,7 @@ def smooth(tape: Tape) -> Smoothed:
         last = min(first + BLOCK, n)
         moving, std_n[first:last], later = _smooth_block(tape.steps(first, min(last + 1, n)), last - first, later)
         thrust_n[first:last], rate_n_s[first:last] = moving.T
-    return Smoothed(tape.t_ns, thrust_n, np.sqrt(std_n**2 - tape.bounded_n2), rate_n_s)
+    return Smoothed(tape.t_ns, thrust_n, std_n, rate_n_s)
 
 
 def _smooth_block(

@@ -84,7 +84,7 @@ class ThrustFilter:
             self._report()
         row = estimate_row(*what, kf.x, kf.P, self._engine)
         if self._tape is not None:
-            self._tape.write(told["t_ns"].item(), kf.x, kf.P, kf.F, kf.Q, self._memory["bounded_n2"].item())
+            self._tape.write(told["t_ns"].item(), kf.x, kf.P, kf.F, kf.Q)
         estimate: Estimate = tuple.__new__(Estimate, row)
         return estimate
 

@@ -61,7 +61,6 @@ FILTER = np.dtype(
         ("nu_n", np.float64),
         ("nis", np.float64),
         ("last_nu_n", np.float64),  # of the last brochure reading
-        ("bounded_n2", np.float64),  # what is taken off the printed variance: see `estimate_row`
         ("mount_used", np.bool_),
         ("used", np.bool_),
         ("last_used", np.bool_),
