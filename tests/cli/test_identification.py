@@ -22,6 +22,18 @@ def test_any_two_columns_can_be_input_and_output(tmp_path, capsys):
     assert row["validation"]["fit_pct"] > 97.0
 
 
+def test_a_model_worse_than_a_constant_is_written_and_stops_a_script(tmp_path, capsys):
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(0, 1, 50), 20)
+    y = np.where(np.arange(1000) < 800, u, -3.0 * u) + 0.01 * rng.normal(size=1000)
+    path, out = tmp_path / "torn.csv", tmp_path / "torn.json"
+    np.savetxt(path, np.column_stack((u, y)), delimiter=",", header="u,y", comments="")
+    named = ["--rate", "10", "--input", "u", "--output", "y", "--structure", "static-pwl", "--json"]
+    assert main(["identify", str(path), *named, "-o", str(out)]) == 1
+    assert json.loads(capsys.readouterr().out)["usable"] is False
+    assert out.exists()
+
+
 def test_a_missing_column_is_named(tmp_path, capsys):
     path = tmp_path / "tank.csv"
     np.savetxt(path, np.ones((50, 2)) * np.arange(50)[:, None], delimiter=",", header="time_s,u", comments="")
@@ -42,7 +54,7 @@ def test_files_without_a_time_need_one_word_more(tmp_path, capsys):
     assert "--input COLUMN and --output COLUMN" in capsys.readouterr().err
     named = ["--rate", "4", "--input", "uEst", "--output", "yEst", "--structure", "oe-2-2", "--json"]
     other = ["--validate", str(path), "--validate-columns", "yEst", "uEst"]
-    assert main(["identify", str(path), *named, *other, "-o", out]) == 0
+    assert main(["identify", str(path), *named, *other, "-o", out]) == 1  # the wrong way round no model is of use
     found = json.loads(capsys.readouterr().out)
     assert found["unit"] == ""
     assert found["structures"][0]["validation"]["rmse_n"] > found["structures"][0]["train"]["rmse_n"]

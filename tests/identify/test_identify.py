@@ -16,7 +16,7 @@ from thrustd.identify.segments import FORCE, segments_of, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures import shelf, structure_named
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.structure import Fitted
+from thrustd.identify.structures.structure import Fitted, Structure
 from thrustd.identify.structures.with_effects import with_effect
 from thrustd.model.artifact import (
     EffectSpec,
@@ -104,6 +104,19 @@ def test_an_unstable_free_run_is_reported_and_no_crash(bench):
     errors = errors_of(runaway, segments)
     assert not errors.stable
     assert np.isnan(errors.rmse_n)
+
+
+def test_a_structure_that_cannot_be_fitted_is_a_line_of_the_table_and_no_end_of_the_others(bench, monkeypatch):
+    def singular(segments, fits, progress):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    sick = Structure("static-pwl", "sick", "static", singular)
+    monkeypatch.setattr("thrustd.identify.structures.static.STRUCTURES", (shelf()["polynomial-ols"], sick))
+    found = identify([bench[0]], [bench[1]], ["polynomial-ols", "static-pwl"])
+    assert found.spec.structure == "polynomial-ols"
+    assert "static-pwl: could not be fitted: Singular matrix" in found.warnings
+    with pytest.raises(RecordingError, match="could not be fitted: Singular matrix"):
+        identify([bench[0]], [bench[1]], ["static-pwl"])
 
 
 def test_weight_without_its_channel_is_left_out_with_a_word(bench):

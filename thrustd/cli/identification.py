@@ -92,11 +92,11 @@ def identify_verb(arguments: argparse.Namespace) -> int:
         print_json(found.to_json() | ({"order": choices.to_json()} if choices is not None else {}))
     else:
         if choices is not None:
-            console().print(choices.table())
+            console().print(choices.table(found.unit))
         found.print(console())
     best = f", of {len(found.scores)} the best on data not fitted to" if len(found.scores) > 1 else ""
     note(f"written: {arguments.out} ({found.spec.structure}{best})")
-    return 0
+    return 0 if found.usable else 1  # the model is there to be looked at; a script stops here
 
 
 def _in_roles(paths: Sequence[Path], arguments: argparse.Namespace, columns: tuple[str, ...]) -> list[Any]:

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
-from thrustd.errors import RecordingError
+from thrustd.errors import RecordingError, ThrustdError
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_records
 from thrustd.identify.hw_fit import STAGES, HwSettings
@@ -29,18 +29,20 @@ Progress = Callable[[float], None]  # share done, 0 to 1
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """What came out. `spec` is the best structure that an artifact can hold."""
+    """What came out. `spec` is the best structure that an artifact can hold; `usable`: better than a constant."""
 
     spec: ModelSpec
     scores: tuple[Score, ...]
     warnings: tuple[str, ...]
     unit: str = "N"  # of the output, empty when nobody knows it
+    usable: bool = True
 
     def to_json(self) -> dict[str, object]:
         return {
             "model": self.spec.name,
             "structure": self.spec.structure,
             "unit": self.unit,
+            "usable": self.usable,
             "structures": as_rows(self.scores),
             "warnings": list(self.warnings),
         }
@@ -83,13 +85,16 @@ def identify(
     warnings += [f"{score.structure}: {fitted.note}" for fitted, score in results if fitted.note]
     usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
     if not usable:
-        raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold")
+        why = "".join(f"; {score.structure}: {fitted.note}" for fitted, score in results if fitted.note)
+        raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold{why}")
     fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
     assert fitted.spec is not None
-    warnings = [*useless(best), *warnings, *(f"{best.structure}: {line}" for line in fitted.warnings)]
+    worse = useless(best)
+    warnings = [*worse, *warnings, *(f"{best.structure}: {line}" for line in fitted.warnings)]
     options: dict[str, str | float] = {"structure": best.structure, "order": fits.hw_pwl.order}
     spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
-    return Identified(spec, tuple(score for _, score in results), tuple(dict.fromkeys(warnings)))
+    scores = tuple(score for _, score in results)
+    return Identified(spec, scores, tuple(dict.fromkeys(warnings)), usable=not worse)
 
 
 def useless(best: Score) -> list[str]:
@@ -140,12 +145,20 @@ def score_structure(
     segments = _segments(structure, train)
     unseen = _segments(structure, validate)
     started = perf_counter()
-    fitted = structure.fit(segments, fits, progress)
+    fitted = _fitted(structure, segments, fits, progress)
     fit_s = perf_counter() - started
     seen, new = errors_of(fitted, segments), errors_of(fitted, unseen)
     aic, bic = information(seen, fitted.n_parameters)
     score = Score(structure.name, structure.title, structure.family, seen, new, fit_s, fitted.n_parameters, aic, bic)
     return fitted, score
+
+
+def _fitted(structure: Structure, segments: list[Segment], fits: BlockFits, progress: HwProgress | None) -> Fitted:
+    """One that cannot be fitted to these data is a line of the table and no end of the others."""
+    try:
+        return structure.fit(segments, fits, progress)
+    except (ArithmeticError, np.linalg.LinAlgError, ThrustdError) as error:
+        return Fitted(0, lambda segment: np.full(len(segment), np.nan), note=f"could not be fitted: {error}")
 
 
 def _segments(structure: Structure, records: Sequence[Recording]) -> list[Segment]:

@@ -2,6 +2,7 @@
 
 Every choice is fitted to the first three quarters of each record and judged on the free run over the whole, counting
 the last quarter only. The smallest model within 2 % of the best wins: a knot that removes less is not worth having.
+Short records are not asked for more knots than their samples can place.
 """
 
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from thrustd.records.recording import Recording
 
 ORDERS = (1, 2, 3, 4, 6)
 SEGMENTS = (1, 3, 6, 10)
+FEWEST, ROWS_PER_SEGMENT = 3, 100  # segments that are always tried, samples that each further one asks for
 TRAIN_SHARE = 0.75
 WORTH_IT = 1.02
 
@@ -40,9 +42,11 @@ class Chosen:
     def to_json(self) -> list[dict[str, float]]:
         return [asdict(choice) for choice in self.choices]
 
-    def table(self) -> Table:
+    def table(self, unit: str = "N") -> Table:
+        """`unit` of the output, empty when nobody knows it."""
         table = Table(title="order and segments by held-out blocks")
-        for name in ("order", "segments", "train, N", "held out, N", ""):
+        told = f", {unit}" if unit else ""
+        for name in ("order", "segments", f"train{told}", f"held out{told}", ""):
             table.add_column(name, justify="right")
         for c in self.choices:
             mark = "chosen" if (c.order, c.segments) == (self.settings.order, self.settings.input_segments) else ""
@@ -55,8 +59,9 @@ def choose_order(
 ) -> Chosen:
     """First the segments at the largest order, then the order at those segments."""
     settings, whole = base or HwSettings(), segments_of(records)
-    most = max(ORDERS)
-    choices = [_judged(whole, _with(settings, most, count), progress) for count in SEGMENTS]
+    most, rows = max(ORDERS), TRAIN_SHARE * sum(map(len, whole))
+    counts = [n for n in SEGMENTS if n <= max(FEWEST, rows / ROWS_PER_SEGMENT)]
+    choices = [_judged(whole, _with(settings, most, count), progress) for count in counts]
     count = _smallest(choices, [c.segments for c in choices])
     by_order = [_judged(whole, _with(settings, order, count), progress) for order in ORDERS if order != most]
     by_order.append(next(c for c in choices if c.segments == count))

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from thrustd.identify.first_state import simulated
 from thrustd.identify.segments import Segment
-from thrustd.identify.structures.structure import Fitted
+from thrustd.identify.structures.structure import Fitted, schwarz
 from thrustd.model.stage import Floats
 
 OPERATING_N = 2000.0  # the thesis counts errors in percent above this force
@@ -79,7 +79,7 @@ def information(errors: Errors, n_parameters: int) -> tuple[float, float]:
     if not isfinite(errors.rmse_n) or errors.rmse_n <= 0:
         return nan, nan
     fit = 2 * errors.samples * log(errors.rmse_n)
-    return fit + 2 * n_parameters, fit + n_parameters * log(errors.samples)
+    return fit + 2 * n_parameters, schwarz(errors.rmse_n, errors.samples, n_parameters)
 
 
 def as_rows(scores: Sequence[Score]) -> list[dict[str, object]]:

@@ -31,6 +31,10 @@ class BlockFits:
     hw_pwl: HwSettings = field(default_factory=HwSettings)
     _made: dict[tuple[bytes, HwSettings], BlockFit] = field(default_factory=dict)
 
+    def has(self, segments: Sequence[Segment], settings: HwSettings) -> bool:
+        """Whether it was made."""
+        return (_digest(segments), settings) in self._made
+
     def of(self, segments: Sequence[Segment], settings: HwSettings, progress: Progress | None) -> BlockFit:
         """The fit to these data with these settings, made now unless it was before."""
         key = _digest(segments), settings

@@ -14,6 +14,7 @@ import msgspec
 from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
+from thrustd.identify.structures.simpler import best_of, words
 from thrustd.identify.structures.structure import Family, Fitted, Structure, of_spec
 
 
@@ -21,8 +22,11 @@ def _structure(name: str, title: str, family: Family, settings: HwSettings | Non
     """`settings` None: those that were asked for."""
 
     def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
-        found = fits.of(segments, settings or fits.hw_pwl, progress)
-        return of_spec(msgspec.structs.replace(found.spec, structure=name), found.n_parameters, found.warnings)
+        wanted = settings or fits.hw_pwl
+        chosen = best_of(segments, wanted, fits, progress)
+        found = fits.of(segments, chosen, progress)
+        note = "" if chosen == wanted else f"{words(chosen)} follows the same data better: this is it"
+        return of_spec(msgspec.structs.replace(found.spec, structure=name), found.n_parameters, found.warnings, note)
 
     return Structure(name, title, family, fit)
 

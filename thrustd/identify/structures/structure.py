@@ -5,10 +5,12 @@ Free run means: deformation in, force out, never looking at the measured force. 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import log
 from typing import Literal
 
 import numpy as np
 
+from thrustd.identify.first_state import simulated
 from thrustd.identify.hw_fit import Progress
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.sensitivity import residuals
@@ -60,6 +62,22 @@ def error_over(spec: ModelSpec, segments: Sequence[Segment]) -> float:
         missed = np.concatenate([residuals(spec, s)[np.isfinite(s.force_n)] for s in segments])
         error = float(np.sqrt(np.mean(missed**2)))
     return error if np.isfinite(error) else np.inf
+
+
+def error_from_past(spec: ModelSpec, segments: Sequence[Segment]) -> float:
+    """As `error_over`, every segment from the state that its first stretch shows."""
+    simulate = of_spec(spec, 0).simulate
+    with np.errstate(all="ignore"):
+        missed = [(s.force_n - simulated(simulate, s, simulate(s)))[np.isfinite(s.force_n)] for s in segments]
+        error = float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+    return error if np.isfinite(error) else np.inf
+
+
+def schwarz(rmse: float, samples: int, n_parameters: int) -> float:
+    """Schwarz' criterion n ln(mse) + p ln n for Gaussian residuals: the least is best."""
+    if not 0 < rmse < np.inf:
+        return -np.inf if rmse == 0 else np.inf
+    return 2 * samples * log(rmse) + n_parameters * log(samples)
 
 
 def deformation(segment: Segment) -> Floats:
