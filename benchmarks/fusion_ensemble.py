@@ -100,7 +100,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--first", type=int, default=201, help="seed of the first aircraft")
     parser.add_argument("--aircraft", type=int, default=40)
-    parser.add_argument("--seconds", type=float, default=480.0)
+    parser.add_argument("--seconds", type=float, default=360.0)
     parser.add_argument("--again", action="store_true", help="throw the kept aircraft away")
     arguments, _ = parser.parse_known_args()
     if arguments.again:
