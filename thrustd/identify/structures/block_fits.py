@@ -24,25 +24,32 @@ class BlockFit(NamedTuple):
     warnings: tuple[str, ...]
 
 
+class Made(NamedTuple):
+    """Fits to the same data by settings, and their errors on these where somebody asked (`simpler`)."""
+
+    fits: dict[HwSettings, BlockFit]
+    errors: dict[HwSettings, float]
+
+
 @dataclass(frozen=True, slots=True)
 class BlockFits:
     """By data and settings. `hw_pwl`: what is asked of HW-PWL and of the structures around it."""
 
     hw_pwl: HwSettings = field(default_factory=HwSettings)
-    _made: dict[tuple[bytes, HwSettings], BlockFit] = field(default_factory=dict)
+    _made: dict[bytes, Made] = field(default_factory=dict)
 
-    def has(self, segments: Sequence[Segment], settings: HwSettings) -> bool:
-        """Whether it was made."""
-        return (_digest(segments), settings) in self._made
+    def made(self, segments: Sequence[Segment]) -> Made:
+        """What was made so far of these data."""
+        return self._made.setdefault(_digest(segments), Made({}, {}))
 
     def of(self, segments: Sequence[Segment], settings: HwSettings, progress: Progress | None) -> BlockFit:
         """The fit to these data with these settings, made now unless it was before."""
-        key = _digest(segments), settings
-        if key not in self._made:
+        made = self.made(segments).fits
+        if settings not in made:
             fit = fit_segments(list(segments), settings, progress)
             spec = spec_of(fit, "block", "hw-pwl", (settings.input_shape, settings.output_shape))
-            self._made[key] = BlockFit(spec, _free(fit, settings), tuple(warnings_of(fit)))
-        return self._made[key]
+            made[settings] = BlockFit(spec, _free(fit, settings), tuple(warnings_of(fit)))
+        return made[settings]
 
 
 def _free(fit: HwFit, settings: HwSettings) -> int:

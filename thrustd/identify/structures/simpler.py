@@ -17,7 +17,7 @@ from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import error_from_past, schwarz
 
-SHORT = 20_000  # samples: longer records bear what is asked for, and are compared with what was fitted to them already
+SHORT = 8_000  # samples: longer records bear what is asked for, and are compared with what was fitted to them already
 ORDERS = (2, 3)  # of the linear block, those below the wanted one
 SHAPES: tuple[Shape, ...] = ("line", "cubic", "pwl")  # each contains those before it
 
@@ -26,14 +26,15 @@ def best_of(
     segments: Sequence[Segment], wanted: HwSettings, fits: BlockFits, progress: Progress | None = None
 ) -> HwSettings:
     """What is wanted, or what it contains, whichever these records speak for."""
-    samples = sum(map(len, segments))
+    samples, (made, errors) = sum(map(len, segments)), fits.made(segments)
 
     def worth(settings: HwSettings) -> float:
-        found = fits.of(segments, settings, progress)
-        return schwarz(error_from_past(found.spec, segments), samples, found.n_parameters)
+        found = made.get(settings) or fits.of(segments, settings, progress)
+        if settings not in errors:
+            errors[settings] = error_from_past(found.spec, segments)
+        return schwarz(errors[settings], samples, found.n_parameters)
 
-    within = [s for s in _within(wanted) if samples <= SHORT or fits.has(segments, s)]
-    return min([wanted, *within], key=worth)
+    return min([wanted, *(s for s in _within(wanted) if samples <= SHORT or s in made)], key=worth)
 
 
 def _within(wanted: HwSettings) -> list[HwSettings]:
