@@ -13,6 +13,7 @@ from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import make_recording
+from thrustd.twin.hide import hidden_case
 
 
 def test_two_effects_that_together_imitate_a_third_are_both_named():
@@ -35,6 +36,14 @@ def test_two_effects_of_which_neither_shows_alone_are_both_named():
     report = diagnose(mount(), [record(hidden)])
     assert set(report.verdict) == {"free_play", "hysteresis"}
     assert report.rmse_after_n < 12.5
+
+
+def test_one_of_which_only_shows_with_the_model_re_estimated_and_its_partner_are_both_named():
+    """Rectification and drift of opposite sign over the twin's two hours: alone each gains next to nothing."""
+    hidden = hidden_case(("vibration_rectification", "sensor_drift"), 142, 3.0)
+    m = hidden.truth["mount"]
+    model = mount(m["stiffness_n_mm"], m["cubic_n_mm3"], m["relaxation"], m["relaxation_s"])
+    assert set(diagnose(model, [hidden.measured]).verdict) == {"sensor_drift", "vibration_rectification"}
 
 
 def scored(word, error_n2):
