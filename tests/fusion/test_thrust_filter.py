@@ -108,6 +108,16 @@ def test_a_sigma_that_grows_with_readings_high_by_noise_moves_nothing():
     assert np.mean(said[-200:]) == pytest.approx(np.mean(said[800:1000]), abs=15.0)
 
 
+def test_a_thrust_that_a_liar_misled_is_open_when_it_is_named():
+    """Even while no other route speaks: the band holds what the thrust was before the lie."""
+    rng, thrust_filter = np.random.default_rng(6), ThrustFilter(FusionSettings(), 0)
+    for k in range(620):
+        thrust_filter.step(inputs(k, 4000.0 + 30.0 * max(k - 600, 0) + rng.normal(0, 5.0)))
+    named = thrust_filter.step(inputs(620, status=int(Status.SENSOR_DOUBTED)))
+    assert named.thrust_n > 4300.0
+    assert abs(named.thrust_n - 4000.0) < 1.96 * named.thrust_std_n
+
+
 def test_smoothing_is_rauch_tung_striebel_where_no_error_is_learnt(monkeypatch):
     """Against filterpy's own smoother, over several blocks, when the readings have no other error than noise."""
     monkeypatch.setattr(smoother, "BLOCK", 64)

@@ -125,8 +125,7 @@ class ThrustFilter:
     def _look_back(self, told: Any) -> None:
         """A sensor that is named has lied since a while: all but the thrust is as it was 5 to 10 s ago.
 
-        The errors have moved meanwhile as the thrust did. A thrust that was misled both routes gate out, and it is
-        opened then.
+        The errors have moved meanwhile as the thrust did; or it did not, and was misled by as much: so far it is open.
         """
         memory = self._memory
         if memory["past_s"].item() >= PAST_S:
@@ -139,6 +138,7 @@ class ThrustFilter:
             self._kf.x[RATE] = rate_n_s
             self._kf.predict()
             self._kf.x[THRUST] = thrust_n
+            self._kf.P[THRUST, THRUST] += (rate_n_s * age_s) ** 2
             self._past[1] = self._past[0]
 
     def _report(self) -> None:
