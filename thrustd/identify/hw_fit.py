@@ -89,7 +89,8 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
     if coarse != segments:
         point, smooth_point = _from_rest(point, segments), _from_rest(smooth_point, segments)
     variance = 0.0
-    for rows, count, stall in ((MIDDLE_ROWS, 30 if task.small else 10, 2e-5), (FINE_ROWS, 3, 1e-4)):
+    last = FINE_ROWS if "pwl" in task.shapes else MIDDLE_ROWS  # a dozen numbers ask for fewer
+    for rows, count, stall in ((MIDDLE_ROWS, 30 if task.small else 10, 2e-5), (last, 3, 1e-4)):
         signals = signals_in(segments, units, rows)
         held = rescaled(reins, smooth_point, signals)
         point, variance = task.search(point, signals, count, stall, "fine", reins=held)

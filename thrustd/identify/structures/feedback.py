@@ -15,7 +15,7 @@ from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.identify.structures.structure import Fitted, Structure, error_from_past, of_spec
 from thrustd.identify.structures.trial import Bench, Trial
 from thrustd.identify.structures.wiener_hammerstein import through
 from thrustd.model.artifact import Feedback, LinearBlock, ModelSpec
@@ -46,13 +46,21 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     plain = min(alone, key=lambda trial: trial.error)
     best = min([plain, *(few.tried(start, TRIAL) for start in starts)], key=lambda trial: trial.error)
     if best.error > WORTH_IT * plain.error:
-        linear_model = msgspec.structs.replace(plain.spec, structure=NAME)
-        note = "no feedback shows: this is a linear model"
-        return of_spec(linear_model, len(pack(linear_model, CHOSEN)) - 1, note=note)
+        return _linear(plain.spec, "no feedback shows")
     bench = Bench([head(s, FINAL // min(MOST, len(segments))) for s in segments[:MOST]], CHOSEN)
     ends = [best.spec, bench.estimated(best.spec, FURTHER)]
     spec = msgspec.structs.replace(min(ends, key=bench.error), structure=NAME)
+    straight = min(linear.values(), key=lambda spec: error_from_past(spec, segments))
+    if error_from_past(straight, segments) < error_from_past(
+        spec, segments
+    ):  # only part of a long record was looked at
+        return _linear(straight, "the rest of the data is followed better without feedback")
     return of_spec(spec, len(pack(spec, CHOSEN)) - 1)
+
+
+def _linear(spec: ModelSpec, why: str) -> Fitted:
+    named = msgspec.structs.replace(spec, structure=NAME)
+    return of_spec(named, len(pack(named, CHOSEN)) - 1, note=f"{why}: this is a linear model")
 
 
 def _count(order: int, degree: int) -> int:
