@@ -44,15 +44,9 @@ class BrochureRoute:
             self._engine[name] = place(signal, 0)
         self._work = self._engine, *deck.numbers(engine)
 
-    @property
-    def routes_n(self) -> tuple[float, float, float]:
-        """Thrust by fuel flow, N1 and N2, of the readings looked at last."""
-        engine = self._engine
-        return engine["fuel_flow_n"].item(), engine["n1_n"].item(), engine["n2_n"].item()
-
-    def look(self, dt_s: float, readings: Floats) -> None:
-        """Readings dt_s after the last ones; NaN = missing or stale."""
-        _look(*self._work, dt_s, readings)
+    def look(self, dt_s: float, readings: Floats, routes_n: Floats) -> None:
+        """Readings dt_s after the last ones; NaN = missing or stale. -> `routes_n`, thrust by fuel flow, N1 and N2."""
+        _look(*self._work, dt_s, readings, routes_n)
 
     def tell(self, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:
         """Brochure and N1 into `told`, a row of fusion's INPUTS; `fewer`: readings are left out that were looked at."""
@@ -74,11 +68,12 @@ def _ask(
 
 def _look_at(
     engine: Any, surface: Floats, box: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats,
-    line_2: Floats, dt_s: float, readings: Floats,
+    line_2: Floats, dt_s: float, readings: Floats, routes_n: Floats,
 ) -> None:  # fmt: skip
     e = engine[0]
     e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
     _ask(e, surface, box, spread, curve_1, line_1, curve_2, line_2, readings)
+    routes_n[0], routes_n[1], routes_n[2] = e.fuel_flow_n, e.n1_n, e.n2_n
 
 
 def _tell_filter(
@@ -102,5 +97,5 @@ def _tell_filter(
 _F, _ROW, _TABLE = numba.float64, numba.float64[::1], numba.float64[:, ::1]
 _WORK = numba.from_dtype(ENGINE)[::1], _TABLE, _ROW, _ROW, _TABLE, _ROW, _TABLE, _ROW
 _TOLD = numba.from_dtype(INPUTS)[::1]
-_look: Any = compiled(_look_at, numba.void(*_WORK, _F, _ROW), "numpy")
+_look: Any = compiled(_look_at, numba.void(*_WORK, _F, _ROW, _ROW), "numpy")
 _tell: Any = compiled(_tell_filter, numba.void(*_WORK, _ROW, _F, _ROW, _ROW, numba.boolean, _TOLD), "numpy")

@@ -48,6 +48,7 @@ class Intake:
         self.routes = tuple(
             MountRoute(model, bridge, self._grid, number, installation_std_n) for number, model in enumerate(models)
         )
+        self.states = self._grid.states  # MOUNT_STATE by mount, of the last fused step
         self._left_out: dict[tuple[str, ...], tuple[Flags, Flags]] = {}  # kinds not of the bus, not of the ADC
         self._resume_from = NEVER  # time and sequence of the last sample before a warm restart
 

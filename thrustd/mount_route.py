@@ -6,11 +6,12 @@ restarted  longer, and the first sample of all: see `mount_start`
 """
 
 from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
 
+from thrustd.columns import MOUNT_STATE
 from thrustd.compiled import compiled
 from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap
 from thrustd.model.compile import CompiledModel
@@ -45,17 +46,6 @@ _MEANS = np.dtype(
 )
 
 
-class MountState(NamedTuple):
-    """One mount at one fused step, means over the samples since the last; NaN = no sample."""
-
-    deformation_mm: float
-    force_n: float
-    std_n: float
-    common_n: float  # the part of it that the engine's other mount has too, to the same side
-    extrapolating: bool
-    gap: bool
-
-
 class MountRoute:
     """Steps one mount's model over the samples that the grid has gathered. Mutable."""
 
@@ -87,9 +77,10 @@ class MountRoute:
         self._means["installation_std_n"], self._means["stiffness_n_mm"] = installation_std_n, stiffness_n_mm
         self._means["low_mm"], self._means["high_mm"] = low_mm, high_mm
         waiting_u, waiting_mm = grid.waiting_u[number], grid.waiting_mm[number]
+        self.state, said = grid.states[number], grid.states[number : number + 1]  # at the last fused step
         self._samples = self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), *model.chain
         self._unseen = Unseen(model)
-        self._cells = _cells(model.spec.error)
+        self._cells_and_state = *_cells(model.spec.error), said
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
 
     def set_channel(self, position: int, value: float) -> None:
@@ -107,17 +98,14 @@ class MountRoute:
         """Run the model over the samples that wait."""
         _add(*self._samples, self._present())
 
-    def fused(self, dt_s: float) -> MountState:
-        """Means since the last call, dt_s ago, and their one sigma."""
+    def fuse(self, dt_s: float) -> None:
+        """`state` of now: means since the last call, dt_s ago, and their one sigma."""
         channels = self._channels, self._lagged, self._unmeasured_s
-        deformation_mm, force_n, std_n, common_n, extrapolating, gap, complete = _fuse(
-            dt_s, *self._samples, self._present(), *channels, self._unseen.doubts, *self._cells
-        )
+        complete = _fuse(dt_s, *self._samples, self._present(), *channels, self._unseen.doubts, *self._cells_and_state)
         if not complete:
-            common_n = hypot(common_n, *self._unmeasured())
-        if self._unseen.branched and isfinite(deformation_mm):
-            common_n = hypot(common_n, self._unseen.friction_std_n(self._inputs(deformation_mm)))
-        return MountState(deformation_mm, force_n, hypot(std_n, common_n), common_n, extrapolating, gap)
+            self._doubt(*self._unmeasured())
+        if self._unseen.branched and isfinite(deformation_mm := self.state["deformation_mm"].item()):
+            self._doubt(self._unseen.friction_std_n(self._inputs(deformation_mm)))
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
@@ -170,6 +158,11 @@ class MountRoute:
                 self._means["since_restart"], self._found = 0, False
         self._mount["sequence"], self._mount["watchful"] = sequence - 1, 0
         self._resuming = False
+
+    def _doubt(self, *stds_n: float) -> None:
+        """`state` may be wrong by these, too, and the other mount as well."""
+        self.state["std_n"] = hypot(self.state["std_n"], *stds_n)
+        self.state["common_n"] = hypot(self.state["common_n"], *stds_n)
 
     def _present(self) -> Floats:
         return NO_STATE if self._state is None else self._state
@@ -258,12 +251,14 @@ def _add_samples(
 
 def _fuse_samples(
     dt_s: float, row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places,
-    c: Floats, state: Floats, channels: Floats, lagged: Floats, unmeasured_s: Floats, doubts: Floats,
-    force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats,
-) -> tuple[float, float, float, float, bool, bool, bool]:  # fmt: skip
-    """-> the fields of a MountState, its std without the common part, and whether that is all of the common part."""
-    _add(row, means, waiting_u, waiting_mm, waiting_n, places, c, state)
-    m, complete, beyond, gap = means[0], True, row[0].beyond != 0, means[0].gap != 0
+    c: Floats, x: Floats, channels: Floats, lagged: Floats, unmeasured_s: Floats, doubts: Floats,
+    force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats, said: Any,
+) -> bool:  # fmt: skip
+    """Writes a MOUNT_STATE; -> whether its common part is all of it."""
+    _add(row, means, waiting_u, waiting_mm, waiting_n, places, c, x)
+    m, state, complete = means[0], said[0], True
+    state.extrapolating, state.gap = row[0].beyond != 0, m.gap != 0
+    state.deformation_mm = state.force_n = state.std_n = state.common_n = nan
     row[0].beyond = m.gap = 0
     for i in range(len(channels)):
         lagged[0, i] += (1.0 - exp(-dt_s / HELD_TAU_S)) * (lagged[1, i] - lagged[0, i])
@@ -272,7 +267,7 @@ def _fuse_samples(
         complete &= isnan(unmeasured_s[i])
     if m.count == 0:
         m.lagged_n = nan
-        return nan, nan, nan, nan, beyond, gap, True
+        return True
     deformation_mm, force_n = m.sum_mm / m.count, m.sum_n / m.count
     m.sum_mm = m.sum_n = 0.0
     m.count = 0
@@ -286,15 +281,18 @@ def _fuse_samples(
     doubt_n = 0.0
     for i in range(len(doubts)):
         doubt_n += doubts[i, 0] * exp(-m.since_restart * m.period_s / doubts[i, 1])
-    return deformation_mm, force_n, sqrt(variance_n2), abs(doubt_n), beyond or excess_mm > 0, gap, complete
+    state.deformation_mm, state.force_n, state.common_n = deformation_mm, force_n, abs(doubt_n)
+    state.std_n = hypot(sqrt(variance_n2), doubt_n)
+    state.extrapolating |= excess_mm > 0
+    return complete
 
 
 _ROW, _TABLE = numba.float64[::1], numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(MOUNT)[::1], numba.from_dtype(_MEANS)[::1]
+_STATE = numba.from_dtype(MOUNT_STATE)[::1]
 _SAMPLES = *_RECORDS, _TABLE, _ROW, _ROW, numba.int64[:, ::1], _ROW, _ROW
-_F, _B, _tuple = numba.float64, numba.boolean, vars(numba.types)["Tuple"]  # untyped in the package
 _add: Any = compiled(_add_samples, numba.void(*_SAMPLES))
 _fuse: Any = compiled(
     _fuse_samples,
-    _tuple((_F, _F, _F, _F, _B, _B, _B))(_F, *_SAMPLES, _ROW, _TABLE, _ROW, _TABLE, _ROW, _ROW, _TABLE),
+    numba.boolean(numba.float64, *_SAMPLES, _ROW, _TABLE, _ROW, _TABLE, _ROW, _ROW, _TABLE, _STATE),
 )

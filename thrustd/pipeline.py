@@ -11,28 +11,28 @@ Time is data: the pipeline reads only `event.t_ns`. Nothing that arrives can sto
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from math import isfinite, nan
-from typing import Any, Final, NamedTuple
+from math import nan
+from typing import Any, Final
 
 import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.brochure_route import BrochureRoute
-from thrustd.columns import Floats
 from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
 from thrustd.fault_status import FaultStatus
-from thrustd.fusion.fusion_inputs import INPUTS, FusionInputs
+from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.limits import FLYING_MACH
 from thrustd.fusion.monitor import Monitor, MonitorVerdict
 from thrustd.fusion.monitor_inputs import Layout, MonitorInputs
+from thrustd.fusion.mounts import mounts_table
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.intake import Intake
 from thrustd.model.compile import CompiledModel
 from thrustd.snapshot import plain, read_memory
-from thrustd.step_inputs import StepInputs, dynamic_pressure_pa
+from thrustd.step_inputs import StepInputs, dynamic_pressure_pa, tell_filters
 from thrustd.types import Event, Fault, MountOutput, Output
 from thrustd.wire.can_table import CanTable
 from thrustd.wire.event_batch import EventBatch
@@ -52,20 +52,6 @@ class Parts:
     can_table: CanTable
 
 
-class Held(NamedTuple):
-    """What is known at one fused step when the filters are asked."""
-
-    t_ns: int
-    dt_s: float  # since the last one of this process
-    readings: Floats  # of the sensors that are believed, see `StepInputs`
-    ages_s: Floats
-    beyond: Sequence[bool]  # by mount: outside the range of its model
-    gaps: Sequence[bool]  # by mount: samples were lost
-    unloaded: bool  # a load factor is missing
-    troubles: int  # Status bits of the installation
-    verdict: MonitorVerdict
-
-
 class Pipeline:
     """Mutable; `feed` is its whole life, `snapshot` / `restore` its memory across a restart."""
 
@@ -78,7 +64,8 @@ class Pipeline:
         self._layout = Layout(
             tuple(mount.name for mount in config.mount), tuple(config.mounts_of(engine) for engine in engines)
         )
-        self._inputs = StepInputs(self._layout, self._hold)
+        self._states = self._intake.states
+        self._inputs = StepInputs(self._layout, self._hold, self._states)
         self._monitor = Monitor(self._layout)
         self._filters = tuple(
             ThrustFilter(settings, e, name, 0.5 / config.steps.estimate_hz) for e, name in enumerate(engines)
@@ -87,8 +74,10 @@ class Pipeline:
         self._brochures = tuple(BrochureRoute(parts.deck, e, place) for e in numbers)
         self._pressure_wanted = self._intake.is_wanted(("dynamic_pressure_Pa", 0))
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
-        self._loads = place("accel_x_g", 0), place("accel_z_g", 0)
-        self._rows = [np.zeros(1, INPUTS) for _ in engines]  # what the filters are told
+        self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
+        self._routes_n = np.zeros((len(engines), 3))  # brochure thrust by fuel flow, N1 and N2
+        self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
+        self._mounts_of = mounts_table(self._layout.mounts_of_engine)
         self._hand_overs = tuple(route.hand_over for route in self._brochures)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
@@ -171,28 +160,25 @@ class Pipeline:
         since_ns, self._intake.fused_ns = self._intake.fused_ns, t_ns
         dt_s = (t_ns - self._looked_ns) * 1e-9 if self._looked_ns >= 0 else 0.0
         self._looked_ns = t_ns
-        changed, readings, ages_s = self._inputs.at(t_ns)
-        self._refresh(t_ns, changed, readings, outputs)
-        states = [route.fused((t_ns - since_ns) * 1e-9) for route in self._routes]
-        for route in self._brochures:
-            route.look(dt_s, readings)
-        deformations_mm, forces_n, stds_n, commons_n, beyond, gaps = zip(*states, strict=True)
-        routes_n = [route.routes_n for route in self._brochures]
+        self._refresh(t_ns, self._inputs.look(t_ns), outputs)
+        for route in self._routes:
+            route.fuse((t_ns - since_ns) * 1e-9)
+        self._inputs.measure()
+        readings, routes_n = self._inputs.readings, self._routes_n
+        for e, brochure in enumerate(self._brochures):
+            brochure.look(dt_s, readings, routes_n[e])
         fused_n = [thrust_filter.thrust_n for thrust_filter in self._filters]
-        seen = [*deformations_mm, *readings.tolist()]
-        verdict = self._monitor.step(MonitorInputs(t_ns, seen, forces_n, stds_n, commons_n, routes_n, fused_n))
+        verdict = self._monitor.step(MonitorInputs(t_ns, readings, self._states, routes_n, fused_n))
         self._exclude(verdict, t_ns, outputs)
-        unloaded = not all([isfinite(readings[place]) for place in self._loads])
-        believed, bits = self._inputs.believed(readings, verdict.excluded), self._troubles.bits(t_ns)
-        held = Held(t_ns, dt_s, believed, ages_s, beyond, gaps, unloaded, bits, verdict)
+        self._tell(t_ns, dt_s, verdict)
         for e, thrust_filter in enumerate(self._filters):
-            outputs.append(thrust_filter.step(self._told(held, e)))
+            outputs.append(thrust_filter.step(self._told[e : e + 1]))
             for fault in thrust_filter.take_faults():
                 self._report(fault, outputs)
-        outputs.extend([_new(MountOutput, (t_ns, i, *state[:3])) for i, state in enumerate(states)])
+        outputs.extend([_new(MountOutput, (t_ns, i, *state[:3])) for i, state in enumerate(self._states.tolist())])
         outputs.extend(self._book.due(t_ns))
 
-    def _refresh(self, t_ns: int, changed: bool, readings: Floats, outputs: list[Output]) -> None:
+    def _refresh(self, t_ns: int, changed: bool, outputs: list[Output]) -> None:
         """Staleness, derived channels, and the readings for the log."""
         for place, fault in self._hold.changes(t_ns) if changed else ():
             self._report(fault, outputs)
@@ -200,9 +186,9 @@ class Pipeline:
                 self._intake.tell(self._hold.slots[place], nan)
         self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
         if self._pressure_wanted:
-            air = [readings.item(place) for place in self._air]
+            air = [self._inputs.readings.item(place) for place in self._air]
             self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*air))
-        if not self._flying and readings[self._air[0]] > FLYING_MACH:
+        if not self._flying and self._inputs.readings[self._air[0]] > FLYING_MACH:
             self._flying = True
             for route in self._routes:
                 route.fly()
@@ -219,20 +205,12 @@ class Pipeline:
             self._excluded = verdict.excluded
             self._intake.believe(verdict.excluded)
 
-    def _told(self, held: Held, engine: int) -> Any:
-        """What the filter of this engine is told, a row of INPUTS."""
-        mounts, mine = held.verdict.mounts[engine], self._layout.mounts_of_engine[engine]
-        inputs = FusionInputs(
-            held.t_ns, mounts.force_n, mounts.std_n, nan, nan, nan, nan,
-            push_n=mounts.push_n,
-            load_share=mounts.load_share,
-            mount_extrapolating=any([held.beyond[i] for i in mine]),
-            gap=any([held.gaps[i] for i in mine]),
-            one_mount=mounts.one_mount,
-            load_factor_stale=held.unloaded,
-            status=held.verdict.status[engine] | held.troubles,
-        )  # fmt: skip
-        told, fewer = self._rows[engine], bool(held.verdict.excluded)
-        told[0] = inputs
-        self._brochures[engine].tell(held.dt_s, held.readings, held.ages_s, fewer, told)
-        return told
+    def _tell(self, t_ns: int, dt_s: float, verdict: MonitorVerdict) -> None:
+        """What the filters are told, a row of INPUTS each."""
+        told, readings, believed = self._told, self._inputs.readings, self._inputs.believed(verdict.excluded)
+        troubles = self._troubles.bits(t_ns)
+        tell_filters(told, t_ns, troubles, verdict.mounts, self._mounts_of, self._states, readings, self._loads)
+        for e, brochure in enumerate(self._brochures):
+            brochure.tell(dt_s, believed, self._inputs.ages_s, bool(verdict.excluded), told[e : e + 1])
+            if verdict.status[e]:
+                told["status"][e] |= verdict.status[e]

@@ -5,6 +5,7 @@ from math import nan
 import numpy as np
 import pytest
 
+from thrustd.columns import MOUNT_STATE
 from thrustd.fusion.monitor import Layout, Monitor, MonitorInputs
 
 LAYOUT = Layout(("left_upper", "left_lower", "right_upper", "right_lower"), ((0, 1), (2, 3)))
@@ -60,7 +61,10 @@ def fly(sensor=None, kind="", seconds=92.0, seed=0):
 
 
 def monitor_inputs(k, read):
-    forces = tuple(3600.0 * read["deformation_mm", i] for i in range(4))
+    mounts = np.zeros(4, MOUNT_STATE)
+    for i, mount in enumerate(mounts):
+        mount["deformation_mm"] = mm = read["deformation_mm", i]
+        mount["force_n"], mount["std_n"] = 3600.0 * mm + 1830.0 * (read["accel_x_g", 0] - 0.05), 50.0
     # plain stand-ins for the deck: right at the cruise point, with its sensitivities
     by_mach = 1.0 - 1.2 * (read["mach", 0] - 0.35)
 
@@ -71,11 +75,9 @@ def monitor_inputs(k, read):
 
     return MonitorInputs(
         t_ns=k * 100_000_000,
-        readings=[read[sensor] for sensor in LAYOUT.sensors()],
-        mount_force_n=tuple(force + 1830.0 * (read["accel_x_g", 0] - 0.05) for force in forces),
-        mount_std_n=(50.0,) * 4,
-        mount_common_n=(0.0,) * 4,
-        routes_n=(routes_n(0), routes_n(1)),
+        readings=np.array([read[sensor] for sensor in LAYOUT.sensors()]),
+        mounts=mounts,
+        routes_n=np.array((routes_n(0), routes_n(1))),
         fused_thrust_n=(2880.0, 2880.0),
     )
 

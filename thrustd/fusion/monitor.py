@@ -8,6 +8,8 @@ excludes:
     clean = [deck.estimate(inputs_of(readings without verdict.excluded, e), e) for e in engines]
     mounts = verdict.mounts[e]                       # engine e's mount force without the excluded ones
 
+The everyday part of a look is compiled (`monitor_step`); here is what is done when somebody is in doubt.
+
 Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.where` is the mount's name or
 "signal[index]"; "<kind>_over" when it is believed again.
 """
@@ -17,13 +19,12 @@ from math import isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from thrustd.fusion.common_mode import CommonMode
-from thrustd.fusion.limits import SAT_CLIMB_M
-from thrustd.fusion.memory import recall, remember
+from thrustd.columns import Flags, Floats
+from thrustd.fusion.common_mode import guilty
 from thrustd.fusion.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
-from thrustd.fusion.mounts import FORCE_N, MEASURED_MM, SHARE, EngineMounts, MountCombiner
+from thrustd.fusion.monitor_step import ACCUSE, ACQUIT, DONE, DOUBT, LOOK, look_on
+from thrustd.fusion.mounts import MountCombiner
 from thrustd.fusion.opinions import AGREE_S, N_OPINIONS, Opinions
 from thrustd.fusion.signal_watch import STEP_S
 from thrustd.fusion.watches import Watches
@@ -34,8 +35,6 @@ MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: 
 TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 RESTING_S = 2.0
 AGREE_WITHIN = 0.04
-Flags = npt.NDArray[np.bool_]
-Floats = npt.NDArray[np.float64]
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # those that move several thrusts at once
@@ -43,9 +42,9 @@ SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # tho
 
 class MonitorVerdict(NamedTuple):
     excluded: frozenset[Sensor]
-    mounts: list[EngineMounts]  # by engine
-    faults: list[Fault]  # changes at this step: "stuck", "stuck_over", ...
-    status: list[int]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE)
+    mounts: Any  # ENGINE_MOUNTS by engine, good until the next step
+    faults: Sequence[Fault]  # changes at this step: "stuck", "stuck_over", ...
+    status: Sequence[int]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE)
 
 
 class Monitor:
@@ -59,37 +58,39 @@ class Monitor:
             for engine, mounts in enumerate(layout.mounts_of_engine)
         )
         self._all_mounts = np.ones(len(layout.mount_names), np.bool_)
-        self._all_opinions = np.ones((len(self._opinions_of), N_OPINIONS), np.bool_)
-        self._common = CommonMode()
         self._watches = Watches(layout)
         self._shared = {name: self._watches[name, 0] for name in SHARED_SIGNALS}
         place = self._watches.sensors.index
         engines = range(len(layout.mounts_of_engine))
         spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])
         self._opinions = Opinions(self._combiner.mounts, spools)
-        self._altitude = place(("pressure_altitude_m", 0))
+        self._memory = np.zeros(1, LOOK)
+        self._memory["altitude"], self._memory["sat"] = place(("pressure_altitude_m", 0)), place(("sat_degC", 0))
+        self._memory["sat_since_m"] = nan
+        watches, opinions = self._watches.work, self._opinions.work
+        self._work = self._memory, *watches, *opinions, self._combiner.rows, self._opinions.believed
+        self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
+        self._no_status = [0 for _ in engines]
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._judged: dict[Sensor, str] = {}  # by cross-checks
         self._calm_s: dict[Sensor, float] = {}
         self._excluded = NOBODY
-        self._sat_since_m = nan  # altitude where SAT last moved
         self._t_ns = self._watched_ns = -1
 
     def step(self, inputs: MonitorInputs) -> MonitorVerdict:
         """Call once per fused step; the tests run every 0.1 s, the mounts are combined every time."""
         dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
-        faults: list[Fault] = []
-        mounts_n = np.array((inputs.mount_force_n, inputs.mount_std_n, inputs.mount_common_n, inputs.mount_std_n))
-        mounts_n[MEASURED_MM] = inputs.readings[: len(self._all_mounts)]
+        faults: Sequence[Fault] = ()
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
             self._watched_ns = inputs.t_ns
-            self._watch(inputs, mounts_n)
+            self._look(inputs)
             faults = self._changes(inputs.t_ns)
         else:
             self._excluded |= self._leapt(inputs.readings)
-        mounts = self._combiner.step(mounts_n, self._believed_mounts(), dt_s)
-        return MonitorVerdict(self._excluded, mounts, faults, list(map(self._status, range(len(mounts)))))
+        mounts = self._combiner.step(inputs.mounts, self._believed_mounts(), dt_s)
+        status = list(map(self._status, range(len(mounts)))) if self._kinds else self._no_status
+        return MonitorVerdict(self._excluded, mounts, faults, status)
 
     @property
     def excluded(self) -> frozenset[Sensor]:
@@ -102,12 +103,12 @@ class Monitor:
             "t_ns": [self._t_ns, self._watched_ns],
             "combiners": self._combiner.snapshot(),
             "engines": self._opinions.snapshot(),
-            "common": remember(self._common),
+            "common": self._memory["outside_s"].item(),
             "watches": self._watches.snapshot(),
             "kinds": _rows(self._kinds),
             "judged": _rows(self._judged),
             "excluded": sorted(map(list, self._excluded)),
-            "sat_since_m": self._sat_since_m if isfinite(self._sat_since_m) else None,
+            "sat_since_m": since_m if isfinite(since_m := self._memory["sat_since_m"].item()) else None,
         }
 
     def restore(self, state: dict[str, Any], shift_ns: int = 0) -> bool:
@@ -115,12 +116,12 @@ class Monitor:
         try:
             self._t_ns, self._watched_ns = (t_ns + shift_ns for t_ns in map(int, state["t_ns"]))
             self._combiner.restore(state["combiners"])
-            restored = self._watches.restore(state["watches"]) and recall(self._common, state["common"])
-            restored &= self._opinions.restore(state["engines"])
+            restored = self._watches.restore(state["watches"]) and self._opinions.restore(state["engines"])
+            self._memory["outside_s"] = float(state["common"])
             self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
             self._judged = {(str(name), int(i)): str(kind) for name, i, kind in state["judged"]}
             self._excluded = frozenset((str(name), int(i)) for name, i in state["excluded"])
-            self._sat_since_m = nan if state["sat_since_m"] is None else float(state["sat_since_m"])
+            self._memory["sat_since_m"] = nan if state["sat_since_m"] is None else float(state["sat_since_m"])
         except (KeyError, OverflowError, TypeError, ValueError):
             return False
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._judged, *self._excluded}
@@ -133,8 +134,6 @@ class Monitor:
         return np.array([("deformation_mm", i) not in self._excluded for i in range(len(self._all_mounts))])
 
     def _status(self, engine: int) -> int:
-        if not self._kinds:
-            return 0
         mine = {(name, i) for name in MOUNT_SIGNALS for i in self._layout.mounts_of_engine[engine]}
         mine |= {(name, engine) for name in ENGINE_SIGNALS} | {(name, 0) for name in AIRCRAFT_SIGNALS}
         doubted = {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
@@ -145,17 +144,34 @@ class Monitor:
             status |= Status.MOUNTS_DISAGREE
         return int(status)
 
-    def _watch(self, inputs: MonitorInputs, mounts_n: Floats) -> None:
-        self._watches.step(inputs.readings)
-        if self._watches.suspect:
-            self._acquit_jumps()
-        self._watch_temperature(inputs.readings[self._altitude])
-        shared_doubt = any([name in SHARED_SIGNALS for name, _ in self._all_out()])
-        self._cross_check(mounts_n[FORCE_N], np.array(inputs.routes_n), shared_doubt)
-        self._check_shared(inputs, shared_doubt)
+    def _look(self, inputs: MonitorInputs) -> None:
+        work = *self._work, inputs.readings, inputs.mounts, inputs.routes_n
+        self._memory["accused"], self._suspect = bool(self._judged), False
+        while (stop := look_on(*work)) != DONE:
+            if stop == DOUBT:
+                self._doubt()
+            elif stop == ACQUIT:
+                for name in SHARED_SIGNALS:
+                    self._acquit_shared((name, 0))
+            elif stop == ACCUSE:
+                self._accuse(inputs)
+            else:
+                self._judge_all(inputs.readings)
         self._excluded = self._all_out()
 
-    def _leapt(self, readings: Sequence[float]) -> frozenset[Sensor]:
+    def _doubt(self) -> None:
+        """Some sensor's own watch has found something, or somebody is judged already."""
+        self._suspect = self._memory["suspect"].item()
+        if self._suspect:
+            self._acquit_jumps()
+        self._judge_temperature()
+        self._memory["accused"] = bool(self._judged)
+        self._memory["frozen"] = any([name in SHARED_SIGNALS for name, _ in self._all_out()])
+        if self._suspect:
+            for row, sensors in zip(self._opinions.believed, self._opinions_of, strict=True):
+                row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_OPINIONS]]
+
+    def _leapt(self, readings: Floats) -> frozenset[Sensor]:
         """Between two looks: what jumped is out until the next one, before anything follows it.
 
         An engine that is pushed moves both of its mounts; its own signals are judged at the next look.
@@ -169,22 +185,19 @@ class Monitor:
         return frozenset(out)
 
     def _all_out(self) -> frozenset[Sensor]:
-        if not self._watches.suspect and not self._judged:
+        if not self._suspect and not self._judged:
             return NOBODY
         return frozenset(sensor for sensor in self._watches.sensors if self._out(sensor))
 
     def _out(self, sensor: Sensor) -> bool:
         return sensor in self._judged or not self._watches.trusts(sensor)
 
-    def _watch_temperature(self, altitude_m: float) -> None:
-        """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
+    def _judge_temperature(self) -> None:
         sensor = ("sat_degC", 0)
-        watch = self._watches[sensor]
-        if watch.resting_s == 0.0 or not isfinite(self._sat_since_m):
-            self._sat_since_m = altitude_m
+        if self._memory["sat_moved"].item():
             if self._judged.get(sensor) == "stuck":
                 del self._judged[sensor]
-        elif abs(altitude_m - self._sat_since_m) > SAT_CLIMB_M and not self._altitude_out():
+        elif self._memory["sat_climbed"].item() and not self._out(("pressure_altitude_m", 0)):
             self._judged[sensor] = "stuck"
 
     def _acquit_jumps(self) -> None:
@@ -201,18 +214,7 @@ class Monitor:
                 if self._watches.followed((name, engine)):
                     self._watches[name, engine].acquit()
 
-    def _altitude_out(self) -> bool:
-        return self._out(("pressure_altitude_m", 0))
-
-    def _cross_check(self, forces_n: Floats, routes_n: Floats, frozen: bool) -> None:
-        believed = self._all_opinions
-        if self._watches.suspect:
-            believed = believed.copy()
-            for row, sensors in zip(believed, self._opinions_of, strict=True):
-                row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_OPINIONS]]
-        readings, shares = self._watches.values, self._combiner.rows[:, SHARE]
-        if not self._opinions.step(readings, forces_n, shares, routes_n, believed, frozen) and not self._judged:
-            return
+    def _judge_all(self, readings: Floats) -> None:
         for engine, sensors in enumerate(self._opinions_of):
             if self._opinions.turning(engine, readings):
                 self._judge(engine, sensors)
@@ -227,31 +229,28 @@ class Monitor:
             elif not self._opinions.faulty(engine, i):
                 self._judged.pop(sensor, None)
 
-    def _check_shared(self, inputs: MonitorInputs, shared_doubt: bool) -> None:
+    def _accuse(self, inputs: MonitorInputs) -> None:
+        """Every engine's mounts and brochure differ: by the sensor that explains it."""
         thrust_n = sum(inputs.fused_thrust_n) / len(inputs.fused_thrust_n)
-        if not shared_doubt:
-            guilty = self._common.step(self._opinions.group_differences(), self._shared, thrust_n)
-            if guilty:
-                watch = self._shared[guilty]
-                resting = "stuck" if watch.resting_s > RESTING_S else "drift"
-                self._judged[guilty, 0] = "offset" if watch.jumped_lately else resting
-            return
-        for name in SHARED_SIGNALS:
-            self._acquit_shared((name, 0))
+        name = guilty(self._opinions.differences, self._shared, thrust_n)
+        if name:
+            watch = self._shared[name]
+            resting = "stuck" if watch.resting_s > RESTING_S else "drift"
+            self._judged[name, 0] = "offset" if watch.jumped_lately else resting
 
     def _acquit_shared(self, sensor: Sensor) -> None:
         """Mounts and brochure agree again with the sensor as it reads now: it is believed again."""
         if self._judged.get(sensor, "") in ("", "stuck"):
             return
-        agree = all(abs(d) < AGREE_WITHIN for d, _ in self._opinions.group_differences())
+        agree = bool((abs(self._opinions.differences[:, 0]) < AGREE_WITHIN).all())
         self._calm_s[sensor] = self._calm_s.get(sensor, 0.0) + STEP_S if agree else 0.0
         if self._calm_s[sensor] > AGREE_S:
             del self._judged[sensor], self._calm_s[sensor]
 
-    def _changes(self, t_ns: int) -> list[Fault]:
+    def _changes(self, t_ns: int) -> Sequence[Fault]:
+        if not (self._suspect or self._judged or self._kinds):
+            return ()
         faults: list[Fault] = []
-        if not (self._watches.suspect or self._judged or self._kinds):
-            return faults
         for sensor in self._watches.sensors:
             kind = self._watches[sensor].kind or self._judged.get(sensor, "")
             before = self._kinds.get(sensor, "")

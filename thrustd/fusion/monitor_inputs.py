@@ -1,7 +1,9 @@
 """What the monitor is told at one fused step, and how the aircraft is laid out."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from thrustd.columns import Floats
 
 Sensor = tuple[str, int]  # (canonical channel name, engine or mount index)
 ENGINE_SIGNALS = ("fuel_flow_kg_s", "n1_pct", "n2_pct")
@@ -26,12 +28,10 @@ class Layout(NamedTuple):
 
 
 class MonitorInputs(NamedTuple):
-    """Rows are by mount or by engine; NaN = missing or stale."""
+    """NaN = missing or stale."""
 
     t_ns: int
-    readings: Sequence[float]  # the latest of each of `Layout.sensors`, as it came
-    mount_force_n: Sequence[float]  # by mount, after load-factor corrections
-    mount_std_n: Sequence[float]  # by mount
-    mount_common_n: Sequence[float]  # the part of it that both mounts of an engine have, to the same side
-    routes_n: Sequence[tuple[float, float, float]]  # by engine: thrust by fuel flow, N1, N2, of readings as they came
+    readings: Floats  # the latest of each of `Layout.sensors`, as it came
+    mounts: Any  # MOUNT_STATE by mount, after load-factor corrections
+    routes_n: Floats  # (n_engines, 3): thrust by fuel flow, N1, N2, of readings as they came
     fused_thrust_n: Sequence[float]  # ThrustFilter.thrust_n before this step

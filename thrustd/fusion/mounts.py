@@ -12,11 +12,12 @@ none. At idle F_upper / F says more of the transducers' zeros than of the share:
 
 from collections.abc import Sequence
 from math import isfinite, nan, sqrt
-from typing import Any, Final, NamedTuple
+from typing import Any
 
+import numba
 import numpy as np
-import numpy.typing as npt
 
+from thrustd.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.compiled import compiled
 
 UPPER_N_MM, LOWER_N_MM = 5079.0, 5954.0  # fore and aft spring rates of the two isolators, thesis table 4.1
@@ -27,20 +28,27 @@ MAX_STEP_S = 1.0
 SHARE_STD = 0.02  # of one mount's part, when scaled from the other
 SHARE, WEIGHT_N2_S = range(2)  # the memory of one engine
 PUSH_TAU_S = 0.5
-FORCE_N, STD_N, COMMON_N, MEASURED_MM = range(4)  # rows by mount: force, one sigma of its own, and of what both have
 NO_MOUNT = -1
-_new: Final = tuple.__new__  # half the time of calling a NamedTuple
-Floats = npt.NDArray[np.float64]
 
 
-class EngineMounts(NamedTuple):
-    """One engine's mount route at one step; NaN force = none is believed."""
+ENGINE_MOUNTS = np.dtype(  # one engine's mount route at one step
+    [
+        ("force_n", np.float64),  # NaN: no mount is believed
+        ("std_n", np.float64),
+        ("load_share", np.float64),  # upper mount's part, slow average, -
+        ("push_n", np.float64),  # what both mounts were moved by within half a second; 0: they do not say the same
+        ("one_mount", np.bool_),
+    ],
+    align=True,
+)
 
-    force_n: float
-    std_n: float
-    load_share: float  # upper mount's part, slow average, -
-    one_mount: bool
-    push_n: float  # what both mounts were moved by within half a second; 0 when they do not say the same
+
+def mounts_table(mounts_of_engine: Sequence[Sequence[int]]) -> Integers:
+    """By engine, its mounts in a row that ends with NO_MOUNT."""
+    table = np.full((len(mounts_of_engine), max(2, *map(len, mounts_of_engine))), NO_MOUNT)
+    for row, mounts in zip(table, mounts_of_engine, strict=True):
+        row[: len(mounts)] = mounts
+    return table
 
 
 class MountCombiner:
@@ -49,18 +57,17 @@ class MountCombiner:
     def __init__(self, mounts_of_engine: Sequence[Sequence[int]]) -> None:
         """By engine, its mounts: the upper one first."""
         self.rows = np.tile((UPPER_SHARE, PRIOR_N2_S), (len(mounts_of_engine), 1))
-        self.mounts = np.full((len(mounts_of_engine), max(2, *map(len, mounts_of_engine))), NO_MOUNT)
-        for row, mounts in zip(self.mounts, mounts_of_engine, strict=True):
-            row[: len(mounts)] = mounts
+        self.mounts = mounts_table(mounts_of_engine)
         self._lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
-        self._out = np.zeros((len(mounts_of_engine), 4))
+        self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)
 
-    def step(self, mounts_n: Floats, believed: npt.NDArray[np.bool_], dt_s: float) -> list[EngineMounts]:
-        """`mounts_n` (4, n_mounts), `believed` (n_mounts,); forces that are not finite are not believed either."""
-        _combine(self.rows, self.mounts, self._lagged_mm, mounts_n, believed, dt_s, self._out)
-        shares = self.rows[:, SHARE].tolist()
-        rows = zip(self._out.tolist(), shares, strict=True)
-        return [_new(EngineMounts, (force, std, share, one > 0.0, push)) for (force, std, one, push), share in rows]
+    def step(self, mounts: Any, believed: Flags, dt_s: float) -> Any:
+        """ENGINE_MOUNTS by engine, good until the next step.
+
+        `mounts`: MOUNT_STATE by mount; `believed` (n_mounts,); forces that are not finite are not believed either.
+        """
+        _combine(self.rows, self.mounts, self._lagged_mm, mounts, believed, dt_s, self._out)
+        return self._out
 
     def snapshot(self) -> list[list[float]]:
         rows: list[list[float]] = self.rows.tolist()
@@ -82,14 +89,14 @@ def _learn(row: Floats, upper_n: float, total_n: float, dt_s: float) -> None:
 
 
 @compiled
-def _both(mounts_n: Floats, mounts: Any) -> tuple[float, float]:
-    """Force and one sigma of all mounts together."""
+def _both(mounts: Any, mine: Any) -> tuple[float, float]:
+    """Force and one sigma of all mounts of an engine together."""
     force_n = variance_n2 = common_n = common_n2 = 0.0
-    for i in mounts:
-        force_n += mounts_n[FORCE_N, i]
-        variance_n2 += mounts_n[STD_N, i] ** 2
-        common_n += mounts_n[COMMON_N, i]
-        common_n2 += mounts_n[COMMON_N, i] ** 2
+    for i in mine:
+        force_n += mounts[i].force_n
+        variance_n2 += mounts[i].std_n ** 2
+        common_n += mounts[i].common_n
+        common_n2 += mounts[i].common_n ** 2
     return force_n, sqrt(variance_n2 + common_n**2 - common_n2)
 
 
@@ -102,37 +109,46 @@ def _push_n(moved_mm: Floats, upper: int, lower: int) -> float:
 
 
 def _combine_all(
-    rows: Floats, mounts: Any, lagged_mm: Floats, mounts_n: Floats, believed: Any, dt_s: float, out: Floats
+    rows: Floats, mounts_of: Any, lagged_mm: Floats, mounts: Any, believed: Any, dt_s: float, out: Any
 ) -> None:
-    """`out` by engine: force, one sigma, 1 when it is scaled from one mount, push."""
-    moved_mm = mounts_n[MEASURED_MM] - lagged_mm
+    moved_mm = np.empty(len(lagged_mm))
     for i in range(len(lagged_mm)):
+        measured_mm = mounts[i].deformation_mm
+        moved_mm[i] = measured_mm - lagged_mm[i]
         known = isfinite(moved_mm[i])
-        lagged_mm[i] = lagged_mm[i] + min(dt_s / PUSH_TAU_S, 1.0) * moved_mm[i] if known else mounts_n[MEASURED_MM, i]
+        lagged_mm[i] = lagged_mm[i] + min(dt_s / PUSH_TAU_S, 1.0) * moved_mm[i] if known else measured_mm
     for e in range(len(rows)):
         n = n_usable = 0
         only = NO_MOUNT
-        for i in mounts[e]:
+        for i in mounts_of[e]:
             if i != NO_MOUNT:
                 n += 1
-                if believed[i] and isfinite(mounts_n[FORCE_N, i]):
+                if believed[i] and isfinite(mounts[i].force_n):
                     n_usable += 1
                     only = i if only == NO_MOUNT else only
-        out[e] = nan
-        out[e, 2] = out[e, 3] = 0.0
+        engine, upper, lower = out[e], mounts_of[e, 0], mounts_of[e, 1]
+        engine.force_n = engine.std_n = nan
+        engine.one_mount, engine.push_n = False, 0.0
         if n_usable == n and n > 0:
-            force_n, std_n = _both(mounts_n, mounts[e, :n])
-            out[e, 0], out[e, 1] = force_n, std_n
-            if n == 2 and force_n > 0.0:
-                _learn(rows[e], mounts_n[FORCE_N, mounts[e, 0]], force_n, min(dt_s, MAX_STEP_S))
+            engine.force_n, engine.std_n = _both(mounts, mounts_of[e, :n])
+            if n == 2 and engine.force_n > 0.0:
+                _learn(rows[e], mounts[upper].force_n, engine.force_n, min(dt_s, MAX_STEP_S))
             if n == 2:
-                out[e, 3] = _push_n(moved_mm, mounts[e, 0], mounts[e, 1])
+                engine.push_n = _push_n(moved_mm, upper, lower)
         elif n_usable > 0:
-            part = rows[e, SHARE] if only == mounts[e, 0] else 1.0 - rows[e, SHARE]
-            force_n = mounts_n[FORCE_N, only] / part
-            out[e] = force_n, sqrt((mounts_n[STD_N, only] / part) ** 2 + (SHARE_STD / part * force_n) ** 2), 1.0, 0.0
+            part = rows[e, SHARE] if only == upper else 1.0 - rows[e, SHARE]
+            force_n = mounts[only].force_n / part
+            engine.force_n, engine.one_mount = force_n, True
+            engine.std_n = sqrt((mounts[only].std_n / part) ** 2 + (SHARE_STD / part * force_n) ** 2)
+        engine.load_share = rows[e, SHARE]
 
 
+_TABLE, _ROW = numba.float64[:, ::1], numba.float64[::1]
 _combine: Any = compiled(
-    _combine_all, "void(f8[:, ::1], i8[:, ::1], f8[::1], f8[:, ::1], b1[::1], f8, f8[:, ::1])", "numpy"
-)
+    _combine_all,
+    numba.void(
+        _TABLE, numba.int64[:, ::1], _ROW, numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64,
+        numba.from_dtype(ENGINE_MOUNTS)[::1],
+    ),
+    "numpy",
+)  # fmt: skip

@@ -50,25 +50,14 @@ class Opinions:
 
         An engine that has not two mounts is not judged.
         """
-        self._mounts, self._spools = np.ascontiguousarray(mounts[:, :2]), spools
-        self._judged = (mounts >= 0).sum(axis=1) == 2
+        self._spools, self._judged = spools, (mounts >= 0).sum(axis=1) == 2
         self._rows = np.zeros((len(mounts), TRACK + 1, N_OPINIONS))
-        self._differences = np.zeros((len(mounts), 2))
+        # by engine, mounts minus brochure and its tolerance, relative; NaN when one group is silent
+        self.differences = np.zeros((len(mounts), 2))
+        # not excluded by the sensor's own watch
+        self.believed = np.ones((len(mounts), N_OPINIONS), np.bool_)
+        self.work = self._rows, self.differences, np.ascontiguousarray(mounts[:, :2]), spools, self._judged
         self.forget()
-
-    def step(
-        self, readings: Floats, forces_n: Floats, shares: Floats, routes_n: Floats, believed: Flags, frozen: bool
-    ) -> bool:
-        """One opinion on some engine is faulty. An engine that does not turn has none.
-
-        `forces_n` (n_mounts,), `shares` (n,) of the upper mounts, `routes_n` (n, 3); `believed` (n, 5): not excluded by
-        the sensor's own watch; `frozen`: shared inputs are in doubt, judge nothing.
-        """
-        layout = self._mounts, self._spools, self._judged
-        faulty: bool = _step(
-            self._rows, self._differences, *layout, readings, forces_n, shares, routes_n, believed, frozen
-        )
-        return faulty
 
     def turning(self, engine: int, readings: Floats) -> bool:
         """It is judged: it has two mounts, and turns."""
@@ -77,11 +66,6 @@ class Opinions:
     def faulty(self, engine: int, i: int) -> bool:
         """It stood alone, and does not agree again yet."""
         return bool(self._rows[engine, FAULTY, i])
-
-    def group_differences(self) -> list[list[float]]:
-        """By engine, mounts minus brochure and its tolerance, relative; NaN when one group is silent."""
-        differences: list[list[float]] = self._differences.tolist()
-        return differences
 
     def forget(self) -> None:
         """Nobody listened for a while."""
@@ -224,25 +208,25 @@ def _difference(rows: Floats) -> tuple[float, float]:
     return mounts / n_mounts - brochure / n_routes, GROUPS_DIFFER + widest - TOLERANCE[FUEL_FLOW]
 
 
-def _step_all(
-    rows: Floats, differences: Floats, mounts: Integers, spools: Integers, judged: Flags, readings: Floats,
-    forces_n: Floats, shares: Floats, routes_n: Floats, believed: Flags, frozen: bool,
+@compiled
+def weigh(
+    rows: Floats, differences: Floats, layout: Any, readings: Floats, states: Any, shares: Floats, routes_n: Floats,
+    believed: Flags, frozen: bool,
 ) -> bool:  # fmt: skip
+    """One opinion on some engine is faulty. An engine that does not turn has none.
+
+    `layout`: mounts, spools and engines judged; `states`: MOUNT_STATE by mount; `shares` (n,) of the upper mounts,
+    `routes_n` (n, 3), `believed` (n, 5); `frozen`: shared inputs are in doubt, judge nothing.
+    """
+    mounts, spools, judged = layout
     faulty, opinions_n = False, np.empty(N_OPINIONS)
     for e in range(len(rows)):
         turns = readings[spools[e, 0]] > TURNING_N1_PCT or readings[spools[e, 1]] > TURNING_N1_PCT
         if judged[e] and turns:
-            opinions_n[UPPER] = forces_n[mounts[e, 0]] / shares[e]
-            opinions_n[LOWER] = forces_n[mounts[e, 1]] / (1.0 - shares[e])
+            opinions_n[UPPER] = states[mounts[e, 0]].force_n / shares[e]
+            opinions_n[LOWER] = states[mounts[e, 1]].force_n / (1.0 - shares[e])
             opinions_n[FUEL_FLOW:] = routes_n[e]
             _step_one(rows[e], opinions_n, believed[e], frozen)
         faulty |= rows[e, FAULTY].any()
         differences[e] = _difference(rows[e])
     return faulty
-
-
-_LAYOUT = "i8[:, ::1], i8[:, ::1], b1[::1]"
-_step: Any = compiled(
-    _step_all,
-    f"b1(f8[:, :, ::1], f8[:, ::1], {_LAYOUT}, f8[::1], f8[::1], f8[:], f8[:, ::1], b1[:, ::1], b1)",
-)

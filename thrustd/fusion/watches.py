@@ -1,10 +1,10 @@
 """The watches of every sensor of the aircraft, stepped at once (see `signal_watch`)."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from thrustd.columns import Floats
 from thrustd.fusion.limits import LIMITS
 from thrustd.fusion.monitor_inputs import ENGINE_SIGNALS, Layout, Sensor
 from thrustd.fusion.signal_watch import WITNESS_STEPS, SignalWatch, fresh_rows, is_sane, leapt, limit_rows, watch
@@ -18,9 +18,8 @@ class Watches:
         n = len(self.sensors)
         self._size = len(layout.mount_names), len(layout.mounts_of_engine)
         self._rows, self._limits = fresh_rows(n), limit_rows([LIMITS[name] for name, _ in self.sensors])
-        self.values = np.zeros(n)  # the latest readings, in the order of `sensors`
+        self.work = self._rows, self._limits
         self._of = {sensor: SignalWatch(row) for sensor, row in zip(self.sensors, self._rows, strict=True)}
-        self.suspect = False  # some sensor has a fault or a jump in doubt
 
     def __getitem__(self, sensor: Sensor) -> SignalWatch:
         return self._of[sensor]
@@ -30,17 +29,11 @@ class Watches:
         watched = self._of[sensor]
         return not (watched.kind or watched.doubted)
 
-    def step(self, readings: Sequence[float]) -> None:
-        """Every 0.1 s, in the order of `sensors`."""
-        self.values[:] = readings
-        self.suspect = watch(self._rows, self._limits, self.values, *self._size)
-
-    def leapt(self, readings: Sequence[float]) -> frozenset[Sensor]:
+    def leapt(self, readings: Floats) -> frozenset[Sensor]:
         """Sensors that are now, between two steps, further from where they were than they may jump."""
-        self.values[:] = readings
-        if not leapt(self._rows, self._limits, self.values):
+        if not leapt(self._rows, self._limits, readings):
             return frozenset()
-        pairs = zip(self.sensors, readings, strict=True)
+        pairs = zip(self.sensors, readings.tolist(), strict=True)
         return frozenset(s for s, value in pairs if abs(self._of[s].step_to(value)) > LIMITS[s[0]].jump)
 
     def followed(self, sensor: Sensor) -> bool:
@@ -52,7 +45,7 @@ class Watches:
     def forget_last_values(self) -> None:
         """Nobody watched for a while: a change since the last value is not a jump."""
         before = self._rows.copy()
-        self.step([np.nan] * len(self.sensors))
+        watch(self._rows, self._limits, np.full(len(self.sensors), np.nan), *self._size)
         for i, sensor in enumerate(self.sensors):
             if self._of[sensor].kind == "offset":
                 self._rows[i] = before[i]

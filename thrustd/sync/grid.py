@@ -4,7 +4,7 @@ from math import nan
 
 import numpy as np
 
-from thrustd.columns import Bytes, Floats, Integers
+from thrustd.columns import MOUNT_STATE, Bytes, Floats, Integers
 from thrustd.sync.align import TIME_FIRST, align, to_ns
 from thrustd.sync.hold import Hold
 from thrustd.sync.memory import CLOCK, GRID, MOUNT
@@ -26,7 +26,18 @@ class ClockMap:
 class Grid:
     """Mutable; all arrays stay the same objects, so that others may keep views of them."""
 
-    __slots__ = ("_memory", "channels", "mounts", "own", "place", "state", "unmeasured_s", "waiting_mm", "waiting_u")
+    __slots__ = (
+        "_memory",
+        "channels",
+        "mounts",
+        "own",
+        "place",
+        "state",
+        "states",
+        "unmeasured_s",
+        "waiting_mm",
+        "waiting_u",
+    )
 
     def __init__(self, n_mounts: int, n_channels: int, samples_per_step: int, hold: Hold, listeners: Integers) -> None:
         """`n_channels`: of the model that reads most; `samples_per_step`: of the ADC, between two fused steps.
@@ -36,6 +47,7 @@ class Grid:
         self.state, self.mounts, self.place = np.zeros(1, GRID), np.zeros(n_mounts, MOUNT), np.zeros(4, np.int64)
         self.state["t_ns"] = self.state["sequence"] = self.state["fused_ns"] = -1
         self.state["samples_per_step"] = samples_per_step
+        self.states = np.zeros(n_mounts, MOUNT_STATE)  # what the models made of the samples
         self.mounts["watchful"], self.mounts["sequence"], self.mounts["deformation_mm"] = 1, -1, nan
         shape, most = (n_mounts, n_channels), max(2 * samples_per_step, 64)
         self.channels, self.unmeasured_s = np.zeros(shape), np.full(shape, nan)  # for how long not; NaN: it is measured
