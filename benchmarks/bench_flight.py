@@ -19,7 +19,7 @@ from thrustd.installation import Installation, read_installation
 from thrustd.replay import flight_score, open_installation, truth_rows
 from thrustd.sinks.mcap_log import LogWriter
 from thrustd.sources.log_run import LogRun
-from thrustd.sources.mcap_log import LogFile
+from thrustd.sources.mcap_log import LogFile, LogMessage
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.types import Output
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
@@ -68,14 +68,15 @@ def stages(path: Path) -> Table:
     n_events = sum(map(len, batches))
     outputs, fed_s, fused_s = _fed(installation, batches)
     names = flight_score(installation).names
-    rows = list(truth_rows(LogRun((path,)), names))
+    truths = list[list[LogMessage]]()
+    rows = list(truth_rows(LogRun((path,)), names, truths.append))
     costs_s = {
         "read the events": spent_s(lambda: sum(map(len, LogFile(path).batches()))),
         "fused steps (deck, monitor, filter, mount states)": fused_s,
         "the rest of the pipeline (frames, messages, alignment)": fed_s - fused_s,
         "read the truth": spent_s(lambda: sum(1 for _ in truth_rows(LogRun((path,)), names))),
         "score against the truth": spent_s(lambda: _score(installation, rows, outputs)),
-        "write the outputs and the truth": spent_s(lambda: _write(installation, rows, outputs)),
+        "write the outputs and the truth": spent_s(lambda: _write(installation, truths, outputs)),
     }
     length_s = (batches[-1].t_ns.item(-1) - batches[0].t_ns.item(0)) * 1e-9
     shown = Table("stage", "ms per second of flight", title=f"replay, {n_events / length_s:.0f} events per second")
@@ -122,12 +123,12 @@ def _score(installation: Installation, rows: list[TruthRow], outputs: list[Outpu
         score.take(output)
 
 
-def _write(installation: Installation, rows: list[TruthRow], outputs: list[Output]) -> None:
+def _write(installation: Installation, truths: list[list[LogMessage]], outputs: list[Output]) -> None:
     writer = LogWriter(io.BytesIO(), installation.log_header(), sync_s=None)
     for output in outputs:
         writer.write_output(output)
-    for row in rows:
-        writer.write_truth(*row)
+    for messages in truths:
+        writer.copy(messages)
     writer.close()
 
 

@@ -3,17 +3,22 @@
 The truth is read alongside the replay, so that memory stays flat. Between two truth rows it is a straight line.
 """
 
+from array import array
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Iterator
 from math import isfinite, nan, sqrt
 from typing import NamedTuple
 
 import msgspec
+import numpy as np
 
+from thrustd.columns import Floats
 from thrustd.types import Estimate, Fault, MountOutput, Output
 
 BAND_SIGMAS = 1.96  # 95 % of a normal distribution
 PCT_ABOVE_N = 2000.0  # per mount: the thesis' operating range
+ENGINE_ROUTES, MOUNT_ROUTES = ("fused", "mount", "brochure"), ("mount",)
+TOGETHER = 512  # rows of one name are counted at once
 
 
 class ErrorSums:
@@ -25,17 +30,21 @@ class ErrorSums:
         self._n = self._n_pct = self._n_band = self._inside = 0
         self._sum = self._squares = self._abs_pct = self._worst = 0.0
 
-    def add(self, error_n: float, truth_n: float, pct_above_n: float, std_n: float) -> None:
-        self._n += 1
-        self._sum += error_n
-        self._squares += error_n * error_n
-        self._worst = max(self._worst, abs(error_n))
-        if truth_n > pct_above_n:
-            self._n_pct += 1
-            self._abs_pct += abs(error_n) / truth_n * 100.0
-        if isfinite(std_n):
-            self._n_band += 1
-            self._inside += abs(error_n) <= BAND_SIGMAS * std_n
+    def add(self, value_n: Floats, std_n: Floats, truth_n: Floats, pct_above_n: float) -> None:
+        """Estimates and the truth at their times, each (n,); NaN: not known."""
+        known = np.isfinite(value_n) & np.isfinite(truth_n)
+        error_n, std_n, truth_n = (value_n - truth_n)[known], std_n[known], truth_n[known]
+        if not len(error_n):
+            return
+        far_n, counted, banded = abs(error_n), truth_n > pct_above_n, np.isfinite(std_n)
+        self._n += len(error_n)
+        self._sum += float(error_n.sum())
+        self._squares += float(error_n @ error_n)
+        self._worst = max(self._worst, float(far_n.max()))
+        self._n_pct += int(counted.sum())
+        self._abs_pct += float((far_n[counted] / truth_n[counted]).sum()) * 100.0
+        self._n_band += int(banded.sum())
+        self._inside += int((far_n <= BAND_SIGMAS * std_n).sum())
 
     def score(self) -> "Score":
         if self._n == 0:
@@ -71,8 +80,13 @@ class FlightScore:
     """Listens to outputs; `truth` rows of all names in time order (any interleaving of names)."""
 
     def __init__(self, engines: tuple[str, ...], mounts: tuple[str, ...], n_mounts_of: tuple[int, ...]) -> None:
-        self._engines, self._mounts, self._n_mounts_of = engines, mounts, n_mounts_of
+        self._engines, self._mounts = engines, mounts
         self._sums: dict[tuple[str, str], ErrorSums] = {}
+        self._above_n = dict.fromkeys(mounts, PCT_ABOVE_N) | {
+            name: PCT_ABOVE_N * n for name, n in zip(engines, n_mounts_of, strict=True)
+        }
+        # by name, what was not counted yet, row after row: truth, then value and one sigma of each route
+        self._rows = {name: array("d") for name in self.names}
         self._lines: dict[str, _Line] = {}
         self._heard: set[int] = set()  # engines of which a route has spoken: before, nobody knows anything
         self.faults: Counter[tuple[str, str]] = Counter()
@@ -100,7 +114,7 @@ class FlightScore:
         elif isinstance(output, MountOutput):
             if self._lines:
                 name = self._mounts[output.mount]
-                self._add(name, "mount", output.t_ns, output.force_n, output.std_n, PCT_ABOVE_N)
+                self._keep(name, (self._lines[name].at(output.t_ns), output.force_n, output.std_n))
         elif isinstance(output, Fault):
             self.faults[output.where, output.kind] += output.count
 
@@ -110,6 +124,8 @@ class FlightScore:
 
     def scores(self) -> dict[str, dict[str, Score]]:
         """By engine or mount name: route -> score."""
+        for name in self.names:
+            self._count(name)
         table: dict[str, dict[str, Score]] = {}
         for (name, route), sums in sorted(self._sums.items()):
             table.setdefault(name, {})[route] = sums.score()
@@ -120,18 +136,26 @@ class FlightScore:
             self._heard.add(e.engine)
         if e.engine not in self._heard:
             return
-        name, above = self._engines[e.engine], PCT_ABOVE_N * self._n_mounts_of[e.engine]
-        self._add(name, "fused", e.t_ns, e.thrust_n, e.thrust_std_n, above)
-        self._add(name, "mount", e.t_ns, e.mount_n, e.mount_std_n, above)
-        self._add(name, "brochure", e.t_ns, e.brochure_n, e.brochure_std_n, above)
+        name = self._engines[e.engine]
+        routes = e.thrust_n, e.thrust_std_n, e.mount_n, e.mount_std_n, e.brochure_n, e.brochure_std_n
+        self._keep(name, (self._lines[name].at(e.t_ns), *routes))
 
-    def _add(self, name: str, route: str, t_ns: int, value_n: float, std_n: float, above_n: float) -> None:
-        truth_n = self._lines[name].at(t_ns)
-        if isfinite(value_n) and isfinite(truth_n):
-            key = (name, route)
-            if key not in self._sums:
-                self._sums[key] = ErrorSums()
-            self._sums[key].add(value_n - truth_n, truth_n, above_n, std_n)
+    def _keep(self, name: str, row: tuple[float, ...]) -> None:
+        rows = self._rows[name]
+        rows.extend(row)
+        if len(rows) >= TOGETHER * len(row):
+            self._count(name)
+
+    def _count(self, name: str) -> None:
+        if not self._rows[name]:
+            return
+        routes = ENGINE_ROUTES if name in self._engines else MOUNT_ROUTES
+        truth_n, *columns = np.frombuffer(self._rows[name]).reshape(-1, 1 + 2 * len(routes)).T
+        self._rows[name] = array("d")
+        for route, value_n, std_n in zip(routes, columns[::2], columns[1::2], strict=True):
+            if (np.isfinite(value_n) & np.isfinite(truth_n)).any():
+                sums = self._sums.setdefault((name, route), ErrorSums())
+                sums.add(value_n, std_n, truth_n, self._above_n[name])
 
 
 class _Feed:

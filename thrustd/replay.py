@@ -15,13 +15,13 @@ from thrustd.flight_picture import FlightPicture
 from thrustd.flight_score import FlightScore, Score, TruthRow
 from thrustd.installation import WARM_START, Installation, WarmStart, installation_from_files
 from thrustd.loop import run
-from thrustd.sinks.mcap_log import LogWriter, new_log
+from thrustd.sinks.mcap_log import new_log
 from thrustd.smoothed_flight import write_smoothed
 from thrustd.sources.log_run import LogRun
-from thrustd.sources.mcap_log import LogFile
+from thrustd.sources.mcap_log import LogFile, LogMessage
 from thrustd.types import Estimate, Event, Output
 from thrustd.wire.event_batch import EventBatch
-from thrustd.wire.log_layout import LogHeader
+from thrustd.wire.log_layout import TRUTH_TOPIC, LogHeader
 
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 PROGRESS_EVERY = 200  # estimates
@@ -70,9 +70,7 @@ def replay(
     tapes = pipeline.tapes() if smoothed is not None else ()
     with ExitStack() as opened:
         writer = opened.enter_context(new_log(out, _header(installation, log.header))) if out is not None else None
-        truth = truth_rows(LogRun(paths), score.names)
-        if writer is not None:
-            truth = _copied(truth, writer)
+        truth = truth_rows(LogRun(paths), score.names, writer.copy if writer is not None else None)
         score.follow(truth)
 
         def take(output: Output) -> None:
@@ -135,21 +133,19 @@ class _Truth(msgspec.Struct):
     force_n: float = nan
 
 
-def truth_rows(log: LogRun, names: Sequence[str]) -> Iterator[TruthRow]:
-    """What a simulated flight really did to `names`, in file order; nothing for a real one."""
+def truth_rows(
+    log: LogRun, names: Sequence[str], copy: Callable[[Sequence[LogMessage]], None] | None = None
+) -> Iterator[TruthRow]:
+    """What a simulated flight really did to `names`, in file order; its messages go to `copy`. None of a real one."""
     decode = msgspec.json.Decoder(list[_Truth]).decode
-    by_topic = {f"/truth/{name}": name for name in names}
+    by_topic = {f"{TRUTH_TOPIC}{name}": name for name in names}
     for messages in log.groups(by_topic):
+        if copy is not None:
+            copy(messages)
         rows = decode(b"[%b]" % b",".join([message.data for message in messages]))
         for message, row in zip(messages, rows, strict=True):
             value_n = row.thrust_n if isfinite(row.thrust_n) else row.force_n
             yield _new(TruthRow, (by_topic[message.topic], row.t_ns, value_n))
-
-
-def _copied(rows: Iterator[TruthRow], writer: LogWriter) -> Iterator[TruthRow]:
-    for row in rows:
-        writer.write_truth(row.name, row.t_ns, row.value_n)
-        yield row
 
 
 def _summary(log: LogRun, score: FlightScore) -> ReplaySummary:

@@ -35,8 +35,5 @@ def _score(smoothed: Smoothed, truth: list[TruthRow]) -> Score:
     inside = (smoothed.t_ns >= known_ns[0]) & (smoothed.t_ns <= known_ns[-1])
     true_n = np.interp(smoothed.t_ns[inside], known_ns, [row.value_n for row in truth])
     sums = ErrorSums()
-    for estimate_n, std_n, value_n in zip(
-        smoothed.thrust_n[inside].tolist(), smoothed.thrust_std_n[inside].tolist(), true_n.tolist(), strict=True
-    ):
-        sums.add(estimate_n - value_n, value_n, PCT_ABOVE_N * MOUNTS_PER_ENGINE, std_n)
+    sums.add(smoothed.thrust_n[inside], smoothed.thrust_std_n[inside], true_n, PCT_ABOVE_N * MOUNTS_PER_ENGINE)
     return sums.score()

@@ -7,7 +7,6 @@ Reference: MCAP format specification, version 0 (https://mcap.dev/spec).
 """
 
 import zlib
-from array import array
 from struct import Struct, pack
 from typing import Any, BinaryIO, Final
 
@@ -98,7 +97,7 @@ class McapFile:
         """Put what is pending into a chunk and hand it to the stream. Nothing pending: nothing happens."""
         if not self._contents:
             return
-        rows, contents = np.frombuffer(self._rows, np.int64).reshape(-1, 3), b"".join(self._contents)
+        rows, contents = np.array(self._rows, np.int64).reshape(-1, 3), b"".join(self._contents)
         records = np.empty(self._size, np.uint8)
         indexes = np.empty(len(self._counts) * _INDEX_BYTES + 16 * len(rows), np.uint8)
         self._open_chunk()
@@ -134,7 +133,7 @@ class McapFile:
         self._write(pack("<I", self._crc) + MAGIC)
 
     def _open_chunk(self) -> None:
-        self._rows = array("q")  # channel, time and length of each message
+        self._rows: list[int] = []  # channel, time and length of each message
         self._contents: list[bytes] = []
         self._size = 0
 

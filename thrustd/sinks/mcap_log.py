@@ -6,7 +6,7 @@ so that a kill at any moment loses less than a second. A thread around it is in 
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Final
@@ -16,7 +16,16 @@ from thrustd.errors import LogError
 from thrustd.sinks.mcap_file import McapFile
 from thrustd.types import Event, Fault, Output, Reading
 from thrustd.wire.event_batch import ENCODING, MAX_EVENTS, encode_batch
-from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader, TopicKind, Topics, json_schema, schema_name
+from thrustd.wire.log_layout import (
+    HEADER_NAME,
+    RAW_TOPIC,
+    TRUTH_TOPIC,
+    LogHeader,
+    TopicKind,
+    Topics,
+    json_schema,
+    schema_name,
+)
 
 BATCH_NS: Final = 20_000_000
 SYNC_S = 0.5  # of event time; "at most one second lost" includes a late writer
@@ -86,6 +95,16 @@ class LogWriter:
         if channel_id is None:
             channel_id = self._ids[name] = self._channel(self._topics.of_truth(name))
         self._file.add_message(channel_id, self._log_ns(t_ns), self._topics.encode_truth(name, t_ns, value_n))
+
+    def copy(self, messages: Iterable[tuple[str, int, bytes]]) -> None:
+        """Topic, log time and data of truth in another log of this flight, as they are."""
+        ids, add = self._ids, self._file.add_message
+        for topic, log_ns, data in messages:
+            channel_id = ids.get(topic)
+            if channel_id is None:
+                place = self._topics.of_truth(topic.removeprefix(TRUTH_TOPIC))
+                channel_id = ids[topic] = self._channel(place)
+            add(channel_id, log_ns, data)
 
     def sync(self) -> None:
         """Everything written so far is readable after this, and on the disk if the stream is a file."""

@@ -21,6 +21,7 @@ from thrustd.types import Estimate, Fault, MountOutput, Output, Reading, Status
 
 RAW_TOPIC = "/raw"
 FAULT_TOPIC = "/fault"
+TRUTH_TOPIC = "/truth/"
 HEADER_NAME = "thrustd"  # of the metadata record
 FORMAT = "thrustd.log.v1"
 
@@ -174,7 +175,7 @@ class Topics:
 
     def of_truth(self, name: str) -> TopicKind:
         """Where the true thrust of an engine or the true force on a mount belongs."""
-        return TopicKind(f"/truth/{name}", EngineTruth if name in self._engines else MountTruth)
+        return TopicKind(f"{TRUTH_TOPIC}{name}", EngineTruth if name in self._engines else MountTruth)
 
     def encode_truth(self, name: str, t_ns: int, value_n: float) -> bytes:
         """The JSON object of it."""
