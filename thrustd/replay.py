@@ -16,7 +16,6 @@ from thrustd.flight_score import FlightScore, Score, TruthRow
 from thrustd.installation import WARM_START, Installation, WarmStart, installation_from_files
 from thrustd.loop import run
 from thrustd.sinks.mcap_log import new_log
-from thrustd.smoothed_flight import write_smoothed
 from thrustd.sources.log_run import LogRun
 from thrustd.sources.mcap_log import LogFile, LogMessage
 from thrustd.types import Estimate, Event, Output
@@ -91,6 +90,8 @@ def replay(
         deque(truth, maxlen=0)  # what comes after the last estimate
     summary = _summary(log, score)
     if smoothed is not None:
+        from thrustd.smoothed_flight import write_smoothed  # loads every kind of recording: half of a replay's start
+
         engines = installation.config.aircraft.engines
         scores = write_smoothed(smoothed, dict(zip(engines, tapes, strict=True)), truth_rows(LogRun(paths), engines))
         routes = {name: summary.scores.get(name, {}) | scores.get(name, {}) for name in (*summary.scores, *scores)}
