@@ -29,9 +29,10 @@ check: .venv/ready ## format, lint, types
 bench: .venv/ready ## speed and memory, measured here
 	$(BIN)/python -m benchmarks
 
-fusion: .venv/ready ## the fusion and fault tables: recorded flights flown by the twin, scripted ones without them
+fusion: .venv/ready ## the fusion, fault and coverage tables: recorded flights flown by the twin, scripted ones without them
 	$(BIN)/python -m benchmarks.fusion_table
 	$(BIN)/python -m benchmarks.fusion_faults
+	$(BIN)/python -m benchmarks.fusion_ensemble
 
 blind: .venv/ready ## hide effects, find them, count: confusion matrix and fall of the error
 	$(BIN)/python benchmarks/blind.py
