@@ -8,6 +8,7 @@ that flew are inside the logs.
 """
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from thrustd.installation import read_installation
@@ -53,11 +54,12 @@ def expected(path: Path) -> list[list[float]]:
     rows: list[list[float]] = []
     due: dict[int, int] = {}
 
-    def keep(output: Output) -> None:
-        if isinstance(output, Estimate) and output.t_ns >= due.get(output.engine, 0):
-            due[output.engine] = output.t_ns + round(EVERY_S * 1e9)
-            values = (output.thrust_n, output.thrust_std_n, output.mount_n, output.brochure_n)
-            rows.append([output.t_ns * 1e-9, output.engine, *(round(v, 6) for v in values), output.status])
+    def keep(outputs: Sequence[Output]) -> None:
+        for e in outputs:
+            if isinstance(e, Estimate) and e.t_ns >= due.get(e.engine, 0):
+                due[e.engine] = e.t_ns + round(EVERY_S * 1e9)
+                values = (e.thrust_n, e.thrust_std_n, e.mount_n, e.brochure_n)
+                rows.append([e.t_ns * 1e-9, e.engine, *(round(v, 6) for v in values), e.status])
 
     run(log.batches(), installation_from_files(files, path.name).pipeline(), lambda batch: None, keep)
     return rows

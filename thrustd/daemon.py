@@ -11,7 +11,7 @@ import gc
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from threading import Event as Flag
@@ -74,9 +74,10 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
             counts.take_batch(batch)
             heart.take_event(events[0])
 
-        def listen(output: Output) -> None:
-            for sink in sinks:
-                sink.write_output(output)
+        def listen(outputs: Sequence[Output]) -> None:
+            for output in outputs:
+                for sink in sinks:
+                    sink.write_output(output)
 
         gc.collect()
         gc.freeze()  # the models and tables stay: no collection walks them in flight

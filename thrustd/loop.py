@@ -1,18 +1,17 @@
 """The ten lines that connect a source, the pipeline and the sinks."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from thrustd.pipeline import Pipeline
 from thrustd.types import Output
 from thrustd.wire.event_batch import EventBatch
 
-Listen = Callable[[Output], None]
+Listen = Callable[[Sequence[Output]], None]
 Record = Callable[[EventBatch], None]
 
 
 def run(batches: Iterable[EventBatch], pipeline: Pipeline, record: Record, listen: Listen) -> None:
-    """Every event is recorded before it is worked on, every output handed to `listen`."""
+    """Every event is recorded before it is worked on; what a batch gives is handed to `listen` together."""
     for batch in batches:
         record(batch)
-        for output in pipeline.take(batch):
-            listen(output)
+        listen(pipeline.take(batch))

@@ -72,16 +72,18 @@ def replay(
         truth = truth_rows(LogRun(paths), score.names, writer.copy if writer is not None else None)
         score.follow(truth)
 
-        def take(output: Output) -> None:
-            if writer is not None:
-                writer.write_output(output)
-            score.take(output)
-            if isinstance(output, Estimate):
-                if picture is not None:
+        def take(outputs: Sequence[Output]) -> None:
+            if writer is not None:  # one after the other, each with its own in the processor's memory
+                for output in outputs:
+                    writer.write_output(output)
+            before = score.estimates
+            for output in outputs:
+                score.take(output)
+                if picture is not None and isinstance(output, Estimate):
                     name = installation.config.aircraft.engines[output.engine]
                     picture.take(name, output, score.truth_n(name))
-                if score.estimates % PROGRESS_EVERY == 0:
-                    advance(log.position_bytes / max(log.size_bytes, 1))
+            if score.estimates // PROGRESS_EVERY > before // PROGRESS_EVERY:
+                advance(log.position_bytes / max(log.size_bytes, 1))
 
         batches = log.batches() if pace is None else (EventBatch.of((event,)) for event in pace(log.events()))
         gc.freeze()  # the models and tables stay: no collection walks them meanwhile
@@ -144,9 +146,10 @@ def truth_rows(
         if copy is not None:
             copy(messages)
         rows = decode(b"[%b]" % b",".join([message.data for message in messages]))
-        for message, row in zip(messages, rows, strict=True):
-            value_n = row.thrust_n if isfinite(row.thrust_n) else row.force_n
-            yield _new(TruthRow, (by_topic[message.topic], row.t_ns, value_n))
+        yield from [
+            _new(TruthRow, (by_topic[m.topic], row.t_ns, row.thrust_n if isfinite(row.thrust_n) else row.force_n))
+            for m, row in zip(messages, rows, strict=True)
+        ]
 
 
 def _summary(log: LogRun, score: FlightScore) -> ReplaySummary:

@@ -30,6 +30,7 @@ from thrustd.wire.log_layout import (
 BATCH_NS: Final = 20_000_000
 SYNC_S = 0.5  # of event time; "at most one second lost" includes a late writer
 LIBRARY = f"thrustd {__version__}"
+_ID, _DUE_NS = range(2)
 
 
 class LogWriter:
@@ -44,15 +45,14 @@ class LogWriter:
         self._file = McapFile(stream, LIBRARY)
         self._offset_ns = header.epoch_offset_ns
         self._topics = Topics(header.engines, header.mounts)
-        self._reading_ns = round(1e9 / reading_hz) if reading_hz > 0 else None
+        self._reading_ns = round(1e9 / reading_hz) if reading_hz > 0 else 0
         self._sync_ns = None if sync_s is None else round(sync_s * 1e9)
         self._synced_ns: int | None = None
         self._batch: list[Event] = []
         self._batch_number = self._batch_ns = 0  # of the first event in the batch
         self._schema_ids: dict[str, int] = {}
         self._channel_ids: dict[str, int] = {}  # by topic
-        self._ids: dict[Any, int] = {}  # the same by what is said, and of whom
-        self._next_reading_ns: dict[Any, int] = {}
+        self._said: dict[Any, list[int]] = {}  # by what is said and of whom: channel id, when the next reading is due
         self._file.add_metadata(HEADER_NAME, header.to_metadata())
         self._raw_id = self._file.add_channel(RAW_TOPIC, ENCODING, 0)
         for place in self._topics.fixed():
@@ -81,30 +81,27 @@ class LogWriter:
     def write_output(self, output: Output) -> None:
         """One output of the pipeline; readings beyond `reading_hz` are left out."""
         kind, t_ns = type(output), output[0]
-        key: Any = output[1:3] if kind is Reading else kind if kind is Fault else (kind, output[1])
-        if kind is Reading and not self._is_due(key, t_ns):
+        if kind is Reading and self._reading_ns == 0:
             return
-        channel_id = self._ids.get(key)
-        if channel_id is None:
-            channel_id = self._ids[key] = self._channel(self._topics.of(output))
-        self._file.add_message(channel_id, self._log_ns(t_ns), self._topics.encode(output))
+        key: Any = output[1:3] if kind is Reading else kind if kind is Fault else (kind, output[1])
+        said = self._said.get(key) or self._new_place(key, self._topics.of(output), t_ns)
+        if kind is Reading:
+            if said[_DUE_NS] - t_ns > self._reading_ns // 4:  # at this rate it may jitter
+                return
+            said[_DUE_NS] = t_ns + self._reading_ns
+        self._file.add_message(said[_ID], self._log_ns(t_ns), self._topics.encode(output))
 
     def write_truth(self, name: str, t_ns: int, value_n: float) -> None:
         """True thrust of the engine or true force on the mount called `name`."""
-        channel_id = self._ids.get(name)
-        if channel_id is None:
-            channel_id = self._ids[name] = self._channel(self._topics.of_truth(name))
-        self._file.add_message(channel_id, self._log_ns(t_ns), self._topics.encode_truth(name, t_ns, value_n))
+        said = self._said.get(name) or self._new_place(name, self._topics.of_truth(name), t_ns)
+        self._file.add_message(said[_ID], self._log_ns(t_ns), self._topics.encode_truth(name, t_ns, value_n))
 
     def copy(self, messages: Iterable[tuple[str, int, bytes]]) -> None:
         """Topic, log time and data of truth in another log of this flight, as they are."""
-        ids, add = self._ids, self._file.add_message
         for topic, log_ns, data in messages:
-            channel_id = ids.get(topic)
-            if channel_id is None:
-                place = self._topics.of_truth(topic.removeprefix(TRUTH_TOPIC))
-                channel_id = ids[topic] = self._channel(place)
-            add(channel_id, log_ns, data)
+            name = topic.removeprefix(TRUTH_TOPIC)
+            said = self._said.get(name) or self._new_place(name, self._topics.of_truth(name), log_ns)
+            self._file.add_message(said[_ID], log_ns, data)
 
     def sync(self) -> None:
         """Everything written so far is readable after this, and on the disk if the stream is a file."""
@@ -144,13 +141,9 @@ class LogWriter:
             self._synced_ns = t_ns
             self.sync()
 
-    def _is_due(self, key: Any, t_ns: int) -> bool:
-        if self._reading_ns is None:
-            return False
-        if self._next_reading_ns.get(key, t_ns) - t_ns > self._reading_ns // 4:  # a channel at this rate may jitter
-            return False
-        self._next_reading_ns[key] = t_ns + self._reading_ns
-        return True
+    def _new_place(self, key: Any, place: TopicKind, t_ns: int) -> list[int]:
+        said = self._said[key] = [self._channel(place), t_ns]
+        return said
 
     def _channel(self, place: TopicKind) -> int:
         found = self._channel_ids.get(place.topic)

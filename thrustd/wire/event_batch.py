@@ -126,6 +126,18 @@ def _event(channels: tuple[str, ...], kind: int, t_ns: int, ident: int, data: by
     return Fault(t_ns, where, word, ident)
 
 
+def _kinds_of(names: bytes, channels: dict[str, int]) -> Bytes:
+    """Channel numbers of a message (names as it has them) -> numbers of all messages' `channels`, which may grow."""
+    row, number, at = np.full(FAULT, FAULT, np.uint8), 0, 0
+    while at < len(names):
+        end = at + 1 + names[at]
+        if len(channels) >= FAULT:
+            raise ValueError(f"more than {FAULT} channels")
+        row[number] = channels.setdefault(names[at + 1 : end].decode(), len(channels))
+        number, at = number + 1, end
+    return row
+
+
 class Messages:
     """Consecutive messages of a log, taken apart together."""
 
@@ -133,37 +145,37 @@ class Messages:
         """LogError when one of them is no batch of events."""
         self.first_numbers, self.n_events = list[int](), list[int]()  # by message
         channels: dict[str, int] = {}
+        known: dict[bytes, Bytes] = {}  # names as a message has them -> its row of `kinds`
         places = np.zeros((len(payloads), 3), np.int64)  # begin, columns, end of each message
         kinds = np.zeros((len(payloads), FAULT), np.uint8)  # channel number of the message -> of all
         end = 0
         try:
             for i, payload in enumerate(payloads):
-                names, columns = self._take_head(payload)
-                if len(channels) + len(names) > FAULT:
-                    raise ValueError(f"more than {FAULT} channels")
-                kinds[i, : len(names)] = [channels.setdefault(name, len(channels)) for name in names]
-                kinds[i, len(names) :] = FAULT
+                columns = self._take_head(payload)
+                names = payload[_HEAD.size : columns]
+                row = known.get(names)
+                if row is None:
+                    row = known[names] = _kinds_of(names, channels)
+                kinds[i] = row
                 begin, end = end, end + len(payload)
                 places[i] = begin, begin + columns, end
             self.batch = self._columns(bytearray().join(payloads), tuple(channels), places, kinds)
         except (error, IndexError, UnicodeDecodeError, ValueError) as reason:
             raise LogError(f"event batch: {reason}") from None
 
-    def _take_head(self, payload: bytes) -> tuple[list[str], int]:
-        """Names of the channels, and where the columns begin."""
+    def _take_head(self, payload: bytes) -> int:
+        """-> where the columns begin, behind the names of the channels."""
         version, n_channels, n, first_number = _HEAD.unpack_from(payload)
         if version != VERSION:
             raise ValueError(f"version {version}, expected {VERSION}")
-        at, names = _HEAD.size, []
+        at: int = _HEAD.size
         for _ in range(n_channels):
-            end = at + 1 + payload[at]
-            names.append(payload[at + 1 : end].decode())
-            at = end
+            at += 1 + payload[at]
         if at + _EVENT_BYTES * n > len(payload):
             raise ValueError(f"{len(payload)} bytes, expected at least {at + _EVENT_BYTES * n}")
         self.first_numbers.append(first_number)
         self.n_events.append(n)
-        return names, at
+        return at
 
     def _columns(self, raw: bytearray, channels: tuple[str, ...], places: Integers, kinds: Bytes) -> EventBatch:
         n = sum(self.n_events)
