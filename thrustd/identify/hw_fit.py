@@ -31,7 +31,8 @@ COARSE_ROWS, MIDDLE_ROWS, FINE_ROWS = 40_000, 120_000, 400_000  # samples that c
 AT_ONCE = 1_000_000  # samples that the coarse stages see of longer records
 HELD_BACK_SAMPLES, PLENTIFUL = 60_000, 900_000  # to choose how rough curves may be; from which on data may be plenty
 FOLD_ROWS = 4_000  # enough to see which model predicts better
-START_SAMPLES, START_ROWS = 400_000, 10_000  # of the longest segment, to choose among starting points
+START_SAMPLES = 400_000  # of the longest segment, to choose among starting points
+START_ROWS = 10_000  # that count there, when records are long
 ROWS_PER_KNOT = 25  # fewer data per knot do not determine it
 FEWEST_SEGMENTS = 5  # yet these follow a cubic, near which reins may hold them
 FASTEST = 0.3  # of a sample period: shortest time constant
@@ -86,10 +87,10 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
     if "pwl" in task.shapes:
         point, chosen = _freed_fit(task, point)
         reins, notes = chosen.reins, thin_data(chosen.ratio)
-    if coarse != segments:
+    if task.long:
         point, smooth_point = _from_rest(point, segments), _from_rest(smooth_point, segments)
     variance = 0.0
-    last = FINE_ROWS if "pwl" in task.shapes else MIDDLE_ROWS  # a dozen numbers ask for fewer
+    last = FINE_ROWS if "pwl" in task.shapes or not task.long else MIDDLE_ROWS  # a dozen numbers ask for fewer
     for rows, count, stall in ((MIDDLE_ROWS, 30 if task.small else 10, 2e-5), (last, 3, 1e-4)):
         signals = signals_in(segments, units, rows)
         held = rescaled(reins, smooth_point, signals)
@@ -125,6 +126,10 @@ class _Task:
         return sum(map(len, self.segments)) < SMALL
 
     @property
+    def long(self) -> bool:
+        return len(self.coarse) > len(self.segments)  # cut into stretches
+
+    @property
     def shapes(self) -> tuple[Shape, Shape]:
         return self.settings.input_shape, self.settings.output_shape
 
@@ -152,7 +157,7 @@ def _smooth_fit(task: _Task) -> Point:
     shapes = smooth(task.shapes)
     longest = max(task.segments, key=len)
     part = head(longest, START_SAMPLES)
-    trial = signal_in(part, task.units, max(1, len(part) // START_ROWS))
+    trial = signal_in(part, task.units, max(1, len(part) // (START_ROWS if task.long else COARSE_ROWS)))
     point = best_start(
         trial,
         task.settings.order,
