@@ -255,3 +255,18 @@ def test_a_log_that_lies_about_its_sizes_costs_no_memory(tmp_path: Path, record:
     path.write_bytes(b"\x89MCAP0\r\n" + record + b"\x89MCAP0\r\n")
     with pytest.raises(LogError, match=words):
         LogFile(path)
+
+
+def test_truth_is_copied_as_it_is(log_path: Path, tmp_path: Path) -> None:
+    topics = ("/truth/right", "/truth/left_upper")
+    source, copy = LogFile(log_path), tmp_path / "copy.mcap"
+    with new_log(copy, HEADER) as log:
+        log.write_event(Tick(0))
+        for messages in source.groups(topics):
+            log.copy(messages)
+    assert list(LogFile(copy).messages(topics)) == list(source.messages(topics)) != []
+    with copy.open("rb") as stream:
+        assert {schema.name for schema, *_ in make_reader(stream).iter_messages(topics) if schema} == {
+            "thrustd.EngineTruth",
+            "thrustd.MountTruth",
+        }

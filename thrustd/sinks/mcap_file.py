@@ -7,6 +7,7 @@ Reference: MCAP format specification, version 0 (https://mcap.dev/spec).
 """
 
 import zlib
+from collections.abc import Sequence
 from struct import Struct, pack
 from typing import Any, BinaryIO, Final
 
@@ -90,6 +91,14 @@ class McapFile:
         self._rows.extend((channel_id, t_ns, length))
         self._contents.append(data)
         self._size += _MESSAGE_BYTES + length
+        if self._size >= self._chunk_bytes:
+            self.close_chunk()
+
+    def add_messages(self, messages: Sequence[tuple[int, int, bytes]]) -> None:
+        """The same of many that belong in one chunk: channel, time and data of each."""
+        self._rows += [number for channel_id, t_ns, data in messages for number in (channel_id, t_ns, len(data))]
+        self._contents += (contents := [data for _, _, data in messages])
+        self._size += _MESSAGE_BYTES * len(contents) + sum(map(len, contents))
         if self._size >= self._chunk_bytes:
             self.close_chunk()
 

@@ -6,7 +6,7 @@ so that a kill at any moment loses less than a second. A thread around it is in 
 """
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Final
@@ -96,12 +96,11 @@ class LogWriter:
         said = self._said.get(name) or self._new_place(name, self._topics.of_truth(name), t_ns)
         self._file.add_message(said[_ID], self._log_ns(t_ns), self._topics.encode_truth(name, t_ns, value_n))
 
-    def copy(self, messages: Iterable[tuple[str, int, bytes]]) -> None:
-        """Topic, log time and data of truth in another log of this flight, as they are."""
-        for topic, log_ns, data in messages:
-            name = topic.removeprefix(TRUTH_TOPIC)
-            said = self._said.get(name) or self._new_place(name, self._topics.of_truth(name), log_ns)
-            self._file.add_message(said[_ID], log_ns, data)
+    def copy(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
+        """Topic, log time and data of truth in a chunk of another log of this flight, as they are."""
+        topics = dict.fromkeys([topic for topic, _, _ in messages])
+        ids = {topic: self._channel(self._topics.of_truth(topic.removeprefix(TRUTH_TOPIC))) for topic in topics}
+        self._file.add_messages([(ids[topic], log_ns, data) for topic, log_ns, data in messages])
 
     def sync(self) -> None:
         """Everything written so far is readable after this, and on the disk if the stream is a file."""
