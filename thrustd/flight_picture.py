@@ -83,7 +83,7 @@ class FlightPicture:
             axes[1, column].set_xlabel("time, s")
         axes[0, 0].set_ylabel("net thrust, N (forward +)")
         axes[1, 0].set_ylabel("estimate minus truth, N")
-        axes[0, 0].legend(loc="upper left", ncols=2, fontsize=9)
+        axes[0, 0].legend(loc="upper right", ncols=2, fontsize=9)
         figure.suptitle(title, x=0.01, ha="left", fontsize=12)
         figure.savefig(path, dpi=110)
         plt.close(figure)
