@@ -41,6 +41,8 @@ from thrustd.wire.can_frames import ICD_OUTPUT_ROWS
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
+SWITCH_S = 0.001  # a thread that computes gives way to a waiting one after this: about the length of a fused step
+
 
 class Shell(NamedTuple):
     """What the parts around the pipeline share."""
@@ -60,11 +62,10 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         pipeline, start = start_pipeline(shell)
         bus = CanBus(config.can.interface, config.can.channel, config.can.bitrate, queue.leave)
         adc = SerialPort(config.adc.port, config.adc.baud, queue.put)
-        recorder, sinks = open_sinks(shell, bus, log_folder, start)
+        recorder, sinks = open_sinks(shell, bus, counts, log_folder, start)
         saver = open_checkpoint(shell, pipeline)
         open_health(shell, counts, recorder, saver)
         heart = Heartbeat(service, counts, tuple(config.aircraft.engines), clocks, queue.put, saver.save)
-        sinks.append(counts)
 
         def record(batch: EventBatch) -> None:
             events = batch.events()
@@ -75,14 +76,17 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
             heart.take_event(events[0])
 
         def listen(outputs: Sequence[Output]) -> None:
-            for output in outputs:
-                for sink in sinks:
+            for sink in sinks:
+                for output in outputs:
                     sink.write_output(output)
+            if recorder is not None and outputs:
+                recorder.wake()  # not earlier: its thread would hold up these estimates
 
         gc.collect()
         gc.freeze()  # the models and tables stay: no collection walks them in flight
         gc.enable()
         ask_for(config.realtime, say)
+        sys.setswitchinterval(SWITCH_S)
         service.say(f"READY=1\nSTATUS={heart.status()}")
         sources = adc, bus, Ticker(config.steps.tick_hz, queue.put)
         heard = merged(queue, sources, stop, quiet=pipeline.quiet_until_ns)
@@ -136,14 +140,18 @@ def open_checkpoint(shell: Shell, pipeline: Pipeline) -> Saver:
 
 
 def open_sinks(
-    shell: Shell, bus: CanBus, log_folder: Path | None, start: WarmStart | None
+    shell: Shell, bus: CanBus, counts: HealthCounts, log_folder: Path | None, start: WarmStart | None
 ) -> tuple[LogRecorder | None, list[Any]]:
-    """The recorder, and all sinks for outputs that the configuration asks for."""
+    """The recorder, and all sinks for outputs that the configuration asks for, the most urgent first."""
     installation, put = shell.installation, shell.queue.put
     config = installation.config
     notes = {} if start is None else {WARM_START: msgspec.json.encode(start).decode()}
     header = installation.log_header(epoch_offset_ns=time.time_ns() - time.monotonic_ns(), notes=notes)
     sinks: list[Any] = []
+    if config.can_out is not None:
+        table = installation.can_table(ICD_OUTPUT_ROWS)
+        sinks.append(CanTx(table, config.can_out.node_id, config.can_out.rate_hz, bus.send, put))
+    sinks.append(counts)  # how late an estimate is out: behind the bus, before the rest
     recorder = None
     folder = log_folder_of(shell, log_folder)
     if folder is not None:
@@ -153,9 +161,6 @@ def open_sinks(
         settings = RecorderSettings(folder, config.aircraft.name.lower(), reading_hz=config.steps.reading_hz, **limits)
         recorder = LogRecorder(settings, header, put)
         sinks.append(shell.opened.enter_context(closing(recorder)))
-    if config.can_out is not None:
-        table = installation.can_table(ICD_OUTPUT_ROWS)
-        sinks.append(CanTx(table, config.can_out.node_id, config.can_out.rate_hz, bus.send, put))
     view = open_live_view(shell, header)
     return recorder, sinks if view is None else [*sinks, view]
 

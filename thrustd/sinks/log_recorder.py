@@ -79,6 +79,11 @@ class LogRecorder:
         """One output of the pipeline; travels with the events around it."""
         self._parcel.outputs.append(output)
 
+    def wake(self) -> None:
+        """A good moment for the thread to write what is handed over; without one it looks every IDLE_S."""
+        if self._parcels:
+            self._work.set()
+
     def close(self) -> None:
         """Write what is pending and finish the file."""
         self._hand_over()
@@ -95,7 +100,6 @@ class LogRecorder:
                 count = len(oldest.events) + len(oldest.outputs)
                 self.dropped_items += count
                 self._report(Fault(self._last_ns, WHERE, "log_overrun", count))
-        self._work.set()
 
     def _run(self) -> None:
         retry_s = FIRST_RETRY_S
