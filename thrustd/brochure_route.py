@@ -13,7 +13,7 @@ import numpy as np
 from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import Floats, estimate
 from thrustd.brochure.hand_over import HandOver, hand_over
-from thrustd.compiled import compiled
+from thrustd.compiled import compiled, entry
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.sync.rate import smooth_rate
 
@@ -97,5 +97,5 @@ def _tell_filter(
 _F, _ROW, _TABLE = numba.float64, numba.float64[::1], numba.float64[:, ::1]
 _WORK = numba.from_dtype(ENGINE)[::1], _TABLE, _ROW, _ROW, _TABLE, _ROW, _TABLE, _ROW
 _TOLD = numba.from_dtype(INPUTS)[::1]
-_look: Any = compiled(_look_at, numba.void(*_WORK, _F, _ROW, _ROW), "numpy")
-_tell: Any = compiled(_tell_filter, numba.void(*_WORK, _ROW, _F, _ROW, _ROW, numba.boolean, _TOLD), "numpy")
+_look: Any = entry(compiled(_look_at, numba.void(*_WORK, _F, _ROW, _ROW), "numpy"))
+_tell: Any = entry(compiled(_tell_filter, numba.void(*_WORK, _ROW, _F, _ROW, _ROW, numba.boolean, _TOLD), "numpy"))

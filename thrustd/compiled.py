@@ -55,6 +55,15 @@ def compiled(
         return compiler(signature, error_model=error_model)(function)
 
 
+def entry(function: Any) -> Any:
+    """Machine code of one signature for callers in Python: half of a short call is numba's look at what it was given.
+
+    So whoever calls gives arrays of exactly the signature's kinds: only dimensions and sizes of numbers are looked at.
+    """
+    (only,) = function.overloads.values()
+    return only.entry_point
+
+
 def _with_digest(function: Any) -> Any:
     if function.__closure__ is not None:  # numba looks at what it holds
         return function

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from thrustd.columns import MOUNT_STATE, Floats, Integers
-from thrustd.compiled import compiled
+from thrustd.compiled import compiled, entry
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.monitor_inputs import Layout, Sensor
 from thrustd.fusion.mounts import ENGINE_MOUNTS, NO_MOUNT
@@ -84,6 +84,6 @@ def _tell_filters(
 
 _I = numba.int64
 _TOLD, _ENGINES, _MOUNTS = (numba.from_dtype(kind)[::1] for kind in (INPUTS, ENGINE_MOUNTS, MOUNT_STATE))
-tell_filters: Any = compiled(
-    _tell_filters, numba.void(_TOLD, _I, _I, _ENGINES, _I[:, ::1], _MOUNTS, numba.float64[::1], _I[::1])
+tell_filters: Any = entry(
+    compiled(_tell_filters, numba.void(_TOLD, _I, _I, _ENGINES, _I[:, ::1], _MOUNTS, numba.float64[::1], _I[::1]))
 )

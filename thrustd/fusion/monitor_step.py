@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from thrustd.columns import MOUNT_STATE
-from thrustd.compiled import compiled
+from thrustd.compiled import compiled, entry
 from thrustd.fusion.common_mode import HOLD_S, differ
 from thrustd.fusion.limits import SAT_CLIMB_M
 from thrustd.fusion.mounts import SHARE
@@ -78,10 +78,8 @@ def _look_on(
 
 
 _ROW, _TABLE, _PLACES = numba.float64[::1], numba.float64[:, ::1], numba.int64[:, ::1]
-look_on: Any = compiled(
-    _look_on,
-    numba.int64(
-        numba.from_dtype(LOOK)[::1], _TABLE, _TABLE, numba.float64[:, :, ::1], _TABLE, _PLACES, _PLACES,
-        numba.boolean[::1], _TABLE, numba.boolean[:, ::1], _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE,
-    ),
+_SIGNATURE = numba.int64(
+    numba.from_dtype(LOOK)[::1], _TABLE, _TABLE, numba.float64[:, :, ::1], _TABLE, _PLACES, _PLACES,
+    numba.boolean[::1], _TABLE, numba.boolean[:, ::1], _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE,
 )  # fmt: skip
+look_on: Any = entry(compiled(_look_on, _SIGNATURE))

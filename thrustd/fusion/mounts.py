@@ -18,7 +18,7 @@ import numba
 import numpy as np
 
 from thrustd.columns import MOUNT_STATE, Flags, Floats, Integers
-from thrustd.compiled import compiled
+from thrustd.compiled import compiled, entry
 
 UPPER_N_MM, LOWER_N_MM = 5079.0, 5954.0  # fore and aft spring rates of the two isolators, thesis table 4.1
 UPPER_SHARE = UPPER_N_MM / (UPPER_N_MM + LOWER_N_MM)
@@ -144,11 +144,8 @@ def _combine_all(
 
 
 _TABLE, _ROW = numba.float64[:, ::1], numba.float64[::1]
-_combine: Any = compiled(
-    _combine_all,
-    numba.void(
-        _TABLE, numba.int64[:, ::1], _ROW, numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64,
-        numba.from_dtype(ENGINE_MOUNTS)[::1],
-    ),
-    "numpy",
+_SIGNATURE = numba.void(
+    _TABLE, numba.int64[:, ::1], _ROW, numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64,
+    numba.from_dtype(ENGINE_MOUNTS)[::1],
 )  # fmt: skip
+_combine: Any = entry(compiled(_combine_all, _SIGNATURE, "numpy"))

@@ -23,7 +23,7 @@ from thrustd.columns import (
     Floats,
     Integers,
 )
-from thrustd.compiled import compiled
+from thrustd.compiled import compiled, entry
 from thrustd.sync.memory import CLOCK, GRID, HELD, MOUNT
 
 CRYSTAL_TOLERANCE = 100e-6  # two crystals drift apart by less than this, s/s
@@ -79,7 +79,7 @@ _I, _F, _TABLE = numba.int64[::1], numba.float64[::1], numba.int64[:, ::1]
 _CLOCK, _HELD, _GRID, _MOUNT = (numba.from_dtype(kind)[::1] for kind in (CLOCK, HELD, GRID, MOUNT))
 to_ns: Any = compiled(_map_clock, numba.int64(_CLOCK, numba.int64, numba.int64))
 keep: Any = compiled(_keep_reading, numba.boolean(_HELD, _I, numba.int64, numba.int64, numba.float64))
-look: Any = compiled(_look_at, numba.boolean(_HELD, _I, numba.int64, numba.float64[:, ::1]))
+look: Any = entry(compiled(_look_at, numba.boolean(_HELD, _I, numba.int64, numba.float64[:, ::1])))
 
 
 @compiled
@@ -197,11 +197,8 @@ def _align_batch(
     return DONE
 
 
-align: Any = compiled(
-    _align_batch,
-    numba.int64(
-        _I, numba.uint8[::1], _TABLE, _F, _TABLE, _I, _GRID, _CLOCK, _HELD, _I, _TABLE, _MOUNT,
-        numba.float64[:, ::1], numba.float64[:, ::1], numba.boolean[:, ::1], numba.float64[:, :, ::1],
-        numba.float64[:, ::1],
-    ),
+_SIGNATURE = numba.int64(
+    _I, numba.uint8[::1], _TABLE, _F, _TABLE, _I, _GRID, _CLOCK, _HELD, _I, _TABLE, _MOUNT, numba.float64[:, ::1],
+    numba.float64[:, ::1], numba.boolean[:, ::1], numba.float64[:, :, ::1], numba.float64[:, ::1],
 )  # fmt: skip
+align: Any = entry(compiled(_align_batch, _SIGNATURE))
