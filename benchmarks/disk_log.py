@@ -23,6 +23,7 @@ from thrustd.sinks.log_files import Disk
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.log_run import LogRun
 from thrustd.types import Fault, Frame
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 EVENTS = 60_000
@@ -57,7 +58,7 @@ class _DriveFile(FileIO):
 
 
 def fly(folder: Path, trouble: str, dice: random.Random) -> tuple[int, int, int, float]:
-    """-> events found in the logs, lost with a file, dropped for lack of speed; longest time in `write_event`, s."""
+    """-> events found in the logs, lost with a file, dropped for lack of speed; longest time in `write_batch`, s."""
     drive, faults = Drive(), SimpleQueue[Fault]()
     log = LogRecorder(
         RecorderSettings(folder), LogHeader(engines=(), mounts=()), faults.put, Disk(open_file=drive.open)
@@ -79,7 +80,7 @@ def fly(folder: Path, trouble: str, dice: random.Random) -> tuple[int, int, int,
                 _wait_for(faults, "log_resumed")
         event = Frame(number * 1_000_000, "adc", 0, number.to_bytes(26, "little"))
         begin_s = time.perf_counter()
-        log.write_event(event)
+        log.write_batch(EventBatch.of((event,)))
         longest_s = max(longest_s, time.perf_counter() - begin_s)
     log.close()
     run = LogRun(list(folder.glob("*.mcap")))

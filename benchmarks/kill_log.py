@@ -26,13 +26,14 @@ from threading import Event
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.merge import EventQueue, merged
 from thrustd.sources.ticker import Ticker
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 queue = EventQueue()
 settings = RecorderSettings(Path(sys.argv[1]), rotate_min=0.02)
 log = LogRecorder(settings, LogHeader(engines=(), mounts=()), queue.put)
 for event in chain.from_iterable(merged(queue, [Ticker(1000, queue.put)], Event())):
-    log.write_event(event)
+    log.write_batch(EventBatch.of((event,)))
     print(event.t_ns, flush=True)
 """
 

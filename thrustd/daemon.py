@@ -68,12 +68,10 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         heart = Heartbeat(service, counts, tuple(config.aircraft.engines), clocks, queue.put, saver.save)
 
         def record(batch: EventBatch) -> None:
-            events = batch.events()
             if recorder is not None:
-                for event in events:
-                    recorder.write_event(event)
+                recorder.write_batch(batch)
             counts.take_batch(batch)
-            heart.take_event(events[0])
+            heart.take_event(batch.event(0))
 
         def listen(outputs: Sequence[Output]) -> None:
             for sink in sinks:

@@ -21,6 +21,7 @@ from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.log_run import LogRun
 from thrustd.sources.mcap_log import LogFile
 from thrustd.types import Event, Fault, Frame, MountOutput, Tick
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 HEADER = LogHeader(engines=("left",), mounts=("left_upper",), run="r1")
@@ -56,7 +57,7 @@ def test_everything_is_recorded_under_a_name_with_the_time(tmp_path: Path) -> No
     faults: list[Fault] = []
     log, events = recorder(tmp_path, faults), flight(2)
     for event in events:
-        log.write_event(event)
+        log.write_batch(EventBatch.of((event,)))
         log.write_output(MountOutput(event.t_ns, 0, 0.5, 2500.0, 20.0))
     log.close()
     assert [path.name for path in tmp_path.iterdir()] == ["flight_20180312T120000Z_0000.mcap"]
@@ -71,7 +72,7 @@ def test_files_rotate_by_time_and_size_and_continue_each_other(tmp_path: Path) -
     for name, limit in (("time", {"rotate_min": 3 / 60}), ("size", {"rotate_mb": 0.02})):
         log = recorder(tmp_path / name, [], settings=limit)
         for event in events:
-            log.write_event(event)
+            log.write_batch(EventBatch.of((event,)))
         log.close()
         files = sorted((tmp_path / name).glob("*.mcap"))
         assert len(files) >= 3
@@ -83,7 +84,7 @@ def test_an_existing_file_is_never_overwritten(tmp_path: Path) -> None:
     old = tmp_path / "flight_20180312T120000Z_0000.mcap"
     old.write_bytes(b"precious")
     log = recorder(tmp_path, [])
-    log.write_event(Tick(1))
+    log.write_batch(EventBatch.of((Tick(1),)))
     log.close()
     assert old.read_bytes() == b"precious"
     assert list(LogFile(tmp_path / "flight_20180312T120000Z_0000-1.mcap").events()) == [Tick(1)]
@@ -106,7 +107,7 @@ def test_a_folder_that_cannot_be_is_a_fault_from_the_start(tmp_path: Path) -> No
 def test_files_of_different_runs_or_with_one_missing_are_no_run(tmp_path: Path) -> None:
     log = recorder(tmp_path, [], settings={"rotate_min": 1 / 60})
     for event in flight(5):
-        log.write_event(event)
+        log.write_batch(EventBatch.of((event,)))
     log.close()
     first, second, third, *_ = sorted(tmp_path.glob("*.mcap"))
     assert len(list(LogRun([second, first]).messages())) == 0
@@ -171,15 +172,15 @@ def test_a_full_disk_is_counted_and_recording_resumes_in_a_new_file(tmp_path: Pa
     log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk(open_file=drive.open))
     before, during, after = flight(3), flight(2, 3.0), flight(3, 5.0)
     for event in before:
-        log.write_event(event)
+        log.write_batch(EventBatch.of((event,)))
     drive.full = True
     for event in during:
-        log.write_event(event)
+        log.write_batch(EventBatch.of((event,)))
     lost = wait_for(faults, "log_write").count
     drive.full = False
     wait_for(faults, "log_resumed")
     for event in after:
-        log.write_event(event)
+        log.write_batch(EventBatch.of((event,)))
     log.close()
     assert log.lost_items == lost < 2000
     assert log.dropped_items == 0
@@ -194,7 +195,7 @@ def test_a_disk_that_is_full_from_now_on_costs_records_only(tmp_path: Path) -> N
     log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk(open_file=drive.open))
     drive.full = True
     for event in flight(5):
-        log.write_event(event)
+        log.write_batch(EventBatch.of((event,)))
     wait_for(faults, "log_write")
     log.close()
     assert list(LogFile(next(tmp_path.glob("*.mcap"))).events()) == []
@@ -207,7 +208,7 @@ def test_a_stuck_disk_drops_the_oldest_and_never_blocks(tmp_path: Path, monkeypa
     events = flight(20)
     drive.moving.clear()
     for event in events:
-        log.write_event(event)
+        log.write_batch(EventBatch.of((event,)))
     dropped = log.dropped_items
     assert dropped > 0
     drive.moving.set()
@@ -234,12 +235,13 @@ from thrustd.sinks.log_files import Disk
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.merge import EventQueue, merged
 from thrustd.sources.ticker import Ticker
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 queue = EventQueue()
 log = LogRecorder(RecorderSettings(Path(sys.argv[1])), LogHeader(engines=(), mounts=()), queue.put)
 for event in chain.from_iterable(merged(queue, [Ticker(1000, queue.put)], Event())):
-    log.write_event(event)
+    log.write_batch(EventBatch.of((event,)))
     print(event.t_ns, flush=True)
 """
 

@@ -12,7 +12,8 @@ from typing import BinaryIO, NamedTuple
 import msgspec
 
 from thrustd.sinks.mcap_log import LogWriter
-from thrustd.types import Event, Output
+from thrustd.types import Output
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 
@@ -31,8 +32,11 @@ class Parcel(NamedTuple):
     """What was recorded together; `first_number` numbers the events of the run without gaps."""
 
     first_number: int
-    events: list[Event]
+    batches: list[EventBatch]
     outputs: list[Output]
+
+    def n_events(self) -> int:
+        return sum(map(len, self.batches))
 
 
 def _free_bytes(folder: Path) -> int:
@@ -144,16 +148,15 @@ class LogFiles:
     def write(self, parcel: Parcel) -> None:
         writer = self._writer
         assert writer is not None, "ready() comes first"
-        items = len(parcel.events) + len(parcel.outputs)
+        items = parcel.n_events() + len(parcel.outputs)
         self._unsynced_items += items
-        for number, event in enumerate(parcel.events, start=parcel.first_number):
-            writer.write_event(event, number)
+        writer.write_batches(parcel.batches, parcel.first_number)
         for output in parcel.outputs:
             writer.write_output(output)
         if writer.syncs != self._syncs:
             self._syncs, self._unsynced_items = writer.syncs, items  # it syncs before it takes a new parcel
-        if parcel.events:
-            self._rotate_when_due(parcel.events[-1].t_ns)
+        if parcel.batches:
+            self._rotate_when_due(parcel.batches[-1].t_ns.item(-1))
 
     def finish(self) -> None:
         """Summary, disk, closed. Nothing open: nothing happens."""

@@ -1,6 +1,6 @@
 """The recorder in flight: `LogWriter` in its own thread behind a bounded queue, so that no disk holds up an estimate.
 
-    producer:  events and outputs -> parcel (64 events or 20 ms) -> queue        never waits, never raises
+    producer:  batches of events, outputs -> parcel (20 ms) -> queue             never waits, never raises
     thread:    queue -> LogWriter -> file, rotated by size and time, synced twice per second
 
 A disk that is too slow fills the queue: the oldest parcels go, counted as `log_overrun`. A disk that refuses (full,
@@ -19,14 +19,14 @@ from typing import Final
 
 from thrustd.sinks.log_files import REAL_DISK, Disk, LogFiles, Parcel, RecorderSettings
 from thrustd.sinks.mcap_log import BATCH_NS
-from thrustd.types import Event, Fault, Output
-from thrustd.wire.event_batch import MAX_EVENTS
+from thrustd.types import Fault, Output
+from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
 WHERE: Final = "log"
 __all__ = ["LogRecorder", "RecorderSettings"]
 
-MAX_PARCELS = 1024  # about 16 s of a 1 kHz flight, 25 MB
+MAX_PARCELS = 1024  # 20 s, 22 MB at 1 kHz
 IDLE_S = 0.2  # an idle thread looks for work this often
 FIRST_RETRY_S = 0.5
 LONGEST_RETRY_S = 10.0
@@ -64,16 +64,14 @@ class LogRecorder:
         """The file being written; None while the disk refuses."""
         return self._files.path
 
-    def write_event(self, event: Event) -> None:
-        """The next raw event; hands a parcel over when it is full or old enough."""
-        parcel = self._parcel
-        events = parcel.events
-        if events and (len(events) >= MAX_EVENTS or not 0 <= event.t_ns - events[0].t_ns < BATCH_NS):
+    def write_batch(self, batch: EventBatch) -> None:
+        """The next raw events, at least one; hands a parcel over when it is old enough."""
+        t_ns = batch.t_ns.item(0)
+        if self._parcel.batches and not 0 <= t_ns - self._parcel.batches[0].t_ns.item(0) < BATCH_NS:
             self._hand_over()
-            events = self._parcel.events
-        events.append(event)
-        self._last_ns = event.t_ns
-        self._next_number += 1
+        self._parcel.batches.append(batch)
+        self._last_ns = t_ns
+        self._next_number += len(batch)
 
     def write_output(self, output: Output) -> None:
         """One output of the pipeline; travels with the events around it."""
@@ -97,7 +95,7 @@ class LogRecorder:
         if len(self._parcels) > MAX_PARCELS:
             with suppress(IndexError):  # the thread may have taken it just now
                 oldest = self._parcels.popleft()
-                count = len(oldest.events) + len(oldest.outputs)
+                count = oldest.n_events() + len(oldest.outputs)
                 self.dropped_items += count
                 self._report(Fault(self._last_ns, WHERE, "log_overrun", count))
 

@@ -15,7 +15,7 @@ from thrustd import __version__
 from thrustd.errors import LogError
 from thrustd.sinks.mcap_file import McapFile
 from thrustd.types import Event, Fault, Output, Reading
-from thrustd.wire.event_batch import ENCODING, MAX_EVENTS, encode_batch
+from thrustd.wire.event_batch import ENCODING, MAX_EVENTS, EventBatch
 from thrustd.wire.log_layout import (
     HEADER_NAME,
     RAW_TOPIC,
@@ -78,6 +78,16 @@ class LogWriter:
                 self._batch_number = number
         batch.append(event)
 
+    def write_batches(self, batches: Sequence[EventBatch], number: int) -> None:
+        """Raw events that are batches already, a message each; `number` of the first event."""
+        self._close_batch()
+        for place, batch in enumerate(batches):
+            if place == 0:
+                self._sync_when_due(batch.t_ns.item(0))
+            self._add(batch, number)
+            number += len(batch)
+        self._batch_number = number
+
     def write_output(self, output: Output) -> None:
         """One output of the pipeline; readings beyond `reading_hz` are left out."""
         kind, t_ns = type(output), output[0]
@@ -126,10 +136,12 @@ class LogWriter:
 
     def _close_batch(self) -> None:
         if self._batch:
-            batch, self._batch = self._batch, []
-            data = encode_batch(self._batch_number, batch)
+            batch, self._batch = EventBatch.of(self._batch), []
+            self._add(batch, self._batch_number)
             self._batch_number += len(batch)
-            self._file.add_message(self._raw_id, self._log_ns(batch[0].t_ns), data)
+
+    def _add(self, batch: EventBatch, number: int) -> None:
+        self._file.add_message(self._raw_id, self._log_ns(batch.t_ns.item(0)), batch.encode(number))
 
     def _sync_when_due(self, t_ns: int) -> None:
         if self._sync_ns is None:
