@@ -6,7 +6,8 @@ import pytest
 from tests.conftest import simple_model
 from thrustd.columns import GOOD, MOUNT_STATE
 from thrustd.fusion.mounts import MountCombiner
-from thrustd.model.artifact import EffectSpec, LinearBlock, RealMode
+from thrustd.fusion.settings import FusionSettings
+from thrustd.model.artifact import EffectSpec, ErrorMap, LinearBlock, RealMode
 from thrustd.model.compile import compile_model
 from thrustd.mount_route import MountRoute
 from thrustd.mount_start import LOAD_AGE_S, Unseen
@@ -15,6 +16,7 @@ from thrustd.sync.grid import Grid
 from thrustd.sync.hold import Hold
 
 RATE_HZ = 100.0
+COUNT_MM = 2.0**-40
 EFFECTS = [
     EffectSpec("axial_inertia", {"mass_kg": 186.5}),
     EffectSpec("hysteresis_prandtl_ishlinskii", {"friction_n": 70.0, "spread_mm": 0.1}),
@@ -34,8 +36,8 @@ class Bench:
         self._hold = Hold([("accel_x_g", 0)])
         listeners = np.array([[0, 0, model.channels.index("accel_x_g") - 1]])
         self._grid = Grid(1, len(model.channels) - 1, 10, self._hold, listeners)
-        self._grid.mounts[0]["scale_mm"] = 1.0  # counts are millimetres here ...
-        self.route = MountRoute(model, 50, self._grid, 0)
+        self._grid.mounts[0]["scale_mm"] = COUNT_MM
+        self.route = MountRoute(model, 50, self._grid, 0, FusionSettings())
 
     def started(self, k, mm):
         self.take(k, mm)
@@ -46,13 +48,12 @@ class Bench:
         return self.route.state.copy()
 
     def take(self, k, mm, accel_x_g=0.0):
-        self._grid.mounts[0]["offset_mm"] = mm  # ... and zero
-        readings, samples = np.array([[0, GOOD, 0, 1]]), np.array([[0, GOOD, k, k * 10_000, 0]])
+        readings, samples = np.array([[0, GOOD, 0, 1]]), np.array([[0, GOOD, k, k * 10_000, round(mm / COUNT_MM)]])
         t_ns, kind = np.array([k * 10_000_000]), np.zeros(1, np.uint8)
         self._grid.begin()
         while (stop := self._grid.align(t_ns, kind, readings, np.array([accel_x_g]), samples)) != align.DONE:
             if stop == align.CATCH_UP:
-                self.route.catch_up(k, mm)
+                self.route.catch_up(k, float(self._grid.state["offered_mm"][0]))
             if stop == align.FULL:
                 self.route.flush()
 
@@ -65,11 +66,43 @@ def flown(bench, deformation_mm, accel_x_g):
 
 def test_flight_is_the_ground_simulation_bit_for_bit_whatever_channels_the_effects_read(model):
     t_s = np.arange(600) / RATE_HZ
-    channels = {"deformation_mm": 0.4 + 0.2 * np.sin(2 * t_s), "accel_x_g": 0.05 * np.cos(t_s)}
+    channels = {
+        "deformation_mm": np.round((0.4 + 0.2 * np.sin(2 * t_s)) / COUNT_MM) * COUNT_MM,
+        "accel_x_g": 0.05 * np.cos(t_s),
+    }
     rows = model.inputs(channels)
     held = lambda mm: np.where(np.isin(model.channels, "deformation_mm"), mm, rows[0])  # noqa: E731
     start = Unseen(model).start(held, rows[0, 0], None, LOAD_AGE_S, 0.0)
     assert list(flown(Bench(model), *channels.values())) == model.simulate(rows, start).tolist()
+
+
+@pytest.mark.parametrize("zero_mm", [-0.009, 0.004, 0.02])
+def test_a_tare_takes_the_zero_off_at_every_load_and_the_band_knows(zero_mm):
+    precise = ErrorMap((0.0, 1e4), (0.0, 1e4), ((3.0,),))
+    model = compile_model(simple_model(effects=EFFECTS, error=precise), RATE_HZ)
+    true_mm = np.concatenate([np.zeros(300), np.linspace(0.0, 0.9, 300), np.full(100, 0.9)])
+    right, wrong, tared = Bench(model), Bench(model), Bench(model)
+    for k, mm in enumerate(true_mm):
+        right_n, wrong_n, tared_n = (each.fused(1 / RATE_HZ)["force_n"] for each in (right, wrong, tared))
+        for each, zero in ((right, 0.0), (wrong, zero_mm), (tared, zero_mm)):
+            each.take(k, mm + zero)
+        if k == 299:
+            tared.fused(1 / RATE_HZ)
+            tared.route.tare()
+            before, other = tared.route.snapshot(), Bench(model)
+            assert other.route.restore(before) and other.route.snapshot() == before
+    assert abs(wrong_n - right_n) > 20.0
+    assert abs(tared_n - right_n) < 0.1 * abs(wrong_n - right_n)
+    assert tared.route.state["std_n"] < 0.8 * wrong.route.state["std_n"]
+
+
+@pytest.mark.parametrize("shown_mm", [0.3, -0.2])
+def test_what_is_too_large_for_a_zero_is_none(model, shown_mm):
+    bench = Bench(model)
+    bench.started(0, shown_mm)
+    before = bench.route.snapshot()
+    bench.route.tare()
+    assert bench.route.snapshot() == before
 
 
 def test_idle_in_flight_is_a_load_that_fell(model):

@@ -12,6 +12,7 @@ import numpy as np
 
 from thrustd.columns import SEQUENCE, SLOT, Flags, Integers
 from thrustd.config import Config
+from thrustd.fusion.settings import FusionSettings
 from thrustd.model.compile import CompiledModel
 from thrustd.mount_route import MountRoute
 from thrustd.signals import CATALOGUE
@@ -36,7 +37,7 @@ class Intake:
     """Mutable. `take` is its life; between two of its words whoever listens makes the fused step that is due."""
 
     def __init__(
-        self, config: Config, models: tuple[CompiledModel, ...], can_table: CanTable, installation_std_n: float
+        self, config: Config, models: tuple[CompiledModel, ...], can_table: CanTable, settings: FusionSettings
     ) -> None:
         self._config = config
         self._adc = AdcDecoder(config.adc.channels, config.adc.sample_hz)
@@ -46,7 +47,7 @@ class Intake:
         self._grid = self._new_grid(models)
         bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
         self.routes = tuple(
-            MountRoute(model, bridge, self._grid, number, installation_std_n) for number, model in enumerate(models)
+            MountRoute(model, bridge, self._grid, number, settings) for number, model in enumerate(models)
         )
         self.states = self._grid.states  # MOUNT_STATE by mount, of the last fused step
         self._left_out: dict[tuple[str, ...], tuple[Flags, Flags]] = {}  # kinds not of the bus, not of the ADC

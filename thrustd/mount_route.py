@@ -3,56 +3,36 @@
 bridged    up to `bridge_samples` missing: the model steps through them on a straight line
 doubted    up to LONGEST_GAP_S: the same, and the band says how wrong the slow modes may be
 restarted  longer, and the first sample of all: see `mount_start`
+tared      before the engine runs for the first time: what its transducer shows is taken off its samples
 """
 
 from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
-from typing import Any
 
-import numba
 import numpy as np
 
-from thrustd.columns import MOUNT_STATE
-from thrustd.compiled import compiled
-from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap
+from thrustd.fusion.settings import FusionSettings
+from thrustd.model.artifact import ErrorMap
 from thrustd.model.compile import CompiledModel
-from thrustd.model.stage import Floats, Places, run_chain
-from thrustd.mount_start import LOAD_AGE_S, Unseen
+from thrustd.model.stage import Floats
+from thrustd.mount_start import LOAD_AGE_S, Unseen, resting_n, zero_of
+from thrustd.mount_step import CHORDS, MEANS, add, fuse
 from thrustd.signals import CATALOGUE, Signal
 from thrustd.sync.grid import Grid
-from thrustd.sync.memory import MOUNT
 
 THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an artifact without an error map
-EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
-HELD_TAU_S = 1.0
 JUST_S = 2.0  # found so lately: what is known by now was known then
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
 NO_STATE = np.zeros(0)  # before the first sample
-
-_MEANS = np.dtype(
-    [
-        ("sum_mm", np.float64),  # over the samples since the last fused step
-        ("sum_n", np.float64),
-        ("count", np.int64),
-        ("since_restart", np.int64),  # samples
-        ("gap", np.int64),  # one was bridged or restarted after, since the last fused step
-        ("lagged_n", np.float64),
-        ("period_s", np.float64),
-        ("stiffness_n_mm", np.float64),
-        ("installation_std_n", np.float64),
-        ("low_mm", np.float64),  # of the identified range
-        ("high_mm", np.float64),
-    ]
-)
 
 
 class MountRoute:
     """Steps one mount's model over the samples that the grid has gathered. Mutable."""
 
     def __init__(
-        self, model: CompiledModel, bridge_samples: int, grid: Grid, number: int, installation_std_n: float = 0.0
-    ):
-        """Mount `number` of `grid`. `installation_std_n`: what the bench could not show, see `fusion.settings`."""
+        self, model: CompiledModel, bridge_samples: int, grid: Grid, number: int, settings: FusionSettings
+    ) -> None:
+        """Mount `number` of `grid`."""
         self.model = model
         self.signals = model.channels[1:]
         mine = number, slice(len(self.signals))
@@ -62,20 +42,22 @@ class MountRoute:
         self._own[:] = [name == "deformation_mm" for name in self.signals]  # hysteresis, damping, ...
         self._unmeasured_s[~self._own] = inf
         self._lagged = np.stack([self._channels, self._channels])  # and what they were one fused step ago
-        valid = model.spec.valid
-        stiffness_n_mm = (valid.force_n[1] - valid.force_n[0]) / (valid.deformation_mm[1] - valid.deformation_mm[0])
         self._state: Floats | None = None
         self._flying = self._found = False  # found: under a load of which nothing at all was known
         self._longest_samples = max(bridge_samples, round(LONGEST_GAP_S * model.rate_hz))
         self._bridge_samples, self._period_s = bridge_samples, 1.0 / model.rate_hz
-        low_mm, high_mm = valid.deformation_mm
+        low_mm, high_mm = model.spec.valid.deformation_mm
         margin_mm, catalogue = BEYOND * (high_mm - low_mm), CATALOGUE["deformation_mm"]
         self._mount["low_mm"] = max(low_mm - margin_mm, catalogue.low)
         self._mount["high_mm"] = min(high_mm + margin_mm, catalogue.high)
-        self._means = np.zeros(1, _MEANS)
+        self._means, self._zero_mm, self._tare_std_n = np.zeros(1, MEANS), 0.0, settings.tare_std_n
         self._means["lagged_n"], self._means["period_s"] = nan, self._period_s
-        self._means["installation_std_n"], self._means["stiffness_n_mm"] = installation_std_n, stiffness_n_mm
-        self._means["low_mm"], self._means["high_mm"] = low_mm, high_mm
+        self._means["zero_std_mm"], self._means["stiffness_std"] = (
+            settings.mount_zero_std_mm,
+            settings.mount_stiffness_std,
+        )
+        self._means["friction_std_n"] = settings.mount_friction_std_n
+        self._means["low_mm"], self._means["high_mm"], self._means["stiffness_n_mm"] = low_mm, high_mm, self._chords()
         waiting_u, waiting_mm = grid.waiting_u[number], grid.waiting_mm[number]
         self.state, said = grid.states[number], grid.states[number : number + 1]  # at the last fused step
         self._samples = self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), *model.chain
@@ -96,16 +78,36 @@ class MountRoute:
 
     def flush(self) -> None:
         """Run the model over the samples that wait."""
-        _add(*self._samples, self._present())
+        add(*self._samples, self._present())
 
     def fuse(self, dt_s: float) -> None:
         """`state` of now: means since the last call, dt_s ago, and their one sigma."""
         channels = self._channels, self._lagged, self._unmeasured_s
-        complete = _fuse(dt_s, *self._samples, self._present(), *channels, self._unseen.doubts, *self._cells_and_state)
+        complete = fuse(dt_s, *self._samples, self._present(), *channels, self._unseen.doubts, *self._cells_and_state)
         if not complete:
             self._doubt(*self._unmeasured())
         if self._unseen.branched and isfinite(deformation_mm := self.state["deformation_mm"].item()):
             self._doubt(self._unseen.friction_std_n(self._inputs(deformation_mm)))
+
+    def tare(self) -> None:
+        """The engine stands, and the mount has carried nothing: what its transducer shows is its zero.
+
+        As good a measurement of it as the model is without a load; what it says is taken off every sample from now on:
+        g = P / (P + R),   zero += g shown,   P <- (1 - g) P     (scalar Kalman filter)
+        """
+        shown_n = float(self._means["lagged_n"][0])
+        if self._state is None or not isfinite(shown_n):
+            return
+        shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
+        if isfinite(shown_mm):
+            model_n, half_n = _cells(self.model.spec.error)[2].item(0), self._tare_std_n / 2.0  # two mounts carry it
+            known_mm = hypot(model_n, half_n) / self._means["stiffness_n_mm"].item(0)
+            std_mm = self._means["zero_std_mm"].item(0)
+            gain = std_mm**2 / (std_mm**2 + known_mm**2)
+            self._shift(self._zero_mm + gain * shown_mm, sqrt(1.0 - gain) * std_mm)
+            self._mount["deformation_mm"] -= gain * shown_mm
+            self._state, self._means["lagged_n"] = None, nan
+            self._start(self._deformation_mm, 0)
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
@@ -113,19 +115,22 @@ class MountRoute:
         if self._state is None:
             return {}
         place = [self._deformation_mm, float(self._mount["sequence"]), float(self._means["since_restart"][0])]
-        return {"state": self._state.tolist(), "place": place, **self._unseen.snapshot()}
+        zero = [self._zero_mm, float(self._means["zero_std_mm"][0])]
+        return {"state": self._state.tolist(), "place": place, "zero": zero, **self._unseen.snapshot()}
 
     def restore(self, snapshot: dict[str, list[float]]) -> bool:
         """Take over a snapshot of the same model; False (and nothing changed) when it is not one."""
         if not snapshot:
             return True
-        state, place, doubts, branches = (snapshot.get(key, []) for key in ("state", "place", "doubts", "branches"))
+        keys = "state", "place", "zero", "doubts", "branches"
+        state, place, zero, doubts, branches = (snapshot.get(key, []) for key in keys)
         size = self.model.start(self._inputs(0.0)).size
-        if (len(state), len(place)) != (size, 3) or not all(map(isfinite, [*state, *place])):
+        if (len(state), len(place), len(zero)) != (size, 3, 2) or not all(map(isfinite, [*state, *place, *zero])):
             return False
         if not self._unseen.restore(doubts, branches, size):
             return False
         self._state = np.array(state)
+        self._shift(*zero)
         self._mount["deformation_mm"], self._mount["sequence"] = place[0], int(place[1])
         self._means["since_restart"] = int(place[2])
         return True
@@ -158,6 +163,17 @@ class MountRoute:
                 self._means["since_restart"], self._found = 0, False
         self._mount["sequence"], self._mount["watchful"] = sequence - 1, 0
         self._resuming = False
+
+    def _shift(self, zero_mm: float, std_mm: float) -> None:
+        """Take another zero off the samples from now on."""
+        self._mount["offset_mm"] -= zero_mm - self._zero_mm
+        self._zero_mm, self._means["zero_std_mm"] = zero_mm, std_mm
+
+    def _chords(self) -> Floats:
+        """Of the model's curve at rest, N/mm."""
+        ends_mm = np.linspace(*self.model.spec.valid.deformation_mm, CHORDS + 1)
+        forces_n = [resting_n(self.model, self._inputs(mm)) for mm in ends_mm.tolist()]
+        return np.asarray(np.diff(forces_n) / np.diff(ends_mm))
 
     def _doubt(self, *stds_n: float) -> None:
         """`state` may be wrong by these, too, and the other mount as well."""
@@ -222,77 +238,3 @@ def _cells(error: ErrorMap | None) -> tuple[Floats, Floats, Floats]:
     if error is None:
         return np.zeros(0), np.zeros(0), np.array([[THESIS_STD_N]])
     return np.array(error.force_edges_n[1:-1]), np.array(error.rate_edges_n_s[1:-1]), np.array(error.std_n)
-
-
-@compiled
-def _cell(edges: Floats, value: float) -> int:
-    cell = 0
-    for edge in edges:
-        cell += value >= edge
-    return cell
-
-
-def _add_samples(
-    row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places, c: Floats,
-    state: Floats,
-) -> None:  # fmt: skip
-    """The model over the samples that wait."""
-    m, n = means[0], row[0].waiting
-    row[0].waiting = 0
-    if n > 0:
-        waiting_n[:n] = waiting_mm[:n]
-        run_chain(places, state, c, waiting_u[:n], waiting_n[:n])
-    for i in range(n):
-        m.sum_mm += waiting_mm[i]
-        m.sum_n += waiting_n[i]
-    m.count += n
-    m.since_restart += n
-
-
-def _fuse_samples(
-    dt_s: float, row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places,
-    c: Floats, x: Floats, channels: Floats, lagged: Floats, unmeasured_s: Floats, doubts: Floats,
-    force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats, said: Any,
-) -> bool:  # fmt: skip
-    """Writes a MOUNT_STATE; -> whether its common part is all of it."""
-    _add(row, means, waiting_u, waiting_mm, waiting_n, places, c, x)
-    m, state, complete = means[0], said[0], True
-    state.extrapolating, state.gap = row[0].beyond != 0, m.gap != 0
-    state.deformation_mm = state.force_n = state.std_n = state.common_n = nan
-    row[0].beyond = m.gap = 0
-    for i in range(len(channels)):
-        lagged[0, i] += (1.0 - exp(-dt_s / HELD_TAU_S)) * (lagged[1, i] - lagged[0, i])
-        lagged[1, i] = channels[i]
-        unmeasured_s[i] += dt_s
-        complete &= isnan(unmeasured_s[i])
-    if m.count == 0:
-        m.lagged_n = nan
-        return True
-    deformation_mm, force_n = m.sum_mm / m.count, m.sum_n / m.count
-    m.sum_mm = m.sum_n = 0.0
-    m.count = 0
-    if not isfinite(m.lagged_n):
-        m.lagged_n = force_n
-    m.lagged_n += (1.0 - exp(-dt_s / FORCE_RATE_TAU_S)) * (force_n - m.lagged_n)
-    rate_n_s = abs((force_n - m.lagged_n) / FORCE_RATE_TAU_S)
-    excess_mm = max(m.low_mm - deformation_mm, deformation_mm - m.high_mm, 0.0)
-    variance_n2 = std_n[_cell(force_edges_n, force_n), _cell(rate_edges_n_s, rate_n_s)] ** 2 + m.installation_std_n**2
-    variance_n2 += (EXTRAPOLATION_STD * m.stiffness_n_mm * excess_mm) ** 2
-    doubt_n = 0.0
-    for i in range(len(doubts)):
-        doubt_n += doubts[i, 0] * exp(-m.since_restart * m.period_s / doubts[i, 1])
-    state.deformation_mm, state.force_n, state.common_n = deformation_mm, force_n, abs(doubt_n)
-    state.std_n = hypot(sqrt(variance_n2), doubt_n)
-    state.extrapolating |= excess_mm > 0
-    return complete
-
-
-_ROW, _TABLE = numba.float64[::1], numba.float64[:, ::1]
-_RECORDS = numba.from_dtype(MOUNT)[::1], numba.from_dtype(_MEANS)[::1]
-_STATE = numba.from_dtype(MOUNT_STATE)[::1]
-_SAMPLES = *_RECORDS, _TABLE, _ROW, _ROW, numba.int64[:, ::1], _ROW, _ROW
-_add: Any = compiled(_add_samples, numba.void(*_SAMPLES))
-_fuse: Any = compiled(
-    _fuse_samples,
-    numba.boolean(numba.float64, *_SAMPLES, _ROW, _TABLE, _ROW, _TABLE, _ROW, _ROW, _TABLE, _STATE),
-)

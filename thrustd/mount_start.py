@@ -13,10 +13,13 @@ stepped on beside it until the mount has moved far enough for both to be the sam
 
 An engine that idles was started, and nothing is left in its friction, or, where the aircraft flies, it came down from a
 cruise some minutes ago: friction is that of a load that fell, and the modes are on their way from the cruise.
+
+Zero. A mount that has carried nothing yet shows a force all the same: its model at rest would show none where its
+transducer stood by that zero lower.
 """
 
 from collections.abc import Callable, Sequence
-from math import copysign, exp, hypot, isfinite, sqrt
+from math import copysign, exp, hypot, isfinite, nan, sqrt
 
 import numpy as np
 
@@ -28,6 +31,8 @@ DESCENT_AGE_S = 600.0  # A of the idle of an aircraft that flies
 IDLE, CRUISE, TAKE_OFF = 0.1, 0.4, 0.75  # of the identified deformation
 BRANCH_STD = 1.0 / sqrt(2.0)  # of half the width between the two branches: near one of them is likelier than midway
 REST_S = 1.0  # what a load that falls at once leaves in dampers is gone by then
+LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
+SOLVED_MM = 1e-7
 SAME_N = 1.0  # branches that are no further apart are one
 Rows = Callable[[float], Floats]  # deformation, mm -> a row of the model's inputs
 
@@ -109,6 +114,27 @@ def settle(model: CompiledModel, before: Floats, after: Floats, age_s: float) ->
     state[mine] = w - way / np.sqrt(1 + 2 * r)
     left_std = np.sqrt(1 / np.sqrt(1 + 4 * r) - 1 / (1 + 2 * r))
     return state, np.column_stack((slope * np.array([mode.gain for mode in modes]) * way * left_std, tau_s))
+
+
+def resting_n(model: CompiledModel, row: Floats) -> float:
+    """Thrust share of a mount at rest under a row of inputs."""
+    return model.step(model.start(row), row[1:], row.item(0))
+
+
+def zero_of(model: CompiledModel, row: Rows, shown_mm: float, shown_n: float) -> float:
+    """What a transducer that shows `shown_mm` shows too much, mm, if the mean force `shown_n` is none; NaN: no zero.
+
+    `shown_n` is a mean over noise: what is asked for is the deformation whose force is less by that.
+    """
+    wanted_n = resting_n(model, row(shown_mm)) - shown_n
+    low_mm, high_mm = shown_mm - LARGEST_ZERO_MM, shown_mm + LARGEST_ZERO_MM
+    if not resting_n(model, row(low_mm)) < wanted_n < resting_n(model, row(high_mm)):
+        return nan
+    while high_mm - low_mm > SOLVED_MM:
+        middle_mm = 0.5 * (low_mm + high_mm)
+        too_low = resting_n(model, row(middle_mm)) < wanted_n
+        low_mm, high_mm = (middle_mm, high_mm) if too_low else (low_mm, middle_mm)
+    return shown_mm - 0.5 * (low_mm + high_mm)
 
 
 def _linear(model: CompiledModel) -> slice:

@@ -59,7 +59,7 @@ class Pipeline:
         engines = config.aircraft.engines
         settings = section(config.fusion, FusionSettings, "fusion")
         check_settings(settings, "fusion")
-        self._intake = Intake(config, parts.models, parts.can_table, settings.installation_std_n)
+        self._intake = Intake(config, parts.models, parts.can_table, settings)
         self._hold, self._routes = self._intake.hold, self._intake.routes
         self._layout = Layout(
             tuple(mount.name for mount in config.mount), tuple(config.mounts_of(engine) for engine in engines)
@@ -175,6 +175,8 @@ class Pipeline:
             outputs.append(thrust_filter.step(self._told[e : e + 1]))
             for fault in thrust_filter.take_faults():
                 self._report(fault, outputs)
+                if fault.kind == "tare":
+                    self._tare(e)
         outputs.extend([_new(MountOutput, (t_ns, i, *state[:3])) for i, state in enumerate(self._states.tolist())])
         outputs.extend(self._book.due(t_ns))
 
@@ -204,6 +206,11 @@ class Pipeline:
                 self._intake.tell(sensor, nan)
             self._excluded = verdict.excluded
             self._intake.believe(verdict.excluded)
+
+    def _tare(self, engine: int) -> None:
+        for mount in self._layout.mounts_of_engine[engine]:
+            if ("deformation_mm", mount) not in self._excluded:
+                self._routes[mount].tare()
 
     def _tell(self, t_ns: int, dt_s: float, verdict: MonitorVerdict) -> None:
         """What the filters are told, a row of INPUTS each."""

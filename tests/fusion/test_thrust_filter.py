@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from thrustd.errors import ConfigError
 from thrustd.fusion import smoother
+from thrustd.fusion.dynamics import ENGINE, N_STATE
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.thrust_filter import ThrustFilter
@@ -48,16 +49,15 @@ def flown(seed, seconds=300.0, mount=True, brochure=True):
         n1[k] = n1[k - 1] + np.clip((wanted[k] - n1[k - 1]) / 9.0, -0.4, 0.4)
     rate = np.gradient(n1, 1 / HZ)
     truth = 2500.0 + 60.0 * (n1 - 70.0)
-    bias, zero = rng.normal(0, s.brochure_bias_std), rng.normal(0, s.mount_zero_std_n)
-    rest_n = sqrt(MOUNT_STD_N**2 - s.mount_zero_std_n**2)
-    error, shape = rest_n * rng.normal(), SHAPE_STD_N * rng.normal()
+    bias = rng.normal(0, s.brochure_bias_std)
+    error, shape = MOUNT_STD_N * rng.normal(), SHAPE_STD_N * rng.normal()
     keep = np.exp(-1 / (HZ * s.mount_error_tau_s))
     thrust_filter, estimates = ThrustFilter(s, 0), []
     tape = thrust_filter.keep()
     for k in range(n):
-        error = keep * error + rest_n * sqrt(1 - keep**2) * rng.normal()
+        error = keep * error + MOUNT_STD_N * sqrt(1 - keep**2) * rng.normal()
         shape = keep * shape + SHAPE_STD_N * sqrt(1 - keep**2) * rng.normal()
-        mount_n = truth[k] + zero + error + s.mount_noise_std_n * rng.normal() if mount else nan
+        mount_n = truth[k] + error + s.mount_noise_std_n * rng.normal() if mount else nan
         brochure_n = truth[k] * (1 + bias) + shape + s.brochure_noise_std_n * rng.normal() if brochure else nan
         estimates.append(thrust_filter.step(inputs(k, mount_n, brochure_n, n1[k], rate[k])))
     return estimates, truth, thrust_filter, tape
@@ -66,11 +66,11 @@ def flown(seed, seconds=300.0, mount=True, brochure=True):
 @pytest.mark.parametrize(("mount", "brochure"), [(True, True), (True, False), (False, True)])
 def test_band_holds_the_truth(mount, brochure):
     inside = []
-    for seed in range(40):
-        estimates, truth, thrust_filter, _ = flown(seed, 15.0, mount, brochure)
+    for seed in range(120):
+        estimates, truth, thrust_filter, _ = flown(seed, 6.0, mount, brochure)
         inside += [abs(e.thrust_n - t) <= 1.96 * e.thrust_std_n for e, t in zip(estimates, truth, strict=True)]
         assert thrust_filter.take_faults() == []
-    assert np.mean(inside) > 0.9  # forty draws of a slow error: each of them outside costs up to a fortieth
+    assert 0.92 < np.mean(inside) < 0.99  # as many draws of a slow error: each outside costs up to one of them
 
 
 def test_fused_is_better_than_either_route():
@@ -91,7 +91,7 @@ def test_noise_of_the_engine_is_not_learnt_as_its_deviation():
     for k in range(6000):
         thrust_filter.step(inputs(k, 4000.0 + rng.normal(0, 5.0), 3900.0 + rng.normal(0, 10.0)))
     now = thrust_filter.snapshot()["now"]
-    engine, std = now[4], sqrt(now[6 + 4 * 7])
+    engine, std = now[ENGINE], sqrt(now[N_STATE + ENGINE * (N_STATE + 1)])
     assert abs(engine) < 2.0 * std
 
 
@@ -121,10 +121,10 @@ def test_a_thrust_that_a_liar_misled_is_open_when_it_is_named():
 def test_smoothing_is_rauch_tung_striebel_where_no_error_is_learnt(monkeypatch):
     """Against filterpy's own smoother, over several blocks, when the readings have no other error than noise."""
     monkeypatch.setattr(smoother, "BLOCK", 64)
-    rng, tape, kf = np.random.default_rng(3), smoother.Tape(), KalmanFilter(dim_x=6, dim_z=1)
-    f, q = np.diag([1.0, 0.9, 1.0, 0.99, 1.0, 0.99]), np.diag([4.0, 9.0, 0.1, 2.0, 0.1, 2.0])
+    rng, tape, kf = np.random.default_rng(3), smoother.Tape(), KalmanFilter(dim_x=N_STATE, dim_z=1)
+    f, q = np.diag([1.0, 0.9, 0.99, 1.0, 0.99]), np.diag([4.0, 9.0, 2.0, 0.1, 2.0])
     f[0, 1] = 0.1
-    kf.P, kf.H, kf.R = 1e4 * np.eye(6), np.eye(1, 6), np.array([[25.0]])
+    kf.P, kf.H, kf.R = 1e4 * np.eye(N_STATE), np.eye(1, N_STATE), np.array([[25.0]])
     for k in range(200):
         kf.predict(F=f, Q=q)
         kf.update(50.0 * np.sin(k / 20) + 5.0 * rng.normal())
@@ -149,20 +149,6 @@ def test_smoothed_is_better_than_filtered_and_its_band_narrower():
             errors[name].append(np.mean(error**2))
     assert np.mean(errors["smoothed"]) < np.mean(errors["filtered"])
     assert np.mean(better) > 0.8
-
-
-def test_a_tare_after_the_flight_is_carried_back_over_it():
-    thrust_filter, zero_n = ThrustFilter(FusionSettings(), 0), 60.0
-    tape = thrust_filter.keep()
-    for k in range(900):
-        running = k < 600
-        thrust_n = 3000.0 if running else 0.0
-        n1 = {"n1_pct": 80.0 if running else 0.0, "n1_rate": -200.0 if k == 600 else 0.0}
-        thrust_filter.step(inputs(k, thrust_n + zero_n, thrust_n if running else nan, **n1))
-    assert "tare" in [fault.kind for fault in thrust_filter.take_faults()]
-    smoothed = smoother.smooth(tape)
-    filtered_n = tape.steps(0, len(tape))[0][:, 0]
-    assert abs(smoothed.thrust_n[300:500] - 3000.0).max() < 0.8 * abs(filtered_n[300:500] - 3000.0).max()
 
 
 def settled():
@@ -259,10 +245,10 @@ def test_a_throttle_that_nobody_watched_is_in_the_first_band_after_a_pause(moved
     assert seen[0].thrust_std_n < 0.1 * blind.thrust_std_n and thrust_filter.take_faults() == []
 
 
-def test_engine_off_is_a_tare():
+def test_engine_off_is_a_thrust_of_zero_and_a_tare_before_it_runs_for_the_first_time():
     thrust_filter = ThrustFilter(FusionSettings(), 1, "right")
     for k in range(600):
-        estimate = thrust_filter.step(inputs(k, 85.0, nan, n1_pct=0.0))
+        estimate = thrust_filter.step(inputs(k, 85.0, nan, n1_pct=0.0 if k < 300 or k > 400 else 30.0))
     assert [fault.kind for fault in thrust_filter.take_faults()] == ["tare"]
     assert estimate.status & Status.ENGINE_OFF
     assert abs(estimate.thrust_n) < 20.0

@@ -9,8 +9,8 @@ PACKAGE = Path(__file__).parents[2] / "thrustd"
 FLOORS = {
     "types": 0, "errors": 0, "config": 0, "signals": 0, "compiled": 0, "columns": 0,
     "wire": 1, "sync": 1, "model": 1, "brochure": 1, "fusion": 1,
-    "pipeline": 2, "intake": 2, "mount_route": 2, "mount_start": 2, "fault_book": 2, "step_inputs": 2,
-    "brochure_route": 2, "fault_status": 2, "snapshot": 2,
+    "pipeline": 2, "intake": 2, "mount_route": 2, "mount_start": 2, "mount_step": 2, "fault_book": 2,
+    "step_inputs": 2, "brochure_route": 2, "fault_status": 2, "snapshot": 2,
     "signature": 3,
     "sources": 3, "sinks": 3,
     "loop": 4, "flight_score": 4, "flight_picture": 4, "twin": 4, "records": 4, "installation": 4,
@@ -25,6 +25,7 @@ ALLOWED_SIDEWAYS = {
     ("pipeline", "intake"),
     ("pipeline", "mount_route"),
     ("mount_route", "mount_start"),
+    ("mount_route", "mount_step"),
     ("intake", "mount_route"),
     ("pipeline", "fault_book"),
     ("pipeline", "fault_status"),

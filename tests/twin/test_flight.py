@@ -198,6 +198,41 @@ def test_a_recording_needs_its_channels():
         as_flown(record, draw_airframe(1).healths)
 
 
+def idling(n1_pct=29.0, n=600):
+    """A recording of an aircraft that stands and idles."""
+    flat = {"mach": 0.0, "pressure_altitude_m": 100.0, "sat_degC": 15.0, "accel_x_g": 0.02, "accel_z_g": 1.0}
+    for side in ENGINES:
+        flat |= {
+            f"n1_pct_{side}": n1_pct,
+            f"n2_pct_{side}": 48.0,
+            f"fuel_flow_kg_s_{side}": 0.025,
+            f"itt_degC_{side}": 500,
+        }
+    return make_recording(
+        "idling", {"time_s": 9.0 + np.arange(n) / 10.0, **{k: np.full(n, v) for k, v in flat.items()}}
+    )
+
+
+def test_engines_are_started_in_front_of_a_recording():
+    record, healths = idling(), draw_airframe(2).healths
+    plain, started = as_flown(record, healths), as_flown(record, healths, engine_start=True)
+    front = len(started) - len(plain)
+    assert started.time_s[0] == plain.time_s[0]
+    assert np.diff(started.time_s) == pytest.approx(0.1)
+    for name in plain.channels:
+        assert started[name][front:] == pytest.approx(plain[name], rel=1e-3)
+    for side, others in (("left", 400), ("right", 520)):
+        for name in (f"n1_pct_{side}", f"n2_pct_{side}", f"fuel_flow_kg_s_{side}", f"thrust_N_{side}"):
+            assert (started[name][:others] == 0.0).all()
+            assert started[name][front - 100] == pytest.approx(plain[name][0], rel=1e-3)
+    assert (np.abs(np.diff(started["n1_pct_left"])) < 0.5).all()
+
+
+def test_engines_that_run_already_are_not_started():
+    with pytest.raises(RecordingError, match=r"idling: n1_pct_left is 80.0 % .* expected an idle of 15 to 45 %"):
+        as_flown(idling(80.0), draw_airframe(2).healths, engine_start=True)
+
+
 def test_a_real_recording_keeps_what_was_flown(table):
     data = Path(__file__).resolve().parents[3] / "shared" / "data" / "ph_lab" / "ftis_20180312_ref.npz"
     if not data.exists():

@@ -24,6 +24,7 @@ def add_verbs(verbs: Verbs) -> None:
     parser.add_argument("--config", type=Path, default=Path("deploy/hil.toml"), help="installation to simulate")
     parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
     parser.add_argument("--recording", type=Path, help="fly this real recording instead of a scripted flight")
+    parser.add_argument("--engine-start", action="store_true", help="with --recording: start its engines first")
     parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
     parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record (default 8)")
     parser.add_argument("--mount", choices=("upper", "lower"), default="upper", help="isolator on the bench")
@@ -58,7 +59,9 @@ def _profile(arguments: argparse.Namespace) -> tuple[Any, Any]:
     from thrustd.twin.flight import recorded_flight, scripted_flight
 
     if arguments.recording is not None:
-        return recorded_flight(read_recording(arguments.recording), arguments.seed)
+        return recorded_flight(read_recording(arguments.recording), arguments.seed, arguments.engine_start)
+    if arguments.engine_start:
+        raise UsageError("--engine-start: expected with --recording; a scripted flight starts its engines itself")
     if not 0.1 <= arguments.minutes <= 6000:
         raise UsageError(f"--minutes {arguments.minutes:g}: expected 0.1 to 6000")
     return scripted_flight(arguments.minutes * 60.0, arguments.seed)

@@ -1,12 +1,12 @@
 """How the filter's state moves between two steps.
 
-State  x = [T, r, z, h, c, d]: thrust [N] and its rate [N/s]; zero of the mounts [N] and the rest of their error [N];
-the engine's own deviation from the brochure [-] and the error of the deck's shape [N].
+State  x = [T, r, h, c, d]: thrust [N] and its rate [N/s]; error of the mounts [N]; the engine's own deviation from the
+brochure [-] and the error of the deck's shape [N].
 T' = r; the others are first-order Gauss-Markov, each with its own time and sigma:
 
     r' = -r / tau_r + w        sigma_r^2 = steady^2 + (gain |dN1/dt|)^2
-    z' = -z / tau_z + w        sigma_z                     c' = -c / tau_c + w     sigma_c
-    h' = -h / tau_h + w        sigma_h(t)                  d' = -d / tau_d + w     sigma_d(t)
+    h' = -h / tau_h + w        sigma_h(t)
+    c' = -c / tau_c + w        sigma_c                     d' = -d / tau_d + w     sigma_d(t)
 
 sigma_h and sigma_d follow the region where the engine works: see `_follow`. Friction in the rubber and the shape of
 the deck are other errors at another thrust, however soon it is reached: 1/tau = 1/tau_0 + |r| / forget_after.
@@ -22,8 +22,8 @@ import numpy.typing as npt
 
 from thrustd.compiled import compiled
 
-THRUST, RATE, ZERO, MOUNT, ENGINE, SHAPE = range(6)
-N_STATE = 6
+THRUST, RATE, MOUNT, ENGINE, SHAPE = range(5)
+N_STATE = 5
 Matrix = npt.NDArray[np.float64]
 
 DOUBT_ENDS = 0.1
@@ -69,7 +69,7 @@ def _follow(sizes: Matrix, which: int, std_n: float, keep: float, dt_s: float, s
 
 @compiled
 def _slow_std(std_n: float, else_n: float) -> float:
-    """What is left of a route's sigma beside the error that has a state of its own; NaN of a silent route."""
+    """What is left of a route's sigma beside another error; NaN of a silent route."""
     return sqrt(max(std_n**2 - else_n**2, LEAST_ERROR_N**2)) if isfinite(std_n) else nan
 
 
@@ -78,7 +78,7 @@ def move(
     f: Matrix, q: Matrix, sizes: Matrix, s: Any, dt_s: float, rate_n_s: float, n1_rate_pct_s: float,
     surprise_n_s: float, mount_std_n: float, brochure_n: float, brochure_std_n: float,
 ) -> None:  # fmt: skip
-    """Write F and Q, each (6, 6), of a step of `dt_s`; f and q are those of the step before, or unity and zeros.
+    """Write F and Q, each (5, 5), of a step of `dt_s`; f and q are those of the step before, or unity and zeros.
 
     `s`: settings; the thrust moves by `rate_n_s` now, the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate
     unseen; sigma of the mounts, brochure thrust and its sigma: NaN of a silent route.
@@ -95,21 +95,16 @@ def move(
     tau = s.thrust_rate_tau_s
     u = dt_s / tau
     a = exp(-u)
-    sigma_h = _slow_std(mount_std_n, s.mount_zero_std_n)
+    sigma_h = _slow_std(mount_std_n, 0.0)
     sigma_d = _slow_std(brochure_std_n, s.brochure_bias_std * sizes[SCALE_N])
-    keep_zero, keep_engine = exp(-dt_s / s.mount_zero_tau_s), exp(-dt_s / s.brochure_bias_tau_s)
+    keep_engine = exp(-dt_s / s.brochure_bias_tau_s)
     keep_h, q_h = _follow(sizes, MOUNT_N2, sigma_h, exp(-dt_s / s.mount_error_tau_s - moved), dt_s, inf)
     keep_d, q_d = _follow(sizes, SHAPE_N2, sigma_d, exp(-dt_s / s.brochure_shape_tau_s - moved), dt_s, SHAPE_SETTLE_S)
-    f[RATE, RATE], f[ZERO, ZERO], f[MOUNT, MOUNT], f[ENGINE, ENGINE], f[SHAPE, SHAPE] = (
-        a, keep_zero, keep_h, keep_engine, keep_d,
-    )  # fmt: skip
+    f[RATE, RATE], f[MOUNT, MOUNT], f[ENGINE, ENGINE], f[SHAPE, SHAPE] = a, keep_h, keep_engine, keep_d
     f[THRUST, RATE] = tau * (1.0 - a)
     # the closed form loses its digits below u = 1e-3: its series is 2/3 u^3
     drift = 2.0 * u - 3.0 + 4.0 * a - a * a if u > 1e-3 else 2.0 / 3.0 * u**3
     q[THRUST, THRUST], q[RATE, RATE] = var * tau * tau * drift, var * (1.0 - a * a)
     q[THRUST, RATE] = q[RATE, THRUST] = var * tau * (1.0 - a) ** 2
-    q[ZERO, ZERO], q[ENGINE, ENGINE] = (
-        s.mount_zero_std_n**2 * (1.0 - keep_zero**2),
-        s.brochure_bias_std**2 * (1.0 - keep_engine**2),
-    )
-    q[MOUNT, MOUNT], q[SHAPE, SHAPE] = q_h, q_d
+    q[MOUNT, MOUNT], q[ENGINE, ENGINE] = q_h, s.brochure_bias_std**2 * (1.0 - keep_engine**2)
+    q[SHAPE, SHAPE] = q_d

@@ -5,8 +5,8 @@ from typing import Any
 
 import numba
 
-from thrustd.compiled import compiled
-from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST, ZERO, Matrix
+from thrustd.compiled import compiled, entry
+from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST, Matrix
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.gate import FAILED
 from thrustd.fusion.settings import SETTINGS
@@ -70,7 +70,7 @@ def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: in
     deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.slow[SIZES, SCALE_N], SCALE_FLOOR_N)
     return (
         t.t_ns, engine, x[THRUST, 0], sqrt(variance_n2), x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
-        t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[ZERO, 0] + x[MOUNT, 0], deviation, t.load_share, status,
+        t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[MOUNT, 0], deviation, t.load_share, status,
         m.nis if m.used else nan,
     )  # fmt: skip
 
@@ -78,4 +78,4 @@ def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: in
 _F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
 _ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
-estimate_row: Any = compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I), "numpy")
+estimate_row: Any = entry(compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I), "numpy"))

@@ -21,10 +21,10 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mount_noise_std_n: float = 5.2  # of the longitudinal acceleration: 373 kg times 0.002 g / sqrt 2
     brochure_noise_std_n: float = 5.0  # of fuel flow and N1 behind the hand-over
     # slow errors of both routes: how large, how long they last, and the thrust movement after which they are others
-    installation_std_n: float = 28.0  # of one mount in the aircraft beyond its bench: zero of 4 um, stiffness of 0.3 %
-    mount_zero_std_n: float = 30.0  # of one engine: the same at any thrust, a tare takes it off
-    mount_zero_tau_s: float = 3600.0
-    mount_error_tau_s: float = 600.0  # sigma itself: the model's error map
+    mount_zero_std_mm: float = 0.004  # one transducer in the aircraft: a tare takes it off
+    mount_stiffness_std: float = 0.003  # of one mount against its bench, relative
+    mount_friction_std_n: float = 8.0  # the same; sigma of the mounts' route: all three and the model's error map
+    mount_error_tau_s: float = 600.0
     brochure_bias_std: float = 0.02  # engine against deck, relative: 95 % of them are within 4 %
     brochure_bias_tau_s: float = 7200.0
     brochure_shape_tau_s: float = 600.0  # the rest of the deck's spread

@@ -1,16 +1,12 @@
 """Smoothing of one engine's flight, for after the landing: Rauch-Tung-Striebel, and what the filter considers stays.
 
-The errors of both routes e = [z, h, c, d] come back with the thrust: what was learnt of them later, at another
+The errors of both routes e = [h, c, d] come back with the thrust: what was learnt of them later, at another
 thrust, is no news of now. So thrust and rate m = [T, r] are smoothed given the errors as they were filtered. With
 B = P_me P_ee^-1, and A = P_mm - B P_em of the covariance of m left when e is known, and B', A' of the predicted one:
 
-    C = A F^T A'^-1,   m_s = m + C (m_s+ - F m - B' (e+ - F e)),   A_s = A + C (A_s+ - A') C^T
+    C = A F^T A'^-1,   m_s = m + C (m_s+ - F m - B' (e+ - F e)),   A_s = A + C (A_s+ - A') C^T,   P_s = A_s + B P_em
 
-run backwards over what the filter wrote on its `Tape` step by step, with the very F and Q that it used. The zero of the
-mounts alone holds for all thrusts: a tare at the end is carried back by a smoother of its own (z_s, P_zs), and with
-g = P_mz / P_zz
-
-    m_s <- m_s + g (z_s - z),   P_s = A_s + B P_em + g (P_zs - P_zz) g^T
+run backwards over what the filter wrote on its `Tape` step by step, with the very F and Q that it used.
 
 Reference: Brown & Hwang, ch. 6; Schmidt 1966 (consider states).
 """
@@ -21,13 +17,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.fusion.dynamics import N_STATE, RATE, THRUST, ZERO, Matrix
+from thrustd.fusion.dynamics import MOUNT, N_STATE, RATE, THRUST, Matrix
 
 UPPER = np.triu_indices(N_STATE)
 N_UPPER = len(UPPER[0])
 N_MOTION = N_STATE + 1  # F and Q are diagonal but for thrust and rate
 BLOCK = 4096  # steps whose gains are solved at once
-MOVING, ERRORS = slice(THRUST, ZERO), slice(ZERO, N_STATE)
+MOVING, ERRORS = slice(THRUST, MOUNT), slice(MOUNT, N_STATE)
 
 
 class Smoothed(NamedTuple):
@@ -40,14 +36,14 @@ class Smoothed(NamedTuple):
 
 
 class Tape:
-    """State, covariance and motion of every step, some 330 bytes each: 150 MB for an hour of two engines at 50 Hz."""
+    """State, covariance and motion of every step, some 260 bytes each: 90 MB for an hour of two engines at 50 Hz."""
 
     def __init__(self) -> None:
         self._t_ns = array("q")
         self._rows = array("d")
 
     def write(self, t_ns: int, x: Matrix, p: Matrix, f: Matrix, q: Matrix) -> None:
-        """One step: the state (6, 1) and covariance (6, 6) after it, and how they were predicted, each (6, 6)."""
+        """One step: the state (5, 1) and covariance (5, 5) after it, and how they were predicted, each (5, 5)."""
         self._t_ns.append(t_ns)
         self._rows.extend(x[:, 0])
         self._rows.extend(p[UPPER])
@@ -63,7 +59,7 @@ class Tape:
         return np.array(self._t_ns, dtype=np.int64)
 
     def steps(self, first: int, last: int) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-        """(x (n, 6), P, F, Q (n, 6, 6)) of the steps first .. last - 1."""
+        """(x (n, 5), P, F, Q (n, 5, 5)) of the steps first .. last - 1."""
         width = N_STATE + N_UPPER + 2 * N_MOTION
         rows = np.array(self._rows[first * width : last * width]).reshape(-1, width)
         x, upper, f, q = np.split(rows, np.cumsum([N_STATE, N_UPPER, N_MOTION]), axis=1)
@@ -86,8 +82,6 @@ class _Known(NamedTuple):
 
     moving: Matrix  # (2,) T, r given the filtered errors
     spread: Matrix  # (2, 2) A_s
-    zero_n: float
-    zero_n2: float
 
 
 def smooth(tape: Tape) -> Smoothed:
@@ -113,24 +107,18 @@ def _smooth_block(
     learnt = (ahead_b @ (x[1:] - ahead_x)[:, ERRORS, None])[:, :, 0]
     # C^T = A'^-1 F A: solving is better conditioned than inverting
     gains = np.linalg.solve(ahead_a, f[1:, MOVING, MOVING] @ a[:-1]).transpose(0, 2, 1)
-    zero_gains = p[:-1, ZERO, ZERO] * f[1:, ZERO, ZERO] / ahead_p[:, ZERO, ZERO]
-    ms, spread, zs, zero_n2 = x[:n, MOVING].copy(), a[:n].copy(), x[:n, ZERO].copy(), p[:n, ZERO, ZERO].copy()
-    known = later or _Known(ms[-1], spread[-1], zs[-1], zero_n2[-1])
+    ms, spread = x[:n, MOVING].copy(), a[:n].copy()
+    known = later or _Known(ms[-1], spread[-1])
     for k in range(len(gains) - 1, -1, -1):
-        c, g = gains[k], zero_gains[k]
+        c = gains[k]
         ms[k] = x[k, MOVING] + c @ (known.moving - ahead_x[k, MOVING] - learnt[k])
         spread[k] = a[k] + c @ (known.spread - ahead_a[k]) @ c.T
-        zs[k] = x[k, ZERO] + g * (known.zero_n - ahead_x[k, ZERO])
-        zero_n2[k] = p[k, ZERO, ZERO] + g * g * (known.zero_n2 - ahead_p[k, ZERO, ZERO])
-        known = _Known(ms[k], spread[k], zs[k], zero_n2[k])
-    by_zero = p[:n, MOVING, ZERO] / p[:n, ZERO, ZERO, None]
-    ended = (spread - a[:n])[:, THRUST, THRUST] + by_zero[:, THRUST] ** 2 * (zero_n2 - p[:n, ZERO, ZERO])
-    moving = ms + by_zero * (zs - x[:n, ZERO])[:, None]
-    std_n: Matrix = np.sqrt(p[:n, THRUST, THRUST] + ended)
-    return moving, std_n, known
+        known = _Known(ms[k], spread[k])
+    std_n: Matrix = np.sqrt(p[:n, THRUST, THRUST] + (spread - a[:n])[:, THRUST, THRUST])
+    return ms, std_n, known
 
 
 def _given_errors(p: Matrix) -> tuple[Matrix, Matrix]:
-    """(B (n, 2, 4), A (n, 2, 2)) of covariances (n, 6, 6)."""
+    """(B (n, 2, 3), A (n, 2, 2)) of covariances (n, 5, 5)."""
     b = np.asarray(np.linalg.solve(p[:, ERRORS, ERRORS], p[:, ERRORS, MOVING]), np.float64).transpose(0, 2, 1)
     return b, p[:, MOVING, MOVING] - b @ p[:, ERRORS, MOVING]

@@ -1,17 +1,16 @@
 """One engine's thrust from two routes: a Kalman filter on filterpy.
 
-State  x = [T, r, z, h, c, d], see `dynamics`. Measurements, each a scalar update behind its own gate:
+State  x = [T, r, h, c, d], see `dynamics`. Measurements, each a scalar update behind its own gate:
 
-    mount     y = T - age r + z + h + v              sigma_h: the model's error in this region, zero taken out
+    mount     y = T - age r + h + v                  sigma_h: the mounts' error in this region
     brochure  y = T - age r + s c + d + v            sigma_d: the deck's spread, the engine's own taken out
     tare      0 = T + v                              engine off (N1 < 5 %): what the mounts show is their error
 
 s is the brochure thrust in steps of 5 %. The errors are learnt only from the difference of two measurements:
 the first of an instant moves T and r alone (Schmidt-Kalman), else a thrust that moves would teach the filter an error
-in proportion to it. z is learnt with the engine off alone: the deck's errors come back with the thrust, so many
-readings of it say no more of a zero than one. One reading of the engine is one measurement, however often it is
-repeated; its lead or lag while the throttle moves is noise. filterpy takes NaN without a word and is poisoned for
-good: nothing that is not finite reaches `update`.
+in proportion to it. One reading of the engine is one measurement, however often it is repeated; its lead or lag while
+the throttle moves is noise. filterpy takes NaN without a word and is poisoned for good: nothing that is not finite
+reaches `update`.
 Reference: Schmidt 1966; Bierman, Factorization Methods for Discrete Sequential Estimation, ch. 8 (consider states).
 """
 
@@ -51,8 +50,7 @@ class ThrustFilter:
         self._kf = KalmanFilter(dim_x=N_STATE, dim_z=1)
         self._kf.inv = np.reciprocal  # scalar measurements: S is 1 x 1
         self._kf.x = np.zeros((N_STATE, 1))
-        zero_n, engine_std = settings.mount_zero_std_n, settings.brochure_bias_std
-        start = (START_STD_N, START_RATE_STD_N_S, zero_n, START_ERROR_N, engine_std, START_ERROR_N)
+        start = (START_STD_N, START_RATE_STD_N_S, START_ERROR_N, settings.brochure_bias_std, START_ERROR_N)
         self._kf.P = np.diag(np.square(start))
         # F, Q, H and R of one scalar measurement are written anew in place
         self._kf.F, self._kf.Q, self._h, self._kf.R = (self._memory[name][0] for name in ("f", "q", "h", "r"))

@@ -12,8 +12,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from thrustd.compiled import compiled
-from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SCALE_N, SHAPE, THRUST, ZERO, Matrix, move
+from thrustd.compiled import compiled, entry
+from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SCALE_N, SHAPE, THRUST, Matrix, move
 from thrustd.fusion.fusion_inputs import INPUTS, silence
 from thrustd.fusion.gate import FAILED, agree_on_a_move, judge, surprise_n_s
 from thrustd.fusion.settings import SETTINGS
@@ -65,7 +65,7 @@ FILTER = np.dtype(
         ("used", np.bool_),
         ("last_used", np.bool_),
         ("off", np.bool_),
-        ("tared", np.bool_),
+        ("tared", np.bool_),  # or there will be no tare: it ran
         ("anchored", np.bool_),  # a measurement of this instant has said where T is: the next teaches the errors
         ("updated", np.bool_),  # filterpy is about to, and knows nothing of errors that stay
     ],
@@ -94,27 +94,26 @@ def _tell(m: Any, what: int) -> None:
 
 @compiled
 def _settle(m: Any, x: Matrix, p: Matrix) -> None:
-    """Errors that a measurement must not teach are as they were before it."""
+    """The first measurement of an instant says where T is, and must not teach the errors: they are as before it."""
     if m.updated:
-        end = N_STATE if not m.anchored else ZERO if m.off else ZERO + 1
-        for i in range(ZERO, end):
-            x[i, 0] = m.x_before[i, 0]
-            for j in range(ZERO, end):
-                p[i, j] = m.p_before[i, j]
+        if not m.anchored:
+            x[MOUNT:] = m.x_before[MOUNT:]
+            p[MOUNT:, MOUNT:] = m.p_before[MOUNT:, MOUNT:]
         m.anchored, m.updated = True, False
 
 
 @compiled
 def _tare(m: Any, t: Any, s: Any) -> None:
-    """Once the engine is off there is no thrust."""
+    """Once the engine is off there is no thrust. Before it ran for the first time what the mounts show is their zeros.
+
+    What a flight leaves in their friction and creep is as large as a zero: there is no other tare.
+    """
     turning = not t.n1_pct < s.engine_off_n1_pct  # NaN counts as turning
     m.off_s = 0.0 if turning else m.off_s + m.dt_s
     m.off = m.off_s >= s.engine_off_after_s
     if m.off and not m.tared and isfinite(t.mount_n):
         _tell(m, _TARED)
-        m.tared = True
-    if turning:
-        m.tared = False
+    m.tared |= m.off or t.n1_pct >= s.engine_off_n1_pct
     if m.off:
         m.h[0] = 0.0
         m.h[0, THRUST] = 1.0
@@ -140,7 +139,7 @@ def _measure(
 def _mounts(m: Any, t: Any, s: Any, dt_s: float, x: Matrix, p: Matrix) -> None:
     """With the engine off the mounts show their own error, whatever the filter held it for: a wider gate."""
     m.h[0] = 0.0
-    m.h[0, THRUST] = m.h[0, ZERO] = m.h[0, MOUNT] = 1.0
+    m.h[0, THRUST] = m.h[0, MOUNT] = 1.0
     m.h[0, RATE] = -m.mount_age_s
     m.r[0, 0] = s.mount_noise_std_n**2
     doubt_n2 = OFF_DOUBT_N**2 if m.off else 0.0
@@ -244,5 +243,5 @@ def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> int:
 
 _F, _TABLE = numba.float64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
-go_on: Any = compiled(_go_on, numba.int64(*_RECORDS, _TABLE, _TABLE), "numpy")
+go_on: Any = entry(compiled(_go_on, numba.int64(*_RECORDS, _TABLE, _TABLE), "numpy"))
 lay_out: Any = compiled(_lay_out, numba.void(*_RECORDS, _F, _F), "numpy")

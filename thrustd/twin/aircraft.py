@@ -27,10 +27,10 @@ from thrustd.twin.engine import (
     steady_n2_pct,
     true_thrust_n,
 )
+from thrustd.twin.engine_start import SIDES, with_engine_start
 from thrustd.twin.fast import FloatArray, jit
 from thrustd.twin.script import Commands, draw_commands
 
-SIDES = ("left", "right")
 SCRIPT_HZ = 20.0
 MASS_KG = 6000.0
 WING_M2 = 30.0
@@ -91,16 +91,20 @@ def scripted(seconds: float, seed: int, healths: tuple[Health, ...]) -> Recordin
     return make_recording(f"scripted_seed{seed}", columns, {"source": "twin script", "seed": str(seed)})
 
 
-def as_flown(record: Recording, healths: tuple[Health, ...]) -> Recording:
+def as_flown(record: Recording, healths: tuple[Health, ...], engine_start: bool = False) -> Recording:
     """A real recording as a profile: everything as flown, only the true thrust is simulated.
 
     Missing values are bridged. Needs Mach, altitude, temperature, accelerations, N1 and fuel flow of both engines.
+    `engine_start`: behind a start of the engines, see `engine_start`.
     """
     needed = (*NEEDED, *(f"{name}_{side}" for name in ("n1_pct", "fuel_flow_kg_s") for side in SIDES))
     for name in needed:
         if name not in record.channels or not np.isfinite(record[name]).any():
             raise RecordingError(f"{record.name}: no values in column {name!r}, which the twin needs to fly it")
-    channels = {name: _bridged(record.time_s, column) for name, column in record.channels.items()}
+    record = record.with_channels(**{name: _bridged(record.time_s, c) for name, c in record.channels.items()})
+    if engine_start:
+        record = with_engine_start(record)
+    channels = dict(record.channels)
     static_k = channels["sat_degC"] + KELVIN
     air = (channels["mach"], channels["pressure_altitude_m"], static_k)
     for side, health in zip(SIDES, healths, strict=True):

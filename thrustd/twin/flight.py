@@ -90,10 +90,10 @@ def scripted_flight(seconds: float, seed: int) -> tuple[Recording, Airframe]:
     return scripted(seconds, seed, airframe.healths), airframe
 
 
-def recorded_flight(record: Recording, seed: int) -> tuple[Recording, Airframe]:
-    """Profile and airframe of a flight along a real recording."""
+def recorded_flight(record: Recording, seed: int, engine_start: bool = False) -> tuple[Recording, Airframe]:
+    """Profile and airframe of a flight along a real recording, or from the start of its engines on."""
     airframe = draw_airframe(seed)
-    return as_flown(record, airframe.healths), airframe
+    return as_flown(record, airframe.healths, engine_start), airframe
 
 
 def fly(
