@@ -1,7 +1,10 @@
 """`thrustd VERB ...`: hands over to the verb; bad input is one line and exit status 2, never a traceback."""
 
+import os
 import sys
 from collections.abc import Sequence
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy at its start: matrices here are small, threads spin
 
 from thrustd import __version__
 from thrustd.cli import data, diagnosis, fleet, flight, identification, simulate, status, workbench

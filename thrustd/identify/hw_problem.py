@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from thrustd.identify import hw_kernel as kernel
 from thrustd.identify.hw_theta import Layout, column_map, mode_table, power_table, starting_state
@@ -106,14 +105,14 @@ def slow_variance(residual: Floats) -> float:
 def normal_equations(point: Point, signals: Sequence[Signal]) -> Normal:
     """Pass over all data with the exact gradient."""
     layout, n = point.layout, point.layout.size
-    columns = csr_array(column_map(layout, point.theta))  # hardly anything in it, most of the time on small data
+    columns = column_map(layout, point.theta)
     size = n + layout.width * len(signals)
     matrix, gradient, total, count = np.zeros((size, size)), np.zeros(size), 0.0, 0
     for i, signal in enumerate(signals):
         sums, part = _segment_sums(point, i, signal)
         at = np.concatenate((np.arange(n), n + layout.width * i + np.arange(layout.width)))
         gradient[at] += columns.T @ sums[-1]
-        matrix[np.ix_(at, at)] += (columns.T @ (columns.T @ _mirrored(sums[:-1])).T).T
+        matrix[np.ix_(at, at)] += columns.T @ _mirrored(sums[:-1]) @ columns
         total += part
         count += len(signal.chosen)
     return Normal(matrix, gradient, total, count)

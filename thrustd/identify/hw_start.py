@@ -2,6 +2,7 @@
 
 Candidates for the poles are spread over the time scales of the data and, where these oscillate, taken from the best
 linear model. Each is tried for a few iterations on part of the data, with cubics in place of piecewise-linear curves.
+An even output curve hides its linear block from every linear model; `even_start` finds it in the products.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from thrustd.identify import linear_start
+from thrustd.identify import even_start, linear_start
 from thrustd.identify.hw_held_out import MIDDLE, folds_of, mean_square
 from thrustd.identify.hw_prior import on_line
 from thrustd.identify.hw_problem import Point, Signal, normal_equations, simulate
@@ -23,6 +24,7 @@ FINALISTS = 2
 PAIRS_WORTH = 0.7  # error of poles that oscillate over that of real ones, from which on they are taken
 TINY_GAIN = 1e-3
 FEW = 100_000  # samples: the data are too short to show slow modes by themselves
+UNEXPLAINED = 0.1  # of the output's variance: where more is left, an even output curve is looked for
 
 Search = Callable[[Point, list[Signal], int], tuple[Point, float]]
 
@@ -35,6 +37,8 @@ def best_start(trial: Signal, order: int, shapes: tuple[Shape, Shape], search: S
     (fold,) = folds_of([trial], (MIDDLE,))
     points = [starting_point(poles, trial, shapes) for poles in candidates(trial, order)]
     heated = [search(point, fold.train, HEAT) for point in points]
+    if shapes[1] != "line" and min(error for _, error in heated) > UNEXPLAINED:
+        heated += [search(point, fold.train, HEAT) for point in even_points(fold.train[0], trial, order, shapes)]
     finals = [heated[0], *sorted(heated[1:], key=lambda result: result[1])[: FINALISTS - 1]]
     ends = [search(point, fold.train, 3 * HEAT)[0] for point, _ in finals]
     return min(ends, key=lambda end: mean_square(end, fold.held) / (PAIRS_WORTH**2 if end.layout.n_complex else 1.0))
@@ -54,6 +58,23 @@ def candidates(signal: Signal, order: int) -> list[Poles]:
     elif len(found.tau_s) and n < FEW:
         options.append(linear_start.filled(found, order, spread.tau_s))
     return options
+
+
+def even_points(seen: Signal, trial: Signal, order: int, shapes: tuple[Shape, Shape]) -> list[Point]:
+    """What lies behind an even output curve as if it had been measured, then h as a cubic of it; [] if there is none.
+
+    seen: the samples that may be looked at.
+    """
+    hidden = even_start.before_even_curve(seen.u, seen.y, seen.chosen)
+    if hidden is None:
+        return []
+    spare = linear_start.spread(order, 2 * trial.dt_s, max(4 * trial.dt_s, len(trial.u) * trial.dt_s / 8)).tau_s
+    poles = linear_start.filled(linear_start.realised(seen.u - seen.u.mean(), hidden, seen.dt_s, order), order, spare)
+    point = starting_point(poles, replace(seen, y=hidden), shapes)
+    theta, layout = point.theta.copy(), point.layout
+    x = before_output(point, [seen])
+    theta[layout.hy] = np.polynomial.Polynomial.fit(x, seen.y[seen.chosen], 3)(theta[layout.hx])
+    return [replace(point, theta=theta)]
 
 
 def starting_point(poles: Poles, signal: Signal, shapes: tuple[Shape, Shape]) -> Point:

@@ -26,12 +26,14 @@ def pwl_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 @jit
 def polynomial_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    """Horner's rule in z = (v - c[0]) / c[1]; c[2:] from the highest power down."""
+    """Horner's rule in z = (v - c[0]) / c[1]; c[2:] from the highest power down. Straight on beyond |z| = 1."""
     z = (v - c[0]) / c[1]
-    y = 0.0
+    edge = min(max(z, -1.0), 1.0)
+    y, slope = 0.0, 0.0
     for i in range(2, c.shape[0]):
-        y = y * z + c[i]
-    return y
+        slope = slope * edge + y
+        y = y * edge + c[i]
+    return y + slope * (z - edge)
 
 
 def flatten_pwl(x_knots: Floats, y_knots: Floats) -> Floats:

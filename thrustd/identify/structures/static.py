@@ -38,7 +38,7 @@ def _static(name: str, curve: Curve, u: Floats, force_n: Floats, n_parameters: i
 
 def _polynomial(segments: Sequence[Segment], name: str, weighted: bool) -> Fitted:
     u, force_n = _data(segments)
-    centre, scale = float(u.mean()), float(np.ptp(u)) / 2
+    centre, scale = float(u.min() + u.max()) / 2, float(np.ptp(u)) / 2
     edges = np.linspace(u.min(), u.max(), BINS + 1)
     bins = np.clip(np.searchsorted(edges, u, side="right") - 1, 0, BINS - 1)
     weight = 1 / np.sqrt(np.bincount(bins, minlength=BINS)[bins]) if weighted else None
