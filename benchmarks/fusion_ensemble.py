@@ -52,8 +52,8 @@ def part(name: str, seconds: float) -> Recording | None:
     return record.window(start_s, start_s + seconds)
 
 
-def engines(place: Installation, name: str, seed: int, seconds: float) -> list[Engine]:
-    flight = fly_through(place, name, part(name, seconds), seed, scripted_s=seconds)
+def engines(place: Installation, name: str, seed: int, seconds: float, engine_start: bool) -> list[Engine]:
+    flight = fly_through(place, name, part(name, seconds), seed, scripted_s=seconds, engine_start=engine_start)
     faults = [f"{fault.where} {fault.kind}" for fault in flight.faults]
     scores = [score(flown, f"{name} {seed} {side}") for side, flown in zip(ENGINES, flight.engines, strict=True)]
     return [Engine(*s[:6], faults) for s in scores]
@@ -101,15 +101,20 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=201, help="seed of the first aircraft")
     parser.add_argument("--aircraft", type=int, default=40)
     parser.add_argument("--seconds", type=float, default=360.0)
+    parser.add_argument("--engine-start", action="store_true", help="in front of each: mounts are tared")
     parser.add_argument("--again", action="store_true", help="throw the kept aircraft away")
     arguments, _ = parser.parse_known_args()
     if arguments.again:
         RESULTS.unlink(missing_ok=True)
-    console, place, key = Console(), installation(), f"{arguments.seconds:g} s"
+    console, place, key = (
+        Console(),
+        installation(),
+        f"{arguments.seconds:g} s{' from engine start on' * arguments.engine_start}",
+    )
     done, flown = kept(key), list[Engine]()
     for seed in track(range(arguments.first, arguments.first + arguments.aircraft), "flying", console=console):
         if seed not in done:
-            done[seed] = engines(place, FLIGHTS[seed % len(FLIGHTS)], seed, arguments.seconds)
+            done[seed] = engines(place, FLIGHTS[seed % len(FLIGHTS)], seed, arguments.seconds, arguments.engine_start)
             keep(key, seed, done[seed])
         flown += done[seed]
     console.print(coverage_table(flown), error_table(flown))

@@ -75,9 +75,16 @@ def fly_through(
     seed: int,
     faults: tuple[SensorFault, ...] = (),
     scripted_s: float = 1200.0,
+    engine_start: bool = False,
 ) -> Flight:
-    """One flight with one twin aircraft; the estimates of the pipeline beside the truth."""
-    profile, airframe = recorded_flight(record, seed) if record is not None else scripted_flight(scripted_s, seed)
+    """One flight with one twin aircraft; the estimates of the pipeline beside the truth.
+
+    `engine_start`: in front of a recording; a scripted flight has its own.
+    """
+    if record is not None:
+        profile, airframe = recorded_flight(record, seed, engine_start)
+    else:
+        profile, airframe = scripted_flight(scripted_s, seed)
     pipeline = place.pipeline()
     kept: tuple[list[Estimate], ...] = ([], [])
     every: tuple[Every, ...] = (Every(), Every())

@@ -80,6 +80,16 @@ def test_extrapolation_widens_the_band():
     assert outside.std_n / outside.thrust_n > inside.std_n / inside.thrust_n
 
 
+def test_the_band_is_that_of_fuel_flow():
+    """Behind ram drag a per cent of fuel flow is more than one of net thrust."""
+    for at in (inputs(0.06, mach=0.45, altitude_m=6000.0), inputs(0.15, mach=0.2, altitude_m=300.0)):
+        here, there = DECK.estimate(at, 0), DECK.estimate(at._replace(fuel_flow_kg_s=at.fuel_flow_kg_s * 1.01), 0)
+        spread = DECK.data.spread
+        expected_n = spread.fuel_flow_relative * 100.0 * (there.thrust_n - here.thrust_n)
+        more_n = spread.extrapolating_relative * here.thrust_n * here.extrapolating
+        assert here.std_n == pytest.approx((expected_n**2 + spread.floor_n**2 + more_n**2) ** 0.5, rel=0.01)
+
+
 def test_routes_by_what_is_there():
     both = inputs(0.06, 70.0, 80.0)
     assert DECK.estimate(both, 0).route == "fuel_flow"
@@ -131,7 +141,7 @@ def changed(path, value):
         (changed(["surprise"], 1), "surprise"),
         (changed(["thrust", "speed_n"], [[0.0], [-1.0]]), "rise with fuel flow"),
         (changed(["thrust", "mach_box"], [0.5, 0.1]), "mach_box"),
-        (changed(["spread", "relative"], -0.1), "relative"),
+        (changed(["spread", "fuel_flow_relative"], -0.1), "relative"),
         (changed(["n1", 0, "engine"], 1), "one curve per engine"),
         (changed(["n1", 0, "corrected_pct", 3], 20.0), "corrected_pct"),
         (changed(["n1", 0, "slope_per_pct", 3], 9.0), "slope_per_pct[3]"),

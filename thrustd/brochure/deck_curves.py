@@ -15,14 +15,15 @@ ZERO_CELSIUS_K = 273.15
 SCALE, LENGTH, FLOW_LOW, FLOW_HIGH, MACH_LOW, MACH_HIGH = range(6)  # of a surface
 MACH_SLOPE, EXPONENT, PCT_LOW, PCT_HIGH, LINE_STD = range(5)  # of a spool curve
 # of the spread, and where the surface was fitted
-RELATIVE, EXTRAPOLATING, NO_TEMPERATURE, LAG_N_PER_PCT_S, FLOOR_N, TRANSIENT_PCT_S = range(6)
-FITTED_FLOW_LOW, FITTED_FLOW_HIGH, FITTED_MACH_LOW, FITTED_MACH_HIGH = range(6, 10)
+RELATIVE, EXTRAPOLATING, NO_TEMPERATURE, LAG_N_PER_PCT_S, FLOOR_N, TRANSIENT_PCT_S, FUEL_FLOW = range(7)
+FITTED_FLOW_LOW, FITTED_FLOW_HIGH, FITTED_MACH_LOW, FITTED_MACH_HIGH = range(7, 11)
 KNOTS, LOGS, SLOPES = range(3)
 Floats = npt.NDArray[np.float64]
 
 
-def _surface_n(rows: Floats, numbers: Floats, corrected_kg_s: float, mach: float) -> float:
-    """G(w, M); a row holds the powers of u and, last, the nozzle's coefficient."""
+@compiled
+def _surface(rows: Floats, numbers: Floats, corrected_kg_s: float, mach: float) -> tuple[float, float]:
+    """G(w, M) and w dG/dw, both N; a row holds the powers of u and, last, the nozzle's coefficient."""
     mach = min(max(mach, numbers[MACH_LOW]), numbers[MACH_HIGH])
     stagnation = 1.0 + 0.2 * mach * mach
     speed, expansion = mach / sqrt(stagnation), stagnation**-3.5 - 1.0
@@ -40,8 +41,14 @@ def _surface_n(rows: Floats, numbers: Floats, corrected_kg_s: float, mach: float
         value = value * x + row
     slope_n_s_kg = slope / scale
     if corrected_kg_s >= low:
-        return value + slope_n_s_kg * (corrected_kg_s - inside)
-    return value - slope_n_s_kg * length * (1.0 - exp((corrected_kg_s - low) / length))
+        return value + slope_n_s_kg * (corrected_kg_s - inside), corrected_kg_s * slope_n_s_kg
+    bend = exp((corrected_kg_s - low) / length)
+    return value - slope_n_s_kg * length * (1.0 - bend), corrected_kg_s * slope_n_s_kg * bend
+
+
+def _surface_n(rows: Floats, numbers: Floats, corrected_kg_s: float, mach: float) -> float:
+    """G(w, M)."""
+    return _surface(rows, numbers, corrected_kg_s, mach)[0]
 
 
 surface_n: Any = compiled(_surface_n, "f8(f8[:, ::1], f8[::1], f8, f8)", "numpy")
@@ -117,14 +124,16 @@ def _is_outside(spread: Floats, corrected_kg_s: float, mach: float) -> bool:
 
 @compiled
 def _std_n(
-    spread: Floats, thrust_n: float, outside: bool, weight_n1: float, n1_std: float, isa: bool, rate_pct_s: float
-) -> float:
-    """`n1_std`: relative, of the line of N1. `isa`: the temperature is not measured."""
+    spread: Floats, thrust_n: float, per_fuel_n: float, outside: bool, weight_n1: float, n1_std: float, isa: bool,
+    rate_pct_s: float,
+) -> float:  # fmt: skip
+    """`per_fuel_n`: dF/d ln w. `n1_std`: relative, of the line of N1. `isa`: the temperature is not measured."""
     relative_sq = spread[RELATIVE] ** 2 + (spread[EXTRAPOLATING] ** 2 if outside else 0.0)
     relative_sq += (weight_n1 * n1_std) ** 2
     relative_sq += spread[NO_TEMPERATURE] ** 2 if isa else 0.0
     lag_n = spread[LAG_N_PER_PCT_S] * (rate_pct_s if isfinite(rate_pct_s) else 0.0)
-    return sqrt(relative_sq * thrust_n**2 + spread[FLOOR_N] ** 2 + lag_n**2)
+    engine_n2 = (spread[FUEL_FLOW] * per_fuel_n) ** 2 + spread[FLOOR_N] ** 2
+    return sqrt(engine_n2 + relative_sq * thrust_n**2 + lag_n**2)
 
 
 def _estimate(
@@ -152,7 +161,9 @@ def _estimate(
     by_n1 = weight > 0.5
     outside = _is_outside(spread, n1_flow if by_n1 else flow, mach) or (by_n1 and n1_outside)
     thrust_n = flow_n if weight == 0.0 else n1_n if weight == 1.0 else flow_n + weight * (n1_n - flow_n)
-    std_n = _std_n(spread, thrust_n, outside, weight, line_1[LINE_STD], not isfinite(sat_degc), n1_rate_pct_s)
+    per_fuel_n = delta_t * _surface(rows, numbers, n1_flow if by_n1 else flow, mach)[1]
+    n1_std, isa = line_1[LINE_STD], not isfinite(sat_degc)
+    std_n = _std_n(spread, thrust_n, per_fuel_n, outside, weight, n1_std, isa, n1_rate_pct_s)
     return thrust_n, std_n, weight, outside, abs(n1_rate_pct_s) > spread[TRANSIENT_PCT_S], flow_n, n1_n, n2_n
 
 

@@ -25,6 +25,7 @@ from thrustd.brochure.deck_curves import Floats, hermite_log, surface_n
 from thrustd.errors import DeckError
 
 Finite = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=1e9)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e9)]
 Coefficients = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=1, max_length=12)]
 Knots = Annotated[tuple[Finite, ...], msgspec.Meta(min_length=2, max_length=200)]
@@ -58,15 +59,16 @@ class SpoolCurve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One sigma of the deck against a real engine."""
+    """One sigma of the deck against a real engine. Behind ram drag a per cent of fuel flow is up to 1.8 % of thrust."""
 
-    relative: Positive  # engine to engine and wear
     floor_n: Positive
     extrapolating_relative: Positive  # added in quadrature outside the fitted region
     missing_temperature_relative: Positive  # added when ISA stands in for the measured temperature
     transient_n1_rate_pct_s: Positive  # above this the throttle is moving
     thrust_per_n1_n: Positive  # thrust per per cent of N1 near cruise
     transient_lag_s: Positive  # thrust leads or lags the deck by about this much while it moves
+    fuel_flow_relative: NotNegative = 0.0  # engine to engine and wear: thrust as by this much more or less fuel flow
+    relative: NotNegative = 0.0  # the same, of thrust
 
 
 class DeckData(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -116,6 +118,7 @@ def spread_numbers(data: DeckData) -> Floats:
             spread.transient_lag_s * spread.thrust_per_n1_n,
             spread.floor_n,
             spread.transient_n1_rate_pct_s,
+            spread.fuel_flow_relative,
             *surface.fitted_fuel_flow_kg_s,
             *surface.fitted_mach,
         ),

@@ -4,7 +4,8 @@ Fuel flow leads the thrust by whatever accelerates the spools (40 % in a slam), 
 some per cent off on any one engine. So the difference between both is learnt while the engine is steady and kept while
 it is not:
 
-    k = (F_fuel - F_N1) / s,   s = max(F_N1, 1000 N)                    random walk with N1: P += |dN1| WANDER_1_PCT^2
+    k = (F_fuel - F_N1) / s,   s = max(F_N1, 1000 N)
+    random walk with N1 and with time:    P += |dN1| WANDER_1_PCT^2 + dt WANDER_1_S^2
     y = k + v,                 v^2 = STEADY_STD^2 + (LEAD_S_PCT dN1/dt)^2    scalar Kalman filter, robust (Huber)
     F = F_N1 + k s,            sigma_k = s sqrt(P)
 
@@ -26,6 +27,8 @@ from thrustd.compiled import compiled
 SCALE_FLOOR_N = 1000.0
 START_STD = 0.08  # N1's line against the fuel flow of one engine, before anything is known
 WANDER_1_PCT = 0.01  # growth of sigma_k per root of per cent N1: 4.5 % over 20 % of N1
+TRAVELLED_PCT = 0.3  # less is the noise of a fan that rests
+WANDER_1_S = 1e-3  # and per root of a second, with Mach and altitude: 1 % in 100 s
 STEADY_STD = 0.006  # noise of fuel flow and N1 at one reading
 LEAD_S_PCT = 0.2  # relative fuel flow that accelerates the spools by 1 %/s
 LINE_STD = 0.035  # per root of ln s: 4 % from 2 to 8 kN in flight. From idle at rest 10 to 20 %: not all of it
@@ -52,7 +55,7 @@ class BrochureThrust(NamedTuple):
     lag_n: float  # one sigma that lasts as long as the throttle moves
 
 
-# the memory of one engine, a row of numbers: k, P, N1 at the last step and ln s0; then of the movement
+# the memory of one engine, a row of numbers: k, P, N1 when its travel was last counted, ln s0; then of the movement
 K, P, LAST_N1_PCT, LN_S0, LAGGED_N, RATE_N_S = range(6)
 LEARNT = slice(K, LAGGED_N)
 Floats = npt.NDArray[np.float64]
@@ -147,9 +150,13 @@ def _carry(
         row[LAST_N1_PCT] = nan
         return fuel_n, START_STD * max(abs(fuel_n), SCALE_FLOOR_N), _move(row, fuel_n, dt_s, FUEL_LAG_S)
     scale_n = max(n1_n, SCALE_FLOOR_N)
-    if isfinite(row[LAST_N1_PCT]):
-        row[P] = min(row[P] + abs(n1_pct - row[LAST_N1_PCT]) * WANDER_1_PCT**2, START_STD**2)
-    row[LAST_N1_PCT] = n1_pct
+    travelled_pct = abs(n1_pct - row[LAST_N1_PCT])
+    row[P] += dt_s * WANDER_1_S**2
+    if travelled_pct > TRAVELLED_PCT:
+        row[P] += travelled_pct * WANDER_1_PCT**2
+    if not travelled_pct <= TRAVELLED_PCT:  # or it was not known
+        row[LAST_N1_PCT] = n1_pct
+    row[P] = min(row[P], START_STD**2)
     rate_pct_s = n1_rate_pct_s if isfinite(n1_rate_pct_s) else 0.0
     if isfinite(fuel_n) and dt_s > 0.0:
         _learn(row, (fuel_n - n1_n) / scale_n, rate_pct_s, dt_s)
