@@ -108,8 +108,8 @@ def tables(scores: list[EngineScore]) -> list[Table]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=1e9, help="of every recording, from its start")
-    parser.add_argument("--seeds", type=int, nargs="+", default=[11])
+    parser.add_argument("--seconds", type=float, default=1500.0, help="of every recording, from its start")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[91])
     arguments, _ = parser.parse_known_args()
     console = Console()
     place = installation()
