@@ -82,7 +82,7 @@ FAULT_KINDS: dict[str, str] = {
     "mount_recovered": "the mount route is believed again",
     "brochure_failed": "the brochure route of an engine is not believed until it agrees again",
     "brochure_recovered": "the brochure route is believed again",
-    "tare": "not a fault: the engine stands still and its mounts were set to zero",
+    "tare": "not a fault: before the first engine start the zeros of the mounts were taken off",
     # sources
     "unplugged": "a port or bus disappeared or refuses to open",
     "reconnected": "a port or bus is back",
@@ -117,7 +117,7 @@ class Status(IntFlag):
     TRANSIENT = 1 << 8  # throttle moving: brochure route down-weighted
     GAP = 1 << 9  # ADC samples were lost; linear blocks stepped through or re-initialised
     ONE_MOUNT = 1 << 10  # engine thrust scaled from one mount
-    ENGINE_OFF = 1 << 11  # N1 below 5 %: zero thrust, mounts are tared
+    ENGINE_OFF = 1 << 11  # N1 below 5 %: zero thrust
     LOAD_FACTOR_STALE = 1 << 12  # accelerations missing: g-load corrections at rest values
     CONVERGING = 1 << 13  # just started or restarted: band still wide
     STUCK = 1 << 14  # a sensor repeats itself although the other route moves
