@@ -12,7 +12,8 @@ true one lies and stays, because friction does not change sides. The model goes 
 stepped on beside it until the mount has moved far enough for both to be the same.
 
 An engine that idles was started, and nothing is left in its friction, or, where the aircraft flies, it came down from a
-cruise some minutes ago: friction is that of a load that fell, and the modes are on their way from the cruise.
+cruise some minutes ago: friction is that of a load that fell, or has turned back a little since, and the modes are on
+their way from the cruise.
 
 Zero. A mount that has carried nothing yet shows a force all the same: its model at rest would show none where its
 transducer stood by that zero lower.
@@ -30,6 +31,7 @@ LOAD_AGE_S = 3600.0  # A of a cold start: flights last one to three hours
 DESCENT_AGE_S = 600.0  # A of the idle of an aircraft that flies
 IDLE, CRUISE, TAKE_OFF = 0.1, 0.4, 0.75  # of the identified deformation
 BRANCH_STD = 1.0 / sqrt(2.0)  # of half the width between the two branches: near one of them is likelier than midway
+TURNED_BACK = 0.3  # of the way between the branches, at most: what creep and a throttle at idle undo of a descent
 REST_S = 1.0  # what a load that falls at once leaves in dampers is gone by then
 LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
 SOLVED_MM = 1e-7
@@ -58,16 +60,18 @@ class Unseen:
         """
         model, full_mm = self._model, self._model.spec.valid.deformation_mm[1]
         from_below, from_above = model.start(row(found_mm)), model.start(row(TAKE_OFF * full_mm))
+        linear = _linear(model)
         here = np.tile(row(found_mm), (max(round(REST_S * model.rate_hz), 1), 1))
         model.run(from_above, here[:, 1:].copy(), here[:, 0].copy())
         idles = found_mm <= IDLE * full_mm
         if before is None and idles and flying:
-            from_above[_linear(model)] = from_below[_linear(model)]
-            return self.doubt(model.start(row(CRUISE * full_mm)), from_above, DESCENT_AGE_S, since_s)
-        state = self.doubt(model.start(row(0.0)) if before is None else before, from_below, age_s, since_s)
-        if idles or found_mm >= TAKE_OFF * full_mm:
-            return state
-        linear = _linear(model)
+            from_above[linear] = from_below[linear]
+            state = self.doubt(model.start(row(CRUISE * full_mm)), from_above, DESCENT_AGE_S, since_s)
+            from_below = from_above + TURNED_BACK * (from_below - from_above)
+        else:
+            state = self.doubt(model.start(row(0.0)) if before is None else before, from_below, age_s, since_s)
+            if idles or found_mm >= TAKE_OFF * full_mm:
+                return state
         self._branches = np.stack((from_below, from_above))
         self._branches[:, linear] = state[linear]
         middle: Floats = self._branches.mean(axis=0)
