@@ -14,12 +14,12 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from thrustd.flight_score import TruthRow
+from thrustd.flight_score import Truth
 from thrustd.installation import Installation, read_installation
-from thrustd.replay import flight_score, open_installation, truth_rows
+from thrustd.replay import flight_score, open_installation, truth_of, truth_topics
 from thrustd.sinks.mcap_log import LogWriter
-from thrustd.sources.log_run import LogRun
-from thrustd.sources.mcap_log import LogFile, LogMessage
+from thrustd.sources.mcap_log import LogFile
+from thrustd.sources.mcap_walk import LogMessage
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.types import Output
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
@@ -67,15 +67,16 @@ def stages(path: Path) -> Table:
     batches = list(log.batches())
     n_events = sum(map(len, batches))
     outputs, fed_s, fused_s = _fed(installation, batches)
-    names = flight_score(installation).names
+    topics = truth_topics(flight_score(installation).names)
     truths = list[list[LogMessage]]()
-    rows = list(truth_rows(LogRun((path,)), names, truths.append))
+    reading_s = spent_s(lambda: sum(map(len, LogFile(path).batches(None, topics, truths.append))))
+    known = [truth for messages in truths for truth in truth_of(messages)]
     costs_s = {
-        "read the events": spent_s(lambda: sum(map(len, LogFile(path).batches()))),
+        "read the file": reading_s,
         "fused steps (deck, monitor, filter, mount states)": fused_s,
         "the rest of the pipeline (frames, messages, alignment)": fed_s - fused_s,
-        "read the truth": spent_s(lambda: sum(1 for _ in truth_rows(LogRun((path,)), names))),
-        "score against the truth": spent_s(lambda: _score(installation, rows, outputs)),
+        "read the truth": spent_s(lambda: [list(truth_of(messages)) for messages in truths]),
+        "score against the truth": spent_s(lambda: _score(installation, known, outputs)),
         "write the outputs and the truth": spent_s(lambda: _write(installation, truths, outputs)),
     }
     length_s = (batches[-1].t_ns.item(-1) - batches[0].t_ns.item(0)) * 1e-9
@@ -116,9 +117,10 @@ def _fed(installation: Installation, batches: list[EventBatch]) -> tuple[list[Ou
     return outputs, fed_s, fused_s
 
 
-def _score(installation: Installation, rows: list[TruthRow], outputs: list[Output]) -> None:
+def _score(installation: Installation, known: list[Truth], outputs: list[Output]) -> None:
     score = flight_score(installation)
-    score.follow(rows)
+    for truth in known:
+        score.hear(truth)
     for output in outputs:
         score.take(output)
 

@@ -4,8 +4,8 @@ The truth is read alongside the replay, so that memory stays flat. Between two t
 """
 
 from array import array
-from collections import Counter, defaultdict, deque
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Sequence
 from math import isfinite, nan, sqrt
 from typing import NamedTuple
 
@@ -70,14 +70,16 @@ class Score(msgspec.Struct, frozen=True):
     inside_95_pct: float  # share of truth inside the printed 95 % band
 
 
-class TruthRow(NamedTuple):
+class Truth(NamedTuple):
+    """What is known of one engine or mount, times not decreasing."""
+
     name: str
-    t_ns: int
-    value_n: float
+    t_ns: Sequence[int]
+    value_n: Sequence[float]
 
 
 class FlightScore:
-    """Listens to outputs; `truth` rows of all names in time order (any interleaving of names)."""
+    """Listens to outputs; and to the truth, which may come a few seconds earlier or later."""
 
     def __init__(self, engines: tuple[str, ...], mounts: tuple[str, ...], n_mounts_of: tuple[int, ...]) -> None:
         self._engines, self._mounts = engines, mounts
@@ -85,9 +87,9 @@ class FlightScore:
         self._above_n = dict.fromkeys(mounts, PCT_ABOVE_N) | {
             name: PCT_ABOVE_N * n for name, n in zip(engines, n_mounts_of, strict=True)
         }
-        # by name, what was not counted yet, row after row: truth, then value and one sigma of each route
+        # by name, what was not counted yet, row after row: time, then value and one sigma of each route
         self._rows = {name: array("d") for name in self.names}
-        self._lines: dict[str, _Line] = {}
+        self._truth: dict[str, tuple[array[float], array[float]]] = {}  # by name: times and values
         self._heard: set[int] = set()  # engines of which a route has spoken: before, nobody knows anything
         self.faults: Counter[tuple[str, str]] = Counter()
         self.estimates = 0
@@ -98,10 +100,14 @@ class FlightScore:
         """Engines and mounts a truth may be known of."""
         return (*self._engines, *self._mounts)
 
-    def follow(self, truth: Iterable[TruthRow]) -> None:
-        """Compare with this truth from now on."""
-        feed = _Feed(iter(truth))
-        self._lines = {name: _Line(feed, name) for name in self.names}
+    def hear(self, truth: Truth) -> None:
+        """What is known of one name; outputs are compared from here on."""
+        name = truth.name
+        times_ns, values_n = self._truth.setdefault(name, (array("d"), array("d")))
+        times_ns.extend(truth.t_ns)
+        values_n.extend(truth.value_n)
+        if len(self._rows[name]) >= TOGETHER * self._width(name):
+            self._count(name)
 
     def take(self, output: Output) -> None:
         """Count one output of the pipeline."""
@@ -109,22 +115,22 @@ class FlightScore:
             self.estimates += 1
             self.first_ns = output.t_ns if self.first_ns < 0 else self.first_ns
             self.last_ns = output.t_ns
-            if self._lines:
+            if self._truth:
                 self._take_estimate(output)
         elif isinstance(output, MountOutput):
-            if self._lines:
-                name = self._mounts[output.mount]
-                self._keep(name, (self._lines[name].at(output.t_ns), output.force_n, output.std_n))
+            name = self._mounts[output.mount]
+            if name in self._truth:
+                self._rows[name].extend((output.t_ns, output.force_n, output.std_n))
         elif isinstance(output, Fault):
             self.faults[output.where, output.kind] += output.count
 
-    def truth_n(self, name: str) -> float:
-        """The truth at the time it was last asked for; NaN without."""
-        return self._lines[name].value_n if name in self._lines else nan
+    def truth_n(self, name: str, t_ns: int) -> float:
+        """As far as it was heard; NaN outside."""
+        return float(np.interp(t_ns, *self._truth[name], nan, nan)) if name in self._truth else nan
 
     def scores(self) -> dict[str, dict[str, Score]]:
         """By engine or mount name: route -> score."""
-        for name in self.names:
+        for name in self._truth:
             self._count(name)
         table: dict[str, dict[str, Score]] = {}
         for (name, route), sums in sorted(self._sums.items()):
@@ -134,71 +140,30 @@ class FlightScore:
     def _take_estimate(self, e: Estimate) -> None:
         if isfinite(e.mount_n) or isfinite(e.brochure_n):
             self._heard.add(e.engine)
-        if e.engine not in self._heard:
-            return
         name = self._engines[e.engine]
-        routes = e.thrust_n, e.thrust_std_n, e.mount_n, e.mount_std_n, e.brochure_n, e.brochure_std_n
-        self._keep(name, (self._lines[name].at(e.t_ns), *routes))
+        if e.engine in self._heard and name in self._truth:
+            routes = e.thrust_n, e.thrust_std_n, e.mount_n, e.mount_std_n, e.brochure_n, e.brochure_std_n
+            self._rows[name].extend((e.t_ns, *routes))
 
-    def _keep(self, name: str, row: tuple[float, ...]) -> None:
-        rows = self._rows[name]
-        rows.extend(row)
-        if len(rows) >= TOGETHER * len(row):
-            self._count(name)
+    def _width(self, name: str) -> int:
+        return 1 + 2 * len(self._routes(name))
+
+    def _routes(self, name: str) -> tuple[str, ...]:
+        return ENGINE_ROUTES if name in self._engines else MOUNT_ROUTES
 
     def _count(self, name: str) -> None:
-        if not self._rows[name]:
+        """Everything of which the truth is known by now; what is later waits for it."""
+        times_ns, values_n = (np.array(column) for column in self._truth[name])
+        rows = np.array(self._rows[name]).reshape(-1, self._width(name))
+        n = int(np.searchsorted(rows[:, 0], times_ns[-1], "right"))
+        self._rows[name] = array("d", rows[n:].tobytes())
+        if n == 0:
             return
-        routes = ENGINE_ROUTES if name in self._engines else MOUNT_ROUTES
-        truth_n, *columns = np.frombuffer(self._rows[name]).reshape(-1, 1 + 2 * len(routes)).T
-        self._rows[name] = array("d")
-        for route, value_n, std_n in zip(routes, columns[::2], columns[1::2], strict=True):
+        first = max(int(np.searchsorted(times_ns, rows[n - 1, 0], "right")) - 1, 0)  # what is needed of it later
+        self._truth[name] = array("d", times_ns[first:].tobytes()), array("d", values_n[first:].tobytes())
+        asked_ns, *columns = rows[:n].T
+        truth_n = np.interp(asked_ns, times_ns, values_n, nan, nan)
+        for route, value_n, std_n in zip(self._routes(name), columns[::2], columns[1::2], strict=True):
             if (np.isfinite(value_n) & np.isfinite(truth_n)).any():
                 sums = self._sums.setdefault((name, route), ErrorSums())
                 sums.add(value_n, std_n, truth_n, self._above_n[name])
-
-
-class _Feed:
-    """One pass over the truth rows, dealt to the lines by name."""
-
-    def __init__(self, rows: Iterator[TruthRow]) -> None:
-        self._rows = rows
-        self._waiting: defaultdict[str, deque[TruthRow]] = defaultdict(deque)
-
-    def next(self, name: str) -> TruthRow | None:
-        waiting = self._waiting[name]
-        while not waiting:
-            row = next(self._rows, None)
-            if row is None:
-                return None
-            self._waiting[row[0]].append(row)
-        return waiting.popleft()
-
-
-class _Line:
-    """The straight line between the two truth rows around the present time."""
-
-    def __init__(self, feed: _Feed, name: str) -> None:
-        self._feed, self._name = feed, name
-        self._before: TruthRow | None = None
-        self._after = feed.next(name)
-        self.value_n = nan
-        self._asked_ns = -1
-
-    def at(self, t_ns: int) -> float:
-        """Truth at t_ns (not decreasing from call to call); NaN outside the rows."""
-        if t_ns != self._asked_ns:
-            self._asked_ns, self.value_n = t_ns, self._at(t_ns)
-        return self.value_n
-
-    def _at(self, t_ns: int) -> float:
-        while self._after is not None and self._after.t_ns < t_ns:
-            self._before, self._after = self._after, self._feed.next(self._name)
-        if self._after is None:
-            return nan
-        if self._after.t_ns == t_ns:
-            return self._after.value_n
-        if self._before is None:
-            return nan
-        part = (t_ns - self._before.t_ns) / (self._after.t_ns - self._before.t_ns)
-        return self._before.value_n + part * (self._after.value_n - self._before.value_n)

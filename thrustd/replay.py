@@ -1,29 +1,30 @@
 """Run a log through the pipeline again: write the estimates, score them against the truth where there is one."""
 
 import gc
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from itertools import chain, pairwise
 from math import isfinite, nan
 from pathlib import Path
-from typing import Final
 
 import msgspec
 
 from thrustd.errors import LogError
 from thrustd.flight_picture import FlightPicture
-from thrustd.flight_score import FlightScore, Score, TruthRow
+from thrustd.flight_score import FlightScore, Score, Truth
+from thrustd.fusion.smoother import Tape
 from thrustd.installation import WARM_START, Installation, WarmStart, installation_from_files
 from thrustd.loop import run
 from thrustd.sinks.mcap_log import new_log
 from thrustd.sources.log_run import LogRun
-from thrustd.sources.mcap_log import LogFile, LogMessage
+from thrustd.sources.mcap_log import Hear, LogFile
+from thrustd.sources.mcap_walk import LogMessage
 from thrustd.types import Estimate, Event, Output
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import TRUTH_TOPIC, LogHeader
 
-_new: Final = tuple.__new__  # half the time of calling a NamedTuple
 PROGRESS_EVERY = 200  # estimates
+Pace = Callable[[Iterator[Event]], Iterator[Event]]
 
 
 class ReplaySummary(msgspec.Struct, frozen=True):
@@ -51,7 +52,7 @@ def replay(
     path: Path | Sequence[Path],
     out: Path | None,
     config: Installation | None = None,
-    pace: Callable[[Iterator[Event]], Iterator[Event]] | None = None,
+    pace: Pace | None = None,
     advance: Callable[[float], None] = lambda fraction: None,
     picture: FlightPicture | None = None,
     smoothed: Path | None = None,
@@ -69,37 +70,50 @@ def replay(
     tapes = pipeline.tapes() if smoothed is not None else ()
     with ExitStack() as opened:
         writer = opened.enter_context(new_log(out, _header(installation, log.header))) if out is not None else None
-        truth = truth_rows(LogRun(paths), score.names, writer.copy if writer is not None else None)
-        score.follow(truth)
+
+        def hear(messages: Sequence[LogMessage]) -> None:
+            if writer is not None:
+                writer.copy(messages)
+            for truth in truth_of(messages):
+                score.hear(truth)
 
         def take(outputs: Sequence[Output]) -> None:
             if writer is not None:  # one after the other, each with its own in the processor's memory
-                for output in outputs:
-                    writer.write_output(output)
+                writer.write_outputs(outputs)
             before = score.estimates
             for output in outputs:
                 score.take(output)
-                if picture is not None and isinstance(output, Estimate):
-                    name = installation.config.aircraft.engines[output.engine]
-                    picture.take(name, output, score.truth_n(name))
+            if picture is not None:
+                _draw(picture, installation.config.aircraft.engines, score, outputs)
             if score.estimates // PROGRESS_EVERY > before // PROGRESS_EVERY:
                 advance(log.position_bytes / max(log.size_bytes, 1))
 
-        batches = log.batches() if pace is None else (EventBatch.of((event,)) for event in pace(log.events()))
+        batches = _batches(log, truth_topics(score.names), hear, pace)
         gc.freeze()  # the models and tables stay: no collection walks them meanwhile
         opened.callback(gc.unfreeze)
         run(batches, pipeline, _already_recorded, take)
-        deque(truth, maxlen=0)  # what comes after the last estimate
     summary = _summary(log, score)
     if smoothed is not None:
-        from thrustd.smoothed_flight import write_smoothed  # loads every kind of recording: half of a replay's start
-
-        engines = installation.config.aircraft.engines
-        scores = write_smoothed(smoothed, dict(zip(engines, tapes, strict=True)), truth_rows(LogRun(paths), engines))
-        routes = {name: summary.scores.get(name, {}) | scores.get(name, {}) for name in (*summary.scores, *scores)}
-        summary = msgspec.structs.replace(summary, scores=routes)
+        summary = _smooth(smoothed, dict(zip(installation.config.aircraft.engines, tapes, strict=True)), paths, summary)
     advance(1.0)
     return summary
+
+
+def _draw(picture: FlightPicture, engines: Sequence[str], score: FlightScore, outputs: Sequence[Output]) -> None:
+    for estimate in outputs:
+        if isinstance(estimate, Estimate):
+            name = engines[estimate.engine]
+            picture.take(name, estimate, score.truth_n(name, estimate.t_ns))
+
+
+def _smooth(path: Path, tapes: Mapping[str, Tape], log: Sequence[Path], summary: ReplaySummary) -> ReplaySummary:
+    """Writes the smoothed flight; its scores are added to the summary."""
+    from thrustd.smoothed_flight import write_smoothed  # loads every kind of recording: half of a replay's start
+
+    groups = LogRun(log).groups(truth_topics(tuple(tapes)))
+    scores = write_smoothed(path, tapes, [truth for messages in groups for truth in truth_of(messages)])
+    routes = {name: summary.scores.get(name, {}) | scores.get(name, {}) for name in (*summary.scores, *scores)}
+    return msgspec.structs.replace(summary, scores=routes)
 
 
 def _already_recorded(batch: EventBatch) -> None:
@@ -128,7 +142,7 @@ def flight_score(installation: Installation) -> FlightScore:
     return FlightScore(tuple(engines), mounts, tuple(len(config.mounts_of(engine)) for engine in engines))
 
 
-class _Truth(msgspec.Struct):
+class _Row(msgspec.Struct):
     """A message of a /truth topic, of an engine or of a mount."""
 
     t_ns: int
@@ -136,20 +150,31 @@ class _Truth(msgspec.Struct):
     force_n: float = nan
 
 
-def truth_rows(
-    log: LogRun, names: Sequence[str], copy: Callable[[Sequence[LogMessage]], None] | None = None
-) -> Iterator[TruthRow]:
-    """What a simulated flight really did to `names`, in file order; its messages go to `copy`. None of a real one."""
-    decode = msgspec.json.Decoder(list[_Truth]).decode
-    by_topic = {f"{TRUTH_TOPIC}{name}": name for name in names}
-    for messages in log.groups(by_topic):
-        if copy is not None:
-            copy(messages)
-        rows = decode(b"[%b]" % b",".join([message.data for message in messages]))
-        yield from [
-            _new(TruthRow, (by_topic[m.topic], row.t_ns, row.thrust_n if isfinite(row.thrust_n) else row.force_n))
-            for m, row in zip(messages, rows, strict=True)
-        ]
+_decode = msgspec.json.Decoder(list[_Row]).decode
+
+
+def truth_topics(names: Sequence[str]) -> frozenset[str]:
+    """Where a simulated flight says what it really did to them."""
+    return frozenset(f"{TRUTH_TOPIC}{name}" for name in names)
+
+
+def truth_of(messages: Iterable[LogMessage]) -> Iterator[Truth]:
+    """What messages of `truth_topics` say, name by name."""
+    by_topic: dict[str, list[bytes]] = {}
+    for topic, _, data in messages:
+        by_topic.setdefault(topic, []).append(data)
+    for topic, said in by_topic.items():
+        rows = _decode(b"[%b]" % b",".join(said))
+        values_n = [row.thrust_n if isfinite(row.thrust_n) else row.force_n for row in rows]
+        yield Truth(topic.removeprefix(TRUTH_TOPIC), [row.t_ns for row in rows], values_n)
+
+
+def _batches(log: LogRun, topics: Collection[str], hear: Hear, pace: Pace | None) -> Iterator[EventBatch]:
+    """Each when the next one was read: the truth at its end may be behind it."""
+    late = (before for before, _ in pairwise(chain(log.batches(topics, hear), (EventBatch.of(()),))))
+    if pace is None:
+        return late
+    return (EventBatch.of((event,)) for event in pace(event for batch in late for event in batch.events()))
 
 
 def _summary(log: LogRun, score: FlightScore) -> ReplaySummary:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from thrustd.flight_score import PCT_ABOVE_N, ErrorSums, Score, TruthRow
+from thrustd.flight_score import PCT_ABOVE_N, ErrorSums, Score, Truth
 from thrustd.fusion.smoother import Smoothed, Tape, smooth
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
@@ -13,7 +13,7 @@ from thrustd.records.recording import make_recording
 MOUNTS_PER_ENGINE = 2  # the thesis' range is given per mount
 
 
-def write_smoothed(path: Path, tapes: Mapping[str, Tape], truth: Iterable[TruthRow]) -> dict[str, dict[str, Score]]:
+def write_smoothed(path: Path, tapes: Mapping[str, Tape], truth: Iterable[Truth]) -> dict[str, dict[str, Score]]:
     """Writes time_s, thrust_N_<engine>, thrust_std_N_<engine> to `path`; returns engine -> "smoothed" -> score."""
     flights = {name: smooth(tape) for name, tape in tapes.items() if len(tape)}
     if not flights:
@@ -24,16 +24,17 @@ def write_smoothed(path: Path, tapes: Mapping[str, Tape], truth: Iterable[TruthR
         columns[f"thrust_N_{name}"] = smoothed.thrust_n
         columns[f"thrust_std_N_{name}"] = smoothed.thrust_std_n
     write_recording(make_recording(path.stem, columns, {"source": "Rauch-Tung-Striebel smoother"}), path)
-    rows: dict[str, list[TruthRow]] = {name: [] for name in flights}
-    for row in truth:
-        rows[row.name].append(row)
-    return {name: {"smoothed": _score(flights[name], true)} for name, true in rows.items() if true}
+    known: dict[str, tuple[list[int], list[float]]] = {name: ([], []) for name in flights}
+    for name, t_ns, value_n in truth:
+        known[name][0].extend(t_ns)
+        known[name][1].extend(value_n)
+    return {name: {"smoothed": _score(flights[name], *true)} for name, true in known.items() if true[0]}
 
 
-def _score(smoothed: Smoothed, truth: list[TruthRow]) -> Score:
-    known_ns = np.array([row.t_ns for row in truth])
+def _score(smoothed: Smoothed, t_ns: list[int], value_n: list[float]) -> Score:
+    known_ns = np.array(t_ns)
     inside = (smoothed.t_ns >= known_ns[0]) & (smoothed.t_ns <= known_ns[-1])
-    true_n = np.interp(smoothed.t_ns[inside], known_ns, [row.value_n for row in truth])
+    true_n = np.interp(smoothed.t_ns[inside], known_ns, value_n)
     sums = ErrorSums()
     sums.add(smoothed.thrust_n[inside], smoothed.thrust_std_n[inside], true_n, PCT_ABOVE_N * MOUNTS_PER_ENGINE)
     return sums.score()

@@ -6,7 +6,7 @@ so that a kill at any moment loses less than a second. A thread around it is in 
 """
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Final
@@ -90,16 +90,21 @@ class LogWriter:
 
     def write_output(self, output: Output) -> None:
         """One output of the pipeline; readings beyond `reading_hz` are left out."""
-        kind, t_ns = type(output), output[0]
-        if kind is Reading and self._reading_ns == 0:
-            return
-        key: Any = output[1:3] if kind is Reading else kind if kind is Fault else (kind, output[1])
-        said = self._said.get(key) or self._new_place(key, self._topics.of(output), t_ns)
-        if kind is Reading:
-            if said[_DUE_NS] - t_ns > self._reading_ns // 4:  # at this rate it may jitter
-                return
-            said[_DUE_NS] = t_ns + self._reading_ns
-        self._file.add_message(said[_ID], self._log_ns(t_ns), self._topics.encode(output))
+        self.write_outputs((output,))
+
+    def write_outputs(self, outputs: Iterable[Output]) -> None:
+        """The same of several: each costs less."""
+        find, encode, add, log_ns = self._said.get, self._topics.encode, self._file.add_message, self._log_ns
+        every_ns, early_ns = self._reading_ns, self._reading_ns // 4  # at this rate it may jitter
+        for output in outputs:
+            kind, t_ns = type(output), output[0]
+            key: Any = output[1:3] if kind is Reading else kind if kind is Fault else (kind, output[1])
+            said = find(key) or self._new_place(key, self._topics.of(output), t_ns)
+            if kind is Reading:
+                if every_ns == 0 or said[_DUE_NS] - t_ns > early_ns:
+                    continue
+                said[_DUE_NS] = t_ns + every_ns
+            add(said[_ID], log_ns(t_ns), encode(output))
 
     def write_truth(self, name: str, t_ns: int, value_n: float) -> None:
         """True thrust of the engine or true force on the mount called `name`."""

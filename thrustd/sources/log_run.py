@@ -5,7 +5,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from thrustd.errors import LogError
-from thrustd.sources.mcap_log import LogFile, LogMessage
+from thrustd.sources.mcap_log import Hear, LogFile
+from thrustd.sources.mcap_walk import LogMessage
 from thrustd.types import Event
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
@@ -78,11 +79,11 @@ class LogRun:
         for batch in self.batches():
             yield from batch.events()
 
-    def batches(self) -> Iterator[EventBatch]:
-        """Raw events of all files in arrival order."""
+    def batches(self, topics: Collection[str] = (), hear: Hear | None = None) -> Iterator[EventBatch]:
+        """Raw events of all files in arrival order; `topics` and `hear` as of a file."""
         number: int | None = None
         for file in self.files:
-            yield from file.batches(number)
+            yield from file.batches(number, topics, hear)
             number = file.next_number
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[LogMessage]:

@@ -2,21 +2,15 @@
 
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
-from typing import BinaryIO, Final, NamedTuple
+from typing import BinaryIO
 
 from thrustd.errors import LogError
-from thrustd.sources.mcap_walk import McapWalk, Message
+from thrustd.sources.mcap_walk import LogMessage, McapWalk
 from thrustd.types import Event
 from thrustd.wire.event_batch import ENCODING, EventBatch, Messages
 from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader
 
-_new: Final = tuple.__new__  # half the time of calling a NamedTuple
-
-
-class LogMessage(NamedTuple):
-    topic: str
-    log_ns: int
-    data: bytes
+Hear = Callable[[list[LogMessage]], None]
 
 
 class LogFile:
@@ -37,13 +31,23 @@ class LogFile:
         for batch in self.batches(first_number):
             yield from batch.events()
 
-    def batches(self, first_number: int | None = None) -> Iterator[EventBatch]:
-        """Raw events in arrival order; `first_number` is known when the file before in the run was read."""
+    def batches(
+        self, first_number: int | None = None, topics: Collection[str] = (), hear: Hear | None = None
+    ) -> Iterator[EventBatch]:
+        """Raw events in arrival order; `first_number` is known when the file before in the run was read.
+
+        `hear` is told the messages of `topics` that are met on the way, before the events of the same record.
+        """
         self.missing_events = self.read_events = 0
         self.next_number = 0 if self.header.part == 0 else first_number
         seen = False
-        for walk, messages in self._walk(lambda topic: topic == RAW_TOPIC):
-            found = self._decode(walk, messages)
+        for walk, messages in self._walk(lambda topic: topic == RAW_TOPIC or topic in topics):
+            raw = [message for message in messages if message[0] == RAW_TOPIC]
+            if hear is not None and len(raw) < len(messages):
+                hear([message for message in messages if message[0] != RAW_TOPIC])
+            if not raw:
+                continue
+            found = self._decode(walk, raw)
             for number, n in zip(found.first_numbers, found.n_events, strict=True):
                 if self.next_number is not None:
                     self.missing_events += max(0, number - self.next_number)
@@ -62,13 +66,11 @@ class LogFile:
     def groups(self, topics: Collection[str] | None = None) -> Iterator[list[LogMessage]]:
         """`messages`, as many as are in one record of the file together."""
         wanted = (lambda topic: topic != RAW_TOPIC) if topics is None else (lambda topic: topic in topics)
-        for walk, messages in self._walk(wanted):
-            yield [
-                _new(LogMessage, (walk.topics[channel_id][0], log_ns, data)) for channel_id, log_ns, data in messages
-            ]
+        for _, messages in self._walk(wanted):
+            yield messages
 
-    def _decode(self, walk: McapWalk, messages: list[Message]) -> Messages:
-        encoding = walk.topics[messages[0].channel_id][1]
+    def _decode(self, walk: McapWalk, messages: list[LogMessage]) -> Messages:
+        encoding = walk.encodings[RAW_TOPIC]
         if encoding != ENCODING:
             raise LogError(f"{self.path}: topic {RAW_TOPIC!r} is encoded {encoding!r}, expected {ENCODING!r}")
         try:
@@ -76,7 +78,7 @@ class LogFile:
         except LogError as error:
             raise LogError(f"{self.path}: {error}") from None
 
-    def _walk(self, wanted: Callable[[str], bool]) -> Iterator[tuple[McapWalk, list[Message]]]:
+    def _walk(self, wanted: Callable[[str], bool]) -> Iterator[tuple[McapWalk, list[LogMessage]]]:
         """The wanted messages, record by record of the file."""
         with self._open() as stream:
             walk = McapWalk(stream, str(self.path), wanted)

@@ -31,8 +31,8 @@ _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 _U64 = Struct("<Q")
 
 
-class Message(NamedTuple):
-    channel_id: int
+class LogMessage(NamedTuple):
+    topic: str
     log_ns: int
     data: bytes
 
@@ -45,11 +45,11 @@ class McapWalk:
         self.name = name
         self.position_bytes = 0
         self.cut = False  # known after `records` is exhausted
-        self.topics: dict[int, tuple[str, str]] = {}  # channel id -> topic, encoding; grows while walking
+        self.encodings: dict[str, str] = {}  # by topic; grows while walking
         self.metadata: dict[str, dict[str, str]] = {}
         self._stream = stream
         self._keep = keep
-        self._kept: set[int] = set()  # channel ids of wanted topics
+        self._kept: dict[int, str] = {}  # channel id -> wanted topic
         self.size_bytes = stream.seek(0, SEEK_END)
         stream.seek(max(0, self.size_bytes - len(MAGIC)))
         self._ends_well = stream.read() == MAGIC and self.size_bytes >= 2 * len(MAGIC)
@@ -57,8 +57,8 @@ class McapWalk:
         self._crc = 0
         self._summary_crc: int | None = None  # None while in the data section
 
-    def records(self) -> Iterator[list[Message]]:
-        """The wanted messages of one record of the file after the other, often none; `topics` and `metadata` grow."""
+    def records(self) -> Iterator[list[LogMessage]]:
+        """The wanted messages, record by record of the file, often none; `encodings` and `metadata` grow."""
         self._start()
         while True:
             at = self.position_bytes
@@ -106,7 +106,7 @@ class McapWalk:
     def _damaged(self, at: int, why: str) -> LogError:
         return LogError(f"{self.name}: damaged at byte {at}: {' '.join(why.split())[:120]}")
 
-    def _record(self, opcode: int, head: bytes, content: bytes) -> list[Message]:
+    def _record(self, opcode: int, head: bytes, content: bytes) -> list[LogMessage]:
         self._judge_checksums(opcode, head, content)
         if opcode == Opcode.CHUNK:
             return self._messages(_inflate(content))
@@ -127,7 +127,7 @@ class McapWalk:
         else:
             self._crc = zlib.crc32(content, zlib.crc32(head, self._crc))
 
-    def _messages(self, records: bytes) -> list[Message]:
+    def _messages(self, records: bytes) -> list[LogMessage]:
         """The wanted messages among the records inside a chunk."""
         rows = _records(np.frombuffer(records, np.uint8))
         if len(rows) and rows[-1, _END] > len(records):
@@ -138,7 +138,7 @@ class McapWalk:
             self._note(opcode, records[start + _HEAD.size : end])
         kept = self._kept
         return [
-            _new(Message, (channel_id, log_ns, records[start + _MESSAGE_BYTES : end]))
+            _new(LogMessage, (kept[channel_id], log_ns, records[start + _MESSAGE_BYTES : end]))
             for _, channel_id, log_ns, start, end in rows.tolist()
             if channel_id in kept
         ]
@@ -147,9 +147,9 @@ class McapWalk:
         if opcode == Opcode.CHANNEL:
             topic, at = _text(content, 4)
             channel_id = int.from_bytes(content[:2], "little")
-            self.topics[channel_id] = topic, _text(content, at)[0]
+            self.encodings[topic] = _text(content, at)[0]
             if self._keep(topic):
-                self._kept.add(channel_id)
+                self._kept[channel_id] = topic
         elif opcode == Opcode.METADATA:
             name, at = _text(content, 0)
             end = at + 4 + int.from_bytes(content[at : at + 4], "little")
