@@ -10,7 +10,7 @@ load, and the residual of the rest of the record is its noise. The start at rest
 followed clearly better.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +28,8 @@ SHORT = 128  # samples; levels held for longer than this serve stretches that ar
 ITERATIONS = 6
 REACH = 0.25  # of the input's range: so far beyond it may the past have been
 STEP = 1e-3  # of the input's range
+SETTLING = 0.05  # of a segment that starts at rest: that is a guess
+FOLLOWED = 4.0  # times the mean square of the rest, up to which the stretch counts as followed
 CLEARLY = 0.8  # of the stretch's sum of squares, from which on a start at rest is given up
 
 
@@ -35,6 +37,16 @@ def simulated(simulate: Simulate, segment: Segment, from_rest: Floats) -> Floats
     """Free run (n,) over the segment, from the state that its first stretch shows; from_rest: the run from rest."""
     levels = _levels(simulate, segment, segment.force_n - from_rest)
     return from_rest if levels is None else _after(simulate, segment, levels, _held(stretch_of(segment)))
+
+
+def begun(simulate: Simulate, segments: Sequence[Segment]) -> list[Segment]:
+    """With the past that suits this model in front; where none does better, the first samples carry no weight."""
+    return [with_past(simulate, segment) or _settling(segment) for segment in segments]
+
+
+def _settling(segment: Segment) -> Segment:
+    known = np.arange(len(segment)) >= SETTLING * len(segment)
+    return replace(segment, force_n=np.where(known, segment.force_n, np.nan))
 
 
 def with_past(simulate: Simulate, segment: Segment) -> Segment | None:
@@ -67,18 +79,22 @@ def _levels(simulate: Simulate, segment: Segment, rested: Floats) -> Floats | No
 
     with np.errstate(all="ignore"):
         noise = float(np.nanmean(rested[n:] ** 2))
-        found, cost = _searched(residual, np.full(len(held), u[0]), (low, high), noise)
+        begins = [np.full(len(held), level) for level in (u[0], u.min(), u.max())]
+        found, cost = _searched(residual, begins[0], begins[0], (low, high), noise)
+        if cost > FOLLOWED * noise * good.sum():  # behind an even curve a state and its opposite look alike
+            others = [_searched(residual, begin, begins[0], (low, high), noise) for begin in begins[1:]]
+            found, cost = min([(found, cost), *others], key=lambda end: end[1])
     return found if cost < CLEARLY * float(np.nansum(rested[:n] ** 2)) else None
 
 
 def _searched(
-    residual: Callable[[Floats], Floats], rest: Floats, bounds: tuple[float, float], noise: float
+    residual: Callable[[Floats], Floats], begin: Floats, rest: Floats, bounds: tuple[float, float], noise: float
 ) -> tuple[Floats, float]:
-    """Levels and the sum of squares there."""
-    levels, found = rest, residual(rest)
+    """Levels and the sum of squares there, looked for from `begin`; the nearer to `rest` the better."""
+    levels, found = begin, residual(begin)
     spread = bounds[1] - bounds[0] or 1.0
     prior = max(noise, 1e-12 * float(found @ found)) / spread**2
-    damping, cost = 1e-3, float(found @ found)
+    damping, cost = 1e-3, float(found @ found) + prior * float((levels - rest) @ (levels - rest))
     for _ in range(ITERATIONS):
         columns = np.column_stack([(residual(levels + STEP * spread * e) - found) / (STEP * spread)
                                    for e in np.eye(len(levels))])  # fmt: skip

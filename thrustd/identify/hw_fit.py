@@ -12,16 +12,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from thrustd.identify.first_state import begun
 from thrustd.identify.hw_guess import guesses
 from thrustd.identify.hw_held_out import EACH, MIDDLE, Choice, choose_reins, folds_of, mean_square, rescaled
 from thrustd.identify.hw_merge import merged
 from thrustd.identify.hw_prior import LOOSE, Reins, with_priors
-from thrustd.identify.hw_problem import Point, Signal, normal_equations, residuals_of, slow_variance
+from thrustd.identify.hw_problem import Point, Signal, normal_equations, residuals_of, simulate, slow_variance
 from thrustd.identify.hw_search import search
 from thrustd.identify.hw_shapes import Shape, directions_of, smooth
 from thrustd.identify.hw_start import best_start, freed
 from thrustd.identify.hw_units import Units, signal_in, signals_in, units_of
 from thrustd.identify.segments import Segment, excerpts, head, segments_of, thinned
+from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 Progress = Callable[[str, float], None]  # (which of the STAGES, rmse in the unit of the force)
@@ -43,6 +45,7 @@ GUESS_SAMPLES, GUESS_SEGMENTS = 60_000, 5  # to choose among guesses at the curv
 GUESSING = 10  # iterations of every guess
 MUCH_BETTER = 0.7  # error of another guess over that of the smooth one
 FREEING = 8  # iterations after the knots have been freed
+PASTS = 2  # times that small data are given the past that suits the model found so far
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +98,8 @@ def fit_segments(segments: list[Segment], settings: HwSettings, progress: Progre
         signals = signals_in(segments, units, rows)
         held = rescaled(reins, smooth_point, signals)
         point, variance = task.search(point, signals, count, stall, "fine", reins=held)
+    if task.small:
+        point, variance = _from_past(task, point, held)
     return HwFit(
         point, units, segments, float(np.sqrt(variance)) * units.y_span, task.limits, notes, task.shapes[0] == "pwl"
     )
@@ -142,9 +147,27 @@ class _Task:
         stage: str,
         shapes: tuple[Shape, Shape] | None = None,
         reins: Reins = LOOSE,
+        at_rest: bool = False,
     ) -> tuple[Point, float]:
-        directions = directions_of(point, *(shapes or self.shapes))
+        directions = directions_of(point, *(shapes or self.shapes), at_rest)
         return search(point, signals, self.limits, iterations, stall, self.say(stage), directions, reins)
+
+
+def _from_past(task: _Task, point: Point, reins: Reins) -> tuple[Point, float]:
+    """Every segment from the past that its first stretch shows, as it will be judged, in place of states of its own.
+
+    Six free states follow a trend that no past could have left, and short records are little else.
+    """
+    units, variance = task.units, 0.0
+    for _ in range(PASTS):
+        rested = _from_rest(point, task.segments)
+
+        def run(segment: Segment, rested: Point = rested) -> Floats:
+            return units.y_zero + units.y_span * simulate(rested, 0, signal_in(segment, units, 1))
+
+        signals = [signal_in(segment, units, 1) for segment in begun(run, task.segments)]
+        point, variance = task.search(rested, signals, 20, 1e-4, "fine", reins=reins, at_rest=True)
+    return point, variance
 
 
 def _limits(segments: list[Segment]) -> tuple[float, float]:

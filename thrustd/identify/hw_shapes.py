@@ -27,10 +27,11 @@ def smooth(shapes: tuple[Shape, Shape]) -> tuple[Shape, Shape]:
     return first, second
 
 
-def directions_of(point: Point, input_shape: Shape, output_shape: Shape) -> Floats:
-    """Directions (n_columns, n_free) for this pair of shapes."""
+def directions_of(point: Point, input_shape: Shape, output_shape: Shape, at_rest: bool = False) -> Floats:
+    """Directions (n_columns, n_free) for this pair of shapes; at_rest: initial states stay."""
     layout, n = point.layout, point.layout.size
     free = free_columns(point)
+    free[n:] &= not at_rest
     added = []
     if input_shape != "pwl":
         free[layout.fy] = free[layout.fx] = False

@@ -24,7 +24,7 @@ FINALISTS = 2
 PAIRS_WORTH = 0.7  # error of poles that oscillate over that of real ones, from which on they are taken
 TINY_GAIN = 1e-3
 FEW = 100_000  # samples: the data are too short to show slow modes by themselves
-UNEXPLAINED = 0.1  # of the output's variance: where more is left, an even output curve is looked for
+UNEXPLAINED = 0.5  # of the output's variance: where more is left, an even output curve is looked for
 
 Search = Callable[[Point, list[Signal], int], tuple[Point, float]]
 

@@ -3,7 +3,6 @@
 Records begin anywhere, so every segment gets the past that suits the model at hand in front (`identify.first_state`).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
-from thrustd.identify.first_state import with_past
+from thrustd.identify.first_state import begun
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import error_over, of_spec
@@ -19,7 +18,6 @@ from thrustd.model.artifact import ModelSpec
 
 HELD_BACK = ((0.3, 0.4), (0.7, 0.8))  # of every segment, while models are compared
 FEEDBACK_STD = 0.1  # of half the input's range: weighs as much as one sample
-SETTLING = 0.05  # of a segment that starts at rest: that is a guess
 
 
 Mask = NDArray[np.bool_]
@@ -45,21 +43,24 @@ class Bench:
         return Trial(found, self.held_back_error(found))
 
     def held_back_error(self, spec: ModelSpec) -> float:
-        pairs = zip(begun(spec, self.segments), self.segments, strict=True)
+        pairs = zip(self._begun(spec), self.segments, strict=True)
         return error_over(spec, [_only(after, _held(after, len(segment))) for after, segment in pairs])
 
     def error(self, spec: ModelSpec) -> float:
         """RMS over all samples that carry weight."""
-        return error_over(spec, begun(spec, self.segments))
+        return error_over(spec, self._begun(spec))
 
     def estimated(self, spec: ModelSpec, iterations: int) -> ModelSpec:
         """Twice: the past is another once the model is."""
         for count in (iterations // 2, iterations - iterations // 2):
-            segments = begun(spec, self.segments)
+            segments = self._begun(spec)
             spec = estimate_segments(
                 spec, segments, self.which, EstimateSettings(count, 1e-4, prior_std=gentle(spec))
             ).spec
         return spec
+
+    def _begun(self, spec: ModelSpec) -> list[Segment]:
+        return begun(of_spec(spec, 0).simulate, self.segments)
 
 
 def gentle(spec: ModelSpec) -> dict[str, float]:
@@ -67,16 +68,6 @@ def gentle(spec: ModelSpec) -> dict[str, float]:
     fed = spec.linear.feedback
     names = pack(spec).names if fed is not None else ()
     return {name: FEEDBACK_STD * fed.scale[-1] for name in names if fed is not None and ".feedback." in name}
-
-
-def begun(spec: ModelSpec, segments: Sequence[Segment]) -> list[Segment]:
-    """With the past that suits this model in front; where none does better, the first samples carry no weight."""
-    simulate = of_spec(spec, 0).simulate
-    return [with_past(simulate, segment) or _settling(segment) for segment in segments]
-
-
-def _settling(segment: Segment) -> Segment:
-    return _only(segment, np.arange(len(segment)) >= SETTLING * len(segment))
 
 
 def _only(segment: Segment, there: Mask) -> Segment:

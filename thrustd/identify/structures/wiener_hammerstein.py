@@ -2,10 +2,12 @@
 
 With a random input the best linear model of such a system is G1 G2 times a number (Bussgang), so its poles and zeros
 belong to one block or to the other. Every share-out is tried: u through G1, powers of that through G2, least squares
-for what they weigh (Sjoberg & Schoukens, Automatica 48(2), 2012). The best few are then estimated whole.
+for what they weigh (Sjoberg & Schoukens, Automatica 48(2), 2012). The best few are then estimated whole, and so are
+the Wiener and the Hammerstein model, which this one contains: what comes out follows the data no worse than they do.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
@@ -13,13 +15,15 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.identify.first_state import SETTLING
 from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
-from thrustd.identify.structures.trial import SETTLING, Bench, Trial
-from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
+from thrustd.identify.structures.simpler import best_of
+from thrustd.identify.structures.structure import Fitted, Structure, error_from_past, of_spec, schwarz
+from thrustd.identify.structures.trial import Bench, Trial
+from thrustd.model.artifact import ComplexMode, Curve, LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, RealMode
 from thrustd.model.compile import linear_stage
 from thrustd.model.stage import Floats
 
@@ -50,14 +54,62 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     lines = [HwSettings(order, input_shape="line", output_shape="line") for order in ORDERS]
     linears = [fits.of(segments, settings, progress).spec for settings in lines]
     splits = [(split.error, _spec(linear, split)) for linear in linears for split in _splits(linear.linear, shown)]
-    few = Bench([head(segment, TRIED) for segment in segments[:5]], CHOSEN)
     splits.sort(key=lambda split: split[0])
-    trials = [few.tried(spec, 8) for _, spec in splits[:FINALISTS]]
+    within = _contained(segments, fits, progress)
+    few = Bench([head(segment, TRIED) for segment in segments[:5]], CHOSEN)
+    trials = [few.tried(spec, 8) for spec in [spec for _, spec in splits[:FINALISTS]] + within]
     best = _grown(min(trials, key=lambda trial: trial.error), few)
     found = Bench([head(segment, FINAL) for segment in segments], CHOSEN).estimated(best, 25)
     alone = [msgspec.structs.replace(linear, output_linear=LinearBlock(1.0)) for linear in linears]
-    spec = min([found, *alone], key=lambda spec: error_over(spec, segments))  # never worse than a linear model
-    return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), len(pack(spec, CHOSEN)) - 2)
+    samples = sum(map(len, segments))
+
+    def worth(spec: ModelSpec) -> float:
+        return schwarz(error_from_past(spec, segments), samples, _numbers(spec))
+
+    spec = min([found, *within, *alone], key=worth)
+    return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), _numbers(spec))
+
+
+def _numbers(spec: ModelSpec) -> int:
+    return len(pack(spec, CHOSEN)) - 2
+
+
+def _contained(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> list[ModelSpec]:
+    """The Wiener and the Hammerstein model of these data as a curve between two blocks, one of which does nothing."""
+    asked = (replace(fits.hw_pwl, input_shape="line"), replace(fits.hw_pwl, output_shape="line"))
+    chosen = dict.fromkeys(best_of(segments, settings, fits, progress) for settings in asked)
+    specs = [fits.of(segments, settings, progress).spec for settings in chosen]
+    return [
+        msgspec.structs.replace(spec, output_linear=LinearBlock(1.0))
+        if settings.input_shape == "line"
+        else _turned(spec)
+        for settings, spec in zip(chosen, specs, strict=True)
+    ]
+
+
+def _turned(spec: ModelSpec) -> ModelSpec:
+    """A Hammerstein model: its output line goes into the curve, its linear block behind it."""
+    line, block = spec.output_curve, spec.linear
+    assert isinstance(line, PiecewiseLinear)
+    slope = (line.y[-1] - line.y[0]) / (line.x[-1] - line.x[0])
+    steady = block.direct + sum(m.gain for m in block.real_modes) + sum(m.gain_re for m in block.complex_modes)
+    level = (line.y[0] - slope * line.x[0]) / steady
+    low, high = spec.valid.deformation_mm
+    return msgspec.structs.replace(
+        spec,
+        input_curve=PiecewiseLinear([low, high], [low, high]),
+        linear=LinearBlock(1.0),
+        output_curve=_stretched(spec.input_curve, slope, level),
+        output_linear=block,
+    )
+
+
+def _stretched(curve: Curve, slope: float, level: float) -> Curve:
+    """level + slope times the curve."""
+    if isinstance(curve, Polynomial):
+        first, *others = (slope * value for value in curve.coefficients)
+        return Polynomial(curve.centre, curve.scale, [first + level, *others])
+    return PiecewiseLinear(curve.x, [level + slope * y for y in curve.y])
 
 
 def _grown(best: Trial, bench: Bench) -> ModelSpec:
@@ -72,13 +124,15 @@ def _grown(best: Trial, bench: Bench) -> ModelSpec:
 
 def _one_mode_more(spec: ModelSpec) -> list[ModelSpec]:
     assert spec.output_linear is not None
-    first, second = (_with_mode(block) for block in (spec.linear, spec.output_linear))
+    known = np.concatenate([_poles(block) for block in (spec.linear, spec.output_linear)])
+    tau_s = float(np.exp(-np.log(np.abs(known)).mean()))
+    first, second = (_with_mode(block, tau_s) for block in (spec.linear, spec.output_linear))
     return [msgspec.structs.replace(spec, linear=first), msgspec.structs.replace(spec, output_linear=second)]
 
 
-def _with_mode(block: LinearBlock) -> LinearBlock:
+def _with_mode(block: LinearBlock, usual_s: float) -> LinearBlock:
     poles = _poles(block)
-    tau_s = float(np.exp(-np.log(np.abs(poles)).mean())) if len(poles) else 1.0
+    tau_s = float(np.exp(-np.log(np.abs(poles)).mean())) if len(poles) else usual_s
     mode = RealMode(tau_s, NEW_GAIN)
     return msgspec.structs.replace(block, direct=block.direct - NEW_GAIN, real_modes=[*block.real_modes, mode])
 

@@ -17,7 +17,8 @@ from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.segments import Segment, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_fits import BlockFit, BlockFits
-from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
+from thrustd.identify.structures.simpler import best_of
+from thrustd.identify.structures.structure import Fitted, Structure, error_from_past, error_over, of_spec, schwarz
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, Polynomial
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
@@ -34,17 +35,23 @@ def _friction(name: str, title: str, effects: tuple[str, ...]) -> Structure:
 
     def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
         thin = thinned(segments, SAMPLES) or list(segments)
-        smooth = rubbing = fits.of(thin, SMOOTH, progress).spec
+        wanted = best_of(segments, fits.hw_pwl, fits, progress)
+        plain = fits.of(segments, wanted, progress)
+        smooth = rubbing = fits.of(thin, replace(SMOOTH, order=wanted.order), progress).spec
         for effect in effects:
             rubbing = with_effect(rubbing, effect, thin)
         if error_over(rubbing, thin) > SHOWS * error_over(smooth, thin):
-            return _core_alone(fits.of(segments, fits.hw_pwl, progress), name, "no friction shows")
-        core = fits.of([_without_effects(rubbing, s) for s in segments], fits.hw_pwl, progress)
+            return _core_alone(plain, name, "no friction shows")
+        core = fits.of([_without_effects(rubbing, s) for s in segments], wanted, progress)
         apart = msgspec.structs.replace(core.spec, effects=rubbing.effects)
         both = (apart, _together(apart, effects[0], thin))  # means may be too coarse for the fastest modes
         spec = msgspec.structs.replace(min(both, key=lambda spec: error_over(spec, segments)), structure=name)
-        added = sum(len(effect_named(effect).parameters) for effect in effects)
-        return of_spec(spec, core.n_parameters + added, core.warnings)
+        numbers = core.n_parameters + sum(len(effect_named(effect).parameters) for effect in effects)
+        samples = sum(map(len, segments))
+        worth = schwarz(error_from_past(spec, segments), samples, numbers)
+        if worth > schwarz(error_from_past(plain.spec, segments), samples, plain.n_parameters):
+            return _core_alone(plain, name, "the data are followed no better with friction")
+        return of_spec(spec, numbers, core.warnings)
 
     return Structure(name, title, "beyond", fit)
 
@@ -53,7 +60,7 @@ def _second_input(name: str, title: str, effect: str) -> Structure:
     channels = effect_named(effect).channels
 
     def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
-        core = fits.of(segments, fits.hw_pwl, progress)
+        core = fits.of(segments, best_of(segments, fits.hw_pwl, fits, progress), progress)
         if not all(any(np.ptp(s.inputs[c]) > 0.0 for s in segments) for c in channels):
             return _core_alone(core, name, f"{', '.join(channels)} never moves")
         spec = with_effect(core.spec, effect, thinned(segments, SAMPLES) or list(segments))
