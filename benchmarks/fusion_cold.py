@@ -18,7 +18,7 @@ from benchmarks.fusion_flights import ADC_HZ, ENGINES, FLIGHTS, PH_LAB, Array, i
 from thrustd.fusion.limits import FLYING_MACH
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.compile import CompiledModel
-from thrustd.mount_start import LOAD_AGE_S, Unseen
+from thrustd.mount_start import CRUISE, LOAD_AGE_S, Unseen
 from thrustd.records.files import read_recording
 from thrustd.twin.airframe import carried_n, mount_temperature_degc, settled, thrust_shares_n
 from thrustd.twin.flight import recorded_flight
@@ -71,7 +71,9 @@ def started(mount: Mount, first: int) -> Late:
     own = np.array([name == "deformation_mm" for name in model.channels])
     unseen = Unseen(model)
     flying = bool(mount.flying[first])
-    state = unseen.start(lambda mm: np.where(own, mm, rows[0]), rows.item(0, 0), None, LOAD_AGE_S, 0.0, flying)
+    state = unseen.start(
+        lambda mm: np.where(own, mm, rows[0]), rows.item(0, 0), None, LOAD_AGE_S, 0.0, CRUISE if flying else None
+    )
     error_n, eternal_n = model.simulate(rows, state) - true_n, model.simulate(rows) - true_n
     age_s = np.arange(len(rows))[::EVERY] / ADC_HZ
     force_n, tau_s = unseen.doubts.T

@@ -76,10 +76,11 @@ def fly_through(
     faults: tuple[SensorFault, ...] = (),
     scripted_s: float = 1200.0,
     engine_start: bool = False,
+    flown: bool = False,
 ) -> Flight:
     """One flight with one twin aircraft; the estimates of the pipeline beside the truth.
 
-    `engine_start`: in front of a recording; a scripted flight has its own.
+    `engine_start`: in front of a recording; a scripted flight has its own. `flown`: on mounts that are not new.
     """
     if record is not None:
         profile, airframe = recorded_flight(record, seed, engine_start)
@@ -90,7 +91,7 @@ def fly_through(
     every: tuple[Every, ...] = (Every(), Every())
     reported: list[Fault] = []
     count = 0
-    items = fly(profile, airframe, place.parts().can_table, seed, faults=faults)
+    items = fly(profile, airframe, place.parts().can_table, seed, faults=faults, flown=flown)
     for output in pipeline.follow(item for item in items if not isinstance(item, Truth)):
         if isinstance(output, Estimate):
             count += 1

@@ -14,13 +14,14 @@ from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import ErrorMap
 from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
-from thrustd.mount_start import LOAD_AGE_S, Unseen, resting_n, zero_of
+from thrustd.mount_start import CRUISE, LOAD_AGE_S, Unseen, resting_n, zero_of
 from thrustd.mount_step import CHORDS, MEANS, add, fuse
 from thrustd.signals import CATALOGUE, Signal
 from thrustd.sync.grid import Grid
 
 THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an artifact without an error map
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
+ZERO_SIGMAS = 3.0  # more is no zero
 JUST_S = 2.0  # found so lately: what is known by now was known then
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
 NO_STATE = np.zeros(0)  # before the first sample
@@ -43,7 +44,8 @@ class MountRoute:
         self._unmeasured_s[~self._own] = inf
         self._lagged = np.stack([self._channels, self._channels])  # and what they were one fused step ago
         self._state: Floats | None = None
-        self._flying = self._found = False  # found: under a load of which nothing at all was known
+        self._found = False  # under a load of which nothing at all was known
+        self._fell_from: float | None = None  # see `Unseen.start`
         self._longest_samples = max(bridge_samples, round(LONGEST_GAP_S * model.rate_hz))
         self._bridge_samples, self._period_s = bridge_samples, 1.0 / model.rate_hz
         low_mm, high_mm = model.spec.valid.deformation_mm
@@ -90,24 +92,29 @@ class MountRoute:
             self._doubt(self._unseen.friction_std_n(self._inputs(deformation_mm)))
 
     def tare(self) -> None:
-        """The engine stands, and the mount has carried nothing: what its transducer shows is its zero.
+        """The engine stands and has not run: what the mount's transducer shows is its zero.
 
         As good a measurement of it as the model is without a load; what it says is taken off every sample from now on:
         g = P / (P + R),   zero += g shown,   P <- (1 - g) P     (scalar Kalman filter)
+        Far more than a zero is what the friction holds since the last flight, and says nothing of the zero.
         """
         shown_n = float(self._means["lagged_n"][0])
         if self._state is None or not isfinite(shown_n):
             return
         shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
-        if isfinite(shown_mm):
-            model_n, half_n = _cells(self.model.spec.error)[2].item(0), self._tare_std_n / 2.0  # two mounts carry it
-            known_mm = hypot(model_n, half_n) / self._means["stiffness_n_mm"].item(0)
-            std_mm = self._means["zero_std_mm"].item(0)
+        if not isfinite(shown_mm):
+            return
+        model_n, half_n = _cells(self.model.spec.error)[2].item(0), self._tare_std_n / 2.0  # two mounts carry it
+        known_mm = hypot(model_n, half_n) / self._means["stiffness_n_mm"].item(0)
+        std_mm = self._means["zero_std_mm"].item(0)
+        if abs(shown_mm) <= ZERO_SIGMAS * hypot(std_mm, known_mm):
             gain = std_mm**2 / (std_mm**2 + known_mm**2)
             self._shift(self._zero_mm + gain * shown_mm, sqrt(1.0 - gain) * std_mm)
             self._mount["deformation_mm"] -= gain * shown_mm
-            self._state, self._means["lagged_n"] = None, nan
-            self._start(self._deformation_mm, 0)
+        elif shown_mm > 0.0:
+            self._fell_from = 0.0
+        self._state, self._means["lagged_n"] = None, nan
+        self._start(self._deformation_mm, 0)
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
@@ -142,7 +149,7 @@ class MountRoute:
 
     def fly(self) -> None:
         """The aircraft flies: a mount that was found at idle just now has carried more."""
-        self._flying = True
+        self._fell_from = CRUISE
         if self._found and self._since_restart_s() < JUST_S:
             self._state = None
             self._start(self._deformation_mm, 0)
@@ -191,7 +198,7 @@ class MountRoute:
         before, self._means["gap"] = self._state, self._state is not None
         age_s = LOAD_AGE_S if before is None else min(0.5 * missing * self._period_s, LOAD_AGE_S)
         since_s = self._since_restart_s()
-        self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, since_s, self._flying)
+        self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, since_s, self._fell_from)
         self._means["since_restart"], self._found = 0, before is None
 
     def _since_restart_s(self) -> float:

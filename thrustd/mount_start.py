@@ -15,8 +15,8 @@ An engine that idles was started, and nothing is left in its friction, or, where
 cruise some minutes ago: friction is that of a load that fell, or has turned back a little since, and the modes are on
 their way from the cruise.
 
-Zero. A mount that has carried nothing yet shows a force all the same: its model at rest would show none where its
-transducer stood by that zero lower.
+Zero. A mount that carries nothing shows a force all the same: its model at rest would show none where its transducer
+stood by that zero lower. Unless it is what the friction holds since the last flight.
 """
 
 from collections.abc import Callable, Sequence
@@ -52,11 +52,18 @@ class Unseen:
         return len(self._branches) > 0
 
     def start(
-        self, row: Rows, found_mm: float, before: Floats | None, age_s: float, since_s: float, flying: bool = False
+        self,
+        row: Rows,
+        found_mm: float,
+        before: Floats | None,
+        age_s: float,
+        since_s: float,
+        fell_from: float | None = None,
     ) -> Floats:
         """State of a mount that was in the state `before` (None: nobody knows) and is found under a load of this age.
 
-        `age_s`: mean; `since_s`: since the last start or doubt.
+        `age_s`: mean; `since_s`: since the last start or doubt. `fell_from`: it is known that the load fell since a
+        take-off; the part of the identified deformation that the modes are on their way from.
         """
         model, full_mm = self._model, self._model.spec.valid.deformation_mm[1]
         from_below, from_above = model.start(row(found_mm)), model.start(row(TAKE_OFF * full_mm))
@@ -64,9 +71,9 @@ class Unseen:
         here = np.tile(row(found_mm), (max(round(REST_S * model.rate_hz), 1), 1))
         model.run(from_above, here[:, 1:].copy(), here[:, 0].copy())
         idles = found_mm <= IDLE * full_mm
-        if before is None and idles and flying:
+        if before is None and idles and fell_from is not None:
             from_above[linear] = from_below[linear]
-            state = self.doubt(model.start(row(CRUISE * full_mm)), from_above, DESCENT_AGE_S, since_s)
+            state = self.doubt(model.start(row(fell_from * full_mm)), from_above, DESCENT_AGE_S, since_s)
             from_below = from_above + TURNED_BACK * (from_below - from_above)
         else:
             state = self.doubt(model.start(row(0.0)) if before is None else before, from_below, age_s, since_s)

@@ -82,7 +82,7 @@ FAULT_KINDS: dict[str, str] = {
     "mount_recovered": "the mount route is believed again",
     "brochure_failed": "the brochure route of an engine is not believed until it agrees again",
     "brochure_recovered": "the brochure route is believed again",
-    "tare": "not a fault: before the first engine start the zeros of the mounts were taken off",
+    "tare": "not a fault: before the first engine start the mounts were asked for their zeros",
     # sources
     "unplugged": "a port or bus disappeared or refuses to open",
     "reconnected": "a port or bus is back",

@@ -24,6 +24,7 @@ ENGINES = ("left", "right")
 MOUNTS = ("left_upper", "left_lower", "right_upper", "right_lower")  # ADC channels 0..3, ICD section 1
 UPPER_SHARE = 5079.0 / (5079.0 + 5954.0)
 SETTLING_S = 1800.0  # running engines have loaded the mounts for this long before a recording starts
+LAST_FLIGHT_N = np.concatenate([np.linspace(0.0, 4500.0, 60), np.full(3600, 1500.0), np.zeros(43_200)])  # a second each
 WARMING_S = 900.0  # of a mount, first order
 BLEED_K = (15.0, 45.0)  # mount above the outside air: with the engine off, and on top of it at 100 % N1
 
@@ -67,11 +68,16 @@ def carried_n(airframe: Airframe, thrust_n: FloatArray, accel_x_g: FloatArray) -
     return thrust_shares_n(airframe, thrust_n - ENGINE_MASS_KG * STANDARD_GRAVITY_M_S2 * accel_x_g)
 
 
-def settled(airframe: Airframe, carried_at_start_n: FloatArray) -> tuple[MountState, ...]:
-    """States of the mounts (4,) after a long time under these forces; zero force = at rest."""
+def settled(airframe: Airframe, carried_at_start_n: FloatArray, flown: bool = False) -> tuple[MountState, ...]:
+    """States of the mounts (4,) after a long time under these forces; zero force = at rest.
+
+    `flown`: not new, but with what their last flight left in the friction, half a day ago.
+    """
     states = tuple(at_rest(mount) for mount in airframe.mounts)
     seconds = round(SETTLING_S)
     for mount, state, force_n in zip(airframe.mounts, states, carried_at_start_n, strict=True):
+        if flown:
+            advance(mount, state, LAST_FLIGHT_N, 1.0)
         if force_n != 0.0:
             rise = np.minimum(np.arange(1, seconds + 1) / 10.0, 1.0)
             advance(mount, state, rise * float(force_n), 1.0)

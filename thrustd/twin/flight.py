@@ -104,12 +104,14 @@ def fly(
     rates: Rates = RATES,
     faults: Sequence[SensorFault] = (),
     origin_ns: int = 0,
+    flown: bool = False,
 ) -> Iterator[Event | Truth]:
     """Events and truths in order of arrival, the same for the same arguments.
 
     Monotonic time = `origin_ns` + the profile's own seconds; `faults` count their seconds from the profile's start.
+    `flown`: on mounts that are not new, see `airframe.settled`.
     """
-    yield from _Flight(profile, airframe, table, seed, rates, faults, origin_ns).events()
+    yield from _Flight(profile, airframe, table, seed, rates, faults, origin_ns, flown).events()
 
 
 def write_flight(
@@ -143,6 +145,7 @@ class _Flight:
         rates: Rates,
         faults: Sequence[SensorFault],
         origin_ns: int,
+        flown: bool,
     ) -> None:
         self._airframe, self._rates, self._origin_ns = airframe, rates, origin_ns
         self._start_s = float(profile.time_s[0])
@@ -158,7 +161,7 @@ class _Flight:
             for quantity in _quantities(rates, self._lines)
         ]
         thrust_n, accel_g = self._thrust_n(profile.time_s[:1]), self._line("accel_x_g", profile.time_s[:1])
-        self._states = settled(airframe, carried_n(airframe, thrust_n, accel_g)[:, 0])
+        self._states = settled(airframe, carried_n(airframe, thrust_n, accel_g)[:, 0], flown)
 
     def events(self) -> Iterator[Event | Truth]:
         """Block by block; what arrives after a block's end waits for the next."""
