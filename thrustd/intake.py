@@ -45,6 +45,7 @@ class Intake:
         self.hold = Hold(self._can.slots)
         self._listeners = _listeners(config, models)
         self._grid = self._new_grid(models)
+        self._fused_ns = self._grid.state["fused_ns"]
         bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
         self.routes = tuple(
             MountRoute(model, bridge, self._grid, number, settings) for number, model in enumerate(models)
@@ -56,11 +57,11 @@ class Intake:
     @property
     def fused_ns(self) -> int:
         """Instant of the last fused step; -1 before the first."""
-        return self._grid.state["fused_ns"].item()
+        return self._fused_ns.item()
 
     @fused_ns.setter
     def fused_ns(self, t_ns: int) -> None:
-        self._grid.state["fused_ns"] = t_ns
+        self._fused_ns[0] = t_ns
 
     @property
     def sample(self) -> list[int]:

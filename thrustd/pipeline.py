@@ -72,11 +72,13 @@ class Pipeline:
         )
         place, numbers = self._inputs.place, range(len(engines))
         self._brochures = tuple(BrochureRoute(parts.deck, e, place) for e in numbers)
-        self._pressure_wanted = self._intake.is_wanted(("dynamic_pressure_Pa", 0))
+        self._time_wanted, self._pressure_wanted = [self._intake.is_wanted((name, 0)) for name in DERIVED]
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
         self._routes_n = np.zeros((len(engines), 3))  # brochure thrust by fuel flow, N1 and N2
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
+        self._told_of = [self._told[e : e + 1] for e in numbers]
+        self._mounts_said = self._states.view(np.float64).reshape(len(self._states), -1)[:, :3]  # as MountOutput has it
         self._mounts_of = mounts_table(self._layout.mounts_of_engine)
         self._hand_overs = tuple(route.hand_over for route in self._brochures)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
@@ -172,12 +174,12 @@ class Pipeline:
         self._exclude(verdict, t_ns, outputs)
         self._tell(t_ns, dt_s, verdict)
         for e, thrust_filter in enumerate(self._filters):
-            outputs.append(thrust_filter.step(self._told[e : e + 1]))
+            outputs.append(thrust_filter.step(self._told_of[e]))
             for fault in thrust_filter.take_faults():
                 self._report(fault, outputs)
                 if fault.kind == "tare":
                     self._tare(e)
-        outputs.extend([_new(MountOutput, (t_ns, i, *state[:3])) for i, state in enumerate(self._states.tolist())])
+        outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
         outputs.extend(self._book.due(t_ns))
 
     def _refresh(self, t_ns: int, changed: bool, outputs: list[Output]) -> None:
@@ -186,7 +188,8 @@ class Pipeline:
             self._report(fault, outputs)
             if fault.kind == "stale":
                 self._intake.tell(self._hold.slots[place], nan)
-        self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
+        if self._time_wanted:
+            self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
         if self._pressure_wanted:
             air = [self._inputs.readings.item(place) for place in self._air]
             self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*air))
@@ -218,6 +221,6 @@ class Pipeline:
         troubles = self._troubles.bits(t_ns)
         tell_filters(told, t_ns, troubles, verdict.mounts, self._mounts_of, self._states, readings, self._loads)
         for e, brochure in enumerate(self._brochures):
-            brochure.tell(dt_s, believed, self._inputs.ages_s, bool(verdict.excluded), told[e : e + 1])
+            brochure.tell(dt_s, believed, self._inputs.ages_s, bool(verdict.excluded), self._told_of[e])
             if verdict.status[e]:
                 told["status"][e] |= verdict.status[e]
