@@ -41,6 +41,20 @@ def test_a_missing_column_is_named(tmp_path, capsys):
     assert "pump_V" in capsys.readouterr().err
 
 
+def test_records_to_judge_in_another_unit_are_named_by_their_own_words(tmp_path, capsys):
+    u = np.repeat(np.random.default_rng(0).uniform(-1, 1, 40), 10)
+    for name, scale in (("bar", 3.0), ("pascal", 3e5)):
+        columns = np.column_stack((u, scale * u))
+        np.savetxt(tmp_path / f"{name}.csv", columns, delimiter=",", header="travel,pull", comments="")
+    bar, pascal = (str(tmp_path / f"{name}.csv") for name in ("bar", "pascal"))
+    named = ["--rate", "10", "--input", "travel", "--output", "pull", "--structure", "static-pwl"]
+    out = ["-o", str(tmp_path / "m.json")]
+    main(["identify", pascal, "--validate", bar, *named, *out])
+    assert "bar.csv: pull spans" in " ".join("".join(capsys.readouterr()).split())
+    assert main(["identify", bar, "--validate", bar, *named, *out]) == 0
+    assert "fitted to as well" in "".join(capsys.readouterr())
+
+
 def test_files_without_a_time_need_one_word_more(tmp_path, capsys):
     rng = np.random.default_rng(3)
     u = np.repeat(rng.uniform(-2.0, 2.0, 60), 20)

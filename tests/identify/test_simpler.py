@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from thrustd.identify.hw_fit import HwSettings
 from thrustd.identify.segments import FORCE, segments_of
 from thrustd.identify.structures import simpler
-from thrustd.identify.structures.block_fits import BlockFits
+from thrustd.identify.structures.block_fits import BlockFits, Judged
 from thrustd.records.recording import make_recording
 
 ASKED = HwSettings(order=3, input_shape="cubic", output_shape="line")
@@ -43,6 +43,18 @@ def test_a_long_record_is_compared_with_what_was_fitted_already(straight, monkey
     line = HwSettings(order=3, input_shape="line", output_shape="line")
     fits.of(straight, line, None)
     assert simpler.best_of(straight, ASKED, fits) == line
+
+
+def test_a_residual_that_stays_counts_once():
+    """Twice the numbers for a tenth of the squares: worth it where the residual is white, not where it only drifts."""
+    plain, rich = Judged(1.0, 1.0, 1000, 10), Judged(0.9, 0.9, 1000, 20)
+    assert simpler.least([plain, rich]) == 1
+    assert simpler.least([plain, rich._replace(slow=20.0)]) == 0
+
+
+def test_a_model_that_runs_away_is_never_chosen():
+    gone = Judged(np.inf, np.inf, 1, 1)
+    assert simpler.least([gone, Judged(4.0, 4.0, 100, 50)]) == 1
 
 
 def test_neighbours_are_said_in_words():

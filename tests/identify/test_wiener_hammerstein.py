@@ -2,14 +2,16 @@
 
 import msgspec
 import numpy as np
+import pytest
 
 from thrustd.identify.identify import identify
-from thrustd.identify.structures.wiener_hammerstein import _block, _poles, _zeros
+from thrustd.identify.structures.wiener_hammerstein import _block, _poles, _turned, _zeros
 from thrustd.model.artifact import (
     ComplexMode,
     LinearBlock,
     ModelSpec,
     PiecewiseLinear,
+    Polynomial,
     RealMode,
     ValidRange,
     read_model,
@@ -48,6 +50,16 @@ def test_poles_and_zeros_give_the_block_back():
     np.testing.assert_allclose(again.direct, block.direct, rtol=1e-6)
     np.testing.assert_allclose(again.real_modes[0].gain, 0.2, rtol=1e-6)
     np.testing.assert_allclose(again.complex_modes[0].gain_im, 0.4, rtol=1e-6)
+
+
+@pytest.mark.parametrize("curve", [Polynomial(0.0, 2.0, [0.1, 1.5, 0.2, 0.3]), CLIPPED])
+def test_a_hammerstein_model_is_the_same_with_its_curve_between_two_blocks(curve):
+    line = PiecewiseLinear([0.0, 1.0], [5.0, 25.0])
+    whole = msgspec.structs.replace(BETWEEN, input_curve=curve, output_curve=line, output_linear=None)
+    u = np.random.default_rng(5).uniform(-2.5, 2.5, size=(400, 1))
+    np.testing.assert_allclose(
+        compile_model(_turned(whole), 50.0).simulate(u), compile_model(whole, 50.0).simulate(u), atol=1e-9
+    )
 
 
 def test_an_artifact_without_a_second_block_is_written_as_before():

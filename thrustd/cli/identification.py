@@ -9,7 +9,7 @@ from typing import Any
 
 from thrustd.cli.files import read_models, read_text, write_model_file, write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
-from thrustd.errors import UsageError
+from thrustd.errors import RecordingError, UsageError
 
 MOUNT_COLUMNS = ("deformation_mm", "force_N")
 
@@ -85,7 +85,10 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     settings, choices = _settings(arguments, train)
     with progress("identify") as advance:
         others = () if own == MOUNT_COLUMNS else OTHERS
-        found = identify(train, validate, names, settings, arguments.out.stem, advance, others)
+        try:
+            found = identify(train, validate, names, settings, arguments.out.stem, advance, others)
+        except RecordingError as problem:
+            raise RecordingError(_in_words(str(problem), arguments)) from problem
     found = _in_own_words(found, arguments)
     write_model_file(found.spec, arguments.out)
     if arguments.json:
@@ -112,8 +115,9 @@ def _in_roles(paths: Sequence[Path], arguments: argparse.Namespace, columns: tup
         record = read_timed(path, axis)
         missing = [name for name in columns if name not in record]
         if missing:
+            left_out = "".join(f"; {line}" for line in record.notes)
             raise UsageError(
-                f"{record.name}: no column {missing[0]!r}; it has {', '.join(sorted(record.channels))}; "
+                f"{record.name}: no column {missing[0]!r}; it has {', '.join(sorted(record.channels))}{left_out}; "
                 "expected their names with --input COLUMN and --output COLUMN"
             )
         u, y = (record[name] for name in columns)
@@ -125,11 +129,12 @@ def _in_own_words(found: Any, arguments: argparse.Namespace) -> Any:
     """Warnings and unit by the names that the file has for its columns."""
     from thrustd.records.recording import unit_of
 
-    words = {"deformation_mm": arguments.input, "force_N": arguments.output}
-    warnings = found.warnings
-    for word, own in words.items():
-        warnings = tuple(line.replace(word, own) for line in warnings)
+    warnings = tuple(_in_words(line, arguments) for line in found.warnings)
     return replace(found, warnings=warnings, unit=unit_of(arguments.output) or _in_brackets(arguments.output))
+
+
+def _in_words(line: str, arguments: argparse.Namespace) -> str:
+    return line.replace(MOUNT_COLUMNS[0], arguments.input).replace(MOUNT_COLUMNS[1], arguments.output)
 
 
 def _in_brackets(column: str) -> str:

@@ -15,6 +15,7 @@ CLIPPED_SHARE = 0.002  # of the samples at exactly the largest force
 STUCK, STUCK_SHARE = 50, 0.02  # samples of one value running, and of the record, while the input moves
 FEWEST = 1000  # samples: less identifies a few numbers at most
 RATE_SPREAD = 1.02
+UNIT_RATIO = 50.0  # of spans: a record to judge that moves so much more or less was written in another unit
 
 
 def check_records(records: Sequence[Recording], mount: bool = True) -> list[str]:
@@ -29,14 +30,33 @@ def check_records(records: Sequence[Recording], mount: bool = True) -> list[str]
     return warnings
 
 
+def check_apart(train: Sequence[Recording], validate: Sequence[Recording]) -> list[str]:
+    """Warnings about records to judge: another unit than that of the records fitted to, or the very same data."""
+    lines = []
+    for record in validate:
+        if any(np.array_equal(record[FORCE], other[FORCE], equal_nan=True) for other in train):
+            lines.append(f"{record.name}: fitted to as well; its error says nothing about other data")
+        for name in (DEFORMATION, FORCE):
+            span, usual = _span(record, name), max(_span(other, name) for other in train)
+            if not usual / UNIT_RATIO < span < usual * UNIT_RATIO:
+                lines.append(
+                    f"{record.name}: {name} spans {span:.4g}, {usual:.4g} in the records fitted to: another unit? "
+                    "expected the same"
+                )
+    return lines
+
+
+def _span(record: Recording, name: str) -> float:
+    return float(np.nanmax(record[name]) - np.nanmin(record[name]))
+
+
 def _refuse(record: Recording) -> None:
     for name in (DEFORMATION, FORCE):
         if not np.isfinite(record[name]).any():
             raise RecordingError(f"{record.name}: {name} has no value at all; expected numbers")
     if len(record) < SHORTEST:
         raise RecordingError(f"{record.name}: {len(record)} samples; expected at least {SHORTEST}")
-    span = float(np.nanmax(record[DEFORMATION]) - np.nanmin(record[DEFORMATION]))
-    if span == 0.0:
+    if _span(record, DEFORMATION) == 0.0:
         level = float(np.nanmean(record[DEFORMATION]))
         raise RecordingError(f"{record.name}: {DEFORMATION} is {level:g} all the time; a constant identifies nothing")
 

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from thrustd.errors import RecordingError, ThrustdError
 from thrustd.identify.artifact import finished
-from thrustd.identify.checks import check_records
+from thrustd.identify.checks import check_apart, check_records
 from thrustd.identify.hw_fit import STAGES, HwSettings
 from thrustd.identify.hw_fit import Progress as HwProgress
 from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
@@ -69,7 +69,7 @@ def identify(
     """
     chosen = [structure_named(structure) for structure in structures or (USUAL,)]
     fitting, held_out = (list(train), list(validate)) if validate else split(train)
-    warnings = check_records([*train, *validate], mount=not others)
+    warnings = check_records([*train, *validate], mount=not others) + check_apart(train, validate)
     total = len(structures) or 1 + len(others)
     fits = BlockFits(settings or HwSettings())
 
@@ -86,6 +86,7 @@ def identify(
     usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
     if not usable:
         why = "".join(f"; {score.structure}: {fitted.note}" for fitted, score in results if fitted.note)
+        why += "".join(f"; {line}" for line in check_apart(train, validate))
         raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold{why}")
     fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
     assert fitted.spec is not None

@@ -20,6 +20,8 @@ TIME = "time_s"
 GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
 SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     "N": "N",
+    "kN": "kN",
+    "V": "V",
     "mm": "mm",
     "g": "g",
     "Pa": "Pa",

@@ -24,11 +24,20 @@ class BlockFit(NamedTuple):
     warnings: tuple[str, ...]
 
 
+class Judged(NamedTuple):
+    """How a model follows what it was fitted to: mean square missed, the same at low frequency, samples, numbers."""
+
+    mse: float
+    slow: float
+    samples: int
+    n_parameters: int
+
+
 class Made(NamedTuple):
-    """Fits to the same data by settings, and their errors on these where somebody asked (`simpler`)."""
+    """Fits to the same data by settings, and how they follow these where somebody asked (`simpler`)."""
 
     fits: dict[HwSettings, BlockFit]
-    errors: dict[HwSettings, float]
+    judged: dict[HwSettings, Judged]
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,16 +64,22 @@ def error_over(spec: ModelSpec, segments: Sequence[Segment]) -> float:
     return error if np.isfinite(error) else np.inf
 
 
-def error_from_past(spec: ModelSpec, segments: Sequence[Segment]) -> float:
-    """As `error_over`, every segment from the state that its first stretch shows."""
+def missed_from_past(spec: ModelSpec, segments: Sequence[Segment]) -> Floats:
+    """Reference less free run (n,), every segment from the state that its first stretch shows."""
     simulate = of_spec(spec, 0).simulate
     with np.errstate(all="ignore"):
         missed = [(s.force_n - simulated(simulate, s, simulate(s)))[np.isfinite(s.force_n)] for s in segments]
-        error = float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+    return np.concatenate(missed)
+
+
+def error_from_past(spec: ModelSpec, segments: Sequence[Segment]) -> float:
+    """As `error_over`, every segment from the state that its first stretch shows."""
+    with np.errstate(all="ignore"):
+        error = float(np.sqrt(np.mean(missed_from_past(spec, segments) ** 2)))
     return error if np.isfinite(error) else np.inf
 
 
-def schwarz(rmse: float, samples: int, n_parameters: int) -> float:
+def schwarz(rmse: float, samples: float, n_parameters: int) -> float:
     """Schwarz' criterion n ln(mse) + p ln n for Gaussian residuals: the least is best."""
     if not 0 < rmse < np.inf:
         return -np.inf if rmse == 0 else np.inf

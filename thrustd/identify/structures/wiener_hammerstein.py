@@ -20,8 +20,8 @@ from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.simpler import best_of
-from thrustd.identify.structures.structure import Fitted, Structure, error_from_past, of_spec, schwarz
+from thrustd.identify.structures.simpler import best_of, judged, least
+from thrustd.identify.structures.structure import Fitted, Structure, of_spec
 from thrustd.identify.structures.trial import Bench, Trial
 from thrustd.model.artifact import ComplexMode, Curve, LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, RealMode
 from thrustd.model.compile import linear_stage
@@ -61,12 +61,8 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     best = _grown(min(trials, key=lambda trial: trial.error), few)
     found = Bench([head(segment, FINAL) for segment in segments], CHOSEN).estimated(best, 25)
     alone = [msgspec.structs.replace(linear, output_linear=LinearBlock(1.0)) for linear in linears]
-    samples = sum(map(len, segments))
-
-    def worth(spec: ModelSpec) -> float:
-        return schwarz(error_from_past(spec, segments), samples, _numbers(spec))
-
-    spec = min([found, *within, *alone], key=worth)
+    ends = [*alone, *within, found]
+    spec = ends[least([judged(spec, _numbers(spec), segments) for spec in ends])]
     return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), _numbers(spec))
 
 

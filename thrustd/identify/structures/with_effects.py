@@ -17,8 +17,8 @@ from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.segments import Segment, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_fits import BlockFit, BlockFits
-from thrustd.identify.structures.simpler import best_of
-from thrustd.identify.structures.structure import Fitted, Structure, error_from_past, error_over, of_spec, schwarz
+from thrustd.identify.structures.simpler import best_of, judged, least
+from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, Polynomial
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
@@ -47,9 +47,7 @@ def _friction(name: str, title: str, effects: tuple[str, ...]) -> Structure:
         both = (apart, _together(apart, effects[0], thin))  # means may be too coarse for the fastest modes
         spec = msgspec.structs.replace(min(both, key=lambda spec: error_over(spec, segments)), structure=name)
         numbers = core.n_parameters + sum(len(effect_named(effect).parameters) for effect in effects)
-        samples = sum(map(len, segments))
-        worth = schwarz(error_from_past(spec, segments), samples, numbers)
-        if worth > schwarz(error_from_past(plain.spec, segments), samples, plain.n_parameters):
+        if least([judged(f.spec, f.n_parameters, segments) for f in (plain, BlockFit(spec, numbers, ()))]) == 0:
             return _core_alone(plain, name, "the data are followed no better with friction")
         return of_spec(spec, numbers, core.warnings)
 
