@@ -8,6 +8,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy at its start
 
 from thrustd import __version__
 from thrustd.cli import data, diagnosis, fleet, flight, identification, simulate, status, workbench
+from thrustd.cli.files import check_outputs
 from thrustd.cli.verb import Parser, note
 from thrustd.errors import ThrustdError
 
@@ -25,6 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status: 0 done, 1 the answer is no, 2 bad input, 130 interrupted."""
     try:
         chosen = parser().parse_args(arguments)
+        check_outputs(vars(chosen))
         status: int = chosen.verb(chosen)
         return status
     except ThrustdError as problem:

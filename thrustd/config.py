@@ -17,6 +17,7 @@ MAX_BYTES = 1_000_000
 
 Name = Annotated[str, Meta(pattern="^[a-z][a-z0-9_]{0,31}$")]
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
+Scale = Annotated[float, Meta(ge=-0.01, le=0.01)]  # mm per count: 2^24 counts are an LVDT's few mm
 Count = Annotated[int, Meta(ge=1, le=1_000_000)]
 Port = Annotated[int, Meta(ge=1, le=65535)]
 
@@ -37,8 +38,8 @@ class Mount(Section, frozen=True):
     engine: Name
     adc_channel: Annotated[int, Meta(ge=0, le=7)]
     model: str  # artifact, relative to the configuration file
-    scale_mm: float
-    offset_mm: float = 0.0
+    scale_mm: Scale
+    offset_mm: Annotated[float, Meta(ge=-100, le=100)] = 0.0
 
 
 class Adc(Section, frozen=True):

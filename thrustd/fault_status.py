@@ -11,6 +11,7 @@ LONG_MOMENT_NS = 10_000_000_000
 ENDS: dict[str, str] = {  # kind -> the kind that ends it
     "unplugged": "reconnected",
     "channel_fault": "channel_recovered",
+    "sample_rate": "sample_rate_over",
     "stale": "fresh",
     "log_write": "log_resumed",
     "checkpoint_write": "checkpoint_resumed",

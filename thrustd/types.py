@@ -54,7 +54,8 @@ FAULT_KINDS: dict[str, str] = {
     "duplicate": "the same frame or message twice; dropped",
     "late": "a frame older than one already seen; dropped",
     "adc_reset": "ADC sequence and device time started again",
-    "sample_rate": "ADC samples come at another rate than configured",
+    "sample_rate": "ADC samples come at another rate than configured: the thrust is not to be used",
+    "sample_rate_over": "the ADC's rate is as configured again",
     "channel_fault": "ADC marks a channel open or shorted, or counts leave 24 bit",
     "channel_recovered": "the channel measures again; count is the number of samples it did not",
     # CAN messages

@@ -97,6 +97,41 @@ def test_replay_refuses_four_flipped_bytes_but_reads_a_cut_log(broken, capsys):
     assert '"cut":true' in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("value", ["inf", "nan", "1000.0", "0.0"])
+def test_check_refuses_a_transducer_of_no_such_scale(broken, capsys, value):
+    line = (broken / "aircraft.toml").read_text().split("scale_mm = ")[1].split("\n")[0]
+    edit(broken / "aircraft.toml", f"scale_mm = {line}", f"scale_mm = {value}")
+    assert "scale_mm" in refused(capsys, "check", broken / "aircraft.toml")
+
+
+@pytest.mark.parametrize("option", ["-o", "--smooth", "--picture"])
+def test_what_is_read_is_not_written_over(broken, capsys, option):
+    before = (broken / "flight.mcap").read_bytes()
+    for log in (broken / "flight.mcap", broken):
+        assert "is read, too" in refused(capsys, "replay", log, option, broken / "flight.mcap")
+    assert (broken / "flight.mcap").read_bytes() == before
+
+
+def test_a_folder_that_is_not_there_is_told_before_the_work(broken, capsys):
+    words = refused(capsys, "replay", broken / "flight.mcap", "-o", broken / "gone" / "out.mcap")
+    assert "no folder" in words
+    assert "gone" in words
+
+
+@pytest.mark.parametrize("bench", ["steps", "sine", "multisine", "weight"])
+def test_every_bench_record_is_made(tmp_path, capsys, bench):
+    out = tmp_path / "bench.csv"
+    assert main(["simulate", "--bench", bench, "--hours", "0.05", "--mount", "lower", "-o", str(out)]) == 0
+    assert "18000" in capsys.readouterr().out
+
+
+def test_simulate_refuses_what_cannot_be(tmp_path, capsys):
+    assert ".mcap" in refused(capsys, "simulate", "-o", tmp_path / "flight.csv")
+    assert "--hours" in refused(capsys, "simulate", "--bench", "sine", "--hours", "nan", "-o", tmp_path / "bench.csv")
+    assert "--minutes" in refused(capsys, "simulate", "--hil", "deploy/hil.toml", "--minutes", "0")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("rows", "words"),
     [

@@ -107,6 +107,13 @@ def test_a_wrong_rate_is_said_once_and_samples_go_on() -> None:
     assert samples(items) == list(range(50))
 
 
+def test_a_rate_that_is_right_again_is_said_too() -> None:
+    wrong_us = [n * 10 * PERIOD_US for n in range(50)]
+    times_us = [*wrong_us, *(wrong_us[-1] + n * PERIOD_US for n in range(1, 50))]
+    items = decode((us * 1000, encode(n, us, COUNTS)) for n, us in enumerate(times_us))
+    assert faults(items) == [("adc", "sample_rate", 1), ("adc", "sample_rate_over", 1)]
+
+
 def test_a_failing_channel_is_named_when_it_fails_and_when_it_is_back() -> None:
     bad = (1, CHANNEL_FAULT, 3, COUNTS_HIGH + 1)
     items = decode([frame(0), frame(1, bad), frame(2, bad), frame(3)])

@@ -1,9 +1,9 @@
 """Files named on the command line: read them, or say in one line why not."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from thrustd.errors import UsageError
 
@@ -11,6 +11,20 @@ if TYPE_CHECKING:
     from thrustd.brochure.deck import Deck
     from thrustd.model.artifact import ModelSpec
     from thrustd.records.recording import Recording
+
+OUTPUTS = "out", "smooth", "picture", "table"  # arguments that name a file to write
+
+
+def check_outputs(arguments: Mapping[str, Any]) -> None:
+    """Before any work: each file to write has a folder, and none of them is a file that is read."""
+    given = {name: value if isinstance(value, list) else [value] for name, value in arguments.items()}
+    read = [path for name, values in given.items() if name not in OUTPUTS for path in values if isinstance(path, Path)]
+    for out in (path for name in OUTPUTS for path in given.get(name, []) if isinstance(path, Path)):
+        if out.suffix and not out.parent.is_dir():  # without one it is a folder, which is made
+            raise UsageError(f"{out}: cannot be written: there is no folder {out.parent}")
+        for path in read if out.exists() else ():
+            if out.samefile(path) if not path.is_dir() else out.is_file() and out.parent.samefile(path):
+                raise UsageError(f"{out}: is read, too; expected another name for what is written")
 
 
 def read_text(path: Path) -> str:

@@ -72,6 +72,8 @@ def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
     from thrustd.twin.flight import Rates, write_flight
     from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
+    if arguments.out.suffix != ".mcap":
+        raise UsageError(f"{arguments.out}: expected a name that ends in .mcap for a flight log")
     installation = read_installation(arguments.config)
     profile, airframe = _profile(arguments)
     table = installation.can_table(ICD_INPUT_ROWS)
@@ -86,12 +88,14 @@ def _bench(arguments: argparse.Namespace) -> dict[str, Any]:
     from thrustd.twin import bench
     from thrustd.twin.mount import LOWER, UPPER
 
+    if not 0.01 <= arguments.hours <= 1000:
+        raise UsageError(f"--hours {arguments.hours:g}: expected 0.01 to 1000")
     makers: dict[str, Callable[..., Any]] = {
         "steps": bench.step_bench, "sine": bench.sine_bench, "multisine": bench.multisine_bench,
         "weight": bench.weight_bench,
     }  # fmt: skip
     mount = UPPER if arguments.mount == "upper" else LOWER
-    record = makers[arguments.bench](arguments.hours, arguments.seed, mount)
+    record = makers[arguments.bench](arguments.hours, arguments.seed, mount=mount)
     write_recording(record, arguments.out)
     return {"record": str(arguments.out), "samples": len(record), "hours": arguments.hours}
 
@@ -109,12 +113,17 @@ def _hide(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _hil(arguments: argparse.Namespace) -> dict[str, Any]:
     from thrustd.installation import read_installation
+    from thrustd.sources.mcap_log import LogFile
     from thrustd.sources.paced import at_baud, paced
     from thrustd.twin.hil import Bench
 
     if not arguments.speed > 0:
         raise UsageError(f"--speed {arguments.speed:g}: expected a number above 0")
     config = read_installation(arguments.hil).config
+    if arguments.log is None:
+        _profile(arguments)  # what is wrong with it is said before somebody listens
+    else:
+        LogFile(arguments.log)
     bench = Bench(Path(config.adc.port), config.can.interface, config.can.channel)
     note(f"ADC on {config.adc.port}, CAN on {config.can.interface} {config.can.channel}")
     try:

@@ -53,10 +53,10 @@ _LAYOUTS = {n: Struct(f"<BBHI{n}i") for n in range(1, MAX_CHANNELS + 1)}
 # faults; the kind in a row is 1 + place here
 KINDS: Final = (
     *DAMAGES, "version", "channel_count", "lost", "duplicate", "late", "adc_reset", "sample_rate", "channel_fault",
-    "channel_recovered",
+    "channel_recovered", "sample_rate_over",
 )  # fmt: skip
 _LENGTH = 1 + KINDS.index("length")
-_VERSION, _CHANNEL_COUNT, _LOST, _DUPLICATE, _LATE, _RESET, _RATE, _OPEN, _RECOVERED = range(5, 14)
+_VERSION, _CHANNEL_COUNT, _LOST, _DUPLICATE, _LATE, _RESET, _RATE, _OPEN, _RECOVERED, _RATE_OVER = range(5, 15)
 _MOST_PER_PIECE = 4 + MAX_CHANNELS  # a sample, two faults of its counters, one of each channel
 _STATE = np.dtype(
     [
@@ -157,10 +157,10 @@ def _misfit(payload: Bytes, length: int) -> int:
 
 @compiled
 def _judge_rate(s: Any, found: Integers, chunk: int, advance: int, step_us: int) -> None:
-    """Report a rate off by more than half a period per sample once, until it is right again."""
+    """Report a rate off by more than half a period per sample once, and when it is right again."""
     off = abs(step_us / advance - s.period_us) > 0.5 * s.period_us
-    if off and not s.off_rate:
-        _tell(s, found, chunk, _RATE, -1, 1)
+    if off != (s.off_rate != 0):
+        _tell(s, found, chunk, _RATE if off else _RATE_OVER, -1, 1)
     s.off_rate = off
 
 
