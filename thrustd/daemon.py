@@ -159,6 +159,8 @@ def open_sinks(
         settings = RecorderSettings(folder, config.aircraft.name.lower(), reading_hz=config.steps.reading_hz, **limits)
         recorder = LogRecorder(settings, header, put)
         sinks.append(shell.opened.enter_context(closing(recorder)))
+        if recorder.path is None:
+            say(f"log.folder = {folder}: cannot be written: not recording until it can")
     view = open_live_view(shell, header)
     return recorder, sinks if view is None else [*sinks, view]
 

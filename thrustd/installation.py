@@ -15,7 +15,7 @@ import msgspec
 from thrustd.brochure.deck import Deck
 from thrustd.config import Config, read_config, section
 from thrustd.errors import ConfigError, LogError, ModelError
-from thrustd.model.artifact import read_model
+from thrustd.model.artifact import ModelSpec, read_model
 from thrustd.model.compile import CompiledModel, check_witness, compile_model
 from thrustd.pipeline import DERIVED, Parts, Pipeline
 from thrustd.signals import CATALOGUE
@@ -90,6 +90,7 @@ class Installation:
             check_signature(self.files[name], signature, key, self._place(name))
         spec = read_model(self.files[name], self._place(name))
         check_witness(spec, self._place(name))
+        _check_units(spec, self._place(name))
         return compile_model(spec, self.config.adc.sample_hz)
 
     def _text(self, name: str) -> str:
@@ -169,6 +170,17 @@ def _rows(config: Config, where: str) -> tuple[CanRow, ...]:
     if missing:
         raise ConfigError(f"{where}: can.input: no row for {missing[0][0]} index {missing[0][1]}, which the deck needs")
     return tuple(rows)
+
+
+def _check_units(spec: ModelSpec, where: str) -> None:
+    """An artifact carries no unit: a range that no mount has was identified in another one."""
+    for key, (low, high), signal in (
+        ("valid.deformation_mm", spec.valid.deformation_mm, CATALOGUE["deformation_mm"]),
+        ("valid.force_n", spec.valid.force_n, CATALOGUE["force_N"]),
+    ):
+        if low < signal.low or high > signal.high:
+            span = f"{signal.low:g} to {signal.high:g} {signal.unit}"
+            raise ModelError(f"{where}: {key} = {low:g} to {high:g}: expected inside {span}; was it another unit?")
 
 
 def _check_channels(model: CompiledModel, heard: set[tuple[str, int]], scopes: Mapping[str, int], where: str) -> None:

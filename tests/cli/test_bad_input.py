@@ -1,5 +1,7 @@
 """Bad input is one line on standard error and exit status 2; no traceback, nothing written."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,7 @@ def test_a_good_aircraft_is_ready(good, capsys):
         ("aircraft.toml", "left_lower.json", "gone.json", ("gone.json", "No such file")),
         ("left_upper.json", "thrustd-model/1", "thrustd-model/2", ("left_upper.json", "schema")),
         ("left_upper.json", '"direct": 1.1', '"direct": 1.2', ("left_upper.json", "witness")),
+        ("aircraft.toml", '"virtual"', '"carrier-pigeon"', ("can.interface", "carrier-pigeon")),
         ("can.dbc", "Engine1_N1", "Engine1_NX", ("can.dbc", "Engine1_N1")),
         ("can.dbc", "BO_ ", "BO ", ("can.dbc", "DBC")),
         ("deck.json", "{", "[", ("deck.json",)),
@@ -95,6 +98,17 @@ def test_replay_refuses_four_flipped_bytes_but_reads_a_cut_log(broken, capsys):
     assert not (broken / "out.mcap").exists()
     assert main(["replay", str(broken / "cut.mcap"), "--json"]) == 0
     assert '"cut":true' in capsys.readouterr().out
+
+
+def test_check_refuses_a_model_of_another_unit(broken, capsys):
+    path = broken / "left_upper.json"
+    low, high = json.loads(path.read_text())["valid"]["deformation_mm"]
+    spec = json.loads(path.read_text())
+    spec["valid"]["deformation_mm"] = [low * 1e3, high * 1e3]
+    path.write_text(json.dumps(spec))
+    line = refused(capsys, "check", broken / "aircraft.toml")
+    assert "valid.deformation_mm" in line
+    assert "unit" in line
 
 
 @pytest.mark.parametrize("value", ["inf", "nan", "1000.0", "0.0"])

@@ -43,16 +43,22 @@ def add_verbs(verbs: Verbs) -> None:
 
 def check_verb(arguments: argparse.Namespace) -> int:
     from thrustd.installation import read_installation
+    from thrustd.sources.can_bus import CanBus
+    from thrustd.sources.merge import EventQueue
+    from thrustd.sources.serial_port import SerialPort
 
     installation = read_installation(arguments.config)
     installation.pipeline()
+    can, adc, queue = installation.config.can, installation.config.adc, EventQueue()
+    CanBus(can.interface, can.channel, can.bitrate, queue.put)  # names are judged, nothing is opened
+    SerialPort(adc.port, adc.baud, queue.put)
     hashes = installation.hashes()
     if arguments.json:
         print_json({"config": str(arguments.config), "ok": True, "sha256": hashes})
         return 0
     for name, digest in hashes.items():
         print(f"{digest[:16]}  {name}")
-    print(f"{arguments.config}: ready to fly")
+    print(f"{arguments.config}: ready to fly; whether port, bus and disk are there shows when it runs")
     return 0
 
 

@@ -84,7 +84,8 @@ def _screen(status: dict[str, Any]) -> "RenderableType":
     from rich.console import Group
     from rich.table import Table
 
-    engines = Table("engine", "thrust N", "± N", "mount N", "brochure N", "innovation N", "status", title="thrustd")
+    columns = "engine", "thrust N", "one sigma N", "mount N", "brochure N", "innovation N", "status"
+    engines = Table(*columns, title="thrustd")
     for name in status.get("thrust_newtons", {}):
         values = [_value(status, key, name) for key in ENGINE_COLUMNS]
         words = ", ".join(_words(int(_value(status, "status", name)))) or "healthy"
@@ -99,6 +100,8 @@ def _screen(status: dict[str, Any]) -> "RenderableType":
     ordered = sorted(status.get("faults_total", {}).items(), key=lambda row: -row[1])
     for name, count in ordered[:SHOWN_FAULTS]:
         faults.add_row(name, f"{count:.0f}")
+    if len(ordered) > SHOWN_FAULTS:
+        faults.add_row(f"and {len(ordered) - SHOWN_FAULTS} more, see --json", "")
     return Group(engines, Columns([inputs, process, faults]))
 
 
@@ -128,7 +131,8 @@ def _process_rows(status: dict[str, Any]) -> list[tuple[str, str]]:
     ]
     if "recording" in status:
         missing = sum(status.get("log_missing_items_total", {}).values())
-        rows.append(("recording", f"{'yes' if status['recording'] else 'NO'}, {missing:.0f} items missing"))
+        word = "yes" if status["recording"] else "NO: nothing is written"
+        rows.append(("recording", f"{word}, {missing:.0f} items missing so far"))
         rows.append(("disk left", f"{status.get('log_free_bytes', 0) / 1e9:.1f} GB"))
     if "checkpoint_age_seconds" in status:
         rows.append(("state saved", f"{status['checkpoint_age_seconds']:.1f} s ago"))
