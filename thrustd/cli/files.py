@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 from thrustd.errors import UsageError
@@ -18,13 +19,31 @@ OUTPUTS = "out", "smooth", "picture", "table"  # arguments that name a file to w
 def check_outputs(arguments: Mapping[str, Any]) -> None:
     """Before any work: each file to write has a folder, and none of them is a file that is read."""
     given = {name: value if isinstance(value, list) else [value] for name, value in arguments.items()}
-    read = [path for name, values in given.items() if name not in OUTPUTS for path in values if isinstance(path, Path)]
+    read = [path for name, values in given.items() if name not in OUTPUTS for path in values]
+    read = [path for path in read if isinstance(path, Path) and path.exists()]
     for out in (path for name in OUTPUTS for path in given.get(name, []) if isinstance(path, Path)):
         if out.suffix and not out.parent.is_dir():  # without one it is a folder, which is made
             raise UsageError(f"{out}: cannot be written: there is no folder {out.parent}")
         for path in read if out.exists() else ():
             if out.samefile(path) if not path.is_dir() else out.is_file() and out.parent.samefile(path):
                 raise UsageError(f"{out}: is read, too; expected another name for what is written")
+    _check_pictures(arguments.get("picture"), arguments.get("pictures"))
+
+
+def _check_pictures(picture: Path | None, pictures: Path | None) -> None:
+    """`picture` is a file, `pictures` a folder that may have to be made; tried out, for rights do not tell all."""
+    if picture is not None and (picture.suffix != ".png" or picture.is_dir()):
+        raise UsageError(f"--picture {picture}: expected the name of a file that ends in .png")
+    wanted = picture.parent if picture is not None else pictures
+    if wanted is None:
+        return
+    there = next(folder for folder in (wanted, *wanted.parents) if os.path.exists(folder))  # never raises
+    try:
+        with TemporaryFile(dir=there):
+            pass
+    except OSError as problem:
+        said = f"--picture {picture}" if picture is not None else f"--pictures {pictures}"
+        raise UsageError(f"{said}: cannot be written to {there}: {problem.strerror}; expected a folder") from None
 
 
 def read_text(path: Path) -> str:
