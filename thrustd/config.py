@@ -28,34 +28,34 @@ class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
 class Aircraft(Section, frozen=True):
     name: Annotated[str, Meta(min_length=1, max_length=64)]
-    engines: Annotated[list[Name], Meta(min_length=1, max_length=4)]
+    engines: Annotated[list[Name], Meta(min_length=1, max_length=4)]  # names; their order is that of CAN and deck
 
 
 class Mount(Section, frozen=True):
     """One mount with an LVDT; deformation_mm = counts * scale_mm + offset_mm, loaded by forward thrust +."""
 
-    name: Name
-    engine: Name
-    adc_channel: Annotated[int, Meta(ge=0, le=7)]
+    name: Name  # follows the names of its channels in recordings
+    engine: Name  # one of aircraft.engines
+    adc_channel: Annotated[int, Meta(ge=0, le=7)]  # place in the frame of the serial ADC
     model: str  # artifact, relative to the configuration file
     scale_mm: Scale
     offset_mm: Annotated[float, Meta(ge=-100, le=100)] = 0.0
 
 
 class Adc(Section, frozen=True):
-    """The serial ADC (ICD section 1)."""
+    """The serial ADC."""
 
     port: str  # device path or any pyserial URL
-    sample_hz: Annotated[float, Meta(ge=10, le=10_000)]
-    channels: Annotated[int, Meta(ge=1, le=8)]
+    sample_hz: Annotated[float, Meta(ge=10, le=10_000)]  # frames per second; another rate is a fault
+    channels: Annotated[int, Meta(ge=1, le=8)]  # counts per frame
     baud: Count = 921_600
 
 
 class Can(Section, frozen=True):
-    """The CAN bus (ICD section 2): a DBC file plus, for another aircraft, a table of its own."""
+    """The CAN bus: a DBC file plus, for another aircraft, a table of its own."""
 
-    interface: str
-    channel: str
+    interface: str  # of python-can: socketcan, udp_multicast, ...; fifo: named pipes on this machine
+    channel: str  # of that interface, e.g. can0
     dbc: str  # relative to the configuration file
     bitrate: Count = 1_000_000
     input: list[dict[str, Any]] = []  # rows {dbc, signal, index}; empty = the ICD's table
@@ -65,7 +65,7 @@ class Can(Section, frozen=True):
 class CanOut(Section, frozen=True):
     """Estimates sent on the bus (ids 1850 to 1853)."""
 
-    node_id: Annotated[int, Meta(ge=0, le=255)]
+    node_id: Annotated[int, Meta(ge=0, le=255)]  # CANaerospace node id of thrustd
     rate_hz: Annotated[float, Meta(gt=0, le=100)] = 10.0
 
 
