@@ -6,6 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
+
+from thrustd.compiled import compiled, entry
+
 SOURCE = """
 from thrustd.compiled import compiled
 
@@ -73,3 +78,19 @@ def test_machine_code_goes_with_what_it_calls(tmp_path):
     assert answer(2, 4, 5) == ["15.0", "0"]
     assert answer(3, 4, 5) == ["20.0", "0"]
     assert answer(3, 4, 6) == ["21.0", "0"]
+
+
+def _sum_of(row):
+    total = 0.0
+    for value in row:
+        total += value
+    return total
+
+
+def test_the_entry_is_the_function_itself():
+    whole = compiled(_sum_of, "f8(f8[::1])")
+    row = np.random.default_rng(1).normal(size=100)
+    assert entry(whole)(row) == whole(row) == _sum_of(row)
+    for other in (row.astype(np.float32), row.tolist(), None):
+        with pytest.raises(TypeError):
+            entry(whole)(other)

@@ -58,7 +58,8 @@ def compiled(
 def entry(function: Any) -> Any:
     """Machine code of one signature for callers in Python: half of a short call is numba's look at what it was given.
 
-    So whoever calls gives arrays of exactly the signature's kinds: only dimensions and sizes of numbers are looked at.
+    So it is for callers whose arrays are made once and are of the signature's kinds: nobody looks at more than the size
+    of their numbers.
     """
     (only,) = function.overloads.values()
     return only.entry_point
