@@ -13,12 +13,12 @@ import msgspec
 import numpy as np
 
 from thrustd.columns import Floats
+from thrustd.flight_means import ENGINE_ROUTES, TOGETHER, EngineMeans, FlightMeans
 from thrustd.types import Estimate, Fault, MountOutput, Output
 
 BAND_SIGMAS = 1.96  # 95 % of a normal distribution
 PCT_ABOVE_N = 2000.0  # per mount: the thesis' operating range
-ENGINE_ROUTES, MOUNT_ROUTES = ("fused", "mount", "brochure"), ("mount",)
-TOGETHER = 512  # rows of one name are counted at once
+MOUNT_ROUTES = ("mount",)
 
 
 class ErrorSums:
@@ -64,9 +64,9 @@ class Score(msgspec.Struct, frozen=True):
 
     n: int
     rmse_n: float
-    bias_n: float
+    bias_n: float  # mean of estimate minus truth
     mae_pct_above_2kn: float  # mean absolute error in % of truth, where truth exceeds 2 kN per mount
-    worst_n: float
+    worst_n: float  # largest |error|
     inside_95_pct: float  # share of truth inside the printed 95 % band
 
 
@@ -90,6 +90,7 @@ class FlightScore:
         # by name, what was not counted yet, row after row: time, then value and one sigma of each route
         self._rows = {name: array("d") for name in self.names}
         self._truth: dict[str, tuple[array[float], array[float]]] = {}  # by name: times and values
+        self._means = tuple(FlightMeans() for _ in engines)
         self._heard: set[int] = set()  # engines of which a route has spoken: before, nobody knows anything
         self.faults: Counter[tuple[str, str]] = Counter()
         self.estimates = 0
@@ -115,6 +116,7 @@ class FlightScore:
             self.estimates += 1
             self.first_ns = output.t_ns if self.first_ns < 0 else self.first_ns
             self.last_ns = output.t_ns
+            self._means[output.engine].take(output)
             if self._truth:
                 self._take_estimate(output)
         elif isinstance(output, MountOutput):
@@ -127,6 +129,10 @@ class FlightScore:
     def truth_n(self, name: str, t_ns: int) -> float:
         """As far as it was heard; NaN outside."""
         return float(np.interp(t_ns, *self._truth[name], nan, nan)) if name in self._truth else nan
+
+    def means(self) -> dict[str, EngineMeans]:
+        """By engine: what the estimates say of themselves, truth or not."""
+        return {name: means.means() for name, means in zip(self._engines, self._means, strict=True)}
 
     def scores(self) -> dict[str, dict[str, Score]]:
         """By engine or mount name: route -> score."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from thrustd.errors import LogError
+from thrustd.flight_means import EngineMeans
 from thrustd.flight_picture import FlightPicture
 from thrustd.flight_score import FlightScore, Score, Truth
 from thrustd.fusion.smoother import Tape
@@ -36,7 +37,8 @@ class ReplaySummary(msgspec.Struct, frozen=True):
     missing_events: int
     cut: bool  # the log ended without a summary: the recorder was killed
     estimates: int
-    scores: dict[str, dict[str, Score]]  # engine or mount -> route -> error against the truth; empty without truth
+    engines: dict[str, EngineMeans]  # what the estimates say of themselves
+    scores: dict[str, dict[str, Score]]  # engine or mount -> route -> estimate against truth; empty without truth
     faults: dict[str, int]  # "where kind" -> count
 
 
@@ -185,6 +187,7 @@ def _summary(log: LogRun, score: FlightScore) -> ReplaySummary:
         missing_events=log.missing_events,
         cut=log.cut,
         estimates=score.estimates,
+        engines=score.means(),
         scores=score.scores(),
         faults={f"{where} {kind}": n for (where, kind), n in sorted(score.faults.items())},
     )
