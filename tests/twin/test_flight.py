@@ -11,7 +11,7 @@ from thrustd.records.files import read_recording
 from thrustd.records.recording import make_recording
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.aircraft import as_flown
-from thrustd.twin.airframe import ENGINES, MOUNTS, carried_n, draw_airframe
+from thrustd.twin.airframe import ENGINES, MOUNTS, carried_n, draw_airframe, settled
 from thrustd.twin.faults import SensorFault
 from thrustd.twin.flight import Rates, Truth, fly, scripted_flight, write_flight
 from thrustd.twin.sensors import COUNT_MM
@@ -226,6 +226,14 @@ def test_engines_are_started_in_front_of_a_recording():
             assert (started[name][:others] == 0.0).all()
             assert started[name][front - 100] == pytest.approx(plain[name][0], rel=1e-3)
     assert (np.abs(np.diff(started["n1_pct_left"])) < 0.5).all()
+
+
+def test_mounts_that_have_flown_do_not_come_back_to_where_they_were_new():
+    airframe, nothing_n = draw_airframe(2), np.zeros(4)
+    new, flown = settled(airframe, nothing_n), settled(airframe, nothing_n, flown=True)
+    for before, after in zip(new, flown, strict=True):
+        assert before.scalar[0] == 0.0
+        assert 0.02 < after.scalar[0] < 0.05
 
 
 def test_engines_that_run_already_are_not_started():
