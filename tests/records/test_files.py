@@ -140,6 +140,13 @@ def test_write_into_a_missing_folder(tmp_path):
         write_recording(make_recording("a", {"time_s": [1.0]}), tmp_path / "none" / "a.npz")
 
 
+def test_matlab_constants_beside_columns_are_left_out_and_reported(tmp_path):
+    savemat(tmp_path / "m.mat", {"time_s": np.arange(9.0), "force_N": np.ones(9), "fs": 10.0})
+    loaded = read_recording(tmp_path / "m.mat")
+    assert "fs" not in loaded.channels
+    assert any("fs" in note for note in loaded.notes)
+
+
 def test_matlab_flightdata_structure(tmp_path):
     field = lambda data, units: {"data": np.asarray(data), "units": units}  # noqa: E731
     flight = {

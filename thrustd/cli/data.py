@@ -31,7 +31,7 @@ def convert_verb(arguments: argparse.Namespace) -> int:
     from thrustd.records.files import read_recording, write_recording
 
     if arguments.rate is not None and not 0 < arguments.rate <= 1e6:
-        raise UsageError(f"--rate {arguments.rate}: expected 0 to 1e6 Hz")
+        raise UsageError(f"--rate {arguments.rate:g}: expected above 0, at most 1e6 Hz")
     record = read_recording(arguments.input)
     if arguments.rate is not None:
         record = record.resample(arguments.rate)

@@ -26,11 +26,12 @@ def read_mat(path: Path) -> Loaded:
         variables, units = _ftis_fields(variables["flightdata"])
     columns: dict[str, FloatArray] = {}
     notes: list[str] = []
-    for name, value in variables.items():
-        if name.startswith("__"):
-            continue
-        array = np.atleast_1d(value)
-        if array.dtype.kind in "fiub" and array.ndim == 1:
+    arrays = {name: np.atleast_1d(value) for name, value in variables.items() if not name.startswith("__")}
+    longest = max((array.size for array in arrays.values()), default=0)
+    for name, array in arrays.items():
+        if array.size == 1 < longest and not signal_of(name):
+            notes.append(f"{name}: one value beside columns of {longest} left out")
+        elif array.dtype.kind in "fiub" and array.ndim == 1:
             columns[name] = array.astype(np.float64)
         elif signal_of(name):
             raise RecordingError(f"{path.name}: {name} has shape {array.shape} of {array.dtype}; expected 1-D numbers")

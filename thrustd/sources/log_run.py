@@ -42,7 +42,7 @@ class LogRun:
         self.files = sorted((LogFile(path) for path in paths), key=lambda file: file.header.part)
         for this, following in pairwise(self.files):
             if following.header.run != this.header.run or not this.header.run:
-                raise LogError(f"{following.path}: run {following.header.run!r}, expected {this.header.run!r}")
+                raise LogError(f"{following.path}: expected a file of the same run as {this.path}")
             if following.header.part != this.header.part + 1:
                 raise LogError(f"{following.path}: part {following.header.part}, expected {this.header.part + 1}")
 

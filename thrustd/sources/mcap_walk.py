@@ -71,7 +71,7 @@ class McapWalk:
             try:
                 messages = self._record(opcode, head, content)
             except (error, IndexError, UnicodeDecodeError, ValueError, zstandard.ZstdError) as why:
-                raise self._damaged(at, f"{type(why).__name__} {why}") from None
+                raise self._damaged(at, str(why) or "a record that does not fit") from None
             yield messages
             if opcode == _OP_FOOTER:
                 self._finish()

@@ -48,8 +48,10 @@ class LogHeader(msgspec.Struct, frozen=True, kw_only=True):
     @classmethod
     def from_metadata(cls, metadata: dict[str, str]) -> "LogHeader":
         """LogError when the metadata is not one of ours."""
-        if metadata.get("format") != FORMAT:
-            raise LogError(f"log header: format {metadata.get('format')!r}, expected {FORMAT!r}")
+        if "format" not in metadata:
+            raise LogError("log header: none, expected a flight log; `simulate --recording FILE` makes one of a recording")
+        if metadata["format"] != FORMAT:
+            raise LogError(f"log header: format {metadata['format']!r}, expected {FORMAT!r}")
         kinds = get_type_hints(cls)
         known = {name: text for name, text in metadata.items() if name in kinds}
         try:
