@@ -49,7 +49,7 @@ class LogHeader(msgspec.Struct, frozen=True, kw_only=True):
     def from_metadata(cls, metadata: dict[str, str]) -> "LogHeader":
         """LogError when the metadata is not one of ours."""
         if "format" not in metadata:
-            raise LogError("log header: none, expected a flight log; `simulate --recording FILE` makes one of a recording")
+            raise LogError("log header: none; expected a flight log (of a recording: `simulate --recording FILE`)")
         if metadata["format"] != FORMAT:
             raise LogError(f"log header: format {metadata['format']!r}, expected {FORMAT!r}")
         kinds = get_type_hints(cls)
