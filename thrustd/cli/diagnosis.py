@@ -41,10 +41,15 @@ def add_verbs(verbs: Verbs) -> None:
 
     extend = add_verb(
         verbs, "extend", extend_verb, "add an effect to a model and estimate it; refused unless held-back error falls",
-        "thrustd extend mount.json measured.csv --effect axial_inertia -o better.json",
+        "thrustd extend mount.json measured.csv --effect axial_inertia -o better.json\n"
+        "  thrustd extend mount.json --given axial_inertia.mass_kg=186.5 -o better.json",
     )  # fmt: skip
-    _add_model_and_data(extend)
+    _add_model_and_data(extend, "*")
     _add_effects(extend, "effect to add: a name or an expression over channels; may be repeated")
+    extend.add_argument(
+        "--given", action="append", default=[], metavar="EFFECT.PARAMETER=VALUE",
+        help="effect of known size, put in as it is; may be repeated",
+    )  # fmt: skip
     extend.add_argument("-o", "--out", type=Path, required=True, help="model to write")
     add_json(extend)
 
@@ -112,6 +117,10 @@ def extend_verb(arguments: argparse.Namespace) -> int:
     from thrustd.diagnose.extend import extend
     from thrustd.errors import UsageError
 
+    if arguments.given:
+        return _given(arguments)
+    if not arguments.data:
+        raise UsageError("extend: no recording; expected at least one to estimate an effect from, or --given")
     records = read_recordings(arguments.data)
     effects = _effects(arguments, records)
     if not effects:
@@ -130,6 +139,23 @@ def extend_verb(arguments: argparse.Namespace) -> int:
     write_model_file(report.spec, arguments.out)
     _show(report, arguments)
     note(f"written: {arguments.out}")
+    return 0
+
+
+def _given(arguments: argparse.Namespace) -> int:
+    from thrustd.cli.files import write_model_file
+    from thrustd.diagnose.given import read_given, with_given
+    from thrustd.errors import UsageError
+
+    if arguments.data or arguments.effect or arguments.effect_file:
+        raise UsageError("extend: --given takes no recordings and no --effect; expected one after the other")
+    (spec,) = read_models([arguments.model]).values()
+    extended = with_given(spec, read_given(arguments.given))
+    write_model_file(extended, arguments.out)
+    if arguments.json:
+        print_json({"model": str(arguments.out), "given": extended.provenance["given"]})
+    else:
+        print(f"{arguments.out}: {', '.join(arguments.given)} put in; no error was measured")
     return 0
 
 
@@ -172,9 +198,9 @@ def _show(report: Any, arguments: argparse.Namespace) -> None:
     report.print(console())
 
 
-def _add_model_and_data(parser: argparse.ArgumentParser) -> None:
+def _add_model_and_data(parser: argparse.ArgumentParser, count: str = "+") -> None:
     parser.add_argument("model", type=Path, help="model artifact (.json)")
-    parser.add_argument("data", type=Path, nargs="+", help="recordings (CSV, Parquet, MCAP, npz, mat)")
+    parser.add_argument("data", type=Path, nargs=count, help="recordings (CSV, Parquet, MCAP, npz, mat)")
     _add_reference(parser)
 
 

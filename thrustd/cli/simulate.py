@@ -28,6 +28,9 @@ def add_verbs(verbs: Verbs) -> None:
     parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
     parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record (default 8)")
     parser.add_argument("--mount", choices=("upper", "lower"), default="upper", help="isolator on the bench")
+    parser.add_argument(
+        "--room", type=float, default=20.0, metavar="DEGC", help="temperature of the bench (default 20)"
+    )
     parser.add_argument("--hide", metavar="EFFECT[,EFFECT]", help="bench, measured and held-out record with an effect")
     parser.add_argument("--strength", type=float, default=3.0, help="size of the hidden effect, x the model's error")
     parser.add_argument("--hil", type=Path, metavar="CONFIG", help="play in real time on the wires CONFIG listens to")
@@ -90,12 +93,15 @@ def _bench(arguments: argparse.Namespace) -> dict[str, Any]:
 
     if not 0.01 <= arguments.hours <= 1000:
         raise UsageError(f"--hours {arguments.hours:g}: expected 0.01 to 1000")
+    if not -60 <= arguments.room <= 100:
+        raise UsageError(f"--room {arguments.room:g}: expected -60 to 100 degC")
     makers: dict[str, Callable[..., Any]] = {
         "steps": bench.step_bench, "sine": bench.sine_bench, "multisine": bench.multisine_bench,
         "weight": bench.weight_bench,
     }  # fmt: skip
     mount = UPPER if arguments.mount == "upper" else LOWER
-    record = makers[arguments.bench](arguments.hours, arguments.seed, mount=mount)
+    rig = bench.RIG._replace(room_degc=arguments.room)
+    record = makers[arguments.bench](arguments.hours, arguments.seed, mount=mount, rig=rig)
     write_recording(record, arguments.out)
     return {"record": str(arguments.out), "samples": len(record), "hours": arguments.hours}
 
