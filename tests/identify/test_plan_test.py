@@ -7,15 +7,26 @@ from thrustd.errors import UsageError
 from thrustd.identify.plan_test import PROGRAMMES, BenchPlan, as_csv, programme
 
 HOUR = BenchPlan(hours=1.0)
+BEGIN = 650  # samples at rest and of the ramp that follows
 
 
 @pytest.mark.parametrize("kind", PROGRAMMES)
 def test_every_programme_stays_within_what_the_rig_may_do(kind):
     columns = programme(kind, HOUR)
     assert len(columns["time_s"]) == 36_000
-    assert columns["force_N"].min() >= 400.0 - 1e-9
-    assert columns["force_N"].max() <= 6500.0 + 1e-9
-    assert np.ptp(columns["force_N"]) > 4000.0
+    moving_n = columns["force_N"][BEGIN:]
+    assert moving_n.min() >= 400.0 - 1e-9
+    assert moving_n.max() <= 6500.0 + 1e-9
+    assert np.ptp(moving_n) > 4000.0
+
+
+@pytest.mark.parametrize("kind", PROGRAMMES)
+def test_every_programme_begins_at_rest_for_a_minute_and_nothing_jumps(kind):
+    columns = programme(kind, HOUR)
+    assert np.all(columns["force_N"][:600] == 0.0)
+    assert columns["force_N"][600] == 0.0
+    assert np.abs(np.diff(columns["force_N"][: BEGIN + 10])).max() < 400.0  # N in 0.1 s
+    assert np.all(columns.get("accel_z_g", np.ones(600))[:600] == 1.0)
 
 
 def test_a_programme_is_the_same_for_the_same_seed():
@@ -25,7 +36,7 @@ def test_a_programme_is_the_same_for_the_same_seed():
 
 
 def test_the_multisine_has_power_in_its_band_only():
-    force_n = programme("multisine", HOUR)["force_N"]
+    force_n = programme("multisine", HOUR)["force_N"][BEGIN:]
     power = np.abs(np.fft.rfft((force_n - force_n.mean()) * np.hanning(len(force_n)))) ** 2
     frequency_hz = np.fft.rfftfreq(len(force_n), 0.1)
     assert power[frequency_hz > 1.1].sum() < 1e-4 * power.sum()
@@ -47,6 +58,9 @@ def test_the_csv_begins_with_the_canonical_names():
     ("make", "message"),
     [
         (lambda: BenchPlan(low_n=10.0, high_n=5.0), "expected low < high"),
+        (lambda: BenchPlan(high_n=1e9), "force_N from 400 to 1e.09, expected low < high within -20000 to 20000"),
+        (lambda: BenchPlan(hours=0.001), "0.001 h, expected 0.05 to 1000"),
+        (lambda: BenchPlan(hours=float("nan")), "nan h, expected"),
         (lambda: BenchPlan(sample_hz=1.0), "twice the highest frequency"),
         (lambda: programme("triangle", HOUR), "programme 'triangle', expected one of steps"),
     ],

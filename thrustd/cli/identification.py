@@ -46,11 +46,13 @@ def add_verbs(verbs: Verbs) -> None:
         "thrustd plan-test multisine --hours 2 -o out/programme.csv",
     )  # fmt: skip
     plan.add_argument("programme", choices=("steps", "multisine", "sweep", "weight"))
-    plan.add_argument("-o", "--out", type=Path, required=True, help="CSV to write: time_s, force_N (, accel_z_g)")
-    plan.add_argument("--hours", type=float, default=8.0)
+    plan.add_argument(
+        "-o", "--out", type=Path, required=True, help="CSV to write: time_s, force_N; weight: accel_z_g too"
+    )
+    plan.add_argument("--hours", type=float, default=8.0, help="length, the minute at rest included (default 8)")
     plan.add_argument("--low", type=float, default=400.0, metavar="N", help="smallest force (default 400)")
     plan.add_argument("--high", type=float, default=6500.0, metavar="N", help="largest force (default 6500)")
-    plan.add_argument("--seed", type=int, default=0)
+    plan.add_argument("--seed", type=int, default=0, help="draws levels, times and phases (default 0)")
 
     compile_ = add_verb(
         verbs, "compile", compile_verb, "discretise a model for a sample rate and prove it against its artifact",

@@ -12,9 +12,13 @@ import numpy as np
 
 from thrustd.errors import UsageError
 from thrustd.model.stage import Floats
+from thrustd.signals import CATALOGUE
 
 PROGRAMMES = ("steps", "multisine", "sweep", "weight")
 RAMP_S = 1.0  # of every step, half a cosine
+STILL_S, LOAD_S = 60.0, 5.0  # every record begins at rest, then the load comes on: models start from rest, too
+REST = {"force_N": 0.0, "accel_z_g": CATALOGUE["accel_z_g"].rest}
+SHORTEST_H, LONGEST_H = 0.05, 1000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,17 +36,21 @@ class BenchPlan:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for field, low, high in (
-            ("forces", self.low_n, self.high_n),
-            ("band_hz", *self.band_hz),
-            ("weight_g", *self.weight_g),
+        for field, low, high, limit in (
+            ("force_N", self.low_n, self.high_n, CATALOGUE["force_N"]),
+            ("accel_z_g", *self.weight_g, CATALOGUE["accel_z_g"]),
         ):
-            if not low < high:
-                raise UsageError(f"test plan: {field} {low:g} to {high:g}, expected low < high")
-        if not (self.hours > 0 and self.sample_hz >= 2 * self.band_hz[1]):
+            if not limit.low <= low < high <= limit.high:
+                raise UsageError(
+                    f"test plan: {field} from {low:g} to {high:g}, expected low < high within {limit.low:g} to "
+                    f"{limit.high:g}, all that thrustd takes for a measurement"
+                )
+        if not SHORTEST_H <= self.hours <= LONGEST_H:
+            raise UsageError(f"test plan: {self.hours:g} h, expected {SHORTEST_H:g} to {LONGEST_H:g}")
+        if not 0 < self.band_hz[0] < self.band_hz[1] <= self.sample_hz / 2:
             raise UsageError(
-                f"test plan: {self.hours:g} h at {self.sample_hz:g} Hz, expected a time > 0 and a rate of at least "
-                f"twice the highest frequency, {self.band_hz[1]:g} Hz"
+                f"test plan: {self.band_hz[0]:g} to {self.band_hz[1]:g} Hz at {self.sample_hz:g} Hz, expected low < "
+                "high and a rate of at least twice the highest frequency"
             )
 
 
@@ -51,15 +59,28 @@ def programme(kind: str, plan: BenchPlan) -> dict[str, Floats]:
     if kind not in PROGRAMMES:
         raise UsageError(f"test plan: programme '{kind}', expected one of {', '.join(PROGRAMMES)}")
     rng = np.random.default_rng(plan.seed)
-    time_s = np.arange(round(plan.hours * 3600 * plan.sample_hz)) / plan.sample_hz
-    if kind == "multisine":
-        return {"time_s": time_s, "force_N": _multisine(time_s, plan, rng)}
-    if kind == "sweep":
-        return {"time_s": time_s, "force_N": _sweep(time_s, plan)}
-    columns = {"time_s": time_s, "force_N": _steps(time_s, plan.low_n, plan.high_n, plan, rng)}
+    count, still, loading = (round(s * plan.sample_hz) for s in (plan.hours * 3600, STILL_S, LOAD_S))
+    time_s = np.arange(count) / plan.sample_hz
+    moving_s = time_s[: count - still - loading]
+    columns = {"force_N": _forces(kind, moving_s, plan, rng)}
     if kind == "weight":
-        columns["accel_z_g"] = _steps(time_s, *plan.weight_g, plan, rng)
-    return columns
+        columns["accel_z_g"] = _steps(moving_s, *plan.weight_g, plan, rng, first=REST["accel_z_g"])
+    return {"time_s": time_s} | {
+        name: _from_rest(REST[name], values, still, loading) for name, values in columns.items()
+    }
+
+
+def _forces(kind: str, time_s: Floats, plan: BenchPlan, rng: np.random.Generator) -> Floats:
+    if kind == "multisine":
+        return _multisine(time_s, plan, rng)
+    if kind == "sweep":
+        return _sweep(time_s, plan)
+    return _steps(time_s, plan.low_n, plan.high_n, plan, rng, first=plan.low_n)
+
+
+def _from_rest(rest: float, values: Floats, still: int, loading: int) -> Floats:
+    """`values` behind so many samples at rest and so many of a straight ramp to the first of them."""
+    return np.concatenate((np.full(still, rest), np.linspace(rest, values[0], loading, endpoint=False), values))
 
 
 def as_csv(columns: dict[str, Floats]) -> str:
@@ -70,11 +91,11 @@ def as_csv(columns: dict[str, Floats]) -> str:
     return "\n".join([",".join(columns), *(pattern.format(*row) for row in rows)]) + "\n"
 
 
-def _steps(time_s: Floats, low: float, high: float, plan: BenchPlan, rng: np.random.Generator) -> Floats:
-    """Random levels for random times; ramps of half a cosine."""
+def _steps(time_s: Floats, low: float, high: float, plan: BenchPlan, rng: np.random.Generator, first: float) -> Floats:
+    """Random levels for random times, `first` before the first of them; ramps of half a cosine."""
     count = int(time_s[-1] / plan.hold_s[0]) + 2
     starts = np.concatenate(([0.0], np.cumsum(rng.uniform(*plan.hold_s, count))))
-    levels = np.concatenate(([low], rng.uniform(low, high, count)))
+    levels = np.concatenate(([first], rng.uniform(low, high, count)))
     at = np.searchsorted(starts, time_s, side="right") - 1
     share = 0.5 - 0.5 * np.cos(pi * np.clip((time_s - starts[at]) / RAMP_S, 0.0, 1.0))
     force: Floats = levels[np.maximum(at - 1, 0)] + (levels[at] - levels[np.maximum(at - 1, 0)]) * share
