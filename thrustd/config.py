@@ -148,12 +148,22 @@ def read_config(text: str, where: str) -> Config:
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
-        raise ConfigError(f"{where}: not TOML: {problem}") from None
+        raise ConfigError(f"{where}: {_other_file(text) or f'not TOML: {problem}'}") from None
     except RecursionError:
         raise ConfigError(f"{where}: nested too deep, expected tables and lists as in deploy/ph-lab.toml") from None
     config = section(table, Config, where)
     _check(config, where)
     return config
+
+
+def _other_file(text: str) -> str:
+    """What a file is that is surely no configuration, and who reads it."""
+    kinds = {
+        '"thrustd-model/': "a mount model, read by `thrustd compile` and",
+        '"thrustd.deck.': "a brochure deck, read by",
+    }
+    found = next((words for schema, words in kinds.items() if schema in text[:4000]), "")
+    return f"{found} `thrustd info`; expected a configuration (TOML) that names it" if found else ""
 
 
 T = TypeVar("T")

@@ -8,6 +8,11 @@ from thrustd.cli.files import read_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json
 from thrustd.errors import UsageError
 
+MODEL, DECK = '"thrustd-model/', '"thrustd.deck.v'  # beginnings of a schema, near the beginning of the file
+EXPECTED = f'a mount model (schema {MODEL}1") or a brochure deck (schema {DECK}1")'
+SCHEMA_WITHIN = 4000
+SHOWN_KEYS = 5
+
 
 def add_verbs(verbs: Verbs) -> None:
     convert = add_verb(
@@ -127,11 +132,10 @@ def _log_report(path: Path) -> dict[str, Any]:
 
 def _json_report(path: Path) -> dict[str, Any]:
     text = read_text(path)
-    if '"thrustd-model/' not in text[:4000]:
-        from thrustd.brochure.deck import Deck
-
-        Deck.from_json(text, str(path))
-        return {"file": str(path), "kind": "brochure deck"}
+    if DECK in text[:SCHEMA_WITHIN]:
+        return _deck_report(path, text)
+    if MODEL not in text[:SCHEMA_WITHIN]:
+        raise UsageError(f"{path}: {_json_words(text)}; expected {EXPECTED}")
     from thrustd.model.artifact import read_model
 
     spec = read_model(text, str(path))
@@ -145,6 +149,44 @@ def _json_report(path: Path) -> dict[str, Any]:
         "provenance": spec.provenance,
         "ledger": spec.ledger,
         "witness_rows": len(spec.witness.force_n) if spec.witness else 0,
+    }
+
+
+def _json_words(text: str) -> str:
+    """What a JSON file is that is neither model nor deck."""
+    import msgspec
+
+    if not text.strip():
+        return "empty"
+    try:
+        value = msgspec.json.decode(text)
+    except (msgspec.DecodeError, RecursionError) as problem:
+        return f"not JSON: {problem}"
+    if isinstance(value, dict):
+        keys = ", ".join(list(value)[:SHOWN_KEYS]) or "none"
+        return (
+            f"a JSON object without a schema of thrustd, its keys: {keys}{', ...' if len(value) > SHOWN_KEYS else ''}"
+        )
+    return f"a JSON list of {len(value)}" if isinstance(value, list) else "a single JSON value"
+
+
+def _deck_report(path: Path, text: str) -> dict[str, Any]:
+    from thrustd.brochure.deck import Deck
+
+    deck = Deck.from_json(text, str(path)).data
+    spools = {"N1": deck.n1, "N2": deck.n2}
+    engines = sorted({curve.engine for curves in spools.values() for curve in curves})
+    return {
+        "file": str(path),
+        "kind": "brochure deck",
+        "name": deck.name,
+        "engine_type": deck.engine_type,
+        "curves of engine": {
+            str(engine): [name for name, curves in spools.items() if engine in {curve.engine for curve in curves}]
+            for engine in engines
+        },
+        "provenance": {str(number): line for number, line in enumerate(deck.provenance, 1)},
+        "relative errors, from the fit": deck.errors,
     }
 
 

@@ -1,0 +1,49 @@
+"""`thrustd info` says what a JSON file is, and `check` says what is no configuration."""
+
+import msgspec
+import pytest
+
+from tests.conftest import ROOT
+from thrustd.__main__ import main
+
+DECK = ROOT / "models" / "brochure" / "jt15d-4.json"
+MODEL = ROOT / "models" / "left-upper.json"
+
+
+def test_a_deck_tells_engines_flights_and_errors_as_they_stand_in_the_file(capsys):
+    assert main(["info", str(DECK)]) == 0
+    told = capsys.readouterr().out
+    deck = msgspec.json.decode(DECK.read_bytes())
+    assert all(line in told for line in deck["provenance"])
+    for name, value in deck["errors"].items():
+        assert f"  {name}  {value:.6g}\n" in told
+    assert "  0  N1, N2\n  1  N1, N2\n" in told
+    assert main(["info", str(DECK), "--json"]) == 0
+    assert msgspec.json.decode(capsys.readouterr().out)["name"] == deck["name"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "empty; expected a mount model"),
+        ("[1, 2]", "a JSON list of 2; expected a mount model"),
+        ("7", "a single JSON value; expected"),
+        ('{"a": 1, "b": 2}', "without a schema of thrustd, its keys: a, b; expected"),
+        ("{", "not JSON: "),
+    ],
+)
+def test_other_json_is_named(tmp_path, capsys, text, words):
+    path = tmp_path / "some.json"
+    path.write_text(text)
+    assert main(["info", str(path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words in line
+    assert "some.json" in line
+
+
+@pytest.mark.parametrize(("path", "words"), [(MODEL, "a mount model, read by"), (DECK, "a brochure deck, read by")])
+def test_a_model_is_no_configuration(capsys, path, words):
+    assert main(["check", str(path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{path}: {words}" in line
+    assert "thrustd info" in line
