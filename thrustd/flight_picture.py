@@ -1,20 +1,36 @@
-"""The picture of a flight: thrust with its band and both routes above, error against the truth below, per engine."""
+"""The picture of a flight, per engine: thrust with its band and both routes above, how far they are off below.
 
+Off the truth where one is known, as in a simulated flight; else both routes off the fused thrust.
+"""
+
+from collections.abc import Mapping
 from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
+from thrustd.columns import Flags, Floats
 from thrustd.flight_score import BAND_SIGMAS
 from thrustd.types import Estimate, Status
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 MAX_POINTS = 4000  # per engine: more than a picture has columns
-NAMED = Status.MOUNT_FAILED | Status.BROCHURE_FAILED | Status.MOUNT_LOST | Status.BROCHURE_LOST
+# Okabe & Ito: safe for colour-blind readers
+BLUE, SKY, ORANGE, GREEN, GREY = "#0072b2", "#56b4e9", "#e69f00", "#007a59", "#555555"
+COLOURS = {"fused": SKY, "mount": GREEN, "brochure": ORANGE}
+WIDTHS = {"fused": 2.8, "mount": 0.9, "brochure": 0.9}  # a route that agrees is seen on the fused line
+WASHES = (  # behind the lines while the status says so
+    (Status.MOUNT_LOST | Status.MOUNT_FAILED, GREEN, "mount route lost or not believed"),
+    (Status.BROCHURE_LOST | Status.BROCHURE_FAILED, ORANGE, "brochure route lost or not believed"),
+    (Status.ONE_MOUNT, GREY, "thrust of one mount alone"),
+)
+BEYOND = "beyond the axis"
+PLACES = 100  # of such marks along the time axis, at most
+Limits = tuple[float, float]
 
 
 class Point(NamedTuple):
@@ -53,74 +69,130 @@ class FlightPicture:
 
     def take(self, name: str, e: Estimate, truth_n: float = nan) -> None:
         """One estimate of the engine called `name` and the truth at its time."""
+        if name not in self.tracks and not (isfinite(e.mount_n) or isfinite(e.brochure_n)):
+            return  # before a route has spoken nobody knows anything
         if self._start_ns < 0:
             self._start_ns = e.t_ns
         t_s = (e.t_ns - self._start_ns) * 1e-9
         track = self.tracks.setdefault(name, Track())
         track.add(Point(t_s, e.thrust_n, e.thrust_std_n, e.mount_n, e.brochure_n, e.status, truth_n))
 
-    def save(self, path: Path, title: str) -> None:
-        """PNG, two rows, one column per engine."""
-        import matplotlib
+    def save(self, path: Path, title: str, largest_n: Mapping[str, Mapping[str, float]]) -> None:
+        """PNG of `figure`."""
+        self.figure(title, largest_n).savefig(path, dpi=110)
 
-        matplotlib.use("Agg")
-        import matplotlib.pyplot as plt
+    def figure(self, title: str, largest_n: Mapping[str, Mapping[str, float]]) -> "Figure":
+        """Two rows, one column per engine; `largest_n`: by engine and route, of the differences below."""
+        from matplotlib.figure import Figure  # takes a second
 
-        n = max(len(self.tracks), 1)
-        figure, axes = plt.subplots(
-            2,
-            n,
-            figsize=(8 * n, 8),
-            sharex="col",
-            sharey="row",
-            squeeze=False,
-            height_ratios=(3, 2),
-            layout="constrained",
-        )
-        for column, (name, track) in enumerate(self.tracks.items()):
-            _draw(axes[0, column], axes[1, column], np.array(track.points, float).reshape(-1, len(Point._fields)))
-            axes[0, column].set_title(f"{name} engine", loc="left")
-            axes[1, column].set_xlabel("time, s")
+        curves = {name: Curves.of(track.points) for name, track in self.tracks.items()}
+        n = max(len(curves), 1)
+        figure = Figure(figsize=(8 * n, 8.5), layout="constrained")
+        axes = figure.subplots(2, n, sharex="col", sharey="row", squeeze=False, height_ratios=(3, 2))
+        limits = _limits([c.levels() for c in curves.values()]), _limits([c.spreads() for c in curves.values()])
+        for (above, below), (name, c) in zip(axes.T, curves.items(), strict=False):
+            c.draw(above, below, limits)
+            above.set_title(f"{name} engine", loc="left")
+            said_n = largest_n.get(name, {})
+            largest = ", ".join(f"{route} {said_n[route]:.0f} N" for route in COLOURS if route in said_n)
+            below.set_title(f"{c.difference}; largest: {largest or 'none'}", loc="left", fontsize=10, pad=8)
+            below.set_xlabel("time, s")
         axes[0, 0].set_ylabel("net thrust, N (forward +)")
-        axes[1, 0].set_ylabel("estimate minus truth, N")
-        axes[0, 0].legend(loc="upper right", ncols=2, fontsize=9)
+        axes[1, 0].set_ylabel("difference, N")
+        shown = [axis.get_legend_handles_labels() for axis in axes.flat]
+        named = {label: handle for handles, labels in shown for handle, label in zip(handles, labels, strict=True)}
+        figure.legend(named.values(), named, loc="outside lower left", ncols=5, fontsize=9)
         figure.suptitle(title, x=0.01, ha="left", fontsize=12)
-        figure.savefig(path, dpi=110)
-        plt.close(figure)
+        return figure
 
 
-BLUE, ORANGE, GREEN, GREY = "#0072b2", "#e69f00", "#009e73", "#555555"  # Okabe & Ito: safe for colour-blind readers
+class Curves(NamedTuple):
+    """What is drawn of one engine, each (n,)."""
+
+    t_s: Floats
+    routes: dict[str, Floats]  # N, fused first
+    band_n: Floats
+    status: Floats
+    truth_n: Floats
+
+    @classmethod
+    def of(cls, points: list[Point]) -> "Curves":
+        t_s, fused, std, mount, brochure, status, truth = np.array(points, float).reshape(-1, len(Point._fields)).T
+        return cls(t_s, {"fused": fused, "mount": mount, "brochure": brochure}, BAND_SIGMAS * std, status, truth)
+
+    @property
+    def judged(self) -> bool:
+        """A truth is known."""
+        return bool(np.isfinite(self.truth_n).any())
+
+    @property
+    def difference(self) -> str:
+        return "estimate minus truth" if self.judged else "route minus fused (no truth is known)"
+
+    def differences(self) -> dict[str, Floats]:
+        zero = self.truth_n if self.judged else self.routes["fused"]
+        return {name: line - zero for name, line in self.routes.items() if self.judged or name != "fused"}
+
+    def levels(self) -> Limits:
+        """Of the upper axis: all of fused and truth, all but spikes of the routes."""
+        shown = np.concatenate((self.routes["fused"], self.truth_n, *(_trimmed(r, 0.2) for r in self.routes.values())))
+        return float(np.nanmin(shown)), float(np.nanmax(shown))
+
+    def spreads(self) -> Limits:
+        """Of the lower axis: all but spikes, the start left out."""
+        settled = self.t_s > self.t_s[0] + 0.02 * (self.t_s[-1] - self.t_s[0])
+        lines = [abs(line[settled]) for line in (*self.differences().values(), self.band_n)]
+        reach = max((float(_trimmed(line, 2.0)[1]) for line in lines), default=1.0)
+        return -1.4 * reach, 1.4 * reach
+
+    def draw(self, above: "Axes", below: "Axes", limits: tuple[Limits, Limits]) -> None:
+        """Thrust above, differences below; what the axes cut off gets a mark."""
+        for axis, (low, high), middle in ((above, limits[0], self.routes["fused"]), (below, limits[1], 0.0)):
+            axis.fill_between(
+                self.t_s, middle - self.band_n, middle + self.band_n, color=BLUE, alpha=0.25, lw=0,
+                label="95 % band of fused (below: around zero)",
+            )  # fmt: skip
+            for name, line in (self.routes if axis is above else self.differences()).items():
+                colour, label = COLOURS[name], name if name == "fused" else f"{name} route"
+                axis.plot(self.t_s, line, color=colour, lw=WIDTHS[name], label=label)
+                _mark_beyond(axis, self.t_s, line, (low, high), colour, 4.0 + WIDTHS[name])
+            axis.set_ylim(low, high)
+            axis.grid(alpha=0.3, lw=0.5)
+            axis.margins(x=0)
+            for bits, colour, label in WASHES:
+                _wash(axis, self.t_s, (self.status.astype(int) & int(bits)) != 0, colour, label)
+        if self.judged:
+            above.plot(self.t_s, self.truth_n, color="black", lw=0.9, ls=(0, (4, 8)), label="truth")
+        below.axhline(0.0, color="black", lw=0.5)
 
 
-def _draw(above: "Axes", below: "Axes", p: NDArray[np.float64]) -> None:
-    t, thrust, std, mount, brochure, status, truth = p.T
-    band = BAND_SIGMAS * std
-    above.plot(t, brochure, color=ORANGE, lw=0.8, label="brochure route")
-    above.plot(t, mount, color=GREEN, lw=0.8, label="mount route")
-    above.fill_between(t, thrust - band, thrust + band, color=BLUE, alpha=0.25, lw=0, label="95 % band")
-    above.plot(t, thrust, color=BLUE, lw=1.2, label="fused")
-    known = np.isfinite(truth)
-    if known.any():
-        above.plot(t, truth, color="black", lw=0.8, ls="--", label="truth")
-        below.fill_between(t, -band, band, color=BLUE, alpha=0.25, lw=0)
-        below.plot(t, brochure - truth, color=ORANGE, lw=0.7)
-        below.plot(t, mount - truth, color=GREEN, lw=0.7)
-        below.plot(t, thrust - truth, color=BLUE, lw=1.0)
-        settled = known & (t > t[0] + 0.02 * (t[-1] - t[0]))
-        spread = np.nanpercentile(np.abs(np.concatenate(((brochure - truth)[settled], band[settled]))), 98)
-        if isfinite(spread):
-            below.set_ylim(-1.6 * spread, 1.6 * spread)
-    shown = np.concatenate((thrust, truth[known]))
-    reach = float(np.ptp(shown)) or 1.0
-    above.set_ylim(shown.min() - 0.08 * reach, shown.max() + 0.12 * reach)
-    for axis in (above, below):
-        axis.grid(alpha=0.3, lw=0.5)
-        axis.margins(x=0)
-        _mark_failed(axis, t, status)
+def _trimmed(line: Floats, pct: float) -> Floats:
+    """Lowest and highest (2,) without the outermost `pct` per cent on either side; nothing known: zeros."""
+    known = line[np.isfinite(line)]
+    return np.percentile(known, (pct, 100.0 - pct)) if len(known) else np.zeros(2)
 
 
-def _mark_failed(axis: "Axes", t: NDArray[np.float64], status: NDArray[np.float64]) -> None:
-    failed = (status.astype(int) & int(NAMED)) != 0
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], failed.astype(int), [0]))))
+def _limits(of_engines: list[Limits]) -> Limits:
+    """The same for all engines, with some air."""
+    low, high = min((low for low, _ in of_engines), default=0.0), max((high for _, high in of_engines), default=1.0)
+    air = 0.08 * (high - low) or 1.0
+    return low - air, high + air
+
+
+def _mark_beyond(axis: "Axes", t_s: Floats, line: Floats, limits: Limits, colour: str, size: float) -> None:
+    """A triangle on the edge of the axis wherever the line is beyond it."""
+    width = (t_s[-1] - t_s[0]) / PLACES or 1.0
+    for beyond, edge, mark in ((line < limits[0], limits[0], "v"), (line > limits[1], limits[1], "^")):
+        at = t_s[0] + width * np.unique(np.round((t_s[beyond] - t_s[0]) / width))
+        if len(at):
+            axis.plot(at, np.full(len(at), edge), mark, color=colour, ms=size, clip_on=False, zorder=5)
+            axis.plot([], [], "^", color=GREY, ms=6, label=BEYOND)
+
+
+def _wash(axis: "Axes", t_s: Floats, on: Flags, colour: str, label: str) -> None:
+    shortest_s = 1e-3 * (t_s[-1] - t_s[0])  # less is no column of the picture
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], on.astype(int), [0]))))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        axis.axvspan(t[begin], t[min(end, len(t) - 1)], color=GREY, alpha=0.12, lw=0)
+        begin_s, end_s = t_s[begin], t_s[min(end, len(t_s) - 1)]
+        if end_s - begin_s > shortest_s:
+            axis.axvspan(begin_s, end_s, color=colour, alpha=0.12, lw=0, label=label)

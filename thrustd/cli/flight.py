@@ -3,13 +3,9 @@
 import argparse
 import gc
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
 from thrustd.errors import UsageError
-
-if TYPE_CHECKING:
-    from thrustd.replay import ReplaySummary
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -63,6 +59,7 @@ def check_verb(arguments: argparse.Namespace) -> int:
 
 
 def replay_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.cli.replay_summary import largest_n, print_summary
     from thrustd.flight_picture import FlightPicture
     from thrustd.installation import read_installation
     from thrustd.replay import replay
@@ -87,12 +84,12 @@ def replay_verb(arguments: argparse.Namespace) -> int:
             smoothed=arguments.smooth,
         )
     if picture is not None:
-        picture.save(arguments.picture, f"{summary.log}: {summary.length_s / 60:.1f} min")
+        picture.save(arguments.picture, f"{summary.log}: {summary.length_s / 60:.1f} min", largest_n(summary))
         note(f"picture: {arguments.picture}")
     if arguments.json:
         print_json(summary)
     else:
-        _print_summary(summary)
+        print_summary(summary)
     return 0
 
 
@@ -102,27 +99,3 @@ def run_verb(arguments: argparse.Namespace) -> int:
     from thrustd.installation import read_installation
 
     return fly(read_installation(arguments.config), arguments.config.parent, arguments.log_folder)
-
-
-def _print_summary(summary: "ReplaySummary") -> None:
-    from rich.table import Table
-
-    screen = console()
-    cut = ", log cut off: read up to the last whole chunk" if summary.cut else ""
-    screen.print(
-        f"{summary.log}: {summary.length_s / 60:.1f} min, {summary.events} events, "
-        f"{summary.estimates} estimates, {summary.missing_events} events missing{cut}"
-    )
-    if summary.scores:
-        table = Table(
-            "", "route", "RMSE N", "bias N", "mean |error| % above 2 kN per mount", "worst N", "truth in 95 % band"
-        )
-        for name, routes in summary.scores.items():
-            for route, s in routes.items():
-                table.add_row(
-                    name, route, f"{s.rmse_n:.1f}", f"{s.bias_n:+.1f}", f"{s.mae_pct_above_2kn:.2f}",
-                    f"{s.worst_n:.0f}", f"{s.inside_95_pct:.1f} %",
-                )  # fmt: skip
-        screen.print(table)
-    faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items()) or "none"
-    screen.print(f"faults: {faults}")

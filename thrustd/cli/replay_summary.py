@@ -1,0 +1,72 @@
+"""What a replay prints: how good the estimates were, or, where nobody knows the truth, what they say of themselves."""
+
+from typing import TYPE_CHECKING
+
+from thrustd.cli.verb import console
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from thrustd.replay import ReplaySummary
+
+
+def print_summary(summary: "ReplaySummary") -> None:
+    screen = console()
+    cut = ", log cut off: read up to the last whole chunk" if summary.cut else ""
+    screen.print(
+        f"{summary.log}: {summary.length_s / 60:.1f} min, {summary.events} events, "
+        f"{summary.estimates} estimates, {summary.missing_events} events missing{cut}"
+    )
+    screen.print(_scores(summary) if summary.scores else _means(summary))
+    for name, engine in summary.engines.items():
+        shares = sorted(engine.status_pct.items(), key=lambda row: -row[1])
+        words = ", ".join(f"{bit.replace('_', ' ')} {_pct(share)}" for bit, share in shares)
+        screen.print(f"{name}, share of the time: {words or 'healthy throughout'}", highlight=False)
+    faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items()) or "none"
+    screen.print(f"faults: {faults}")
+
+
+def largest_n(summary: "ReplaySummary") -> dict[str, dict[str, float]]:
+    """By engine and route: the largest error where a truth is known, else the largest distance from fused."""
+    if summary.scores:
+        return {name: {route: s.worst_n for route, s in routes.items()} for name, routes in summary.scores.items()}
+    return {
+        name: {route: mean.farthest_n for route, mean in engine.routes.items() if route != "fused"}
+        for name, engine in summary.engines.items()
+    }
+
+
+def _scores(summary: "ReplaySummary") -> "Table":
+    from rich.table import Table
+
+    table = Table(title="error: estimate minus truth")
+    for heading in ("", "route"):
+        table.add_column(heading)
+    for heading in ("RMSE N", "bias N", "mean |error| % above 2 kN per mount", "worst |error| N", "truth in 95 % band"):
+        table.add_column(heading, justify="right")
+    for name, routes in summary.scores.items():
+        for route, s in routes.items():
+            table.add_row(
+                name, route, f"{s.rmse_n:.1f}", f"{s.bias_n:+.1f}", f"{s.mae_pct_above_2kn:.2f}",
+                f"{s.worst_n:.0f}", f"{s.inside_95_pct:.1f} %",
+            )  # fmt: skip
+    return table
+
+
+def _means(summary: "ReplaySummary") -> "Table":
+    from rich.table import Table
+
+    table = Table(title="no truth is known of this flight")
+    for heading in ("", "route"):
+        table.add_column(heading)
+    for heading in ("there, % of the time", "mean thrust N", "one sigma N (median)", "largest distance from fused N"):
+        table.add_column(heading, justify="right")
+    for name, engine in summary.engines.items():
+        for route, mean in engine.routes.items():
+            apart = "-" if route == "fused" else f"{mean.farthest_n:.0f}"
+            table.add_row(name, route, f"{mean.known_pct:.1f}", f"{mean.mean_n:.1f}", f"{mean.std_n:.1f}", apart)
+    return table
+
+
+def _pct(share: float) -> str:
+    return f"{share:.1f} %" if share >= 0.05 else "< 0.1 %"
