@@ -40,6 +40,7 @@ class ReplaySummary(msgspec.Struct, frozen=True):
     engines: dict[str, EngineMeans]  # what the estimates say of themselves
     scores: dict[str, dict[str, Score]]  # engine or mount -> route -> estimate against truth; empty without truth
     faults: dict[str, int]  # "where kind" -> count
+    error: str = "estimate minus truth"  # what `scores` are of
 
 
 def open_installation(log: LogRun | LogFile, config: Installation | None) -> Installation:

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
 from thrustd.diagnose.compare import compare
@@ -69,6 +70,16 @@ def test_several_models_and_recordings_side_by_side(tmp_path):
     assert data["comparisons"][2]["rmse_n"] < data["comparisons"][0]["rmse_n"]
 
 
+def test_the_sign_of_the_error_is_told(capsys):
+    """Force that the model lacks is positive, in numbers, table and JSON."""
+    data = record()
+    report = compare({"mount": mount()}, [data.with_channels(force_N=data["force_N"] + 50.0)])
+    assert report.comparisons[0].bias_n > 40.0  # the first state takes a few of the 50 N
+    assert report.to_json()["error"] == "measured minus model"
+    report.print(Console(width=160))
+    assert "bias and worst: measured minus model" in " ".join(capsys.readouterr().out.split())
+
+
 def test_pictures_are_written(tmp_path):
     comparison = compare({"mount": mount()}, [record(n=4000)]).comparisons[0]
     paths = comparison_pictures(comparison, tmp_path / "pictures")
@@ -93,5 +104,5 @@ def test_places_of_failure_go_with_the_load_of_another_kind_of_rubber():
     residual = np.where(unloading, 0.1, 0.001)
     (worst, *_) = where_it_fails(regions_of(force, 0.02, {}), residual)
     assert worst.labels == ("unloading",)
-    assert "0.1 N RMS" in worst.sentence
+    assert "0.1 N RMS, measured minus model" in worst.sentence
     assert {"below 0.2 N", "above 0.3 N"} <= {region.label for region in regions_of(force, 0.02, {})}

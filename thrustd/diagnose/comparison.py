@@ -1,4 +1,8 @@
-"""What a comparison found: one model on one recording, and all of them side by side, as numbers and as a table."""
+"""What a comparison found: one model on one recording, and all of them side by side, as numbers and as a table.
+
+Errors are measured minus model, as in a diagnosis: positive is force that the model lacks. (Estimates of a flight are
+judged the other way round, estimate minus truth.)
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +18,8 @@ from thrustd.diagnose.regions import RegionError
 from thrustd.model.artifact import LedgerEntry
 from thrustd.model.stage import Floats
 
+ERROR = "measured minus model"
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
@@ -26,9 +32,9 @@ class Comparison:
     rmse_in_flight_n: float  # from rest, as samples come in: a late reading can then only be extrapolated
     mae_n: float
     mae_pct_above_2kn: float | None
-    bias_n: float
+    bias_n: float  # mean of measured minus model
     fit_pct: float  # 100 (1 - |error| / |reference - its mean|)
-    worst_n: float
+    worst_n: float  # measured minus model
     worst_at_s: float
     autocorrelation: dict[str, float]  # of the residual, by lag ("1 s")
     rmse_in_noise: float | None  # RMSE over the load cell's noise, when that is known
@@ -72,7 +78,7 @@ class CompareReport:
     comparisons: tuple[Comparison, ...]
 
     def to_json(self) -> dict[str, Any]:
-        return {"comparisons": [c.to_json() for c in self.comparisons]}
+        return {"error": ERROR, "comparisons": [c.to_json() for c in self.comparisons]}
 
     def print(self, console: Console) -> None:
         """Table side by side, then where each model fails, then its error ledger."""
@@ -120,6 +126,7 @@ def _failure_json(failure: Failure) -> dict[str, Any]:
 
 def _table(comparisons: Sequence[Comparison]) -> Table:
     table = Table(title="Free run against the reference, from the state that the first tenth of it shows")
+    table.caption = f"bias and worst: {ERROR}"
     for heading in ("model", "recording"):
         table.add_column(heading)
     for heading in ("RMSE N", "mean abs N", "above 2 kN %", "bias N", "fit %", "worst N", "at s", "autocorr. 1 s"):

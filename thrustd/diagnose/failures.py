@@ -39,7 +39,8 @@ class Failure:
         return (
             f"{self.words}: {100 * self.share_of_squared_error:.0f} % of the squared error"
             f" in {_percent(self.share_of_time)} % of the time"
-            f" ({newtons(self.rmse_n, decimals=0)} N RMS, bias {newtons(self.bias_n, '+', 0)} N)"
+            f" ({newtons(self.rmse_n, decimals=0)} N RMS,"
+            f" measured minus model {newtons(self.bias_n, '+', 0)} N on average)"
         )
 
 

@@ -78,7 +78,7 @@ def _draw_dependence(axis: Axes, dependence: Dependence) -> None:
     axis.axhline(0.0, color="black", lw=0.5)
     unit = unit_of(dependence.channel)
     axis.set_xlabel(f"{dependence.channel}{f' [{unit}]' if unit else ''}", fontsize=8)
-    axis.set_ylabel("residual [N]: mean, 10-90 %", fontsize=8)
+    axis.set_ylabel("measured - model [N]: mean, 10-90 %", fontsize=8)
     axis.tick_params(labelsize=7)
 
 

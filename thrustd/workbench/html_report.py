@@ -80,7 +80,7 @@ def _numbers(comparisons: Iterable[Comparison]) -> str:
         for c in comparisons
     ]  # fmt: skip
     heads = ("Recording", "RMSE N", "mean |error| N", "bias N", "fit %", "worst N", "at s")
-    return "<h2>How wrong</h2>" + _table(heads, rows)
+    return "<h2>How wrong: measured minus model</h2>" + _table(heads, rows)
 
 
 def _ledger(c: Comparison) -> str:
