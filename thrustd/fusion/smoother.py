@@ -4,9 +4,12 @@ The errors of both routes e = [h, c, d] come back with the thrust: what was lear
 thrust, is no news of now. So thrust and rate m = [T, r] are smoothed given the errors as they were filtered. With
 B = P_me P_ee^-1, and A = P_mm - B P_em of the covariance of m left when e is known, and B', A' of the predicted one:
 
-    C = A F^T A'^-1,   m_s = m + C (m_s+ - F m - B' (e+ - F e)),   A_s = A + C (A_s+ - A') C^T,   P_s = A_s + B P_em
+    C = A F^T A'^-1,   m_s = m + C (m_s+ - F m - B' (e+ - F e)),   A_s = A + C (A_s+ - A') C^T
 
-run backwards over what the filter wrote on its `Tape` step by step, with the very F and Q that it used.
+run backwards over what the filter wrote on its `Tape` step by step, with the very F and Q that it used. What is wrong
+with e is wrong with m_s by D, that of m by B and that of m_s+ by D+; it hardly changes within the steps smoothed over:
+
+    D = B + C (D+ - F B),   P_s = A_s + D P_ee D^T
 
 Reference: Brown & Hwang, ch. 6; Schmidt 1966 (consider states).
 """
@@ -82,6 +85,7 @@ class _Known(NamedTuple):
 
     moving: Matrix  # (2,) T, r given the filtered errors
     spread: Matrix  # (2, 2) A_s
+    by_errors: Matrix  # (2, 3) D
 
 
 def smooth(tape: Tape) -> Smoothed:
@@ -103,18 +107,22 @@ def _smooth_block(
     x, p, f, q = steps
     ahead_p = f[1:] @ p[:-1] @ f[1:].transpose(0, 2, 1) + q[1:]
     ahead_x = (f[1:] @ x[:-1, :, None])[:, :, 0]
-    (_, a), (ahead_b, ahead_a) = _given_errors(p), _given_errors(ahead_p)
+    (b, a), (ahead_b, ahead_a) = _given_errors(p), _given_errors(ahead_p)
     learnt = (ahead_b @ (x[1:] - ahead_x)[:, ERRORS, None])[:, :, 0]
     # C^T = A'^-1 F A: solving is better conditioned than inverting
     gains = np.linalg.solve(ahead_a, f[1:, MOVING, MOVING] @ a[:-1]).transpose(0, 2, 1)
-    ms, spread = x[:n, MOVING].copy(), a[:n].copy()
-    known = later or _Known(ms[-1], spread[-1])
+    forget = b[:-1] - gains @ f[1:, MOVING, MOVING] @ b[:-1]
+    ms, spread, by_errors = x[:n, MOVING].copy(), a[:n].copy(), b[:n].copy()
+    known = later or _Known(ms[-1], spread[-1], by_errors[-1])
     for k in range(len(gains) - 1, -1, -1):
         c = gains[k]
         ms[k] = x[k, MOVING] + c @ (known.moving - ahead_x[k, MOVING] - learnt[k])
         spread[k] = a[k] + c @ (known.spread - ahead_a[k]) @ c.T
-        known = _Known(ms[k], spread[k])
-    std_n: Matrix = np.sqrt(p[:n, THRUST, THRUST] + (spread - a[:n])[:, THRUST, THRUST])
+        by_errors[k] = forget[k] + c @ known.by_errors
+        known = _Known(ms[k], spread[k], by_errors[k])
+    of_errors = by_errors @ p[:n, ERRORS, ERRORS] @ by_errors.transpose(0, 2, 1)
+    variance = np.minimum((spread + of_errors)[:, THRUST, THRUST], p[:n, THRUST, THRUST])  # more is known, never less
+    std_n: Matrix = np.sqrt(variance)
     return ms, std_n, known
 
 
