@@ -10,6 +10,7 @@ from thrustd.errors import ModelError
 from thrustd.model.artifact import read_model, write_model
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.model.expression import expression_effect
+from thrustd.records.recording import make_recording
 
 
 def test_the_error_falls_on_the_twins_held_out_record(twin_case):
@@ -40,6 +41,15 @@ def test_two_effects_one_after_the_other_end_where_they_end_together():
         values = {e.name: e.parameters for e in spec.effects}
         assert values["axial_inertia"]["mass_kg"] == pytest.approx(100.0, rel=0.03)
         assert values["nacelle_drag"]["drag_area_m2"] == pytest.approx(-0.02, rel=0.05)
+
+
+def test_what_these_data_do_not_tell_stays_as_it_was_found():
+    one = extend(mount(), [record([inertia(100.0)])], ["axial_inertia"]).spec
+    drag = record(added=lambda d: -0.02 * d["dynamic_pressure_Pa"], seed=3)
+    rest = make_recording("bench", {**drag.channels, "time_s": drag.time_s, "accel_x_g": 1e-4 * drag["accel_x_g"]})
+    after = extend(one, [rest], ["nacelle_drag"]).spec
+    assert after.effects[0] == one.effects[0]
+    assert after.effects[1].parameters["drag_area_m2"] == pytest.approx(-0.02, rel=0.05)
 
 
 def test_an_expression_survives_its_artifact_and_flies():

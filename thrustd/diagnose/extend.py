@@ -115,7 +115,11 @@ def extend(
         _tell(progress, 0.5 * i / len(chosen), effect.name)
         started = with_effect(started, _start(effect, started, evidence))
     _tell(progress, 0.5, "estimate")
-    better, numbers = estimated(started, _estimable(started, records, chosen), evidence)
+    free = _estimable(started, records, chosen)
+    better, numbers = estimated(started, free, evidence)
+    if lost := _lost(spec, better):
+        free = [effect for effect in free if effect.name not in lost]
+        better, numbers = estimated(started, free, evidence)
     after = _held_out(spec, better, evidence, len(spec.effects))
     _tell(progress, 0.9, "the rest, gently")
     gentle, gentle_after = _gently(better, evidence) if _settled(spec, after, evidence) else (better, after)
@@ -123,7 +127,6 @@ def extend(
     final, final_after = (gentle, gentle_after) if moved else (better, after)
     if familiar(spec, evidence, before):
         _tell(progress, 0.95, "together with the rest")
-        free = _estimable(started, records, chosen)
         whole, whole_numbers, parent_n, whole_n = estimated_together(started, free, spec, evidence)
         if whole_n / parent_n < PAYS**0.5 * final_after / before:
             final, numbers, before, final_after, moved = whole, whole_numbers, parent_n, whole_n, True
@@ -206,6 +209,20 @@ def _estimable(spec: ModelSpec, records: Sequence[Recording], chosen: Sequence[E
         return bool(effect.std) and all(all(c in r and moves(r[c]) for r in records) for c in channels)
 
     return [effect for effect in spec.effects if effect.name in names or movable(effect)]
+
+
+def _lost(spec: ModelSpec, better: ModelSpec) -> set[str]:
+    """Effects of the model whose size was known and is not any more: these data do not tell it, so it stays."""
+
+    def known(effect: EffectSpec, name: str) -> bool:
+        return effect.std.get(name, 0.0) < abs(effect.parameters[name])
+
+    pairs = [(old, new) for old, new in zip(spec.effects, better.effects, strict=False) if old.std]
+    return {
+        old.name
+        for old, new in pairs
+        if any(known(old, p.name) and not known(new, p.name) for p in effect_named(old.name).parameters if p.amplitude)
+    }
 
 
 def _held_out(spec: ModelSpec, better: ModelSpec, evidence: Evidence, n_before: int) -> float:
