@@ -21,13 +21,13 @@ from thrustd.installation import WarmStart, read_installation
 from thrustd.replay import open_installation
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
-from thrustd.types import MountOutput, Output
+from thrustd.types import Frame, MountOutput, Output
+from thrustd.wire.adc_frames import AdcDecoder, AdcSample
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 FLOOR_N = 1000.0
 MOUNTS = 4
 Floats = NDArray[np.float64]
-Deformations = tuple[float, ...]  # mm, mean of a step, mount by mount
 KEPT_FLYING = """
 [warm_restart]
 file = "checkpoint.json"
@@ -38,7 +38,11 @@ folder = "logs"
 
 
 class Step(NamedTuple):
-    """All mounts at one fused step."""
+    """All mounts at one fused step.
+
+    Steps of two runs go by the ADC's own time [us] of the sample that completed them: clocks play no part, nor does
+    what a run took for the zeros of its transducers.
+    """
 
     t_ns: int
     force_n: Floats  # (mounts,)
@@ -109,54 +113,73 @@ def bench(config: Path, flight: Path) -> Iterator[subprocess.Popen[bytes]]:
         process.communicate(timeout=PATIENCE_S)
 
 
-def log_steps(path: Path) -> dict[Deformations, Step]:
+def log_steps(path: Path) -> dict[int, Step]:
     """Fused steps of a log."""
-    names = [mount.name for mount in open_installation(LogFile(path), None).config.mount]
+    log = LogFile(path)
+    names = [mount.name for mount in open_installation(log, None).config.mount]
     topics = {f"/mount/{name}": number for number, name in enumerate(names)}
-    rows = ((topics[topic], msgspec.json.decode(data)) for topic, _, data in LogFile(path).messages(topics))
-    return _steps(
+    rows = ((topics[topic], msgspec.json.decode(data)) for topic, _, data in log.messages(topics))
+    outputs = (
         MountOutput(row["t_ns"], mount, row["deformation_mm"], row["force_n"], nan)
         for mount, row in rows
         if row["force_n"] is not None
     )
+    return _steps(outputs, AdcClock(path))
 
 
-def uninterrupted(flight: Path, lives: Sequence[Path]) -> list[dict[Deformations, Step]]:
+class AdcClock:
+    """The ADC's own time of the samples in a log."""
+
+    def __init__(self, path: Path) -> None:
+        log = LogFile(path)
+        adc = open_installation(log, None).config.adc
+        decoder, self._near_us = AdcDecoder(adc.channels, adc.sample_hz), 0.4e6 / adc.sample_hz
+        chunks = (event for event in log.events() if isinstance(event, Frame) and event.channel == "adc")
+        items = (item for event in chunks for item in decoder.feed(event.t_ns, event.data))
+        samples = [(item.device_time_us, item.t_ns) for item in items if isinstance(item, AdcSample)]
+        self._samples_us, arrived_ns = np.array(samples).T
+        self._offset_us = np.min(arrived_ns / 1000 - self._samples_us)  # a sample is never newer than its arrival
+
+    def of(self, t_ns: int) -> int | None:
+        """The ADC's time [us] of the sample of this instant; None when there is none."""
+        wanted_us = t_ns / 1000 - self._offset_us
+        nearest: int = self._samples_us[np.argmin(np.abs(self._samples_us - wanted_us))].item()
+        return nearest if abs(nearest - wanted_us) < self._near_us else None
+
+
+def uninterrupted(flight: Path, lives: Sequence[Path]) -> list[dict[int, Step]]:
     """What a pipeline that has flown the whole flight up to there makes of every life's own events.
 
     What is left to be seen is the state: both had the same events in the same order.
     """
     installation = open_installation(LogFile(flight), None)
-    places = {mm: (step, life) for life in lives for mm, step in log_steps(life).items()}
-    found: dict[Path, dict[Deformations, Step]] = {}
-    pipeline = installation.pipeline()
+    places = {time_us: (step, life) for life in lives for time_us, step in log_steps(life).items()}
+    found: dict[Path, dict[int, Step]] = {}
+    pipeline, clock = installation.pipeline(), AdcClock(flight)
     for event in LogFile(flight).events():
-        for mm, here in _steps(pipeline.feed(event)).items():
-            there, life = places.get(mm, (here, flight))
+        for time_us, here in _steps(pipeline.feed(event), clock).items():
+            there, life = places.get(time_us, (here, flight))
             if life not in (flight, *found):  # its first whole step
                 begin = WarmStart(deepcopy(pipeline.snapshot()), there.t_ns - here.t_ns)
                 other, _ = installation.warm_pipeline(begin)
                 later = (event for event in LogFile(life).events() if event.t_ns > there.t_ns)
-                found[life] = _steps(output for event in later for output in other.feed(event))
+                found[life] = _steps((output for event in later for output in other.feed(event)), AdcClock(life))
     return [found.get(life, {}) for life in lives]
 
 
-def _steps(outputs: Iterable[Output]) -> dict[Deformations, Step]:
+def _steps(outputs: Iterable[Output], clock: AdcClock) -> dict[int, Step]:
     """Those at which every mount had a sample."""
     mounts = (output for output in outputs if isinstance(output, MountOutput) and isfinite(output.force_n))
     together = [(t_ns, tuple(group)) for t_ns, group in groupby(mounts, lambda output: output.t_ns)]
     return {
-        tuple(output.deformation_mm for output in group): Step(t_ns, np.array([output.force_n for output in group]))
+        time_us: Step(t_ns, np.array([output.force_n for output in group]))
         for t_ns, group in together
-        if len(group) == MOUNTS
+        if len(group) == MOUNTS and (time_us := clock.of(t_ns)) is not None
     }
 
 
-def deviations(live: dict[Deformations, Step], reference: dict[Deformations, Step], after_ns: int) -> Floats:
-    """(steps, mounts) of |force / reference - 1| (of 1 kN when that is larger) at the steps after `after_ns`.
-
-    The mean deformations of a step, to the last bit, say which samples it is of: clocks play no part.
-    """
-    settled = [mm for mm, step in live.items() if step.t_ns > after_ns and mm in reference]
-    live_n, reference_n = (np.reshape([side[mm].force_n for mm in settled], (-1, MOUNTS)) for side in (live, reference))
+def deviations(live: dict[int, Step], reference: dict[int, Step], after_ns: int) -> Floats:
+    """(steps, mounts) of |force / reference - 1| (of 1 kN when that is larger) at the steps after `after_ns`."""
+    settled = [us for us, step in live.items() if step.t_ns > after_ns and us in reference]
+    live_n, reference_n = (np.reshape([side[us].force_n for us in settled], (-1, MOUNTS)) for side in (live, reference))
     return np.asarray(np.abs(live_n - reference_n) / np.maximum(np.abs(reference_n), FLOOR_N))
