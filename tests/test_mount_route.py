@@ -127,6 +127,15 @@ def test_what_is_too_large_for_a_zero_is_none(model, shown_mm):
     assert bench.route.snapshot() == before
 
 
+def test_a_curve_that_is_flat_at_rest_is_not_tared_and_stops_nobody(model):
+    bench = Bench(model)
+    bench.started(0, 0.005)
+    bench.route._means["stiffness_n_mm"][0, 0] = 0.0
+    before = bench.route.snapshot()
+    bench.route.tare()
+    assert bench.route.snapshot() == before
+
+
 def test_idle_in_flight_is_a_load_that_fell(model):
     """Found at idle: the same until somebody says that the aircraft flies; long after the start it is no news."""
     down_mm = np.concatenate([np.linspace(0.0, 0.8, 100), np.linspace(0.8, 0.05, 100), np.full(100, 0.05)])

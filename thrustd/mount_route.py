@@ -101,11 +101,12 @@ class MountRoute:
         shown_n = float(self._means["lagged_n"][0])
         if self._state is None or not isfinite(shown_n):
             return
+        k_n_mm = self._means["stiffness_n_mm"].item(0)
         shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
-        if not isfinite(shown_mm):
+        if not isfinite(shown_mm) or not k_n_mm > 0.0:  # a curve that is flat at rest says nothing of a zero
             return
         model_n, half_n = _cells(self.model.spec.error)[2].item(0), self._tare_std_n / 2.0  # two mounts carry it
-        known_mm = hypot(model_n, half_n) / self._means["stiffness_n_mm"].item(0)
+        known_mm = hypot(model_n, half_n) / k_n_mm
         std_mm = self._means["zero_std_mm"].item(0)
         if abs(shown_mm) <= ZERO_SIGMAS * hypot(std_mm, known_mm):
             gain = std_mm**2 / (std_mm**2 + known_mm**2)
