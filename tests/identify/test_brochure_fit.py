@@ -8,7 +8,7 @@ from thrustd.brochure.deck import Deck, total_ratios
 from thrustd.brochure.deck_data import hermite
 from thrustd.errors import RecordingError
 from thrustd.identify.brochure_fit import brochure_fit
-from thrustd.records.files import write_recording
+from thrustd.records.files import read_recording, write_recording
 from thrustd.records.recording import make_recording
 
 PATH = ROOT / "models" / "brochure" / "jt15d-4.json"
@@ -60,3 +60,42 @@ def test_a_worn_engine_is_a_re_fit_of_its_own_curve(tmp_path):
 def test_one_flight_cannot_be_left_out(tmp_path):
     with pytest.raises(RecordingError, match="at least 2 flights"):
         brochure_fit([tmp_path / "one.csv"], DECK)
+
+
+def changed(path, **columns):
+    """The flight with columns replaced, or taken away where they are None."""
+    record = read_recording(path)
+    kept = {**record.channels, **columns}
+    kept = {name: column for name, column in kept.items() if column is not None}
+    write_recording(make_recording(path.stem, {"time_s": record.time_s, **kept}), path)
+    return path
+
+
+def test_n2_is_a_cross_check_only_where_two_flights_have_it(tmp_path):
+    paths = [flight(tmp_path / f"flight{seed}.csv", seed) for seed in (1, 2, 3)]
+    n1 = read_recording(paths[0])["n1_pct_left"]
+    missing, n2 = np.full(len(n1), np.nan), {"n2_pct_left": 50 + 0.45 * n1, "n2_pct_right": 50 + 0.45 * n1}
+    changed(paths[0], n2_pct_left=missing, n2_pct_right=missing)
+    changed(paths[1], **n2)
+    fit = brochure_fit(paths, DECK)
+    assert (len(fit.left_out), fit.left_out_n2, fit.data.n2) == (6, {}, ())
+    assert fit.remarks == ("N2 in fewer than two flights: no cross-check by N2 for left, right",)
+    n1 = read_recording(paths[2])["n1_pct_left"]
+    changed(paths[2], n2_pct_left=50 + 0.45 * n1)
+    fit = brochure_fit(paths, DECK)
+    assert [curve.engine for curve in fit.data.n2] == [0]
+    assert set(fit.left_out_n2) == {(0, "flight2.csv"), (0, "flight3.csv")}
+    assert fit.remarks == ("N2 in fewer than two flights: no cross-check by N2 for right",)
+
+
+def test_an_engine_without_fuel_flow_is_left_out_of_that_flight(tmp_path):
+    paths = [flight(tmp_path / f"flight{seed}.csv", seed) for seed in (1, 2, 3)]
+    nothing = np.full(len(read_recording(paths[0])), np.nan)
+    changed(paths[0], fuel_flow_kg_s_left=nothing)
+    fit = brochure_fit(paths, DECK)
+    assert {(0, "flight2.csv"), (0, "flight3.csv"), (1, "flight1.csv")} < set(fit.left_out)
+    assert (0, "flight1.csv") not in fit.left_out
+    assert "flight1.csv: left out: no numbers in fuel_flow_kg_s_left" in fit.remarks
+    changed(paths[0], fuel_flow_kg_s_left=None, fuel_flow_kg_s_right=None)
+    with pytest.raises(RecordingError, match=r"flight1.csv: no numbers in fuel_flow_kg_s_left; .*_right"):
+        brochure_fit(paths, DECK)

@@ -209,8 +209,10 @@ def brochure_verb(arguments: argparse.Namespace) -> int:
     with progress("brochure fit"):
         fit = fit_deck_file(arguments.flights, arguments.out, arguments.base, arguments.pairs)
     rows = report_lines(fit)
+    for line in fit.remarks:
+        note(line)
     if arguments.json:
-        print_json({"deck": str(arguments.out), "leave_one_flight_out": rows})
+        print_json({"deck": str(arguments.out), "leave_one_flight_out": rows, "remarks": fit.remarks})
         return 0
     from rich.table import Table
 

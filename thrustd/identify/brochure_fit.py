@@ -24,6 +24,7 @@ from thrustd.records.recording import Recording
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.intp]
 
 ENGINES = ("left", "right")
 HALF_WINDOW_S = 5.0  # N1 rate from a central difference over twice this
@@ -39,11 +40,12 @@ LeftOut = dict[tuple[int, str], float]  # (engine, flight) -> relative thrust er
 
 
 class BrochureFit(NamedTuple):
-    """The new deck and the errors of its spool routes on flights left out."""
+    """The new deck, the errors of its spool routes on flights left out, and what could not be used."""
 
     data: DeckData
     left_out: LeftOut
     left_out_n2: LeftOut
+    remarks: tuple[str, ...]
 
 
 def brochure_fit(flights: Sequence[Path], base: DeckData) -> BrochureFit:
@@ -51,12 +53,35 @@ def brochure_fit(flights: Sequence[Path], base: DeckData) -> BrochureFit:
     if len(flights) < 2:
         raise RecordingError(f"brochure fit needs at least 2 flights (one is left out in turn), got {len(flights)}")
     records = [read_recording(path) for path in flights]
-    n1, left_out = _fit_spool([s for r in records for s in steady_samples(r, "n1")], "n1", base.thrust)
-    n2, left_out_n2 = _fit_spool([s for r in records for s in steady_samples(r, "n2")], "n2", base.thrust)
+    remarks: list[str] = []
+    n1, left_out = _fit_spool([s for r in records for s in _n1_samples(r, remarks)], "n1", base.thrust)
+    core = _in_two_flights([s for r in records for s in steady_samples(r, "n2", [])])
+    n2, left_out_n2 = _fit_spool(core, "n2", base.thrust)
+    without = [ENGINES[c.engine] for c in n1 if c.engine not in {s.engine for s in core}]
+    if without:
+        remarks.append(f"N2 in fewer than two flights: no cross-check by N2 for {', '.join(without)}")
     errors = {key: value for key, value in base.errors.items() if "leave_one_flight_out" not in key}
     for spool, curves in (("n1", n1), ("n2", n2)):
         errors |= {f"{spool}_leave_one_flight_out_rms_engine_{c.engine}": c.relative_std for c in curves}
-    return BrochureFit(replace(base, n1=tuple(n1), n2=tuple(n2), errors=errors), left_out, left_out_n2)
+    data = replace(base, n1=tuple(n1), n2=tuple(n2), errors=errors)
+    return BrochureFit(data, left_out, left_out_n2, tuple(remarks))
+
+
+def _n1_samples(record: Recording, remarks: list[str]) -> list[Steady]:
+    """Of the route that thrust comes from: one engine at least."""
+    why: list[str] = []
+    found = steady_samples(record, "n1", why)
+    if not found:
+        expected = "expected n1_pct_* and fuel_flow_kg_s_* of one engine at least (left, right)"
+        raise RecordingError(f"{record.name}: {'; '.join(why)}; {expected}")
+    remarks += [f"{record.name}: left out: {line}" for line in why]
+    return found
+
+
+def _in_two_flights(samples: list[Steady]) -> list[Steady]:
+    """Of the engines that more than one flight knows: one is left out in turn."""
+    flights = {(s.engine, s.flight) for s in samples}
+    return [s for s in samples if sum(engine == s.engine for engine, _ in flights) > 1]
 
 
 def _fit_spool(samples: list[Steady], spool: Spool, surface: ThrustSurface) -> tuple[list[SpoolCurve], LeftOut]:
@@ -71,27 +96,36 @@ def _fit_spool(samples: list[Steady], spool: Spool, surface: ThrustSurface) -> t
     return [_with_error(curve, left_out) for curve in fit_curves(samples, spool)], left_out
 
 
-def steady_samples(record: Recording, spool: Spool) -> list[Steady]:
-    """Steady samples of each engine that the recording knows; N2 is optional, N1 is not."""
+def steady_samples(record: Recording, spool: Spool, why: list[str]) -> list[Steady]:
+    """Steady samples of each engine that the recording knows; `why` is told what is not there of the others."""
     found = []
     for engine, side in enumerate(ENGINES):
         names = (f"{spool}_pct_{side}", f"n1_pct_{side}", f"fuel_flow_kg_s_{side}")
-        if any(name not in record for name in names):
+        missing = [name for name in dict.fromkeys(names) if name not in record or np.isnan(record[name]).all()]
+        if missing:
+            why.append(f"no numbers in {' and '.join(missing)}")
             continue
         speed, n1, flow = (record[name] for name in names)
         mach = np.maximum(record["mach"], 0.0)
-        rows = np.flatnonzero(_steady(record, n1) & np.isfinite(speed + flow + mach) & (flow > MIN_FLOW_KG_S))
+        known = np.isfinite(speed + flow + mach + record["pressure_altitude_m"])
+        rows = np.flatnonzero(_steady(record, n1) & known & (flow > MIN_FLOW_KG_S))
         rows = rows[:: max(round(EVERY_S * record.sample_hz), 1)]
         if len(rows) < MIN_SAMPLES:
-            raise RecordingError(f"{record.name}: {len(rows)} steady samples of {names[0]}; expected {MIN_SAMPLES}")
-        columns = (mach[rows], record["pressure_altitude_m"][rows], record["sat_degC"][rows])
-        delta, theta = np.array([total_ratios(*row) for row in zip(*columns, strict=True)]).T
-        corrected = np.log(flow[rows] / (delta * np.sqrt(theta)))
-        speeds = speed[rows] / np.sqrt(theta)
-        found.append(Steady(record.name, engine, speeds, corrected, mach[rows], delta, np.log(theta)))
-    if not found and spool == "n1":
-        raise RecordingError(f"{record.name}: no engine with n1_pct_* and fuel_flow_kg_s_* (left, right)")
+            why.append(
+                f"{len(rows)} steady samples of {names[0]} (within {STEADY_PCT_S:g} %/s for {SETTLE_S:g} s, "
+                f"fuel flow above {MIN_FLOW_KG_S:g} kg/s), expected {MIN_SAMPLES}"
+            )
+            continue
+        found.append(_as_steady(record, engine, rows, speed[rows], flow[rows]))
     return found
+
+
+def _as_steady(record: Recording, engine: int, rows: Rows, speed_pct: Array, flow_kg_s: Array) -> Steady:
+    mach = np.maximum(record["mach"][rows], 0.0)
+    columns = (mach, record["pressure_altitude_m"][rows], record["sat_degC"][rows])
+    delta, theta = np.array([total_ratios(*row) for row in zip(*columns, strict=True)]).T
+    corrected = np.log(flow_kg_s / (delta * np.sqrt(theta)))
+    return Steady(record.name, engine, speed_pct / np.sqrt(theta), corrected, mach, delta, np.log(theta))
 
 
 def _steady(record: Recording, n1_pct: Array) -> Mask:
