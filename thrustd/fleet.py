@@ -6,7 +6,6 @@ A file that cannot be used is a row with its `error`; a worker that dies costs o
 worker starts again. Rows come in the order of the files, whoever did them and whenever.
 """
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ import pyarrow.parquet as pq
 from distributed import Client, LocalCluster, as_completed
 
 from thrustd.errors import RecordingError, ThrustdError, UsageError
+from thrustd.whole_file import whole_file
 
 Row = dict[str, Any]
 Job = Callable[[str], list[Row]]
@@ -86,7 +86,8 @@ class IdentifyJob:
         path = Path(file)
         found = identify([read_recording(path)], structures=self.structures, name=path.stem)
         model = Path(self.out) / f"{path.stem}.json"
-        _replace(model, lambda part: part.write_text(write_model(found.spec)))
+        with whole_file(model, RecordingError) as part:
+            part.write_text(write_model(found.spec))
         scores: Any = found.to_json()["structures"]
         return [_flat(score) | {"model": str(model), "best": found.spec.structure} for score in scores]
 
@@ -137,18 +138,8 @@ def write_table(rows: Sequence[Row], path: Path) -> None:
     """All rows as Parquet, whole or not at all; a value that a row does not have is null."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     table = pa.Table.from_pydict({name: [row.get(name) for row in rows] for name in names})
-    _replace(path, lambda part: pq.write_table(table, part))
-
-
-def _replace(path: Path, write: Callable[[Path], Any]) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        write(part)
-        os.replace(part, path)
-    except OSError as problem:
-        raise RecordingError(f"{path}: cannot be written: {problem.strerror}") from None
-    finally:
-        part.unlink(missing_ok=True)
+    with whole_file(path, RecordingError) as part:
+        pq.write_table(table, part)
 
 
 def _flat(row: dict[str, Any], prefix: str = "") -> Row:

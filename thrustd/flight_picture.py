@@ -13,6 +13,7 @@ import numpy as np
 from thrustd.columns import Flags, Floats
 from thrustd.flight_score import BAND_SIGMAS
 from thrustd.types import Estimate, Status
+from thrustd.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,7 +80,8 @@ class FlightPicture:
 
     def save(self, path: Path, title: str, largest_n: Mapping[str, Mapping[str, float]]) -> None:
         """PNG of `figure`."""
-        self.figure(title, largest_n).savefig(path, dpi=110)
+        with whole_file(path) as part:
+            self.figure(title, largest_n).savefig(part, dpi=110, format="png")
 
     def figure(self, title: str, largest_n: Mapping[str, Mapping[str, float]]) -> "Figure":
         """Two rows, one column per engine; `largest_n`: by engine and route, of the differences below."""

@@ -1,8 +1,12 @@
 """Where a picture cannot be, one line says so before any work; nothing is left behind."""
 
 import pytest
+from matplotlib.figure import Figure
 
 from thrustd.__main__ import main
+from thrustd.diagnose.pictures import dependence_picture
+from thrustd.errors import UsageError
+from thrustd.flight_picture import FlightPicture
 
 VERBS = {  # none of these files is there: the picture is judged before they are looked for
     "replay": ("replay", "gone.mcap", "--picture"),
@@ -47,3 +51,23 @@ def test_trying_out_leaves_nothing_behind(tmp_path, capsys):
     assert main([*VERBS["compare"], str(tmp_path / "new" / "pictures")]) == 2
     assert "gone.json" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_picture_that_cannot_be_finished_leaves_the_one_before(tmp_path, capsys, monkeypatch):
+    path = tmp_path / "signature.png"
+    path.write_bytes(b"the one before")
+
+    def full_disk(figure, target, **how):
+        with open(target, "wb") as file:
+            file.write(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", full_disk)
+    monkeypatch.setattr("thrustd.diagnose.pictures._draw_dependence", lambda axis, dependence: None)
+    assert "No space left" in refused(capsys, "effects", path)
+    with pytest.raises(UsageError, match="No space left"):
+        FlightPicture().save(path, "flight", {})
+    with pytest.raises(UsageError, match="No space left"):
+        dependence_picture([None], path)
+    assert path.read_bytes() == b"the one before"
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]

@@ -11,7 +11,7 @@ FLOORS = {
     "wire": 1, "sync": 1, "model": 1, "brochure": 1, "fusion": 1,
     "pipeline": 2, "intake": 2, "mount_route": 2, "mount_start": 2, "mount_step": 2, "fault_book": 2,
     "step_inputs": 2, "brochure_route": 2, "fault_status": 2, "snapshot": 2,
-    "signature": 3,
+    "signature": 3, "whole_file": 3,
     "sources": 3, "sinks": 3,
     "loop": 4, "flight_means": 4, "flight_score": 4, "flight_picture": 4, "twin": 4, "records": 4, "installation": 4,
     "checkpoint": 4, "realtime": 4, "heartbeat": 4, "smoothed_flight": 4,
@@ -41,6 +41,7 @@ ALLOWED_SIDEWAYS = {
     ("flight_picture", "flight_score"),
     ("smoothed_flight", "flight_score"),
     ("smoothed_flight", "records"),
+    ("sinks", "whole_file"),
 }
 FORBIDDEN_BELOW_3 = {
     "time", "datetime", "random", "os", "pathlib", "io", "socket", "threading", "asyncio", "logging", "serial",

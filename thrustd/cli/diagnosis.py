@@ -164,12 +164,12 @@ def effects_verb(arguments: argparse.Namespace) -> int:
     from thrustd.model.effects import effect_named, shelf
 
     chosen = [effect_named(arguments.name)] if arguments.name else list(shelf().values())
+    if arguments.name and arguments.picture:
+        note(f"picture: {card_picture(chosen[0], arguments.picture)}")
     if arguments.json:
         print_json([card_json(effect) for effect in chosen])
     else:
         print(card_text(chosen[0]) if arguments.name else shelf_text())
-    if arguments.name and arguments.picture:
-        note(f"picture: {card_picture(chosen[0], arguments.picture)}")
     return 0
 
 

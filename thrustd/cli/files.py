@@ -7,6 +7,7 @@ from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 from thrustd.errors import UsageError
+from thrustd.whole_file import whole_file
 
 if TYPE_CHECKING:
     from thrustd.brochure.deck import Deck
@@ -98,11 +99,5 @@ def write_model_file(spec: "ModelSpec", path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.part")
-    try:
+    with whole_file(path) as part:
         part.write_text(text)
-        os.replace(part, path)
-    except OSError as problem:
-        raise UsageError(f"{path}: cannot be written: {problem.strerror}") from None
-    finally:
-        part.unlink(missing_ok=True)

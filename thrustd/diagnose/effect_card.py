@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from thrustd.model.effect import Effect
 from thrustd.model.effects import shelf
 from thrustd.model.stage import Floats
+from thrustd.whole_file import whole_file
 
 STIFFNESS_N_MM = 5500.0
 DT_S = 0.05
@@ -130,7 +131,8 @@ def card_picture(effect: Effect, path: Path) -> Path:
     left.set(xlabel="time [s]", ylabel="added force [N]", title=effect.word)
     right.set(xlabel="deformation [mm]", title=effect.equation)
     right.title.set_fontsize(8)
-    figure.savefig(path, dpi=110)
+    with whole_file(path) as part:
+        figure.savefig(part, dpi=110, format="png")
     return path
 
 

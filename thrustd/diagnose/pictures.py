@@ -12,6 +12,7 @@ from thrustd.diagnose.dependence import Dependence
 from thrustd.diagnose.picture_data import SLOWEST_N_S, channel_dependences, loop_of, rate_map_of, spectrum_of
 from thrustd.model.stage import Floats
 from thrustd.records.recording import unit_of
+from thrustd.whole_file import whole_file
 
 MEASURED, MODEL, RESIDUAL = "#444444", "#0072b2", "#d55e00"  # Okabe & Ito: distinct for colour-blind readers
 POINTS = 4000  # per line: drawn as minimum and maximum of bins, so that no spike is lost
@@ -31,7 +32,7 @@ def comparison_pictures(comparison: Comparison, folder: Path) -> list[Path]:
     paths = []
     for what, draw in drawings.items():
         path = folder / f"{_slug(comparison.model)}-{_slug(comparison.recording)}-{what}.png"
-        draw(comparison).savefig(path, dpi=DPI)
+        _save(draw(comparison), path)
         paths.append(path)
     return paths
 
@@ -43,8 +44,13 @@ def dependence_picture(dependences: Sequence[Dependence], path: Path) -> Path:
     axes = figure.subplots(1, len(dependences), squeeze=False)[0]
     for axis, dependence in zip(axes, dependences, strict=True):
         _draw_dependence(axis, dependence)
-    figure.savefig(path, dpi=DPI)
+    _save(figure, path)
     return path
+
+
+def _save(figure: Figure, path: Path) -> None:
+    with whole_file(path) as part:
+        figure.savefig(part, dpi=DPI, format="png")
 
 
 def _history(c: Comparison) -> Figure:

@@ -4,7 +4,6 @@ In steady flight the fuel flow says what thrust a fan speed stands for (`spool_c
 route is taken against the fuel-flow route, on each flight with that flight left out of the fit.
 """
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +20,7 @@ from thrustd.identify.brochure_pairs import fit_surface, read_pairs
 from thrustd.identify.spool_curves import Spool, Steady, fit_curves
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
+from thrustd.whole_file import whole_file
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -173,7 +173,8 @@ def fit_deck_file(flights: Sequence[Path], output: Path, base: Path, pairs: Path
     data = replace(fit.data, provenance=(*kept, sources))
     text = msgspec.json.format(msgspec.json.encode(data), indent=1).decode() + "\n"
     Deck.from_json(text, str(output))  # the same checks as at start-up, before anything is written
-    _write_text(output, text)
+    with whole_file(output, DeckError) as part:
+        part.write_text(text, encoding="utf-8")
     return fit._replace(data=data)
 
 
@@ -182,17 +183,6 @@ def _read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise DeckError(f"{path}: cannot be read: {error}") from None
-
-
-def _write_text(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        raise DeckError(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def report_lines(fit: BrochureFit) -> list[dict[str, Any]]:

@@ -1,7 +1,6 @@
 """Read and write recordings by file extension; a file is written whole or not at all."""
 
 import hashlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from thrustd.records.mcap_file import read_mcap, write_mcap
 from thrustd.records.npz_file import read_npz, write_npz
 from thrustd.records.parquet_file import read_parquet, write_parquet
 from thrustd.records.recording import Recording, make_recording
+from thrustd.whole_file import whole_file
 
 MAX_FILE_BYTES = 8 << 30  # read whole into memory: beyond this, cut the recording first
 
@@ -53,19 +53,13 @@ def read_recording(path: Path | str, needed: tuple[str, ...] = (), digest: bool 
 
 
 def write_recording(record: Recording, path: Path | str) -> None:
-    """Write by extension, under a temporary name first."""
+    """Write by extension, whole or not at all."""
     path = Path(path)
     writer = WRITERS.get(path.suffix.lower())
     if writer is None:
         raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(WRITERS)}")
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
+    with whole_file(path, RecordingError) as part:
         writer(record, part)
-        os.replace(part, path)
-    except OSError as error:
-        raise RecordingError(f"{path.name}: cannot be written: {error.strerror or error}") from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _check_size(path: Path) -> None:

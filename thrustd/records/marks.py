@@ -4,7 +4,6 @@ An excluded stretch keeps its inputs (the mount goes on moving) but loses its re
 weight in any comparison, diagnosis or fit.
 """
 
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +14,7 @@ import numpy as np
 from thrustd.errors import RecordingError
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
+from thrustd.whole_file import whole_file
 
 REFERENCE = "force_N"
 SUFFIX = ".marks.json"
@@ -55,9 +55,8 @@ def write_marks(recording: Path, marks: tuple[Mark, ...]) -> None:
     if not marks:
         path.unlink(missing_ok=True)
         return
-    part = path.with_name(f".{path.name}.part")
-    part.write_bytes(msgspec.json.format(msgspec.json.encode(marks)))
-    os.replace(part, path)
+    with whole_file(path, RecordingError) as part:
+        part.write_bytes(msgspec.json.format(msgspec.json.encode(marks)))
 
 
 def without_excluded(record: Recording, marks: tuple[Mark, ...]) -> Recording:

@@ -15,6 +15,7 @@ from thrustd import __version__
 from thrustd.errors import LogError
 from thrustd.sinks.mcap_file import McapFile
 from thrustd.types import Event, Fault, Output, Reading
+from thrustd.whole_file import whole_file
 from thrustd.wire.event_batch import ENCODING, MAX_EVENTS, EventBatch
 from thrustd.wire.log_layout import (
     HEADER_NAME,
@@ -175,14 +176,7 @@ class LogWriter:
 @contextmanager
 def new_log(path: Path, header: LogHeader, reading_hz: float = 10.0) -> Iterator[LogWriter]:
     """A log written on the ground: under `path` only when complete, nothing left behind when it fails."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        with part.open("wb") as stream:
-            writer = LogWriter(stream, header, reading_hz, sync_s=None)
-            yield writer
-            writer.close()
-        os.replace(part, path)
-    except OSError as error:
-        raise LogError(f"{path}: cannot be written: {error.strerror or error}") from None
-    finally:
-        part.unlink(missing_ok=True)
+    with whole_file(path, LogError) as part, part.open("wb") as stream:
+        writer = LogWriter(stream, header, reading_hz, sync_s=None)
+        yield writer
+        writer.close()

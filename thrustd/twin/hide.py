@@ -6,7 +6,6 @@ disturbance over the measured record, as force, in units of what a good model of
 """
 
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from thrustd.twin.environment import Channels, bench_force_n, flight_force_n, mo
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.mount import UPPER, MountPhysics
 from thrustd.twin.sensors import COARSE_COUNT_MM, Lvdt, load_cell_reading, lvdt_reading
+from thrustd.whole_file import whole_file
 
 SAMPLE_HZ = 20.0
 SECONDS = 7200.0
@@ -59,9 +59,8 @@ def hide(effects: tuple[str, ...], seed: int, strength: float, out_dir: Path, se
         raise UsageError(f"{out_dir}: cannot be made: {error.strerror}") from None
     for record in (case.bench, case.measured, case.heldout):
         write_recording(record, out_dir / f"{record.name}.csv")
-    part = out_dir / f".{TRUTH}.part"
-    part.write_text(json.dumps(case.truth, indent=2) + "\n")
-    os.replace(part, out_dir / TRUTH)
+    with whole_file(out_dir / TRUTH) as part:
+        part.write_text(json.dumps(case.truth, indent=2) + "\n")
 
 
 def hidden_case(

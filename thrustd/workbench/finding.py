@@ -1,7 +1,6 @@
 """Identify, diagnose, extend and compile, as the page asks for them: the functions of the command line."""
 
 import math
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -17,6 +16,7 @@ from thrustd.model.artifact import ModelSpec, write_model
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording, unit_of
+from thrustd.whole_file import whole_file
 from thrustd.workbench.asking import excluded_of, marked_recordings
 from thrustd.workbench.figures import short
 from thrustd.workbench.folder import Folder
@@ -111,7 +111,5 @@ def compile_for_flight(folder: Folder, arguments: Mapping[str, Any], progress: P
 
 def save_model(folder: Folder, name: str, spec: ModelSpec) -> None:
     """Whole or not at all."""
-    path = folder.new_path(name)
-    part = path.with_name(f".{path.name}.part")
-    part.write_text(write_model(spec))
-    os.replace(part, path)
+    with whole_file(folder.new_path(name)) as part:
+        part.write_text(write_model(spec))

@@ -2,7 +2,6 @@
 
 import base64
 import html
-import os
 import secrets
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -16,6 +15,7 @@ from thrustd.diagnose.compare import compare
 from thrustd.diagnose.comparison import Comparison
 from thrustd.errors import UsageError
 from thrustd.model.artifact import ModelSpec
+from thrustd.whole_file import whole_file
 from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import read_session
@@ -46,9 +46,8 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     reports = folder.state / "reports"
     reports.mkdir(parents=True, exist_ok=True)
     number = f"{secrets.token_hex(8)}.html"
-    part = reports / f".{number}.part"
-    part.write_text("".join(parts), encoding="utf-8")
-    os.replace(part, reports / number)
+    with whole_file(reports / number) as part:
+        part.write_text("".join(parts), encoding="utf-8")
     return {"report": number}
 
 

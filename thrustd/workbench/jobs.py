@@ -6,7 +6,6 @@ killed to cancel one, and a new one starts with the next.
 """
 
 import asyncio
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from typing import Any
 import msgspec
 
 from thrustd.errors import UsageError
+from thrustd.whole_file import whole_file
 
 KEEP = 60  # finished jobs listed
 LINE_BYTES = 1 << 20  # longest line of the worker
@@ -139,9 +139,8 @@ class JobBoard:
 
     def _set(self, job_id: str, **changes: Any) -> None:
         job = self._jobs[job_id] = msgspec.structs.replace(self._jobs[job_id], **changes)
-        part = self._folder / f".{job_id}.part"
-        part.write_bytes(msgspec.json.encode(job))
-        os.replace(part, self._folder / f"{job_id}.json")
+        with whole_file(self._folder / f"{job_id}.json") as part:
+            part.write_bytes(msgspec.json.encode(job))
         for listener in tuple(self._listeners):
             listener(job)
 

@@ -10,6 +10,7 @@ import numpy as np
 from thrustd.errors import ThrustdError, UsageError
 from thrustd.model.artifact import read_model
 from thrustd.records.files import read_recording
+from thrustd.whole_file import whole_file
 from thrustd.workbench.columns import forget_old, write_columns
 from thrustd.workbench.folder import MODEL_TYPE, Folder
 
@@ -71,7 +72,6 @@ def write_report(folder: Folder, number: str, value: Any) -> str:
     """Keep a report as JSON; returns its number."""
     reports = folder.state / "reports"
     reports.mkdir(parents=True, exist_ok=True)
-    part = reports / f".{number}.part"
-    part.write_bytes(msgspec.json.encode(value, enc_hook=plain))
-    os.replace(part, reports / f"{number}.json")
+    with whole_file(reports / f"{number}.json") as part:
+        part.write_bytes(msgspec.json.encode(value, enc_hook=plain))
     return f"{number}.json"

@@ -1,12 +1,12 @@
 """What the page is looking at: chosen model and recordings, kept in a file so that a reload finds them."""
 
-import os
 from collections.abc import Mapping
 from typing import Any
 
 import msgspec
 
 from thrustd.errors import UsageError
+from thrustd.whole_file import whole_file
 from thrustd.workbench.folder import Folder
 
 
@@ -43,9 +43,8 @@ def _named(records: list[str], word: str, exercise: str) -> tuple[str, ...]:
 
 
 def write_session(folder: Folder, session: Session) -> None:
-    part = folder.state / ".session.part"
-    part.write_bytes(msgspec.json.encode(session))
-    os.replace(part, folder.state / "session.json")
+    with whole_file(folder.state / "session.json") as part:
+        part.write_bytes(msgspec.json.encode(session))
 
 
 def change_session(folder: Folder, body: bytes) -> Session:
