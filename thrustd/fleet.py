@@ -63,10 +63,10 @@ class CompareJob:
 
     def __call__(self, file: str) -> list[Row]:
         from thrustd.diagnose.compare import compare
-        from thrustd.model.artifact import read_model
+        from thrustd.model.compile import read_proven_model
         from thrustd.records.files import read_recording
 
-        specs = {model: read_model(Path(model).read_bytes(), model) for model in self.models}
+        specs = {model: read_proven_model(Path(model).read_bytes(), model) for model in self.models}
         report = compare(specs, [read_recording(Path(file))]).to_json()
         return [_flat(comparison) for comparison in report["comparisons"]]
 

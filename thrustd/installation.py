@@ -15,8 +15,8 @@ import msgspec
 from thrustd.brochure.deck import Deck
 from thrustd.config import Config, read_config, section
 from thrustd.errors import ConfigError, LogError, ModelError
-from thrustd.model.artifact import ModelSpec, read_model
-from thrustd.model.compile import CompiledModel, check_witness, compile_model
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
 from thrustd.pipeline import DERIVED, Parts, Pipeline
 from thrustd.signals import CATALOGUE
 from thrustd.signature import SIGNATURE, check_signature
@@ -88,8 +88,7 @@ class Installation:
         if self.config.trust is not None:
             key, signature = self.files[self.config.trust.public_key], self.files[name + SIGNATURE]
             check_signature(self.files[name], signature, key, self._place(name))
-        spec = read_model(self.files[name], self._place(name))
-        check_witness(spec, self._place(name))
+        spec = read_proven_model(self.files[name], self._place(name))
         _check_units(spec, self._place(name))
         return compile_model(spec, self.config.adc.sample_hz)
 

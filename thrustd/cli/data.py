@@ -1,12 +1,13 @@
 """Verbs of files: convert, info."""
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from thrustd.cli.files import read_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json
-from thrustd.errors import UsageError
+from thrustd.errors import ThrustdError, UsageError
 
 MODEL, DECK = '"thrustd-model/', '"thrustd.deck.v'  # beginnings of a schema, near the beginning of the file
 EXPECTED = f'a mount model (schema {MODEL}1") or a brochure deck (schema {DECK}1")'
@@ -67,6 +68,9 @@ def info_verb(arguments: argparse.Namespace) -> int:
         print_json(report)
     else:
         _print_report(report)
+    if report.get("problem"):  # what it is was said; another verb would refuse it
+        note(f"thrustd: {report['problem']}")
+        return 2
     return 0
 
 
@@ -137,9 +141,10 @@ def _json_report(path: Path) -> dict[str, Any]:
     if MODEL not in text[:SCHEMA_WITHIN]:
         raise UsageError(f"{path}: {_json_words(text)}; expected {EXPECTED}")
     from thrustd.model.artifact import read_model
+    from thrustd.model.compile import check_witness
 
     spec = read_model(text, str(path))
-    return {
+    return _with_problem(lambda: check_witness(spec, str(path))) | {
         "file": str(path),
         "kind": "model",
         "name": spec.name,
@@ -150,6 +155,15 @@ def _json_report(path: Path) -> dict[str, Any]:
         "ledger": spec.ledger,
         "witness_rows": len(spec.witness.force_n) if spec.witness else 0,
     }
+
+
+def _with_problem(check: Callable[[], Any]) -> dict[str, str]:
+    """What `check` refuses, as a line of the report."""
+    try:
+        check()
+    except ThrustdError as problem:
+        return {"problem": str(problem)}
+    return {}
 
 
 def _json_words(text: str) -> str:
@@ -208,6 +222,8 @@ def _print_report(report: dict[str, Any]) -> None:
     import msgspec
 
     for key, value in msgspec.to_builtins(report).items():
+        if key == "problem":
+            continue  # said on standard error
         if isinstance(value, dict):
             print(f"{key}:")
             for name, item in value.items():

@@ -78,6 +78,7 @@ def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.out.suffix != ".mcap":
         raise UsageError(f"{arguments.out}: expected a name that ends in .mcap for a flight log")
     installation = read_installation(arguments.config)
+    installation.parts()  # its files go into the log: what a replay would refuse is refused now
     profile, airframe = _profile(arguments)
     table = installation.can_table(ICD_INPUT_ROWS)
     rates = Rates(adc_hz=installation.config.adc.sample_hz)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from thrustd.errors import ModelError
-from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, Witness
+from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, Witness, read_model
 from thrustd.model.curves import polynomial, pwl
 from thrustd.model.effect import SITES, Effect
 from thrustd.model.effects import effect_named
@@ -157,6 +157,13 @@ def witness_of(spec: ModelSpec, rate_hz: float, channels: Mapping[str, Floats]) 
     force_n = model.simulate(model.inputs(channels))
     names = dict.fromkeys(model.channels)
     return Witness(rate_hz, {name: list(map(float, channels[name])) for name in names}, list(map(float, force_n)))
+
+
+def read_proven_model(text: str | bytes, where: str) -> ModelSpec:
+    """A model as every verb takes it: valid, and its witness rows come out again; else ModelError naming `where`."""
+    spec = read_model(text, where)
+    check_witness(spec, where)
+    return spec
 
 
 def check_witness(spec: ModelSpec, where: str) -> None:

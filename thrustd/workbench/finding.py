@@ -13,7 +13,7 @@ from thrustd.diagnose.extend import extend
 from thrustd.identify.artifact import finished
 from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
 from thrustd.model.artifact import ModelSpec, write_model
-from thrustd.model.compile import check_witness, compile_model
+from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording, unit_of
 from thrustd.whole_file import whole_file
@@ -99,12 +99,10 @@ def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
 
 
 def compile_for_flight(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    """Prove that a model reproduces its witness rows and compiles at a rate."""
+    """Prove that a model, whose witness rows came out again when it was read, compiles at a rate."""
     name, rate_hz = arguments["model"], float(arguments["rate_hz"])
     spec = folder.model(name)
-    progress(0.2, "witness rows")
-    check_witness(spec, name)
-    progress(0.6, f"compiling at {rate_hz:g} Hz")
+    progress(0.2, f"compiling at {rate_hz:g} Hz")
     compiled = compile_model(spec, rate_hz)
     return {"model": name, "rate_hz": rate_hz, "channels": list(compiled.channels), "stages": len(compiled.stages)}
 

@@ -12,7 +12,8 @@ from pathlib import Path
 import msgspec
 
 from thrustd.errors import ModelError, UsageError
-from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec, read_model
+from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec
+from thrustd.model.compile import read_proven_model
 from thrustd.workbench.columns import Columns, columns_key, open_columns
 from thrustd.workbench.pyramid import Floats
 from thrustd.workbench.settling import settling_s
@@ -70,7 +71,7 @@ class Folder:
         key = columns_key(path)
         held = self._models.get(name)
         if held is None or held[0] != key:
-            held = self._models[name] = (key, read_model(path.read_bytes(), name))
+            held = self._models[name] = (key, read_proven_model(path.read_bytes(), name))
         return held[1]
 
     def columns_folder(self, name: str) -> Path:

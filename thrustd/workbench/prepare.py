@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from thrustd.errors import ThrustdError, UsageError
-from thrustd.model.artifact import read_model
+from thrustd.model.compile import read_proven_model
 from thrustd.records.files import read_recording
 from thrustd.whole_file import whole_file
 from thrustd.workbench.columns import forget_old, write_columns
@@ -44,7 +44,7 @@ def adopt(folder: Folder, incoming: str, name: str, progress: Progress) -> dict[
         progress(0.1, "checking")
         try:
             if part.suffix == MODEL_TYPE:
-                read_model(part.read_bytes(), name)
+                read_proven_model(part.read_bytes(), name)
             else:
                 read_recording(part, digest=False)
         except ThrustdError as problem:
