@@ -286,7 +286,7 @@ def _finished(
     draft = msgspec.structs.replace(
         spec, name=name, ledger=[*parent.ledger, entry], provenance=provenance, witness=None
     )
-    return msgspec.structs.replace(draft, witness=witness_rows(draft, evidence.segments[0]))
+    return msgspec.structs.replace(draft, witness=witness_rows(draft, 1.0 / evidence.segments[0].dt_s))
 
 
 def _words(effects: Sequence[Effect]) -> str:

@@ -12,7 +12,6 @@ import numpy as np
 from thrustd.diagnose.checks import check_new
 from thrustd.errors import ModelError, UsageError
 from thrustd.identify.artifact import witness_rows
-from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.compile import check_witness
 from thrustd.model.effects import effect_named
@@ -50,14 +49,7 @@ def with_given(spec: ModelSpec, given: Given) -> ModelSpec:
     said = [f"{name}.{parameter} = {value:g}" for name, values in given.items() for parameter, value in values.items()]
     before = spec.provenance.get("given", [])
     assert isinstance(before, list)
-    return _witnessed(msgspec.structs.replace(spec, provenance=dict(spec.provenance) | {"given": [*before, *said]}))
-
-
-def _witnessed(spec: ModelSpec) -> ModelSpec:
-    """The deformations of the witness once more, with the channels that are new."""
-    assert spec.witness is not None  # check_witness refuses a model without
-    deformation_mm = np.array(spec.witness.inputs[DEFORMATION])
-    segment = Segment(
-        "witness", 0.0, 1.0 / spec.witness.rate_hz, {DEFORMATION: deformation_mm}, np.full(len(deformation_mm), np.nan)
-    )
-    return msgspec.structs.replace(spec, witness=witness_rows(spec, segment))
+    assert spec.witness is not None  # nobody reads a model without
+    rate_hz = spec.witness.rate_hz
+    spec = msgspec.structs.replace(spec, provenance=dict(spec.provenance) | {"given": [*before, *said]})
+    return msgspec.structs.replace(spec, witness=witness_rows(spec, rate_hz))

@@ -17,7 +17,7 @@ from thrustd.model.compile import model_stages, witness_of
 from thrustd.records.recording import Recording
 from thrustd.signals import CATALOGUE
 
-WITNESS_ROWS = 48
+WITNESS_BEYOND = 0.1  # of the valid range, on either side of it
 STD_SAMPLES = 100_000  # stretch on which the uncertainty is computed; scaled to the whole by the square root of length
 DATES = ("date", "recorded", "start_time", "start", "date_utc")
 
@@ -36,7 +36,7 @@ def finished(
         parameter_std=parameter_std(spec, segments),
         provenance=provenance(train, held_out, options),
     )
-    return msgspec.structs.replace(measured, witness=witness_rows(measured, segments[0]))
+    return msgspec.structs.replace(measured, witness=witness_rows(measured, 1.0 / segments[0].dt_s))
 
 
 def parameter_std(spec: ModelSpec, segments: Sequence[Segment]) -> dict[str, float]:
@@ -84,15 +84,19 @@ def data_sha256(record: Recording) -> str:
     return digest.hexdigest()
 
 
-def witness_rows(spec: ModelSpec, segment: Segment) -> Witness:
-    """A few deformations of the data in their order, with every other channel moving about its value at rest."""
-    rows = np.linspace(0, len(segment) - 1, WITNESS_ROWS).astype(int)
-    wave = np.sin(np.arange(WITNESS_ROWS) * 0.7)
-    channels = {DEFORMATION: segment.inputs[DEFORMATION][rows]}
-    for name in dict.fromkeys(name for stage in model_stages(spec, 1.0) for name in stage.channels):
+def witness_rows(spec: ModelSpec, rate_hz: float) -> Witness:
+    """From below the valid range to above it, and at once back again: no knot, mode or friction can be other than it is
+    without a row that shows it. The other channels move about their values at rest.
+    """
+    low_mm, high_mm = spec.valid.deformation_mm
+    middle_mm, half_mm = 0.5 * (low_mm + high_mm), (0.5 + WITNESS_BEYOND) * (high_mm - low_mm)
+    way = np.concatenate((np.linspace(-1.0, 1.0, 32), np.repeat((1.0, -1.0), 8)))
+    channels = {DEFORMATION: middle_mm + half_mm * way}
+    wave = np.sin(np.arange(len(way)) * 0.7)
+    for name in {name for stage in model_stages(spec, 1.0) for name in stage.channels} - {DEFORMATION}:
         rest = CATALOGUE[name].rest if name in CATALOGUE and np.isfinite(CATALOGUE[name].rest) else 0.0
         channels[name] = rest + 0.1 * max(1.0, abs(rest)) * wave
-    return witness_of(spec, round(1.0 / segment.dt_s, 6), channels)
+    return witness_of(spec, round(rate_hz, 6), channels)
 
 
 def fitted_rmse(spec: ModelSpec, segments: Sequence[Segment]) -> float:
