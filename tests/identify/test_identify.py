@@ -229,3 +229,15 @@ def test_an_input_of_three_levels_is_enough_for_a_static_curve():
     data = {"time_s": np.arange(600) * 0.1, "deformation_mm": u, "force_N": 2 * u + rng.normal(0, 0.01, 600)}
     found = identify([make_recording("levels", data)], structures=["polynomial-ols", "polynomial-wls", "static-pwl"])
     assert all(score.validation.rmse_n < 0.012 for score in found.scores)
+
+
+def test_held_out_data_that_stand_still_judge_no_model():
+    rng = np.random.default_rng(5)
+    n = 4000
+    u = np.where(np.arange(n) < 3100, np.repeat(rng.uniform(0.1, 1.0, n // 50), 50), 0.5)
+    y = 5000.0 * u + rng.normal(0.0, 5.0, n) + np.where(np.arange(n) < 3100, 0.0, 40.0)
+    record = make_recording("bench", {"time_s": np.arange(n) / 10.0, "deformation_mm": u, "force_N": y})
+    found = identify([record], structures=["static-pwl"])
+    assert not found.usable
+    assert found.warnings[0].startswith("NOT JUDGED: the best of them (static-pwl) is ")
+    assert "give --validate another record" in found.warnings[0]

@@ -21,6 +21,7 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.records.recording import Recording
 
 HELD_OUT = 0.2  # of every record, at its end, when no other records are given
+STILL = 0.1  # of the deviation of the data fitted to: what moves less tells nothing of a model
 USUAL = "hw-pwl"
 EXPLAINED_PCT = 97.0  # fit on validation data; with less other structures are tried, when none was named
 OTHERS = ("oe-2-2", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "wiener-hammerstein", "feedback")
@@ -90,7 +91,7 @@ def identify(
         raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold{why}")
     fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
     assert fitted.spec is not None
-    worse = useless(best)
+    worse = useless(best, fitting)
     warnings = [*worse, *warnings, *(f"{best.structure}: {line}" for line in fitted.warnings)]
     options: dict[str, str | float] = {"structure": best.structure, "order": fits.hw_pwl.order}
     spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
@@ -98,15 +99,22 @@ def identify(
     return Identified(spec, scores, tuple(dict.fromkeys(warnings)), usable=not worse)
 
 
-def useless(best: Score) -> list[str]:
-    """A plain word when a constant would predict better than the best model."""
+def useless(best: Score, fitting: Sequence[Recording]) -> list[str]:
+    """A plain word when a constant would predict better than the best model, on data that move enough to say so."""
     new = best.validation
     if new.fit_pct >= 0:
         return []
     spread = new.rmse_n / (1 - new.fit_pct / 100)
+    usual = max(float(np.nanstd(record[FORCE])) for record in fitting)
+    known = f"the best of them ({best.structure}) is {new.rmse_n:.4g} wrong on data not fitted to, which only vary by "
+    if spread < STILL * usual:
+        return [
+            f"NOT JUDGED: {known}{spread:.4g} about their mean (those fitted to by {usual:.4g}): give --validate "
+            "another record, or a longer one"
+        ]
     return [
-        f"DO NOT USE THIS MODEL: the best of them ({best.structure}) is {new.rmse_n:.4g} wrong on data not fitted to, "
-        f"which only vary by {spread:.4g} about their mean; the records fitted to show too little of what happens there"
+        f"DO NOT USE THIS MODEL: {known}{spread:.4g} about their mean; the records fitted to show too little of what "
+        "happens there"
     ]
 
 
