@@ -59,6 +59,7 @@ SIZES = {  # an offset is worth 15 to 30 % of the cruise thrust where the sensor
     "accel_x_g": Size(0.2, 0.3, 0.3),
     "accel_z_g": Size(0.6, 0.8, 1.0),
     "n1_pct": Size(3.0, 8.0, 3.0),
+    "n2_pct": Size(3.0, 8.0, 3.0),
     "fuel_flow_kg_s": Size(0.01, 0.015, 0.006),
     "mach": Size(0.02, 0.06, 0.05),
     "pressure_altitude_m": Size(30.0, 150.0, 200.0),
@@ -66,7 +67,7 @@ SIZES = {  # an offset is worth 15 to 30 % of the cruise thrust where the sensor
     "tat_degC": Size(4.0, 6.0, 2.5),
     "temperature_degC": Size(10.0, 20.0, 2.0),
 }
-COUNT = {"deformation_mm": 4, "n1_pct": 2, "fuel_flow_kg_s": 2}  # others: one
+COUNT = {"deformation_mm": 4, "n1_pct": 2, "n2_pct": 2, "fuel_flow_kg_s": 2, "temperature_degC": 4}  # others: one
 
 
 class Row(NamedTuple):
