@@ -4,7 +4,8 @@ Every mount gets its own campaign on the twin's bench (another seed each), from 
 To fit: throttle steps held for half a minute to five minutes, a multisine, and in the chamber shorter steps, cold and
 hot, for the thermal effects. To measure the error on: other steps, another multisine, another temperature. Every
 record begins with the mount unloaded, as it lay for hours. The bench knows neither acceleration nor weight; both
-effects are added with the values of the thesis (373 kg per engine, eq. 4.5 and section 12.1.2).
+effects are added with the values of the thesis (373 kg per engine, eq. 4.5 and section 12.1.2). Both mounts of an
+engine move together: each carries as much of its mass as of its thrust, in the ratio of their spring rates.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
+from thrustd.fusion.mounts import UPPER_SHARE
 from thrustd.identify.artifact import finished, fitted_rmse
 from thrustd.identify.estimate import estimate
 from thrustd.identify.segments import segments_of
@@ -35,10 +37,8 @@ STRUCTURE = "hw-pwl+prandtl-ishlinskii"  # friction keeps a branch for minutes: 
 FITTED_HZ = 20.0  # means of the bench's 100 Hz: the load cell's noise is not the model's
 CHAMBER_DEGC, OTHER_DEGC = (-10.0, 50.0), 35.0
 THERMAL = {"thermal_stiffness": "stiffness_1_k", "thermal_expansion": "expansion_mm_k"}
-EFFECTS = [
-    EffectSpec("axial_inertia", {"mass_kg": 186.5}),
-    EffectSpec("engine_weight", {"stiffening_1_n": 1e-5}),
-]
+ENGINE_KG = 373.0
+STIFFENING_1_N = 1e-5
 
 
 def throttle_bench(hours: float, seed: int, mount: MountPhysics, room_degc: float = RIG.room_degc) -> Recording:
@@ -81,6 +81,16 @@ def campaign(mount: MountPhysics, seed: int, hours: float) -> Campaign:
     )
 
 
+def installed(name: str) -> list[EffectSpec]:
+    """What acts on the mount `name` in the aircraft and on no bench."""
+    share = UPPER_SHARE if name.endswith("upper") else 1.0 - UPPER_SHARE
+    mine = {
+        "axial_inertia": {"mass_kg": round(share * ENGINE_KG, 1)},
+        "engine_weight": {"stiffening_1_n": STIFFENING_1_N},
+    }
+    return [EffectSpec(effect, effect_named(effect).neutral() | values) for effect, values in mine.items()]
+
+
 def ship(name: str, mount: MountPhysics, seed: int, hours: float, folder: Path) -> None:
     records = campaign(mount, seed, hours)
     core = structure_named(STRUCTURE).fit(segments_of(records.fit), BlockFits(), None).spec
@@ -89,9 +99,8 @@ def ship(name: str, mount: MountPhysics, seed: int, hours: float, folder: Path) 
     warm = msgspec.structs.replace(core, name=name, structure=STRUCTURE, effects=[*core.effects, *thermal])
     which = [f"{effect}.{parameter}" for effect, parameter in THERMAL.items()]
     warm = estimate(warm, [*records.chamber, records.fit[0]], which).spec
-    installed = [EffectSpec(e.name, effect_named(e.name).neutral() | e.parameters) for e in EFFECTS]
     options: dict[str, str | float] = {"structure": STRUCTURE, "bench": "simulated (thrustd.twin)"}
-    whole = msgspec.structs.replace(warm, effects=[*warm.effects, *installed])
+    whole = msgspec.structs.replace(warm, effects=[*warm.effects, *installed(name)])
     fit, held_out = ([at_rest(r) for r in part] for part in ([*records.fit, *records.chamber], records.held_out))
     spec = finished(whole, fit, held_out, options)
     check_witness(spec, name)

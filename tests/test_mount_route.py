@@ -94,6 +94,7 @@ def test_a_tare_takes_the_zero_off_at_every_load_and_the_band_knows(precise, zer
         if k == 299:
             tared.fused(1 / RATE_HZ)
             tared.route.tare()
+            assert not tared.route._unseen.branched  # nothing is left to doubt in its friction
             before, other = tared.route.snapshot(), Bench(precise)
             assert other.route.restore(before) and other.route.snapshot() == before
     assert abs(wrong_n - right_n) > 20.0
@@ -114,7 +115,8 @@ def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
         said_n.append(n)
         if k == 300:
             found.route.tare()
-    assert abs(said_n[2999]) < 0.6 * said_n[300]
+    new_n = precise.simulate(precise.inputs({"deformation_mm": taxi_mm[:1], "accel_x_g": np.zeros(1)}))[0]
+    assert abs(said_n[2999]) < 0.6 * new_n
     assert said_n[-1] == pytest.approx(true_n, abs=20.0)
 
 
@@ -134,6 +136,22 @@ def test_a_curve_that_is_flat_at_rest_is_not_tared_and_stops_nobody(model):
     before = bench.route.snapshot()
     bench.route.tare()
     assert bench.route.snapshot() == before
+
+
+@pytest.mark.parametrize("flown_mm", [0.0, 0.9])
+def test_at_idle_on_the_ground_the_band_holds_new_mounts_and_those_that_have_flown(precise, flown_mm):
+    """And nothing is left of the doubt once the throttle has been up."""
+    past_mm = np.concatenate([np.linspace(0.0, flown_mm, 200), np.linspace(flown_mm, 0.01, 200)])
+    seen_mm = np.concatenate([np.full(100, 0.06), np.linspace(0.06, 0.95, 200)])
+    whole_mm = np.concatenate([past_mm, np.linspace(0.01, 0.06, 50), seen_mm])
+    true_n = precise.simulate(precise.inputs({"deformation_mm": whole_mm, "accel_x_g": 0.0 * whole_mm}))[-300:]
+    found, stds_n, errors_n = Bench(precise), [], []
+    for n, wanted_n in zip(flown(found, seen_mm, 0.0 * seen_mm), true_n, strict=True):
+        errors_n.append(abs(n - wanted_n))
+        stds_n.append(float(found.route.state["std_n"]))
+    assert errors_n[99] < 1.96 * stds_n[99]
+    assert stds_n[-1] < 0.7 * stds_n[99]
+    assert errors_n[-1] < 20.0
 
 
 def test_idle_in_flight_is_a_load_that_fell(model):

@@ -102,6 +102,9 @@ class MountRoute:
         if self._state is None or not isfinite(shown_n):
             return
         k_n_mm = self._means["stiffness_n_mm"].item(0)
+        row = self._inputs(self._deformation_mm)
+        if self._unseen.branched:  # it began between two branches: what a mount at rest would have shown
+            shown_n += resting_n(self.model, row) - self.model.step(self._state.copy(), row[1:], row.item(0))
         shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
         if not isfinite(shown_mm) or not k_n_mm > 0.0:  # a curve that is flat at rest says nothing of a zero
             return
@@ -115,7 +118,7 @@ class MountRoute:
         elif shown_mm > 0.0:
             self._fell_from = 0.0
         self._state, self._means["lagged_n"] = None, nan
-        self._start(self._deformation_mm, 0)
+        self._start(self._deformation_mm, 0, rested=self._fell_from is None)
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
@@ -195,11 +198,11 @@ class MountRoute:
     def _deformation_mm(self) -> float:
         return float(self._mount["deformation_mm"])
 
-    def _start(self, deformation_mm: float, missing: int) -> None:
+    def _start(self, deformation_mm: float, missing: int, rested: bool = False) -> None:
         before, self._means["gap"] = self._state, self._state is not None
         age_s = LOAD_AGE_S if before is None else min(0.5 * missing * self._period_s, LOAD_AGE_S)
         since_s = self._since_restart_s()
-        self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, since_s, self._fell_from)
+        self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, since_s, self._fell_from, rested)
         self._means["since_restart"], self._found = 0, before is None
 
     def _since_restart_s(self) -> float:

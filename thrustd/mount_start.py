@@ -11,9 +11,10 @@ Friction. The load may have grown to what it is, or come down from as much as a 
 true one lies and stays, because friction does not change sides. The model goes on from their middle, and they are
 stepped on beside it until the mount has moved far enough for both to be the same.
 
-An engine that idles was started, and nothing is left in its friction, or, where the aircraft flies, it came down from a
-cruise some minutes ago: friction is that of a load that fell, or has turned back a little since, and the modes are on
-their way from the cruise.
+An engine that idles on the ground was started on new mounts, or on mounts that hold what the last flight left in their
+friction, or it has just landed: both branches. Where the aircraft flies it came down from a cruise some minutes ago:
+friction is that of a load that fell, or has turned back a little since, and the modes are on their way from the cruise.
+One that stood and was tared begins anew, and nothing is left in its friction.
 
 Zero. A mount that carries nothing shows a force all the same: its model at rest would show none where its transducer
 stood by that zero lower. Unless it is what the friction holds since the last flight.
@@ -59,11 +60,13 @@ class Unseen:
         age_s: float,
         since_s: float,
         fell_from: float | None = None,
+        rested: bool = False,
     ) -> Floats:
         """State of a mount that was in the state `before` (None: nobody knows) and is found under a load of this age.
 
         `age_s`: mean; `since_s`: since the last start or doubt. `fell_from`: it is known that the load fell since a
-        take-off; the part of the identified deformation that the modes are on their way from.
+        take-off; the part of the identified deformation that the modes are on their way from. `rested`: nothing is
+        left of an earlier load in the friction.
         """
         model, full_mm = self._model, self._model.spec.valid.deformation_mm[1]
         from_below, from_above = model.start(row(found_mm)), model.start(row(TAKE_OFF * full_mm))
@@ -77,7 +80,8 @@ class Unseen:
             from_below = from_above + TURNED_BACK * (from_below - from_above)
         else:
             state = self.doubt(model.start(row(0.0)) if before is None else before, from_below, age_s, since_s)
-            if idles or found_mm >= TAKE_OFF * full_mm:
+            if rested or (idles and before is not None) or found_mm >= TAKE_OFF * full_mm:
+                self._branches = np.zeros((0, 0))
                 return state
         self._branches = np.stack((from_below, from_above))
         self._branches[:, linear] = state[linear]
