@@ -33,6 +33,7 @@ BITS: dict[str, Status] = {
     "unplugged": Status.LINK_LOST,
     "bus_error": Status.LINK_LOST,
     "queue_overrun": Status.OVERLOAD,
+    "log_damaged": Status.WIRE_FAULT,
     "log_overrun": Status.OVERLOAD,
     "log_write": Status.NOT_RECORDING,
     "can_tx": Status.OUTPUT_FAULT,

@@ -1,6 +1,7 @@
 """Run a log through the pipeline again: write the estimates, score them against the truth where there is one."""
 
 import gc
+import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from itertools import chain, pairwise
@@ -36,6 +37,7 @@ class ReplaySummary(msgspec.Struct, frozen=True):
     events: int
     missing_events: int
     cut: bool  # the log ended without a summary: the recorder was killed
+    damage: str  # what is lost of a damaged log, in words; empty of a whole one
     estimates: int
     engines: dict[str, EngineMeans]  # what the estimates say of themselves
     scores: dict[str, dict[str, Score]]  # engine or mount -> route -> estimate against truth; empty without truth
@@ -48,6 +50,9 @@ def open_installation(log: LogRun | LogFile, config: Installation | None) -> Ins
     if config is not None:
         return config
     files = {name: text.encode() for name, text in log.header.files.items()}
+    for name, content in files.items():
+        if (digest := hashlib.sha256(content).hexdigest()) != log.header.sha256.get(name, digest):
+            raise LogError(f"{log.path}: {name} in it is damaged: its SHA-256 is another; give one with --config")
     return installation_from_files(files, str(log.path))
 
 
@@ -59,14 +64,15 @@ def replay(
     advance: Callable[[float], None] = lambda fraction: None,
     picture: FlightPicture | None = None,
     smoothed: Path | None = None,
+    salvage: bool = False,
 ) -> ReplaySummary:
     """Replay a log, or the files of one run; outputs and truth go to the log `out`, estimates to `picture`.
 
     `pace` may delay the events (playback at --speed 1); `advance` hears the fraction done. `smoothed`: what the whole
-    flight, looked at from its end, says of every step, as CSV.
+    flight, looked at from its end, says of every step, as CSV. `salvage`: of a damaged log what is whole is replayed.
     """
     paths = (path,) if isinstance(path, Path) else path
-    log = LogRun(paths)
+    log = LogRun(paths, salvage)
     installation = open_installation(log, config)
     pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
     score = flight_score(installation)
@@ -97,7 +103,7 @@ def replay(
         run(batches, pipeline, _already_recorded, take)
     summary = _summary(log, score)
     if smoothed is not None:
-        summary = _smooth(smoothed, dict(zip(installation.config.aircraft.engines, tapes, strict=True)), paths, summary)
+        summary = _smooth(smoothed, dict(zip(installation.config.aircraft.engines, tapes, strict=True)), log, summary)
     advance(1.0)
     return summary
 
@@ -109,11 +115,11 @@ def _draw(picture: FlightPicture, engines: Sequence[str], score: FlightScore, ou
             picture.take(name, estimate, score.truth_n(name, estimate.t_ns))
 
 
-def _smooth(path: Path, tapes: Mapping[str, Tape], log: Sequence[Path], summary: ReplaySummary) -> ReplaySummary:
+def _smooth(path: Path, tapes: Mapping[str, Tape], log: LogRun, summary: ReplaySummary) -> ReplaySummary:
     """Writes the smoothed flight; its scores are added to the summary."""
     from thrustd.smoothed_flight import write_smoothed  # loads every kind of recording: half of a replay's start
 
-    groups = LogRun(log).groups(truth_topics(tuple(tapes)))
+    groups = log.groups(truth_topics(tuple(tapes)))
     scores = write_smoothed(path, tapes, [truth for messages in groups for truth in truth_of(messages)])
     routes = {name: summary.scores.get(name, {}) | scores.get(name, {}) for name in (*summary.scores, *scores)}
     return msgspec.structs.replace(summary, scores=routes)
@@ -187,6 +193,7 @@ def _summary(log: LogRun, score: FlightScore) -> ReplaySummary:
         events=log.read_events,
         missing_events=log.missing_events,
         cut=log.cut,
+        damage=log.damage,
         estimates=score.estimates,
         engines=score.means(),
         scores=score.scores(),

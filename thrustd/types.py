@@ -92,6 +92,7 @@ FAULT_KINDS: dict[str, str] = {
     # sinks
     "log_overrun": "items missing in the log because the disk is too slow",
     "log_write": "the log cannot be written (disk full, read-only); items lost until it can",
+    "log_damaged": "chunks of a log that is replayed are damaged and left out; count is how many, at least",
     "log_resumed": "recording goes on in a new file",
     "can_tx": "an estimate could not be sent on the bus",
     "live_view": "an output could not be shown in the live view",

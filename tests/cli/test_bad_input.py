@@ -95,9 +95,31 @@ def test_replay_refuses_four_flipped_bytes_but_reads_a_cut_log(broken, capsys):
     (broken / "flipped.mcap").write_bytes(content)
     line = refused(capsys, "replay", broken / "flipped.mcap", "-o", broken / "out.mcap")
     assert "flipped.mcap" in line
+    assert "--salvage" in line
     assert not (broken / "out.mcap").exists()
+    assert main(["replay", str(broken / "flipped.mcap"), "--salvage", "--json", "-o", str(broken / "out.mcap")]) == 0
+    out, err = capsys.readouterr()
+    summary = json.loads(out)
+    assert "1 chunk damaged: " in summary["damage"]
+    assert summary["damage"] in err
+    assert summary["faults"]["log log_damaged"] == 1
+    assert summary["missing_events"] > 0
+    assert main(["info", str(broken / "flipped.mcap"), "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert json.loads(out)["problem"] == summary["damage"]
+    assert len(err.splitlines()) == 1
+    assert "--salvage" in refused(capsys, "convert", broken / "flipped.mcap", "-o", broken / "out.csv")
+    assert main(["convert", str(broken / "flipped.mcap"), "--salvage", "-o", str(broken / "out.csv")]) == 0
+    assert "chunk damaged" in capsys.readouterr().err
     assert main(["replay", str(broken / "cut.mcap"), "--json"]) == 0
     assert '"cut":true' in capsys.readouterr().out
+
+
+def test_a_log_whose_configuration_was_changed_in_it_is_not_replayed(broken, capsys):
+    content = (broken / "flight.mcap").read_bytes()
+    assert content.count(b"sample_hz = 100") == 1
+    (broken / "changed.mcap").write_bytes(content.replace(b"sample_hz = 100", b"sample_hz = 900"))
+    assert "SHA-256" in refused(capsys, "replay", broken / "changed.mcap", "--salvage")
 
 
 def test_check_refuses_a_model_of_another_unit(broken, capsys):

@@ -115,6 +115,16 @@ def test_a_cut_file_is_refused(extension, tmp_path):
         read_recording(path)
 
 
+def test_of_a_cut_recording_what_is_whole_can_be_had(tmp_path):
+    path = tmp_path / "cut.mcap"
+    write_recording(make_recording("a", {"time_s": np.arange(90000.0), "mach": np.arange(90000.0)}), path)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    record = read_recording(path, salvage=True)
+    assert np.array_equal(record["mach"], np.arange(float(len(record))))
+    assert len(record) > 10000
+    assert "cut off" in record.notes[0]
+
+
 def test_unknown_type_missing_file_and_missing_column(tmp_path):
     with pytest.raises(RecordingError, match=r"type '.xlsx'; expected one of .csv"):
         read_recording(tmp_path / "a.xlsx")

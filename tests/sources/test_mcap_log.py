@@ -179,6 +179,85 @@ def test_four_flipped_bytes_anywhere_are_noticed(tmp_path: Path, log_path: Path)
         assert "\n" not in str(caught.value)
 
 
+def chunks_of(content: bytes) -> list[int]:
+    """Where the chunks begin."""
+    found, at = [], 0
+    while (at := content.find(b"\x04\0\0\0zstd", at + 1)) > 0:
+        found.append(at - 37)
+    return found[: content.count(b"\x04\0\0\0zstd")]
+
+
+@pytest.mark.parametrize("place", ["inside", "length", "longer", "opcode", "index"])
+def test_what_is_whole_of_a_damaged_log_is_read(
+    tmp_path: Path, log_path: Path, flight: list[Event], place: str
+) -> None:
+    content, path = bytearray(log_path.read_bytes()), tmp_path / "damaged.mcap"
+    at, behind = [begin for begin in chunks_of(content) if content[begin] == 6][1:3]
+    if place == "inside":
+        content[at + 300 : at + 304] = b"oops"
+    elif place == "length":
+        content[at + 1 : at + 9] = struct.pack("<Q", 2**50)
+    elif place == "longer":  # swallows its neighbour
+        content[at + 1 : at + 9] = struct.pack("<Q", behind + 200 - at)
+    elif place == "opcode":
+        content[at] = 0x86
+    else:  # the index behind it: nothing is lost
+        index_at = at + 9 + struct.unpack_from("<Q", content, at + 1)[0]
+        content[index_at + 20] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(LogError, match="--salvage"):
+        list(LogFile(path).events())
+    log = LogFile(path, salvage=True)
+    found = list(log.events())
+    faults = [event for event in found if isinstance(event, Fault) and event.kind == "log_damaged"]
+    kept = [event for event in found if event not in faults]
+    gone = [event for event in flight if event not in set(kept)]
+    first = flight.index(gone[0]) if gone else 0
+    assert kept == flight[:first] + flight[first + len(gone) :]  # one stretch is missing, the rest is as it was
+    assert [(fault.where, fault.count) for fault in faults] == [("log", 1)]
+    assert log.missing_events == len(gone)
+    assert (len(gone) == 0) == (place == "index")
+    if gone:
+        lost_s = (flight[first + len(gone)].t_ns - flight[first - 1].t_ns) * 1e-9
+        told_s = float(log.damage.split("damaged: ")[1].split(" s from")[0])
+        assert told_s == pytest.approx(lost_s, abs=0.1)
+        assert f"byte {at}:" in log.damage
+
+
+def test_damage_in_a_log_that_was_cut_is_no_end(tmp_path: Path, log_path: Path, flight: list[Event]) -> None:
+    content, path = bytearray(log_path.read_bytes()), tmp_path / "both.mcap"
+    at = [begin for begin in chunks_of(content) if content[begin] == 6][1]
+    content[at + 1 : at + 9] = struct.pack("<Q", 2**50)
+    path.write_bytes(content[: len(content) * 3 // 4])
+    with pytest.raises(LogError, match=f"byte {at}: a record of"):
+        list(LogFile(path).events())
+    log = LogFile(path, salvage=True)
+    found = [event for event in log.events() if event in set(flight)]
+    assert log.cut
+    assert found[-1].t_ns - flight[0].t_ns > 1.5e9
+
+
+def test_of_a_log_damaged_anywhere_nothing_is_invented(tmp_path: Path, log_path: Path, flight: list[Event]) -> None:
+    whole, path, dice = log_path.read_bytes(), tmp_path / "flipped.mcap", random.Random(5)
+    known, read = set(flight), 0
+    for _ in range(60):
+        at, damaged = dice.randrange(len(whole) - 4), bytearray(whole)
+        for i in range(at, at + 4):
+            damaged[i] ^= dice.randrange(1, 256)
+        path.write_bytes(damaged)
+        try:
+            log = LogFile(path, salvage=True)
+            found = [e for e in log.events() if not (isinstance(e, Fault) and e.kind == "log_damaged")]
+        except LogError:
+            assert at < chunks_of(whole)[0]  # header, schemas or channels
+            continue
+        assert log.damage
+        assert set(found) <= known
+        assert log.missing_events <= len(flight) - len(found)
+        read += len(found)
+    assert read > 30 * len(flight)
+
+
 def test_noise_after_a_good_start_is_refused_not_crashed_on(tmp_path: Path, log_path: Path) -> None:
     whole, path, dice = log_path.read_bytes(), tmp_path / "noise.mcap", random.Random(4)
     for _ in range(100):

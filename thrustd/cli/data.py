@@ -23,6 +23,9 @@ def add_verbs(verbs: Verbs) -> None:
     convert.add_argument("input", type=Path)
     convert.add_argument("-o", "--out", type=Path, required=True)
     convert.add_argument("--rate", type=float, metavar="HZ", help="resample onto a uniform grid")
+    convert.add_argument(
+        "--salvage", action="store_true", help="of a damaged MCAP file take what is whole, and say the rest"
+    )
     add_json(convert)
 
     info = add_verb(
@@ -38,7 +41,7 @@ def convert_verb(arguments: argparse.Namespace) -> int:
 
     if arguments.rate is not None and not 0 < arguments.rate <= 1e6:
         raise UsageError(f"--rate {arguments.rate:g}: expected above 0, at most 1e6 Hz")
-    record = read_recording(arguments.input)
+    record = read_recording(arguments.input, salvage=arguments.salvage)
     if arguments.rate is not None:
         record = record.resample(arguments.rate)
     write_recording(record, arguments.out)
@@ -94,7 +97,7 @@ def _is_flight_log(path: Path) -> bool:
     from thrustd.sources.mcap_log import LogFile
 
     try:
-        LogFile(path)
+        LogFile(path, salvage=True)
     except LogError:
         return False
     return True
@@ -106,7 +109,7 @@ def _log_report(path: Path) -> dict[str, Any]:
     from thrustd.errors import LogError
     from thrustd.sources.log_run import LogRun, run_paths
 
-    log = LogRun(run_paths(path))
+    log = LogRun(run_paths(path), salvage=True)
     topics: Counter[str] = Counter()
     first_ns = last_ns = -1
     for message in log.messages():
@@ -114,9 +117,10 @@ def _log_report(path: Path) -> dict[str, Any]:
         first_ns = message.log_ns if first_ns < 0 else min(first_ns, message.log_ns)
         last_ns = max(last_ns, message.log_ns)
     try:
-        events = sum(1 for _ in log.events())
+        for _ in log.batches():
+            pass
     except LogError:
-        events = 0  # an estimate log: outputs only
+        pass  # an estimate log: outputs only
     return {
         "file": str(path),
         "kind": "flight log",
@@ -125,9 +129,10 @@ def _log_report(path: Path) -> dict[str, Any]:
         "engines": list(log.header.engines),
         "mounts": list(log.header.mounts),
         "duration_s": max(last_ns - first_ns, 0) * 1e-9,
-        "events": events,
+        "events": log.read_events,
         "missing_events": log.missing_events,
         "cut": log.cut,
+        "problem": log.damage,
         "files": sorted(log.header.files),
         "topics": dict(sorted(topics.items())),
         "notes": dict(log.header.notes),

@@ -27,6 +27,9 @@ def add_verbs(verbs: Verbs) -> None:
     replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
     replay.add_argument("--speed", type=float, help="play at this multiple of real time; default: as fast as it goes")
     replay.add_argument("--smooth", type=Path, help="CSV of the thrust as the whole flight, seen from its end, says it")
+    replay.add_argument(
+        "--salvage", action="store_true", help="of a damaged log replay what is whole, and say the rest"
+    )
     replay.add_argument("--picture", type=Path, help="PNG of thrust, band and error over time")
     add_json(replay)
 
@@ -82,10 +85,13 @@ def replay_verb(arguments: argparse.Namespace) -> int:
             advance=advance,
             picture=picture,
             smoothed=arguments.smooth,
+            salvage=arguments.salvage,
         )
     if picture is not None:
         picture.save(arguments.picture, f"{summary.log}: {summary.length_s / 60:.1f} min", largest_n(summary))
         note(f"picture: {arguments.picture}")
+    if summary.damage:
+        note(f"thrustd: {summary.damage}")
     if arguments.json:
         print_json(summary)
     else:

@@ -32,9 +32,12 @@ WRITERS: dict[str, Callable[[Recording, Path], None]] = {
 }
 
 
-def read_recording(path: Path | str, needed: tuple[str, ...] = (), digest: bool = True) -> Recording:
-    """Read a recording of any supported type; `needed` columns must be there. `digest`: with the SHA-256 of the file.
+def read_recording(
+    path: Path | str, needed: tuple[str, ...] = (), digest: bool = True, salvage: bool = False
+) -> Recording:
+    """Read a recording of any supported type; `needed` columns must be there.
 
+    `digest`: with the SHA-256 of the file. `salvage`: what is whole of a damaged MCAP file; the notes say what is lost.
     Raises RecordingError with one line that names the file, the column or row, what stands there and what should.
     """
     path = Path(path)
@@ -42,7 +45,7 @@ def read_recording(path: Path | str, needed: tuple[str, ...] = (), digest: bool 
     if reader is None:
         raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")
     _check_size(path)
-    loaded = reader(path)
+    loaded = read_mcap(path, salvage) if reader is read_mcap else reader(path)
     sha256 = file_sha256(path) if digest else ""
     record = make_recording(path.name, loaded.columns, loaded.metadata, sha256, loaded.notes)
     for name in needed:

@@ -31,10 +31,10 @@ REPLAY_FIRST = "readings, mounts and estimates are columns once it is replayed: 
 REFERENCES = {"thrust_n": "thrust_N", "force_n": "force_N"}
 
 
-def open_flight_log(path: Path) -> LogFile | None:
+def open_flight_log(path: Path, salvage: bool = False) -> LogFile | None:
     """The log, or None when `path` is another kind of MCAP file."""
     try:
-        return LogFile(path)
+        return LogFile(path, salvage)
     except LogError:
         return None
 
@@ -60,6 +60,8 @@ def read_flight_log(log: LogFile) -> Loaded:
     notes = [f"flight log: columns held onto the times of {base}", f"{faults} faults in the log"]
     if base.startswith("/truth/"):
         notes.append(f"only the truth beside raw events; {REPLAY_FIRST}")
+    if log.damage:
+        notes.append(log.damage)
     if log.cut:
         notes.append("log was cut off: read up to its last whole chunk")
     return Loaded(columns, {"source": FLIGHT_LOG, "run": log.header.run}, tuple(notes))

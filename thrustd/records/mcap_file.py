@@ -5,33 +5,48 @@ they are; a missing value is null. JSON writes a double with the shortest digits
 """
 
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 
 import msgspec
 import numpy as np
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from thrustd.errors import RecordingError
+from thrustd.errors import LogError, RecordingError
 from thrustd.records.flight_log import open_flight_log, read_flight_log
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, Recording
 from thrustd.records.topics import Topic, append, level
+from thrustd.sources.mcap_walk import McapWalk
 
 TOPIC = "/recording"
 METADATA_NAME = "thrustd.recording"
 CHUNK_BYTES = 1 << 20
 
 
-def read_mcap(path: Path) -> Loaded:
-    log = open_flight_log(path)
+def read_mcap(path: Path, salvage: bool = False) -> Loaded:
+    """`salvage`: what is whole of a damaged file; the notes say what is lost."""
+    log = open_flight_log(path, salvage)
     if log is not None:
         return read_flight_log(log)
-    topic, metadata = _read_rows(path)
+    topic, notes = Topic([], {}), list[str]()
+    decode = msgspec.json.Decoder().decode
+    try:
+        with path.open("rb") as file:
+            walk = McapWalk(file, path.name, lambda topic: topic == TOPIC, salvage)
+            for message in chain.from_iterable(walk.records()):
+                append(topic, message.log_ns, decode(message.data))
+    except (LogError, msgspec.DecodeError, OSError) as error:
+        raise RecordingError(f"{path.name}: not a readable MCAP file: {error}") from None
+    level(topic)
+    if walk.cut and not salvage:
+        raise RecordingError(f"{path.name}: not a readable MCAP file: cut off; convert --salvage reads what is whole")
     if not topic.fields:
         raise RecordingError(f"{path.name}: no rows on topic {TOPIC!r} and not a thrustd flight log")
-    return Loaded({name: np.array(column) for name, column in topic.fields.items()}, metadata)
+    notes += [walk.account()] if walk.gaps else []
+    notes += ["file was cut off: read up to its last whole chunk"] if walk.cut else []
+    metadata = walk.metadata.get(METADATA_NAME, {})
+    return Loaded({name: np.array(column) for name, column in topic.fields.items()}, metadata, tuple(notes))
 
 
 def write_mcap(record: Recording, path: Path) -> None:
@@ -59,19 +74,3 @@ def _rows(record: Recording, block: int = 1 << 16) -> Iterator[tuple[float, ...]
     columns = [record.time_s, *record.channels.values()]
     for start in range(0, len(record), block):
         yield from zip(*(column[start : start + block].tolist() for column in columns), strict=True)
-
-
-def _read_rows(path: Path) -> tuple[Topic, dict[str, str]]:
-    topic = Topic([], {})
-    decode = msgspec.json.Decoder().decode
-    try:
-        with path.open("rb") as file:
-            reader = make_reader(file, validate_crcs=True)
-            metadata = {key: text for entry in reader.iter_metadata() for key, text in entry.metadata.items()}
-            for _, _, message in reader.iter_messages(topics=[TOPIC], log_time_order=False):
-                append(topic, message.log_time, decode(message.data))
-    except (McapError, msgspec.DecodeError, EOFError, OSError) as error:
-        reason = " ".join(f"{type(error).__name__} {error}".split())[:160]
-        raise RecordingError(f"{path.name}: not a readable MCAP file: {reason}") from error
-    level(topic)
-    return topic, metadata

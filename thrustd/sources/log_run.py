@@ -36,10 +36,10 @@ def _continues(path: Path, first: LogHeader) -> bool:
 class LogRun:
     """Reads like a `LogFile`. `paths` in any order; LogError when they are not consecutive files of one run."""
 
-    def __init__(self, paths: Sequence[Path]) -> None:
+    def __init__(self, paths: Sequence[Path], salvage: bool = False) -> None:
         if not paths:
             raise LogError("no log given, expected at least one file")
-        self.files = sorted((LogFile(path) for path in paths), key=lambda file: file.header.part)
+        self.files = sorted((LogFile(path, salvage) for path in paths), key=lambda file: file.header.part)
         for this, following in pairwise(self.files):
             if following.header.run != this.header.run or not this.header.run:
                 raise LogError(f"{following.path}: expected a file of the same run as {this.path}")
@@ -65,6 +65,11 @@ class LogRun:
     @property
     def cut(self) -> bool:
         return any(file.cut for file in self.files)
+
+    @property
+    def damage(self) -> str:
+        """With `salvage`, what is lost, in words."""
+        return "; ".join(f"{file.path.name}: {file.damage}" for file in self.files if file.damage)
 
     @property
     def read_events(self) -> int:

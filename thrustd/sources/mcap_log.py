@@ -1,12 +1,13 @@
 """A flight log as a source: the raw events of `/raw` in the order they arrived, whatever speed they are read at."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
 from thrustd.errors import LogError
+from thrustd.sources.mcap_damage import Gap
 from thrustd.sources.mcap_walk import LogMessage, McapWalk
-from thrustd.types import Event
+from thrustd.types import Event, Fault
 from thrustd.wire.event_batch import ENCODING, EventBatch, Messages
 from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader
 
@@ -14,10 +15,16 @@ Hear = Callable[[list[LogMessage]], None]
 
 
 class LogFile:
-    """One log, opened as often as it is iterated. `path` must exist and start like a thrustd log, else LogError."""
+    """One log, opened as often as it is iterated. `path` must exist and start like a thrustd log, else LogError.
 
-    def __init__(self, path: Path) -> None:
+    A damaged log is a LogError at the end of the iteration; with `salvage` what is whole of it is read.
+    """
+
+    def __init__(self, path: Path, salvage: bool = False) -> None:
         self.path = path
+        self.damage = ""  # with `salvage`: what is lost, in words; known after a complete iteration
+        self._salvage = salvage
+        self._gaps: list[Gap] = []  # of the running iteration
         self.size_bytes = 0
         self.position_bytes = 0  # how far the running iteration is
         self.cut = False  # the file ended without a summary; known after a complete iteration
@@ -37,10 +44,11 @@ class LogFile:
         """Raw events in arrival order; `first_number` is known when the file before in the run was read.
 
         `hear` is told the messages of `topics` that are met on the way, before the events of the same record.
+        What damage took is a Fault before the next event.
         """
         self.missing_events = self.read_events = 0
         self.next_number = 0 if self.header.part == 0 else first_number
-        seen = False
+        seen, told, last_ns = False, 0, 0
         for walk, messages in self._walk(lambda topic: topic == RAW_TOPIC or topic in topics):
             raw = [message for message in messages if message[0] == RAW_TOPIC]
             if hear is not None and len(raw) < len(messages):
@@ -54,7 +62,13 @@ class LogFile:
                 self.next_number = number + n
             seen = True
             self.read_events += len(found.batch)
+            if len(self._gaps) > told:
+                yield _fault(found.batch.t_ns.item(0), self._gaps[told:])
+                told = len(self._gaps)
+            last_ns = found.batch.t_ns.item(-1)
             yield found.batch
+        if len(self._gaps) > told:
+            yield _fault(last_ns, self._gaps[told:])
         if not seen and not self.cut:
             raise LogError(f"{self.path}: no message on topic {RAW_TOPIC!r}, expected the raw events of a flight")
 
@@ -81,16 +95,17 @@ class LogFile:
     def _walk(self, wanted: Callable[[str], bool]) -> Iterator[tuple[McapWalk, list[LogMessage]]]:
         """The wanted messages, record by record of the file."""
         with self._open() as stream:
-            walk = McapWalk(stream, str(self.path), wanted)
+            walk = McapWalk(stream, str(self.path), wanted, self._salvage)
+            self._gaps = walk.gaps
             for messages in walk.records():
                 self.position_bytes = walk.position_bytes
                 if messages:
                     yield walk, messages
-            self.cut, self.position_bytes = walk.cut, walk.position_bytes
+            self.cut, self.position_bytes, self.damage = walk.cut, walk.position_bytes, walk.account()
 
     def _read_header(self) -> LogHeader:
         with self._open() as stream:
-            walk = McapWalk(stream, str(self.path))
+            walk = McapWalk(stream, str(self.path), salvage=self._salvage)
             self.size_bytes = walk.size_bytes
             for messages in walk.records():
                 if HEADER_NAME in walk.metadata or messages:
@@ -98,10 +113,15 @@ class LogFile:
         try:
             return LogHeader.from_metadata(walk.metadata.get(HEADER_NAME, {}))
         except LogError as error:
-            raise LogError(f"{self.path}: {error}") from None
+            damage = f"{walk.account()}: " if walk.gaps else ""
+            raise LogError(f"{self.path}: {damage}{error}") from None
 
     def _open(self) -> BinaryIO:
         try:
             return self.path.open("rb")
         except OSError as error:
             raise LogError(f"{self.path}: cannot be read: {error.strerror or error}") from None
+
+
+def _fault(t_ns: int, gaps: Sequence[Gap]) -> EventBatch:
+    return EventBatch.of([Fault(t_ns, "log", "log_damaged", max(1, sum(gap.n_records for gap in gaps)))])

@@ -1,8 +1,9 @@
 """An MCAP file, read front to back: memory flat, every checksum judged, files that were cut off still read.
 
 Writers die; a log that ends in the middle of a record is read up to the last closed chunk (our chunks close at least
-every half second; zstd holds such a chunk as one block, so its torn half has nothing to give). A file that does end
-as it should, yet has a record that does not fit or a wrong checksum, is damaged: LogError with the byte offset.
+every half second; zstd holds such a chunk as one block, so its torn half has nothing to give). A file with a record
+that does not fit or a wrong checksum before its end is damaged: walked to its end all the same, then LogError with the
+account of what is lost; with `salvage` that account is in `gaps` and what is whole is handed out.
 Reference: MCAP format specification, version 0 (https://mcap.dev/spec).
 """
 
@@ -20,6 +21,7 @@ from mcap.opcode import Opcode
 from thrustd.columns import Bytes, Integers
 from thrustd.compiled import compiled
 from thrustd.errors import LogError
+from thrustd.sources.mcap_damage import Gap, account, looks_like_chunk, next_chunk
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_RECORD_BYTES = 64 * 1024 * 1024  # untrusted input: longer records are refused
@@ -40,9 +42,16 @@ class LogMessage(NamedTuple):
 class McapWalk:
     """One pass over `stream`, named `name` in errors."""
 
-    def __init__(self, stream: BinaryIO, name: str, keep: Callable[[str], bool] = lambda topic: True) -> None:
-        """`keep` says which topics' messages are wanted."""
+    def __init__(
+        self,
+        stream: BinaryIO,
+        name: str,
+        keep: Callable[[str], bool] = lambda topic: True,
+        salvage: bool = False,
+    ) -> None:
+        """`keep` says which topics' messages are wanted; `salvage`: damage is no error."""
         self.name = name
+        self.gaps: list[Gap] = []  # what is damaged, as far as it was read
         self.position_bytes = 0
         self.cut = False  # known after `records` is exhausted
         self.encodings: dict[str, str] = {}  # by topic; grows while walking
@@ -56,22 +65,39 @@ class McapWalk:
         stream.seek(0)
         self._crc = 0
         self._summary_crc: int | None = None  # None while in the data section
+        self._salvage = salvage
+        self._in_gap = False  # since the last messages something was lost
+        self._rows: Integers | None = None  # of the last messages
+        self._origin_ns: int | None = None
 
     def records(self) -> Iterator[list[LogMessage]]:
         """The wanted messages, record by record of the file, often none; `encodings` and `metadata` grow."""
         self._start()
+        for messages in self._all_records():
+            if self._salvage or not self.gaps:  # else only the account is still wanted
+                yield messages
+        if self.gaps and not self._salvage:
+            raise LogError(f"{self.name}: {self.account()}; replay and convert read the rest with --salvage")
+
+    def account(self) -> str:
+        """What the gaps cost, in words."""
+        return account(self.gaps, self._origin_ns)
+
+    def _all_records(self) -> Iterator[list[LogMessage]]:
         while True:
             at = self.position_bytes
             head = self._read(_HEAD.size)
             opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, 0)
             content = self._read(length) if length <= MAX_RECORD_BYTES else b""
             if len(head) < _HEAD.size or len(content) < length:
-                self._end_early(at, length)
+                if self._goes_on_behind(at, length):
+                    continue
                 return
             try:
                 messages = self._record(opcode, head, content)
             except (error, IndexError, UnicodeDecodeError, ValueError, zstandard.ZstdError) as why:
-                raise self._damaged(at, str(why) or "a record that does not fit") from None
+                self._lose(at, str(why) or "a record that does not fit", opcode)
+                messages = []
             yield messages
             if opcode == _OP_FOOTER:
                 self._finish()
@@ -90,21 +116,48 @@ class McapWalk:
         self.position_bytes += len(data)
         return data
 
-    def _end_early(self, at: int, length: int) -> None:
-        """The file ran out at a record: cut off, or a length that cannot be."""
-        if self._ends_well or length > MAX_RECORD_BYTES:
-            raise self._damaged(at, f"a record of {length} bytes does not fit")
-        self.cut = True
-        self.position_bytes = self.size_bytes
+    def _goes_on_behind(self, at: int, length: int) -> bool:
+        """The file ran out at a record: cut off, or a length that cannot be. Whether whole chunks follow."""
+        behind = next_chunk(self._stream, at + 1)
+        if behind is not None or self._ends_well or length > MAX_RECORD_BYTES:
+            self._lose(at, f"a record of {length} bytes does not fit")
+        self.cut = behind is None and not self._ends_well
+        self.position_bytes = self.size_bytes if behind is None else self._stream.seek(behind)
+        return behind is not None
 
     def _finish(self) -> None:
         tail = self._read(len(MAGIC) + 1)
         self.cut = MAGIC.startswith(tail) and tail != MAGIC
         if tail != MAGIC and not self.cut:
-            raise self._damaged(self.position_bytes - len(tail), f"ends with {tail!r}, expected {MAGIC!r}")
+            self._lose(self.position_bytes - len(tail), f"ends with {tail!r}, expected {MAGIC!r}", _OP_FOOTER)
 
-    def _damaged(self, at: int, why: str) -> LogError:
-        return LogError(f"{self.name}: damaged at byte {at}: {' '.join(why.split())[:120]}")
+    def _lose(self, at: int, why: str, opcode: int = 0) -> None:
+        """A record that gives nothing: of a new gap, or of the one that is open; reading goes on behind it."""
+        why = " ".join(why.split())[:120]
+        if opcode in (Opcode.DATA_END, Opcode.FOOTER):  # a checksum over all that was read
+            self.gaps += [] if self.gaps else [Gap(at, why, 0)]
+            return
+        behind = next_chunk(self._stream, at + 1)
+        if behind is not None and behind < self.position_bytes:  # the length was wrong, too
+            self.position_bytes = behind
+        self._stream.seek(self.position_bytes)
+        if self._in_gap:
+            self.gaps[-1] = self.gaps[-1]._replace(n_records=self.gaps[-1].n_records + 1)
+            return
+        from_ns = None if self._rows is None else int(self._rows[:, _LOG_NS].max())
+        self.gaps.append(Gap(at, why, 1, from_ns))
+        self._in_gap = True
+
+    def _tell_times(self, rows: Integers) -> None:
+        """Of the first messages, and of those behind a gap."""
+        times_ns = rows[rows[:, _CHANNEL] >= 0, _LOG_NS]
+        if len(times_ns) == 0:
+            return
+        first_ns = int(times_ns.min())
+        if self._origin_ns is None:
+            self._origin_ns = first_ns
+        if self._in_gap:
+            self.gaps[-1], self._in_gap = self.gaps[-1]._replace(to_ns=first_ns), False
 
     def _record(self, opcode: int, head: bytes, content: bytes) -> list[LogMessage]:
         self._judge_checksums(opcode, head, content)
@@ -136,6 +189,9 @@ class McapWalk:
             if opcode == _OP_MESSAGE:
                 raise ValueError(f"message of {end - start - _HEAD.size} bytes")
             self._note(opcode, records[start + _HEAD.size : end])
+        if self._in_gap or self._origin_ns is None:
+            self._tell_times(rows)
+        self._rows = rows if len(rows) else self._rows
         kept = self._kept
         return [
             _new(LogMessage, (kept[channel_id], log_ns, records[start + _MESSAGE_BYTES : end]))
@@ -144,6 +200,10 @@ class McapWalk:
         ]
 
     def _note(self, opcode: int, content: bytes) -> None:
+        if looks_like_chunk(content):
+            raise ValueError(f"a chunk under opcode {opcode}")
+        if opcode == Opcode.MESSAGE_INDEX and int.from_bytes(content[2:6], "little") != len(content) - 6:
+            raise ValueError(f"an index of {len(content)} bytes")
         if opcode == Opcode.CHANNEL:
             topic, at = _text(content, 4)
             channel_id = int.from_bytes(content[:2], "little")
