@@ -1,10 +1,13 @@
 """A configuration that says something impossible is refused in one line that names file, key and value."""
 
+import dataclasses
+import json
+
 import pytest
 
 from tests.conftest import ROOT, small_aircraft
 from thrustd.config import read_config
-from thrustd.errors import ConfigError
+from thrustd.errors import ConfigError, ModelError
 
 GOOD = small_aircraft().files["config.toml"].decode()
 
@@ -19,12 +22,20 @@ def test_the_shipped_configurations_are_read():
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('deck = "deck.json"', 'deck = "deck.json"\ndekc = 1', ("dekc",)),
+        ('deck = "deck.json"', 'deck = "deck.json"\ndekc = 1', ("dekc: no such key", "aircraft, mount, adc")),
+        ("channels = 4", "channels = 4\nspeed = 3", ("adc.speed: no such key", "port, sample_hz, channels, baud")),
+        ("adc_channel = 3", "adc_channel = 3\nscale = 3", ("mount[3].scale: no such key", "scale_mm")),
+        ("[aircraft]", "[live_view]\nporrt = 1\n\n[aircraft]", ("live_view.porrt: no such key", "host, port")),
+        ("[aircraft]", '[live_view]\nhost = ""\n\n[aircraft]', ("live_view.host", ">= 1")),
+        ("[aircraft]", "[live_view]\n[health]\nport = 8765\n[aircraft]", ("live_view.port = 8765", "health.port")),
+        ("[adc]", "[[adc]]", ("adc = a list", "object")),
+        ("estimate_hz = 50.0", "estimate_hz = 30.0", ("steps.estimate_hz = 30", "33.3333 comes nearest")),
+        ("estimate_hz = 50.0", "estimate_hz = 70.0", ("steps.estimate_hz = 70", "100 comes nearest")),
         ("sample_hz = 100.0", "sample_hz = -3.0", ("adc.sample_hz", "-3.0", ">= 10")),
         ("sample_hz = 100.0", 'sample_hz = "fast"', ("adc.sample_hz", "'fast'", "float")),
         ("channels = 4", "channels = 9", ("adc.channels", "9", "<= 8")),
         ('engines = ["left", "right"]', 'engines = ["left"]', ("mount[2].engine", "'right'", "left")),
-        ("adc_channel = 3", "adc_channel = 2", ("adc_channel", "2", "twice")),
+        ("adc_channel = 3", "adc_channel = 2", ("mount[3].adc_channel", "2", "twice")),
         ("adc_channel = 3", "adc_channel = 7", ("mount[3].adc_channel", "7", "0 to 3")),
         ("scale_mm = 2.9802322387695312e-07", "scale_mm = 0", ("mount[0].scale_mm", "0")),
         ("estimate_hz = 50.0", "estimate_hz = 100.0\nbridge_gap_ms = 9e9", ("steps.bridge_gap_ms", "<= 2000")),
@@ -41,3 +52,23 @@ def test_an_impossible_configuration_is_refused(old, new, words):
     assert "\n" not in message
     for word in words:
         assert word in message
+
+
+def test_a_line_too_slow_for_the_adc_is_refused():
+    aircraft = small_aircraft()
+    slow = dataclasses.replace(
+        aircraft, config=read_config(GOOD.replace("channels = 4", "channels = 4\nbaud = 9600"), "x")
+    )
+    with pytest.raises(ConfigError, match=r"adc\.baud = 9600: expected at least 28000 for 100 frames of 28 bytes"):
+        slow.parts()
+    aircraft.parts()
+
+
+def test_an_effect_that_nobody_knows_is_named_with_file_and_place():
+    aircraft = small_aircraft()
+    name = aircraft.config.mount[0].model
+    model = json.loads(aircraft.files[name])
+    model["effects"] = [{"name": "magic", "parameters": {}}]
+    strange = dataclasses.replace(aircraft, files=dict(aircraft.files) | {name: json.dumps(model).encode()})
+    with pytest.raises(ModelError, match=rf"{name}: effects\[0\]\.name: unknown effect 'magic'"):
+        strange.parts()

@@ -9,11 +9,12 @@ from collections.abc import Sequence
 from typing import Annotated, Any, TypeVar
 
 import msgspec
-from msgspec import Meta
+from msgspec import Meta, inspect
 
 from thrustd.errors import ConfigError
 
 MAX_BYTES = 1_000_000
+ESTIMATE_SLACK = 0.01  # 33.3 Hz is written for a third of 100
 
 Name = Annotated[str, Meta(pattern="^[a-z][a-z0-9_]{0,31}$")]
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
@@ -116,7 +117,7 @@ class Trust(Section, frozen=True):
 class LiveView(Section, frozen=True):
     """WebSocket server for Foxglove."""
 
-    host: str = "127.0.0.1"
+    host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"
     port: Port = 8765
 
 
@@ -174,33 +175,47 @@ def section(table: Any, kind: type[T], where: str) -> T:
     try:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as problem:
-        raise ConfigError(f"{where}: {_with_value(table, str(problem))}") from None
+        raise ConfigError(f"{where}: {_with_value(table, kind, str(problem))}") from None
 
 
-def _with_value(table: Any, problem: str) -> str:
-    """Add the offending value to msgspec's "Expected ... - at `$.adc.port`"."""
+def _with_value(table: Any, kind: type, problem: str) -> str:
+    """msgspec's "Expected ... - at `$.adc.port`" with the offending value, or with the keys that there are."""
     message, _, path = problem.partition(" - at `$")
-    value = table
+    path = path.rstrip("`").lstrip(".")
+    value, parts = table, [part for part in path.replace("[", ".").replace("]", "").split(".") if part]
     try:
-        for part in path.rstrip("`").replace("[", ".").replace("]", "").strip(".").split("."):
+        for part in parts:
             value = value[int(part)] if isinstance(value, list) else value[part]
     except (KeyError, IndexError, ValueError, TypeError):
         return problem.replace("`$.", "`").replace("`$`", "the top level")
-    return f"{path.rstrip('`').lstrip('.')} = {value!r}: {message}"
+    if "unknown field" in message:
+        key = message.split("`")[1]
+        return f"{path}{'.' if path else ''}{key}: no such key, expected one of {', '.join(_keys(kind, parts))}"
+    return f"{path or 'the top level'} = {_short(value)}: {message}"
+
+
+def _keys(kind: Any, parts: Sequence[str]) -> tuple[str, ...]:
+    """Of the table that `parts` lead to from a struct."""
+    named: Any = inspect.type_info(kind)
+    for part in (*parts, ""):
+        if isinstance(named, inspect.UnionType):  # a table that may be left out
+            named = next(each for each in named.types if isinstance(each, inspect.StructType))
+        if part and isinstance(named, inspect.ListType):
+            named = named.item_type
+        elif part:
+            named = next(field.type for field in named.fields if field.name == part)
+    return tuple(field.encode_name for field in named.fields)
+
+
+def _short(value: Any) -> str:
+    """A table or a list is told by what it is."""
+    if isinstance(value, dict | list):
+        return "a table" if isinstance(value, dict) else "a list"
+    return repr(value)
 
 
 def _check(config: Config, where: str) -> None:
-    names = [mount.name for mount in config.mount]
-    channels = [mount.adc_channel for mount in config.mount]
-    lists: tuple[tuple[str, Sequence[Any]], ...] = (
-        ("name", names),
-        ("adc_channel", channels),
-        ("engines", config.aircraft.engines),
-    )
-    for kind, values in lists:
-        twice = {value for value in values if values.count(value) > 1}
-        if twice:
-            raise ConfigError(f"{where}: {kind} {sorted(twice)[0]!r} appears twice, expected different ones")
+    _check_apart(config, where)
     for i, mount in enumerate(config.mount):
         if mount.engine not in config.aircraft.engines:
             raise ConfigError(
@@ -215,8 +230,30 @@ def _check(config: Config, where: str) -> None:
     for engine in config.aircraft.engines:
         if len(config.mounts_of(engine)) > 2:
             raise ConfigError(f"{where}: engine {engine!r} has more than 2 mounts, expected 1 or 2")
-    if config.steps.estimate_hz > config.adc.sample_hz:
+    _check_rates(config, where)
+
+
+def _check_apart(config: Config, where: str) -> None:
+    """What is named or numbered is so once."""
+    lists: tuple[tuple[str, Sequence[Any]], ...] = (
+        ("mount[{}].name", [mount.name for mount in config.mount]),
+        ("mount[{}].adc_channel", [mount.adc_channel for mount in config.mount]),
+        ("aircraft.engines[{}]", config.aircraft.engines),
+    )
+    for field, values in lists:
+        for i, value in enumerate(values):
+            if value in values[:i]:
+                raise ConfigError(f"{where}: {field.format(i)} = {value!r}: appears twice, expected different ones")
+    if config.health and config.live_view and config.health.port == config.live_view.port:
+        raise ConfigError(f"{where}: live_view.port = {config.live_view.port}: taken by health.port, expected another")
+
+
+def _check_rates(config: Config, where: str) -> None:
+    """A fused step is every so many samples."""
+    sample_hz, estimate_hz = config.adc.sample_hz, config.steps.estimate_hz
+    samples = max(round(sample_hz / estimate_hz), 1)  # between two fused steps
+    if abs(sample_hz / samples - estimate_hz) > ESTIMATE_SLACK * estimate_hz:
         raise ConfigError(
-            f"{where}: steps.estimate_hz = {config.steps.estimate_hz:g}: expected at most adc.sample_hz, "
-            f"{config.adc.sample_hz:g}"
+            f"{where}: steps.estimate_hz = {estimate_hz:g}: expected adc.sample_hz, {sample_hz:g}, over a whole "
+            f"number: {sample_hz / samples:g} comes nearest"
         )

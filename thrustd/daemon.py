@@ -60,7 +60,8 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
     with ExitStack() as opened, stop_on_signal() as stop:
         shell = Shell(installation, base, queue, opened)
         pipeline, start = start_pipeline(shell)
-        bus = CanBus(config.can.interface, config.can.channel, config.can.bitrate, queue.leave)
+        can, where = config.can, f"{installation.where}: can"
+        bus = CanBus(can.interface, can.channel, can.bitrate, queue.leave, where=where)
         adc = SerialPort(config.adc.port, config.adc.baud, queue.put)
         recorder, sinks = open_sinks(shell, bus, counts, log_folder, start)
         saver = open_checkpoint(shell, pipeline)

@@ -20,6 +20,7 @@ from thrustd.model.compile import CompiledModel, compile_model, read_proven_mode
 from thrustd.pipeline import DERIVED, Parts, Pipeline
 from thrustd.signals import CATALOGUE
 from thrustd.signature import SIGNATURE, check_signature
+from thrustd.wire.adc_frames import encode
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanRow, CanTable, CanUnits
 from thrustd.wire.log_layout import LogHeader
@@ -27,6 +28,7 @@ from thrustd.wire.log_layout import LogHeader
 CONFIG = "config.toml"  # name of the configuration among the files of a log
 WARM_START = "warm_start"  # note in a log's header: the WarmStart (JSON) of its run
 MAX_FILE_BYTES = 4_000_000
+BITS_PER_BYTE = 10  # 8N1
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,7 @@ class Installation:
     def parts(self) -> Parts:
         """Models, deck and CAN table, checked against what the aircraft delivers."""
         config = self.config
+        _check_line(config, self.where)
         deck = Deck.from_json(self._text(config.deck), self._place(config.deck))
         table = self.can_table(_rows(config, self.where))
         heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
@@ -119,6 +122,17 @@ def read_installation(path: Path | str) -> Installation:
         return _read(path.parent / name, f"{path}: {name}")
 
     return _complete(config, content, fetch, str(path))
+
+
+def _check_line(config: Config, where: str) -> None:
+    """The serial line of an ADC must carry what it samples; one behind a URL has no rate of its own."""
+    frame_bytes = len(encode(0, 0, (0,) * config.adc.channels))
+    needed = BITS_PER_BYTE * frame_bytes * config.adc.sample_hz
+    if "://" not in config.adc.port and config.adc.baud < needed:
+        raise ConfigError(
+            f"{where}: adc.baud = {config.adc.baud}: expected at least {needed:.0f} for "
+            f"{config.adc.sample_hz:g} frames of {frame_bytes} bytes per second"
+        )
 
 
 def installation_from_files(files: Mapping[str, bytes], where: str) -> Installation:

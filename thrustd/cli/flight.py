@@ -49,7 +49,8 @@ def check_verb(arguments: argparse.Namespace) -> int:
     installation = read_installation(arguments.config)
     installation.pipeline()
     can, adc, queue = installation.config.can, installation.config.adc, EventQueue()
-    CanBus(can.interface, can.channel, can.bitrate, queue.put)  # names are judged, nothing is opened
+    where = f"{installation.where}: can"
+    CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
     SerialPort(adc.port, adc.baud, queue.put)
     hashes = installation.hashes()
     if arguments.json:

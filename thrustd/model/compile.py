@@ -162,6 +162,11 @@ def witness_of(spec: ModelSpec, rate_hz: float, channels: Mapping[str, Floats]) 
 def read_proven_model(text: str | bytes, where: str) -> ModelSpec:
     """A model as every verb takes it: valid, and its witness rows come out again; else ModelError naming `where`."""
     spec = read_model(text, where)
+    for i, effect in enumerate(spec.effects):
+        try:
+            effect_named(effect.name)
+        except ModelError as problem:
+            raise ModelError(f"{where}: effects[{i}].name: {problem}") from None
     check_witness(spec, where)
     return spec
 

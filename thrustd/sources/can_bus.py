@@ -45,10 +45,12 @@ class CanBus:
         bitrate: int,
         put: Put,
         clock_ns: Callable[[], int] = time.monotonic_ns,
+        where: str = "can",
     ) -> None:
+        """ConfigError, from `where`, when python-can knows no such interface; nothing is opened yet."""
         if interface not in can.VALID_INTERFACES:
             names = ", ".join(sorted(can.VALID_INTERFACES))
-            raise ConfigError(f"can.interface = {interface!r}, expected one of {names}")
+            raise ConfigError(f"{where}.interface = {interface!r}: expected one of {names}")
         self._interface, self._channel, self._bitrate = interface, channel, bitrate
         self._put = put
         self._clock_ns = clock_ns
