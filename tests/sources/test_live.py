@@ -291,7 +291,7 @@ def test_before_anything_is_due_only_ticks_and_faults_wake_the_reader() -> None:
 
 
 def test_an_unknown_can_interface_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"can\.interface = 'tin-can', expected one of .*socketcan"):
+    with pytest.raises(ConfigError, match=r"can\.interface = 'tin-can': expected one of .*socketcan"):
         CanBus("tin-can", "0", 1, EventQueue().put)
 
 
