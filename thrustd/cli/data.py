@@ -18,10 +18,17 @@ SHOWN_KEYS = 5
 def add_verbs(verbs: Verbs) -> None:
     convert = add_verb(
         verbs, "convert", convert_verb, "change a recording's file type (CSV, Parquet, MCAP, npz, mat)",
-        "thrustd convert ftis_flight.npz -o flight.mcap",
+        "thrustd convert ftis_flight.npz -o flight.mcap\n"
+        '  thrustd convert rig.csv --time "t [s]" --rename "Load [kN]=force_N*1000" --rename x=deformation_mm -o b.csv',
     )  # fmt: skip
     convert.add_argument("input", type=Path)
     convert.add_argument("-o", "--out", type=Path, required=True)
+    convert.add_argument("--time", metavar="COLUMN", default="time_s", help="seconds, rising (default time_s)")
+    convert.add_argument("--sampled", type=float, metavar="HZ", help="samples per second, for files without a time")
+    convert.add_argument(
+        "--rename", action="append", default=[], metavar="THEIRS=OURS",
+        help="column under another name, OURS*FACTOR+OFFSET where its unit is another; may be repeated",
+    )  # fmt: skip
     convert.add_argument("--rate", type=float, metavar="HZ", help="resample onto a uniform grid")
     convert.add_argument(
         "--salvage", action="store_true", help="of a damaged MCAP file take what is whole, and say the rest"
@@ -37,11 +44,16 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def convert_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.records.files import read_recording, write_recording
+    from thrustd.records.files import write_recording
+    from thrustd.records.rename import read_rename
+    from thrustd.records.time_axis import TimeAxis, read_timed
 
-    if arguments.rate is not None and not 0 < arguments.rate <= 1e6:
-        raise UsageError(f"--rate {arguments.rate:g}: expected above 0, at most 1e6 Hz")
-    record = read_recording(arguments.input, salvage=arguments.salvage)
+    for option, rate_hz in (("--rate", arguments.rate), ("--sampled", arguments.sampled)):
+        if rate_hz is not None and not 0 < rate_hz <= 1e6:
+            raise UsageError(f"{option} {rate_hz:g}: expected above 0, at most 1e6 Hz")
+    renames = [read_rename(text) for text in arguments.rename]
+    axis = TimeAxis(arguments.time, arguments.sampled)
+    record = read_timed(arguments.input, axis, renames, arguments.salvage)
     if arguments.rate is not None:
         record = record.resample(arguments.rate)
     write_recording(record, arguments.out)

@@ -1,7 +1,6 @@
 """Verbs that make models and decks: identify, plan-test, compile, brochure."""
 
 import argparse
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -130,19 +129,14 @@ def _in_roles(paths: Sequence[Path], arguments: argparse.Namespace, columns: tup
 def _in_own_words(found: Any, arguments: argparse.Namespace) -> Any:
     """Warnings and unit by the names that the file has for its columns."""
     from thrustd.records.recording import unit_of
+    from thrustd.records.rename import unit_in_brackets
 
     warnings = tuple(_in_words(line, arguments) for line in found.warnings)
-    return replace(found, warnings=warnings, unit=unit_of(arguments.output) or _in_brackets(arguments.output))
+    return replace(found, warnings=warnings, unit=unit_of(arguments.output) or unit_in_brackets(arguments.output))
 
 
 def _in_words(line: str, arguments: argparse.Namespace) -> str:
     return line.replace(MOUNT_COLUMNS[0], arguments.input).replace(MOUNT_COLUMNS[1], arguments.output)
-
-
-def _in_brackets(column: str) -> str:
-    """`bar` of `pressure [bar]` or `pressure (bar)`."""
-    found = re.search(r"[\[(]([^\])]*)[\])]\s*$", column)
-    return found.group(1).strip() if found else ""
 
 
 def _settings(arguments: argparse.Namespace, train: list[Any]) -> tuple[Any, Any]:

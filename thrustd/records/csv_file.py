@@ -15,6 +15,7 @@ from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
 
 MISSING = ["", "nan", "NaN", "NAN", "null"]
+SHOWN_NAMES = 4
 BLOCK_BYTES = 16 << 20  # parsed at a time; pyarrow's own 1 MiB takes a fifth longer
 
 
@@ -46,8 +47,14 @@ def _header(path: Path) -> tuple[list[str], str]:
     line = raw.decode("utf-8-sig", errors="replace").strip("\r\n")
     if "\ufffd" in line or not line.replace("\t", "").isprintable():
         raise RecordingError(f"{path.name}: not UTF-8 text; expected a CSV file with one header line of channel names")
-    delimiter = max(",;\t", key=line.count) if line else ","
+    delimiter = max((sign for sign in ";\t," if sign in line), key=line.count, default=",")
     names = [name.strip().strip('"') for name in line.split(delimiter)]
+    if all(_is_number(name.replace(",", ".")) for name in names):
+        shown = ", ".join(names[:SHOWN_NAMES])
+        raise RecordingError(
+            f"{path.name}: its first line is no header: {shown or 'nothing in it'}; "
+            "expected one line of channel names, such as time_s,deformation_mm,force_N"
+        )
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise RecordingError(f"{path.name}: column {twice[0]!r} appears {names.count(twice[0])} times; expected once")
@@ -77,7 +84,9 @@ def _read_text(path: Path, names: list[str], delimiter: str, error: Exception) -
             _convert(names, pa.string(), delimiter),
         )
     except pa.ArrowInvalid as broken:
-        raise RecordingError(f"{path.name}: not a rectangular CSV: {_one_line(broken)}") from error
+        raise RecordingError(
+            f"{path.name}: not a rectangular CSV: {_one_line(broken)}; expected a line of names, then as many numbers"
+        ) from error
     columns: dict[str, FloatArray] = {}
     notes: list[str] = []
     for name in names:

@@ -14,6 +14,7 @@ from thrustd.records.parquet_file import read_parquet, write_parquet
 from thrustd.records.recording import Recording, make_recording
 from thrustd.whole_file import whole_file
 
+SHOWN_NOTES = 4
 MAX_FILE_BYTES = 8 << 30  # read whole into memory: beyond this, cut the recording first
 
 READERS: dict[str, Callable[[Path], Loaded]] = {
@@ -41,11 +42,7 @@ def read_recording(
     Raises RecordingError with one line that names the file, the column or row, what stands there and what should.
     """
     path = Path(path)
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")
-    _check_size(path)
-    loaded = read_mcap(path, salvage) if reader is read_mcap else reader(path)
+    loaded = load(path, salvage)
     sha256 = file_sha256(path) if digest else ""
     record = make_recording(path.name, loaded.columns, loaded.metadata, sha256, loaded.notes)
     for name in needed:
@@ -53,6 +50,19 @@ def read_recording(
             has = ", ".join(sorted(record.channels)) or "no other column"
             raise RecordingError(f"{path.name}: no column {name!r}; it has {has}")
     return record
+
+
+def load(path: Path, salvage: bool = False) -> Loaded:
+    """The columns of a file as they are called there; at least one."""
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")
+    _check_size(path)
+    loaded = read_mcap(path, salvage) if reader is read_mcap else reader(path)
+    if not loaded.columns:
+        found = "; ".join(loaded.notes[:SHOWN_NOTES]) or "it holds nothing"
+        raise RecordingError(f"{path.name}: no column of numbers: {found}; expected one per channel (time_s, ...)")
+    return loaded
 
 
 def write_recording(record: Recording, path: Path | str) -> None:

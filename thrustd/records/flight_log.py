@@ -8,7 +8,7 @@ else is held from its last value before. Names:
     /reading/n1_pct/left value       n1_pct_left
     /truth/left, /truth/left_upper   thrust_N_left, force_N_left_upper: the reference
 
-A log that was cut off is read up to its last whole chunk.
+A log that was cut off is read up to its last whole chunk; of a damaged one `--salvage` reads what is whole.
 """
 
 from pathlib import Path

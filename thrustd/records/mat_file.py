@@ -1,4 +1,4 @@
-"""MATLAB v5 files: one vector per channel, or the `flightdata` structure of a PH-LAB FTIS export."""
+"""MATLAB v5 files: a vector per channel, in a structure or not, or the `flightdata` of a PH-LAB FTIS export."""
 
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ def read_mat(path: Path) -> Loaded:
         variables, units = _ftis_fields(variables["flightdata"])
     columns: dict[str, FloatArray] = {}
     notes: list[str] = []
-    arrays = {name: np.atleast_1d(value) for name, value in variables.items() if not name.startswith("__")}
+    arrays = {name: np.atleast_1d(value) for name, value in _flat(variables).items() if not name.startswith("__")}
     longest = max((array.size for array in arrays.values()), default=0)
     for name, array in arrays.items():
         if array.size == 1 < longest and not signal_of(name):
@@ -36,7 +36,8 @@ def read_mat(path: Path) -> Loaded:
         elif signal_of(name):
             raise RecordingError(f"{path.name}: {name} has shape {array.shape} of {array.dtype}; expected 1-D numbers")
         else:
-            notes.append(f"{name}: shape {array.shape} of {array.dtype} left out")
+            what = "structure or cell" if array.dtype.kind == "O" else f"shape {array.shape} of {array.dtype}"
+            notes.append(f"{name}: {what} left out")
     if is_ftis(columns):
         return from_ftis(columns, units)
     if is_openap(columns):
@@ -50,6 +51,17 @@ def write_mat(record: Recording, path: Path) -> None:
             raise RecordingError(f"{path.name}: column name {name!r} is not a MATLAB variable name; rename it")
     with path.open("wb") as file:
         savemat(file, {TIME: record.time_s, **record.channels}, oned_as="column", do_compression=True)
+
+
+def _flat(variables: dict[str, Any]) -> dict[str, Any]:
+    """A structure gives its fields, under their own names where these are free."""
+    flat: dict[str, Any] = {}
+    for name, value in variables.items():
+        for field in getattr(value, "_fieldnames", ()):
+            flat[field if field not in variables and field not in flat else f"{name}_{field}"] = getattr(value, field)
+        if not hasattr(value, "_fieldnames"):
+            flat[name] = value
+    return flat
 
 
 def _ftis_fields(flightdata: Any) -> tuple[dict[str, Any], dict[str, str]]:

@@ -152,7 +152,10 @@ def make_recording(
 ) -> Recording:
     """Check the columns (one of them `time_s`) and freeze them. Infinite values become NaN and are reported."""
     if TIME not in columns:
-        raise RecordingError(f"{name}: no column 'time_s' (seconds, rising); it has {', '.join(sorted(columns))}")
+        has = ", ".join(sorted(columns))
+        raise RecordingError(
+            f"{name}: no column 'time_s' (seconds, rising; thrustd convert --time COLUMN renames one); it has {has}"
+        )
     time_s = np.ascontiguousarray(columns[TIME], dtype=np.float64)
     _check_time(name, time_s)
     channels: dict[str, FloatArray] = {}

@@ -3,16 +3,17 @@
 Vectors of another length than the rest (a lone `Ts`, say) are left out with a word.
 """
 
-import hashlib
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from thrustd.errors import RecordingError
-from thrustd.records.files import READERS
+from thrustd.records.files import file_sha256, load
 from thrustd.records.recording import TIME, FloatArray, Recording, make_recording
+from thrustd.records.rename import Rename, check_unit, renamed
 
 
 class TimeAxis(NamedTuple):
@@ -22,28 +23,23 @@ class TimeAxis(NamedTuple):
     rate_hz: float | None = None
 
 
-def read_timed(path: Path, axis: TimeAxis) -> Recording:
-    """As `read_recording`, with the time as `axis` says."""
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")
-    try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as problem:
-        raise RecordingError(f"{path}: cannot be read: {problem.strerror}") from None
-    loaded = reader(path)
-    columns, notes = _of_one_length(loaded.columns)
+def read_timed(path: Path, axis: TimeAxis, renames: Sequence[Rename] = (), salvage: bool = False) -> Recording:
+    """As `read_recording`, with the time as `axis` says; `renames` come first."""
+    loaded = load(path, salvage)
+    named, remarks = renamed(path.name, loaded.columns, renames)
+    columns, notes = _of_one_length(named)
     if axis.rate_hz is not None:
         count = len(next(iter(columns.values()), ()))
         columns[TIME] = np.arange(count) / axis.rate_hz
     elif axis.column in columns:
+        check_unit(axis.column, TIME)
         columns[TIME] = columns.pop(axis.column)
     else:
         raise RecordingError(
             f"{path.name}: no column {axis.column!r}; it has {', '.join(columns)}; "
-            "expected a column of seconds (--time COLUMN) or the sample rate (--rate HZ)"
+            "expected a column of seconds (--time COLUMN) or the sample rate (identify --rate HZ, convert --sampled HZ)"
         )
-    return make_recording(path.name, columns, loaded.metadata, digest, (*loaded.notes, *notes))
+    return make_recording(path.name, columns, loaded.metadata, file_sha256(path), (*loaded.notes, *remarks, *notes))
 
 
 def _of_one_length(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
