@@ -15,7 +15,7 @@ SCORES = {"left": {"fused": Score(100, 37.8, -22.6, 0.5, 700.0, 97.8)}}
 
 
 def printed(capsys, scores):
-    summary = ReplaySummary("f.mcap", 60.0, 10, 0, False, 5, {"left": ENGINE}, scores, {})
+    summary = ReplaySummary("f.mcap", 60.0, 10, 0, False, "", 5, {"left": ENGINE}, scores, {})
     print_summary(summary)
     return " ".join(capsys.readouterr().out.split()), largest_n(summary)
 

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import read_deck, read_models, read_recordings, split_models
+from thrustd.cli.files import DECK, read_deck, read_models, read_recordings, shipped, split_models
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 
 if TYPE_CHECKING:
@@ -175,7 +175,8 @@ def effects_verb(arguments: argparse.Namespace) -> int:
 
 def _reference(arguments: argparse.Namespace) -> dict[str, Any]:
     """What the measurement is judged against, as all three verbs take it."""
-    deck = read_deck(arguments.deck) if arguments.against == "brochure" else None
+    judged = arguments.against == "brochure"
+    deck = read_deck(arguments.deck or shipped(DECK, "--deck")) if judged else None
     return {"against": arguments.against, "mount": arguments.mount, "deck": deck}
 
 
@@ -207,7 +208,7 @@ def _add_model_and_data(parser: argparse.ArgumentParser, count: str = "+") -> No
 def _add_reference(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--against", default="", metavar="COLUMN", help="reference: a column, or 'brochure'")
     parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
-    parser.add_argument("--deck", type=Path, default=Path("models/brochure/jt15d-4.json"), help="brochure deck")
+    parser.add_argument("--deck", type=Path, help=f"with --against brochure (default: the shipped {DECK})")
 
 
 def _add_effects(parser: argparse.ArgumentParser, words: str) -> None:

@@ -1,11 +1,13 @@
 """Files named on the command line: read them, or say in one line why not."""
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
+import thrustd
 from thrustd.errors import UsageError
 from thrustd.whole_file import whole_file
 
@@ -14,7 +16,18 @@ if TYPE_CHECKING:
     from thrustd.model.artifact import ModelSpec
     from thrustd.records.recording import Recording
 
+DECK = "models/brochure/jt15d-4.json"
+HIL = "deploy/hil.toml"
 OUTPUTS = "out", "smooth", "picture", "table"  # arguments that name a file to write
+
+
+def shipped(name: str, option: str) -> Path:
+    """A file that comes with thrustd, wherever the command is run: of the checkout, or of the installed wheel."""
+    places = Path(thrustd.__file__).parents[1], Path(sys.prefix) / "share" / "thrustd"
+    for place in places:
+        if (place / name).is_file():
+            return place / name
+    raise UsageError(f"{option}: expected a file; the shipped {name} is neither in {places[0]} nor in {places[1]}")
 
 
 def check_outputs(arguments: Mapping[str, Any]) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.files import read_models, read_text, write_model_file, write_text
+from thrustd.cli.files import DECK, check_outputs, read_models, read_text, shipped, write_model_file, write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
 from thrustd.errors import RecordingError, UsageError
 
@@ -68,7 +68,7 @@ def add_verbs(verbs: Verbs) -> None:
     brochure.add_argument("action", choices=("fit",))
     brochure.add_argument("flights", type=Path, nargs="+")
     brochure.add_argument("-o", "--out", type=Path, required=True, help="deck to write")
-    brochure.add_argument("--base", type=Path, default=Path("models/brochure/jt15d-4.json"), help="deck to start from")
+    brochure.add_argument("--base", type=Path, help=f"deck to start from (default: the shipped {DECK})")
     brochure.add_argument(
         "--pairs", type=Path, help="pairs of the brochure program (CSV): refit the thrust surface too"
     )
@@ -198,6 +198,8 @@ def compile_verb(arguments: argparse.Namespace) -> int:
 def brochure_verb(arguments: argparse.Namespace) -> int:
     from thrustd.identify.brochure_fit import fit_deck_file, report_lines
 
+    arguments.base = arguments.base or shipped(DECK, "--base")
+    check_outputs(vars(arguments))
     read_text(arguments.base)
     with progress("brochure fit"):
         fit = fit_deck_file(arguments.flights, arguments.out, arguments.base, arguments.pairs)

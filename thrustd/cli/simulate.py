@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from thrustd.cli.files import HIL, shipped
 from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, print_json, progress
 from thrustd.errors import UsageError
 
@@ -21,7 +22,7 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="log, record or (with --hide) folder to write")
     parser.add_argument("--seed", type=int, default=1, help="draws engines, mounts, sensors and profile (default 1)")
-    parser.add_argument("--config", type=Path, default=Path("deploy/hil.toml"), help="installation to simulate")
+    parser.add_argument("--config", type=Path, help=f"installation to simulate (default: the shipped {HIL})")
     parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
     parser.add_argument("--recording", type=Path, help="fly this real recording instead of a scripted flight")
     parser.add_argument("--engine-start", action="store_true", help="with --recording: start its engines first")
@@ -77,7 +78,7 @@ def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
 
     if arguments.out.suffix != ".mcap":
         raise UsageError(f"{arguments.out}: expected a name that ends in .mcap for a flight log")
-    installation = read_installation(arguments.config)
+    installation = read_installation(arguments.config or shipped(HIL, "--config"))
     installation.parts()  # its files go into the log: what a replay would refuse is refused now
     profile, airframe = _profile(arguments)
     table = installation.can_table(ICD_INPUT_ROWS)
