@@ -56,9 +56,8 @@ def test_an_impossible_configuration_is_refused(old, new, words):
 
 def test_a_line_too_slow_for_the_adc_is_refused():
     aircraft = small_aircraft()
-    slow = dataclasses.replace(
-        aircraft, config=read_config(GOOD.replace("channels = 4", "channels = 4\nbaud = 9600"), "x")
-    )
+    text = GOOD.replace("loop://", "/dev/ttyUSB0").replace("channels = 4", "channels = 4\nbaud = 9600")
+    slow = dataclasses.replace(aircraft, config=read_config(text, "x"))
     with pytest.raises(ConfigError, match=r"adc\.baud = 9600: expected at least 28000 for 100 frames of 28 bytes"):
         slow.parts()
     aircraft.parts()

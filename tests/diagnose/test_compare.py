@@ -9,6 +9,7 @@ from rich.console import Console
 from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
 from thrustd.diagnose.compare import compare
 from thrustd.diagnose.failures import where_it_fails
+from thrustd.diagnose.picture_data import spectrum_of
 from thrustd.diagnose.pictures import comparison_pictures
 from thrustd.diagnose.regions import regions_of
 from thrustd.model.compile import compile_model
@@ -106,3 +107,16 @@ def test_places_of_failure_go_with_the_load_of_another_kind_of_rubber():
     assert worst.labels == ("unloading",)
     assert "0.1 N RMS, measured minus model" in worst.sentence
     assert {"below 0.2 N", "above 0.3 N"} <= {region.label for region in regions_of(force, 0.02, {})}
+
+
+def test_what_does_not_go_with_the_residual_has_little_coherence_and_what_does_comes_first():
+    """That of a single stretch would be 1 for any two columns."""
+    rng = np.random.default_rng(3)
+    data = record(n=3000)
+    noise = rng.normal(size=len(data))
+    force = data["force_N"] + 20.0 * noise
+    data = data.with_channels(force_N=force, hidden=noise, idle=rng.normal(size=len(data)))
+    spectrum = spectrum_of(compare({"mount": mount()}, [data]).comparisons[0])
+    assert next(iter(spectrum.coherence)) == "hidden"
+    assert 0.65 < spectrum.explained["hidden"] < 0.82  # 20 N of it, 12 N of noise: 0.735
+    assert spectrum.explained["idle"] < 0.25

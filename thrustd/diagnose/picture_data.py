@@ -13,18 +13,22 @@ from thrustd.model.stage import Floats
 
 LONGEST = 1 << 14  # samples of one stretch of the spectrum
 LONGEST_COHERENCE = 1 << 12
+AVERAGED = 16  # stretches at least, overlapping by half, behind a coherence: that of one stretch is 1 whatever it holds
 SLOWEST_N_S = 5.0  # first edge of the rates above zero
 LOOP_DOTS = 40_000
 
 
 @dataclass(frozen=True, slots=True)
 class Spectrum:
-    """Amplitude density of the residual (k,), and by channel its coherence with the residual (m,)."""
+    """Amplitude density of the residual (k,), and by channel its coherence with the residual (m,): first the channels
+    that go with most of the residual's power, `explained` each, 0 to 1.
+    """
 
     frequency_hz: Floats
     residual_n_rthz: Floats  # N / sqrt(Hz)
     coherence_hz: Floats
     coherence: dict[str, Floats]
+    explained: dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,14 +61,15 @@ def spectrum_of(c: Comparison) -> Spectrum:
     """Welch's averages; a missing reference counts as no error."""
     residual = np.where(np.isfinite(c.residual_n), c.residual_n, 0.0)
     rate_hz = 1.0 / float(np.median(np.diff(c.time_s)))
-    length = min(len(residual), LONGEST)
+    length, short = min(len(residual), LONGEST), max(min(2 * len(residual) // (AVERAGED + 1), LONGEST_COHERENCE), 2)
     frequency, power = welch(residual, rate_hz, nperseg=length)
-    at, shares = frequency, {}
-    for name, column in c.channels.items():
-        if moves(column):
-            at, share = coherence(residual, column, rate_hz, nperseg=min(length, LONGEST_COHERENCE))
-            shares[name] = share[1:]
-    return Spectrum(frequency[1:], np.sqrt(power[1:]), at[1:], shares)
+    at, weight = welch(residual, rate_hz, nperseg=short)
+    columns = {name: column for name, column in c.channels.items() if moves(column)}
+    shares = {name: coherence(residual, column, rate_hz, nperseg=short)[1][1:] for name, column in columns.items()}
+    explained = {name: float(np.sum(share * weight[1:]) / np.sum(weight[1:])) for name, share in shares.items()}
+    explained = dict(sorted(explained.items(), key=lambda item: -item[1]))
+    by_share = {name: shares[name] for name in explained}
+    return Spectrum(frequency[1:], np.sqrt(power[1:]), at[1:], by_share, explained)
 
 
 def rate_map_of(c: Comparison) -> RateMap:

@@ -15,6 +15,7 @@ from thrustd.records.recording import unit_of
 from thrustd.whole_file import whole_file
 
 MEASURED, MODEL, RESIDUAL = "#444444", "#0072b2", "#d55e00"  # Okabe & Ito: distinct for colour-blind readers
+CHANNELS = (("#d55e00", "-"), ("#0072b2", "--"), ("#009e73", "-."), ("#cc79a7", ":"))  # those that explain most
 POINTS = 4000  # per line: drawn as minimum and maximum of bins, so that no spike is lost
 DPI = 110
 
@@ -108,10 +109,12 @@ def _spectrum(c: Comparison) -> Figure:
     spectrum = spectrum_of(c)
     top.loglog(spectrum.frequency_hz, spectrum.residual_n_rthz, color=RESIDUAL, lw=0.9)
     top.set(ylabel="residual [N/sqrt(Hz)]", title=f"{c.model} on {c.recording}")
-    for name, share in spectrum.coherence.items():
-        bottom.semilogx(spectrum.coherence_hz, share, lw=0.8, label=name)
+    lines = zip(spectrum.coherence.items(), CHANNELS, strict=False)
+    for (name, share), (colour, dash) in lines:
+        label = f"{name}: {100 * spectrum.explained[name]:.0f} % of the residual's power"
+        bottom.semilogx(spectrum.coherence_hz, share, dash, lw=1.0, color=colour, label=label)
     bottom.set(xlabel="frequency [Hz]", ylabel="coherence with the residual", ylim=(0, 1))
-    bottom.legend(fontsize=7, ncols=2)
+    figure.legend(fontsize=8, ncols=2, loc="outside lower center")
     return figure
 
 

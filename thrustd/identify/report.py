@@ -99,7 +99,10 @@ def as_table(scores: Sequence[Score], unit: str = "N") -> Table:
     told = any(isfinite(score.validation.mae_pct_above_2kn) for score in scores) and unit == "N"
     title = f"free-run error, {unit or 'unit of the output'}; every record from the state its first tenth shows"
     table = Table(title=title)
-    columns = ["structure", "train", "validation", "from rest", "above 2 kN", "fit", "worst", "numbers", "time", "BIC"]
+    columns = [
+        "structure", "train", "validation", "from rest", "mean |error| above 2 kN", "fit", "worst", "free run",
+        "parameters", "time", "AIC", "BIC",
+    ]  # fmt: skip
     for i, name in enumerate(columns):
         if told or i != ABOVE:
             table.add_column(name, justify="right" if i else "left")
@@ -113,15 +116,17 @@ def _cells(score: Score) -> list[str]:
     seen, new = score.train, score.validation
     return [
         score.title,
-        _number(seen.rmse_n) if seen.stable else "unstable",
-        _number(new.rmse_n) if new.stable else "unstable",
+        _number(seen.rmse_n) if seen.stable else "-",
+        _number(new.rmse_n) if new.stable else "-",
         _number(new.rmse_from_rest_n),
         f"{new.mae_pct_above_2kn:.2f} %" if isfinite(new.mae_pct_above_2kn) else "-",
         f"{new.fit_pct:.2f} %" if isfinite(new.fit_pct) else "-",
         _number(new.worst_n),
+        "stable" if seen.stable and new.stable else "unstable",
         str(score.n_parameters),
         f"{score.fit_s:.1f} s",
-        f"{score.bic:.4g}" if isfinite(score.bic) else "-",
+        _number(score.aic),
+        _number(score.bic),
     ]
 
 

@@ -164,12 +164,9 @@ const MANY = [
   ["--s4", [2, 2]],
   ["--s5", [7, 2, 2, 2]],
 ];
-// the channels most coherent with the residual
+// the channels that go with most of the residual's power, which come first
 export function coherenceChart(s) {
-  const most = Object.entries(s.coherence)
-    .map(([name, share]) => [name, share, Math.max(...share)])
-    .sort((a, b) => b[2] - a[2])
-    .slice(0, 5);
+  const most = Object.entries(s.coherence).slice(0, 5);
   const hz = s.coherence_hz;
   const plot = chart({
     height: 220,
