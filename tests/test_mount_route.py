@@ -9,7 +9,7 @@ from thrustd.fusion.mounts import MountCombiner
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import EffectSpec, ErrorMap, LinearBlock, RealMode
 from thrustd.model.compile import compile_model
-from thrustd.mount_route import MountRoute
+from thrustd.mount_route import MountRoute, upper_share
 from thrustd.mount_start import LOAD_AGE_S, Unseen
 from thrustd.sync import align
 from thrustd.sync.grid import Grid
@@ -249,3 +249,18 @@ def test_a_start_under_load_does_not_know_the_branch_of_friction_until_the_throt
         assert abs(found["force_n"] - true_n[k]) <= 1.96 * found["common_n"] + 1.0
     assert doubts_n[0] > 30.0
     assert doubts_n[-1] == 0.0
+
+
+def test_the_share_of_a_mount_is_that_of_its_curve_until_the_engine_pulls(model):
+    """Minutes at idle with 4 um of zero on either mount leave it, minutes of climb with another share do not."""
+    grid = Grid(2, 3, 10, Hold([("accel_x_g", 0)]), np.zeros((0, 3), np.int64))
+    pair = [MountRoute(model, 50, grid, number, FusionSettings()) for number in (0, 1)]
+    assert upper_share(*pair) == pytest.approx(0.5)
+    combiner, mounts, both = MountCombiner([(0, 1)], [0.46]), np.zeros(2, MOUNT_STATE), np.ones(2, np.bool_)
+    mounts["std_n"] = 10.0
+    for force_n, zeros_n, seconds in ((600.0, 25.0, 120), (4000.0, 60.0, 300)):
+        mounts["force_n"] = 0.46 * force_n + zeros_n, 0.54 * force_n - zeros_n
+        for _ in range(10 * seconds):
+            (engine,) = combiner.step(mounts, both, 0.1)
+        wanted = 0.46 if force_n < 1000.0 else 0.475
+        assert engine["load_share"] == pytest.approx(wanted, abs=0.003)

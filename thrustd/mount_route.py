@@ -23,6 +23,7 @@ THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an art
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
 ZERO_SIGMAS = 3.0  # more is no zero
 JUST_S = 2.0  # found so lately: what is known by now was known then
+LEAST_SHARE = 0.2  # of one of two mounts
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
 NO_STATE = np.zeros(0)  # before the first sample
 
@@ -77,6 +78,10 @@ class MountRoute:
             self._channels[position], self._unmeasured_s[position] = value, nan
         elif isnan(self._unmeasured_s[position]):
             self._channels[position], self._unmeasured_s[position] = self._lagged[0, position], 0.0
+
+    def rests_at_n(self, deformation_mm: float) -> float:
+        """Thrust share that the model says of a mount at rest, with the channels as they are."""
+        return resting_n(self.model, self._inputs(deformation_mm))
 
     def flush(self) -> None:
         """Run the model over the samples that wait."""
@@ -183,7 +188,7 @@ class MountRoute:
     def _chords(self) -> Floats:
         """Of the model's curve at rest, N/mm."""
         ends_mm = np.linspace(*self.model.spec.valid.deformation_mm, CHORDS + 1)
-        forces_n = [resting_n(self.model, self._inputs(mm)) for mm in ends_mm.tolist()]
+        forces_n = [self.rests_at_n(mm) for mm in ends_mm.tolist()]
         return np.asarray(np.diff(forces_n) / np.diff(ends_mm))
 
     def _doubt(self, *stds_n: float) -> None:
@@ -234,6 +239,13 @@ class MountRoute:
             here = self.model.step(self._state.copy(), held, self._deformation_mm)
             parts.append(abs(there - here))
         return parts
+
+
+def upper_share(upper: MountRoute, lower: MountRoute) -> float:
+    """What the upper mount carries of their load, by the models: both move together."""
+    together_mm = 0.5 * min(route.model.spec.valid.deformation_mm[1] for route in (upper, lower))
+    upper_n, lower_n = (route.rests_at_n(together_mm) for route in (upper, lower))
+    return min(max(upper_n / (upper_n + lower_n), LEAST_SHARE), 1.0 - LEAST_SHARE) if upper_n + lower_n > 0.0 else 0.5
 
 
 def unmeasured_std(signal: Signal, age_s: float) -> float:

@@ -31,6 +31,7 @@ from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.intake import Intake
 from thrustd.model.compile import CompiledModel
+from thrustd.mount_route import upper_share
 from thrustd.snapshot import plain, read_memory
 from thrustd.step_inputs import StepInputs, dynamic_pressure_pa, tell_filters
 from thrustd.types import Event, Fault, MountOutput, Output
@@ -66,7 +67,8 @@ class Pipeline:
         )
         self._states = self._intake.states
         self._inputs = StepInputs(self._layout, self._hold, self._states)
-        self._monitor = Monitor(self._layout)
+        pairs = [[self._routes[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
+        self._monitor = Monitor(self._layout, [upper_share(pair[0], pair[-1]) for pair in pairs])
         self._filters = tuple(
             ThrustFilter(settings, e, name, 0.5 / config.steps.estimate_hz) for e, name in enumerate(engines)
         )

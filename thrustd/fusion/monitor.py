@@ -50,9 +50,10 @@ class MonitorVerdict(NamedTuple):
 class Monitor:
     """Watches every sensor of the aircraft at 10 Hz. Mutable; `snapshot` / `restore` for the checkpoint."""
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, shares: Sequence[float] = ()) -> None:
+        """`shares`: see `MountCombiner`."""
         self._layout = layout
-        self._combiner = MountCombiner(layout.mounts_of_engine)
+        self._combiner = MountCombiner(layout.mounts_of_engine, shares)
         self._opinions_of: tuple[tuple[Sensor, ...], ...] = tuple(
             (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
             for engine, mounts in enumerate(layout.mounts_of_engine)

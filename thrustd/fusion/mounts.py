@@ -7,7 +7,8 @@ one mount      F = F_i / share_i,  share from the time when both were believed; 
 push           p = (k_upper + k_lower) d,  d: the smaller of what both moved to the same side within half a second, mm
 
 A push is seen by the transducers themselves: one that lies has the other against it, an acceleration that lies moves
-none. At idle F_upper / F says more of the transducers' zeros than of the share: least squares weigh it little.
+none. At idle F_upper / F says more of the transducers' zeros than of the share: least squares weigh it little, beside
+what the models say: a minute at 5 kN.
 """
 
 from collections.abc import Sequence
@@ -22,10 +23,9 @@ from thrustd.compiled import compiled, entry
 
 UPPER_N_MM, LOWER_N_MM = 5079.0, 5954.0  # fore and aft spring rates of the two isolators, thesis table 4.1
 UPPER_SHARE = UPPER_N_MM / (UPPER_N_MM + LOWER_N_MM)
-PRIOR_N2_S = 2000.0**2 * 5.0  # what the spring rates are worth: five seconds at 2 kN
-MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN: slower than a throttle movement
+MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN; idle says more of the transducers' zeros
 MAX_STEP_S = 1.0
-SHARE_STD = 0.02  # of one mount's part, when scaled from the other
+SHARE_STD = 0.006  # of one mount's part, when scaled from the other: 30 N of its own errors at 5 kN
 SHARE, WEIGHT_N2_S = range(2)  # the memory of one engine
 PUSH_TAU_S = 0.5
 NO_MOUNT = -1
@@ -52,11 +52,13 @@ def mounts_table(mounts_of_engine: Sequence[Sequence[int]]) -> Integers:
 
 
 class MountCombiner:
-    """Keeps the slow load share of every engine. Starts from the spring rates."""
+    """Keeps the slow load share of every engine."""
 
-    def __init__(self, mounts_of_engine: Sequence[Sequence[int]]) -> None:
-        """By engine, its mounts: the upper one first."""
-        self.rows = np.tile((UPPER_SHARE, PRIOR_N2_S), (len(mounts_of_engine), 1))
+    def __init__(self, mounts_of_engine: Sequence[Sequence[int]], shares: Sequence[float] = ()) -> None:
+        """By engine, its mounts: the upper one first; and that one's share to start from, else the spring rates say."""
+        self.rows = np.tile((UPPER_SHARE, MEMORY_N2_S), (len(mounts_of_engine), 1))
+        if shares:
+            self.rows[:, SHARE] = shares
         self.mounts = mounts_table(mounts_of_engine)
         self._lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
         self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)
