@@ -110,9 +110,12 @@ def told(flown: list[Engine]) -> list[str]:
     excess_n = np.array([e.fused_rmse - min(e.mount_rmse, e.brochure_rmse) for e in flown])
     ratio = np.array([e.fused_rmse / e.oracle_rmse for e in flown])
     reported = sorted({fault for e in flown for fault in e.faults})
+    worse_n = excess_n[excess_n >= 0.5]
+    others = (
+        f"; the others {np.median(worse_n):.1f} N worse (median), at most {worse_n.max():.1f} N" if worse_n.size else ""
+    )
     return [
-        f"fused better than the better route, or equal (0.5 N): {(excess_n < 0.5).sum()} of {len(flown)}; the others "
-        f"{np.median(excess_n[excess_n >= 0.5]):.1f} N worse (median), at most {excess_n.max():.1f} N",
+        f"fused better than the better route, or equal (0.5 N): {len(flown) - worse_n.size} of {len(flown)}{others}",
         f"fused / best fixed weight: {np.median(ratio):.2f} (median engine)",
         f"reported by healthy sensors: {reported or 'nothing'}",
     ]
