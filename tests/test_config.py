@@ -71,3 +71,15 @@ def test_an_effect_that_nobody_knows_is_named_with_file_and_place():
     strange = dataclasses.replace(aircraft, files=dict(aircraft.files) | {name: json.dumps(model).encode()})
     with pytest.raises(ModelError, match=rf"{name}: effects\[0\]\.name: unknown effect 'magic'"):
         strange.parts()
+
+
+def test_a_model_that_corrects_no_load_factor_is_said():
+    """The bench of a mount knows neither acceleration nor weight, and a model of it flies: with a word."""
+    aircraft = small_aircraft()
+    assert aircraft.uncorrected() == []
+    bench = {name: file for name, file in aircraft.files.items()}
+    for name in {mount.model for mount in aircraft.config.mount}:
+        bench[name] = json.dumps(json.loads(bench[name]) | {"effects": []}).encode()
+    lines = dataclasses.replace(aircraft, files=bench).uncorrected()
+    assert len(lines) == 4
+    assert "left_upper: left_upper.json has no axial_inertia and no engine_weight" in lines[0]

@@ -29,6 +29,7 @@ from thrustd.realtime import ask_for
 from thrustd.sinks.can_tx import CanTx
 from thrustd.sinks.health_counts import HealthCounts
 from thrustd.sinks.health_page import HealthPage, Watched
+from thrustd.sinks.journal import Journal, say
 from thrustd.sinks.latest_file import LatestFile
 from thrustd.sinks.live_view import LiveView
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
@@ -87,6 +88,9 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         ask_for(config.realtime, say)
         sys.setswitchinterval(SWITCH_S)
         service.say(f"READY=1\nSTATUS={heart.status()}")
+        say(
+            f"ready, recording to {recorder.path}" if recorder is not None and recorder.path else "ready, not recording"
+        )
         sources = adc, bus, Ticker(config.steps.tick_hz, queue.put)
         heard = merged(queue, sources, stop, quiet=pipeline.quiet_until_ns)
         run(map(EventBatch.of, heard), pipeline, record, listen)
@@ -94,13 +98,10 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
     return 0
 
 
-def say(word: str) -> None:
-    """For the journal."""
-    sys.stderr.write(f"thrustd: {word}\n")
-
-
 def start_pipeline(shell: Shell) -> tuple[Pipeline, WarmStart | None]:
     """Warm when there is a good checkpoint, and what was taken over; else cold, with a word."""
+    for line in shell.installation.uncorrected():
+        say(line)
     wish = shell.installation.config.warm_restart
     if wish is None:
         return shell.installation.pipeline(), None
@@ -163,7 +164,7 @@ def open_sinks(
         if recorder.path is None:
             say(f"log.folder = {folder}: cannot be written: not recording until it can")
     view = open_live_view(shell, header)
-    return recorder, sinks if view is None else [*sinks, view]
+    return recorder, [*sinks, *([] if view is None else [view]), shell.opened.enter_context(closing(Journal()))]
 
 
 def log_folder_of(shell: Shell, log_folder: Path | None) -> Path | None:

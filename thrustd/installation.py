@@ -15,7 +15,7 @@ import msgspec
 from thrustd.brochure.deck import Deck
 from thrustd.config import Config, read_config, section
 from thrustd.errors import ConfigError, LogError, ModelError
-from thrustd.model.artifact import ModelSpec
+from thrustd.model.artifact import ModelSpec, read_model
 from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
 from thrustd.pipeline import DERIVED, Parts, Pipeline
 from thrustd.signals import CATALOGUE
@@ -29,6 +29,7 @@ CONFIG = "config.toml"  # name of the configuration among the files of a log
 WARM_START = "warm_start"  # note in a log's header: the WarmStart (JSON) of its run
 MAX_FILE_BYTES = 4_000_000
 BITS_PER_BYTE = 10  # 8N1
+LOAD_FACTORS = ("axial_inertia", "engine_weight")  # effects that every mount in flight needs and no bench shows
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +68,17 @@ class Installation:
             _check_channels(model, heard, scopes, self._place(mount.model))
             models.append(model)
         return Parts(tuple(models), deck, table)
+
+    def uncorrected(self) -> list[str]:
+        """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""
+        lines = []
+        for mount in self.config.mount:
+            spec = read_model(self.files[mount.model], self._place(mount.model))
+            absent = [name for name in LOAD_FACTORS if name not in {effect.name for effect in spec.effects}]
+            if absent:
+                named = " and no ".join(absent)
+                lines.append(f"{mount.name}: {mount.model} has no {named}: the engine's load factor counts as thrust")
+        return lines
 
     def can_table(self, rows: tuple[CanRow, ...]) -> CanTable:
         units = section(self.config.can.units, CanUnits, f"{self.where}: can.units")

@@ -10,16 +10,21 @@ from thrustd.installation import read_installation
 from thrustd.realtime import ask_for
 
 
+def occupied(place):
+    """A port of this machine that is taken."""
+    place.bind(("127.0.0.1", 0))
+    place.listen()
+    return place.getsockname()[1]
+
+
 def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
     config = reliable_aircraft(tmp_path)
     (tmp_path / "logs").write_text("a file where the folder of the logs should be")
     (tmp_path / "checkpoint.json").write_text('{"sha256": "00", "body": {}}')
-    with socket.socket() as taken, ServiceManager(tmp_path / "notify") as manager:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        text = config.read_text().replace(f"port = {read_installation(config).config.health.port}", f"port = {port}")
-        config.write_text(f"{text}\n[live_view]\nport = {port}\n")
+    with socket.socket() as one, socket.socket() as other, ServiceManager(tmp_path / "notify") as manager:
+        health, view = (occupied(place) for place in (one, other))
+        text = config.read_text().replace(f"port = {read_installation(config).config.health.port}", f"port = {health}")
+        config.write_text(f"{text}\n[live_view]\nport = {view}\n")
         daemon = Daemon(config, manager)
         try:
             assert manager.wait_for("not recording")  # in the status line of a heartbeat
@@ -27,8 +32,9 @@ def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
         finally:
             daemon.close()
     assert daemon.process.returncode == 0
-    assert f"health.port = {port}: cannot be bound" in words
-    assert f"live_view = 127.0.0.1:{port}: cannot be bound" in words
+    assert f"health.port = {health}: cannot be bound" in words
+    assert f"live_view = 127.0.0.1:{view}: cannot be bound" in words
+    assert "adc: unplugged: a port or bus disappeared or refuses to open" in words
     assert "damaged: its checksum does not match: starting cold" in words
     assert "Traceback" not in words
 

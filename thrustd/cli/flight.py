@@ -48,16 +48,19 @@ def check_verb(arguments: argparse.Namespace) -> int:
 
     installation = read_installation(arguments.config)
     installation.pipeline()
+    uncorrected = installation.uncorrected()
     can, adc, queue = installation.config.can, installation.config.adc, EventQueue()
     where = f"{installation.where}: can"
     CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
     SerialPort(adc.port, adc.baud, queue.put)
     hashes = installation.hashes()
     if arguments.json:
-        print_json({"config": str(arguments.config), "ok": True, "sha256": hashes})
+        print_json({"config": str(arguments.config), "ok": True, "sha256": hashes, "warnings": uncorrected})
         return 0
     for name, digest in hashes.items():
         print(f"{digest[:16]}  {name}")
+    for line in uncorrected:
+        print(f"warning: {line}")
     print(f"{arguments.config}: ready to fly; whether port, bus and disk are there shows when it runs")
     return 0
 

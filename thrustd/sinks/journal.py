@@ -1,0 +1,47 @@
+"""Faults as lines for whoever watches the process: the first of a kind at a place, and again when it was over for long.
+
+A thread of its own writes them: a terminal or journal that takes nothing holds up no estimate, lines are left out then.
+"""
+
+import sys
+from collections.abc import Callable
+from queue import SimpleQueue
+from threading import Thread
+
+from thrustd.types import FAULT_KINDS, Fault, Output
+
+OVER_NS = 60_000_000_000
+MOST_WAITING = 50  # lines
+JOIN_S = 1.0
+
+
+def say(words: str) -> None:
+    """One line on standard error, as systemd's journal and a terminal show it."""
+    sys.stderr.write(f"thrustd: {words}\n")
+
+
+class Journal:
+    """A sink for outputs."""
+
+    def __init__(self, write: Callable[[str], None] = say) -> None:
+        self._last_ns: dict[tuple[str, str], int] = {}  # of each kind at each place
+        self._lines: SimpleQueue[str | None] = SimpleQueue()
+        self._write = write
+        self._thread = Thread(target=self._run, name="journal", daemon=True)
+        self._thread.start()
+
+    def write_output(self, output: Output) -> None:
+        if not isinstance(output, Fault):
+            return
+        key = output.where, output.kind
+        before_ns, self._last_ns[key] = self._last_ns.get(key), output.t_ns
+        if (before_ns is None or output.t_ns - before_ns >= OVER_NS) and self._lines.qsize() < MOST_WAITING:
+            self._lines.put(f"{output.where}: {output.kind}: {FAULT_KINDS.get(output.kind, 'a fault')}")
+
+    def close(self) -> None:
+        self._lines.put(None)
+        self._thread.join(JOIN_S)
+
+    def _run(self) -> None:
+        while (line := self._lines.get()) is not None:
+            self._write(line)
