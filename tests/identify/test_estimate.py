@@ -12,6 +12,7 @@ from thrustd.model.artifact import (
     SCHEMA,
     ComplexMode,
     EffectSpec,
+    Feedback,
     LinearBlock,
     ModelSpec,
     PiecewiseLinear,
@@ -83,6 +84,34 @@ def test_jacobian_agrees_with_differences_of_whole_simulations():
         size = np.abs(columns[:, i]).max()
         difference = np.abs(-moved / step - columns[:, i])
         assert np.quantile(difference, 0.99) < 1e-3 * size + 1e-6, vector.names[i]
+
+
+def fed_back():
+    """Two real modes with a hardening spring and other products fed back, far enough to reach the box."""
+    rng = np.random.default_rng(3)
+    into = (0.05 * rng.normal(size=(2, 16))).tolist()
+    feedback = Feedback(3, [0.6, 0.6, 0.6], [0.4, 0.4, 0.4], into)
+    linear = LinearBlock(0.4, [RealMode(0.5, 0.3), RealMode(4.0, 0.3)], feedback=feedback)
+    return mount(linear=linear, effects=[])
+
+
+BETWEEN = mount(output_linear=LinearBlock(0.3, [RealMode(1.0, 0.5)], [ComplexMode(2.0, 5.0, 0.2, 0.1)]), effects=[])
+
+
+@pytest.mark.parametrize("spec", [BETWEEN, fed_back()], ids=["two linear blocks", "feedback"])
+def test_changes_carried_downstream_are_those_of_whole_simulations(spec):
+    data = record(spec)
+    vector = pack(spec)
+    columns = np.concatenate([block for _, _, _, block in jacobian(spec, [data], ["*"])])
+    for i in range(len(vector)):
+        step = 1e-6 * vector.scale[i]
+        ends = []
+        for sign in (1, -1):
+            values = vector.values.copy()
+            values[i] += sign * step
+            ends.append(-simulate_records(unpack(spec, vector.at(values)), [data])[0][1])
+        difference = np.abs((ends[0] - ends[1]) / (2 * step) - columns[:, i])
+        assert np.quantile(difference, 0.99) < 1e-3 * np.abs(columns[:, i]).max() + 1e-6, vector.names[i]
 
 
 def test_effects_and_curves_are_found_again():

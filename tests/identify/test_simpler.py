@@ -1,5 +1,7 @@
 """How much structure short records bear."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -8,6 +10,8 @@ from thrustd.identify.hw_fit import HwSettings
 from thrustd.identify.segments import FORCE, segments_of
 from thrustd.identify.structures import simpler
 from thrustd.identify.structures.block_fits import BlockFits, Judged
+from thrustd.identify.structures.structure import error_from_past, of_spec
+from thrustd.model.artifact import LinearBlock, ModelSpec, PiecewiseLinear, RealMode, ValidRange
 from thrustd.records.recording import make_recording
 
 ASKED = HwSettings(order=3, input_shape="cubic", output_shape="line")
@@ -50,6 +54,22 @@ def test_a_residual_that_stays_counts_once():
     plain, rich = Judged(1.0, 1.0, 1000, 10), Judged(0.9, 0.9, 1000, 20)
     assert simpler.least([plain, rich]) == 1
     assert simpler.least([plain, rich._replace(slow=20.0)]) == 0
+
+
+def test_a_mode_that_the_first_stretch_does_not_tell_shows_when_begun_anew(straight):
+    """Slower than the record, so only the true past tells its state; fast ones are told at once."""
+    line = PiecewiseLinear([-1.0, 1.0], [-1.0, 1.0])
+    limits = ValidRange((-1.0, 1.0), (-1.0, 1.0))
+    quick, slow = (
+        ModelSpec("thrustd-model/1", "m", "oe", line, LinearBlock(0.0, modes), line, limits)
+        for modes in ([RealMode(5.0, 1.0)], [RealMode(5.0, 1.0), RealMode(3000.0, 40.0), RealMode(2500.0, -40.0)])
+    )
+    (segment,) = straight
+    for spec, most in ((quick, 1.1), (slow, np.inf)):
+        followed = replace(segment, force_n=of_spec(spec, 0).simulate(segment) + 0.001 * np.sin(segment.time_s**2))
+        ratio = simpler.restarted(spec, [followed]) / error_from_past(spec, [followed])
+        assert ratio < most
+        assert most < np.inf or ratio > 3.0
 
 
 def test_a_model_that_runs_away_is_never_chosen():

@@ -28,7 +28,7 @@ BETWEEN = ModelSpec(
 )  # fmt: skip
 
 
-def record(seed, n=8000, rate_hz=50.0, noise=0.002):
+def record(seed, n=4000, rate_hz=50.0, noise=0.002):
     rng = np.random.default_rng(seed)
     u = rng.normal(size=n)
     force = compile_model(BETWEEN, rate_hz).simulate(u[:, None]) + noise * rng.normal(size=n)

@@ -54,6 +54,7 @@ class EstimateSettings:
     robust: bool = False
     prior_std: Mapping[str, float] = field(default_factory=dict)
     skip_s: float = 0.0  # first seconds of every segment without weight: the state there is a guess
+    uncertainty: bool = True  # without, std and cov are NaN, and one pass with a Jacobian is saved
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +192,9 @@ def _step(vector: ParameterVector, normal: Floats, gradient: Floats, damping: fl
 
 def _result(problem: _Problem, vector: ParameterVector, iterations: int) -> EstimateResult:
     spec = unpack(problem.spec, vector)
-    cov = _coloured(problem, spec, vector)
+    cov = np.full((len(vector), len(vector)), np.nan)
+    if problem.settings.uncertainty:
+        cov = _coloured(problem, spec, vector)
     span = (np.isfinite(vector.low) & (vector.values <= vector.low)) | (
         np.isfinite(vector.high) & (vector.values >= vector.high)
     )

@@ -30,7 +30,7 @@ class Fold(NamedTuple):
 
 
 def folds_of(signals: Sequence[Signal], blocks: Sequence[int]) -> list[Fold]:
-    """Data with one block held back each."""
+    """Data with one block held back each; where none of them shows the output, all data once and nothing held back."""
     total = sum(len(signal.u) for signal in signals)
     folds = []
     for block in blocks:
@@ -42,7 +42,7 @@ def folds_of(signals: Sequence[Signal], blocks: Sequence[int]) -> list[Fold]:
             held.append(replace(signal, chosen=signal.chosen[inside]))
             at += len(signal.u)
         folds.append(Fold(train, held))
-    return [fold for fold in folds if _rows(fold.held) > 0]
+    return [fold for fold in folds if _rows(fold.held) > 0 and _rows(fold.train) > 0] or [Fold([*signals], [*signals])]
 
 
 class Choice(NamedTuple):

@@ -111,6 +111,11 @@ def head(segment: Segment, samples: int) -> Segment:
     return _part(segment, 0, samples)
 
 
+def tail(segment: Segment, begin: int) -> Segment:
+    """What follows the first `begin` samples of a segment."""
+    return _part(segment, begin, len(segment) - begin)
+
+
 def excerpts(segments: Sequence[Segment], samples: int) -> list[Segment]:
     """Stretches spread evenly over the segments, `samples` in all; the segments themselves where they are no longer."""
     share = samples / sum(map(len, segments))

@@ -70,10 +70,24 @@ def _at_rest(x: Floats, c: Floats, u: Floats, v: float) -> None:
     remaining = np.linalg.pinv(np.eye(n) - rows[:, :n], rcond=1e-15)  # a mode that never settles stays where it is
     x[0] = v
     x[1 : 1 + n] = remaining @ (rows[:, n] + rows[:, n + 1]) * v
+    _relax(x, c, u, v, remaining)
+
+
+@jit
+def _relax(x: Floats, c: Floats, u: Floats, v: float, remaining: Floats) -> None:
+    """Half of what is left towards rest, so many times; ends early where nothing moves any more."""
+    n = remaining.shape[0]
+    before = np.empty(n)
     for _ in range(_SETTLING):
-        s = x[1 : 1 + n].copy()
+        before[:] = x[1 : 1 + n]
         feedback_step(x, c, u, v)
-        x[1 : 1 + n] = s + 0.5 * remaining @ (x[1 : 1 + n] - s)
+        moved = x[1 : 1 + n] - before
+        if not np.any(moved):
+            return
+        for i in range(n):
+            x[1 + i] = before[i]
+            for k in range(n):
+                x[1 + i] += 0.5 * remaining[i, k] * moved[k]
 
 
 def feedback(

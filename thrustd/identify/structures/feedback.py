@@ -1,8 +1,8 @@
 """Nonlinear feedback around a linear block (`thrustd.model.feedback`): hardening springs, tanks, smooth hysteresis.
 
 Starts from the best linear models, whose modes get no feedback at first; then everything is estimated together. Orders
-and degrees compete on blocks held back, and the best linear model stays where none of them gains. Feedback is held near
-zero (`trial.FEEDBACK_STD`), which matters where data are few: a thousand samples follow any polynomial.
+and degrees compete by Schwarz' criterion, and the best linear model with them (`simpler`). Feedback is held near zero
+(`trial.FEEDBACK_STD`), which matters where data are few: a thousand samples follow any polynomial.
 """
 
 from collections.abc import Sequence
@@ -15,8 +15,9 @@ from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
+from thrustd.identify.structures.simpler import judged, least
 from thrustd.identify.structures.structure import Fitted, Structure, error_from_past, of_spec
-from thrustd.identify.structures.trial import Bench, Trial
+from thrustd.identify.structures.trial import Bench
 from thrustd.identify.structures.wiener_hammerstein import through
 from thrustd.model.artifact import Feedback, LinearBlock, ModelSpec
 from thrustd.model.stage import Floats
@@ -26,9 +27,8 @@ SHAPES = ((2, 3), (3, 2), (3, 3), (4, 2))  # orders and degrees that compete
 MARGIN = 1.25  # the box reaches so far beyond what the data do, in units of half their range
 ROWS_PER_NUMBER = 8
 TRIED, FINAL = 16_000, 40_000  # samples
-TRIAL, FURTHER = 8, 16  # iterations
+TRIAL, FURTHER = 24, 16  # iterations
 MOST = 5  # segments
-WORTH_IT = 0.8  # error with feedback over that of the best linear model, above which it is none
 NAME = "feedback"
 
 
@@ -37,30 +37,31 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     rows = sum(map(len, few.segments))
     lines = {n: HwSettings(n, input_shape="line", output_shape="line") for n, _ in SHAPES}
     linear = {n: fits.of(segments, settings, progress).spec for n, settings in lines.items()}
-    starts = [
-        _with_feedback(linear[n], degree, few.segments)
+    fed = [
+        few.estimated(_with_feedback(linear[n], degree, few.segments), TRIAL)
         for n, degree in SHAPES
         if n * (_count(n, degree) + 2) < rows / ROWS_PER_NUMBER
     ]
-    alone = [Trial(spec, few.held_back_error(spec)) for spec in linear.values()]
-    plain = min(alone, key=lambda trial: trial.error)
-    best = min([plain, *(few.tried(start, TRIAL) for start in starts)], key=lambda trial: trial.error)
-    if best.error > WORTH_IT * plain.error:
-        return _linear(plain.spec, "no feedback shows")
+    ends = [*linear.values(), *fed]
+    best = ends[least([judged(spec, _numbers(spec), few.segments) for spec in ends])]
+    if best.linear.feedback is None:
+        return _linear(best, "no feedback shows")
     bench = Bench([head(s, FINAL // min(MOST, len(segments))) for s in segments[:MOST]], CHOSEN)
-    ends = [best.spec, bench.estimated(best.spec, FURTHER)]
-    spec = msgspec.structs.replace(min(ends, key=bench.error), structure=NAME)
+    further = bench.estimated(best, FURTHER)
+    spec = min((best, further), key=bench.error)
     straight = min(linear.values(), key=lambda spec: error_from_past(spec, segments))
-    if error_from_past(straight, segments) < error_from_past(
-        spec, segments
-    ):  # only part of a long record was looked at
+    if error_from_past(straight, segments) < error_from_past(spec, segments):  # only part of a long record was seen
         return _linear(straight, "the rest of the data is followed better without feedback")
-    return of_spec(spec, len(pack(spec, CHOSEN)) - 1)
+    return of_spec(msgspec.structs.replace(spec, structure=NAME), _numbers(spec))
 
 
 def _linear(spec: ModelSpec, why: str) -> Fitted:
     named = msgspec.structs.replace(spec, structure=NAME)
-    return of_spec(named, len(pack(named, CHOSEN)) - 1, note=f"{why}: this is a linear model")
+    return of_spec(named, _numbers(named), note=f"{why}: this is a linear model")
+
+
+def _numbers(spec: ModelSpec) -> int:
+    return len(pack(spec, CHOSEN)) - 1
 
 
 def _count(order: int, degree: int) -> int:

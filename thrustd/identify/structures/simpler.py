@@ -20,13 +20,13 @@ import numpy as np
 from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.hw_problem import slow_variance
 from thrustd.identify.hw_shapes import Shape
-from thrustd.identify.segments import Segment
+from thrustd.identify.segments import Segment, tail
 from thrustd.identify.structures.block_fits import BlockFits, Judged
-from thrustd.identify.structures.structure import missed_from_past, schwarz
+from thrustd.identify.structures.structure import error_from_past, missed_from_past, schwarz
 from thrustd.model.artifact import ModelSpec
 
 SHORT = 8_000  # samples: longer records bear what is asked for, and are compared with what was fitted to them already
-ORDERS = (2, 3)  # of the linear block, those below the wanted one
+ORDERS = (2, 3, 4)  # of the linear block, those below the wanted one
 SHAPES: tuple[Shape, ...] = ("line", "cubic", "pwl")  # each contains those before it
 
 
@@ -60,6 +60,11 @@ def judged(spec: ModelSpec, n_parameters: int, segments: Sequence[Segment]) -> J
     with np.errstate(all="ignore"):
         mse, slow = float(np.mean(missed**2)), slow_variance(missed)
     return Judged(mse, slow, len(missed), n_parameters) if np.isfinite(mse) else Judged(np.inf, np.inf, 1, n_parameters)
+
+
+def restarted(spec: ModelSpec, segments: Sequence[Segment]) -> float:
+    """Error of the free run when begun anew a quarter or half into every segment, as on another record; the worse."""
+    return max(error_from_past(spec, [tail(s, len(s) // part) for s in segments]) for part in (4, 2))
 
 
 def least(candidates: Sequence[Judged]) -> int:

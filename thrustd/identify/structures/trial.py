@@ -18,6 +18,7 @@ from thrustd.model.artifact import ModelSpec
 
 HELD_BACK = ((0.3, 0.4), (0.7, 0.8))  # of every segment, while models are compared
 FEEDBACK_STD = 0.1  # of half the input's range: weighs as much as one sample
+MODE_STD = 1.0  # of the blocks' gain at rest, and e-fold: modes that only cancel each other tell another record wrong
 
 
 Mask = NDArray[np.bool_]
@@ -53,10 +54,8 @@ class Bench:
     def estimated(self, spec: ModelSpec, iterations: int) -> ModelSpec:
         """Twice: the past is another once the model is."""
         for count in (iterations // 2, iterations - iterations // 2):
-            segments = self._begun(spec)
-            spec = estimate_segments(
-                spec, segments, self.which, EstimateSettings(count, 1e-4, prior_std=gentle(spec))
-            ).spec
+            settings = EstimateSettings(count, 1e-4, prior_std=gentle(spec), uncertainty=False)
+            spec = estimate_segments(spec, self._begun(spec), self.which, settings).spec
         return spec
 
     def _begun(self, spec: ModelSpec) -> list[Segment]:
@@ -64,10 +63,11 @@ class Bench:
 
 
 def gentle(spec: ModelSpec) -> dict[str, float]:
-    """How far each number of a feedback may move, one sigma."""
+    """How far each number of a feedback, each time constant (logarithm) and each gain may move, one sigma."""
     fed = spec.linear.feedback
-    names = pack(spec).names if fed is not None else ()
-    return {name: FEEDBACK_STD * fed.scale[-1] for name in names if fed is not None and ".feedback." in name}
+    if fed is not None:
+        return {name: FEEDBACK_STD * fed.scale[-1] for name in pack(spec).names if ".feedback." in name}
+    return {name: MODE_STD for name in pack(spec, ("linear.*", "output_linear.*")).names}
 
 
 def _only(segment: Segment, there: Mask) -> Segment:

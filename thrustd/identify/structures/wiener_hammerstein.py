@@ -3,7 +3,8 @@
 With a random input the best linear model of such a system is G1 G2 times a number (Bussgang), so its poles and zeros
 belong to one block or to the other. Every share-out is tried: u through G1, powers of that through G2, least squares
 for what they weigh (Sjoberg & Schoukens, Automatica 48(2), 2012). The best few are then estimated whole, and so are
-the Wiener and the Hammerstein model, which this one contains: what comes out follows the data no worse than they do.
+the Wiener and the Hammerstein model, which this one contains: what comes out follows the data no worse than they do,
+and not much worse either when it begins anew, as it will on other records.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,7 +21,7 @@ from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.simpler import best_of, judged, least
+from thrustd.identify.structures.simpler import best_of, judged, least, restarted
 from thrustd.identify.structures.structure import Fitted, Structure, of_spec
 from thrustd.identify.structures.trial import Bench, Trial
 from thrustd.model.artifact import ComplexMode, Curve, LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, RealMode
@@ -39,6 +40,8 @@ FINAL = 120_000  # samples for the last estimate
 MOST_SPLITS = 3_000
 GROWTH, WORTH_IT = 4, 0.97  # real modes that may be added, each for an error that falls at least to so much
 NEW_GAIN = 0.02
+WORSE = 1.25  # error when begun anew over that of the models it contains, from which on it does not stand
+MOST_GAIN = 100.0  # of a mode: blocks that undo each other integrate the errors of the curve between them
 FAR = 100.0  # times the fastest pole: a zero further out does nothing
 
 
@@ -61,7 +64,9 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     best = _grown(min(trials, key=lambda trial: trial.error), few)
     found = Bench([head(segment, FINAL) for segment in segments], CHOSEN).estimated(best, 25)
     alone = [msgspec.structs.replace(linear, output_linear=LinearBlock(1.0)) for linear in linears]
-    ends = [*alone, *within, found]
+    ends = [*alone, *within]
+    if restarted(found, segments) < WORSE * min(restarted(spec, segments) for spec in ends):
+        ends.append(found)
     spec = ends[least([judged(spec, _numbers(spec), segments) for spec in ends])]
     return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), _numbers(spec))
 
@@ -153,7 +158,14 @@ def _splits(linear: LinearBlock, segment: Segment) -> Iterator[Split]:
         shared = [_joined(pole_units, way, block) for block in (0, 1)]
         zeros = [_joined(zero_units, way[len(pole_units) :], block) for block in (0, 1)]
         if all(len(z) <= len(p) for z, p in zip(zeros, shared, strict=True)):
-            yield _judged(_block(shared[0], zeros[0]), _block(shared[1], zeros[1]), segment)
+            blocks = _block(shared[0], zeros[0]), _block(shared[1], zeros[1])
+            if all(_most_gain(block) < MOST_GAIN for block in blocks):
+                yield _judged(*blocks, segment)
+
+
+def _most_gain(block: LinearBlock) -> float:
+    pairs = [abs(complex(m.gain_re, m.gain_im)) for m in block.complex_modes]
+    return max([abs(block.direct), *(abs(m.gain) for m in block.real_modes), *pairs])
 
 
 def _judged(first: LinearBlock, second: LinearBlock, segment: Segment) -> Split:
