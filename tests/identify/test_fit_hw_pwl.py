@@ -188,7 +188,7 @@ def test_samples_are_chosen_evenly_and_only_where_there_is_a_reference():
 
 
 def test_a_record_whose_reference_is_missing_where_a_block_is_held_back_is_fitted():
-    data, sigma = record(truth(), 6000)
+    data, _ = record(truth(), 6000)
     at = np.arange(len(data)) / len(data)
     holed = data.with_channels(force_N=np.where((at >= 0.55) & (at < 0.85), np.nan, data["force_N"]))
     found = fit_hw_pwl([holed], HwSettings(order=2, input_shape="line", output_shape="cubic"))
