@@ -1,8 +1,11 @@
 """`thrustd VERB ...`: hands over to the verb; bad input is one line and exit status 2, never a traceback."""
 
 import os
+import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
+from typing import NoReturn
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy at its start: matrices here are small, threads spin
 
@@ -22,8 +25,15 @@ def parser() -> Parser:
     return top
 
 
+def _terminated(number: int, frame: object) -> NoReturn:
+    """Ended from outside: as if interrupted, so that nothing half-written stays behind."""
+    raise SystemExit(128 + number)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status: 0 done, 1 the answer is no, 2 bad input, 130 interrupted."""
+    with suppress(ValueError):  # not the main thread
+        signal.signal(signal.SIGTERM, _terminated)  # the daemon sets its own
     try:
         chosen = parser().parse_args(arguments)
         check_outputs(vars(chosen))

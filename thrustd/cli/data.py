@@ -13,6 +13,7 @@ MODEL, DECK = '"thrustd-model/', '"thrustd.deck.v'  # beginnings of a schema, ne
 EXPECTED = f'a mount model (schema {MODEL}1") or a brochure deck (schema {DECK}1")'
 SCHEMA_WITHIN = 4000
 SHOWN_KEYS = 5
+MAX_VALUES = 500_000_000  # 4 GB in memory
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -55,7 +56,7 @@ def convert_verb(arguments: argparse.Namespace) -> int:
     axis = TimeAxis(arguments.time, arguments.sampled)
     record = read_timed(arguments.input, axis, renames, arguments.salvage)
     if arguments.rate is not None:
-        record = record.resample(arguments.rate)
+        record = _resampled(record, arguments.rate)
     write_recording(record, arguments.out)
     report = _recording_report(record, arguments.out)
     if arguments.json:
@@ -65,6 +66,16 @@ def convert_verb(arguments: argparse.Namespace) -> int:
             note(f"{arguments.input.name}: {remark}")
         print(f"{arguments.out}: {len(record)} samples, {record.duration_s:.1f} s, {len(record.channels)} channels")
     return 0
+
+
+def _resampled(record: Any, rate_hz: float) -> Any:
+    rows = record.duration_s * rate_hz
+    if rows < 1 or rows * (1 + len(record.channels)) > MAX_VALUES:
+        raise UsageError(
+            f"--rate {rate_hz:g}: {record.name} is {record.duration_s:g} s long, that is {rows:.3g} rows; "
+            f"expected 1 row and more, at most {MAX_VALUES:.0e} values in all"
+        )
+    return record.resample(rate_hz)
 
 
 def info_verb(arguments: argparse.Namespace) -> int:

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.files import DECK, read_deck, read_models, read_recordings, shipped, split_models
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
+from thrustd.errors import UsageError
 
 if TYPE_CHECKING:
     from thrustd.model.artifact import ModelSpec
@@ -50,7 +51,7 @@ def add_verbs(verbs: Verbs) -> None:
         "--given", action="append", default=[], metavar="EFFECT.PARAMETER=VALUE",
         help="effect of known size, put in as it is; may be repeated",
     )  # fmt: skip
-    extend.add_argument("-o", "--out", type=Path, required=True, help="model to write")
+    extend.add_argument("-o", "--out", type=file_type(".json"), required=True, help="model to write")
     add_json(extend)
 
     effects = add_verb(
@@ -68,6 +69,8 @@ def compare_verb(arguments: argparse.Namespace) -> int:
     if all(path.suffix == ".mcap" for path in arguments.files):
         _show(innovations(arguments.files), arguments)
         return 0
+    if arguments.load_cell_std is not None and not 0 < arguments.load_cell_std <= 1e6:
+        raise UsageError(f"--load-cell-std {arguments.load_cell_std:g}: expected above 0, at most 1e6 N")
     models, data = split_models(arguments.files)
     specs, records = read_models(models), read_recordings(data)
     with progress("compare") as advance:
@@ -115,7 +118,6 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
 def extend_verb(arguments: argparse.Namespace) -> int:
     from thrustd.cli.files import write_model_file
     from thrustd.diagnose.extend import extend
-    from thrustd.errors import UsageError
 
     if arguments.given:
         return _given(arguments)
@@ -145,7 +147,6 @@ def extend_verb(arguments: argparse.Namespace) -> int:
 def _given(arguments: argparse.Namespace) -> int:
     from thrustd.cli.files import write_model_file
     from thrustd.diagnose.given import read_given, with_given
-    from thrustd.errors import UsageError
 
     if arguments.data or arguments.effect or arguments.effect_file:
         raise UsageError("extend: --given takes no recordings and no --effect; expected one after the other")
@@ -163,6 +164,8 @@ def effects_verb(arguments: argparse.Namespace) -> int:
     from thrustd.diagnose.effect_card import card_json, card_picture, card_text, shelf_text
     from thrustd.model.effects import effect_named, shelf
 
+    if arguments.picture and not arguments.name:
+        raise UsageError("effects: --picture draws one effect; expected its name as well")
     chosen = [effect_named(arguments.name)] if arguments.name else list(shelf().values())
     if arguments.name and arguments.picture:
         note(f"picture: {card_picture(chosen[0], arguments.picture)}")

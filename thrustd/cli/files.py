@@ -35,13 +35,22 @@ def check_outputs(arguments: Mapping[str, Any]) -> None:
     given = {name: value if isinstance(value, list) else [value] for name, value in arguments.items()}
     read = [path for name, values in given.items() if name not in OUTPUTS for path in values]
     read = [path for path in read if isinstance(path, Path) and path.exists()]
+    folder = arguments["out"] if arguments.get("job") or arguments.get("hide") else None  # made when it is not there
     for out in (path for name in OUTPUTS for path in given.get(name, []) if isinstance(path, Path)):
-        if out.suffix and not out.parent.is_dir():  # without one it is a folder, which is made
-            raise UsageError(f"{out}: cannot be written: there is no folder {out.parent}")
+        if out.suffix and out is not folder:
+            _check_file(out)
         for path in read if out.exists() else ():
             if out.samefile(path) if not path.is_dir() else out.is_file() and out.parent.samefile(path):
                 raise UsageError(f"{out}: is read, too; expected another name for what is written")
     _check_pictures(arguments.get("picture"), arguments.get("pictures"))
+
+
+def _check_file(out: Path) -> None:
+    if not out.parent.is_dir():
+        raise UsageError(f"{out}: cannot be written: there is no folder {out.parent}")
+    if out.is_dir():
+        raise UsageError(f"{out}: cannot be written: it is a folder; expected the name of a file")
+    _try_out(out.parent, str(out))
 
 
 def _check_pictures(picture: Path | None, pictures: Path | None) -> None:
@@ -52,12 +61,15 @@ def _check_pictures(picture: Path | None, pictures: Path | None) -> None:
     if wanted is None:
         return
     there = next(folder for folder in (wanted, *wanted.parents) if os.path.exists(folder))  # never raises
+    _try_out(there, f"--picture {picture}" if picture is not None else f"--pictures {pictures}")
+
+
+def _try_out(folder: Path, said: str) -> None:
     try:
-        with TemporaryFile(dir=there):
+        with TemporaryFile(dir=folder):
             pass
     except OSError as problem:
-        said = f"--picture {picture}" if picture is not None else f"--pictures {pictures}"
-        raise UsageError(f"{said}: cannot be written to {there}: {problem.strerror}; expected a folder") from None
+        raise UsageError(f"{said}: cannot be written to {folder}: {problem.strerror}; expected a folder") from None
 
 
 def read_text(path: Path) -> str:

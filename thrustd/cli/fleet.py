@@ -5,7 +5,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.cli.files import read_models
+from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, progress
 from thrustd.errors import UsageError
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     fleet.add_argument("job", choices=("replay", "compare", "identify"))
     fleet.add_argument("files", type=Path, nargs="+")
-    fleet.add_argument("-o", "--table", type=Path, required=True, help="table to write (Parquet)")
+    fleet.add_argument("-o", "--table", type=file_type(".parquet"), required=True, help="table to write (Parquet)")
     fleet.add_argument("--model", type=Path, action="append", default=[], help="with compare: model artifact")
     fleet.add_argument("--structure", action="append", default=[], help="with identify: structure (default hw-pwl)")
     fleet.add_argument("--out", type=Path, help="folder for estimate logs (replay) or models (identify)")
@@ -65,6 +66,7 @@ def _job(arguments: argparse.Namespace) -> "Job":
     if arguments.job == "compare":
         if not arguments.model:
             raise UsageError("thrustd fleet compare: --model is missing; expected at least one model artifact")
+        read_models(arguments.model)  # what is wrong with one is said once, before any work
         return CompareJob(tuple(str(model.absolute()) for model in arguments.model))
     if not out:
         raise UsageError("thrustd fleet identify: --out is missing; expected the folder for the models")

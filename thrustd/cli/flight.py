@@ -4,7 +4,7 @@ import argparse
 import gc
 from pathlib import Path
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, progress
 from thrustd.errors import UsageError
 
 
@@ -23,7 +23,7 @@ def add_verbs(verbs: Verbs) -> None:
         nargs="+",
         help="a flight log; the first file of a run, its folder or its files: the whole run",
     )
-    replay.add_argument("-o", "--out", type=Path, help="estimate log to write (MCAP)")
+    replay.add_argument("-o", "--out", type=file_type(".mcap"), help="estimate log to write (MCAP)")
     replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
     replay.add_argument("--speed", type=float, help="play at this multiple of real time; default: as fast as it goes")
     replay.add_argument("--smooth", type=Path, help="CSV of the thrust as the whole flight, seen from its end, says it")

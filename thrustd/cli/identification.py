@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from thrustd.cli.files import DECK, check_outputs, read_models, read_text, shipped, write_model_file, write_text
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed
 from thrustd.errors import RecordingError, UsageError
 
 MOUNT_COLUMNS = ("deformation_mm", "force_N")
@@ -22,7 +22,7 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     identify.add_argument("records", type=Path, nargs="+", help="bench records with deformation_mm and force_N")
     identify.add_argument("--validate", type=Path, nargs="+", default=[], help="records that are not fitted to")
-    identify.add_argument("-o", "--out", type=Path, required=True, help="model artifact to write")
+    identify.add_argument("-o", "--out", type=file_type(".json"), required=True, help="model artifact to write")
     identify.add_argument("--input", metavar="COLUMN", default=MOUNT_COLUMNS[0], help="what the model reads")
     identify.add_argument(
         "--output", metavar="COLUMN", default=MOUNT_COLUMNS[1], help="what it gives; any unit, sign and scale"
@@ -46,12 +46,16 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     plan.add_argument("programme", choices=("steps", "multisine", "sweep", "weight"))
     plan.add_argument(
-        "-o", "--out", type=Path, required=True, help="CSV to write: time_s, force_N; weight: accel_z_g too"
+        "-o",
+        "--out",
+        type=file_type(".csv"),
+        required=True,
+        help="to write: time_s, force_N; weight: accel_z_g too",
     )
     plan.add_argument("--hours", type=float, default=8.0, help="length, the minute at rest included (default 8)")
     plan.add_argument("--low", type=float, default=400.0, metavar="N", help="smallest force (default 400)")
     plan.add_argument("--high", type=float, default=6500.0, metavar="N", help="largest force (default 6500)")
-    plan.add_argument("--seed", type=int, default=0, help="draws levels, times and phases (default 0)")
+    plan.add_argument("--seed", type=seed, default=0, help="draws levels, times and phases (default 0)")
 
     compile_ = add_verb(
         verbs, "compile", compile_verb, "discretise a model for a sample rate and prove it against its artifact",
@@ -67,7 +71,7 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     brochure.add_argument("action", choices=("fit",))
     brochure.add_argument("flights", type=Path, nargs="+")
-    brochure.add_argument("-o", "--out", type=Path, required=True, help="deck to write")
+    brochure.add_argument("-o", "--out", type=file_type(".json"), required=True, help="deck to write")
     brochure.add_argument("--base", type=Path, help=f"deck to start from (default: the shipped {DECK})")
     brochure.add_argument(
         "--pairs", type=Path, help="pairs of the brochure program (CSV): refit the thrust surface too"
@@ -108,8 +112,8 @@ def _in_roles(paths: Sequence[Path], arguments: argparse.Namespace, columns: tup
     from thrustd.records.marks import read_marks, without_excluded
     from thrustd.records.time_axis import TimeAxis, read_timed
 
-    if arguments.rate is not None and not arguments.rate > 0:
-        raise UsageError(f"--rate {arguments.rate:g}: expected samples per second, > 0")
+    if arguments.rate is not None and not 0 < arguments.rate <= 1e9:
+        raise UsageError(f"--rate {arguments.rate:g}: expected samples per second, above 0, at most 1e9")
     axis = TimeAxis(arguments.time, arguments.rate)
     records = []
     for path in paths:

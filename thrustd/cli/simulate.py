@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from thrustd.cli.files import HIL, shipped
-from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, print_json, progress
+from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, print_json, progress, seed
 from thrustd.errors import UsageError
 
 TELL_EVENTS = 500  # between two moves of the progress bar
@@ -21,7 +21,7 @@ def add_verbs(verbs: Verbs) -> None:
         "  thrustd simulate --hil deploy/hil.toml --log out/flight.mcap",
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="log, record or (with --hide) folder to write")
-    parser.add_argument("--seed", type=int, default=1, help="draws engines, mounts, sensors and profile (default 1)")
+    parser.add_argument("--seed", type=seed, default=1, help="draws engines, mounts, sensors and profile (default 1)")
     parser.add_argument("--config", type=Path, help=f"installation to simulate (default: the shipped {HIL})")
     parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
     parser.add_argument("--recording", type=Path, help="fly this real recording instead of a scripted flight")

@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import msgspec
@@ -37,6 +38,24 @@ def add_verb(verbs: Verbs, name: str, verb: Verb, summary: str, example: str) ->
     )
     parser.set_defaults(verb=verb)
     return parser
+
+
+def file_type(suffix: str) -> Callable[[str], Path]:
+    """For an argument that names a file of one type to write."""
+
+    def parse(text: str) -> Path:
+        if Path(text).suffix.lower() != suffix:
+            raise argparse.ArgumentTypeError(f"{text}: expected a name that ends in {suffix}")
+        return Path(text)
+
+    return parse
+
+
+def seed(text: str) -> int:
+    """For an argument that numbers a draw."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text}: expected a whole number, 0 or more")
+    return int(text)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

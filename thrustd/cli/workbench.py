@@ -19,6 +19,9 @@ def add_verbs(verbs: Verbs) -> None:
 def workbench_verb(arguments: argparse.Namespace) -> int:
     from thrustd.workbench.serve import serve
 
-    note("thrustd workbench: open this address (it works for you alone, until you press Ctrl+C)")
-    serve(arguments.folder, arguments.port, not arguments.no_browser, lambda url: print(url, flush=True))
+    def announce(url: str) -> None:
+        note("thrustd workbench: open this address (it works for you alone, until you press Ctrl+C)")
+        print(url, flush=True)
+
+    serve(arguments.folder, arguments.port, not arguments.no_browser, announce)
     return 0

@@ -17,6 +17,7 @@ from thrustd.signals import CATALOGUE, Signal
 FloatArray = npt.NDArray[np.float64]
 
 TIME = "time_s"
+OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
 GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
 SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     "N": "N",
@@ -150,7 +151,7 @@ def make_recording(
     sha256: str = "",
     notes: tuple[str, ...] = (),
 ) -> Recording:
-    """Check the columns (one of them `time_s`) and freeze them. Infinite values become NaN and are reported."""
+    """Check the columns (one of them `time_s`) and freeze them. Values beyond `OVERLOAD` become NaN, with a note."""
     if TIME not in columns:
         has = ", ".join(sorted(columns))
         raise RecordingError(
@@ -191,7 +192,7 @@ def _checked(name: str, channel: str, values: npt.ArrayLike, count: int, notes: 
     column = np.ascontiguousarray(values, dtype=np.float64)
     if column.shape != (count,):
         raise RecordingError(f"{name}: {channel} has shape {column.shape}; expected ({count},) as time_s")
-    finite = np.isfinite(column)
+    finite = np.abs(column) < OVERLOAD  # NaN and infinity are not, either
     if not finite.all():
         column = np.where(finite, column, np.nan)
         notes.append(f"{channel}: {count - int(finite.sum())} of {count} values missing")
