@@ -39,3 +39,18 @@ def test_a_route_that_never_spoke_is_left_out():
 
 def test_nothing_is_no_engine():
     assert means_of([]).routes == {}
+
+
+def test_the_trend_is_of_steady_thrust_and_both_routes():
+    """Mounts 2 % above the brochure; what is idle, moves or lacks a route does not count."""
+    steady = [estimate(5050.0, mount_n=5100.0)] * 300
+    unfit = [
+        estimate(5050.0, mount_n=9000.0, status=int(Status.TRANSIENT)),
+        estimate(5050.0, mount_n=9000.0, status=int(Status.ONE_MOUNT)),
+        estimate(5050.0),
+        estimate(900.0, mount_n=9000.0)._replace(brochure_n=900.0),
+    ]
+    found = means_of([*steady, *unfit])
+    assert found.residual_pct == pytest.approx(2.0)
+    assert found.load_share == pytest.approx(0.5)
+    assert np.isnan(means_of(unfit).residual_pct)

@@ -47,6 +47,8 @@ class ReplayJob:
             "estimates": summary.estimates,
             "faults": sum(summary.faults.values()),
         }
+        for name, engine in summary.engines.items():  # side by side for all flights: how they change
+            flight |= {f"{name}_residual_pct": engine.residual_pct, f"{name}_load_share": engine.load_share}
         scores = [
             {"of": name, "route": route, **msgspec.to_builtins(score)}
             for name, routes in summary.scores.items()

@@ -21,6 +21,7 @@ from thrustd.brochure_route import BrochureRoute
 from thrustd.config import Config, section
 from thrustd.fault_book import FaultBook
 from thrustd.fault_status import FaultStatus
+from thrustd.fusion.cross_check import cross_checks
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.limits import FLYING_MACH
 from thrustd.fusion.monitor import Monitor, MonitorVerdict
@@ -85,7 +86,7 @@ class Pipeline:
         self._hand_overs = tuple(route.hand_over for route in self._brochures)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
-        self._read_ns = self._start_ns = self._looked_ns = -1
+        self._read_ns = self._start_ns = self._looked_ns = self._read_due_ns = -1
         self._flying = False
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
         self._book = FaultBook()
@@ -175,13 +176,17 @@ class Pipeline:
         verdict = self._monitor.step(MonitorInputs(t_ns, readings, self._states, routes_n, fused_n))
         self._exclude(verdict, t_ns, outputs)
         self._tell(t_ns, dt_s, verdict)
+        estimates = []
         for e, thrust_filter in enumerate(self._filters):
-            outputs.append(thrust_filter.step(self._told_of[e]))
+            estimates.append(thrust_filter.step(self._told_of[e]))
+            outputs.append(estimates[e])
             for fault in thrust_filter.take_faults():
                 self._report(fault, outputs)
                 if fault.kind == "tare":
                     self._tare(e)
         outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
+        if self._read_ns == t_ns:
+            outputs.extend(cross_checks(estimates))
         outputs.extend(self._book.due(t_ns))
 
     def _refresh(self, t_ns: int, changed: bool, outputs: list[Output]) -> None:
@@ -199,9 +204,10 @@ class Pipeline:
             self._flying = True
             for route in self._routes:
                 route.fly()
-        if t_ns - self._read_ns >= self._readings_every_ns:
+        every_ns = self._readings_every_ns
+        if t_ns >= self._read_due_ns - every_ns // 4:  # steps at this rate jitter
             outputs.extend(self._hold.readings(self._read_ns))
-            self._read_ns = t_ns
+            self._read_ns, self._read_due_ns = t_ns, max(self._read_due_ns + every_ns, t_ns + every_ns // 2)
 
     def _exclude(self, verdict: MonitorVerdict, t_ns: int, outputs: list[Output]) -> None:
         for fault in verdict.faults:

@@ -170,5 +170,14 @@ class Estimate(NamedTuple):
     brochure_nis: float = nan  # the brochure's own part of `nis`; NaN when it was not used at this step
 
 
+class CrossCheck(NamedTuple):
+    """What is said of one engine by different sensors, against each other: for trends over flights."""
+
+    t_ns: int
+    engine: int
+    route_residual_n: float  # mount route minus brochure route; NaN without either
+    asymmetry_n: float  # fused thrust minus the other engines' mean; NaN of a single engine
+
+
 Event = Frame | Tick | Fault  # a source's own faults (unplugged, overrun) are logged and replayed like bytes
-Output = Reading | MountOutput | Estimate | Fault
+Output = Reading | MountOutput | Estimate | CrossCheck | Fault

@@ -1,8 +1,10 @@
 """What a replay prints: how good the estimates were, or, where nobody knows the truth, what they say of themselves."""
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from thrustd.cli.verb import console
+from thrustd.flight_means import TREND_N
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -22,6 +24,12 @@ def print_summary(summary: "ReplaySummary") -> None:
         shares = sorted(engine.status_pct.items(), key=lambda row: -row[1])
         words = ", ".join(f"{bit.replace('_', ' ')} {_pct(share)}" for bit, share in shares)
         screen.print(f"{name}, share of the time: {words or 'healthy throughout'}", highlight=False)
+        if isfinite(engine.residual_pct):
+            screen.print(
+                f"{name}, steady above {TREND_N / 1000:g} kN: mounts minus brochure {engine.residual_pct:+.1f} %, "
+                f"upper mount carries {100 * engine.load_share:.1f} %",
+                highlight=False,
+            )
     faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items()) or "none"
     screen.print(f"faults: {faults}")
 

@@ -2,7 +2,8 @@
 
     /raw                          events as they came, encoding of `event_batch`; replay reads nothing else
     /estimate/<engine>            Estimate        /mount/<mount>    MountOutput
-    /reading/<signal>[/<owner>]   Reading         /fault            Fault
+    /reading/<signal>[/<owner>]   Reading         /check/<engine>   CrossCheck
+    /fault                        Fault
     /truth/<engine or mount>      what a simulated flight really did
 
 Outputs are JSON objects with a JSON schema, the unit in the field name, so that Foxglove and PlotJuggler plot them as
@@ -17,7 +18,7 @@ import msgspec
 
 from thrustd.errors import LogError
 from thrustd.signals import CATALOGUE
-from thrustd.types import Estimate, Fault, MountOutput, Output, Reading, Status
+from thrustd.types import CrossCheck, Estimate, Fault, MountOutput, Output, Reading, Status
 
 RAW_TOPIC = "/raw"
 FAULT_TOPIC = "/fault"
@@ -92,6 +93,13 @@ class MountMessage(msgspec.Struct, frozen=True):
     std_n: float
 
 
+class CrossCheckMessage(msgspec.Struct, frozen=True):
+    t_ns: int
+    engine: int
+    route_residual_n: float
+    asymmetry_n: float
+
+
 class ReadingMessage(msgspec.Struct, frozen=True):
     t_ns: int
     value: float
@@ -154,6 +162,8 @@ class Topics:
                 return TopicKind(f"/estimate/{_name(self._engines, output.engine)}", EstimateMessage)
             case MountOutput():
                 return TopicKind(f"/mount/{_name(self._mounts, output.mount)}", MountMessage)
+            case CrossCheck():
+                return TopicKind(f"/check/{_name(self._engines, output.engine)}", CrossCheckMessage)
             case Reading():
                 return TopicKind(self._reading_topic(output), ReadingMessage)
             case Fault():
@@ -167,13 +177,16 @@ class Topics:
             return self._encode(MountMessage(*output))
         if isinstance(output, Estimate):
             return self._encode(EstimateMessage(*output, self._words(output.status)))
+        if isinstance(output, CrossCheck):
+            return self._encode(CrossCheckMessage(*output))
         return self._encode(FaultMessage(*output))
 
     def fixed(self) -> list[TopicKind]:
         """The topics every log of this aircraft has, whether or not something is said on them."""
         engines = [TopicKind(f"/estimate/{name}", EstimateMessage) for name in self._engines]
         mounts = [TopicKind(f"/mount/{name}", MountMessage) for name in self._mounts]
-        return [*engines, *mounts, TopicKind(FAULT_TOPIC, FaultMessage)]
+        checks = [TopicKind(f"/check/{name}", CrossCheckMessage) for name in self._engines]
+        return [*engines, *mounts, *checks, TopicKind(FAULT_TOPIC, FaultMessage)]
 
     def of_truth(self, name: str) -> TopicKind:
         """Where the true thrust of an engine or the true force on a mount belongs."""
