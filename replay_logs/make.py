@@ -9,6 +9,9 @@ that flew are inside the logs.
 
 import json
 from collections.abc import Sequence
+from functools import reduce
+from math import isnan
+from operator import or_
 from pathlib import Path
 
 from thrustd.installation import read_installation
@@ -42,27 +45,44 @@ def make(name: str) -> None:
     table = installation.can_table(ICD_INPUT_ROWS)
     rates = Rates(adc_hz=installation.config.adc.sample_hz)
     write_flight(FOLDER / f"{name}.mcap", profile, airframe, table, installation.log_header(), seed, rates, faults)
-    (FOLDER / f"{name}.expected.json").write_text(json.dumps(expected(FOLDER / f"{name}.mcap"), indent=0) + "\n")
+    rows = ",\n".join(json.dumps(row) for row in expected(FOLDER / f"{name}.mcap"))
+    (FOLDER / f"{name}.expected.json").write_text(f"[\n{rows}\n]\n")
 
 
-def expected(path: Path) -> list[list[float]]:
-    """[seconds, engine, thrust_n, thrust_std_n, mount_n, brochure_n, status] every `EVERY_S`."""
+def expected(path: Path) -> list[list[float | None]]:
+    """Per engine and `EVERY_S`: [seconds, engine, thrust_n, thrust_std_n, mount_n, brochure_n, status] of the first
+    estimate, then [lowest thrust_n, highest thrust_n, highest thrust_std_n, all status bits] of all; None: no number.
+    """
     from thrustd.installation import installation_from_files
 
     log = LogFile(path)
     files = {name: text.encode() for name, text in log.header.files.items()}
-    rows: list[list[float]] = []
-    due: dict[int, int] = {}
+    rows: list[list[float | None]] = []
+    windows: dict[int, list[Estimate]] = {}
 
     def keep(outputs: Sequence[Output]) -> None:
         for e in outputs:
-            if isinstance(e, Estimate) and e.t_ns >= due.get(e.engine, 0):
-                due[e.engine] = e.t_ns + round(EVERY_S * 1e9)
-                values = (e.thrust_n, e.thrust_std_n, e.mount_n, e.brochure_n)
-                rows.append([e.t_ns * 1e-9, e.engine, *(round(v, 6) for v in values), e.status])
+            if isinstance(e, Estimate):
+                window = windows.setdefault(e.engine, [])
+                if window and e.t_ns >= window[0].t_ns + round(EVERY_S * 1e9):
+                    rows.append(row_of(window))
+                    window.clear()
+                window.append(e)
 
     run(log.batches(), installation_from_files(files, path.name).pipeline(), lambda batch: None, keep)
-    return rows
+    return rows + [row_of(window) for window in windows.values()]
+
+
+def row_of(window: Sequence[Estimate]) -> list[float | None]:
+    first, thrusts_n = window[0], [e.thrust_n for e in window]
+    values = first.thrust_n, first.thrust_std_n, first.mount_n, first.brochure_n
+    most = min(thrusts_n), max(thrusts_n), max(e.thrust_std_n for e in window)
+    bits = reduce(or_, (e.status for e in window))
+    return [first.t_ns * 1e-9, first.engine, *map(_number, values), first.status, *map(_number, most), bits]
+
+
+def _number(value: float) -> float | None:
+    return None if isnan(value) else round(value, 6)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 import json
 from importlib.util import module_from_spec, spec_from_file_location
-from math import isnan
 
 import numpy as np
 import pytest
@@ -30,14 +29,15 @@ def test_the_flight_replays_to_its_stored_outputs(flight):
     _, stored, now = flight
     assert len(now) == len(stored)
     for before, after in zip(stored, now, strict=True):
-        same = [(a, b) for a, b in zip(before, after, strict=True) if not (isnan(a) and isnan(b))]
-        assert [b for _, b in same] == pytest.approx([a for a, _ in same], rel=TOLERANCE, abs=1e-4)
+        assert [value is None for value in after] == [value is None for value in before]
+        known = [place for place, value in enumerate(before) if value is not None]
+        assert [after[i] for i in known] == pytest.approx([before[i] for i in known], rel=TOLERANCE, abs=1e-4)
 
 
 def test_the_flight_is_worth_looking_at(flight):
     name, _, now = flight
     assert max(row[2] for row in now) > 5000.0
-    statuses = [int(row[6]) for row in now if row[0] > 10.0]
+    statuses = [int(row[-1]) for row in now if row[0] > 10.0]
     failing = any(status & (Status.ONE_MOUNT | Status.MOUNT_LOST) for status in statuses)
     assert failing == (name == "sensor-fails")
 
@@ -48,7 +48,7 @@ def test_replaying_the_estimate_log_scores_against_the_truth(tmp_path):
     assert set(summary.scores) == {"left", "right", "left_upper", "left_lower", "right_upper", "right_lower"}
     for engine in ("left", "right"):
         fused = summary.scores[engine]["fused"]
-        assert fused.rmse_n < 300.0
+        assert fused.rmse_n < 60.0  # 38 and 24 N when it was written
         assert fused.n > 1000
         assert summary.scores[engine]["smoothed"].n == pytest.approx(fused.n, abs=20)
         assert np.isfinite(read_recording(smoothed)[f"thrust_N_{engine}"]).all()
