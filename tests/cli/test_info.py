@@ -41,6 +41,18 @@ def test_other_json_is_named(tmp_path, capsys, text, words):
     assert "some.json" in line
 
 
+def test_a_file_of_another_type_is_told_which_there_are(capsys):
+    assert main(["info", str(ROOT / "README.md")]) == 2
+    assert "expected a file of type .csv, .parquet, .npz, .mat, .mcap, .json, .toml" in capsys.readouterr().err
+
+
+def test_a_text_column_is_named_where_the_time_is_missed(tmp_path, capsys):
+    (tmp_path / "clock.csv").write_text("time,force_N\n10:00:01,5\n10:00:02,6\n")
+    for call in (["info"], ["convert", "-o", str(tmp_path / "x.csv")]):
+        assert main([*call, str(tmp_path / "clock.csv")]) == 2
+        assert "it has force_N; time: text column left out" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("path", "words"), [(MODEL, "a mount model, read by"), (DECK, "a brochure deck, read by")])
 def test_a_model_is_no_configuration(capsys, path, words):
     assert main(["check", str(path)]) == 2

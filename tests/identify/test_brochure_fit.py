@@ -7,7 +7,7 @@ from tests.conftest import ROOT
 from thrustd.brochure.deck import Deck, total_ratios
 from thrustd.brochure.deck_data import hermite
 from thrustd.errors import RecordingError
-from thrustd.identify.brochure_fit import brochure_fit
+from thrustd.identify.brochure_fit import brochure_fit, rms_left_out_pct
 from thrustd.records.files import read_recording, write_recording
 from thrustd.records.recording import make_recording
 
@@ -47,6 +47,14 @@ def test_the_curves_come_back_and_flights_left_out_are_met(tmp_path):
     assert max(fit.left_out.values()) < 0.04
     for old, new in zip(DECK.n1, fit.data.n1, strict=True):
         assert hermite(new, 80.0) == pytest.approx(hermite(old, 80.0), abs=0.1)
+
+
+def test_the_table_ends_with_the_rms_over_flights_left_out(tmp_path):
+    fit = fitted(tmp_path)
+    for engine, name in enumerate(("left", "right")):
+        mine = [error for (e, _), error in fit.left_out.items() if e == engine]
+        rms_pct = 100 * float(np.sqrt(np.mean(np.square(mine))))
+        assert rms_left_out_pct(fit)[name] == {"n1": pytest.approx(rms_pct, abs=1e-3)}
 
 
 def test_a_worn_engine_is_a_re_fit_of_its_own_curve(tmp_path):

@@ -22,7 +22,7 @@ def add_verbs(verbs: Verbs) -> None:
         "thrustd convert ftis_flight.npz -o flight.mcap\n"
         '  thrustd convert rig.csv --time "t [s]" --rename "Load [kN]=force_N*1000" --rename x=deformation_mm -o b.csv',
     )  # fmt: skip
-    convert.add_argument("input", type=Path)
+    convert.add_argument("input", type=Path, help="recording or flight log")
     convert.add_argument("-o", "--out", type=Path, required=True)
     convert.add_argument("--time", metavar="COLUMN", default="time_s", help="seconds, rising (default time_s)")
     convert.add_argument("--sampled", type=float, metavar="HZ", help="samples per second, for files without a time")
@@ -40,7 +40,7 @@ def add_verbs(verbs: Verbs) -> None:
         verbs, "info", info_verb, "say what a file is: recording, flight log, model, deck or configuration",
         "thrustd info models/left-upper.json",
     )  # fmt: skip
-    info.add_argument("file", type=Path)
+    info.add_argument("file", type=Path, help="any file that thrustd reads, or the folder of a run")
     add_json(info)
 
 
@@ -87,8 +87,10 @@ def info_verb(arguments: argparse.Namespace) -> int:
     elif path.is_dir() or (path.suffix == ".mcap" and _is_flight_log(path)):
         report = _log_report(path)
     else:
-        from thrustd.records.files import read_recording
+        from thrustd.records.files import READERS, read_recording
 
+        if path.suffix.lower() not in READERS:
+            raise UsageError(f"{path}: expected a file of type {', '.join((*READERS, '.json, .toml'))}, or a folder")
         report = _recording_report(read_recording(path), path)
     if arguments.json:
         print_json(report)
@@ -250,8 +252,8 @@ def _print_report(report: dict[str, Any]) -> None:
     import msgspec
 
     for key, value in msgspec.to_builtins(report).items():
-        if key == "problem":
-            continue  # said on standard error
+        if key == "problem" or value in ("", {}, []):
+            continue  # said on standard error; or nothing to say
         if isinstance(value, dict):
             print(f"{key}:")
             for name, item in value.items():

@@ -10,7 +10,7 @@ from thrustd.errors import UsageError
 
 def add_verbs(verbs: Verbs) -> None:
     run = add_verb(verbs, "run", run_verb, "fly: read the sensors, estimate, record", "thrustd run deploy/ph-lab.toml")
-    run.add_argument("config", type=Path)
+    run.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
     run.add_argument("--log-folder", type=Path, help="record here instead of the configuration's folder")
 
     replay = add_verb(
@@ -26,7 +26,9 @@ def add_verbs(verbs: Verbs) -> None:
     replay.add_argument("-o", "--out", type=file_type(".mcap"), help="estimate log to write (MCAP)")
     replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
     replay.add_argument("--speed", type=float, help="play at this multiple of real time; default: as fast as it goes")
-    replay.add_argument("--smooth", type=Path, help="CSV of the thrust as the whole flight, seen from its end, says it")
+    replay.add_argument(
+        "--smooth", type=Path, metavar="CSV", help="write the thrust as the whole flight, seen from its end, says it"
+    )
     replay.add_argument(
         "--salvage", action="store_true", help="of a damaged log replay what is whole, and say the rest"
     )
@@ -36,7 +38,7 @@ def add_verbs(verbs: Verbs) -> None:
     check = add_verb(
         verbs, "check", check_verb, "check a configuration and every file it names", "thrustd check deploy/ph-lab.toml"
     )
-    check.add_argument("config", type=Path)
+    check.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
     add_json(check)
 
 

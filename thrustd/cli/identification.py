@@ -61,7 +61,7 @@ def add_verbs(verbs: Verbs) -> None:
         verbs, "compile", compile_verb, "discretise a model for a sample rate and prove it against its artifact",
         "thrustd compile models/left-upper.json --rate 1000",
     )  # fmt: skip
-    compile_.add_argument("model", type=Path)
+    compile_.add_argument("model", type=Path, help="model artifact (.json)")
     compile_.add_argument("--rate", type=float, required=True, metavar="HZ", help="sample rate of the ADC")
     add_json(compile_)
 
@@ -70,7 +70,7 @@ def add_verbs(verbs: Verbs) -> None:
         "thrustd brochure fit flight1.npz flight2.npz -o models/brochure/my-engines.json",
     )  # fmt: skip
     brochure.add_argument("action", choices=("fit",))
-    brochure.add_argument("flights", type=Path, nargs="+")
+    brochure.add_argument("flights", type=Path, nargs="+", help="recordings with n1_pct_left, fuel_flow_kg_s_left, ...")
     brochure.add_argument("-o", "--out", type=file_type(".json"), required=True, help="deck to write")
     brochure.add_argument("--base", type=Path, help=f"deck to start from (default: the shipped {DECK})")
     brochure.add_argument(
@@ -187,31 +187,32 @@ def compile_verb(arguments: argparse.Namespace) -> int:
         "rate_hz": arguments.rate,
         "witness_rows": len(spec.witness.force_n),
         "states": int(other.start(np.zeros(len(other.channels))).size),
-        "channels": list(other.channels),
+        "channels": list(dict.fromkeys(other.channels)),
         "worst_difference_between_rates_n": difference_n,
     }
     if arguments.json:
         print_json(report)
     else:
         print(f"{arguments.model}: {len(spec.witness.force_n)} witness rows reproduced")
-        print(f"reads {', '.join(other.channels)}")
+        print(f"reads {', '.join(report['channels'])}")
         print(f"at {arguments.rate:g} Hz within {difference_n:.2g} N of the same model at {spec.witness.rate_hz:g} Hz")
     return 0
 
 
 def brochure_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.identify.brochure_fit import fit_deck_file, report_lines
+    from thrustd.identify.brochure_fit import fit_deck_file, report_lines, rms_left_out_pct
 
     arguments.base = arguments.base or shipped(DECK, "--base")
     check_outputs(vars(arguments))
     read_text(arguments.base)
     with progress("brochure fit"):
         fit = fit_deck_file(arguments.flights, arguments.out, arguments.base, arguments.pairs)
-    rows = report_lines(fit)
+    rows, rms = report_lines(fit), rms_left_out_pct(fit)
     for line in fit.remarks:
         note(line)
     if arguments.json:
-        print_json({"deck": str(arguments.out), "leave_one_flight_out": rows, "remarks": fit.remarks})
+        said = {"leave_one_flight_out": rows, "leave_one_flight_out_rms_pct": rms, "remarks": fit.remarks}
+        print_json({"deck": str(arguments.out)} | said)
         return 0
     from rich.table import Table
 
@@ -221,6 +222,9 @@ def brochure_verb(arguments: argparse.Namespace) -> int:
         table.add_row(
             row["engine"], row["flight"], f"{row['n1_left_out_error_pct']:.2f}", "-" if n2 is None else f"{n2:.2f}"
         )
+    for engine, rms_pct in rms.items():
+        shown = [f"{rms_pct[spool]:.2f}" if spool in rms_pct else "-" for spool in ("n1", "n2")]
+        table.add_row(engine, "all (RMS)", *shown)
     console().print(table)
     note(f"written: {arguments.out}")
     return 0

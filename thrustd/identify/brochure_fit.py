@@ -198,3 +198,13 @@ def report_lines(fit: BrochureFit) -> list[dict[str, Any]]:
         }
         for (engine, flight), error in sorted(fit.left_out.items())
     ]
+
+
+def rms_left_out_pct(fit: BrochureFit) -> dict[str, dict[Spool, float]]:
+    """Engine -> spool -> RMS over the flights left out."""
+    found: dict[str, dict[Spool, float]] = {}
+    for curve in fit.data.n1:
+        found.setdefault(ENGINES[curve.engine], {})["n1"] = 100.0 * curve.relative_std
+    for curve in fit.data.n2:
+        found.setdefault(ENGINES[curve.engine], {})["n2"] = 100.0 * curve.relative_std
+    return found

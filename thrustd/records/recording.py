@@ -156,6 +156,7 @@ def make_recording(
         has = ", ".join(sorted(columns))
         raise RecordingError(
             f"{name}: no column 'time_s' (seconds, rising; thrustd convert --time COLUMN renames one); it has {has}"
+            + "".join(f"; {line}" for line in notes[:4])
         )
     time_s = np.ascontiguousarray(columns[TIME], dtype=np.float64)
     _check_time(name, time_s)

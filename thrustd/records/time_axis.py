@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thrustd.errors import RecordingError
-from thrustd.records.files import file_sha256, load
+from thrustd.records.files import SHOWN_NOTES, file_sha256, load
 from thrustd.records.recording import TIME, FloatArray, Recording, make_recording
 from thrustd.records.rename import Rename, check_unit, renamed
 
@@ -35,8 +35,9 @@ def read_timed(path: Path, axis: TimeAxis, renames: Sequence[Rename] = (), salva
         check_unit(axis.column, TIME)
         columns[TIME] = columns.pop(axis.column)
     else:
+        others = "".join(f"; {line}" for line in loaded.notes[:SHOWN_NOTES])
         raise RecordingError(
-            f"{path.name}: no column {axis.column!r}; it has {', '.join(columns)}; "
+            f"{path.name}: no column {axis.column!r}; it has {', '.join(columns)}{others}; "
             "expected a column of seconds (--time COLUMN) or the sample rate (identify --rate HZ, convert --sampled HZ)"
         )
     return make_recording(path.name, columns, loaded.metadata, file_sha256(path), (*loaded.notes, *remarks, *notes))

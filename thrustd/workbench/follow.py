@@ -19,7 +19,8 @@ from zstandard import ZstdError
 
 from thrustd.errors import LogError
 
-MAGIC_BYTES = 8
+MAGIC = b"\x89MCAP0\r\n"  # at the beginning, and at the end of a log that was finished
+MAGIC_BYTES = len(MAGIC)
 SHOW_HZ = 10.0
 KEEP_ROWS = 36_000  # an hour at SHOW_HZ, for each engine and mount
 READ_BYTES = 32 << 20  # at most per look
@@ -47,12 +48,14 @@ class FollowedLog:
     def read_on(self) -> None:
         """Take the whole records that were added; LogError for a file that is no MCAP."""
         with self._lock, self.path.open("rb") as file:
-            if self._at == MAGIC_BYTES and not file.read(MAGIC_BYTES).startswith(b"\x89MCAP0"):
+            if self._at == MAGIC_BYTES and not file.read(MAGIC_BYTES).startswith(MAGIC):
                 raise LogError(f"{self.path.name}: is not a flight log (MCAP)")
             file.seek(self._at)
             content = file.read(READ_BYTES)
-            whole = _whole(content, self.path.name)
-            self._take(content[:whole])
+            whole, n_records = _whole(content, self.path.name)
+            self._take(content[:whole], n_records)
+            if len(content) < READ_BYTES and content.endswith(MAGIC) and whole != len(content) - MAGIC_BYTES:
+                raise LogError(f"{self.path.name}: damaged near byte {self._at + whole}: a length that cannot be")
             self._at += whole
 
     def answer(self, after: int) -> dict[str, Any]:
@@ -68,14 +71,17 @@ class FollowedLog:
                 "bytes": self._at,
             }
 
-    def _take(self, content: bytes) -> None:
+    def _take(self, content: bytes, n_records: int) -> None:
+        taken = 0
         try:
             for record in StreamReader(BytesIO(content), skip_magic=True, emit_chunks=True).records:
                 inner = breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
                 for item in inner:
                     self._record(item)
-        except EndOfFile:
-            return  # the reader says so at the end of what it was given
+                taken += 1
+        except EndOfFile:  # the reader says so at the end of what it was given, and of a record that ends too early
+            if taken < n_records:
+                raise LogError(f"{self.path.name}: damaged near byte {self._at}: a record that does not fit") from None
         except (McapError, ZstdError, msgspec.DecodeError, EOFError, ValueError) as problem:
             raise LogError(f"{self.path.name}: damaged near byte {self._at}: {type(problem).__name__}") from None
 
@@ -107,14 +113,14 @@ class FollowedLog:
             self._dropped += beyond
 
 
-def _whole(content: bytes, name: str) -> int:
-    """Bytes of `content` that are whole records."""
-    at = 0
+def _whole(content: bytes, name: str) -> tuple[int, int]:
+    """Bytes of `content` that are whole records, and how many these are."""
+    at = n_records = 0
     while at + _HEAD.size <= len(content):
         _, length = _HEAD.unpack_from(content, at)
         if length > MAX_RECORD_BYTES:
             raise LogError(f"{name}: damaged: a record of {length} bytes")
         if at + _HEAD.size + length > len(content):
             break
-        at += _HEAD.size + length
-    return at
+        at, n_records = at + _HEAD.size + length, n_records + 1
+    return at, n_records
