@@ -10,6 +10,7 @@ engine move together: each carries as much of its mass as of its thrust, in the 
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,13 +18,13 @@ import msgspec
 import numpy as np
 
 from thrustd.fusion.mounts import UPPER_SHARE
-from thrustd.identify.artifact import finished, fitted_rmse
+from thrustd.identify.artifact import finished
 from thrustd.identify.estimate import estimate
-from thrustd.identify.segments import segments_of
-from thrustd.identify.sensitivity import segments_for
+from thrustd.identify.segments import Segment, segments_of
+from thrustd.identify.sensitivity import residuals, segments_for
 from thrustd.identify.structures import structure_named
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.model.artifact import EffectSpec, write_model
+from thrustd.model.artifact import EffectSpec, ModelSpec, write_model
 from thrustd.model.compile import check_witness
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
@@ -110,6 +111,13 @@ def ship(name: str, mount: MountPhysics, seed: int, hours: float, folder: Path) 
     os.replace(draft, target)
     each = ", ".join(f"{r.name} {fitted_rmse(spec, segments_for(spec, [r])):.1f} N" for r in held_out)
     print(f"{target}: held out {each}", flush=True)
+
+
+def fitted_rmse(spec: ModelSpec, segments: Sequence[Segment]) -> float:
+    """Free-run error from rest over all segments, N."""
+    parts = [residuals(spec, segment) for segment in segments]
+    joined = np.concatenate(parts)
+    return float(np.sqrt(np.nanmean(joined**2)))
 
 
 def at_rest(record: Recording) -> Recording:

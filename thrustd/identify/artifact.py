@@ -11,7 +11,7 @@ from thrustd.identify.error_map import error_map
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
-from thrustd.identify.sensitivity import residuals, segments_for
+from thrustd.identify.sensitivity import segments_for
 from thrustd.model.artifact import ModelSpec, Witness
 from thrustd.model.compile import model_stages, witness_of
 from thrustd.records.recording import Recording
@@ -97,10 +97,3 @@ def witness_rows(spec: ModelSpec, rate_hz: float) -> Witness:
         rest = CATALOGUE[name].rest if name in CATALOGUE and np.isfinite(CATALOGUE[name].rest) else 0.0
         channels[name] = rest + 0.1 * max(1.0, abs(rest)) * wave
     return witness_of(spec, round(rate_hz, 6), channels)
-
-
-def fitted_rmse(spec: ModelSpec, segments: Sequence[Segment]) -> float:
-    """Free-run error from rest over all segments, N."""
-    parts = [residuals(spec, segment) for segment in segments]
-    joined = np.concatenate(parts)
-    return float(np.sqrt(np.nanmean(joined**2)))

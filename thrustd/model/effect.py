@@ -26,7 +26,7 @@ class Parameter:
     starts: tuple[float, ...]
     meaning: str
     amplitude: bool = True  # False: a shape parameter, without influence while the amplitudes are neutral
-    expected: str = ""  # what physics says for PH-LAB, e.g. "186.5 kg for half an engine"
+    expected: str = ""  # what physics says for PH-LAB, e.g. "172 kg on an upper mount"
     estimate: bool = True  # False: a reference value that stays fixed
 
 

@@ -9,7 +9,6 @@ from thrustd.twin.fast import FloatArray, jit
 SEA_LEVEL_PA = 101325.0
 SEA_LEVEL_K = 288.15
 KELVIN = 273.15
-GAS_J_KG_K = 287.05287
 TROPOPAUSE_M = 11000.0
 
 Real = TypeVar("Real", float, FloatArray)

@@ -24,7 +24,6 @@ from thrustd.twin.fast import FloatArray, jit
 ENGINE_MASS_KG = 373.0  # installed, thesis section 4.3.2
 IDLE_N1_PCT = 29.0
 TAKE_OFF_N1_PCT = 98.0
-LIGHT_OFF_N1_PCT = 8.0
 OFF_N1_PCT = 5.0  # below: no thrust worth the name
 THRUST_C = (-3454.5, 26061.7, -11316.6, -1476.9, 2645.8, -13214.0, 5616.8)  # N
 FUEL_REFERENCE_KG_S = 0.177

@@ -27,7 +27,6 @@ from thrustd.types import Event, Fault, Frame, Tick
 ENCODING = "thrustd.events.v1"
 VERSION = 1
 MAX_EVENTS = 64  # per message of a log
-MAX_DATA_BYTES = 0xFFFF  # per event
 _HEAD = Struct("<BBHQ")
 _EVENT_BYTES = 15  # of the columns
 _IDENT_MASK = 0xFFFFFFFF

@@ -107,14 +107,6 @@ class Folder:
         """A flight log that a daemon is writing just now."""
         return _growing(self.path(name))
 
-    def free_name(self, stem: str, suffix: str) -> str:
-        """A name nobody has yet: `stem.json`, `stem-2.json`, ..."""
-        number, name = 1, f"{stem}{suffix}"
-        while self.new_path(name).exists():
-            number += 1
-            name = f"{stem}-{number}{suffix}"
-        return name
-
     def _files(self) -> Iterator[Path]:
         for path in sorted(self.root.iterdir()):
             if path.name.startswith("."):

@@ -3,9 +3,10 @@
     thrust share = mount force + mass_kg * g0 * accel_x_g
 
 accel_x_g is the specific force along the body axis, forward positive: what an accelerometer feels, so the component
-of gravity in a climb is in it. For PH-LAB an installed engine has 373 kg (thesis section 4.3.2), two mounts share it:
-186.5 kg each, 183 N at 0.1 g. Left out: the part of the mass carried by the rear mount's small axial stiffness, and
-rotation of the engine about its mounts.
+of gravity in a climb is in it. For PH-LAB an installed engine has 373 kg (thesis section 4.3.2); its two mounts move
+together, so each carries as much of it as of the thrust, in the ratio of their spring rates (thesis table 4.1: 5079 and
+5954 N/mm): 171.7 kg above and 201.3 kg below, 168 and 197 N at 0.1 g. Left out: what the rear mount's small axial
+stiffness carries, and rotation of the engine about its mounts.
 """
 
 from collections.abc import Mapping
@@ -40,7 +41,7 @@ EFFECT = Effect(
             1000.0,
             (186.5,),
             "engine mass carried by this mount",
-            expected="186.5 kg, half of an engine of 373 kg; less where the model holds part of it",
+            expected="172 kg on an upper, 201 kg on a lower mount, of an engine's 373; less where the model holds part",
         ),
     ),
     step=step,
