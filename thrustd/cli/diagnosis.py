@@ -43,7 +43,7 @@ def add_verbs(verbs: Verbs) -> None:
     extend = add_verb(
         verbs, "extend", extend_verb, "add an effect to a model and estimate it; refused unless held-back error falls",
         "thrustd extend mount.json measured.csv --effect axial_inertia -o better.json\n"
-        "  thrustd extend mount.json --given axial_inertia.mass_kg=186.5 -o better.json",
+        "  thrustd extend mount.json --given axial_inertia.mass_kg=171.7 -o better.json",
     )  # fmt: skip
     _add_model_and_data(extend, "*")
     _add_effects(extend, "effect to add: a name or an expression over channels; may be repeated")
