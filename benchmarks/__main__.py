@@ -7,8 +7,10 @@ SHORT = ("bench_model", "bench_flight", "bench_live", "bench_wire", "bench_log",
 
 
 def main() -> None:
-    chosen = [word for word in sys.argv[1:] if word in SHORT] or SHORT
-    for name in chosen:
+    chosen = [word for word in sys.argv[1:] if word.startswith("bench_")]
+    if not set(chosen) <= set(SHORT) or (sys.argv[1:] and not chosen):
+        sys.exit(f"benchmarks: {' '.join(sys.argv[1:])}: expected of {', '.join(SHORT)}")
+    for name in chosen or SHORT:
         import_module(f"benchmarks.{name}").main()
 
 

@@ -144,6 +144,9 @@ def test_wrong_units_clipping_and_rates_are_said(bench):
     assert any("clipped above" in line for line in check_records([clipped]))
     assert any("different rates" in line for line in check_records([good, slower]))
     assert check_records([good]) == []
+    turned = good.with_channels(deformation_mm=-good["deformation_mm"])
+    assert any("force_N falls while deformation_mm grows" in line for line in check_records([turned]))
+    assert check_records([turned], mount=False) == []
 
 
 def test_useless_records_are_refused(bench):

@@ -67,6 +67,8 @@ def _warnings(record: Recording, mount: bool) -> list[str]:
     span_mm, span_n = np.nanmax(deformation) - np.nanmin(deformation), np.nanmax(force_n) - np.nanmin(force_n)
     if mount and span_mm < METRE_SPAN and span_n > METRE_FORCE_N:
         lines.append(f"{DEFORMATION} spans {span_mm:g} for {span_n:g} N: is it in m? expected mm")
+    if mount and _falls(deformation, force_n):
+        lines.append(f"{FORCE} falls while {DEFORMATION} grows: expected both to grow with forward thrust; a sign?")
     if span_n == 0.0:
         lines.append(f"{FORCE} is {np.nanmean(force_n):g} all the time")
     held = _clipped(force_n) or _stuck(record)
@@ -75,6 +77,12 @@ def _warnings(record: Recording, mount: bool) -> list[str]:
     if len(record) < FEWEST:
         lines.append(f"only {len(record)} samples; a model with many parameters will follow the noise")
     return [f"{record.name}: {line}" for line in lines]
+
+
+def _falls(deformation: Floats, force_n: Floats) -> bool:
+    both = np.isfinite(deformation) & np.isfinite(force_n)
+    moved, pushed = deformation[both], force_n[both]
+    return bool(len(moved)) and float(np.mean((moved - moved.mean()) * (pushed - pushed.mean()))) < 0.0
 
 
 def _clipped(force_n: Floats) -> str:
