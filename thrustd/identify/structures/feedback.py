@@ -15,7 +15,7 @@ from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.simpler import judged, least
+from thrustd.identify.structures.simpler import SHORT, judged, least
 from thrustd.identify.structures.structure import Fitted, Structure, error_from_past, of_spec
 from thrustd.identify.structures.trial import Bench
 from thrustd.identify.structures.wiener_hammerstein import through
@@ -27,7 +27,7 @@ SHAPES = ((2, 3), (3, 2), (3, 3), (4, 2))  # orders and degrees that compete
 MARGIN = 1.25  # the box reaches so far beyond what the data do, in units of half their range
 ROWS_PER_NUMBER = 8
 TRIED, FINAL = 16_000, 40_000  # samples
-TRIAL, FURTHER = 24, 16  # iterations
+TRIAL, FURTHER, PATIENT = 24, 16, 60  # iterations; the last for short records, which cost little
 MOST = 5  # segments
 NAME = "feedback"
 
@@ -47,7 +47,7 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     if best.linear.feedback is None:
         return _linear(best, "no feedback shows")
     bench = Bench([head(s, FINAL // min(MOST, len(segments))) for s in segments[:MOST]], CHOSEN)
-    further = bench.estimated(best, FURTHER)
+    further = bench.estimated(best, PATIENT if rows <= SHORT else FURTHER)
     spec = min((best, further), key=bench.error)
     straight = min(linear.values(), key=lambda spec: error_from_past(spec, segments))
     if error_from_past(straight, segments) < error_from_past(spec, segments):  # only part of a long record was seen
