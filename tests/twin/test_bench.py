@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from thrustd.twin.bench import Rig, multisine_bench, sine_bench, step_bench, weight_bench
+from thrustd.errors import RecordingError
+from thrustd.identify.plan_test import BenchPlan, programme
+from thrustd.records.recording import make_recording
+from thrustd.twin.bench import RIG, Rig, multisine_bench, programme_bench, sine_bench, step_bench, weight_bench
 from thrustd.twin.mount import UPPER
 from thrustd.twin.sensors import COUNT_MM, Lvdt, lvdt_reading, to_counts
 
@@ -67,3 +70,19 @@ def test_lvdt_reading_clip_and_quantise():
     quiet = Lvdt(noise_mm=0.0, zero_mm=0.001)
     assert lvdt_reading(quiet, np.array([1.0]), rng)[0] == round(1.001 / COUNT_MM) * COUNT_MM
     assert to_counts(quiet, np.array([99.0, -99.0])).tolist() == [2**23 - 1, -(2**23)]
+
+
+def test_a_programme_of_plan_test_is_run_from_rest():
+    plan = BenchPlan(hours=0.1, seed=4)
+    command = make_recording("weight", programme("weight", plan))
+    record = programme_bench(command, seed=2, rig=RIG._replace(load_cell_std_n=0.0))
+    assert record.sample_hz == pytest.approx(RIG.sample_hz)
+    at = np.interp(record.time_s, command.time_s, command["force_N"])
+    assert np.std(record["force_N"] - at) < 3 * RIG.wander_n
+    assert record["accel_z_g"] == pytest.approx(np.interp(record.time_s, command.time_s, command["accel_z_g"]))
+    assert abs(np.mean(record["deformation_mm"][:1000])) < 0.02
+
+
+def test_a_table_that_commands_no_force_is_no_programme():
+    with pytest.raises(RecordingError, match="table: no force_N to command"):
+        programme_bench(make_recording("table", {"time_s": np.arange(100.0), "accel_z_g": np.ones(100)}), seed=1)

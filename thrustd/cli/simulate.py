@@ -27,6 +27,7 @@ def add_verbs(verbs: Verbs) -> None:
     parser.add_argument("--recording", type=Path, help="fly this real recording instead of a scripted flight")
     parser.add_argument("--engine-start", action="store_true", help="with --recording: start its engines first")
     parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
+    parser.add_argument("--programme", type=Path, metavar="CSV", help="bench record of this programme of plan-test")
     parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record (default 8)")
     parser.add_argument("--mount", choices=("upper", "lower"), default="upper", help="isolator on the bench")
     parser.add_argument(
@@ -47,7 +48,7 @@ def simulate_verb(arguments: argparse.Namespace) -> int:
         raise UsageError("thrustd simulate: -o is missing; expected the file or folder to write")
     elif arguments.hide is not None:
         report = _hide(arguments)
-    elif arguments.bench is not None:
+    elif arguments.bench is not None or arguments.programme is not None:
         report = _bench(arguments)
     else:
         report = _flight(arguments)
@@ -89,9 +90,12 @@ def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _bench(arguments: argparse.Namespace) -> dict[str, Any]:
-    from thrustd.records.files import write_recording
+    from thrustd.records.files import read_recording, write_recording
     from thrustd.twin import bench
     from thrustd.twin.mount import LOWER, UPPER
+
+    if arguments.bench is not None and arguments.programme is not None:
+        raise UsageError("--bench and --programme: expected one of them")
 
     if not 0.01 <= arguments.hours <= 1000:
         raise UsageError(f"--hours {arguments.hours:g}: expected 0.01 to 1000")
@@ -103,9 +107,12 @@ def _bench(arguments: argparse.Namespace) -> dict[str, Any]:
     }  # fmt: skip
     mount = UPPER if arguments.mount == "upper" else LOWER
     rig = bench.RIG._replace(room_degc=arguments.room)
-    record = makers[arguments.bench](arguments.hours, arguments.seed, mount=mount, rig=rig)
+    if arguments.programme is not None:
+        record = bench.programme_bench(read_recording(arguments.programme), arguments.seed, mount, rig)
+    else:
+        record = makers[arguments.bench](arguments.hours, arguments.seed, mount=mount, rig=rig)
     write_recording(record, arguments.out)
-    return {"record": str(arguments.out), "samples": len(record), "hours": arguments.hours}
+    return {"record": str(arguments.out), "samples": len(record), "hours": round(record.duration_s / 3600, 3)}
 
 
 def _hide(arguments: argparse.Namespace) -> dict[str, Any]:

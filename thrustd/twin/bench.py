@@ -1,8 +1,8 @@
 """The twin's test bench: an isolator under a force-controlled cylinder, recorded as the thesis did.
 
 `step_bench(hours, seed)` is the identification experiment (8 h to fit, 37 h to validate, 100 Hz); the other functions
-give the sine, the multisine and the weight steps. The mount starts at rest, the load cell adds 12 N of noise, the
-cylinder's control lets the force wander by a few newtons which the mount does feel.
+give the sine, the multisine, the weight steps and programmes of `plan-test`. The mount starts at rest, the load cell
+adds 12 N of noise, the cylinder's control lets the force wander by a few newtons which the mount does feel.
 """
 
 from typing import NamedTuple
@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.errors import RecordingError
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.mount import UPPER, MountPhysics, advance, at_rest
@@ -61,6 +62,21 @@ def weight_bench(hours: float, seed: int, mount: MountPhysics = UPPER, rig: Rig 
     command_n = random_steps(hours * 3600, rig.sample_hz, rng)
     accel_z_g = random_steps(hours * 3600, rig.sample_hz, rng, 0.0, 3.0, (40.0, 90.0), start=1.0)
     return run_bench(f"weight_{hours:g}h_seed{seed}", command_n, seed, mount, rig, accel_z_g)
+
+
+def programme_bench(programme: Recording, seed: int, mount: MountPhysics = UPPER, rig: Rig = RIG) -> Recording:
+    """A programme for a rig (`plan-test`): its force and, where it has one, its normal load, interpolated."""
+    if "force_N" not in programme:
+        raise RecordingError(f"{programme.name}: no force_N to command; expected a programme of `thrustd plan-test`")
+    at_s = np.arange(round(programme.duration_s * rig.sample_hz) + 1) / rig.sample_hz + programme.time_s[0]
+    columns = {
+        name: np.interp(at_s, programme.time_s, programme[name])
+        for name in ("force_N", "accel_z_g")
+        if name in programme
+    }
+    if not all(np.isfinite(column).all() for column in columns.values()):
+        raise RecordingError(f"{programme.name}: a command is missing or not a number; expected one in every row")
+    return run_bench(f"{programme.name}_seed{seed}", columns["force_N"], seed, mount, rig, columns.get("accel_z_g"))
 
 
 def run_bench(
