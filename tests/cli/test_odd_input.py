@@ -13,6 +13,7 @@ from thrustd.__main__ import main
 from thrustd.records.files import read_recording
 
 FLIGHT = str(ROOT / "replay_logs" / "throttle-steps.mcap")
+OTHER = str(ROOT / "replay_logs" / "sensor-fails.mcap")
 MODEL = str(ROOT / "models" / "left-upper.json")
 
 
@@ -34,6 +35,7 @@ def here(tmp_path, monkeypatch):
         (f"replay {FLIGHT} -o out.csv", "expected a name that ends in .mcap"),
         (f"replay {FLIGHT} -o /proc/x.mcap", "/proc/x.mcap: cannot be written to /proc"),
         (f"replay {FLIGHT} --smooth dir.csv", "it is a folder"),
+        (f"replay {FLIGHT} {OTHER}", "expected a file of the same run as"),
         ("identify b.csv -o model", "expected a name that ends in .json"),
         ("identify b.csv -o dir.json", "it is a folder"),
         ("identify b.csv --rate inf -o m.json", "--rate inf: expected"),

@@ -72,7 +72,7 @@ def replay_verb(arguments: argparse.Namespace) -> int:
     from thrustd.flight_picture import FlightPicture
     from thrustd.installation import read_installation
     from thrustd.replay import replay
-    from thrustd.sources.log_run import run_paths
+    from thrustd.sources.log_run import LogRun, run_paths
     from thrustd.sources.paced import paced
 
     if arguments.speed is not None and not arguments.speed > 0:
@@ -81,6 +81,7 @@ def replay_verb(arguments: argparse.Namespace) -> int:
     picture = FlightPicture() if arguments.picture else None
     paths = run_paths(arguments.log[0]) if len(arguments.log) == 1 else arguments.log
     if len(paths) > 1:
+        LogRun(paths)  # refuses files of two runs
         note(f"{len(paths)} files of one run, {paths[0].name} to {paths[-1].name}")
     with progress(f"replay {paths[0].name}") as advance:
         summary = replay(
