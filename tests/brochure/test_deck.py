@@ -4,8 +4,9 @@ import json
 from math import isnan, nan
 from pathlib import Path
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from thrustd.brochure.deck import Deck, DeckInputs, total_ratios
@@ -34,10 +35,10 @@ def test_more_fan_speed_is_more_thrust(mach, altitude_m, isa_k, engine, n1, more
     assert high.thrust_n > low.thrust_n
 
 
-@given(mach, altitude_m, isa_k, st.floats(0.005, 0.2), st.floats(0.0005, 0.02))
-def test_more_fuel_is_more_thrust(mach, altitude_m, isa_k, fuel, more):
-    low = DECK.estimate(inputs(fuel, mach=mach, altitude_m=altitude_m, isa_k=isa_k), 0)
-    high = DECK.estimate(inputs(fuel + more, mach=mach, altitude_m=altitude_m, isa_k=isa_k), 0)
+@given(mach, altitude_m, isa_k, engine, st.floats(0.005, 0.2), st.floats(0.0005, 0.02))
+def test_more_fuel_is_more_thrust(mach, altitude_m, isa_k, engine, fuel, more):
+    low = DECK.estimate(inputs(fuel, mach=mach, altitude_m=altitude_m, isa_k=isa_k), engine)
+    high = DECK.estimate(inputs(fuel + more, mach=mach, altitude_m=altitude_m, isa_k=isa_k), engine)
     assert high.thrust_n > low.thrust_n
 
 
@@ -51,6 +52,26 @@ def test_smooth_in_fan_speed(mach, altitude_m, isa_k, engine, n1):
     )
     slope = (above - below) / (2 * h)
     assert abs((above - at) - (at - below)) / h < 1e-2 * slope + 0.5
+
+
+def largest_bend(fuel_kg_s, thrust_n):
+    """Largest change of slope from one step to the next, as a part of the mean slope."""
+    slopes = np.diff(thrust_n) / np.diff(fuel_kg_s)
+    return np.max(np.abs(np.diff(slopes))) / np.mean(slopes)
+
+
+@settings(max_examples=30)
+@given(mach, altitude_m, isa_k, engine)
+def test_smooth_in_fuel_flow(mach, altitude_m, isa_k, engine):
+    """Half the step, half the bend: a kink would bend by as much however short the step is."""
+    fuel_kg_s = np.linspace(0.003, 0.2, 1601)
+    thrust_n = np.array(
+        [
+            DECK.estimate(inputs(fuel, mach=mach, altitude_m=altitude_m, isa_k=isa_k), engine).thrust_n
+            for fuel in fuel_kg_s.tolist()
+        ]
+    )
+    assert largest_bend(fuel_kg_s, thrust_n) < 0.7 * largest_bend(fuel_kg_s[::2], thrust_n[::2]) + 1e-3
 
 
 @given(mach, altitude_m, isa_k, st.floats(0.01, 0.2))
