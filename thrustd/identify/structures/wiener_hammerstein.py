@@ -64,11 +64,15 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     best = _grown(min(trials, key=lambda trial: trial.error), few)
     found = Bench([head(segment, FINAL) for segment in segments], CHOSEN).estimated(best, 25)
     alone = [msgspec.structs.replace(linear, output_linear=LinearBlock(1.0)) for linear in linears]
-    ends = [*alone, *within]
-    if restarted(found, segments) < WORSE * min(restarted(spec, segments) for spec in ends):
-        ends.append(found)
-    spec = ends[least([judged(spec, _numbers(spec), segments) for spec in ends])]
+    contained = _best([*alone, *within], segments)
+    spec = _best([contained, found], segments)
+    if spec is found and restarted(found, segments) > WORSE * restarted(contained, segments):
+        spec = contained
     return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), _numbers(spec))
+
+
+def _best(specs: Sequence[ModelSpec], segments: Sequence[Segment]) -> ModelSpec:
+    return specs[least([judged(spec, _numbers(spec), segments) for spec in specs])]
 
 
 def _numbers(spec: ModelSpec) -> int:
