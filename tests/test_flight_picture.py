@@ -33,18 +33,20 @@ def line_of(axis, label):
 
 
 def test_with_a_truth_every_estimate_is_set_against_it():
-    (above, below), legend = drawn(
+    (above, below, near), legend = drawn(
         picture_of(np.full(100, 5000.0), truth_n=4990.0), {"left": {"fused": 10.4, "mount": 20.0}}
     )
     assert {"fused", "mount route", "brochure route", "truth"} <= set(legend)
-    assert "95 % band of fused (below: around zero)" in legend
+    assert "95 % band of fused (of differences: around zero)" in legend
     assert below.get_title(loc="left") == "estimate minus truth; largest: fused 10 N, mount 20 N"
-    assert set(line_of(below, "fused")) == {10.0}
+    assert set(line_of(below, "fused")) == set(line_of(near, "fused")) == {10.0}
+    assert "brochure route" not in [line.get_label() for line in near.lines]
+    assert near.get_ylim()[1] < below.get_ylim()[1]
     assert set(line_of(above, "truth")) == {4990.0}
 
 
 def test_without_a_truth_the_routes_are_set_against_fused():
-    (_, below), legend = drawn(picture_of(np.full(100, 5000.0)), {"left": {"brochure": 200.0}})
+    (_, below, _), legend = drawn(picture_of(np.full(100, 5000.0)), {"left": {"brochure": 200.0}})
     assert "truth" not in legend
     assert below.get_title(loc="left") == "route minus fused (no truth is known); largest: brochure 200 N"
     assert set(line_of(below, "mount route")) == {10.0}
@@ -56,7 +58,7 @@ def test_what_the_axis_cuts_off_has_a_mark():
     brochure = np.full(1000, 5200.0)
     assert BEYOND not in drawn(picture_of(np.full(1000, 5000.0), brochure_n=brochure))[1]
     brochure[500] = 9e4
-    (above, _), legend = drawn(picture_of(np.full(1000, 5000.0), brochure_n=brochure))
+    (above, *_), legend = drawn(picture_of(np.full(1000, 5000.0), brochure_n=brochure))
     assert BEYOND in legend
     assert above.get_ylim()[1] < 9e4
 

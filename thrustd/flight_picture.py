@@ -1,4 +1,4 @@
-"""The picture of a flight, per engine: thrust with its band and both routes above, how far they are off below.
+"""The picture of a flight, per engine: thrust and both routes, how far they are off, and the same near zero.
 
 Off the truth where one is known, as in a simulated flight; else both routes off the fused thrust.
 """
@@ -30,6 +30,7 @@ WASHES = (  # behind the lines while the status says so
     (Status.ONE_MOUNT, GREY, "thrust of one mount alone"),
 )
 BEYOND = "beyond the axis"
+THRUST, OFF, NEAR = range(3)  # rows
 PLACES = 100  # of such marks along the time axis, at most
 Limits = tuple[float, float]
 
@@ -84,23 +85,26 @@ class FlightPicture:
             self.figure(title, largest_n).savefig(part, dpi=110, format="png")
 
     def figure(self, title: str, largest_n: Mapping[str, Mapping[str, float]]) -> "Figure":
-        """Two rows, one column per engine; `largest_n`: by engine and route, of the differences below."""
+        """Three rows, one column per engine; `largest_n`: by engine and route, of the differences."""
         from matplotlib.figure import Figure  # takes a second
 
         curves = {name: Curves.of(track.points) for name, track in self.tracks.items()}
         n = max(len(curves), 1)
-        figure = Figure(figsize=(8 * n, 8.5), layout="constrained")
-        axes = figure.subplots(2, n, sharex="col", sharey="row", squeeze=False, height_ratios=(3, 2))
-        limits = _limits([c.levels() for c in curves.values()]), _limits([c.spreads() for c in curves.values()])
-        for (above, below), (name, c) in zip(axes.T, curves.items(), strict=False):
-            c.draw(above, below, limits)
-            above.set_title(f"{name} engine", loc="left")
+        figure = Figure(figsize=(8 * n, 10.5), layout="constrained")
+        axes = figure.subplots(3, n, sharex="col", sharey="row", squeeze=False, height_ratios=(3, 2, 2))
+        limits = [_limits([c.reach(row) for c in curves.values()]) for row in range(3)]
+        for column, (name, c) in zip(axes.T, curves.items(), strict=False):
+            for row, axis in enumerate(column):
+                c.draw(axis, row, limits[row])
+            column[THRUST].set_title(f"{name} engine", loc="left")
             said_n = largest_n.get(name, {})
             largest = ", ".join(f"{route} {said_n[route]:.0f} N" for route in COLOURS if route in said_n)
-            below.set_title(f"{c.difference}; largest: {largest or 'none'}", loc="left", fontsize=10, pad=8)
-            below.set_xlabel("time, s")
-        axes[0, 0].set_ylabel("net thrust, N (forward +)")
-        axes[1, 0].set_ylabel("difference, N")
+            column[OFF].set_title(f"{c.difference}; largest: {largest or 'none'}", loc="left", fontsize=10, pad=8)
+            column[NEAR].set_title("the same without the brochure", loc="left", fontsize=10, pad=8)
+            column[NEAR].set_xlabel("time, s")
+        axes[THRUST, 0].set_ylabel("net thrust, N (forward +)")
+        axes[OFF, 0].set_ylabel("difference, N")
+        axes[NEAR, 0].set_ylabel("difference, N")
         shown = [axis.get_legend_handles_labels() for axis in axes.flat]
         named = {label: handle for handles, labels in shown for handle, label in zip(handles, labels, strict=True)}
         figure.legend(named.values(), named, loc="outside lower left", ncols=5, fontsize=9)
@@ -135,37 +139,42 @@ class Curves(NamedTuple):
         zero = self.truth_n if self.judged else self.routes["fused"]
         return {name: line - zero for name, line in self.routes.items() if self.judged or name != "fused"}
 
-    def levels(self) -> Limits:
-        """Of the upper axis: all of fused and truth, all but spikes of the routes."""
-        shown = np.concatenate((self.routes["fused"], self.truth_n, *(_trimmed(r, 0.2) for r in self.routes.values())))
-        return float(np.nanmin(shown)), float(np.nanmax(shown))
+    def lines(self, row: int) -> dict[str, Floats]:
+        """What a row shows, by route."""
+        lines = self.routes if row == THRUST else self.differences()
+        return {name: line for name, line in lines.items() if row != NEAR or name != "brochure"}
 
-    def spreads(self) -> Limits:
-        """Of the lower axis: all but spikes, the start left out."""
+    def reach(self, row: int) -> Limits:
+        """Of its axis: all of fused and truth, all but spikes of the rest; of differences the start left out."""
+        if row == THRUST:
+            trimmed = [_trimmed(line, 0.2) for line in self.routes.values()]
+            shown = np.concatenate((self.routes["fused"], self.truth_n, *trimmed))
+            return float(np.nanmin(shown)), float(np.nanmax(shown))
         settled = self.t_s > self.t_s[0] + 0.02 * (self.t_s[-1] - self.t_s[0])
-        lines = [abs(line[settled]) for line in (*self.differences().values(), self.band_n)]
-        reach = max((float(_trimmed(line, 2.0)[1]) for line in lines), default=1.0)
-        return -1.4 * reach, 1.4 * reach
+        lines = [abs(line[settled]) for line in (*self.lines(row).values(), self.band_n)]
+        most = max((float(_trimmed(line, 2.0)[1]) for line in lines), default=1.0)
+        return -1.4 * most, 1.4 * most
 
-    def draw(self, above: "Axes", below: "Axes", limits: tuple[Limits, Limits]) -> None:
-        """Thrust above, differences below; what the axes cut off gets a mark."""
-        for axis, (low, high), middle in ((above, limits[0], self.routes["fused"]), (below, limits[1], 0.0)):
-            axis.fill_between(
-                self.t_s, middle - self.band_n, middle + self.band_n, color=BLUE, alpha=0.25, lw=0,
-                label="95 % band of fused (below: around zero)",
-            )  # fmt: skip
-            for name, line in (self.routes if axis is above else self.differences()).items():
-                colour, label = COLOURS[name], name if name == "fused" else f"{name} route"
-                axis.plot(self.t_s, line, color=colour, lw=WIDTHS[name], label=label)
-                _mark_beyond(axis, self.t_s, line, (low, high), colour, 4.0 + WIDTHS[name])
-            axis.set_ylim(low, high)
-            axis.grid(alpha=0.3, lw=0.5)
-            axis.margins(x=0)
-            for bits, colour, label in WASHES:
-                _wash(axis, self.t_s, (self.status.astype(int) & int(bits)) != 0, colour, label)
-        if self.judged:
-            above.plot(self.t_s, self.truth_n, color="black", lw=0.9, ls=(0, (4, 8)), label="truth")
-        below.axhline(0.0, color="black", lw=0.5)
+    def draw(self, axis: "Axes", row: int, limits: Limits) -> None:
+        """One row; what its axis cuts off gets a mark."""
+        middle = self.routes["fused"] if row == THRUST else 0.0
+        axis.fill_between(
+            self.t_s, middle - self.band_n, middle + self.band_n, color=BLUE, alpha=0.25, lw=0,
+            label="95 % band of fused (of differences: around zero)",
+        )  # fmt: skip
+        for name, line in self.lines(row).items():
+            colour, label = COLOURS[name], name if name == "fused" else f"{name} route"
+            axis.plot(self.t_s, line, color=colour, lw=WIDTHS[name], label=label)
+            _mark_beyond(axis, self.t_s, line, limits, colour, 4.0 + WIDTHS[name])
+        axis.set_ylim(*limits)
+        axis.grid(alpha=0.3, lw=0.5)
+        axis.margins(x=0)
+        for bits, colour, label in WASHES:
+            _wash(axis, self.t_s, (self.status.astype(int) & int(bits)) != 0, colour, label)
+        if row != THRUST:
+            axis.axhline(0.0, color="black", lw=0.5)
+        elif self.judged:
+            axis.plot(self.t_s, self.truth_n, color="black", lw=0.9, ls=(0, (4, 8)), label="truth")
 
 
 def _trimmed(line: Floats, pct: float) -> Floats:
@@ -188,7 +197,7 @@ def _mark_beyond(axis: "Axes", t_s: Floats, line: Floats, limits: Limits, colour
         at = t_s[0] + width * np.unique(np.round((t_s[beyond] - t_s[0]) / width))
         if len(at):
             axis.plot(at, np.full(len(at), edge), mark, color=colour, ms=size, clip_on=False, zorder=5)
-            axis.plot([], [], "^", color=GREY, ms=6, label=BEYOND)
+            axis.plot([], [], "^", color=GREY, mfc="none", ms=6, label=BEYOND)
 
 
 def _wash(axis: "Axes", t_s: Floats, on: Flags, colour: str, label: str) -> None:
