@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from math import isfinite, log, nan
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from thrustd.identify.first_state import simulated
@@ -98,14 +99,14 @@ def as_table(scores: Sequence[Score], unit: str = "N") -> Table:
     """For the terminal; `unit` of the output, empty when nobody knows it."""
     told = any(isfinite(score.validation.mae_pct_above_2kn) for score in scores) and unit == "N"
     title = f"free-run error, {unit or 'unit of the output'}; every record from the state its first tenth shows"
-    table = Table(title=title)
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     columns = [
-        "structure", "train", "validation", "from rest", "mean |error| above 2 kN", "fit", "worst", "free run",
-        "parameters", "time", "AIC", "BIC",
+        "structure", "train", "vali-\ndation", "from\nrest", "mean |error|\nabove 2 kN", "fit", "worst", "free\nrun",
+        "para-\nmeters", "time", "AIC", "BIC",
     ]  # fmt: skip
     for i, name in enumerate(columns):
         if told or i != ABOVE:
-            table.add_column(name, justify="right" if i else "left")
+            table.add_column(name, justify="right" if i else "left", no_wrap=i > 0, min_width=0 if i else 16)
     for score in scores:
         cells = _cells(score)
         table.add_row(*(cell for i, cell in enumerate(cells) if told or i != ABOVE))
