@@ -41,6 +41,7 @@ from thrustd.wire.event_batch import EventBatch
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
 EARLY_SAMPLES = 1.5
+CHECK_EVERY_NS = 1_000_000_000  # what ages takes flights
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 TOGETHER = 256  # events that `follow` takes at once
 
@@ -86,7 +87,7 @@ class Pipeline:
         self._hand_overs = tuple(route.hand_over for route in self._brochures)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
-        self._read_ns = self._start_ns = self._looked_ns = self._read_due_ns = -1
+        self._read_ns = self._start_ns = self._looked_ns = self._read_due_ns = self._checked_ns = -1
         self._flying = False
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
         self._book = FaultBook()
@@ -185,7 +186,8 @@ class Pipeline:
                 if fault.kind == "tare":
                     self._tare(e)
         outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
-        if self._read_ns == t_ns:
+        if t_ns - self._checked_ns >= CHECK_EVERY_NS:
+            self._checked_ns = t_ns
             outputs.extend(cross_checks(estimates))
         outputs.extend(self._book.due(t_ns))
 
