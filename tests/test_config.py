@@ -83,3 +83,13 @@ def test_a_model_that_corrects_no_load_factor_is_said():
     lines = dataclasses.replace(aircraft, files=bench).uncorrected()
     assert len(lines) == 4
     assert "left_upper: left_upper.json has no axial_inertia and no engine_weight" in lines[0]
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [("gate = 3", "aircraft.toml: fusion: gate: no such key"), ("gate_chi2 = -1.0", "aircraft.toml: fusion: ")],
+)
+def test_settings_of_the_fusion_are_refused_with_their_file(line, words):
+    config = read_config(f"{GOOD}\n[fusion]\n{line}\n", "aircraft.toml")
+    with pytest.raises(ConfigError, match=words):
+        dataclasses.replace(small_aircraft(), config=config, where="aircraft.toml").parts()

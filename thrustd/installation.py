@@ -15,6 +15,7 @@ import msgspec
 from thrustd.brochure.deck import Deck
 from thrustd.config import Config, read_config, section
 from thrustd.errors import ConfigError, LogError, ModelError
+from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.model.artifact import ModelSpec, read_model
 from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
 from thrustd.pipeline import DERIVED, Parts, Pipeline
@@ -58,6 +59,8 @@ class Installation:
         """Models, deck and CAN table, checked against what the aircraft delivers."""
         config = self.config
         _check_line(config, self.where)
+        where = f"{self.where}: fusion"
+        check_settings(section(config.fusion, FusionSettings, where), where)
         deck = Deck.from_json(self._text(config.deck), self._place(config.deck))
         table = self.can_table(_rows(config, self.where))
         heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
