@@ -14,14 +14,14 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from thrustd.flight_score import Truth
-from thrustd.installation import Installation, read_installation
-from thrustd.replay import flight_score, open_installation, truth_of, truth_topics
+from thrustd.core.types import Output
+from thrustd.installation.installation import Installation, read_installation
+from thrustd.replay.replay import flight_score, open_installation, truth_of, truth_topics
+from thrustd.replay.score import Truth
 from thrustd.sinks.mcap_log import LogWriter
 from thrustd.sources.mcap_log import LogFile
 from thrustd.sources.mcap_walk import LogMessage
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
-from thrustd.types import Output
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.event_batch import EventBatch
 

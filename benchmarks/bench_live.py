@@ -27,9 +27,9 @@ from rich.table import Table
 
 from benchmarks.bench_flight import spent_s, turns
 from tests.hil.test_hil import PATIENCE_S, ServiceManager
-from tests.reliability.rig import free_port
+from tests.onboard.rig import free_port
 from thrustd.cli.status import read_status
-from thrustd.installation import read_installation
+from thrustd.installation.installation import read_installation
 from thrustd.sources.log_run import LogRun
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.wire.can_frames import ICD_INPUT_ROWS

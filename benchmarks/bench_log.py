@@ -10,9 +10,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from thrustd.core.types import Estimate, Event, Fault, Frame, MountOutput, Reading, Tick
 from thrustd.sinks.mcap_log import LogWriter, new_log
 from thrustd.sources.mcap_log import LogFile
-from thrustd.types import Estimate, Event, Fault, Frame, MountOutput, Reading, Tick
 from thrustd.wire.adc_frames import encode
 from thrustd.wire.event_batch import decode_batch, encode_batch
 from thrustd.wire.log_layout import LogHeader

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from thrustd.types import Frame
+from thrustd.core.types import Frame
 from thrustd.wire.adc_frames import AdcDecoder, encode
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS, CanEncoder

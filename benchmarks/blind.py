@@ -23,11 +23,11 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
-from thrustd.diagnose.compare import compare
-from thrustd.diagnose.diagnose import diagnose
-from thrustd.diagnose.diagnose_report import DiagnoseReport
-from thrustd.diagnose.extend import extend
-from thrustd.errors import ThrustdError
+from thrustd.core.errors import ThrustdError
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.diagnose_report import DiagnoseReport
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effects import shelf

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from cobs import cobs
 
-from thrustd.types import Event, Fault, Frame, Status
+from thrustd.core.types import Event, Fault, Frame, Status
 from thrustd.wire.adc_frames import CHANNEL_FAULT, encode
 
 Edit = Callable[[list[Event], int, int], Iterator[Event]]

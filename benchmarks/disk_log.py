@@ -19,10 +19,10 @@ from typing import Any
 
 from rich.progress import track
 
+from thrustd.core.types import Fault, Frame
 from thrustd.sinks.log_files import Disk
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.log_run import LogRun
-from thrustd.types import Fault, Frame
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 

@@ -25,10 +25,10 @@ import numpy.typing as npt
 from rich.progress import track
 
 from benchmarks.damage import CASES, CONTRADICTIONS, Case, whole_frames
-from thrustd.installation import Installation, read_installation
-from thrustd.pipeline import Parts, Pipeline
+from thrustd.core.types import Estimate, Event, Fault, Status
+from thrustd.installation.installation import Installation, read_installation
+from thrustd.pipeline.pipeline import Parts, Pipeline
 from thrustd.twin.flight import Truth, fly, scripted_flight
-from thrustd.types import Estimate, Event, Fault, Status
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 S = 1_000_000_000

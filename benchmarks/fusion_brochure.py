@@ -14,7 +14,7 @@ from rich.table import Table
 from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, installation
 from benchmarks.fusion_table import AFTER_S, BAND, RUNNING_N1_PCT, SETTLE_S, TRANSIENT_PCT_S, rmse
 from thrustd.brochure.deck import Deck
-from thrustd.brochure_route import BrochureRoute
+from thrustd.brochure.source import BrochureRoute
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.thrust_filter import ThrustFilter

@@ -2,7 +2,7 @@
 
 The mounts of twin aircraft fly a recording from the ground on; their models are started at several moments of it, as a
 daemon would that wakes up there. Per engine over the first two minutes: error of the mount route when the load is taken
-for eternal and friction for that of a load that grew, and as `mount_start` begins, with the share inside its band.
+for eternal and friction for that of a load that grew, and as `mounts.start` begins, with the share inside its band.
 """
 
 import argparse
@@ -15,11 +15,11 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import ADC_HZ, ENGINES, FLIGHTS, PH_LAB, Array, installation
-from thrustd.fusion.limits import FLYING_MACH
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.compile import CompiledModel
-from thrustd.mount_start import CRUISE, LOAD_AGE_S, Unseen
+from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Unseen
 from thrustd.records.files import read_recording
+from thrustd.sensors.limits import FLYING_MACH
 from thrustd.twin.airframe import carried_n, mount_temperature_degc, settled, thrust_shares_n
 from thrustd.twin.flight import recorded_flight
 from thrustd.twin.mount import advance

@@ -23,7 +23,7 @@ from rich.table import Table
 from benchmarks.fusion_faults import AIRBORNE_MACH
 from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, fly_through, installation
 from benchmarks.fusion_table import score
-from thrustd.installation import Installation
+from thrustd.installation.installation import Installation
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 

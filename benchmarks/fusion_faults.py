@@ -25,14 +25,14 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, installation
-from thrustd.installation import Installation
-from thrustd.pipeline import Pipeline
+from thrustd.core.types import Estimate, Event, Fault
+from thrustd.installation.installation import Installation
+from thrustd.pipeline.pipeline import Pipeline
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.twin.airframe import MOUNTS, Airframe
 from thrustd.twin.faults import KINDS, SensorFault
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
-from thrustd.types import Estimate, Event, Fault
 
 RESULTS = Path("out/fusion_faults.jsonl")
 BAND = 1.96

@@ -9,18 +9,18 @@ import numpy as np
 import numpy.typing as npt
 
 from thrustd.brochure.hand_over import Movement
+from thrustd.brochure.rate import SmoothRate
+from thrustd.core.types import Estimate, Fault, Status
 from thrustd.fusion.consistency import Innovations
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.smoother import smooth
 from thrustd.fusion.thrust_filter import ThrustFilter
-from thrustd.installation import CONFIG, Installation, installation_from_files, read_installation
+from thrustd.installation.installation import CONFIG, Installation, installation_from_files, read_installation
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
-from thrustd.sync.rate import SmoothRate
 from thrustd.twin.faults import SensorFault
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
-from thrustd.types import Estimate, Fault, Status
 
 ROOT = Path(__file__).parents[1]
 PH_LAB = ROOT.parent / "shared" / "data" / "ph_lab"

@@ -7,9 +7,9 @@ import matplotlib
 import numpy as np
 
 from benchmarks.fusion_flights import ENGINES
-from thrustd.flight_score import BAND_SIGMAS
+from thrustd.core.types import Estimate, Fault
 from thrustd.records.recording import Recording
-from thrustd.types import Estimate, Fault
+from thrustd.replay.score import BAND_SIGMAS
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

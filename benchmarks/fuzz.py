@@ -21,7 +21,7 @@ from typing import NamedTuple
 from rich.progress import Progress
 
 from tests.wire.test_fuzz import DBC_TEXT, mutated_stream, resident_kb
-from thrustd.types import FAULT_KINDS, Fault, Frame
+from thrustd.core.types import FAULT_KINDS, Fault, Frame
 from thrustd.wire.adc_frames import AdcDecoder, AdcSample
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
@@ -30,9 +30,9 @@ from thrustd.wire.can_table import CanTable, CanUnits
 ROOT = Path(__file__).parents[1]
 ROUND_FRAMES, ROUND_MESSAGES = 50_000, 100_000
 PROPERTIES = (
-    "tests/reliability/test_fuzz_files.py", "tests/reliability/test_checkpoint.py", "tests/wire/test_adc_frames.py",
+    "tests/cli/test_fuzz_files.py", "tests/onboard/test_checkpoint.py", "tests/wire/test_adc_frames.py",
     "tests/wire/test_can_frames.py", "tests/wire/test_event_batch.py", "tests/wire/test_framing.py",
-    "tests/model/test_expression.py", "tests/test_pipeline.py", "tests/reliability/test_warm_restart.py",
+    "tests/model/test_expression.py", "tests/pipeline/test_pipeline.py", "tests/pipeline/test_warm_restart.py",
 )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from rich.progress import track
 
 from benchmarks.soak import shipped_aircraft
 from tests.hil.test_hil import ServiceManager
-from tests.reliability.rig import Daemon, bench, deviations, log_steps, twin_flight, uninterrupted
+from tests.onboard.rig import Daemon, bench, deviations, log_steps, twin_flight, uninterrupted
 from thrustd.sources.mcap_log import LogFile
 
 WARM_AFTER_NS = 5_000_000_000

@@ -17,7 +17,6 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from thrustd.fusion.mounts import UPPER_SHARE
 from thrustd.identify.artifact import finished
 from thrustd.identify.estimate import estimate
 from thrustd.identify.segments import Segment, segments_of
@@ -29,6 +28,7 @@ from thrustd.model.compile import check_witness
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
+from thrustd.sensors.engine_force import UPPER_SHARE
 from thrustd.twin.bench import RIG, run_bench
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics
 from thrustd.twin.programme import HIGH_N, multisine, random_steps

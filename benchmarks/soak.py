@@ -27,14 +27,14 @@ from rich.progress import Progress, TaskID
 
 from benchmarks.soak_check import Checked, check
 from tests.hil.test_hil import ServiceManager
-from tests.reliability.rig import Daemon, free_port
+from tests.onboard.rig import Daemon, free_port
 from thrustd.cli.status import read_status
-from thrustd.errors import UsageError
-from thrustd.installation import Installation, read_installation
+from thrustd.core.errors import UsageError
+from thrustd.core.types import Event, Frame
+from thrustd.installation.installation import Installation, read_installation
 from thrustd.sources.paced import paced
 from thrustd.twin.flight import Rates, Truth, fly, scripted_flight
 from thrustd.twin.hil import Bench
-from thrustd.types import Event, Frame
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 LOOK_S = 5.0

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from rich.progress import track
 
-from thrustd.replay import open_installation
+from thrustd.core.types import Estimate, MountOutput
+from thrustd.replay.replay import open_installation
 from thrustd.sources.log_run import LogRun
-from thrustd.types import Estimate, MountOutput
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import Topics
 

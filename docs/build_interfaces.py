@@ -10,13 +10,13 @@ from typing import Any, get_args, get_origin, get_type_hints
 import cantools
 import msgspec
 
-from thrustd.config import Config
-from thrustd.fault_status import BITS, ENDS, FUSION_BITS, FUSION_ENDS
+from thrustd.core.config import Config
+from thrustd.core.signals import CATALOGUE
+from thrustd.core.types import FAULT_KINDS, Status
 from thrustd.fusion.settings import FusionSettings
+from thrustd.pipeline.fault_status import BITS, ENDS, FUSION_BITS, FUSION_ENDS
 from thrustd.records import flight_log
 from thrustd.records.recording import SUFFIX_UNITS
-from thrustd.signals import CATALOGUE
-from thrustd.types import FAULT_KINDS, Status
 from thrustd.wire import log_layout
 from thrustd.wire.adc_frames import VERSION
 from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OUTPUT_ROWS

@@ -14,12 +14,12 @@ from math import isnan
 from operator import or_
 from pathlib import Path
 
-from thrustd.installation import read_installation
-from thrustd.loop import run
+from thrustd.core.types import Estimate, Output
+from thrustd.installation.installation import read_installation
+from thrustd.pipeline.loop import run
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.faults import SensorFault
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
-from thrustd.types import Estimate, Output
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 FOLDER = Path(__file__).parent
@@ -53,7 +53,7 @@ def expected(path: Path) -> list[list[float | None]]:
     """Per engine and `EVERY_S`: [seconds, engine, thrust_n, thrust_std_n, mount_n, brochure_n, status] of the first
     estimate, then [lowest thrust_n, highest thrust_n, highest thrust_std_n, all status bits] of all; None: no number.
     """
-    from thrustd.installation import installation_from_files
+    from thrustd.installation.installation import installation_from_files
 
     log = LogFile(path)
     files = {name: text.encode() for name, text in log.header.files.items()}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
-from thrustd.installation import Installation, installation_from_files
+from thrustd.installation.installation import Installation, installation_from_files
 from thrustd.model.artifact import (
     SCHEMA,
     EffectSpec,

@@ -13,7 +13,7 @@ from thrustd import __version__
 from thrustd.cli import data, diagnosis, fleet, flight, identification, simulate, status, workbench
 from thrustd.cli.files import check_outputs
 from thrustd.cli.verb import Parser, note
-from thrustd.errors import ThrustdError
+from thrustd.core.errors import ThrustdError
 
 
 def parser() -> Parser:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from thrustd.brochure.deck import Deck, DeckInputs, total_ratios
-from thrustd.errors import DeckError
+from thrustd.core.errors import DeckError
 
 PATH = Path(__file__).parents[2] / "models" / "brochure" / "jt15d-4.json"
 TEXT = PATH.read_text()

@@ -7,8 +7,8 @@ import tomllib
 import pytest
 
 import thrustd
+from tests.brochure.fit.test_deck_fit import flight
 from tests.conftest import ROOT
-from tests.identify.test_brochure_fit import flight
 from thrustd.__main__ import main
 from thrustd.cli.files import DECK, HIL
 from thrustd.sources.mcap_log import LogFile

@@ -7,7 +7,7 @@ import pytest
 
 from tests.conftest import small_aircraft
 from thrustd.__main__ import main
-from thrustd.installation import CONFIG
+from thrustd.installation.installation import CONFIG
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
 from thrustd.twin.flight import Rates, scripted_flight, write_flight

@@ -4,9 +4,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from thrustd.__main__ import main
-from thrustd.diagnose.pictures import dependence_picture
-from thrustd.errors import UsageError
-from thrustd.flight_picture import FlightPicture
+from thrustd.core.errors import UsageError
+from thrustd.diagnose.compare.pictures import dependence_picture
+from thrustd.replay.picture import FlightPicture
 
 VERBS = {  # none of these files is there: the picture is judged before they are looked for
     "replay": ("replay", "gone.mcap", "--picture"),
@@ -63,7 +63,7 @@ def test_a_picture_that_cannot_be_finished_leaves_the_one_before(tmp_path, capsy
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Figure, "savefig", full_disk)
-    monkeypatch.setattr("thrustd.diagnose.pictures._draw_dependence", lambda axis, dependence: None)
+    monkeypatch.setattr("thrustd.diagnose.compare.pictures._draw_dependence", lambda axis, dependence: None)
     assert "No space left" in refused(capsys, "effects", path)
     with pytest.raises(UsageError, match="No space left"):
         FlightPicture().save(path, "flight", {})

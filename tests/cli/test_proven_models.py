@@ -7,9 +7,9 @@ import pytest
 
 from tests.conftest import simple_model, small_aircraft
 from thrustd.__main__ import main
-from thrustd.errors import ModelError
-from thrustd.fleet import CompareJob
-from thrustd.installation import CONFIG
+from thrustd.core.errors import ModelError
+from thrustd.fleet.fleet import CompareJob
+from thrustd.installation.installation import CONFIG
 from thrustd.model.artifact import write_model
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording

@@ -3,9 +3,9 @@
 import pytest
 
 from thrustd.cli.replay_summary import largest_n, print_summary
-from thrustd.flight_means import EngineMeans, RouteMean
-from thrustd.flight_score import Score
-from thrustd.replay import ReplaySummary
+from thrustd.replay.means import EngineMeans, RouteMean
+from thrustd.replay.replay import ReplaySummary
+from thrustd.replay.score import Score
 
 ENGINE = EngineMeans(
     {"fused": RouteMean(100.0, 4748.7, 31.0, 0.0), "brochure": RouteMean(98.3, 4634.2, 225.0, 1114.0)},

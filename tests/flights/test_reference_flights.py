@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import ROOT
+from thrustd.core.types import Status
 from thrustd.records.files import read_recording
-from thrustd.replay import replay
-from thrustd.types import Status
+from thrustd.replay.replay import replay
 
 FOLDER = ROOT / "replay_logs"
 TOLERANCE = 1e-6  # relative; other processors and libraries round differently

@@ -5,8 +5,8 @@ from math import isnan
 import numpy as np
 import pytest
 
+from thrustd.core.types import Status
 from thrustd.fusion.consistency import Innovations, consistency, whiteness
-from thrustd.types import Status
 
 N = 20_000
 EVERY = 5  # the engine is read once in so many steps

@@ -8,13 +8,13 @@ from filterpy.kalman import KalmanFilter
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from thrustd.errors import ConfigError
+from thrustd.core.errors import ConfigError
+from thrustd.core.types import Status
 from thrustd.fusion import smoother
 from thrustd.fusion.dynamics import ENGINE, N_STATE
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.thrust_filter import ThrustFilter
-from thrustd.types import Status
 
 HZ = 10.0
 STEP_NS = round(1e9 / HZ)

@@ -11,8 +11,8 @@ import msgspec
 import pytest
 
 from tests.conftest import small_aircraft
-from thrustd.installation import CONFIG, read_installation
-from thrustd.replay import replay
+from thrustd.installation.installation import CONFIG, read_installation
+from thrustd.replay.replay import replay
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.wire.can_frames import ICD_INPUT_ROWS

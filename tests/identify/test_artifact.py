@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
 from thrustd.identify.artifact import witness_rows
 from thrustd.model.artifact import read_model, write_model
 from thrustd.model.compile import check_witness

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from thrustd.errors import ModelError, RecordingError
+from thrustd.core.errors import ModelError, RecordingError
 from thrustd.identify.covariance import covariance
 from thrustd.identify.estimate import EstimateSettings, estimate, jacobian, pack, simulate_records, unpack
 from thrustd.identify.segments import segments_of

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.identify.artifact import finished
 from thrustd.identify.fit_hw_pwl import HwSettings, empty_segments, fit_hw_pwl, pole_warnings
 from thrustd.identify.hw_fit import HwFit, thin_data

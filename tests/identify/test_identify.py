@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from thrustd.errors import RecordingError, UsageError
+from thrustd.core.errors import RecordingError, UsageError
 from thrustd.identify.checks import check_records
 from thrustd.identify.hw_fit import HwSettings
 from thrustd.identify.identify import identify, split

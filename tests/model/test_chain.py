@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
 from thrustd.model.artifact import (
     SCHEMA,
     ComplexMode,

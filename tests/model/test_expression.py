@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
 from thrustd.model.effects import effect_named
 from thrustd.model.expression import expression_effect, is_expression
 

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
 from thrustd.model.artifact import (
     ComplexMode,
     Feedback,

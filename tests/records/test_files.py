@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.files import READERS, read_recording, write_recording
 from thrustd.records.recording import make_recording
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
+from thrustd.core.types import Estimate, Fault, MountOutput, Reading, Tick
 from thrustd.records.files import read_recording, write_recording
 from thrustd.sinks.mcap_log import new_log
-from thrustd.types import Estimate, Fault, MountOutput, Reading, Tick
 from thrustd.wire.log_layout import LogHeader
 
 HEADER = LogHeader(engines=("left", "right"), mounts=("left_upper",), run="r1", epoch_offset_ns=10**18)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.recording import make_recording, signal_of, unit_of
 
 

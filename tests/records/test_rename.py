@@ -5,7 +5,7 @@ import pytest
 from scipy.io import savemat
 
 from thrustd.__main__ import main
-from thrustd.errors import RecordingError, UsageError
+from thrustd.core.errors import RecordingError, UsageError
 from thrustd.records.files import read_recording
 from thrustd.records.rename import Rename, check_unit, read_rename, renamed
 

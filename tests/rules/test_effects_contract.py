@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
+from thrustd.core.signals import CATALOGUE
 from thrustd.model.effects import effect_named, shelf
-from thrustd.signals import CATALOGUE
 
 ICD_WORDS = [
     "axial_inertia",

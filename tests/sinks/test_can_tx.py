@@ -4,8 +4,8 @@ import struct
 from math import nan
 from pathlib import Path
 
+from thrustd.core.types import Estimate, Fault, Reading
 from thrustd.sinks.can_tx import CanTx
-from thrustd.types import Estimate, Fault, Reading
 from thrustd.wire.can_frames import ICD_OUTPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
 

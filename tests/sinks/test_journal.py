@@ -2,8 +2,8 @@
 
 from threading import Event as Flag
 
+from thrustd.core.types import Fault
 from thrustd.sinks.journal import MOST_WAITING, OVER_NS, Journal
-from thrustd.types import Fault
 
 
 def told(faults):

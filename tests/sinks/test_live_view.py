@@ -4,9 +4,9 @@ import socket
 
 import pytest
 
-from thrustd.errors import ConfigError
+from thrustd.core.errors import ConfigError
+from thrustd.core.types import Estimate, Fault, MountOutput
 from thrustd.sinks.live_view import LiveView
-from thrustd.types import Estimate, Fault, MountOutput
 
 HELLO = (
     "GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"

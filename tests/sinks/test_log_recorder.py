@@ -14,13 +14,13 @@ from typing import Any
 
 import pytest
 
-from thrustd.errors import LogError
+from thrustd.core.errors import LogError
+from thrustd.core.types import Event, Fault, Frame, MountOutput, Tick
 from thrustd.sinks import log_recorder
 from thrustd.sinks.log_files import Disk
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.log_run import LogRun
 from thrustd.sources.mcap_log import LogFile
-from thrustd.types import Event, Fault, Frame, MountOutput, Tick
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 

@@ -14,13 +14,13 @@ import can
 import pytest
 from can.interfaces.socketcan import SocketcanBus
 
-from thrustd.errors import ConfigError
+from thrustd.core.errors import ConfigError
+from thrustd.core.types import Event, Fault, Frame, Tick
 from thrustd.sources.can_bus import CAN_FRAME, CanBus
 from thrustd.sources.merge import TAKE_EVENTS, EventQueue, merged
 from thrustd.sources.paced import at_baud, paced
 from thrustd.sources.serial_port import SerialPort
 from thrustd.sources.ticker import Ticker
-from thrustd.types import Event, Fault, Frame, Tick
 from thrustd.wire.adc_frames import AdcDecoder, AdcSample, encode
 from thrustd.wire.can_table import EXTENDED_BIT
 

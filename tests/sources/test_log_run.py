@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import ROOT
 from thrustd.__main__ import main
-from thrustd.errors import LogError
+from thrustd.core.errors import LogError
 from thrustd.sinks.mcap_log import new_log
 from thrustd.sources.log_run import run_paths
 from thrustd.sources.mcap_log import LogFile

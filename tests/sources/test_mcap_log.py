@@ -11,10 +11,10 @@ import zstandard
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
-from thrustd.errors import LogError
+from thrustd.core.errors import LogError
+from thrustd.core.types import Estimate, Event, Fault, Frame, MountOutput, Output, Reading, Status, Tick
 from thrustd.sinks.mcap_log import LogWriter, new_log
 from thrustd.sources.mcap_log import LogFile
-from thrustd.types import Estimate, Event, Fault, Frame, MountOutput, Output, Reading, Status, Tick
 from thrustd.wire.log_layout import LogHeader
 
 HEADER = LogHeader(

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from thrustd.errors import RecordingError
-from thrustd.identify.plan_test import BenchPlan, programme
+from thrustd.bench.plan_test import BenchPlan, programme
+from thrustd.core.errors import RecordingError
 from thrustd.records.recording import make_recording
 from thrustd.twin.bench import RIG, Rig, multisine_bench, programme_bench, sine_bench, step_bench, weight_bench
 from thrustd.twin.mount import UPPER

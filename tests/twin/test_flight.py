@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thrustd.errors import RecordingError, UsageError
+from thrustd.core.errors import RecordingError, UsageError
+from thrustd.core.types import Fault, Frame, Reading, Tick
 from thrustd.records.files import read_recording
 from thrustd.records.recording import make_recording
 from thrustd.sources.mcap_log import LogFile
@@ -15,7 +16,6 @@ from thrustd.twin.airframe import ENGINES, MOUNTS, carried_n, draw_airframe, set
 from thrustd.twin.faults import SensorFault
 from thrustd.twin.flight import Rates, Truth, fly, scripted_flight, write_flight
 from thrustd.twin.sensors import COUNT_MM
-from thrustd.types import Fault, Frame, Reading, Tick
 from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder, AdcSample
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS

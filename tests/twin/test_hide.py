@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.records.files import read_recording
 from thrustd.twin.disturbance import DISTURBANCES, UNLISTED, Scene
 from thrustd.twin.environment import moving, quiet, wander

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
+from thrustd.core.types import Frame
 from thrustd.twin.hil import Bench
-from thrustd.types import Frame
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from thrustd.columns import CHANNEL_FAULT
-from thrustd.types import Fault
+from thrustd.core.columns import CHANNEL_FAULT
+from thrustd.core.types import Fault
 from thrustd.wire.adc_frames import COUNTS_HIGH, COUNTS_LOW, AdcDecoder, AdcSample, encode
 from thrustd.wire.framing import encode_frame
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from thrustd.errors import ConfigError
-from thrustd.types import Fault, Frame, Reading
+from thrustd.core.errors import ConfigError
+from thrustd.core.types import Fault, Frame, Reading
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OUTPUT_ROWS, CanEncoder
 from thrustd.wire.can_table import FLOAT, Bits, CanField, CanMessage, CanRow, CanTable, CanUnits

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from thrustd.errors import LogError
-from thrustd.types import FAULT_KINDS, Event, Fault, Frame, Tick
+from thrustd.core.errors import LogError
+from thrustd.core.types import FAULT_KINDS, Event, Fault, Frame, Tick
 from thrustd.wire.event_batch import Messages, decode_batch, encode_batch
 
 t_ns = st.integers(-(2**63), 2**63 - 1)

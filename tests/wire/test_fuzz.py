@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from thrustd.errors import ConfigError
-from thrustd.types import FAULT_KINDS, Fault, Frame, Reading
+from thrustd.core.errors import ConfigError
+from thrustd.core.types import FAULT_KINDS, Fault, Frame, Reading
 from thrustd.wire.adc_frames import AdcDecoder, AdcSample, encode
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from tests.conftest import simple_model
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.model.artifact import LedgerEntry, write_model
 from thrustd.workbench.exercise import make_exercise, reveal
 from thrustd.workbench.folder import Folder, model_cards

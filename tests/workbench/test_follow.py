@@ -2,9 +2,9 @@
 
 import pytest
 
-from thrustd.errors import LogError
+from thrustd.core.errors import LogError
+from thrustd.core.types import Estimate, Fault, MountOutput, Reading
 from thrustd.sinks.mcap_log import new_log
-from thrustd.types import Estimate, Fault, MountOutput, Reading
 from thrustd.wire.log_layout import LogHeader
 from thrustd.workbench.follow import FollowedLog
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import simple_model
 from tests.workbench.served import workbench
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.model.artifact import write_model
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording

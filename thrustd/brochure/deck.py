@@ -8,7 +8,7 @@ With the total-pressure and total-temperature ratios  delta_t = p_t / 101325 Pa,
     w  = exp(H_engine(n) + k M) theta_t^e               the N1 route: the fuel flow which the fan speed stands for
 
 G is fitted to the brochure program's own pairs and to static reference points, H to flights (see
-`thrustd.identify.brochure_fit`). Outside the fitted region `extrapolating` is set and the band widens.
+`thrustd.brochure.fit.deck_fit`). Outside the fitted region `extrapolating` is set and the band widens.
 Similarity of the corrected quantities: Walsh & Fletcher, Gas Turbine Performance, ch. 4; atmosphere: ISO 2533.
 """
 
@@ -19,7 +19,7 @@ import msgspec
 
 from thrustd.brochure.deck_curves import Floats, estimate, ratios
 from thrustd.brochure.deck_data import DeckData, check_deck, curve_numbers, spread_numbers, surface_numbers
-from thrustd.errors import DeckError
+from thrustd.core.errors import DeckError
 
 Route = Literal["fuel_flow", "n1", "none"]
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.compiled import compiled
+from thrustd.core.jit import compiled
 
 SEA_LEVEL_PRESSURE_PA = 101325.0  # ISO 2533
 SEA_LEVEL_TEMPERATURE_K = 288.15  # ISO 2533

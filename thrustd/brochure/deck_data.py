@@ -22,7 +22,7 @@ import msgspec
 import numpy as np
 
 from thrustd.brochure.deck_curves import Floats, hermite_log, surface_n
-from thrustd.errors import DeckError
+from thrustd.core.errors import DeckError
 
 Finite = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=1e9)]

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from thrustd.brochure.deck import DeckEstimate
-from thrustd.compiled import compiled
+from thrustd.core.jit import compiled
 
 SCALE_FLOOR_N = 1000.0
 START_STD = 0.08  # N1's line against the fuel flow of one engine, before anything is known

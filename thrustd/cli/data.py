@@ -7,7 +7,7 @@ from typing import Any
 
 from thrustd.cli.files import read_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json
-from thrustd.errors import ThrustdError, UsageError
+from thrustd.core.errors import ThrustdError, UsageError
 
 MODEL, DECK = '"thrustd-model/', '"thrustd.deck.v'  # beginnings of a schema, near the beginning of the file
 EXPECTED = f'a mount model (schema {MODEL}1") or a brochure deck (schema {DECK}1")'
@@ -118,7 +118,7 @@ def _recording_report(record: Any, path: Path) -> dict[str, Any]:
 
 
 def _is_flight_log(path: Path) -> bool:
-    from thrustd.errors import LogError
+    from thrustd.core.errors import LogError
     from thrustd.sources.mcap_log import LogFile
 
     try:
@@ -131,7 +131,7 @@ def _is_flight_log(path: Path) -> bool:
 def _log_report(path: Path) -> dict[str, Any]:
     from collections import Counter
 
-    from thrustd.errors import LogError
+    from thrustd.core.errors import LogError
     from thrustd.sources.log_run import LogRun, run_paths
 
     log = LogRun(run_paths(path), salvage=True)
@@ -235,7 +235,7 @@ def _deck_report(path: Path, text: str) -> dict[str, Any]:
 
 
 def _config_report(path: Path) -> dict[str, Any]:
-    from thrustd.config import read_config
+    from thrustd.core.config import read_config
 
     config = read_config(read_text(path), str(path))
     return {

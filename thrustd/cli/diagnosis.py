@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.files import DECK, read_deck, read_models, read_recordings, shipped, split_models
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
     from thrustd.model.artifact import ModelSpec
@@ -63,8 +63,8 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def compare_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.diagnose.compare import compare
-    from thrustd.diagnose.innovations import innovations
+    from thrustd.diagnose.compare.compare import compare
+    from thrustd.diagnose.compare.innovations import innovations
 
     if all(path.suffix == ".mcap" for path in arguments.files):
         _show(innovations(arguments.files), arguments)
@@ -84,7 +84,7 @@ def compare_verb(arguments: argparse.Namespace) -> int:
     _remark(records, arguments, list(specs.values()))
     _show(report, arguments)
     if arguments.pictures is not None:
-        from thrustd.diagnose.pictures import comparison_pictures  # matplotlib takes a second to import
+        from thrustd.diagnose.compare.pictures import comparison_pictures  # matplotlib takes a second to import
 
         for comparison in report.comparisons:
             _say_written(comparison_pictures(comparison, arguments.pictures))
@@ -92,7 +92,7 @@ def compare_verb(arguments: argparse.Namespace) -> int:
 
 
 def diagnose_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.diagnose.diagnose import diagnose
+    from thrustd.diagnose.search.diagnose import diagnose
 
     records = read_recordings(arguments.data)
     extra = _effects(arguments, records)
@@ -109,7 +109,7 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
     _remark(records, arguments, [spec])
     _show(report, arguments)
     if arguments.pictures is not None and report.depends_on:
-        from thrustd.diagnose.pictures import dependence_picture
+        from thrustd.diagnose.compare.pictures import dependence_picture
 
         _say_written([dependence_picture(report.depends_on, arguments.pictures / "depends_on.png")])
     return 0
@@ -117,7 +117,7 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
 
 def extend_verb(arguments: argparse.Namespace) -> int:
     from thrustd.cli.files import write_model_file
-    from thrustd.diagnose.extend import extend
+    from thrustd.diagnose.extend.extend import extend
 
     if arguments.given:
         return _given(arguments)
@@ -146,7 +146,7 @@ def extend_verb(arguments: argparse.Namespace) -> int:
 
 def _given(arguments: argparse.Namespace) -> int:
     from thrustd.cli.files import write_model_file
-    from thrustd.diagnose.given import read_given, with_given
+    from thrustd.diagnose.extend.given import read_given, with_given
 
     if arguments.data or arguments.effect or arguments.effect_file:
         raise UsageError("extend: --given takes no recordings and no --effect; expected one after the other")
@@ -161,7 +161,7 @@ def _given(arguments: argparse.Namespace) -> int:
 
 
 def effects_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.diagnose.effect_card import card_json, card_picture, card_text, shelf_text
+    from thrustd.diagnose.extend.effect_card import card_json, card_picture, card_text, shelf_text
     from thrustd.model.effects import effect_named, shelf
 
     if arguments.picture and not arguments.name:
@@ -184,7 +184,7 @@ def _reference(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _remark(records: list["Recording"], arguments: argparse.Namespace, specs: list["ModelSpec"]) -> None:
-    from thrustd.diagnose.reference import rest_remarks
+    from thrustd.diagnose.compare.reference import rest_remarks
 
     for line in rest_remarks(records, arguments.mount, specs):
         note(line)
@@ -221,7 +221,7 @@ def _add_effects(parser: argparse.ArgumentParser, words: str) -> None:
 
 def _effects(arguments: argparse.Namespace, records: list["Recording"]) -> list["Effect"]:
     """Effects from files, names and expressions; an expression may read any column of the recordings."""
-    from thrustd.diagnose.effect_file import load_effect_file
+    from thrustd.diagnose.extend.effect_file import load_effect_file
     from thrustd.model.effects import effect_named
     from thrustd.model.expression import expression_effect
 

@@ -8,8 +8,8 @@ from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 import thrustd
-from thrustd.errors import UsageError
-from thrustd.whole_file import whole_file
+from thrustd.core.errors import UsageError
+from thrustd.sinks.whole_file import whole_file
 
 if TYPE_CHECKING:
     from thrustd.brochure.deck import Deck

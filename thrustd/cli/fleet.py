@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from thrustd.cli.files import read_models
 from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, progress
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
-    from thrustd.fleet import Job
+    from thrustd.fleet.fleet import Job
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -33,7 +33,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 def fleet_verb(arguments: argparse.Namespace) -> int:
     try:
-        from thrustd.fleet import at, local, run_fleet, write_table
+        from thrustd.fleet.fleet import at, local, run_fleet, write_table
     except ModuleNotFoundError as problem:
         raise UsageError(
             f"thrustd fleet: {problem.name} is not installed, expected: pip install 'thrustd[fleet]'"
@@ -58,7 +58,7 @@ def fleet_verb(arguments: argparse.Namespace) -> int:
 
 
 def _job(arguments: argparse.Namespace) -> "Job":
-    from thrustd.fleet import CompareJob, IdentifyJob, ReplayJob
+    from thrustd.fleet.fleet import CompareJob, IdentifyJob, ReplayJob
 
     out = str(arguments.out.absolute()) if arguments.out is not None else ""
     if arguments.job == "replay":

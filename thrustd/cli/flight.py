@@ -5,7 +5,7 @@ import gc
 from pathlib import Path
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, progress
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -43,7 +43,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def check_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.installation import read_installation
+    from thrustd.installation.installation import read_installation
     from thrustd.sources.can_bus import CanBus
     from thrustd.sources.merge import EventQueue
     from thrustd.sources.serial_port import SerialPort
@@ -69,9 +69,9 @@ def check_verb(arguments: argparse.Namespace) -> int:
 
 def replay_verb(arguments: argparse.Namespace) -> int:
     from thrustd.cli.replay_summary import largest_n, print_summary
-    from thrustd.flight_picture import FlightPicture
-    from thrustd.installation import read_installation
-    from thrustd.replay import replay
+    from thrustd.installation.installation import read_installation
+    from thrustd.replay.picture import FlightPicture
+    from thrustd.replay.replay import replay
     from thrustd.sources.log_run import LogRun, run_paths
     from thrustd.sources.paced import paced
 
@@ -108,7 +108,7 @@ def replay_verb(arguments: argparse.Namespace) -> int:
 
 def run_verb(arguments: argparse.Namespace) -> int:
     gc.disable()  # until READY: everything that is loaded stays, and a start in flight has no time to lose
-    from thrustd.daemon import fly
-    from thrustd.installation import read_installation
+    from thrustd.installation.installation import read_installation
+    from thrustd.onboard.daemon import fly
 
     return fly(read_installation(arguments.config), arguments.config.parent, arguments.log_folder)

@@ -8,7 +8,7 @@ from typing import Any
 
 from thrustd.cli.files import DECK, check_outputs, read_models, read_text, shipped, write_model_file, write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed
-from thrustd.errors import RecordingError, UsageError
+from thrustd.core.errors import RecordingError, UsageError
 
 MOUNT_COLUMNS = ("deformation_mm", "force_N")
 
@@ -162,7 +162,7 @@ def _settings(arguments: argparse.Namespace, train: list[Any]) -> tuple[Any, Any
 
 
 def plan_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.identify.plan_test import BenchPlan, as_csv, programme
+    from thrustd.bench.plan_test import BenchPlan, as_csv, programme
 
     plan = BenchPlan(hours=arguments.hours, low_n=arguments.low, high_n=arguments.high, seed=arguments.seed)
     columns = programme(arguments.programme, plan)
@@ -200,7 +200,7 @@ def compile_verb(arguments: argparse.Namespace) -> int:
 
 
 def brochure_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.identify.brochure_fit import fit_deck_file, report_lines, rms_left_out_pct
+    from thrustd.brochure.fit.deck_fit import fit_deck_file, report_lines, rms_left_out_pct
 
     arguments.base = arguments.base or shipped(DECK, "--base")
     check_outputs(vars(arguments))

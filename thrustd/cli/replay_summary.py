@@ -4,12 +4,12 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from thrustd.cli.verb import console
-from thrustd.flight_means import TREND_N
+from thrustd.replay.means import TREND_N
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from thrustd.replay import ReplaySummary
+    from thrustd.replay.replay import ReplaySummary
 
 
 def print_summary(summary: "ReplaySummary") -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from thrustd.cli.files import HIL, shipped
 from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, print_json, progress, seed
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 
 TELL_EVENTS = 500  # between two moves of the progress bar
 BENCH_KINDS = ("steps", "sine", "multisine", "weight")
@@ -73,7 +73,7 @@ def _profile(arguments: argparse.Namespace) -> tuple[Any, Any]:
 
 
 def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
-    from thrustd.installation import read_installation
+    from thrustd.installation.installation import read_installation
     from thrustd.twin.flight import Rates, write_flight
     from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
@@ -127,7 +127,7 @@ def _hide(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _hil(arguments: argparse.Namespace) -> dict[str, Any]:
-    from thrustd.installation import read_installation
+    from thrustd.installation.installation import read_installation
     from thrustd.sources.mcap_log import LogFile
     from thrustd.sources.paced import at_baud, paced
     from thrustd.twin.hil import Bench
@@ -152,8 +152,8 @@ def _hil(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _events(arguments: argparse.Namespace, advance: Advance) -> Iterator[Any]:
+    from thrustd.core.types import Frame, Tick
     from thrustd.sources.mcap_log import LogFile
-    from thrustd.types import Frame, Tick
 
     if arguments.log is not None:
         log = LogFile(arguments.log)
@@ -162,7 +162,7 @@ def _events(arguments: argparse.Namespace, advance: Advance) -> Iterator[Any]:
                 advance(log.position_bytes / max(log.size_bytes, 1))
             yield event
         return
-    from thrustd.installation import read_installation
+    from thrustd.installation.installation import read_installation
     from thrustd.twin.flight import Rates, fly
     from thrustd.wire.can_frames import ICD_INPUT_ROWS
 

@@ -9,7 +9,7 @@ from urllib.error import URLError
 from urllib.request import urlopen
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, print_json
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -29,7 +29,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def status_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.installation import read_installation
+    from thrustd.installation.installation import read_installation
 
     health = read_installation(arguments.config).config.health
     if health is None:
@@ -117,7 +117,7 @@ def _value(status: dict[str, Any], name: str, key: str) -> float:
 
 
 def _words(bits: int) -> list[str]:
-    from thrustd.types import Status
+    from thrustd.core.types import Status
 
     return [str(bit.name).lower().replace("_", " ") for bit in Status(bits)]
 

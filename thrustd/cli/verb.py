@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import msgspec
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
     from rich.console import Console

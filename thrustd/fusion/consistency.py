@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.types import Status
+from thrustd.core.types import Status
 
 Array = npt.NDArray[np.float64]
 # a filter that settles, an engine that stands, a moving throttle, a rejected measurement: none tells of the noises

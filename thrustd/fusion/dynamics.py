@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.compiled import compiled
+from thrustd.core.jit import compiled
 
 THRUST, RATE, MOUNT, ENGINE, SHAPE = range(5)
 N_STATE = 5

@@ -5,13 +5,13 @@ from typing import Any
 
 import numba
 
-from thrustd.compiled import compiled, entry
+from thrustd.core.jit import compiled, entry
+from thrustd.core.types import Status
 from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST, Matrix
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.gate import FAILED
 from thrustd.fusion.settings import SETTINGS
 from thrustd.fusion.thrust_step import BROCHURE_GATE, FILTER, MOUNT_GATE, SIZES
-from thrustd.types import Status
 
 MOUNT_LOST, BROCHURE_LOST = int(Status.MOUNT_LOST), int(Status.BROCHURE_LOST)
 MOUNT_REJECTED, BROCHURE_REJECTED = int(Status.MOUNT_REJECTED), int(Status.BROCHURE_REJECTED)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
-from thrustd.compiled import compiled
+from thrustd.core.jit import compiled
 
 ABSURD_RATE_PCT_S = 100.0
 ABSURD_N = 1e5  # no engine, no mount: not a measurement

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.compiled import compiled
+from thrustd.core.jit import compiled
 
 MOVING_PCT_S = 0.5  # N1 of a throttle that rests stays within 0.3 %/s
 PUSHED = 2.0  # rubber is stiffer than its spring rate, and lags

@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from thrustd.errors import ConfigError
+from thrustd.core.errors import ConfigError
 
 
 class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -19,13 +19,13 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.types import Estimate, Fault
 from thrustd.fusion.dynamics import N_STATE, RATE, START_ERROR_N, THRUST, Matrix
 from thrustd.fusion.estimate_row import estimate_row
 from thrustd.fusion.kalman import KalmanFilter
 from thrustd.fusion.settings import FusionSettings, settings_row
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_step import DONE, FILTER, LIED, NEVER_NS, NEWS, PAST_S, PREDICT, UPDATE, go_on, lay_out
-from thrustd.types import Estimate, Fault
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0

@@ -12,12 +12,12 @@ from typing import Any
 import numba
 import numpy as np
 
-from thrustd.compiled import compiled, entry
+from thrustd.core.jit import compiled, entry
+from thrustd.core.types import Status
 from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SCALE_N, SHAPE, THRUST, Matrix, move
 from thrustd.fusion.fusion_inputs import INPUTS, silence
 from thrustd.fusion.gate import FAILED, agree_on_a_move, judge, surprise_n_s
 from thrustd.fusion.settings import SETTINGS
-from thrustd.types import Status
 
 PAUSE_S = 1.0  # a restart, frames that were shed: nobody saw whether the throttle moved
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then

@@ -7,6 +7,7 @@ from importlib.metadata import version
 import msgspec
 import numpy as np
 
+from thrustd.core.signals import CATALOGUE
 from thrustd.identify.error_map import error_map
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.parameters import pack
@@ -15,7 +16,6 @@ from thrustd.identify.sensitivity import segments_for
 from thrustd.model.artifact import ModelSpec, Witness
 from thrustd.model.compile import model_stages, witness_of
 from thrustd.records.recording import Recording
-from thrustd.signals import CATALOGUE
 
 WITNESS_BEYOND = 0.1  # of the valid range, on either side of it
 STD_SAMPLES = 100_000  # stretch on which the uncertainty is computed; scaled to the whole by the square root of length

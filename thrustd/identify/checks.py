@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.identify.segments import DEFORMATION, FORCE, SHORTEST
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
 from thrustd.model.stage import Floats
 
 ROWS = 20_000  # means kept per segment at most

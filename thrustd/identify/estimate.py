@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.identify.covariance import ColouredSum, covariance
 from thrustd.identify.parameters import ParameterVector, pack, unpack
 from thrustd.identify.segments import Segment

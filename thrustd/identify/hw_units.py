@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.identify.hw_problem import Signal, choose_samples
 from thrustd.identify.segments import DEFORMATION, Segment
 

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
-from thrustd.errors import RecordingError, ThrustdError
+from thrustd.core.errors import RecordingError, ThrustdError
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_apart, check_records
 from thrustd.identify.hw_fit import STAGES, HwSettings

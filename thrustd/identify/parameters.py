@@ -20,7 +20,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
 from thrustd.model.artifact import (
     ComplexMode,
     Curve,

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
 
 SCHEMA = "thrustd-model/1"
 FORCE_RATE_TAU_S = 1.0  # of the force rate that chooses the region of an ErrorMap

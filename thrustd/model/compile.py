@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
+from thrustd.core.signals import CATALOGUE
 from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, Witness, read_model
 from thrustd.model.curves import polynomial, pwl
 from thrustd.model.effect import SITES, Effect
@@ -22,7 +23,6 @@ from thrustd.model.effects import effect_named
 from thrustd.model.feedback import feedback
 from thrustd.model.linear import sections
 from thrustd.model.stage import Floats, Places, Stage, compose, run_chain
-from thrustd.signals import CATALOGUE
 
 WITNESS_TOLERANCE_N = 1e-6  # another processor or library may round differently; a wrong model differs by newtons
 _BLOCK = 65536  # samples per block: keeps memory flat

@@ -20,10 +20,10 @@ from functools import cache, partial
 
 import numpy as np
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
+from thrustd.core.signals import CATALOGUE
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
-from thrustd.signals import CATALOGUE
 
 PREFIX = "expression: "
 LONGEST = 400  # characters

@@ -22,7 +22,7 @@ from numba import cfunc, njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from thrustd.compiled import compiled
+from thrustd.core.jit import compiled
 
 Floats = NDArray[np.float64]
 Step = Callable[[Floats, Floats, Floats, float], float]

@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.csv_file import read_csv, write_csv
 from thrustd.records.loaded import Loaded
 from thrustd.records.mat_file import read_mat, write_mat
@@ -12,7 +12,7 @@ from thrustd.records.mcap_file import read_mcap, write_mcap
 from thrustd.records.npz_file import read_npz, write_npz
 from thrustd.records.parquet_file import read_parquet, write_parquet
 from thrustd.records.recording import Recording, make_recording
-from thrustd.whole_file import whole_file
+from thrustd.sinks.whole_file import whole_file
 
 SHOWN_NOTES = 4
 MAX_FILE_BYTES = 8 << 30  # read whole into memory: beyond this, cut the recording first

@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.errors import LogError, RecordingError
+from thrustd.core.errors import LogError, RecordingError
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, FloatArray
 from thrustd.records.topics import Topic, append, level

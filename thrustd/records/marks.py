@@ -11,10 +11,10 @@ from typing import Annotated
 import msgspec
 import numpy as np
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
-from thrustd.whole_file import whole_file
+from thrustd.sinks.whole_file import whole_file
 
 REFERENCE = "force_N"
 SUFFIX = ".marks.json"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, savemat
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.loaded import Loaded
 from thrustd.records.phlab import from_ftis, from_openap, is_ftis, is_openap
 from thrustd.records.recording import TIME, FloatArray, Recording, signal_of

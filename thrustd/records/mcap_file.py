@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
-from thrustd.errors import LogError, RecordingError
+from thrustd.core.errors import LogError, RecordingError
 from thrustd.records.flight_log import open_flight_log, read_flight_log
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, Recording

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
 

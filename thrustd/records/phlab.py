@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import medfilt
 
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, FloatArray
-from thrustd.signals import STANDARD_GRAVITY_M_S2
 
 POUND_PER_HOUR_KG_S = 0.45359237 / 3600
 FOOT_M = 0.3048

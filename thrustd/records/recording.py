@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.errors import RecordingError
-from thrustd.signals import CATALOGUE, Signal
+from thrustd.core.errors import RecordingError
+from thrustd.core.signals import CATALOGUE, Signal
 
 FloatArray = npt.NDArray[np.float64]
 

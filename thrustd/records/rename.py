@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import NamedTuple
 
-from thrustd.errors import RecordingError, UsageError
+from thrustd.core.errors import RecordingError, UsageError
+from thrustd.core.signals import CATALOGUE
 from thrustd.records.recording import SUFFIX_UNITS, FloatArray, signal_of, unit_of
-from thrustd.signals import CATALOGUE
 
 SYNONYMS = {"°C": "degC", "C": "degC", "deg C": "degC", "sec": "s", "m/s^2": "m/s2", "m/s²": "m/s2"}
 UNITS = {*SUFFIX_UNITS.values(), "ms", "us", "min", "h", "K", "kPa", "hPa", "mbar", "ft", "kt", "lbf", "rpm", "um"}

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.files import SHOWN_NOTES, file_sha256, load
 from thrustd.records.recording import TIME, FloatArray, Recording, make_recording
 from thrustd.records.rename import Rename, check_unit, renamed

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import isfinite
 from typing import Final
 
-from thrustd.types import Estimate, Fault, Output
+from thrustd.core.types import Estimate, Fault, Output
 from thrustd.wire.can_frames import CanEncoder
 from thrustd.wire.can_table import CanTable
 

@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from thrustd.columns import TICK
-from thrustd.types import Estimate, Fault, Output
+from thrustd.core.columns import TICK
+from thrustd.core.types import Estimate, Fault, Output
 from thrustd.wire.event_batch import EventBatch
 
 LATENCY_BOUNDS_S: Final = (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 1.0, 5.0)

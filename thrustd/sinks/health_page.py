@@ -13,7 +13,7 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Histo
 from prometheus_client.metrics_core import Metric
 from prometheus_client.registry import Collector
 
-from thrustd.errors import ConfigError
+from thrustd.core.errors import ConfigError
 from thrustd.sinks.health_counts import HealthCounts, Histogram
 
 HOST = "127.0.0.1"

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from threading import Thread
 
-from thrustd.types import FAULT_KINDS, Fault, Output
+from thrustd.core.types import FAULT_KINDS, Fault, Output
 
 OVER_NS = 60_000_000_000
 MOST_WAITING = 50  # lines

@@ -11,7 +11,7 @@ from threading import Event as Flag
 from threading import Thread
 from typing import Generic, TypeVar
 
-from thrustd.types import Fault
+from thrustd.core.types import Fault
 
 IDLE_S = 1.0
 JOIN_S = 5.0

@@ -10,8 +10,8 @@ from typing import Final
 import foxglove
 import msgspec
 
-from thrustd.errors import ConfigError
-from thrustd.types import Fault, Output
+from thrustd.core.errors import ConfigError
+from thrustd.core.types import Fault, Output
 from thrustd.wire.log_layout import TopicKind, Topics, json_schema
 
 WHERE: Final = "live_view"

@@ -11,8 +11,8 @@ from typing import BinaryIO, NamedTuple
 
 import msgspec
 
+from thrustd.core.types import Output
 from thrustd.sinks.mcap_log import LogWriter
-from thrustd.types import Output
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 

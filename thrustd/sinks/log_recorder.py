@@ -17,9 +17,9 @@ from threading import Event as Flag
 from threading import Thread
 from typing import Final
 
+from thrustd.core.types import Fault, Output
 from thrustd.sinks.log_files import REAL_DISK, Disk, LogFiles, Parcel, RecorderSettings
 from thrustd.sinks.mcap_log import BATCH_NS
-from thrustd.types import Fault, Output
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 

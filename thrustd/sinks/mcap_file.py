@@ -29,8 +29,8 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from thrustd.columns import Bytes, Integers
-from thrustd.compiled import compiled
+from thrustd.core.columns import Bytes, Integers
+from thrustd.core.jit import compiled
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 64 * 1024  # closing a chunk of this size stalls about 0.5 ms

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 from thrustd import __version__
-from thrustd.errors import LogError
+from thrustd.core.errors import LogError
+from thrustd.core.types import Event, Fault, Output, Reading
 from thrustd.sinks.mcap_file import McapFile
-from thrustd.types import Event, Fault, Output, Reading
-from thrustd.whole_file import whole_file
+from thrustd.sinks.whole_file import whole_file
 from thrustd.wire.event_batch import ENCODING, MAX_EVENTS, EventBatch
 from thrustd.wire.log_layout import (
     HEADER_NAME,

@@ -17,10 +17,10 @@ from struct import Struct
 import can
 from can.interfaces.socketcan import SocketcanBus
 
-from thrustd.errors import ConfigError
+from thrustd.core.errors import ConfigError
+from thrustd.core.types import Fault, Frame
 from thrustd.sources.merge import Put
 from thrustd.sources.worker import Worker, keep_open
-from thrustd.types import Fault, Frame
 from thrustd.wire.can_table import EXTENDED_BIT
 
 CHANNEL = "can"

@@ -4,10 +4,10 @@ from collections.abc import Collection, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from thrustd.errors import LogError
+from thrustd.core.errors import LogError
+from thrustd.core.types import Event
 from thrustd.sources.mcap_log import Hear, LogFile
 from thrustd.sources.mcap_walk import LogMessage
-from thrustd.types import Event
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 

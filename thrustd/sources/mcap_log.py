@@ -4,10 +4,10 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
-from thrustd.errors import LogError
+from thrustd.core.errors import LogError
+from thrustd.core.types import Event, Fault
 from thrustd.sources.mcap_damage import Gap
 from thrustd.sources.mcap_walk import LogMessage, McapWalk
-from thrustd.types import Event, Fault
 from thrustd.wire.event_batch import ENCODING, EventBatch, Messages
 from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader
 

@@ -18,9 +18,9 @@ import numpy as np
 import zstandard
 from mcap.opcode import Opcode
 
-from thrustd.columns import Bytes, Integers
-from thrustd.compiled import compiled
-from thrustd.errors import LogError
+from thrustd.core.columns import Bytes, Integers
+from thrustd.core.errors import LogError
+from thrustd.core.jit import compiled
 from thrustd.sources.mcap_damage import Gap, account, looks_like_chunk, next_chunk
 
 MAGIC = b"\x89MCAP0\r\n"

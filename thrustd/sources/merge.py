@@ -13,7 +13,7 @@ from threading import Event as Flag
 from threading import Lock
 from typing import Protocol
 
-from thrustd.types import Event, Fault, Frame
+from thrustd.core.types import Event, Fault, Frame
 
 MAX_EVENTS = 20_000  # about 5 s of 1 kHz ADC and 3 kHz CAN
 TAKE_EVENTS = 256  # at most so many between two looks at the stop flag

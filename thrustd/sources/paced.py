@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterable, Iterator
 
-from thrustd.types import Event, Frame
+from thrustd.core.types import Event, Frame
 
 BUS = "can"  # all other frames are serial bytes
 WIRE_BITS_PER_BYTE = 10  # 8N1: start bit, eight data bits, stop bit

@@ -15,10 +15,10 @@ from typing import Any
 
 import serial
 
-from thrustd.errors import ConfigError
+from thrustd.core.errors import ConfigError
+from thrustd.core.types import Fault, Frame
 from thrustd.sources.merge import Put
 from thrustd.sources.worker import Worker, keep_open
-from thrustd.types import Fault, Frame
 
 CHANNEL = "adc"
 TIMEOUT_S = 0.1  # how long a silent port delays the end of the thread

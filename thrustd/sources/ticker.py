@@ -3,9 +3,9 @@
 import time
 from collections.abc import Callable
 
+from thrustd.core.types import Tick
 from thrustd.sources.merge import Put
 from thrustd.sources.worker import Worker
-from thrustd.types import Tick
 
 
 class Ticker:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numba
 
-from thrustd.columns import (
+from thrustd.core.columns import (
     CHANNEL_FAULT,
     COUNTS,
     DEVICE_US,
@@ -23,7 +23,7 @@ from thrustd.columns import (
     Floats,
     Integers,
 )
-from thrustd.compiled import compiled, entry
+from thrustd.core.jit import compiled, entry
 from thrustd.sync.memory import CLOCK, GRID, HELD, MOUNT
 
 CRYSTAL_TOLERANCE = 100e-6  # two crystals drift apart by less than this, s/s

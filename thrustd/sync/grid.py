@@ -4,7 +4,7 @@ from math import nan
 
 import numpy as np
 
-from thrustd.columns import MOUNT_STATE, Bytes, Floats, Integers
+from thrustd.core.columns import MOUNT_STATE, Bytes, Floats, Integers
 from thrustd.sync.align import TIME_FIRST, align, to_ns
 from thrustd.sync.hold import Hold
 from thrustd.sync.memory import CLOCK, GRID, MOUNT

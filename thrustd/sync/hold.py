@@ -9,10 +9,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from thrustd.signals import CATALOGUE
+from thrustd.core.signals import CATALOGUE
+from thrustd.core.types import Fault, Reading
 from thrustd.sync.align import keep, look
 from thrustd.sync.memory import HELD
-from thrustd.types import Fault, Reading
 
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.recording import Recording, make_recording
-from thrustd.signals import STANDARD_GRAVITY_M_S2
 from thrustd.twin.air import KELVIN, SEA_LEVEL_K, delta_ambient
 from thrustd.twin.engine import (
     Health,

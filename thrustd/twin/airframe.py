@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.recording import Recording
-from thrustd.signals import STANDARD_GRAVITY_M_S2
 from thrustd.twin.engine import ENGINE_MASS_KG, Health, draw_health
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics, MountState, advance, at_rest

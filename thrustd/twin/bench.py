@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.mount import UPPER, MountPhysics, advance, at_rest

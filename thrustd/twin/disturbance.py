@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
-from thrustd.signals import STANDARD_GRAVITY_M_S2
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.twin.environment import HYDRAULIC_BAR, ROOM_DEG_C, Channels
 from thrustd.twin.fast import FloatArray, jit
 from thrustd.twin.mount import Kernel, MountPhysics, MountState, advance, at_rest, prepare, step

@@ -5,7 +5,7 @@ The aircraft stands as in the recording's first seconds; the engines are off, th
 
 import numpy as np
 
-from thrustd.errors import RecordingError
+from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.air import KELVIN
 from thrustd.twin.engine import spool_rate_pct_s, steady_fuel_kg_s, steady_n2_pct

@@ -6,7 +6,7 @@ from typing import ParamSpec, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.compiled import compiled
+from thrustd.core.jit import compiled
 
 FloatArray = npt.NDArray[np.float64]
 

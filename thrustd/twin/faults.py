@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.twin.fast import FloatArray
 
 Kind = Literal["stuck", "noisy", "offset", "drift", "dead"]

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from thrustd.columns import CHANNEL_FAULT
+from thrustd.core.columns import CHANNEL_FAULT
+from thrustd.core.types import Event, Frame
 from thrustd.records.recording import Recording
 from thrustd.sinks.mcap_log import new_log
 from thrustd.twin.aircraft import as_flown, scripted
@@ -33,7 +34,6 @@ from thrustd.twin.faults import Breaker, SensorFault
 from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading, to_counts
 from thrustd.twin.streams import AdcStream, CanStream, TickStream
-from thrustd.types import Event, Frame
 from thrustd.wire.can_frames import CanEncoder
 from thrustd.wire.can_table import CanTable
 from thrustd.wire.log_layout import LogHeader

@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.records.files import write_recording
 from thrustd.records.recording import Recording, make_recording
+from thrustd.sinks.whole_file import whole_file
 from thrustd.twin.disturbance import DISTURBANCES, UNLISTED, Disturbance, Scene, Shape
 from thrustd.twin.environment import Channels, bench_force_n, flight_force_n, moving, quiet
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.mount import UPPER, MountPhysics
 from thrustd.twin.sensors import COARSE_COUNT_MM, Lvdt, load_cell_reading, lvdt_reading
-from thrustd.whole_file import whole_file
 
 SAMPLE_HZ = 20.0
 SECONDS = 7200.0

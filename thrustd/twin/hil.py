@@ -14,8 +14,8 @@ from select import POLLHUP, POLLOUT, poll
 import can
 import msgspec
 
-from thrustd.errors import UsageError
-from thrustd.types import Event, Fault, Frame
+from thrustd.core.errors import UsageError
+from thrustd.core.types import Event, Fault, Frame
 
 PATIENCE_S = 60.0
 LOOK_S = 0.02

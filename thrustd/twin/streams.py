@@ -7,9 +7,9 @@ events arrive together.
 
 import numpy as np
 
+from thrustd.core.types import Frame, Tick
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.sensors import IntArray
-from thrustd.types import Frame, Tick
 from thrustd.wire.adc_frames import encode
 from thrustd.wire.can_frames import CanEncoder
 

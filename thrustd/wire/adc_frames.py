@@ -21,7 +21,7 @@ from typing import Any, Final, NamedTuple
 import numba
 import numpy as np
 
-from thrustd.columns import (
+from thrustd.core.columns import (
     CHANNEL_FAULT,
     COUNT,
     COUNTS,
@@ -35,8 +35,8 @@ from thrustd.columns import (
     Flags,
     Integers,
 )  # fmt: skip
-from thrustd.compiled import compiled
-from thrustd.types import Fault
+from thrustd.core.jit import compiled
+from thrustd.core.types import Fault
 from thrustd.wire.framing import DAMAGES, Deframer, encode_frame
 
 VERSION = 1

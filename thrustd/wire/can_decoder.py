@@ -13,10 +13,10 @@ from typing import Any, Final
 import numba
 import numpy as np
 
-from thrustd.columns import COUNT, EVENT, GOOD, KIND, PLACE, SLOT, Bytes, Flags, Floats, Integers
-from thrustd.compiled import compiled
-from thrustd.signals import CATALOGUE
-from thrustd.types import Fault, Frame, Reading
+from thrustd.core.columns import COUNT, EVENT, GOOD, KIND, PLACE, SLOT, Bytes, Flags, Floats, Integers
+from thrustd.core.jit import compiled
+from thrustd.core.signals import CATALOGUE
+from thrustd.core.types import Fault, Frame, Reading
 from thrustd.wire.can_table import FLOAT, SIGNED, CanTable
 
 CODE_MASK: Final = 0xFF

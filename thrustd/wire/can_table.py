@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 import cantools
 import msgspec
 
-from thrustd.errors import ConfigError
-from thrustd.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
+from thrustd.core.errors import ConfigError
+from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 
 HEADER = ("NodeId", "DataType", "ServiceCode", "MessageCode")  # CANaerospace 1.7, the first four bytes
 UNSIGNED, SIGNED, FLOAT = range(3)

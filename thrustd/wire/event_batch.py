@@ -19,10 +19,10 @@ from typing import Any, Final
 import numba
 import numpy as np
 
-from thrustd.columns import FAULT, TICK, Bytes, Integers
-from thrustd.compiled import compiled
-from thrustd.errors import LogError
-from thrustd.types import Event, Fault, Frame, Tick
+from thrustd.core.columns import FAULT, TICK, Bytes, Integers
+from thrustd.core.errors import LogError
+from thrustd.core.jit import compiled
+from thrustd.core.types import Event, Fault, Frame, Tick
 
 ENCODING = "thrustd.events.v1"
 VERSION = 1

@@ -12,8 +12,8 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 from cobs import cobs
 
-from thrustd.columns import Bytes, Flags, Integers
-from thrustd.compiled import compiled
+from thrustd.core.columns import Bytes, Flags, Integers
+from thrustd.core.jit import compiled
 
 DELIMITER = b"\x00"
 CRC_BYTES = 2

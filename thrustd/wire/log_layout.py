@@ -16,9 +16,9 @@ from typing import Any, NamedTuple, get_type_hints
 
 import msgspec
 
-from thrustd.errors import LogError
-from thrustd.signals import CATALOGUE
-from thrustd.types import CrossCheck, Estimate, Fault, MountOutput, Output, Reading, Status
+from thrustd.core.errors import LogError
+from thrustd.core.signals import CATALOGUE
+from thrustd.core.types import CrossCheck, Estimate, Fault, MountOutput, Output, Reading, Status
 
 RAW_TOPIC = "/raw"
 FAULT_TOPIC = "/fault"

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.diagnose.compare import compare
-from thrustd.diagnose.regions import regions_of
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.compare.regions import regions_of
 from thrustd.records.marks import read_marks, without_excluded
 from thrustd.records.recording import Recording
 from thrustd.workbench.figures import comparison_json

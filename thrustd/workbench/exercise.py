@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.twin.disturbance import DISTURBANCES
 from thrustd.twin.hide import TRUTH, hide
 from thrustd.workbench.folder import Folder

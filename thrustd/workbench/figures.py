@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.diagnose.compare import REGION_SAMPLES
-from thrustd.diagnose.comparison import Comparison
-from thrustd.diagnose.dependence import Dependence
-from thrustd.diagnose.picture_data import channel_dependences, loop_of, rate_map_of, spectrum_of
+from thrustd.diagnose.compare.compare import REGION_SAMPLES
+from thrustd.diagnose.compare.comparison import Comparison
+from thrustd.diagnose.compare.picture_data import channel_dependences, loop_of, rate_map_of, spectrum_of
+from thrustd.diagnose.search.dependence import Dependence
 from thrustd.records.recording import unit_of
 from thrustd.workbench.intervals import Intervals, intervals_of
 from thrustd.workbench.pyramid import Floats

@@ -6,17 +6,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from thrustd.diagnose.compare import compare
-from thrustd.diagnose.diagnose import diagnose
-from thrustd.diagnose.diagnose_report import CandidateReport
-from thrustd.diagnose.extend import extend
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.diagnose_report import CandidateReport
 from thrustd.identify.artifact import finished
 from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
 from thrustd.model.artifact import ModelSpec, write_model
 from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording, unit_of
-from thrustd.whole_file import whole_file
+from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.asking import excluded_of, marked_recordings
 from thrustd.workbench.figures import short
 from thrustd.workbench.folder import Folder

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from thrustd.errors import ModelError, UsageError
+from thrustd.core.errors import ModelError, UsageError
 from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec
 from thrustd.model.compile import read_proven_model
 from thrustd.workbench.columns import Columns, columns_key, open_columns

@@ -17,7 +17,7 @@ from mcap.records import Channel, Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
 from zstandard import ZstdError
 
-from thrustd.errors import LogError
+from thrustd.core.errors import LogError
 
 MAGIC = b"\x89MCAP0\r\n"  # at the beginning, and at the end of a log that was finished
 MAGIC_BYTES = len(MAGIC)

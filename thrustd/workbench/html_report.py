@@ -11,11 +11,11 @@ from typing import Any
 import msgspec
 
 from thrustd import __version__
-from thrustd.diagnose.compare import compare
-from thrustd.diagnose.comparison import Comparison
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.compare.comparison import Comparison
 from thrustd.model.artifact import ModelSpec
-from thrustd.whole_file import whole_file
+from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import read_session
@@ -125,7 +125,7 @@ def _latest_diagnosis(folder: Folder, model: str) -> dict[str, Any] | None:
 
 
 def _comparison(c: Comparison) -> str:
-    from thrustd.diagnose.pictures import comparison_pictures
+    from thrustd.diagnose.compare.pictures import comparison_pictures
 
     words = "".join(f"<li>{html.escape(failure.sentence)}</li>" for failure in c.where_it_fails)
     with TemporaryDirectory() as scratch:

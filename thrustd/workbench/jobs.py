@@ -14,8 +14,8 @@ from typing import Any
 
 import msgspec
 
-from thrustd.errors import UsageError
-from thrustd.whole_file import whole_file
+from thrustd.core.errors import UsageError
+from thrustd.sinks.whole_file import whole_file
 
 KEEP = 60  # finished jobs listed
 LINE_BYTES = 1 << 20  # longest line of the worker

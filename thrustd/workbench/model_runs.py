@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.diagnose.evidence import simulate
+from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.error_map import rates_of
 from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import ErrorMap, ModelSpec

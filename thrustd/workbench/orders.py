@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 import msgspec
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.workbench.folder import Folder
 
 Names = Annotated[tuple[str, ...], msgspec.Meta(min_length=1, max_length=20)]

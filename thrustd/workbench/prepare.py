@@ -7,10 +7,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from thrustd.errors import ThrustdError, UsageError
+from thrustd.core.errors import ThrustdError, UsageError
 from thrustd.model.compile import read_proven_model
 from thrustd.records.files import read_recording
-from thrustd.whole_file import whole_file
+from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.columns import forget_old, write_columns
 from thrustd.workbench.folder import MODEL_TYPE, Folder
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import uvicorn
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.workbench.guard import Guard
 from thrustd.workbench.server import application
 

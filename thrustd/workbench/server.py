@@ -14,9 +14,9 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from thrustd import __version__
-from thrustd.errors import ThrustdError, UsageError
+from thrustd.core.errors import ThrustdError, UsageError
+from thrustd.core.types import Status
 from thrustd.records.marks import Mark, read_marks, write_marks
-from thrustd.types import Status
 from thrustd.workbench.exporting import window_csv
 from thrustd.workbench.folder import Folder, model_cards
 from thrustd.workbench.follow import FollowedLog

@@ -5,8 +5,8 @@ from typing import Any
 
 import msgspec
 
-from thrustd.errors import UsageError
-from thrustd.whole_file import whole_file
+from thrustd.core.errors import UsageError
+from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.folder import Folder
 
 

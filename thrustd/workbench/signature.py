@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.signals import CATALOGUE
 from thrustd.model.effect import Effect
-from thrustd.signals import CATALOGUE
 from thrustd.workbench.figures import short
 from thrustd.workbench.pyramid import Floats
 

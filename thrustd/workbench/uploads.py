@@ -5,7 +5,7 @@ import secrets
 
 from starlette.requests import Request
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.workbench.folder import MODEL_TYPE, RECORDING_TYPES, Folder
 
 MAX_UPLOAD_BYTES = 2 << 30

@@ -5,7 +5,7 @@ import time
 
 import msgspec
 
-from thrustd.errors import ModelError, UsageError
+from thrustd.core.errors import ModelError, UsageError
 from thrustd.model.artifact import write_model
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import Session, read_session, write_session

@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 
 import msgspec
 
-from thrustd.errors import ThrustdError
+from thrustd.core.errors import ThrustdError
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.prepare import plain
 

@@ -1,6 +1,6 @@
 """The shelf of model structures, in the order of the thesis' table."""
 
-from thrustd.errors import UsageError
+from thrustd.core.errors import UsageError
 from thrustd.identify.structures import (
     block_oriented,
     box_jenkins,

@@ -9,7 +9,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from pkgutil import iter_modules
 
-from thrustd.errors import ModelError
+from thrustd.core.errors import ModelError
 from thrustd.model.effect import Effect
 from thrustd.model.expression import expression_effect, is_expression
 

@@ -13,9 +13,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
-from thrustd.signals import STANDARD_GRAVITY_M_S2
 
 
 @jit

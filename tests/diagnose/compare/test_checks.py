@@ -1,0 +1,85 @@
+"""Bad input is refused in one clear line."""
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import inertia, mount, record
+from thrustd.core.errors import ModelError, RecordingError, ThrustdError
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.compare.reference import as_mount, with_reference
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.diagnose import diagnose
+
+BASE = record(n=6000)
+
+
+def scaled(channel, factor, offset=0.0):
+    return BASE.with_channels(**{channel: BASE[channel] * factor + offset})
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (BASE.select([c for c in BASE.channels if c != "force_N"]), "no reference"),
+        (scaled("accel_z_g", 9.80665), "accel_z_g .* that is m/s2, expected g"),
+        (scaled("accel_x_g", 9.80665 * 12), "accel_x_g .* that is m/s2, expected g"),
+        (scaled("deformation_mm", 1e-3), "deformation_mm .* that is metres, expected mm"),
+        (scaled("deformation_mm", 1e3), "deformation_mm .* that is micrometres, expected mm"),
+        (scaled("force_N", 1e-3), "force_N .* that is kN, expected N"),
+        (scaled("temperature_degC", 1.0, 273.15), "temperature_degC .* that is kelvin, expected degC"),
+        (scaled("deformation_mm", 0.0, 0.5), "deformation_mm never moves"),
+        (BASE.rows(slice(0, 100)), "5.0 s long, expected at least"),
+        (BASE.rows(slice(0, 1000)), "slowest time constant, 60 s"),
+    ],
+)
+def test_a_bad_record_is_refused_in_one_line(data, words):
+    with pytest.raises(RecordingError, match=words) as raised:
+        diagnose(mount(), [data])
+    assert "\n" not in str(raised.value)
+
+
+def test_an_effect_already_present_is_refused():
+    with pytest.raises(ModelError, match="axial_inertia' is already in the model"):
+        extend(mount(effects=[inertia(100.0)]), [BASE], ["axial_inertia"])
+
+
+def test_a_constant_channel_is_refused():
+    with pytest.raises(RecordingError, match="vibration_mm_s is constant"):
+        extend(mount(), [BASE], ["payne"])
+
+
+def test_a_missing_channel_is_refused():
+    data = BASE.select([c for c in BASE.channels if c != "accel_x_g"])
+    with pytest.raises(RecordingError, match="no column 'accel_x_g', which effect axial_inertia reads"):
+        extend(mount(), [data], ["axial_inertia"])
+
+
+@pytest.mark.parametrize("name", ["no_such_effect", "__import__('os').system('true')", "k * mach.real"])
+def test_an_effect_that_cannot_be_is_refused(name):
+    with pytest.raises(ThrustdError) as raised:
+        extend(mount(), [BASE], [name])
+    assert "expected" in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_a_model_that_would_be_worse_is_not_written():
+    noise = record(n=6000, seed=5)
+    rng = np.random.default_rng(0)
+    blind = noise.with_channels(vibration_mm_s=np.abs(rng.normal(0, 1, len(noise))))
+    with pytest.raises(ModelError, match=r"payne not added: .* no model written"):
+        extend(mount(), [blind], ["payne"])
+
+
+def test_a_mount_and_the_thrust_of_its_engine_are_found_in_a_flight():
+    flight = BASE.with_channels(
+        deformation_mm_left_upper=BASE["deformation_mm"],
+        thrust_N_left=2 * BASE["force_N"],
+        n1_pct_left=BASE["accel_z_g"],
+    )
+    flight = flight.select([c for c in flight.channels if c not in ("deformation_mm", "force_N")])
+    seen = with_reference(as_mount(flight, "left_upper"))
+    assert np.array_equal(seen["force_N"], BASE["force_N"])
+    assert np.array_equal(seen["n1_pct"], BASE["accel_z_g"])
+    with pytest.raises(RecordingError, match="no mount 'right_upper', it has left_upper"):
+        as_mount(flight, "right_upper")
+    with pytest.raises(RecordingError, match="brochure"):
+        compare({"mount": mount()}, [flight], mount="left_upper", against="brochure")

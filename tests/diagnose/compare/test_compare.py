@@ -1,0 +1,122 @@
+"""Compare: the numbers are right, and where it fails is said in words."""
+
+import json
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.compare.failures import where_it_fails
+from thrustd.diagnose.compare.picture_data import spectrum_of
+from thrustd.diagnose.compare.pictures import comparison_pictures
+from thrustd.diagnose.compare.regions import regions_of
+from thrustd.model.compile import compile_model
+from thrustd.records.recording import make_recording
+
+
+def test_a_right_model_leaves_the_noise():
+    c = compare({"mount": mount()}, [record()], load_cell_std_n=NOISE_N).comparisons[0]
+    assert c.rmse_n == pytest.approx(NOISE_N, rel=0.03)
+    assert c.rmse_in_noise == pytest.approx(1.0, rel=0.03)
+    assert abs(c.bias_n) < 1.0
+    assert c.fit_pct > 99.0
+    assert all(abs(value) < 0.05 for value in c.autocorrelation.values())
+
+
+def test_the_worst_error_is_found_with_its_time():
+    data = record()
+    force = data["force_N"].copy()
+    force[1000] += 500.0
+    c = compare({"mount": mount()}, [data.with_channels(force_N=force)]).comparisons[0]
+    assert c.worst_at_s == pytest.approx(50.0)
+    assert c.worst_n == pytest.approx(500.0, abs=60.0)
+
+
+def test_a_failure_is_named_in_words_with_its_shares():
+    wrong = record(added=lambda d: np.where(d["temperature_degC"] > 34.0, 100.0, 0.0))
+    c = compare({"mount": mount()}, [wrong]).comparisons[0]
+    first = c.where_it_fails[0]
+    assert "temperature above" in first.words
+    assert first.share_of_squared_error > 0.8
+    assert "% of the squared error in" in first.sentence
+
+
+def test_an_even_error_fails_nowhere():
+    rng = np.random.default_rng(0)
+    force = np.linspace(0, 6000, 20_000)
+    assert where_it_fails(regions_of(force, 0.05, {}), rng.normal(0, 10, 20_000)) == []
+
+
+def test_shares_of_a_dimension_add_up():
+    c = compare({"mount": mount()}, [record([inertia(150.0)])]).comparisons[0]
+    for dimension in {r.dimension for r in c.regions}:
+        lines = [r for r in c.regions if r.dimension == dimension]
+        assert sum(r.share_of_time for r in lines) == pytest.approx(1.0)
+        assert sum(r.share_of_squared_error for r in lines) == pytest.approx(1.0)
+
+
+def test_several_models_and_recordings_side_by_side(tmp_path):
+    models = {"without": mount(), "with": mount(effects=[inertia(150.0)])}
+    report = compare(models, [record([inertia(150.0)], name="one"), record([inertia(150.0)], seed=3, name="two")])
+    data = json.loads(json.dumps(report.to_json()))
+    assert [(c["model"], c["recording"]) for c in data["comparisons"]] == [
+        ("without", "one"),
+        ("without", "two"),
+        ("with", "one"),
+        ("with", "two"),
+    ]
+    assert {"rmse_n", "mae_n", "bias_n", "fit_pct", "worst", "regions"} <= set(data["comparisons"][0])
+    assert data["comparisons"][2]["rmse_n"] < data["comparisons"][0]["rmse_n"]
+
+
+def test_the_sign_of_the_error_is_told(capsys):
+    """Force that the model lacks is positive, in numbers, table and JSON."""
+    data = record()
+    report = compare({"mount": mount()}, [data.with_channels(force_N=data["force_N"] + 50.0)])
+    assert report.comparisons[0].bias_n > 40.0  # the first state takes a few of the 50 N
+    assert report.to_json()["error"] == "measured minus model"
+    report.print(Console(width=160))
+    assert "bias and worst: measured minus model" in " ".join(capsys.readouterr().out.split())
+
+
+def test_pictures_are_written(tmp_path):
+    comparison = compare({"mount": mount()}, [record(n=4000)]).comparisons[0]
+    paths = comparison_pictures(comparison, tmp_path / "pictures")
+    assert len(paths) == 5
+    assert all(path.stat().st_size > 5000 for path in paths)
+
+
+def test_what_was_before_the_recording_is_no_error_of_the_model():
+    whole = record(n=14_000)
+    late = make_recording("late", {"time_s": whole.time_s[2000:], **{n: c[2000:] for n, c in whole.channels.items()}})
+    slow = mount(gains=(0.05, 0.12), taus_s=(0.4, 60.0))
+    model = compile_model(slow, 1 / DT_S)
+    force = model.simulate(model.inputs({"time_s": whole.time_s, **whole.channels}))[2000:]
+    c = compare({"mount": slow}, [late.with_channels(force_N=force)]).comparisons[0]
+    assert c.rmse_n < 0.3 * c.rmse_from_rest_n
+
+
+def test_places_of_failure_go_with_the_load_of_another_kind_of_rubber():
+    """A strip of half a newton, wrong while it is let go."""
+    force = 0.5 * np.abs((np.arange(4000) / 1000.0) % 2.0 - 1.0)
+    unloading = np.gradient(force) < 0.0
+    residual = np.where(unloading, 0.1, 0.001)
+    (worst, *_) = where_it_fails(regions_of(force, 0.02, {}), residual)
+    assert worst.labels == ("unloading",)
+    assert "0.1 N RMS, measured minus model" in worst.sentence
+    assert {"below 0.2 N", "above 0.3 N"} <= {region.label for region in regions_of(force, 0.02, {})}
+
+
+def test_what_does_not_go_with_the_residual_has_little_coherence_and_what_does_comes_first():
+    """That of a single stretch would be 1 for any two columns."""
+    rng = np.random.default_rng(3)
+    data = record(n=3000)
+    noise = rng.normal(size=len(data))
+    force = data["force_N"] + 20.0 * noise
+    data = data.with_channels(force_N=force, hidden=noise, idle=rng.normal(size=len(data)))
+    spectrum = spectrum_of(compare({"mount": mount()}, [data]).comparisons[0])
+    assert next(iter(spectrum.coherence)) == "hidden"
+    assert 0.65 < spectrum.explained["hidden"] < 0.82  # 20 N of it, 12 N of noise: 0.735
+    assert spectrum.explained["idle"] < 0.25

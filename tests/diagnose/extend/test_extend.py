@@ -1,0 +1,74 @@
+"""Extend: the error falls on data not used, the ledger tells it, the new model flies."""
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import DT_S, inertia, mount, record
+from thrustd.core.errors import ModelError
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.extend.extend import extend
+from thrustd.model.artifact import read_model, write_model
+from thrustd.model.compile import check_witness, compile_model
+from thrustd.model.expression import expression_effect
+from thrustd.records.recording import make_recording
+
+
+def test_the_error_falls_on_the_twins_held_out_record(twin_case):
+    case = twin_case(("axial_inertia",))
+    longer = extend(case.model, [case.measured], ["axial_inertia"])
+    before, after = compare({"before": case.model, "after": longer.spec}, [case.heldout]).comparisons
+    assert after.rmse_n < 0.5 * before.rmse_n
+    truth = case.truth["parameters"]["axial_inertia"]["mass_kg"]
+    assert longer.parameters[0].value == pytest.approx(truth, rel=0.1)
+
+
+def test_the_ledger_tells_parent_and_fall():
+    first = extend(mount(), [record([inertia(100.0)])], ["axial_inertia"], name="second")
+    entry = first.spec.ledger[-1]
+    assert (entry.added, entry.data, first.spec.name) == ("axial_inertia", "measured", "second")
+    assert entry.rmse_after_n < entry.rmse_before_n
+    assert len(entry.parent_sha256) == 64
+    assert {"rmse_before_n", "rmse_after_n", "parameters"} <= set(first.to_json())
+
+
+def test_two_effects_one_after_the_other_end_where_they_end_together():
+    both = record([inertia(100.0)], added=lambda d: -0.02 * d["dynamic_pressure_Pa"])
+    one = extend(mount(), [both], ["axial_inertia"]).spec
+    after = extend(one, [both], ["nacelle_drag"]).spec
+    at_once = extend(mount(), [both], ["axial_inertia", "nacelle_drag"]).spec
+    assert len(after.ledger) == 2
+    for spec in (after, at_once):
+        values = {e.name: e.parameters for e in spec.effects}
+        assert values["axial_inertia"]["mass_kg"] == pytest.approx(100.0, rel=0.03)
+        assert values["nacelle_drag"]["drag_area_m2"] == pytest.approx(-0.02, rel=0.05)
+
+
+def test_what_these_data_do_not_tell_stays_as_it_was_found():
+    one = extend(mount(), [record([inertia(100.0)])], ["axial_inertia"]).spec
+    drag = record(added=lambda d: -0.02 * d["dynamic_pressure_Pa"], seed=3)
+    rest = make_recording("bench", {**drag.channels, "time_s": drag.time_s, "accel_x_g": 1e-4 * drag["accel_x_g"]})
+    after = extend(one, [rest], ["nacelle_drag"]).spec
+    assert after.effects[0] == one.effects[0]
+    assert after.effects[1].parameters["drag_area_m2"] == pytest.approx(-0.02, rel=0.05)
+
+
+def test_an_expression_survives_its_artifact_and_flies():
+    data = record(added=lambda d: 60.0 * (d["cabin_psi"] - 14.0))
+    guess = expression_effect("k * (cabin_psi - c)", data.channels)
+    spec = read_model(write_model(extend(mount(), [data], [guess]).spec), "mount.json")
+    check_witness(spec, "mount.json")
+    values = spec.effects[0].parameters
+    assert values["k"] == pytest.approx(60.0, rel=0.1)
+    assert values["c"] == pytest.approx(14.0, rel=0.02)
+    model = compile_model(spec, 1 / DT_S)
+    rows = model.inputs({"deformation_mm": data["deformation_mm"][:200], "cabin_psi": data["cabin_psi"][:200]})
+    state = model.start(rows[0])
+    assert np.array_equal([model.step(state, row[1:], row[0]) for row in rows], model.simulate(rows))
+
+
+def test_an_effect_that_stays_neutral_is_not_added_for_what_the_rest_gains():
+    def forward(data):  # the opposite of friction
+        return 20.0 * np.sign(np.diff(data["deformation_mm"], prepend=data["deformation_mm"][0]))
+
+    with pytest.raises(ModelError, match="none of it"):
+        extend(mount(k1=5050.0, own_n=40.0), [record(added=lambda d: -forward(d))], ["hysteresis"])

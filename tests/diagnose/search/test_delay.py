@@ -1,0 +1,61 @@
+"""A late reading and a dashpot: the same to first order, and told apart by looking ahead in the record."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tests.diagnose.scene import DT_S, columns, mount
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.model.artifact import EffectSpec
+from thrustd.model.compile import compile_model
+from thrustd.records.recording import make_recording
+
+LATE_S = 0.4
+
+
+def measured(effects=(), late_s=0.0):
+    data = columns()
+    model = compile_model(mount(effects=effects), 1 / DT_S)
+    force = model.simulate(model.inputs(data)) + np.random.default_rng(5).normal(0, 12.0, len(data["time_s"]))
+    reading = np.interp(data["time_s"] - late_s, data["time_s"], data["deformation_mm"])
+    return make_recording("measured", data | {"deformation_mm": reading, "force_N": force})
+
+
+def test_a_late_reading_is_a_delay_though_no_causal_step_can_undo_it():
+    report = diagnose(mount(), [measured(late_s=LATE_S)])
+    found = report.candidates[0]
+    assert found.effect == "time_delay"
+    assert found.rmse_after_n < 12.5
+    assert report.verdict == ("time_delay",)
+    assert found.parameters[0].value == pytest.approx(LATE_S, rel=0.05)
+    assert "looking ahead" in found.evidence
+
+
+def test_a_damper_is_no_delay_whatever_the_power_of_its_rate():
+    damper = EffectSpec("viscous_damping_power", {"damping_n": 1500.0, "exponent": 0.7, "filter_s": 0.05})
+    found = diagnose(mount(), [measured([damper])]).candidates[0]
+    assert found.name == "viscous_damping_power"
+    assert abs(found.parameters[1].value - 0.7) < 3 * found.parameters[1].std < 0.3
+
+
+def test_a_late_reading_is_put_back_to_its_time_on_a_record_and_extrapolated_in_flight():
+    record = measured(late_s=LATE_S)
+    spec = extend(mount(), [record], ["time_delay"]).spec
+    before, after = compare({"before": mount(), "after": spec}, [record]).comparisons
+    assert after.rmse_n < 12.5 < after.rmse_in_flight_n < before.rmse_n
+    assert diagnose(spec, [record]).verdict == ("none",)
+
+
+def test_a_reading_behind_a_slow_filter_is_late_and_no_dashpot():
+    data = columns()
+    model = compile_model(mount(), 1 / DT_S)
+    force = model.simulate(model.inputs(data)) + np.random.default_rng(5).normal(0, 12.0, len(data["time_s"]))
+    keep, x = np.exp(-DT_S / LATE_S), data["deformation_mm"]
+    reading = lfilter([1 - keep], [1, -keep], x, zi=[keep * x[0]])[0]
+    record = make_recording("measured", data | {"deformation_mm": reading, "force_N": force})
+    found = diagnose(mount(), [record]).candidates[0]
+    assert (found.effect, found.name) == ("time_delay", "time_delay_lag")
+    assert found.parameters[0].value == pytest.approx(LATE_S, rel=0.1)
+    assert "viscous_damping" in found.separable_from

@@ -1,0 +1,163 @@
+"""Diagnose names what was hidden, says none and unknown when that is the truth, and is open about its doubts."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+from rich.console import Console
+from scipy.signal import lfilter
+
+from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
+from thrustd.core.errors import RecordingError
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.identify.fit_hw_pwl import HwSettings
+from thrustd.identify.identify import identify
+from thrustd.model.artifact import EffectSpec
+from thrustd.model.compile import compile_model
+from thrustd.model.expression import expression_effect
+from thrustd.records.recording import make_recording
+
+
+@pytest.mark.parametrize("effect", ["axial_inertia", "thermal_stiffness", "hysteresis", "viscous_damping"])
+def test_the_twins_hidden_effect_is_named_first(twin_case, effect):
+    case = twin_case((effect,))
+    report = diagnose(case.model, [case.measured])
+    assert report.verdict == (effect,)
+    assert report.rmse_after_n < 0.5 * report.rmse_before_n
+    assert report.candidates[0].effect == effect
+
+
+def test_nothing_hidden_is_none(twin_case):
+    case = twin_case(("none",))
+    assert diagnose(case.model, [case.measured]).verdict == ("none",)
+
+
+def test_what_no_effect_explains_is_unknown_with_its_channel(twin_case):
+    case = twin_case(("hydraulic_line",))
+    report = diagnose(case.model, [case.measured])
+    assert report.verdict == ("unknown",)
+    assert report.depends_on[0].channel == "hydraulic_pressure_bar"
+    assert np.ptp(report.depends_on[0].residual_n) > 20.0
+
+
+def test_two_effects_are_both_found(twin_case):
+    case = twin_case(("axial_inertia", "thermal_expansion"))
+    report = diagnose(case.model, [case.measured])
+    assert set(report.verdict) == {"axial_inertia", "thermal_expansion"}
+    told = {c.effect: c for c in report.candidates if c.in_verdict}
+    assert told["axial_inertia"].separable_from == ()  # what explains the warming is no look-alike of the mass
+    assert "beside thermal_expansion" in told["axial_inertia"].evidence
+
+
+def test_two_effects_that_hide_each_other_are_found_together():
+    """Either channel alone removes next to nothing: what is seen is the small difference of two large forces."""
+    t = np.arange(12_000) * DT_S
+    slow, quick = np.sin(t / 17.0) + np.sin(t / 41.0), 0.15 * np.sin(t / 5.3)
+    data = record(added=lambda columns: 200.0 * quick).with_channels(line_bar=slow + quick, valve_pct=slow)
+    pair = [expression_effect(text, data.channels) for text in ("p * line_bar", "q * valve_pct")]
+    report = diagnose(mount(), [data], extra=pair)
+    assert set(report.verdict) == {effect.word for effect in pair}
+    assert report.rmse_after_n < 1.1 * NOISE_N
+
+
+def test_the_mass_comes_out_in_kilograms_with_an_honest_band():
+    report = diagnose(mount(), [record([inertia(100.0)])])
+    number = report.candidates[0].parameters[0]
+    assert (number.name, number.unit) == ("mass_kg", "kg")
+    assert abs(number.value - 100.0) < 4 * number.std + 0.5
+    assert number.std < 5.0
+    assert "172 kg on an upper, 201 kg on a lower mount" in number.sentence
+
+
+def test_a_still_or_absent_channel_is_said():
+    quiet = record([inertia(100.0)])
+    report = diagnose(mount(), [quiet])
+    reasons = {n.effect: n.reason for n in report.not_judged}
+    assert "vibration_mm_s never moves" in reasons["payne"]
+    without = quiet.select([c for c in quiet.channels if c != "accel_z_g"])
+    reasons = {n.effect: n.reason for n in diagnose(mount(), [without]).not_judged}
+    assert "accel_z_g is not in the data" in reasons["engine_weight"]
+
+
+def test_look_alikes_come_with_the_test_that_separates_them():
+    delay = EffectSpec("viscous_damping", {"damping_n_s_mm": 800.0, "filter_s": 0.02})
+    report = diagnose(mount(), [record([delay])])
+    assert report.verdict[0] in ("viscous_damping", "time_delay")
+    both = {report.verdict[0], *report.candidates[0].separable_from}
+    assert {"viscous_damping", "time_delay"} <= both
+    assert any("1 kHz" in line or "sine sweeps" in line for line in report.advice)
+
+
+def test_a_users_expression_takes_part():
+    hidden = record(added=lambda d: 60.0 * (d["cabin_psi"] - 14.0))
+    assert diagnose(mount(), [hidden]).verdict == ("unknown",)
+    guess = expression_effect("k * (cabin_psi - 14)", hidden.channels)
+    report = diagnose(mount(), [hidden], extra=[guess])
+    assert report.verdict == (guess.name,)
+    assert report.candidates[0].parameters[0].value == pytest.approx(60.0, rel=0.1)
+
+
+def test_an_effect_in_the_model_is_not_proposed_again():
+    report = diagnose(mount(effects=[inertia(100.0)]), [record([inertia(100.0)])])
+    assert report.verdict == ("none",)
+    assert "axial_inertia" not in {c.effect for c in report.candidates}
+
+
+def test_the_json_has_the_agreed_keys_and_progress_is_told():
+    told = []
+    report = diagnose(mount(), [record([inertia(100.0)])], progress=lambda share, what: told.append(share))
+    data = json.loads(json.dumps(report.to_json()))
+    assert {"verdict", "candidates", "depends_on", "not_judged", "advice"} <= set(data)
+    keys = {"effect", "rmse_before_n", "rmse_after_n", "parameters", "separable_from"}
+    assert all(keys <= set(c) for c in data["candidates"])
+    assert told == sorted(told) and told[-1] == 1.0
+    console = Console(width=120, file=io.StringIO())
+    report.print(console)
+    assert "Verdict on mount: axial_inertia" in console.file.getvalue()
+
+
+def test_the_models_own_output_is_no_reference():
+    data = record()
+    own = data.with_channels(force_N=_simulated(data))
+    with pytest.raises(RecordingError, match="model's own output"):
+        diagnose(mount(), [own])
+
+
+def test_an_effect_that_was_there_at_the_identification_is_found_all_the_same():
+    friction = EffectSpec("hysteresis", {"friction_n": 150.0, "yield_mm": 0.05})
+    model = identify([record([friction], seed=5)], settings=HwSettings(order=2)).spec
+    report = diagnose(model, [record([friction], seed=6)])
+    assert report.verdict[0] in ("hysteresis", "free_play")
+    assert "hysteresis" in {report.verdict[0], *report.candidates[0].separable_from}
+    assert any("identification data too" in line for line in report.advice)
+
+
+def test_a_rubber_block_of_another_size_that_warmed_up():
+    """Strain steps at 10 Hz up to 8 mm and 400 N, identified cold."""
+    model = identify([_rubber(1, warmer_k=0.0)], settings=HwSettings(order=3)).spec
+    report = diagnose(model, [_rubber(2, warmer_k=25.0)])
+    assert report.verdict == ("thermal_stiffness",)
+    number = report.candidates[0].parameters[0]
+    assert number.value == pytest.approx(-0.004, abs=3 * number.std + 1e-5)
+
+
+def _rubber(seed, warmer_k, n=20_000, dt_s=0.1):
+    rng = np.random.default_rng(seed)
+    x = _lag(np.repeat(rng.uniform(0, 8, n // 250), 250), 1.0, dt_s)
+    elastic = 40 * x + 3 * x**2
+    force = elastic - 0.1 * _lag(elastic, 2.0, dt_s) - 0.08 * _lag(elastic, 40.0, dt_s)
+    degc = 23 + warmer_k * np.arange(n) / n
+    noisy = force * (1 - 0.004 * (degc - 23)) + rng.normal(0, 1.0, n)
+    columns = {"time_s": np.arange(n) * dt_s, "deformation_mm": x, "force_N": noisy, "temperature_degC": degc}
+    return make_recording("block", columns)
+
+
+def _lag(signal, tau_s, dt_s):
+    keep = np.exp(-dt_s / tau_s)
+    return lfilter([1 - keep], [1, -keep], signal)
+
+
+def _simulated(data):
+    model = compile_model(mount(), data.sample_hz)
+    return model.simulate(model.inputs(data.channels))

@@ -1,0 +1,33 @@
+"""An effect in no library may be imitated by several that are: the one channel that explains it all gives it away."""
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import DT_S, NOISE_N, mount, record
+from thrustd.diagnose.search.diagnose import diagnose
+
+
+@pytest.fixture(scope="module")
+def incidence_deg():
+    """A column thrustd does not know, for the greater part the load factor."""
+    data = record()
+    t = np.arange(len(data)) * DT_S
+    own = sum(np.sin(2 * np.pi * t / period_s + phase) for period_s, phase in ((53.0, 1.0), (31.0, 2.0), (17.0, 4.0)))
+    return 10.0 * (data["accel_z_g"] - 1.0) + 0.25 * own
+
+
+def test_one_unknown_channel_is_not_the_sum_of_two_known_effects(incidence_deg):
+    """Engine weight and sensor scale take most of it and leave a trace of the channel, which alone leaves nothing."""
+    stiffer_n_mm = 100.0 * np.tanh((incidence_deg - 1.0) / 2.0)
+    hidden = record(added=lambda columns: stiffer_n_mm * columns["deformation_mm"])
+    report = diagnose(mount(), [hidden.with_channels(incidence_deg=incidence_deg)])
+    assert report.verdict == ("unknown",)
+    assert report.depends_on[0].channel == "incidence_deg"
+    assert report.depends_on[0].rmse_after_n < 1.15 * NOISE_N
+
+
+def test_two_known_effects_are_not_one_unknown_channel(incidence_deg):
+    hidden = record(added=lambda c: (100.0 * (c["accel_z_g"] - 1.0) - 60.0) * c["deformation_mm"]).with_channels(
+        incidence_deg=incidence_deg
+    )
+    assert set(diagnose(mount(), [hidden]).verdict) == {"engine_weight", "sensor_scale"}

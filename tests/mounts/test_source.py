@@ -1,0 +1,266 @@
+"""One mount in flight against the same model on the ground."""
+
+import numpy as np
+import pytest
+
+from tests.conftest import simple_model
+from thrustd.core.columns import GOOD, MOUNT_STATE
+from thrustd.fusion.settings import FusionSettings
+from thrustd.model.artifact import EffectSpec, ErrorMap, LinearBlock, RealMode
+from thrustd.model.compile import compile_model
+from thrustd.mounts.source import MountRoute, upper_share
+from thrustd.mounts.start import LOAD_AGE_S, Unseen
+from thrustd.sensors.engine_force import MountCombiner
+from thrustd.sync import align
+from thrustd.sync.grid import Grid
+from thrustd.sync.hold import Hold
+
+RATE_HZ = 100.0
+COUNT_MM = 2.0**-40
+EFFECTS = [
+    EffectSpec("axial_inertia", {"mass_kg": 186.5}),
+    EffectSpec("hysteresis_prandtl_ishlinskii", {"friction_n": 70.0, "spread_mm": 0.1}),
+    EffectSpec("viscous_damping", {"damping_n_s_mm": 100.0}),
+]
+
+
+@pytest.fixture(scope="module")
+def model():
+    return compile_model(simple_model(effects=EFFECTS), RATE_HZ)
+
+
+@pytest.fixture(scope="module")
+def precise():
+    """The same, and known to 3 N."""
+    error = ErrorMap((0.0, 1e4), (0.0, 1e4), ((3.0,),))
+    return compile_model(simple_model(effects=EFFECTS, error=error), RATE_HZ)
+
+
+class Bench:
+    """A route, fed sample by sample through the grid as in flight."""
+
+    def __init__(self, model):
+        self._hold = Hold([("accel_x_g", 0)])
+        listeners = np.array([[0, 0, model.channels.index("accel_x_g") - 1]])
+        self._grid = Grid(1, len(model.channels) - 1, 10, self._hold, listeners)
+        self._grid.mounts[0]["scale_mm"] = COUNT_MM
+        self.route = MountRoute(model, 50, self._grid, 0, FusionSettings())
+
+    def started(self, k, mm):
+        self.take(k, mm)
+        return self.fused(1.0)
+
+    def fused(self, dt_s):
+        self.route.fuse(dt_s)
+        return self.route.state.copy()
+
+    def take(self, k, mm, accel_x_g=0.0):
+        readings, samples = np.array([[0, GOOD, 0, 1]]), np.array([[0, GOOD, k, k * 10_000, round(mm / COUNT_MM)]])
+        t_ns, kind = np.array([k * 10_000_000]), np.zeros(1, np.uint8)
+        self._grid.begin()
+        while (stop := self._grid.align(t_ns, kind, readings, np.array([accel_x_g]), samples)) != align.DONE:
+            if stop == align.CATCH_UP:
+                self.route.catch_up(k, float(self._grid.state["offered_mm"][0]))
+            if stop == align.FULL:
+                self.route.flush()
+
+
+def flown(bench, deformation_mm, accel_x_g):
+    for k, (mm, g) in enumerate(zip(deformation_mm, accel_x_g, strict=True)):
+        bench.take(k, mm, g)
+        yield bench.fused(1 / RATE_HZ)["force_n"]
+
+
+def test_flight_is_the_ground_simulation_bit_for_bit_whatever_channels_the_effects_read(model):
+    t_s = np.arange(600) / RATE_HZ
+    channels = {
+        "deformation_mm": np.round((0.4 + 0.2 * np.sin(2 * t_s)) / COUNT_MM) * COUNT_MM,
+        "accel_x_g": 0.05 * np.cos(t_s),
+    }
+    rows = model.inputs(channels)
+    held = lambda mm: np.where(np.isin(model.channels, "deformation_mm"), mm, rows[0])  # noqa: E731
+    start = Unseen(model).start(held, rows[0, 0], None, LOAD_AGE_S, 0.0)
+    assert list(flown(Bench(model), *channels.values())) == model.simulate(rows, start).tolist()
+
+
+@pytest.mark.parametrize("zero_mm", [-0.009, 0.006, 0.011])
+def test_a_tare_takes_the_zero_off_at_every_load_and_the_band_knows(precise, zero_mm):
+    true_mm = np.concatenate([np.zeros(300), np.linspace(0.0, 0.9, 300), np.full(100, 0.9)])
+    right, wrong, tared = Bench(precise), Bench(precise), Bench(precise)
+    for k, mm in enumerate(true_mm):
+        right_n, wrong_n, tared_n = (each.fused(1 / RATE_HZ)["force_n"] for each in (right, wrong, tared))
+        for each, zero in ((right, 0.0), (wrong, zero_mm), (tared, zero_mm)):
+            each.take(k, mm + zero)
+        if k == 299:
+            tared.fused(1 / RATE_HZ)
+            tared.route.tare()
+            assert not tared.route._unseen.branched  # nothing is left to doubt in its friction
+            before, other = tared.route.snapshot(), Bench(precise)
+            assert other.route.restore(before) and other.route.snapshot() == before
+    assert abs(wrong_n - right_n) > 20.0
+    assert abs(tared_n - right_n) < 0.1 * abs(wrong_n - right_n)
+    assert tared.route.state["std_n"] < 0.8 * wrong.route.state["std_n"]
+
+
+def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
+    """The load fell long ago: far more than a zero. After the next take-off nothing is left of it."""
+    down_mm = np.concatenate([np.linspace(0.0, 0.9, 200), np.linspace(0.9, -0.05, 400)])
+    force_n = precise.simulate(precise.inputs({"deformation_mm": down_mm, "accel_x_g": 0.0 * down_mm}))
+    held_mm = down_mm[200 + np.flatnonzero(force_n[200:] < 0.0)[0]]
+    taxi_mm = np.concatenate([np.full(3000, held_mm), np.linspace(held_mm, 0.9, 300)])
+    whole_mm = np.concatenate([down_mm[:200], np.linspace(0.9, held_mm, 300), taxi_mm])
+    *_, true_n = flown(Bench(precise), whole_mm, 0.0 * whole_mm)
+    found, said_n = Bench(precise), []
+    for k, n in enumerate(flown(found, taxi_mm, 0.0 * taxi_mm)):
+        said_n.append(n)
+        if k == 300:
+            found.route.tare()
+    new_n = precise.simulate(precise.inputs({"deformation_mm": taxi_mm[:1], "accel_x_g": np.zeros(1)}))[0]
+    assert abs(said_n[2999]) < 0.6 * new_n
+    assert said_n[-1] == pytest.approx(true_n, abs=20.0)
+
+
+@pytest.mark.parametrize("shown_mm", [0.3, -0.2])
+def test_what_is_too_large_for_a_zero_is_none(model, shown_mm):
+    bench = Bench(model)
+    bench.started(0, shown_mm)
+    before = bench.route.snapshot()
+    bench.route.tare()
+    assert bench.route.snapshot() == before
+
+
+def test_a_curve_that_is_flat_at_rest_is_not_tared_and_stops_nobody(model):
+    bench = Bench(model)
+    bench.started(0, 0.005)
+    bench.route._means["stiffness_n_mm"][0, 0] = 0.0
+    before = bench.route.snapshot()
+    bench.route.tare()
+    assert bench.route.snapshot() == before
+
+
+@pytest.mark.parametrize("flown_mm", [0.0, 0.9])
+def test_at_idle_on_the_ground_the_band_holds_new_mounts_and_those_that_have_flown(precise, flown_mm):
+    """And nothing is left of the doubt once the throttle has been up."""
+    past_mm = np.concatenate([np.linspace(0.0, flown_mm, 200), np.linspace(flown_mm, 0.01, 200)])
+    seen_mm = np.concatenate([np.full(100, 0.06), np.linspace(0.06, 0.95, 200)])
+    whole_mm = np.concatenate([past_mm, np.linspace(0.01, 0.06, 50), seen_mm])
+    true_n = precise.simulate(precise.inputs({"deformation_mm": whole_mm, "accel_x_g": 0.0 * whole_mm}))[-300:]
+    found, stds_n, errors_n = Bench(precise), [], []
+    for n, wanted_n in zip(flown(found, seen_mm, 0.0 * seen_mm), true_n, strict=True):
+        errors_n.append(abs(n - wanted_n))
+        stds_n.append(float(found.route.state["std_n"]))
+    assert errors_n[99] < 1.96 * stds_n[99]
+    assert stds_n[-1] < 0.7 * stds_n[99]
+    assert errors_n[-1] < 20.0
+
+
+def test_idle_in_flight_is_a_load_that_fell(model):
+    """Found at idle: the same until somebody says that the aircraft flies; long after the start it is no news."""
+    down_mm = np.concatenate([np.linspace(0.0, 0.8, 100), np.linspace(0.8, 0.05, 100), np.full(100, 0.05)])
+    true_n = model.simulate(model.inputs({"deformation_mm": down_mm, "accel_x_g": 0.0 * down_mm}))[-1]
+    late, whole = Bench(model), Bench(model)
+    found_n = late.started(0, 0.05)["force_n"]
+    late.route.fly()
+    late.take(1, 0.05)
+    assert abs(late.fused(0.01)["force_n"] - true_n) < 0.3 * abs(found_n - true_n)
+    for k in range(300):
+        whole.take(k, 0.05)
+    before = whole.route.snapshot()
+    whole.route.fly()
+    assert whole.route.snapshot() == before
+
+
+def test_a_mount_that_is_known_does_not_start_anew_because_somebody_says_that_the_aircraft_flies(model):
+    """After a warm restart and after a gap the state is that of before, however short ago that was."""
+    before, after = Bench(model), Bench(model)
+    for k, mm in enumerate(np.linspace(0.3, 0.6, 200)):
+        before.take(k, mm)
+    assert after.route.restore(before.route.snapshot())
+    after.route.resume(199, 0)
+    for each in (before, after):
+        each.take(200 + round(0.8 * RATE_HZ), 0.6)  # nobody has seen what was between
+        known = each.route.snapshot()
+        each.route.fly()
+        assert each.route.snapshot() == known
+
+
+def test_through_a_gap_the_effects_see_the_straight_line_too(model):
+    ramp_mm, gap = np.linspace(0.2, 0.8, 200), range(80, 120)
+    holed, whole = Bench(model), Bench(model)
+    for k, mm in enumerate(ramp_mm):
+        whole.take(k, mm)
+        if k not in gap:
+            holed.take(k, mm)
+    assert holed.fused(1.0)["force_n"] == pytest.approx(whole.fused(1.0)["force_n"], abs=20)
+    for each in (holed, whole):
+        each.take(200, 0.8)
+    assert holed.fused(0.01)["force_n"] == pytest.approx(whole.fused(0.01)["force_n"], abs=1e-6)
+
+
+@pytest.mark.parametrize("load_s", [0, 60, 900, 3600, 10_800])
+def test_a_start_under_load_knows_what_it_does_not_know(load_s):
+    """The model creeps; who starts it late does not know since when it is loaded."""
+    creeping = simple_model(
+        linear=LinearBlock(1.1, [RealMode(400.0, -0.06), RealMode(14_400.0, -0.04)]), effects=EFFECTS[:1]
+    )
+    model = compile_model(creeping, 1.0)
+    loaded = np.full((load_s + 1, 1), 0.6)
+    true_n = model.simulate(np.hstack([loaded, 0 * loaded]), model.start(np.zeros(2)))[-1]
+    found = Bench(model).started(load_s, 0.6)
+    assert abs(found["force_n"] - true_n) <= 1.96 * found["common_n"]
+    assert found["common_n"] < 0.05 * 0.6 * 5079
+    assert Bench(model).started(0, 0.0)["common_n"] == 0.0
+
+
+def both_mounts():
+    return np.array([(0.4, 2000.0, 50.0, 40.0, False, False)] * 2, MOUNT_STATE)
+
+
+def test_both_mounts_of_an_engine_do_not_know_it_together():
+    mounts = both_mounts()
+    (both,) = MountCombiner([(0, 1)]).step(mounts, np.ones(2, np.bool_), 0.1)
+    assert both["std_n"] == pytest.approx(np.hypot(np.hypot(30.0, 30.0), 40.0 + 40.0))
+
+
+@pytest.mark.parametrize(
+    ("moved_mm", "push_n"),
+    [((0.1, 0.1), 0.1 * 11033), ((-0.2, -0.1), -0.1 * 11033), ((0.5, 0.0), 0.0), ((0.5, -0.1), 0.0)],
+)
+def test_a_push_is_what_both_mounts_were_moved_by(moved_mm, push_n):
+    combiner, believed = MountCombiner([(0, 1)]), np.ones(2, np.bool_)
+    mounts = both_mounts()
+    assert combiner.step(mounts, believed, 0.1)[0]["push_n"] == 0.0
+    mounts["deformation_mm"] += moved_mm
+    assert combiner.step(mounts, believed, 0.1)[0]["push_n"] == pytest.approx(push_n)
+    for _ in range(50):
+        (rested,) = combiner.step(mounts, believed, 0.1)
+    assert abs(rested["push_n"]) < 1.0
+    assert combiner.step(mounts, np.array([True, False]), 0.1)[0]["push_n"] == 0.0
+
+
+def test_a_start_under_load_does_not_know_the_branch_of_friction_until_the_throttle_has_told():
+    rubbing = compile_model(simple_model(linear=LinearBlock(1.0, []), effects=EFFECTS[:2]), RATE_HZ)
+    levels_mm = np.concatenate([np.linspace(0.0, 1.0, 50), np.linspace(1.0, 0.5, 50), np.linspace(0.5, 0.1, 50)])
+    true_n = rubbing.simulate(rubbing.inputs({"deformation_mm": levels_mm, "accel_x_g": 0.0 * levels_mm}))
+    late, doubts_n = Bench(rubbing), []
+    for k in range(100, 150):
+        found = late.started(k, levels_mm[k])
+        doubts_n.append(found["common_n"])
+        assert abs(found["force_n"] - true_n[k]) <= 1.96 * found["common_n"] + 1.0
+    assert doubts_n[0] > 30.0
+    assert doubts_n[-1] == 0.0
+
+
+def test_the_share_of_a_mount_is_that_of_its_curve_until_the_engine_pulls(model):
+    """Minutes at idle with 4 um of zero on either mount leave it, minutes of climb with another share do not."""
+    grid = Grid(2, 3, 10, Hold([("accel_x_g", 0)]), np.zeros((0, 3), np.int64))
+    pair = [MountRoute(model, 50, grid, number, FusionSettings()) for number in (0, 1)]
+    assert upper_share(*pair) == pytest.approx(0.5)
+    combiner, mounts, both = MountCombiner([(0, 1)], [0.46]), np.zeros(2, MOUNT_STATE), np.ones(2, np.bool_)
+    mounts["std_n"] = 10.0
+    for force_n, zeros_n, seconds in ((600.0, 25.0, 120), (4000.0, 60.0, 300)):
+        mounts["force_n"] = 0.46 * force_n + zeros_n, 0.54 * force_n - zeros_n
+        for _ in range(10 * seconds):
+            (engine,) = combiner.step(mounts, both, 0.1)
+        wanted = 0.46 if force_n < 1000.0 else 0.475
+        assert engine["load_share"] == pytest.approx(wanted, abs=0.003)

@@ -1,0 +1,56 @@
+"""The onboard process starts and flies although nothing around it works."""
+
+import resource
+import socket
+
+from tests.hil.test_hil import ServiceManager
+from tests.onboard.rig import Daemon, reliable_aircraft
+from thrustd.core.config import Realtime
+from thrustd.installation.installation import read_installation
+from thrustd.onboard.realtime import ask_for
+
+
+def occupied(place):
+    """A port of this machine that is taken."""
+    place.bind(("127.0.0.1", 0))
+    place.listen()
+    return place.getsockname()[1]
+
+
+def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
+    config = reliable_aircraft(tmp_path)
+    (tmp_path / "logs").write_text("a file where the folder of the logs should be")
+    (tmp_path / "checkpoint.json").write_text('{"sha256": "00", "body": {}}')
+    with socket.socket() as one, socket.socket() as other, ServiceManager(tmp_path / "notify") as manager:
+        health, view = (occupied(place) for place in (one, other))
+        text = config.read_text().replace(f"port = {read_installation(config).config.health.port}", f"port = {health}")
+        config.write_text(f"{text}\n[live_view]\nport = {view}\n")
+        daemon = Daemon(config, manager)
+        try:
+            assert manager.wait_for("not recording")  # in the status line of a heartbeat
+            words = daemon.stop()
+        finally:
+            daemon.close()
+    assert daemon.process.returncode == 0
+    assert f"health.port = {health}: cannot be bound" in words
+    assert f"live_view = 127.0.0.1:{view}: cannot be bound" in words
+    assert "adc: unplugged: a port or bus disappeared or refuses to open" in words
+    assert "damaged: its checksum does not match: starting cold" in words
+    assert "Traceback" not in words
+
+
+def test_what_the_kernel_refuses_is_said_and_flown_without(monkeypatch):
+    def refuse(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr("os.sched_setscheduler", refuse)
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (65536, 65536))
+    said = []
+    ask_for(Realtime(fifo_priority=20, lock_memory=True), said.append)
+    assert [word.split(":")[0] for word in said] == ["realtime.fifo_priority = 20", "realtime.lock_memory = true"]
+    assert all("refused" in word for word in said)
+
+
+def test_nothing_is_asked_of_the_kernel_unless_wished(monkeypatch):
+    monkeypatch.delattr("os.sched_setscheduler")
+    ask_for(Realtime(), lambda word: None)

@@ -1,0 +1,177 @@
+"""The sensor monitor: each of the five faults on each kind of sensor is named, a healthy flight stays quiet."""
+
+from math import nan
+
+import numpy as np
+import pytest
+
+from thrustd.core.columns import MOUNT_STATE
+from thrustd.sensors.monitor import Layout, Monitor, MonitorInputs
+
+LAYOUT = Layout(("left_upper", "left_lower", "right_upper", "right_lower"), ((0, 1), (2, 3)))
+START_S, END_S = 65.0, 90.0
+SENSORS = {  # name -> (cruise value, noise, offset, drift per second, noise of the noisy one)
+    ("deformation_mm", 0): (0.4, 2e-5, 0.2, 0.04, 0.1),
+    ("deformation_mm", 3): (0.4, 2e-5, 0.2, 0.04, 0.1),
+    ("n1_pct", 0): (75.0, 0.03, 8.0, 3.0, 3.0),
+    ("n2_pct", 1): (84.0, 0.03, 6.0, 2.0, 3.0),
+    ("fuel_flow_kg_s", 0): (0.06, 0.0002, 0.015, 0.006, 0.01),
+    ("mach", 0): (0.35, 0.0003, 0.06, 0.05, 0.02),
+    ("pressure_altitude_m", 0): (3000.0, 0.7, 150.0, 200.0, 30.0),
+    ("sat_degC", 0): (-5.0, 0.08, 6.0, 2.5, 4.0),
+    ("tat_degC", 0): (4.0, 0.08, 6.0, 2.5, 4.0),
+    ("temperature_degC", 2): (30.0, 0.2, 20.0, 2.0, 10.0),
+    ("accel_x_g", 0): (0.05, 0.002, 0.3, 0.3, 0.2),
+    ("accel_y_g", 0): (0.0, 0.002, 0.3, 0.3, 0.3),
+    ("accel_z_g", 0): (1.0, 0.003, 0.8, 1.0, 0.6),
+}
+ALL = [*SENSORS, *[sensor for sensor in LAYOUT.sensors() if sensor not in SENSORS]]
+SELDOM = ("temperature_degC",)  # read once a second
+
+
+def spoilt(kind, value, at_stuck, since_s, parts, rng):
+    _, _, offset, drift, noise = parts
+    return {
+        "stuck": at_stuck,
+        "noisy": value + noise * rng.normal(),
+        "offset": value + offset,
+        "drift": value + drift * since_s,
+        "dead": nan,
+    }[kind]
+
+
+def fly(sensor=None, kind="", seconds=92.0, seed=0):
+    """(t, fault) of the monitor in a straight climb with noise; `sensor` fails from START_S to END_S."""
+    rng = np.random.default_rng(seed)
+    monitor, found, excluded, held = Monitor(LAYOUT), [], [], None
+    read = {}
+    for k in range(round(seconds * 10)):
+        t_s, last, read = k / 10, read, {}
+        for name in ALL:
+            parts = SENSORS.get(name) or next(p for key, p in SENSORS.items() if key[0] == name[0])
+            value = parts[0] + parts[1] * rng.normal() + (5.0 * t_s if name[0] == "pressure_altitude_m" else 0.0)
+            if name == sensor and START_S <= t_s < END_S:
+                held = value if held is None else held
+                value = spoilt(kind, value, held, t_s - START_S, parts, rng)
+            read[name] = last[name] if name[0] in SELDOM and k % 10 and value == value else value
+        verdict = monitor.step(monitor_inputs(k, read))
+        found += [(t_s, f"{fault.where} {fault.kind}") for fault in verdict.faults]
+        excluded.append(verdict.excluded)
+    return found, excluded
+
+
+def monitor_inputs(k, read):
+    mounts = np.zeros(4, MOUNT_STATE)
+    for i, mount in enumerate(mounts):
+        mount["deformation_mm"] = mm = read["deformation_mm", i]
+        mount["force_n"], mount["std_n"] = 3600.0 * mm + 1830.0 * (read["accel_x_g", 0] - 0.05), 50.0
+    # plain stand-ins for the deck: right at the cruise point, with its sensitivities
+    by_mach = 1.0 - 1.2 * (read["mach", 0] - 0.35)
+
+    def routes_n(engine):
+        fuel, n1, n2 = (read[name, engine] for name in ("fuel_flow_kg_s", "n1_pct", "n2_pct"))
+        rise = 22.0 * (fuel - 0.06), 0.035 * (n1 - 75.0), 0.07 * (n2 - 84.0)
+        return tuple(n * (1.0 + r) * by_mach for n, r in zip((2900.0, 2850.0, 2950.0), rise, strict=True))
+
+    return MonitorInputs(
+        t_ns=k * 100_000_000,
+        readings=np.array([read[sensor] for sensor in LAYOUT.sensors()]),
+        mounts=mounts,
+        routes_n=np.array((routes_n(0), routes_n(1))),
+        fused_thrust_n=(2880.0, 2880.0),
+    )
+
+
+def test_a_healthy_flight_stays_quiet():
+    found, excluded = fly(seconds=120.0)
+    assert found == []
+    assert not any(excluded)
+
+
+@pytest.mark.parametrize("kind", ["stuck", "noisy", "offset", "drift", "dead"])
+@pytest.mark.parametrize("sensor", list(SENSORS), ids=lambda sensor: f"{sensor[0]}[{sensor[1]}]")
+def test_each_fault_is_named_in_time_and_nothing_else(sensor, kind):
+    found, excluded = fly(sensor, kind)
+    where = LAYOUT.mount_names[sensor[1]] if sensor[0] == "deformation_mm" else f"{sensor[0]}[{sensor[1]}]"
+    first_s, first = found[0]
+    assert first == f"{where} {kind}"
+    assert first_s - START_S <= (30.0 if kind == "stuck" else 5.0)
+    assert {word for _, word in found} <= {f"{where} {kind}", f"{where} {kind}_over"}
+    assert all(out <= {sensor} for out in excluded)
+
+
+def cruise(k, rng):
+    """Readings of a steady cruise at step k of 0.1 s."""
+    read = {}
+    for name in ALL:
+        parts = SENSORS.get(name) or next(p for key, p in SENSORS.items() if key[0] == name[0])
+        read[name] = parts[0] + parts[1] * rng.normal()
+    return read
+
+
+def reports(change, seconds=80.0, start_s=65.0):
+    """(seconds after the start, report) when `change(read, since_s)` spoils the readings from the start on."""
+    rng, monitor, found = np.random.default_rng(3), Monitor(LAYOUT), []
+    for k in range(round(seconds * 10)):
+        read = cruise(k, rng)
+        since_s = k / 10 - start_s
+        if since_s >= 0:
+            change(read, since_s)
+        found += [(since_s, f"{f.where} {f.kind}") for f in monitor.step(monitor_inputs(k, read)).faults]
+    return found
+
+
+@pytest.mark.parametrize(("name", "size"), [("n1_pct", 2.5), ("n2_pct", -2.0), ("fuel_flow_kg_s", 0.005)])
+def test_a_small_jump_that_the_engine_does_not_share_is_named(name, size):
+    def jump(read, since_s):
+        read[name, 0] += size
+
+    (after_s, word), *others = reports(jump)
+    assert word == f"{name}[0] offset" and after_s < 1.5
+    assert others == []
+
+
+def test_a_throttle_that_jumps_is_no_fault():
+    def push(read, since_s):
+        read["fuel_flow_kg_s", 0] += 0.005
+        part = min(since_s / 1.5, 1.0)  # spools and mounts follow
+        read["n1_pct", 0] += 3.2 * part
+        read["n2_pct", 0] += 1.6 * part
+        for mount in (0, 1):
+            read["deformation_mm", mount] += 0.044 * part
+
+    assert reports(push) == []
+
+
+def test_a_spool_that_stands_while_the_engine_accelerates_is_stuck():
+    def accelerate(read, since_s):
+        rise = min(since_s / 4.0, 1.0)
+        read["n1_pct", 0] = 75.0
+        read["n2_pct", 0] += 5.0 * rise
+        read["fuel_flow_kg_s", 0] += 0.016 * rise
+        for mount in (0, 1):
+            read["deformation_mm", mount] += 0.14 * rise
+
+    after_s, word = reports(accelerate)[0]
+    assert word == "n1_pct[0] stuck" and after_s < 2.0
+
+
+def test_a_jump_seen_as_two_half_jumps_is_an_offset():
+    def jump(read, since_s):
+        read["deformation_mm", 0] += 0.1 if since_s < 0.05 else 0.2
+
+    assert [word for _, word in reports(jump)] == ["left_upper offset"]
+
+
+@pytest.mark.parametrize("sensor", [("accel_x_g", 0), ("mach", 0), ("deformation_mm", 2)])
+def test_what_jumps_between_two_looks_is_out_at_once(sensor):
+    rng, monitor = np.random.default_rng(5), Monitor(LAYOUT)
+    for k in range(50):
+        last = monitor_inputs(k, cruise(k, rng))
+        monitor.step(last)
+    read = cruise(50, rng)
+    read[sensor] += 0.3
+    verdict = monitor.step(monitor_inputs(50, read)._replace(t_ns=last.t_ns + 20_000_000))
+    assert verdict.excluded == {sensor}
+    verdict = monitor.step(monitor_inputs(50, cruise(50, rng)))
+    assert not verdict.excluded

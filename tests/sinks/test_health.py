@@ -1,0 +1,172 @@
+"""The health page, the heartbeat and the status bits."""
+
+import ast
+from math import nan
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+
+import thrustd
+from docs import build_interfaces as interfaces
+from thrustd.cli.status import read_status
+from thrustd.core.errors import ConfigError, UsageError
+from thrustd.core.types import FAULT_KINDS, Estimate, Fault, Frame, Status, Tick
+from thrustd.onboard.checkpoint import Clocks
+from thrustd.onboard.heartbeat import Heartbeat
+from thrustd.pipeline.fault_status import BITS, ENDS, FUSION_BITS, FUSION_ENDS, FaultStatus
+from thrustd.sensors import signal_watch
+from thrustd.sinks.health_counts import HealthCounts
+from thrustd.sinks.health_page import HealthPage, Watched
+from thrustd.wire.event_batch import EventBatch
+
+S = 1_000_000_000
+
+
+def estimate(t_ns, engine=0, thrust_n=5000.0, status=0):
+    values = (thrust_n, 80.0, 0.0, 5010.0, 60.0, nan, nan, 12.0, nan, 1.5, 3.0, 0.01, 0.5, status)
+    return Estimate(t_ns, engine, *values)
+
+
+def watched(folder):
+    return Watched(("left", "right"), {"aircraft": 'P"H'}, lambda: 7, lambda: 3, folder, lambda: None,
+                   lambda: (1, 2), lambda: None)  # fmt: skip
+
+
+@pytest.fixture
+def page(tmp_path):
+    now = [0]
+    counts = HealthCounts(lambda: now[0])
+    page = HealthPage(counts, watched(tmp_path), 0)
+    yield now, counts, page
+    page.close()
+
+
+def test_the_page_tells_what_was_counted(page):
+    now, counts, server = page
+    for k in range(10):
+        counts.take_batch(EventBatch.of([Frame(k * S - 900_000, "can", 0, b"x"), Frame(k * S, "adc", 0, b"x")]))
+        now[0] = k * S + 300_000
+        counts.write_output(estimate(k * S))
+    counts.write_output(Fault(0, "adc", "lost", 5))
+    counts.write_output(Fault(0, "adc", "lost", 2))
+    status = read_status(f"http://127.0.0.1:{server.port}/metrics")
+    assert status["events_total"] == {"adc": 10, "can": 10}
+    assert status["faults_total"] == {"lost/adc": 7}
+    assert status["thrust_newtons"] == {"left": 5000}
+    assert status["latency_seconds_bucket"]["0.0002"] == 0
+    assert status["latency_seconds_bucket"]["0.0005"] == 10
+    assert status["nis_count"] == 10
+    assert (status["queue_events"], status["shed_events_total"]) == (7, 3)
+    assert status["log_missing_items_total"] == {"slow": 1, "refused": 2}
+    assert status["recording"] == 0
+    assert status["log_free_bytes"] > 0
+
+
+def test_anything_else_is_not_found_and_a_second_page_cannot_have_the_port(page, tmp_path):
+    _, counts, server = page
+    with pytest.raises(Exception, match="404"):
+        urlopen(f"http://127.0.0.1:{server.port}/etc/passwd")
+    with pytest.raises(ConfigError, match="cannot be bound"):
+        HealthPage(counts, watched(tmp_path), server.port)
+
+
+def test_nobody_there_is_one_clear_line():
+    with pytest.raises(UsageError, match="is thrustd running"):
+        read_status("http://127.0.0.1:1/metrics")
+
+
+class Service:
+    def __init__(self):
+        self.said = []
+
+    def say(self, message):
+        self.said.append(message)
+
+
+@pytest.fixture
+def heart():
+    service, faults, saved, utc = Service(), [], [], [1000 * S]
+    counts = HealthCounts(lambda: 0)
+    seconds = [0]
+
+    def clocks():
+        seconds[0] += 1
+        return Clocks("boot", seconds[0] * S, utc[0] + seconds[0] * S)
+
+    return (
+        Heartbeat(service, counts, ("left", "right"), clocks, faults.append, saved.append),
+        service,
+        faults,
+        saved,
+        utc,
+        counts,
+    )
+
+
+def test_it_beats_once_a_second_of_events_and_saves_as_often(heart):
+    beating, service, faults, saved, *_ = heart
+    for k in range(1000):
+        beating.take_event(Tick(S + k * 10_000_000))
+    assert len(service.said) == len(saved) == 10
+    assert all(word.startswith("WATCHDOG=1\nSTATUS=") for word in service.said)
+    assert faults == []
+
+
+def test_a_hung_loop_is_silent(heart):
+    assert heart[1].said == []
+
+
+def test_a_calendar_that_jumps_is_a_fault_with_its_size(heart):
+    beating, _, faults, _, utc, _ = heart
+    beating.take_event(Tick(1 * S))
+    utc[0] -= 3600 * S
+    beating.take_event(Tick(2 * S))
+    beating.take_event(Tick(3 * S))
+    assert [(fault.where, fault.kind, fault.count) for fault in faults] == [("clock", "clock_step", 3_600_000)]
+
+
+def test_the_service_manager_hears_thrust_and_troubles(heart):
+    counts = heart[-1]
+    assert heart[0].status() == "no estimate yet"
+    counts.write_output(estimate(0, 1, status=int(Status.NOT_RECORDING | Status.LINK_LOST)))
+    assert heart[0].status() == "right 5000 +- 80 N; link lost; not recording"
+
+
+@pytest.mark.parametrize("kind", sorted(set(BITS) - set(ENDS)))
+def test_a_momentary_fault_shows_for_a_moment(kind):
+    status = FaultStatus()
+    status.take(Fault(5 * S, "somewhere", kind))
+    assert status.bits(5 * S) == BITS[kind]
+    assert status.bits(16 * S) == 0
+
+
+@pytest.mark.parametrize("begin, end", sorted(ENDS.items()))
+def test_a_fault_with_an_end_shows_until_then_at_every_place(begin, end):
+    status = FaultStatus()
+    for where in ("a", "b"):
+        status.take(Fault(0, where, begin))
+    status.take(Fault(1, "a", end))
+    assert status.bits(1000 * S) == BITS[begin]
+    status.take(Fault(2, "b", end))
+    assert status.bits(1000 * S) == 0
+
+
+def test_every_kind_of_fault_has_a_word_and_a_bit_or_is_an_end():
+    ends = {*ENDS.values(), *FUSION_ENDS.values()}
+    assert {*BITS, *FUSION_BITS, *ends} == set(FAULT_KINDS)
+    assert {*ENDS, *FUSION_ENDS} <= {*BITS, *FUSION_BITS}
+    assert not ends & {*BITS, *FUSION_BITS}
+
+
+def test_no_fault_is_reported_by_another_word():
+    root = Path(thrustd.__file__).parent
+    trees = [ast.parse(path.read_text()) for path in root.rglob("*.py")]
+    faults = [n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.Call) and ast.unparse(n.func) == "Fault"]
+    kinds = {n.args[2].value for n in faults if len(n.args) > 2 and isinstance(n.args[2], ast.Constant)}
+    assert {"clock_step", "log_overrun", "checkpoint_refused"} <= kinds  # the search finds them
+    assert kinds | set(signal_watch.KINDS[1:]) <= set(FAULT_KINDS)
+
+
+def test_the_page_of_all_faults_and_bits_is_that_of_this_code():
+    assert interfaces.page() == Path(interfaces.__file__).with_name("interfaces.md").read_text()

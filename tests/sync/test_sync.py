@@ -1,0 +1,64 @@
+"""Readings on the step grid, and the ADC's clock on ours."""
+
+from math import isnan
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from thrustd.brochure.rate import SmoothRate
+from thrustd.core.signals import CATALOGUE
+from thrustd.core.types import Reading
+from thrustd.sync.grid import ClockMap
+from thrustd.sync.hold import Hold
+
+MS = 1_000_000
+
+
+def test_a_reading_holds_until_it_is_stale():
+    hold = Hold([("n1_pct", 0), ("n1_pct", 1)])
+    assert hold.take(Reading(0, "n1_pct", 1, 80.0)) is None
+    stale_ns = round(CATALOGUE["n1_pct"].stale_after_s * 1e9)
+    assert hold.value(stale_ns, "n1_pct", 1) == 80.0
+    assert isnan(hold.value(stale_ns + 1, "n1_pct", 1))
+    assert isnan(hold.value(0, "n1_pct", 0))
+
+
+def test_going_stale_and_coming_back_is_told_once():
+    hold = Hold([("n1_pct", 0)])
+    hold.take(Reading(0, "n1_pct", 0, 80.0))
+    assert [f.kind for _, f in hold.changes(1000 * MS)] == ["stale"]
+    assert hold.changes(1100 * MS) == []
+    hold.take(Reading(1200 * MS, "n1_pct", 0, 80.0))
+    assert [f.kind for _, f in hold.changes(1200 * MS)] == ["fresh"]
+
+
+@pytest.mark.parametrize(("signal", "value"), [("n1_pct", 300.0), ("mach", 1.3), ("accel_z_g", -40.0)])
+def test_a_value_outside_the_catalogue_is_a_fault_and_does_not_count(signal, value):
+    hold = Hold([(signal, 0)])
+    fault = hold.take(Reading(5, signal, 0, value))
+    assert fault is not None
+    assert (fault.kind, fault.where) == ("out_of_range", f"{signal}[0]")
+    assert isnan(hold.value(5, signal))
+
+
+@given(st.lists(st.integers(0, 20_000_000), min_size=2, max_size=200), st.floats(-90e-6, 90e-6))
+def test_sample_times_are_steady_however_late_the_bytes_are(delays_ns, drift):
+    clock, before_ns = ClockMap(), None
+    for k, delay_ns in enumerate(delays_ns):
+        true_ns = 7_000_000_000 + k * 10 * MS
+        device_us = round(k * 10_000 * (1 + drift))
+        t_ns = clock.to_ns(true_ns + delay_ns, device_us)
+        assert t_ns <= true_ns + delay_ns
+        assert t_ns >= true_ns - 20_000  # never earlier than the sample, but for the crystal and rounding
+        if before_ns is not None:
+            assert abs(t_ns - before_ns) <= 30 * MS
+        before_ns = t_ns
+
+
+def test_the_rate_of_a_ramp_is_its_slope():
+    rate = SmoothRate()
+    values = [rate.step(k * 20 * MS, 0.02 * k * 5.0) for k in range(200)]
+    assert values[-1] == pytest.approx(5.0, rel=0.05)
+    assert isnan(rate.step(10_000 * MS, float("nan")))
+    assert rate.step(10_020 * MS, 50.0) == 0.0

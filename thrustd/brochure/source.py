@@ -1,0 +1,101 @@
+"""One engine's brochure thrust in flight: how fast its spools turn up, the deck, the hand-over between its routes.
+
+`look` at the readings as they came, for the monitor; `tell` the filter what the believed ones say.
+"""
+
+from collections.abc import Callable
+from math import isfinite, nan
+from typing import Any
+
+import numba
+import numpy as np
+
+from thrustd.brochure.deck import Deck
+from thrustd.brochure.deck_curves import Floats, estimate
+from thrustd.brochure.hand_over import HandOver, hand_over
+from thrustd.brochure.rate import smooth_rate
+from thrustd.core.jit import compiled, entry
+from thrustd.fusion.fusion_inputs import INPUTS
+
+N1_PER_N2 = 1.5  # per cent of fan speed per per cent of core speed, idle to take-off
+ENGINE = np.dtype(
+    [
+        # where its readings are
+        *((name, np.int64) for name in ("fuel_flow", "n1", "n2", "mach", "altitude", "temperature")),
+        *((name, np.float64) for name in ("n1_lagged_pct", "n2_lagged_pct", "n1_rate_pct_s", "std_n")),
+        *((name, np.float64) for name in ("fuel_flow_n", "n1_n", "n2_n")),  # thrust by each
+        ("outside", np.bool_),
+        ("transient", np.bool_),
+    ]
+)
+
+
+class BrochureRoute:
+    """Mutable; only what the hand-over has learnt outlives a restart."""
+
+    def __init__(self, deck: Deck, engine: int, place: Callable[[str, int], int]) -> None:
+        """`place` of a signal's reading among those that `look` is given."""
+        self.hand_over = HandOver()
+        self._engine = np.zeros(1, ENGINE)
+        self._engine[["n1_lagged_pct", "n2_lagged_pct"]] = nan
+        for name, signal in (("fuel_flow", "fuel_flow_kg_s"), ("n1", "n1_pct"), ("n2", "n2_pct")):
+            self._engine[name] = place(signal, engine)
+        for name, signal in (("mach", "mach"), ("altitude", "pressure_altitude_m"), ("temperature", "sat_degC")):
+            self._engine[name] = place(signal, 0)
+        self._work = self._engine, *deck.numbers(engine)
+
+    def look(self, dt_s: float, readings: Floats, routes_n: Floats) -> None:
+        """Readings dt_s after the last ones; NaN = missing or stale. -> `routes_n`, thrust by fuel flow, N1 and N2."""
+        _look(*self._work, dt_s, readings, routes_n)
+
+    def tell(self, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:
+        """Brochure and N1 into `told`, a row of fusion's INPUTS; `fewer`: readings are left out that were looked at."""
+        _tell(*self._work, self.hand_over.row, dt_s, readings, ages_s, fewer, told)
+
+
+@compiled
+def _ask(
+    e: Any, surface: Floats, box: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats,
+    line_2: Floats, readings: Floats,
+) -> None:  # fmt: skip
+    """The deck."""
+    air = readings[e.mach], readings[e.altitude], readings[e.temperature]
+    _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n = estimate(
+        surface, box, spread, curve_1, line_1, curve_2, line_2, readings[e.fuel_flow], readings[e.n1], readings[e.n2],
+        air[0], air[1], air[2], e.n1_rate_pct_s,
+    )  # fmt: skip
+
+
+def _look_at(
+    engine: Any, surface: Floats, box: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats,
+    line_2: Floats, dt_s: float, readings: Floats, routes_n: Floats,
+) -> None:  # fmt: skip
+    e = engine[0]
+    e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
+    _ask(e, surface, box, spread, curve_1, line_1, curve_2, line_2, readings)
+    routes_n[0], routes_n[1], routes_n[2] = e.fuel_flow_n, e.n1_n, e.n2_n
+
+
+def _tell_filter(
+    engine: Any, surface: Floats, box: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats,
+    line_2: Floats, row: Floats, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any,
+) -> None:  # fmt: skip
+    e, t = engine[0], told[0]
+    if fewer:
+        _ask(e, surface, box, spread, curve_1, line_1, curve_2, line_2, readings)
+    n2_rate_pct_s, e.n2_lagged_pct = smooth_rate(e.n2_lagged_pct, readings[e.n2], dt_s)
+    t.n1_pct, t.n1_rate_pct_s = readings[e.n1], e.n1_rate_pct_s
+    if not (isfinite(t.n1_pct) and isfinite(e.n1_rate_pct_s)):  # while N1 is not believed, what N2 says of it
+        t.n1_rate_pct_s = N1_PER_N2 * n2_rate_pct_s
+    t.brochure_n, t.brochure_std_n, t.brochure_lag_n = hand_over(
+        row, dt_s, e.std_n, e.fuel_flow_n, e.n1_n, t.n1_pct, t.n1_rate_pct_s
+    )
+    t.brochure_age_s = max(ages_s[e.n1], ages_s[e.fuel_flow])
+    t.brochure_extrapolating, t.transient = e.outside, e.transient
+
+
+_F, _ROW, _TABLE = numba.float64, numba.float64[::1], numba.float64[:, ::1]
+_WORK = numba.from_dtype(ENGINE)[::1], _TABLE, _ROW, _ROW, _TABLE, _ROW, _TABLE, _ROW
+_TOLD = numba.from_dtype(INPUTS)[::1]
+_look: Any = entry(compiled(_look_at, numba.void(*_WORK, _F, _ROW, _ROW), "numpy"))
+_tell: Any = entry(compiled(_tell_filter, numba.void(*_WORK, _ROW, _F, _ROW, _ROW, numba.boolean, _TOLD), "numpy"))

@@ -1,0 +1,142 @@
+"""What is refused or said before anything is computed: one clear line each (RecordingError)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from thrustd.core.errors import ModelError, RecordingError
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
+from thrustd.diagnose.search.candidates import moves
+from thrustd.identify.segments import DEFORMATION, FORCE
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.effect import Effect
+from thrustd.model.effects import effect_named
+from thrustd.model.stage import Floats
+from thrustd.records.recording import Recording
+
+THOUSAND = (200.0, 5000.0)  # a ratio to what the model was identified on that speaks of another unit
+SAME_N = 1e-6  # of the reference's size: a reference that is the model's own output
+SHORTEST_S = 10.0  # or this many samples: a fast drive is known in seconds
+SHORTEST = 1000
+COUNTS = 0.01  # of the DC gain: weaker modes hold nothing that could be mistaken
+SLOWEST_S = 7200.0  # slower modes are drift to any record
+KELVIN = (200.0, 420.0)
+
+
+def check_recording(record: Recording, spec: ModelSpec) -> None:
+    """Refuse channels in the wrong unit and records in which nothing happens."""
+    for name in (DEFORMATION, FORCE):
+        if name not in record:
+            raise RecordingError(f"{record.name}: no column '{name}', it has {', '.join(sorted(record.channels))}")
+    if record.duration_s < SHORTEST_S and len(record) < SHORTEST:
+        raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
+    if not moves(record[DEFORMATION]):
+        raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
+    _check_units(record, spec)
+    for axis, rest in (("accel_x_g", 0.0), ("accel_y_g", 0.0), ("accel_z_g", 1.0)):
+        if axis in record:
+            _check_accel(record, axis, rest)
+    if "temperature_degC" in record:
+        middle = _median(record["temperature_degC"])
+        if KELVIN[0] < middle < KELVIN[1]:
+            raise RecordingError(
+                f"{record.name}: temperature_degC is about {middle:.0f}: that is kelvin, expected degC"
+                " (subtract 273.15)"
+            )
+
+
+def _check_units(record: Recording, spec: ModelSpec) -> None:
+    """Deformation and force against what the model was identified on: a factor of a thousand is another unit."""
+    mm, n = _size(record[DEFORMATION]), _size(record[FORCE])
+    further = mm / max(map(abs, spec.valid.deformation_mm))
+    stronger = n / max(map(abs, spec.valid.force_n))
+    if THOUSAND[0] < further < THOUSAND[1]:
+        raise RecordingError(
+            f"{record.name}: {DEFORMATION} reaches {mm:.3g}, the model knows {spec.valid.deformation_mm[1]:.3g}:"
+            " that is micrometres, expected mm (divide by 1000)"
+        )
+    if THOUSAND[0] < 1 / max(further, 1e-12) < THOUSAND[1] and stronger > 1 / THOUSAND[0]:
+        raise RecordingError(
+            f"{record.name}: {DEFORMATION} reaches only {mm:.3g} under {n:.0f} N: that is metres,"
+            " expected mm (multiply by 1000)"
+        )
+    if THOUSAND[0] < 1 / max(stronger, 1e-12) < THOUSAND[1] and further > 1 / THOUSAND[0]:
+        raise RecordingError(
+            f"{record.name}: {FORCE} reaches only {n:.3g} at {mm:.2g} mm: that is kN, expected N (multiply by 1000)"
+        )
+
+
+def _check_accel(record: Recording, axis: str, rest: float) -> None:
+    column = record[axis]
+    middle, size = _median(column), _size(column)
+    if (rest == 1.0 and 6.0 < abs(middle) < 13.0) or (rest == 0.0 and size > STANDARD_GRAVITY_M_S2 / 2):
+        raise RecordingError(
+            f"{record.name}: {axis} is about {middle:.3g} and reaches {size:.3g}: that is m/s2, expected g"
+            f" (divide by {STANDARD_GRAVITY_M_S2})"
+        )
+
+
+def check_not_own_output(record: Recording, model_n: Floats, reference_n: Floats) -> None:
+    """A reference computed by the model itself proves nothing."""
+    if np.nanmax(np.abs(reference_n - model_n)) <= SAME_N * max(1.0, float(np.nanmax(np.abs(reference_n)))):
+        raise RecordingError(
+            f"{record.name}: {FORCE} is this model's own output; expected an independent reference"
+            " (load cell, brochure)"
+        )
+
+
+def check_length(records: Sequence[Recording], spec: ModelSpec) -> None:
+    """Diagnosis needs records that outlast the slowest mode it should not mistake for an effect.
+
+    A mode slower than the whole identification is a guess of the estimation, nobody has seen it settle.
+    """
+    seen = spec.provenance.get("longest_train_s")
+    known_s = float(seen) if isinstance(seen, int | float) and seen > 0 else SLOWEST_S
+    least = COUNTS * abs(dc_gain(spec))
+    slow = [m.tau_s for m in spec.linear.real_modes if abs(m.gain) > least and m.tau_s <= min(known_s, SLOWEST_S)]
+    slowest = max(slow, default=0.0)
+    total = sum(record.duration_s for record in records)
+    if total < slowest:
+        names = ", ".join(record.name for record in records)
+        raise RecordingError(
+            f"{names}: {total:.0f} s long, expected at least the model's slowest time constant, {slowest:.0f} s"
+        )
+
+
+def dc_gain(spec: ModelSpec) -> float:
+    """Of the linear block: where a step ends."""
+    return spec.linear.direct + sum(m.gain for m in spec.linear.real_modes)
+
+
+def check_new(spec: ModelSpec, effect: Effect, where: str) -> None:
+    """An effect is added once."""
+    for present in spec.effects:
+        known = effect_named(present.name)
+        if known.word == effect.word and (known.name == effect.name or known.variant_of or effect.variant_of):
+            raise ModelError(f"{where}: effect '{effect.word}' is already in the model, expected one that is not")
+
+
+def check_channels(records: Sequence[Recording], effect: Effect) -> None:
+    """The channels of an effect must be there and move, or nothing can be estimated."""
+    for record in records:
+        for channel in effect.channels:
+            if channel != "time_s" and channel not in record:
+                raise RecordingError(
+                    f"{record.name}: no column '{channel}', which effect {effect.word} reads;"
+                    f" it has {', '.join(sorted(record.channels))}"
+                )
+    for channel in effect.channels:
+        if channel != "time_s" and not any(moves(record[channel]) for record in records):
+            names = ", ".join(record.name for record in records)
+            value = _median(records[0][channel])
+            raise RecordingError(
+                f"{names}: {channel} is constant ({value:.4g}): effect {effect.word} cannot be estimated"
+            )
+
+
+def _median(column: Floats) -> float:
+    return float(np.nanmedian(column))
+
+
+def _size(column: Floats) -> float:
+    return float(np.nanquantile(np.abs(column), 0.999))

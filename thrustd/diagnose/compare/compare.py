@@ -1,0 +1,128 @@
+"""Compare models with measurements: how wrong, and where.
+
+    report = compare({"mount": spec}, [recording])
+    report.to_json();  report.print(console)
+
+Every number is of a free run: the model sees deformation and channels, never the reference. Only where the mount stood
+when the recording began is told by the first tenth of it (`identify.first_state`): what came before is in no file, and
+no property of the model.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from thrustd.brochure.deck import Deck
+from thrustd.diagnose.compare.checks import check_recording
+from thrustd.diagnose.compare.comparison import CompareReport, Comparison
+from thrustd.diagnose.compare.failures import Failure, where_it_fails
+from thrustd.diagnose.compare.reference import referenced
+from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
+from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
+from thrustd.identify.first_state import simulated
+from thrustd.identify.segments import Segment, bridged, segments_of
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.compile import model_stages
+from thrustd.model.stage import Floats
+from thrustd.records.recording import Recording
+
+LARGE_N = 2000.0  # above it, errors in per cent mean something (thesis)
+REGION_SAMPLES = 200_000  # at most, evenly spaced, for the search of regions
+LAGS_S = (0.1, 1.0, 10.0, 60.0)
+
+Progress = Callable[[float, str], None]
+
+
+def compare(
+    models: Mapping[str, ModelSpec],
+    recordings: Sequence[Recording],
+    *,
+    against: str = "",
+    mount: str = "",
+    deck: Deck | None = None,
+    load_cell_std_n: float | None = None,
+    progress: Progress | None = None,
+) -> CompareReport:
+    """Run every model over every recording. `against`: force_N (default), a column, or `brochure`."""
+    records = referenced(recordings, against, mount, deck, list(models.values()))
+    for record in records:
+        for spec in models.values():
+            check_recording(record, spec)
+    total = len(models) * len(records)
+    found = []
+    for i, (name, spec) in enumerate(models.items()):
+        for j, record in enumerate(records):
+            if progress is not None:
+                progress((i * len(records) + j) / total, f"{name} on {record.name}")
+            found.append(_comparison(name, spec, record, load_cell_std_n))
+    return CompareReport(tuple(found))
+
+
+def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: float | None) -> Comparison:
+    needed = [channel for stage in model_stages(spec, 1.0) for channel in stage.channels]
+    complete = [n for n in record.channels if n != "force_N" and np.isfinite(bridged(record[n])).mean() > 0.999]
+    segments = segments_of([record], dict.fromkeys([*needed, *complete]))
+    reference_n = np.concatenate([s.force_n for s in segments])
+    rested_n, model_n = (np.concatenate(runs) for runs in zip(*(_free_runs(spec, s) for s in segments), strict=True))
+    flown_n = np.concatenate([simulate_in_flight(spec, s) for s in segments]) if lateness(spec)[1] else rested_n
+    time_s = np.concatenate([s.time_s for s in segments])
+    channels = {
+        n: np.concatenate([s.inputs[n] for s in segments]) for n in dict.fromkeys(["deformation_mm", *complete])
+    }
+    residual = reference_n - model_n
+    worst = int(np.nanargmax(np.abs(residual)))
+    regions, failures = _regions(segments, model_n, residual, channels)
+    rmse = float(np.sqrt(np.nanmean(residual**2)))
+    spread = float(np.sqrt(np.nanmean((reference_n - np.nanmean(reference_n)) ** 2)))
+    large = np.abs(reference_n) > LARGE_N
+    return Comparison(
+        name,
+        record.name,
+        rmse,
+        float(np.sqrt(np.nanmean((reference_n - rested_n) ** 2))),
+        float(np.sqrt(np.nanmean((reference_n - flown_n) ** 2))),
+        float(np.nanmean(np.abs(residual))),
+        float(100 * np.nanmean(np.abs(residual[large] / reference_n[large]))) if large.any() else None,
+        float(np.nanmean(residual)),
+        100.0 * (1.0 - rmse / spread) if spread > 0 else 0.0,
+        float(residual[worst]),
+        float(time_s[worst]),
+        _autocorrelation(residual, segments[0].dt_s),
+        rmse / load_cell_std_n if load_cell_std_n else None,
+        regions,
+        failures,
+        tuple(spec.ledger),
+        time_s,
+        reference_n,
+        model_n,
+        channels,
+    )
+
+
+def _free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:
+    """Model force (n,) from rest, and from the state that the first stretch of the segment shows."""
+
+    def run(stretch: Segment) -> Floats:
+        return simulate(spec, stretch)
+
+    from_rest = run(segment)
+    return from_rest, simulated(run, segment, from_rest)
+
+
+def _regions(
+    segments: Sequence[Segment], model_n: Floats, residual: Floats, channels: Mapping[str, Floats]
+) -> tuple[tuple[RegionError, ...], tuple[Failure, ...]]:
+    stride = max(1, len(model_n) // REGION_SAMPLES)
+    thin = {name: column[::stride] for name, column in channels.items()}
+    regions = regions_of(model_n[::stride], segments[0].dt_s * stride, thin)
+    left = residual[::stride]
+    return tuple(errors_by_region(regions, left)), tuple(where_it_fails(regions, left))
+
+
+def _autocorrelation(residual: Floats, dt_s: float) -> dict[str, float]:
+    r = np.where(np.isfinite(residual), residual - np.nanmean(residual), 0.0)
+    power = float(r @ r)
+    lags = {f"{lag:g} s": round(lag / dt_s) for lag in LAGS_S}
+    return {
+        word: float(r[:-k] @ r[k:] / power) if power > 0 else 0.0 for word, k in lags.items() if 0 < k < len(r) // 2
+    }

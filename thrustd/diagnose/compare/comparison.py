@@ -1,0 +1,145 @@
+"""What a comparison found: one model on one recording, and all of them side by side, as numbers and as a table.
+
+Errors are measured minus model, as in a diagnosis: positive is force that the model lacks. (Estimates of a flight are
+judged the other way round, estimate minus truth.)
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+from thrustd.diagnose.compare.failures import Failure
+from thrustd.diagnose.compare.newtons import newtons
+from thrustd.diagnose.compare.regions import RegionError
+from thrustd.model.artifact import LedgerEntry
+from thrustd.model.stage import Floats
+
+ERROR = "measured minus model"
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """One model on one recording; arrays (n,) are kept for pictures."""
+
+    model: str
+    recording: str
+    rmse_n: float
+    rmse_from_rest_n: float  # the same, the model settled on the first sample
+    rmse_in_flight_n: float  # from rest, as samples come in: a late reading can then only be extrapolated
+    mae_n: float
+    mae_pct_above_2kn: float | None
+    bias_n: float  # mean of measured minus model
+    fit_pct: float  # 100 (1 - |error| / |reference - its mean|)
+    worst_n: float  # measured minus model
+    worst_at_s: float
+    autocorrelation: dict[str, float]  # of the residual, by lag ("1 s")
+    rmse_in_noise: float | None  # RMSE over the load cell's noise, when that is known
+    regions: tuple[RegionError, ...]
+    where_it_fails: tuple[Failure, ...]
+    ledger: tuple[LedgerEntry, ...]
+    time_s: Floats
+    reference_n: Floats
+    model_n: Floats
+    channels: dict[str, Floats]  # deformation and every complete column
+
+    @property
+    def residual_n(self) -> Floats:
+        return self.reference_n - self.model_n
+
+    def to_json(self) -> dict[str, Any]:
+        """The numbers, without arrays."""
+        return {
+            "model": self.model,
+            "recording": self.recording,
+            "rmse_n": self.rmse_n,
+            "rmse_from_rest_n": self.rmse_from_rest_n,
+            "rmse_in_flight_n": self.rmse_in_flight_n,
+            "mae_n": self.mae_n,
+            "mae_pct_above_2kn": self.mae_pct_above_2kn,
+            "bias_n": self.bias_n,
+            "fit_pct": self.fit_pct,
+            "worst": {"error_n": self.worst_n, "time_s": self.worst_at_s},
+            "autocorrelation": self.autocorrelation,
+            "rmse_in_noise": self.rmse_in_noise,
+            "regions": [_region_json(region) for region in self.regions],
+            "where_it_fails": [_failure_json(failure) for failure in self.where_it_fails],
+            "ledger": [msgspec.to_builtins(entry) for entry in self.ledger],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class CompareReport:
+    """Every model on every recording."""
+
+    comparisons: tuple[Comparison, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        return {"error": ERROR, "comparisons": [c.to_json() for c in self.comparisons]}
+
+    def print(self, console: Console) -> None:
+        """Table side by side, then where each model fails, then its error ledger."""
+        console.print(_table(self.comparisons))
+        for c in self.comparisons:
+            console.print(f"\n[bold]Where {c.model} fails on {c.recording}[/bold]")
+            for i, failure in enumerate(c.where_it_fails, 1):
+                console.print(f"  {i}. {failure.sentence}", highlight=False)
+            if not c.where_it_fails:
+                console.print("  nowhere in particular: the error is spread as evenly as the time")
+            if c.rmse_in_flight_n != c.rmse_from_rest_n:
+                console.print(
+                    f"  its reading is late, and put back to its time here: in flight that is extrapolated, RMSE"
+                    f" {newtons(c.rmse_in_flight_n)} N",
+                    highlight=False,
+                )
+        for c in {c.model: c for c in self.comparisons if c.ledger}.values():
+            console.print(f"\n[bold]Error ledger of {c.model}[/bold]")
+            for entry in c.ledger:
+                fall = f"{newtons(entry.rmse_before_n)} -> {newtons(entry.rmse_after_n)} N"
+                console.print(f"  + {entry.added}: {fall}  {entry.data}")
+
+
+def _region_json(region: RegionError) -> dict[str, Any]:
+    return {
+        "dimension": region.dimension,
+        "region": region.label,
+        "rmse_n": region.rmse_n,
+        "bias_n": region.bias_n,
+        "share_of_time": region.share_of_time,
+        "share_of_squared_error": region.share_of_squared_error,
+    }
+
+
+def _failure_json(failure: Failure) -> dict[str, Any]:
+    return {
+        "sentence": failure.sentence,
+        "regions": list(failure.labels),
+        "share_of_squared_error": failure.share_of_squared_error,
+        "share_of_time": failure.share_of_time,
+        "rmse_n": failure.rmse_n,
+        "bias_n": failure.bias_n,
+    }
+
+
+def _table(comparisons: Sequence[Comparison]) -> Table:
+    table = Table(title="Free run against the reference, from the state that the first tenth of it shows")
+    table.caption = f"bias and worst: {ERROR}"
+    for heading in ("model", "recording"):
+        table.add_column(heading)
+    for heading in ("RMSE N", "mean abs N", "above 2 kN %", "bias N", "fit %", "worst N", "at s", "autocorr. 1 s"):
+        table.add_column(heading, justify="right")
+    for c in comparisons:
+        pct = "-" if c.mae_pct_above_2kn is None else f"{c.mae_pct_above_2kn:.2f}"
+        row = [
+            newtons(c.rmse_n),
+            newtons(c.mae_n),
+            pct,
+            newtons(c.bias_n, "+"),
+            f"{c.fit_pct:.2f}",
+            newtons(c.worst_n, "+", 0),
+        ]
+        table.add_row(c.model, c.recording, *row, f"{c.worst_at_s:.1f}", f"{c.autocorrelation.get('1 s', 0.0):.2f}")
+    return table

@@ -1,0 +1,124 @@
+"""The reference that a model is judged against, and the mount's view of a flight recording.
+
+On a bench that is the load cell, `force_N`. In flight a mount carries `share` of its engine's thrust: `against` names
+any column of force, or `brochure`, which asks a brochure deck with the recording's engine and air data.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from math import isfinite
+
+import numpy as np
+
+from thrustd.brochure.deck import Deck, DeckInputs
+from thrustd.core.errors import RecordingError
+from thrustd.core.signals import CATALOGUE
+from thrustd.identify.segments import DEFORMATION, FORCE
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.compile import model_stages
+from thrustd.model.stage import Floats
+from thrustd.records.flight_log import FLIGHT_LOG, REPLAY_FIRST
+from thrustd.records.recording import TIME, Recording
+
+THRUST = "thrust_N"
+BROCHURE = "brochure"
+BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
+MOUNT_SHARE = 0.5  # two front mounts carry one engine
+_BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")
+
+
+def as_mount(record: Recording, mount: str) -> Recording:
+    """Columns of one mount and its engine under plain names: `deformation_mm_left_upper` -> `deformation_mm`."""
+    if not mount:
+        return record
+    engine = mount.split("_")[0]
+    plain = dict(record.channels)
+    for suffix in (engine, mount):
+        for name in CATALOGUE:
+            if f"{name}_{suffix}" in record:
+                plain[name] = record[f"{name}_{suffix}"]
+    if f"{DEFORMATION}_{mount}" not in record:
+        known = sorted(n.removeprefix(DEFORMATION + "_") for n in record.channels if n.startswith(DEFORMATION + "_"))
+        raw = not known and record.metadata.get("source") == FLIGHT_LOG
+        has = ", ".join(known) or "none with a name" + (f"; {REPLAY_FIRST}" if raw else "")
+        raise RecordingError(f"{record.name}: no mount '{mount}', it has {has}")
+    return replace(record, channels=plain)
+
+
+def referenced(
+    recordings: Sequence[Recording], against: str, mount: str, deck: Deck | None, specs: Iterable[ModelSpec]
+) -> list[Recording]:
+    """Every recording as one mount sees it, with its reference as `force_N`; what it lacks for `specs` at rest."""
+    engine = engine_of(mount)
+    mounts = [as_mount(record, mount) for record in recordings]
+    found = [with_reference(record, against, deck=deck, engine=engine) for record in mounts]
+    return [r.with_channels(**{n: np.full(len(r), v) for n, v in unrecorded(r, specs).items()}) for r in found]
+
+
+def unrecorded(record: Recording, specs: Iterable[ModelSpec]) -> dict[str, float]:
+    """Channels that the models read and the recording may lack, with their value at rest.
+
+    A bench stands still at 1 g; what flew must have recorded how, but a mount without a thermometer is taken to be
+    at 20 degC, as the daemon takes it.
+    """
+    wanted = {name for spec in specs for stage in model_stages(spec, 1.0) for name in stage.channels}
+    rest = sorted(wanted - {DEFORMATION, TIME})
+    missing = [CATALOGUE[name] for name in rest if name in CATALOGUE and name not in record]
+    flew = "mach" in record
+    return {s.name: s.rest for s in missing if isfinite(s.rest) and (s.scope == "mount" or not flew)}
+
+
+def rest_remarks(recordings: Sequence[Recording], mount: str, specs: Iterable[ModelSpec]) -> list[str]:
+    """What `referenced` takes for granted, one line each."""
+    specs = list(specs)
+    return [
+        f"{record.name}: {name} is not recorded, {value:g} {CATALOGUE[name].unit} taken for it"
+        for record in recordings
+        for name, value in unrecorded(as_mount(record, mount), specs).items()
+    ]
+
+
+def engine_of(mount: str) -> int:
+    """Number of the engine in the deck, whose curves differ a little: left 0, right 1."""
+    return int(mount.startswith("right"))
+
+
+def with_reference(
+    record: Recording, against: str = "", share: float = MOUNT_SHARE, deck: Deck | None = None, engine: int = 0
+) -> Recording:
+    """The recording with its reference as `force_N`; RecordingError in one line when there is none."""
+    if against == BROCHURE:
+        return record.with_channels(**{FORCE: share * _brochure_n(record, deck, engine)})
+    if against and against != FORCE:
+        factor = share if against.startswith(THRUST) else 1.0
+        return record.with_channels(**{FORCE: factor * record[against]})
+    if FORCE in record:
+        return record
+    if THRUST in record:
+        return record.with_channels(**{FORCE: share * record[THRUST]})
+    has = ", ".join(sorted(record.channels)) or "no column"
+    raise RecordingError(
+        f"{record.name}: no reference: expected {FORCE} or {THRUST} (or against brochure), it has {has}"
+    )
+
+
+def _brochure_n(record: Recording, deck: Deck | None, engine: int) -> Floats:
+    if deck is None:
+        raise RecordingError(f"{record.name}: against brochure: expected a brochure deck, none is given")
+    _require(record, ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC"))
+    step = max(1, round(record.sample_hz / BROCHURE_HZ))
+    rows = np.arange(0, len(record), step)
+    table = [record[name][rows] if name in record else np.full(len(rows), np.nan) for name in _BROCHURE_INPUTS]
+    rate = np.gradient(table[1], record.time_s[rows]) if len(rows) > 1 else np.zeros(len(rows))
+    thrust = [
+        deck.estimate(DeckInputs(*(float(v) for v in values)), engine).thrust_n
+        for values in zip(*table, rate, strict=True)
+    ]
+    found: Floats = np.interp(record.time_s, record.time_s[rows], np.array(thrust))
+    return found
+
+
+def _require(record: Recording, names: Sequence[str]) -> None:
+    missing = [name for name in names if name not in record]
+    if missing:
+        raise RecordingError(f"{record.name}: against brochure needs {', '.join(missing)}, which is not in the data")

@@ -1,0 +1,219 @@
+"""An installation: a configuration with every file it names, read, checked and built into a pipeline.
+
+The texts of all files go into every log, so that a log can be replayed anywhere with what flew.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from thrustd.brochure.deck import Deck
+from thrustd.core.config import Config, read_config, section
+from thrustd.core.errors import ConfigError, LogError, ModelError
+from thrustd.core.signals import CATALOGUE
+from thrustd.fusion.settings import FusionSettings, check_settings
+from thrustd.installation.signature import SIGNATURE, check_signature
+from thrustd.model.artifact import ModelSpec, read_model
+from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
+from thrustd.pipeline.pipeline import DERIVED, Parts, Pipeline
+from thrustd.wire.adc_frames import encode
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
+from thrustd.wire.can_table import CanRow, CanTable, CanUnits
+from thrustd.wire.log_layout import LogHeader
+
+CONFIG = "config.toml"  # name of the configuration among the files of a log
+WARM_START = "warm_start"  # note in a log's header: the WarmStart (JSON) of its run
+MAX_FILE_BYTES = 4_000_000
+BITS_PER_BYTE = 10  # 8N1
+LOAD_FACTORS = ("axial_inertia", "engine_weight")  # effects that every mount in flight needs and no bench shows
+
+
+@dataclass(frozen=True, slots=True)
+class Installation:
+    """Configuration, the files it names (name in the configuration -> bytes), and where it came from."""
+
+    config: Config
+    files: Mapping[str, bytes]  # CONFIG and every file named in it
+    where: str
+
+    def pipeline(self) -> Pipeline:
+        """A fresh pipeline; compiles the models, so that nothing compiles afterwards."""
+        return Pipeline(self.config, self.parts())
+
+    def warm_pipeline(self, start: "WarmStart | None") -> tuple[Pipeline, bool]:
+        """A pipeline that goes on from `start`, and whether it does; a fresh one when the snapshot does not fit."""
+        parts = self.parts()
+        pipeline = Pipeline(self.config, parts)
+        if start is None:
+            return pipeline, False
+        if pipeline.restore(start.snapshot, start.shift_ns):
+            return pipeline, True
+        return Pipeline(self.config, parts), False
+
+    def parts(self) -> Parts:
+        """Models, deck and CAN table, checked against what the aircraft delivers."""
+        config = self.config
+        _check_line(config, self.where)
+        where = f"{self.where}: fusion"
+        check_settings(section(config.fusion, FusionSettings, where), where)
+        deck = Deck.from_json(self._text(config.deck), self._place(config.deck))
+        table = self.can_table(_rows(config, self.where))
+        heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
+        models = []
+        for mount in config.mount:
+            model = self._model(mount.model)
+            scopes = {"engine": config.aircraft.engines.index(mount.engine), "mount": config.mount.index(mount)}
+            _check_channels(model, heard, scopes, self._place(mount.model))
+            models.append(model)
+        return Parts(tuple(models), deck, table)
+
+    def uncorrected(self) -> list[str]:
+        """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""
+        lines = []
+        for mount in self.config.mount:
+            spec = read_model(self.files[mount.model], self._place(mount.model))
+            absent = [name for name in LOAD_FACTORS if name not in {effect.name for effect in spec.effects}]
+            if absent:
+                named = " and no ".join(absent)
+                lines.append(f"{mount.name}: {mount.model} has no {named}: the engine's load factor counts as thrust")
+        return lines
+
+    def can_table(self, rows: tuple[CanRow, ...]) -> CanTable:
+        units = section(self.config.can.units, CanUnits, f"{self.where}: can.units")
+        return CanTable.from_dbc(self._text(self.config.can.dbc), rows, units, self._place(self.config.can.dbc))
+
+    def hashes(self) -> dict[str, str]:
+        """SHA-256 of every file, by name."""
+        return {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}
+
+    def log_header(self, **about: Any) -> LogHeader:
+        """Header of a log of this installation; `about`: further fields of LogHeader."""
+        return LogHeader(
+            engines=tuple(self.config.aircraft.engines),
+            mounts=tuple(mount.name for mount in self.config.mount),
+            files={name: content.decode() for name, content in self.files.items()},
+            sha256=self.hashes(),
+            versions={name: version(name) for name in ("thrustd", "numpy", "numba", "filterpy")},
+            **about,
+        )
+
+    def _model(self, name: str) -> CompiledModel:
+        if self.config.trust is not None:
+            key, signature = self.files[self.config.trust.public_key], self.files[name + SIGNATURE]
+            check_signature(self.files[name], signature, key, self._place(name))
+        spec = read_proven_model(self.files[name], self._place(name))
+        _check_units(spec, self._place(name))
+        return compile_model(spec, self.config.adc.sample_hz)
+
+    def _text(self, name: str) -> str:
+        try:
+            return self.files[name].decode()
+        except UnicodeDecodeError:
+            raise ConfigError(f"{self._place(name)}: not a text file") from None
+
+    def _place(self, name: str) -> str:
+        return f"{self.where}: {name}"
+
+
+class WarmStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The state that a run takes over from the one before."""
+
+    snapshot: dict[str, Any]
+    shift_ns: int = 0  # added to its times
+
+
+def read_installation(path: Path | str) -> Installation:
+    """Read a configuration file and every file it names, relative to it."""
+    path = Path(path)
+    content = _read(path, str(path))
+    config = _parse(content, str(path))
+
+    def fetch(name: str) -> bytes:
+        return _read(path.parent / name, f"{path}: {name}")
+
+    return _complete(config, content, fetch, str(path))
+
+
+def _check_line(config: Config, where: str) -> None:
+    """The serial line of an ADC must carry what it samples; one behind a URL has no rate of its own."""
+    frame_bytes = len(encode(0, 0, (0,) * config.adc.channels))
+    needed = BITS_PER_BYTE * frame_bytes * config.adc.sample_hz
+    if "://" not in config.adc.port and config.adc.baud < needed:
+        raise ConfigError(
+            f"{where}: adc.baud = {config.adc.baud}: expected at least {needed:.0f} for "
+            f"{config.adc.sample_hz:g} frames of {frame_bytes} bytes per second"
+        )
+
+
+def installation_from_files(files: Mapping[str, bytes], where: str) -> Installation:
+    """The installation kept in a log; `where` names the log."""
+    if CONFIG not in files:
+        raise LogError(f"{where}: holds no configuration; give one with --config")
+    config = _parse(files[CONFIG], f"{where}: {CONFIG}")
+
+    def fetch(name: str) -> bytes:
+        if name not in files:
+            raise LogError(f"{where}: holds no {name}; give a configuration with --config")
+        return files[name]
+
+    return _complete(config, files[CONFIG], fetch, where)
+
+
+def _complete(config: Config, content: bytes, fetch: Callable[[str], bytes], where: str) -> Installation:
+    models = [mount.model for mount in config.mount]
+    names = [config.deck, config.can.dbc, *models]
+    if config.trust is not None:
+        names += [config.trust.public_key, *(model + SIGNATURE for model in models)]
+    return Installation(config, {CONFIG: content, **{name: fetch(name) for name in names}}, where)
+
+
+def _parse(content: bytes, where: str) -> Config:
+    try:
+        return read_config(content.decode(), where)
+    except UnicodeDecodeError:
+        raise ConfigError(f"{where}: not a text file, expected TOML") from None
+
+
+def _read(path: Path, where: str) -> bytes:
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise ConfigError(f"{where}: {path.stat().st_size} bytes, expected at most {MAX_FILE_BYTES}")
+        return path.read_bytes()
+    except OSError as problem:
+        raise ConfigError(f"{where}: cannot be read: {problem.strerror}") from None
+
+
+def _rows(config: Config, where: str) -> tuple[CanRow, ...]:
+    if not config.can.input:
+        return ICD_INPUT_ROWS
+    rows = [section(row, CanRow, f"{where}: can.input[{i}]") for i, row in enumerate(config.can.input)]
+    engines = range(len(config.aircraft.engines))
+    needed = {("n1_pct", e) for e in engines} | {(name, 0) for name in ("mach", "pressure_altitude_m", "sat_degC")}
+    missing = sorted(needed - {(row.signal, row.index) for row in rows})
+    if missing:
+        raise ConfigError(f"{where}: can.input: no row for {missing[0][0]} index {missing[0][1]}, which the deck needs")
+    return tuple(rows)
+
+
+def _check_units(spec: ModelSpec, where: str) -> None:
+    """An artifact carries no unit: a range that no mount has was identified in another one."""
+    for key, (low, high), signal in (
+        ("valid.deformation_mm", spec.valid.deformation_mm, CATALOGUE["deformation_mm"]),
+        ("valid.force_n", spec.valid.force_n, CATALOGUE["force_N"]),
+    ):
+        if low < signal.low or high > signal.high:
+            span = f"{signal.low:g} to {signal.high:g} {signal.unit}"
+            raise ModelError(f"{where}: {key} = {low:g} to {high:g}: expected inside {span}; was it another unit?")
+
+
+def _check_channels(model: CompiledModel, heard: set[tuple[str, int]], scopes: Mapping[str, int], where: str) -> None:
+    for name in model.channels[1:]:
+        if name in DERIVED or name == "deformation_mm":
+            continue
+        if name not in CATALOGUE or (name, scopes.get(CATALOGUE[name].scope, 0)) not in heard:
+            raise ModelError(f"{where}: needs channel '{name}', which the CAN table does not deliver in flight")

@@ -1,0 +1,131 @@
+"""One mount's samples through its model, and their means with one sigma, as compiled code.
+
+The mount's force is wrong by what its model is (the error map), and by what the bench could not show: the transducer's
+zero, where the mount is stiffer the more so, the mount's own stiffness and its own friction:
+
+    sigma^2 = map^2 + (k(d) zero)^2 + (stiffness F)^2 + friction^2 + outside the identified range (0.2 k excess)^2
+
+k(d): slope of the model's curve at rest.
+"""
+
+from math import exp, hypot, isfinite, isnan, nan, sqrt
+from typing import Any
+
+import numba
+import numpy as np
+
+from thrustd.core.columns import MOUNT_STATE
+from thrustd.core.jit import compiled, entry
+from thrustd.model.artifact import FORCE_RATE_TAU_S
+from thrustd.model.stage import Floats, Places, run_chain
+from thrustd.sync.memory import MOUNT
+
+EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
+HELD_TAU_S = 1.0
+CHORDS = 8  # of the model's curve, over its range: shorter ones show the segments that it is made of
+
+MEANS = np.dtype(
+    [
+        ("sum_mm", np.float64),  # over the samples since the last fused step
+        ("sum_n", np.float64),
+        ("count", np.int64),
+        ("since_restart", np.int64),  # samples
+        ("gap", np.int64),  # one was bridged or restarted after, since the last fused step
+        ("lagged_n", np.float64),
+        ("period_s", np.float64),
+        ("stiffness_n_mm", np.float64, CHORDS),  # of the chords
+        ("zero_std_mm", np.float64),
+        ("stiffness_std", np.float64),
+        ("friction_std_n", np.float64),
+        ("low_mm", np.float64),  # of the identified range
+        ("high_mm", np.float64),
+    ]
+)
+
+
+@compiled
+def _cell(edges: Floats, value: float) -> int:
+    cell = 0
+    for edge in edges:
+        cell += value >= edge
+    return cell
+
+
+@compiled
+def _stiffness_n_mm(m: Any, deformation_mm: float) -> float:
+    """Straight lines between the middles of the chords."""
+    at = (deformation_mm - m.low_mm) / (m.high_mm - m.low_mm) * CHORDS - 0.5
+    at = min(max(at, 0.0), CHORDS - 1.0)
+    left = min(int(at), CHORDS - 2)
+    return m.stiffness_n_mm[left] + (at - left) * (m.stiffness_n_mm[left + 1] - m.stiffness_n_mm[left])
+
+
+@compiled
+def _variance_n2(m: Any, model_n: float, deformation_mm: float, force_n: float) -> float:
+    """`model_n`: one sigma of the model."""
+    k = _stiffness_n_mm(m, deformation_mm)
+    excess_mm = max(m.low_mm - deformation_mm, deformation_mm - m.high_mm, 0.0)
+    variance_n2 = model_n**2 + (k * m.zero_std_mm) ** 2 + (m.stiffness_std * force_n) ** 2 + m.friction_std_n**2
+    return variance_n2 + (EXTRAPOLATION_STD * k * excess_mm) ** 2
+
+
+def _add_samples(
+    row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places, c: Floats,
+    state: Floats,
+) -> None:  # fmt: skip
+    """The model over the samples that wait."""
+    m, n = means[0], row[0].waiting
+    row[0].waiting = 0
+    if n > 0:
+        waiting_n[:n] = waiting_mm[:n]
+        run_chain(places, state, c, waiting_u[:n], waiting_n[:n])
+    for i in range(n):
+        m.sum_mm += waiting_mm[i]
+        m.sum_n += waiting_n[i]
+    m.count += n
+    m.since_restart += n
+
+
+def _fuse_samples(
+    dt_s: float, row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places,
+    c: Floats, x: Floats, channels: Floats, lagged: Floats, unmeasured_s: Floats, doubts: Floats,
+    force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats, said: Any,
+) -> bool:  # fmt: skip
+    """Writes a MOUNT_STATE; -> whether its common part is all of it."""
+    add(row, means, waiting_u, waiting_mm, waiting_n, places, c, x)
+    m, state, complete = means[0], said[0], True
+    state.extrapolating, state.gap = row[0].beyond != 0, m.gap != 0
+    state.deformation_mm = state.force_n = state.std_n = state.common_n = nan
+    row[0].beyond = m.gap = 0
+    for i in range(len(channels)):
+        lagged[0, i] += (1.0 - exp(-dt_s / HELD_TAU_S)) * (lagged[1, i] - lagged[0, i])
+        lagged[1, i] = channels[i]
+        unmeasured_s[i] += dt_s
+        complete &= isnan(unmeasured_s[i])
+    if m.count == 0:
+        m.lagged_n = nan
+        return True
+    deformation_mm, force_n = m.sum_mm / m.count, m.sum_n / m.count
+    m.sum_mm = m.sum_n = 0.0
+    m.count = 0
+    if not isfinite(m.lagged_n):
+        m.lagged_n = force_n
+    m.lagged_n += (1.0 - exp(-dt_s / FORCE_RATE_TAU_S)) * (force_n - m.lagged_n)
+    rate_n_s = abs((force_n - m.lagged_n) / FORCE_RATE_TAU_S)
+    model_n = std_n[_cell(force_edges_n, force_n), _cell(rate_edges_n_s, rate_n_s)]
+    doubt_n = 0.0
+    for i in range(len(doubts)):
+        doubt_n += doubts[i, 0] * exp(-m.since_restart * m.period_s / doubts[i, 1])
+    state.deformation_mm, state.force_n, state.common_n = deformation_mm, force_n, abs(doubt_n)
+    state.std_n = hypot(sqrt(_variance_n2(m, model_n, deformation_mm, force_n)), doubt_n)
+    state.extrapolating |= not m.low_mm <= deformation_mm <= m.high_mm
+    return complete
+
+
+_ROW, _TABLE = numba.float64[::1], numba.float64[:, ::1]
+_RECORDS = numba.from_dtype(MOUNT)[::1], numba.from_dtype(MEANS)[::1]
+_STATE = numba.from_dtype(MOUNT_STATE)[::1]
+_SAMPLES = *_RECORDS, _TABLE, _ROW, _ROW, numba.int64[:, ::1], _ROW, _ROW
+add: Any = compiled(_add_samples, numba.void(*_SAMPLES))
+_FUSED = numba.boolean(numba.float64, *_SAMPLES, _ROW, _TABLE, _ROW, _TABLE, _ROW, _ROW, _TABLE, _STATE)
+fuse: Any = entry(compiled(_fuse_samples, _FUSED))

@@ -1,0 +1,107 @@
+"""The checkpoint of a flying pipeline: its snapshot with what decides whether another process may take it over.
+
+    {"sha256": hash of the body's bytes, "body": {boot, clocks, hashes of configuration and models, snapshot}}
+
+Within one boot the age is the monotonic clock's; after a reboot the calendar clock's, and the snapshot's times are
+moved onto the new monotonic clock.
+"""
+
+import hashlib
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+
+from thrustd.installation.installation import WarmStart
+
+SCHEMA = "thrustd.onboard.checkpoint.v1"
+MAX_BYTES = 4_000_000
+BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+
+
+class Clocks(NamedTuple):
+    """What time it is, and whose monotonic clock says so."""
+
+    boot: str
+    monotonic_ns: int
+    utc_ns: int
+
+
+class Checkpoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is in the file."""
+
+    schema: str
+    clocks: Clocks
+    sha256: dict[str, str]  # of the configuration and every file it names
+    snapshot: dict[str, Any]
+
+
+class _Envelope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    sha256: str
+    body: msgspec.Raw
+
+
+class Resume(NamedTuple):
+    """What there is to go on with: the state, or None; and the reason in words."""
+
+    start: WarmStart | None
+    word: str
+    refused: bool  # there was a checkpoint, and it is not good
+
+
+def clocks() -> Clocks:
+    """Now."""
+    boot = BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
+    return Clocks(boot, time.monotonic_ns(), time.time_ns())
+
+
+def encode(checkpoint: Checkpoint) -> bytes:
+    body = msgspec.json.encode(checkpoint)
+    return msgspec.json.encode(_Envelope(hashlib.sha256(body).hexdigest(), msgspec.Raw(body)))
+
+
+def read_checkpoint(path: Path, sha256: Mapping[str, str], now: Clocks, max_age_s: float) -> Resume:
+    """Judge the checkpoint at `path` for an installation with these file hashes. Never raises."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            return _refuse(path, f"{path.stat().st_size} bytes, expected at most {MAX_BYTES}")
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return Resume(None, f"{path}: no checkpoint, starting cold", False)
+    except OSError as problem:
+        return _refuse(path, f"cannot be read: {problem.strerror}")
+    return judge(path, content, sha256, now, max_age_s)
+
+
+def judge(path: Path, content: bytes, sha256: Mapping[str, str], now: Clocks, max_age_s: float) -> Resume:
+    """Whether the bytes of a checkpoint may be taken over."""
+    try:
+        envelope = msgspec.json.decode(content, type=_Envelope)
+        if hashlib.sha256(envelope.body).hexdigest() != envelope.sha256:
+            return _refuse(path, "damaged: its checksum does not match")
+        body = msgspec.json.decode(envelope.body, type=Checkpoint)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as problem:
+        return _refuse(path, f"damaged: {problem}")
+    if body.schema != SCHEMA:
+        return _refuse(path, f"schema {body.schema!r}, expected {SCHEMA!r}")
+    if body.sha256 != dict(sha256):
+        return _refuse(path, f"of another {_difference(body.sha256, sha256)}")
+    same_boot = body.clocks.boot == now.boot != ""
+    then_ns = body.clocks.monotonic_ns if same_boot else body.clocks.utc_ns
+    age_s = ((now.monotonic_ns if same_boot else now.utc_ns) - then_ns) * 1e-9
+    if not 0 <= age_s <= max_age_s:
+        return _refuse(path, f"{age_s:.1f} s old, expected 0 to {max_age_s:g} s")
+    shift_ns = 0 if same_boot else now.monotonic_ns - round(age_s * 1e9) - body.clocks.monotonic_ns
+    return Resume(WarmStart(body.snapshot, shift_ns), f"{path}: {age_s:.1f} s old, starting warm", False)
+
+
+def _refuse(path: Path, reason: str) -> Resume:
+    return Resume(None, f"{path}: {reason}: starting cold", True)
+
+
+def _difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
+    """The first file that is not the same."""
+    names = sorted({*theirs, *ours})
+    return next(name for name in names if theirs.get(name) != ours.get(name))

@@ -1,0 +1,75 @@
+"""Once a second from the estimation loop itself: alive, state saved, clock looked at. A hung loop is silent.
+
+The loop's own events are the clock, so what beats is the loop and not a thread beside it.
+"""
+
+from collections.abc import Callable
+
+import sdnotify
+
+from thrustd.core.types import Event, Fault, Status
+from thrustd.onboard.checkpoint import Clocks
+from thrustd.sinks.health_counts import HealthCounts
+
+PERIOD_NS = 1_000_000_000
+CLOCK_STEP_NS = 100_000_000  # a slewed clock moves by 0.5 ms per second at most
+TROUBLES = Status.NOT_RECORDING | Status.LINK_LOST | Status.OVERLOAD | Status.NO_CHECKPOINT
+
+
+class ServiceManager:
+    """systemd, when it started us; never waits for it."""
+
+    def __init__(self) -> None:
+        self._notifier = sdnotify.SystemdNotifier()
+        if self._notifier.socket is not None:
+            self._notifier.socket.setblocking(False)
+
+    def say(self, message: str) -> None:
+        self._notifier.notify(message)
+
+
+class Heartbeat:
+    """Called with every event; acts once a second of event time."""
+
+    def __init__(
+        self,
+        service: ServiceManager,
+        counts: HealthCounts,
+        engines: tuple[str, ...],
+        clocks: Callable[[], Clocks],
+        put: Callable[[Event], None],
+        save: Callable[[Clocks], None],
+    ) -> None:
+        """`put`: faults into the event stream; `save`: the state, with the time it is of."""
+        self._service, self._counts, self._engines = service, counts, engines
+        self._clocks, self._put, self._save = clocks, put, save
+        self._offset_ns: int | None = None  # calendar minus monotonic
+        self._due_ns = 0
+
+    def take_event(self, event: Event) -> None:
+        if event.t_ns < self._due_ns:
+            return
+        self._due_ns = event.t_ns + PERIOD_NS
+        now = self._clocks()
+        self._watch_clock(now)
+        self._service.say(f"WATCHDOG=1\nSTATUS={self.status()}")
+        self._save(now)
+
+    def status(self) -> str:
+        """One line for `systemctl status`."""
+        thrusts = [
+            f"{self._engines[e]} {estimate.thrust_n:.0f} +- {estimate.thrust_std_n:.0f} N"
+            for e, estimate in sorted(self._counts.latest.items())
+        ]
+        bits = 0
+        for estimate in self._counts.latest.values():
+            bits |= estimate.status
+        troubles = [str(bit.name).lower().replace("_", " ") for bit in Status(bits) & TROUBLES]
+        return "; ".join([", ".join(thrusts) or "no estimate yet", *troubles])
+
+    def _watch_clock(self, now: Clocks) -> None:
+        offset_ns = now.utc_ns - now.monotonic_ns
+        step_ns = 0 if self._offset_ns is None else offset_ns - self._offset_ns
+        self._offset_ns = offset_ns
+        if abs(step_ns) > CLOCK_STEP_NS:
+            self._put(Fault(now.monotonic_ns, "clock", "clock_step", max(1, abs(step_ns) // 1_000_000)))

@@ -1,0 +1,36 @@
+"""Faults counted and thinned: the first of a kind at a place goes out at once, repeats once a second as one count.
+
+A noisy line may give thousands of faults a second; the sum of the counts that go out is always the number that came.
+"""
+
+from thrustd.core.types import Fault
+
+REPEAT_AFTER_NS = 1_000_000_000
+
+
+class FaultBook:
+    """Counts by (where, kind). Mutable, reads no clock."""
+
+    __slots__ = ("_held", "_since_ns")
+
+    def __init__(self) -> None:
+        self._since_ns: dict[tuple[str, str], int] = {}  # when it last went out
+        self._held: dict[tuple[str, str], int] = {}  # counted since
+
+    def take(self, fault: Fault) -> Fault | None:
+        """The fault if it is to go out now, None if it is held back."""
+        key = (fault.where, fault.kind)
+        if key in self._held or fault.t_ns - self._since_ns.get(key, -REPEAT_AFTER_NS) < REPEAT_AFTER_NS:
+            self._held[key] = self._held.get(key, 0) + fault.count
+            return None
+        self._since_ns[key] = fault.t_ns
+        return fault
+
+    def due(self, t_ns: int) -> list[Fault]:
+        """Held faults whose second is over, as one fault each."""
+        if not self._held:
+            return []
+        keys = [key for key in self._held if t_ns - self._since_ns[key] >= REPEAT_AFTER_NS]
+        for key in keys:
+            self._since_ns[key] = t_ns
+        return [Fault(t_ns, where, kind, self._held.pop((where, kind))) for where, kind in keys]

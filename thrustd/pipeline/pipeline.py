@@ -1,0 +1,236 @@
+"""The one pipeline: events in, outputs out; live flight, replay and hardware in the loop differ only in who feeds it.
+
+    Frame "adc" -> ADC samples -> one model step per mount and sample (load-factor corrections inside)
+    Frame "can" -> readings, held until the next one
+    every fused step (ADC instants, or ticks while the ADC is silent):
+        readings -> brochure deck -> monitor: who is believed -> thrust filter per engine -> estimates
+
+Time is data: the pipeline reads only `event.t_ns`. Nothing that arrives can stop it.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+
+from thrustd.brochure.deck import Deck
+from thrustd.brochure.source import BrochureRoute
+from thrustd.core.config import Config, section
+from thrustd.core.types import Event, Fault, MountOutput, Output
+from thrustd.fusion.fusion_inputs import INPUTS
+from thrustd.fusion.settings import FusionSettings, check_settings
+from thrustd.fusion.smoother import Tape
+from thrustd.fusion.thrust_filter import ThrustFilter
+from thrustd.model.compile import CompiledModel
+from thrustd.mounts.source import upper_share
+from thrustd.pipeline.fault_book import FaultBook
+from thrustd.pipeline.fault_status import FaultStatus
+from thrustd.pipeline.intake import Intake
+from thrustd.pipeline.snapshot import plain, read_memory
+from thrustd.pipeline.step_inputs import StepInputs, dynamic_pressure_pa, tell_filters
+from thrustd.sensors.cross_check import cross_checks
+from thrustd.sensors.engine_force import mounts_table
+from thrustd.sensors.limits import FLYING_MACH
+from thrustd.sensors.monitor import Monitor, MonitorVerdict
+from thrustd.sensors.monitor_inputs import Layout, MonitorInputs
+from thrustd.wire.can_table import CanTable
+from thrustd.wire.event_batch import EventBatch
+
+DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
+EARLY_SAMPLES = 1.5
+CHECK_EVERY_NS = 1_000_000_000  # what ages takes flights
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
+TOGETHER = 256  # events that `follow` takes at once
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What a pipeline is built from, besides the configuration."""
+
+    models: tuple[CompiledModel, ...]  # by mount
+    deck: Deck
+    can_table: CanTable
+
+
+class Pipeline:
+    """Mutable; `feed` is its whole life, `snapshot` / `restore` its memory across a restart."""
+
+    def __init__(self, config: Config, parts: Parts) -> None:
+        engines = config.aircraft.engines
+        settings = section(config.fusion, FusionSettings, "fusion")
+        check_settings(settings, "fusion")
+        self._intake = Intake(config, parts.models, parts.can_table, settings)
+        self._hold, self._routes = self._intake.hold, self._intake.routes
+        self._layout = Layout(
+            tuple(mount.name for mount in config.mount), tuple(config.mounts_of(engine) for engine in engines)
+        )
+        self._states = self._intake.states
+        self._inputs = StepInputs(self._layout, self._hold, self._states)
+        pairs = [[self._routes[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
+        self._monitor = Monitor(self._layout, [upper_share(pair[0], pair[-1]) for pair in pairs])
+        self._filters = tuple(
+            ThrustFilter(settings, e, name, 0.5 / config.steps.estimate_hz) for e, name in enumerate(engines)
+        )
+        place, numbers = self._inputs.place, range(len(engines))
+        self._brochures = tuple(BrochureRoute(parts.deck, e, place) for e in numbers)
+        self._time_wanted, self._pressure_wanted = [self._intake.is_wanted((name, 0)) for name in DERIVED]
+        self._air = place("mach", 0), place("pressure_altitude_m", 0)
+        self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
+        self._routes_n = np.zeros((len(engines), 3))  # brochure thrust by fuel flow, N1 and N2
+        self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
+        self._told_of = [self._told[e : e + 1] for e in numbers]
+        self._mounts_said = self._states.view(np.float64).reshape(len(self._states), -1)[:, :3]  # as MountOutput has it
+        self._mounts_of = mounts_table(self._layout.mounts_of_engine)
+        self._hand_overs = tuple(route.hand_over for route in self._brochures)
+        self._readings_every_ns = round(1e9 / config.steps.reading_hz)
+        self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
+        self._read_ns = self._start_ns = self._looked_ns = self._read_due_ns = self._checked_ns = -1
+        self._flying = False
+        self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
+        self._book = FaultBook()
+        self._troubles = FaultStatus()
+
+    def feed(self, event: Event) -> Sequence[Output]:
+        """`take` for one event."""
+        return self.take(EventBatch.of((event,)))
+
+    def take(self, batch: EventBatch) -> list[Output]:
+        """Outputs that these events complete, whatever batches they come in. Never raises on what comes over a wire."""
+        outputs: list[Output] = []
+        for due in self._intake.take(batch):
+            if isinstance(due, Fault):
+                self._report(due, outputs)
+            else:
+                self._fuse(due, outputs)
+        return outputs
+
+    def quiet_until_ns(self) -> int:
+        """Frames that arrive before this complete no fused step: whoever feeds may hand them over with later ones.
+
+        The sample before the one that does is not waited with: then only that one is left to work on.
+        """
+        return self._intake.next_step_ns() - self._early_ns
+
+    def follow(self, events: Iterable[Event]) -> Iterator[Output]:
+        """Outputs of a stream of events that may wait for a few more; `take` costs less for many."""
+        stream = iter(events)
+        while together := tuple(islice(stream, TOGETHER)):
+            yield from self.take(EventBatch.of(together))
+
+    def tapes(self) -> tuple[Tape, ...]:
+        """One per engine: every fused step from now on, for `fusion.smoother.smooth`."""
+        return tuple(thrust_filter.keep() for thrust_filter in self._filters)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Everything a warm restart needs, JSON-able."""
+        memory: dict[str, Any] = {
+            "t_ns": [self._intake.fused_ns, self._start_ns],
+            "sample": self._intake.sample,
+            "mounts": [route.snapshot() for route in self._routes],
+            "filters": [thrust_filter.snapshot() for thrust_filter in self._filters],
+            "hand_overs": [hand_over.snapshot() for hand_over in self._hand_overs],
+            "monitor": self._monitor.snapshot(),
+            "hold": self._hold.snapshot(),
+        }
+        return plain(memory)
+
+    def restore(self, snapshot: Mapping[str, Any], shift_ns: int = 0) -> bool:
+        """Take over a snapshot made with the same models, its times moved by `shift_ns`.
+
+        Only for a fresh pipeline; False when it is no such snapshot: throw this pipeline away then.
+        """
+        memory = read_memory(snapshot, len(self._routes), len(self._filters), shift_ns)
+        if memory is None:
+            return False
+        self._intake.fused_ns, self._start_ns = memory.t_ns
+        restored = all([route.restore(state) for route, state in zip(self._routes, memory.mounts, strict=True)])
+        restored &= all([part.restore(state) for part, state in zip(self._filters, memory.filters, strict=True)])
+        restored &= all([part.restore(state) for part, state in zip(self._hand_overs, memory.hand_overs, strict=True)])
+        restored &= self._monitor.restore(memory.monitor, shift_ns) and self._hold.restore(memory.hold, shift_ns)
+        self._excluded = self._monitor.excluded
+        self._intake.resume_from(memory.sample, self._intake.fused_ns, self._excluded)
+        return restored
+
+    def _report(self, fault: Fault, outputs: list[Output]) -> None:
+        self._troubles.take(fault)
+        due = self._book.take(fault)
+        if due is not None:
+            outputs.append(due)
+
+    def _fuse(self, t_ns: int, outputs: list[Output]) -> None:
+        if self._start_ns < 0:
+            self._start_ns = self._intake.fused_ns = t_ns
+        since_ns, self._intake.fused_ns = self._intake.fused_ns, t_ns
+        dt_s = (t_ns - self._looked_ns) * 1e-9 if self._looked_ns >= 0 else 0.0
+        self._looked_ns = t_ns
+        self._refresh(t_ns, self._inputs.look(t_ns), outputs)
+        for route in self._routes:
+            route.fuse((t_ns - since_ns) * 1e-9)
+        self._inputs.measure()
+        readings, routes_n = self._inputs.readings, self._routes_n
+        for e, brochure in enumerate(self._brochures):
+            brochure.look(dt_s, readings, routes_n[e])
+        fused_n = [thrust_filter.thrust_n for thrust_filter in self._filters]
+        verdict = self._monitor.step(MonitorInputs(t_ns, readings, self._states, routes_n, fused_n))
+        self._exclude(verdict, t_ns, outputs)
+        self._tell(t_ns, dt_s, verdict)
+        estimates = []
+        for e, thrust_filter in enumerate(self._filters):
+            estimates.append(thrust_filter.step(self._told_of[e]))
+            outputs.append(estimates[e])
+            for fault in thrust_filter.take_faults():
+                self._report(fault, outputs)
+                if fault.kind == "tare":
+                    self._tare(e)
+        outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
+        if t_ns - self._checked_ns >= CHECK_EVERY_NS:
+            self._checked_ns = t_ns
+            outputs.extend(cross_checks(estimates))
+        outputs.extend(self._book.due(t_ns))
+
+    def _refresh(self, t_ns: int, changed: bool, outputs: list[Output]) -> None:
+        """Staleness, derived channels, and the readings for the log."""
+        for place, fault in self._hold.changes(t_ns) if changed else ():
+            self._report(fault, outputs)
+            if fault.kind == "stale":
+                self._intake.tell(self._hold.slots[place], nan)
+        if self._time_wanted:
+            self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
+        if self._pressure_wanted:
+            air = [self._inputs.readings.item(place) for place in self._air]
+            self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*air))
+        if not self._flying and self._inputs.readings[self._air[0]] > FLYING_MACH:
+            self._flying = True
+            for route in self._routes:
+                route.fly()
+        every_ns = self._readings_every_ns
+        if t_ns >= self._read_due_ns - every_ns // 4:  # steps at this rate jitter
+            outputs.extend(self._hold.readings(self._read_ns))
+            self._read_ns, self._read_due_ns = t_ns, max(self._read_due_ns + every_ns, t_ns + every_ns // 2)
+
+    def _exclude(self, verdict: MonitorVerdict, t_ns: int, outputs: list[Output]) -> None:
+        for fault in verdict.faults:
+            self._report(fault, outputs)
+        if verdict.excluded != self._excluded:
+            for sensor in verdict.excluded - self._excluded:
+                self._intake.tell(sensor, nan)
+            self._excluded = verdict.excluded
+            self._intake.believe(verdict.excluded)
+
+    def _tare(self, engine: int) -> None:
+        for mount in self._layout.mounts_of_engine[engine]:
+            if ("deformation_mm", mount) not in self._excluded:
+                self._routes[mount].tare()
+
+    def _tell(self, t_ns: int, dt_s: float, verdict: MonitorVerdict) -> None:
+        """What the filters are told, a row of INPUTS each."""
+        told, readings, believed = self._told, self._inputs.readings, self._inputs.believed(verdict.excluded)
+        troubles = self._troubles.bits(t_ns)
+        tell_filters(told, t_ns, troubles, verdict.mounts, self._mounts_of, self._states, readings, self._loads)
+        for e, brochure in enumerate(self._brochures):
+            brochure.tell(dt_s, believed, self._inputs.ages_s, bool(verdict.excluded), self._told_of[e])
+            if verdict.status[e]:
+                told["status"][e] |= verdict.status[e]

@@ -1,0 +1,153 @@
+"""From the forces of single mounts to the force on the engine, with whichever mounts are believed.
+
+both mounts    F = sum F_i,  share = sum F_upper F dt / sum F^2 dt      (least squares: F_upper = share F)
+               sigma^2 = sum sigma_i^2 + (sum c_i)^2 - sum c_i^2        c_i: what both have to the same side
+one mount      F = F_i / share_i,  share from the time when both were believed; one sigma of share widens the band
+
+push           p = (k_upper + k_lower) d,  d: the smaller of what both moved to the same side within half a second, mm
+
+A push is seen by the transducers themselves: one that lies has the other against it, an acceleration that lies moves
+none. At idle F_upper / F says more of the transducers' zeros than of the share: least squares weigh it little, beside
+what the models say: a minute at 5 kN.
+"""
+
+from collections.abc import Sequence
+from math import isfinite, nan, sqrt
+from typing import Any
+
+import numba
+import numpy as np
+
+from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
+from thrustd.core.jit import compiled, entry
+
+UPPER_N_MM, LOWER_N_MM = 5079.0, 5954.0  # fore and aft spring rates of the two isolators, thesis table 4.1
+UPPER_SHARE = UPPER_N_MM / (UPPER_N_MM + LOWER_N_MM)
+MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN; idle says more of the transducers' zeros
+MAX_STEP_S = 1.0
+SHARE_STD = 0.006  # of one mount's part, when scaled from the other: 30 N of its own errors at 5 kN
+SHARE, WEIGHT_N2_S = range(2)  # the memory of one engine
+PUSH_TAU_S = 0.5
+NO_MOUNT = -1
+
+
+ENGINE_MOUNTS = np.dtype(  # one engine's mount route at one step
+    [
+        ("force_n", np.float64),  # NaN: no mount is believed
+        ("std_n", np.float64),
+        ("load_share", np.float64),  # upper mount's part, slow average, -
+        ("push_n", np.float64),  # what both mounts were moved by within half a second; 0: they do not say the same
+        ("one_mount", np.bool_),
+    ],
+    align=True,
+)
+
+
+def mounts_table(mounts_of_engine: Sequence[Sequence[int]]) -> Integers:
+    """By engine, its mounts in a row that ends with NO_MOUNT."""
+    table = np.full((len(mounts_of_engine), max(2, *map(len, mounts_of_engine))), NO_MOUNT)
+    for row, mounts in zip(table, mounts_of_engine, strict=True):
+        row[: len(mounts)] = mounts
+    return table
+
+
+class MountCombiner:
+    """Keeps the slow load share of every engine."""
+
+    def __init__(self, mounts_of_engine: Sequence[Sequence[int]], shares: Sequence[float] = ()) -> None:
+        """By engine, its mounts: the upper one first; and that one's share to start from, else the spring rates say."""
+        self.rows = np.tile((UPPER_SHARE, MEMORY_N2_S), (len(mounts_of_engine), 1))
+        if shares:
+            self.rows[:, SHARE] = shares
+        self.mounts = mounts_table(mounts_of_engine)
+        self._lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
+        self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)
+
+    def step(self, mounts: Any, believed: Flags, dt_s: float) -> Any:
+        """ENGINE_MOUNTS by engine, good until the next step.
+
+        `mounts`: MOUNT_STATE by mount; `believed` (n_mounts,); forces that are not finite are not believed either.
+        """
+        _combine(self.rows, self.mounts, self._lagged_mm, mounts, believed, dt_s, self._out)
+        return self._out
+
+    def snapshot(self) -> list[list[float]]:
+        rows: list[list[float]] = self.rows.tolist()
+        return rows
+
+    def restore(self, rows: Sequence[Sequence[float]]) -> None:
+        """ValueError when these are not as many rows of numbers."""
+        found = np.array(rows, dtype=np.float64)
+        if found.shape != self.rows.shape or not np.isfinite(found).all():
+            raise ValueError("not the shares of these engines")
+        self.rows[:] = found
+
+
+@compiled
+def _learn(row: Floats, upper_n: float, total_n: float, dt_s: float) -> None:
+    news = total_n * total_n * dt_s
+    row[WEIGHT_N2_S] = min(row[WEIGHT_N2_S] + news, MEMORY_N2_S)
+    row[SHARE] += news / row[WEIGHT_N2_S] * (min(max(upper_n / total_n, 0.2), 0.8) - row[SHARE])
+
+
+@compiled
+def _both(mounts: Any, mine: Any) -> tuple[float, float]:
+    """Force and one sigma of all mounts of an engine together."""
+    force_n = variance_n2 = common_n = common_n2 = 0.0
+    for i in mine:
+        force_n += mounts[i].force_n
+        variance_n2 += mounts[i].std_n ** 2
+        common_n += mounts[i].common_n
+        common_n2 += mounts[i].common_n ** 2
+    return force_n, sqrt(variance_n2 + common_n**2 - common_n2)
+
+
+@compiled
+def _push_n(moved_mm: Floats, upper: int, lower: int) -> float:
+    """NaN is no movement."""
+    both = moved_mm[upper] * moved_mm[lower] > 0.0
+    smaller = upper if abs(moved_mm[upper]) < abs(moved_mm[lower]) else lower
+    return (UPPER_N_MM + LOWER_N_MM) * moved_mm[smaller] if both else 0.0
+
+
+def _combine_all(
+    rows: Floats, mounts_of: Any, lagged_mm: Floats, mounts: Any, believed: Any, dt_s: float, out: Any
+) -> None:
+    moved_mm = np.empty(len(lagged_mm))
+    for i in range(len(lagged_mm)):
+        measured_mm = mounts[i].deformation_mm
+        moved_mm[i] = measured_mm - lagged_mm[i]
+        known = isfinite(moved_mm[i])
+        lagged_mm[i] = lagged_mm[i] + min(dt_s / PUSH_TAU_S, 1.0) * moved_mm[i] if known else measured_mm
+    for e in range(len(rows)):
+        n = n_usable = 0
+        only = NO_MOUNT
+        for i in mounts_of[e]:
+            if i != NO_MOUNT:
+                n += 1
+                if believed[i] and isfinite(mounts[i].force_n):
+                    n_usable += 1
+                    only = i if only == NO_MOUNT else only
+        engine, upper, lower = out[e], mounts_of[e, 0], mounts_of[e, 1]
+        engine.force_n = engine.std_n = nan
+        engine.one_mount, engine.push_n = False, 0.0
+        if n_usable == n and n > 0:
+            engine.force_n, engine.std_n = _both(mounts, mounts_of[e, :n])
+            if n == 2 and engine.force_n > 0.0:
+                _learn(rows[e], mounts[upper].force_n, engine.force_n, min(dt_s, MAX_STEP_S))
+            if n == 2:
+                engine.push_n = _push_n(moved_mm, upper, lower)
+        elif n_usable > 0:
+            part = rows[e, SHARE] if only == upper else 1.0 - rows[e, SHARE]
+            force_n = mounts[only].force_n / part
+            engine.force_n, engine.one_mount = force_n, True
+            engine.std_n = sqrt((mounts[only].std_n / part) ** 2 + (SHARE_STD / part * force_n) ** 2)
+        engine.load_share = rows[e, SHARE]
+
+
+_TABLE, _ROW = numba.float64[:, ::1], numba.float64[::1]
+_SIGNATURE = numba.void(
+    _TABLE, numba.int64[:, ::1], _ROW, numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64,
+    numba.from_dtype(ENGINE_MOUNTS)[::1],
+)  # fmt: skip
+_combine: Any = entry(compiled(_combine_all, _SIGNATURE, "numpy"))

@@ -1,0 +1,289 @@
+"""One sensor on its own: dead, stuck, noisy, a jump that stays, a rate that the aircraft cannot have.
+
+Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go together: who jumps alone, or rests alone,
+lies. A jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if
+the signal stays where it jumped to, it is an offset; if it came back it was a spike. Noise is the median of |second
+difference| over 2 s, which one jump cannot lift. A sensor that is read once a second rests in between: three jumps
+within some seconds are its noise, and a jump of it is judged later.
+"""
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from thrustd.core.jit import compiled
+from thrustd.sensors.limits import ALONE_STUCK_S, FLYING_MACH, TURNING_N1_PCT, SensorLimits
+from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS
+
+STEP_S = 0.1
+DEAD_S = 1.0
+CONFIRM_S, SELDOM_CONFIRM_S = 1.0, 2.5
+JUMP_FADES_S, NOISY_JUMPS = 3.0, 2.0  # the third in a row, or of four readings
+DRIFT_STEPS = 30
+CALM_S = 5.0  # free of the symptom this long: believed again
+BACK_S = 0.5  # a sensor that was silent did not lie
+LEARN_REST_S = 60.0  # watched for this long, a sensor has shown how long it may rest
+REST_FACTOR = 4.0
+SHORTEST_STUCK_S = 6.0
+Floats = npt.NDArray[np.float64]
+
+KINDS = ("", "dead", "stuck", "noisy", "offset", "drift")
+HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(KINDS)))
+# the memory of one sensor, a row of numbers; JUMP is the size of the jump in doubt or confirmed, FROM the value before,
+# JUMPS how many there were, fading
+KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS = range(13)
+VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
+BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
+WIDTH = LAST_BEND + 1
+JUMP_LIMIT, NOISE_LIMIT, STUCK_LIMIT, RATE_LIMIT, LOW, HIGH, ALONE_JUMP, MOVES = range(8)  # the fields of SensorLimits
+WITNESS_STEPS = 10
+N1, N2, PER_ENGINE = ENGINE_SIGNALS.index("n1_pct"), ENGINE_SIGNALS.index("n2_pct"), len(ENGINE_SIGNALS)
+
+
+class SignalWatch:
+    """What one sensor's row says; the row is stepped by `watch`."""
+
+    __slots__ = ("_row",)
+
+    def __init__(self, row: Floats) -> None:
+        self._row = row
+
+    @property
+    def kind(self) -> str:
+        """The fault that is present, or ""."""
+        return KINDS[int(self._row[KIND])]
+
+    @property
+    def doubted(self) -> bool:
+        """A jump waits for its verdict."""
+        return bool(self._row[JUMP] != 0.0 and self._row[KIND] != OFFSET)
+
+    @property
+    def jumped_lately(self) -> bool:
+        """Most of the last seconds' change came at once: within two steps."""
+        return bool(_jumped_lately(self._row))
+
+    @property
+    def resting_s(self) -> float:
+        """How long the same value has been repeated."""
+        return self._row.item(RESTING)
+
+    def change(self, steps: int) -> float:
+        """Change over the last `steps` steps; 0 when unknown."""
+        row = self._row
+        return row.item(LAST) - row.item(LAST - steps) if row.item(N_VALUES) > steps else 0.0
+
+    def step_to(self, value: float) -> float:
+        """From the newest value seen to this one; 0 when there is none (NaN stays NaN)."""
+        return value - self._row.item(LAST) if self._row.item(N_VALUES) > 0 else 0.0
+
+    def acquit(self) -> None:
+        """The jump in doubt was no fault: others made it too. One that was judged already stays judged."""
+        if self._row[KIND] != OFFSET:
+            self._row[JUMP] = 0.0
+
+
+def fresh_rows(n: int) -> Floats:
+    """(n, WIDTH), nothing seen yet."""
+    rows = np.zeros((n, WIDTH))
+    rows[:, SINCE_JUMP] = 1e9
+    return rows
+
+
+def limit_rows(limits: list[SensorLimits]) -> Floats:
+    """(n, 8), one row per sensor."""
+    return np.array(limits, dtype=np.float64)
+
+
+def is_sane(rows: Floats) -> bool:
+    """Numbers that `watch` may have left."""
+    counts = rows[:, (KIND, N_VALUES, N_BENDS)]
+    most = len(KINDS) - 1, BENDS - VALUES, WIDTH - BENDS
+    whole = bool(np.isfinite(rows).all()) and bool((counts == np.floor(counts)).all())
+    return whole and bool((counts >= 0).all()) and bool((counts <= most).all())
+
+
+@compiled
+def _jumped_lately(row: Floats) -> bool:
+    n = int(row[N_VALUES])
+    if n < 2:
+        return False
+    recent = row[LAST + 1 - n : LAST + 1]
+    largest = 0.0
+    for i in range(1, n):  # a jump between the samples of one step shows as two half jumps
+        largest = max(largest, abs(recent[i] - recent[i - 1]), abs(recent[i] - recent[max(i - 2, 0)]))
+    return largest >= 0.5 * (recent.max() - recent.min())
+
+
+@compiled
+def _set(row: Floats, symptom: float) -> None:
+    if symptom != HEALTHY:
+        row[KIND], row[CALM] = symptom, 0.0
+    elif row[KIND] != HEALTHY:
+        row[CALM] += STEP_S
+        if row[CALM] >= (BACK_S if row[KIND] == DEAD else CALM_S):
+            row[KIND] = HEALTHY
+
+
+@compiled
+def _miss(row: Floats) -> None:
+    row[MISSING] += STEP_S
+    row[N_VALUES] = row[N_BENDS] = row[JUMP] = 0.0
+    _set(row, DEAD if row[SEEN] != 0.0 and row[MISSING] >= DEAD_S else row[KIND])
+
+
+@compiled
+def _watch_rest(row: Floats, value: float, active: bool) -> None:
+    if row[N_VALUES] > 0 and value == row[LAST]:
+        row[RESTING] += STEP_S
+        return
+    if active and row[KIND] != STUCK:
+        row[WATCHED] += STEP_S + row[RESTING]
+        row[LONGEST] = max(row[LONGEST], row[RESTING])
+    row[RESTING] = 0.0
+
+
+@compiled
+def _watch_jump(row: Floats, value: float, limit: float) -> None:
+    row[SINCE_JUMP] += STEP_S
+    row[JUMPS] = max(row[JUMPS] - STEP_S / JUMP_FADES_S, 0.0)
+    if row[N_VALUES] == 0:
+        return
+    step = value - row[LAST]
+    if abs(step) <= limit:
+        return
+    row[SINCE_JUMP] = 0.0
+    row[JUMPS] += 1.0
+    if row[JUMP] == 0.0:
+        row[JUMP], row[FROM] = step, row[LAST]
+    elif row[JUMP] * step < 0 and abs(step) > 0.6 * abs(row[JUMP]):
+        row[JUMP] = 0.0  # back where it came from
+
+
+@compiled
+def _append(row: Floats, value: float) -> None:
+    if row[N_VALUES] >= 2:
+        bend = abs(value - 2.0 * row[LAST] + row[LAST - 1])
+        for i in range(BENDS, LAST_BEND):
+            row[i] = row[i + 1]
+        row[LAST_BEND] = bend
+        row[N_BENDS] = min(row[N_BENDS] + 1, WIDTH - BENDS)
+    for i in range(VALUES, LAST):
+        row[i] = row[i + 1]
+    row[LAST] = value
+    row[N_VALUES] = min(row[N_VALUES] + 1, BENDS - VALUES)
+
+
+@compiled
+def _offset(row: Floats, value: float, confirm_s: float) -> bool:
+    if row[JUMP] == 0.0:
+        return False
+    if row[KIND] == OFFSET:
+        return True
+    if row[SINCE_JUMP] < confirm_s:
+        return False
+    if abs(value - row[FROM]) > 0.5 * abs(row[JUMP]):
+        return True
+    row[JUMP] = 0.0
+    return False
+
+
+@compiled
+def _stuck_s(row: Floats, longest_s: float) -> float:
+    """How long this sensor may repeat one value."""
+    if row[WATCHED] < LEARN_REST_S:
+        return longest_s
+    return min(longest_s, max(REST_FACTOR * row[LONGEST], SHORTEST_STUCK_S))
+
+
+@compiled
+def _is_noisy(row: Floats, limit: float) -> bool:
+    """The median of a full 2 s is above the limit."""
+    above = 0
+    for i in range(BENDS, WIDTH):
+        above += row[i] > limit
+    return row[N_BENDS] == WIDTH - BENDS and 2 * above > WIDTH - BENDS
+
+
+@compiled
+def _drifts(row: Floats, rate_limit: float) -> bool:
+    if row[N_VALUES] <= DRIFT_STEPS:
+        return False
+    far = abs(row[LAST] - row[LAST - DRIFT_STEPS]) > rate_limit * DRIFT_STEPS * STEP_S
+    return far and not _jumped_lately(row)
+
+
+@compiled
+def _symptom(row: Floats, limits: Floats, value: float, active: bool, longest_rest_s: float) -> float:
+    if active and row[RESTING] >= _stuck_s(row, longest_rest_s):
+        return STUCK
+    often = isfinite(limits[NOISE_LIMIT])
+    if _is_noisy(row, limits[NOISE_LIMIT]) if often else row[JUMPS] >= NOISY_JUMPS:
+        return NOISY
+    if _offset(row, value, CONFIRM_S if often else SELDOM_CONFIRM_S):
+        return OFFSET
+    judging = row[JUMP] != 0.0 or row[JUMPS] > 1.0  # an offset or noise: not known yet which
+    drifts = _drifts(row, limits[RATE_LIMIT]) and (often or not judging)
+    if drifts or (not judging and not limits[LOW] <= value <= limits[HIGH]):
+        return OFFSET if _jumped_lately(row) else DRIFT
+    return HEALTHY
+
+
+@compiled
+def _witnesses(rows: Floats, limits: Floats, own: int, first: int, n_engines: int) -> tuple[int, int]:
+    """How many of the two other signals of the engine changed within the last second, and how many did not."""
+    moved = rested = 0
+    for other in range(first + (own - first) % n_engines, first + PER_ENGINE * n_engines, n_engines):
+        if other != own and rows[other, N_VALUES] > WITNESS_STEPS:
+            far = abs(rows[other, LAST] - rows[other, LAST - WITNESS_STEPS]) > limits[other, MOVES]
+            moved, rested = moved + far, rested + (not far)
+    return moved, rested
+
+
+@compiled
+def _limit(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engines: int) -> tuple[Floats, Floats, Any]:
+    """Largest jump and longest rest of each sensor now, and whether it is alive: flying, engine turning."""
+    jump, rest_s, active = limits[:, JUMP_LIMIT].copy(), limits[:, STUCK_LIMIT].copy(), np.ones(len(rows), np.bool_)
+    after = n_mounts + PER_ENGINE * n_engines
+    for i in range(n_mounts, after):
+        moved, rested = _witnesses(rows, limits, i, n_mounts, n_engines)
+        if rested == PER_ENGINE - 1:
+            jump[i] = limits[i, ALONE_JUMP]
+        if moved == PER_ENGINE - 1:
+            rest_s[i] = ALONE_STUCK_S
+        n1 = n_mounts + (i - n_mounts) % n_engines + N1 * n_engines
+        active[i] = values[n1] > TURNING_N1_PCT or values[n1 + (N2 - N1) * n_engines] > TURNING_N1_PCT
+    active[after:] = values[after] > FLYING_MACH
+    return jump, rest_s, active
+
+
+def _watch(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engines: int) -> bool:
+    """One step of every sensor, in place, in the order of `Layout.sensors`. -> some sensor is suspect."""
+    suspect = False
+    jump, rest_s, active = _limit(rows, limits, values, n_mounts, n_engines)
+    for i in range(len(rows)):
+        row, value = rows[i], values[i]
+        if isfinite(value):
+            row[SEEN], row[MISSING] = 1.0, 0.0
+            _watch_jump(row, value, jump[i])
+            _watch_rest(row, value, active[i])
+            _append(row, value)
+            _set(row, _symptom(row, limits[i], value, active[i], rest_s[i]))
+        else:
+            _miss(row)
+        suspect |= row[KIND] != HEALTHY or row[JUMP] != 0.0
+    return suspect
+
+
+def _find_leap(rows: Floats, limits: Floats, values: Floats) -> bool:
+    """Some sensor is further from its newest value than it may jump."""
+    for i in range(len(rows)):
+        if rows[i, N_VALUES] > 0 and abs(values[i] - rows[i, LAST]) > limits[i, JUMP_LIMIT]:
+            return True
+    return False
+
+
+watch: Any = compiled(_watch, "b1(f8[:, ::1], f8[:, ::1], f8[::1], i8, i8)")
+leapt: Any = compiled(_find_leap, "b1(f8[:, ::1], f8[:, ::1], f8[::1])")

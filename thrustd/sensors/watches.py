@@ -1,0 +1,63 @@
+"""The watches of every sensor of the aircraft, stepped at once (see `signal_watch`)."""
+
+from typing import Any
+
+import numpy as np
+
+from thrustd.core.columns import Floats
+from thrustd.sensors.limits import LIMITS
+from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS, Layout, Sensor
+from thrustd.sensors.signal_watch import WITNESS_STEPS, SignalWatch, fresh_rows, is_sane, leapt, limit_rows, watch
+
+
+class Watches:
+    """Mutable; `snapshot` / `restore` for the checkpoint."""
+
+    def __init__(self, layout: Layout) -> None:
+        self.sensors = layout.sensors()
+        n = len(self.sensors)
+        self._size = len(layout.mount_names), len(layout.mounts_of_engine)
+        self._rows, self._limits = fresh_rows(n), limit_rows([LIMITS[name] for name, _ in self.sensors])
+        self.work = self._rows, self._limits
+        self._of = {sensor: SignalWatch(row) for sensor, row in zip(self.sensors, self._rows, strict=True)}
+
+    def __getitem__(self, sensor: Sensor) -> SignalWatch:
+        return self._of[sensor]
+
+    def trusts(self, sensor: Sensor) -> bool:
+        """No fault, no jump in doubt."""
+        watched = self._of[sensor]
+        return not (watched.kind or watched.doubted)
+
+    def leapt(self, readings: Floats) -> frozenset[Sensor]:
+        """Sensors that are now, between two steps, further from where they were than they may jump."""
+        if not leapt(self._rows, self._limits, readings):
+            return frozenset()
+        pairs = zip(self.sensors, readings.tolist(), strict=True)
+        return frozenset(s for s, value in pairs if abs(self._of[s].step_to(value)) > LIMITS[s[0]].jump)
+
+    def followed(self, sensor: Sensor) -> bool:
+        """Another signal of the engine moved too within the last second, and is not in doubt."""
+        name, engine = sensor
+        others = [(self._of[other, engine], other) for other in ENGINE_SIGNALS if other != name]
+        return any([abs(w.change(WITNESS_STEPS)) > LIMITS[o].moves and not w.doubted for w, o in others])
+
+    def forget_last_values(self) -> None:
+        """Nobody watched for a while: a change since the last value is not a jump."""
+        before = self._rows.copy()
+        watch(self._rows, self._limits, np.full(len(self.sensors), np.nan), *self._size)
+        for i, sensor in enumerate(self.sensors):
+            if self._of[sensor].kind == "offset":
+                self._rows[i] = before[i]
+
+    def snapshot(self) -> list[list[float]]:
+        """One row of numbers per sensor."""
+        return self._rows.tolist()
+
+    def restore(self, rows: Any) -> bool:
+        """Take over a snapshot; False, and nothing changed, when it is none of these sensors."""
+        found = np.array(rows, dtype=np.float64)  # raises ValueError or TypeError on anything but rows of numbers
+        if found.shape != self._rows.shape or not is_sane(found):
+            return False
+        self._rows[:] = found
+        return True
