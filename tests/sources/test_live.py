@@ -1,17 +1,21 @@
 """Live sources: a pty, a virtual bus, a bounded queue. Waiting is on queues with generous limits, never timed."""
 
+import errno
 import os
 import pty
 import socket
+import termios
 import tty
 import uuid
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 from threading import Event as Flag
+from typing import Any
 
 import can
 import pytest
+import serial
 from can.interfaces.socketcan import SocketcanBus
 
 from thrustd.core.errors import ConfigError
@@ -135,6 +139,26 @@ def test_a_serial_port_that_was_never_there_is_said_once(tmp_path: Path) -> None
     assert queue.take(0.01) == []
 
 
+def test_a_port_that_goes_while_it_is_opened_is_tried_again(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    attempts = [termios.error(errno.EIO, "Input/output error")]
+    really_open = serial.serial_for_url
+
+    def open_port(name: str, **more: Any) -> Any:
+        if not more.get("do_not_open") and attempts:
+            raise attempts.pop()  # pyserial lets it through from tcgetattr; it is no OSError
+        return really_open(name, **more)
+
+    monkeypatch.setattr(serial, "serial_for_url", open_port)
+    queue = EventQueue()
+    port = SerialPort(str(terminal.link), 921_600, queue.put)
+    port.start()
+    events = take_until(queue, lambda found: "reconnected" in faults(found))
+    port.stop()
+    assert faults(events) == ["unplugged", "reconnected"]
+
+
 def test_a_pyserial_url_works_and_a_wrong_one_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"adc\.port = 'nonsense://x'"):
         SerialPort("nonsense://x", 9600, EventQueue().put)
@@ -207,7 +231,7 @@ class BrokenBus:
 
 def test_a_failing_driver_is_counted_reopened_and_never_fatal(monkeypatch: pytest.MonkeyPatch) -> None:
     good = can.Message(arbitration_id=5, data=b"x", is_extended_id=False)
-    dead = BrokenBus([KeyError("what"), *[OSError(19, "gone")] * 10])
+    dead = BrokenBus([KeyError("what"), *[OSError(errno.EIO, "again")] * 10])
     alive = BrokenBus([can.Message(is_error_frame=True), good])
     attempts: list[object] = [dead, can.CanInitializationError("not yet"), alive]
 
@@ -266,6 +290,44 @@ def test_socketcan_frames_are_read_as_they_are(monkeypatch: pytest.MonkeyPatch) 
     heard = [(event.ident, event.data) for event in events if isinstance(event, Frame)]
     assert heard == [(300, b"12345678"), (EXTENDED_BIT | 0x1ABCDEF, b""), (5, b"ab"), (6, b"")]
     assert "bus_error" in faults(events)
+
+
+class VanishingSocket:
+    """What SocketCAN does when its interface goes: it says so once, and never again."""
+
+    def __init__(self, port: socket.socket, error: int) -> None:
+        self._port, self._errors = port, [error]
+        self.close = port.close
+
+    def fileno(self) -> int:
+        return self._port.fileno()
+
+    def getsockopt(self, *_: int) -> int:
+        return 0
+
+    def recv(self, *_: int) -> bytes:
+        if self._errors:
+            raise OSError(self._errors.pop(), "said once")
+        raise BlockingIOError
+
+
+@pytest.mark.parametrize("error", [errno.ENETDOWN, errno.ENODEV])
+def test_an_interface_that_vanished_is_opened_again(monkeypatch: pytest.MonkeyPatch, error: int) -> None:
+    gone, away, back = SocketPairCan(), SocketPairCan(), SocketPairCan()
+    for bus in (gone, back):
+        bus.far.send(CAN_FRAME.pack(7, 2, b"ab"))
+    gone.socket = VanishingSocket(gone.socket, error)  # type: ignore[assignment]
+    down = VanishingSocket(away.socket, 0)
+    down.getsockopt = lambda *_: errno.ENETDOWN  # type: ignore[method-assign]
+    away.socket = down  # type: ignore[assignment]
+    buses = [gone, away, back]
+    monkeypatch.setattr(can, "Bus", lambda **_: buses.pop(0))
+    queue = EventQueue()
+    source = CanBus("socketcan", "can0", 1_000_000, queue.put)
+    source.start()
+    events = take_until(queue, lambda found: any(isinstance(event, Frame) for event in found))
+    source.stop()
+    assert faults(events) == ["bus_error", "unplugged", "reconnected"]
 
 
 def test_what_is_left_in_the_queue_wakes_nobody_but_comes_with_the_next_event_in_order() -> None:

@@ -6,6 +6,8 @@ python-can's Notifier is not used: an exception in `recv` ends its thread silent
 timestamps follow the wall clock. `interface` is any of python-can's (socketcan onboard).
 """
 
+import errno
+import os
 import socket
 import time
 from collections.abc import Callable
@@ -32,6 +34,8 @@ GATHER_MESSAGES = 256  # at once; SocketCAN keeps about 320
 ERROR, REMOTE = 1 << 29, 1 << 30  # flags beside EXTENDED_BIT (linux/can.h)
 CAN_FRAME = Struct("=IB3x8s")
 ERRORS_IN_A_ROW = 10  # failing receives before the bus is opened again
+# SocketCAN says once that its interface went down or away; the socket is silent for good then
+GONE = frozenset({errno.ENETDOWN, errno.ENODEV, errno.ENXIO, errno.EBADF})
 TELL_NS = 100_000_000  # error frames are told in bunches, at most so often
 
 
@@ -83,18 +87,20 @@ class CanBus:
     def _tell(self, kind: str, count: int = 1) -> None:
         self._put(Fault(self._clock_ns(), CHANNEL, kind, count))
 
-    def _open(self) -> can.BusABC | None:
-        try:
-            return can.Bus(interface=self._interface, channel=self._channel, bitrate=self._bitrate)
-        except Exception:  # drivers raise what they like; whatever it is, the bus is not there
-            return None
+    def _open(self) -> can.BusABC:
+        bus = can.Bus(interface=self._interface, channel=self._channel, bitrate=self._bitrate)
+        if isinstance(bus, SocketcanBus) and (error := _pending_error(bus.socket)):
+            bus.shutdown()  # an interface that is down can be bound, and says so once
+            raise OSError(error, os.strerror(error))
+        return bus
 
     def _receive(self, bus: can.BusABC) -> None:
         """Put what arrives until the bus fails for good or the thread is stopped; then close it."""
         self._bus = bus
-        self._listen(bus)
-        self._bus = None
-        with suppress(Exception):  # it may be gone already
+        try:
+            self._listen(bus)
+        finally:
+            self._bus = None
             bus.shutdown()
 
     def _listen(self, bus: can.BusABC) -> None:
@@ -105,9 +111,11 @@ class CanBus:
             try:
                 gather(heard)
                 failed = 0
-            except Exception:  # a damaged datagram must not end the reception, a dead bus fails again at once
+            except Exception as problem:  # a damaged datagram must not end the reception, a dead bus fails again
                 failed += 1
                 self._note_error()
+                if isinstance(problem, OSError) and problem.errno in GONE:
+                    return
             self._hand_over(heard)
             if heard:
                 time.sleep(GATHER_S)
@@ -127,6 +135,10 @@ class CanBus:
         if now_ns - self._told_ns >= TELL_NS:
             self._tell("bus_error", self._errors)
             self._told_ns, self._errors = now_ns, 0
+
+
+def _pending_error(port: socket.socket) -> int:
+    return port.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
 
 
 def _messages_of(bus: can.BusABC, heard: list[tuple[int, bytes]]) -> None:

@@ -54,13 +54,10 @@ class SerialPort:
     def _tell(self, kind: str) -> None:
         self._put(Fault(self._clock_ns(), CHANNEL, kind))
 
-    def _open(self) -> Any | None:
+    def _open(self) -> Any:
         only_us = None if self._is_url else True  # two readers of one device would each get half of the bytes
-        try:
-            port = serial.serial_for_url(self._name, baudrate=self._baud, timeout=URL_TIMEOUT_S, exclusive=only_us)
-        except (OSError, ValueError):  # SerialException is an OSError
-            return None
-        with suppress(OSError, ValueError, NotImplementedError, AttributeError):  # a pty or a URL has no such mode
+        port = serial.serial_for_url(self._name, baudrate=self._baud, timeout=URL_TIMEOUT_S, exclusive=only_us)
+        with suppress(Exception):  # a pty or a URL has no such mode
             port.set_low_latency_mode(True)  # FTDI adapters hold bytes for 16 ms otherwise
         return port
 
@@ -68,12 +65,12 @@ class SerialPort:
         """Put what arrives until the port fails or the thread is stopped."""
         stopping, put, clock_ns = self._worker.stopping, self._put, self._clock_ns
         read = partial(port.read, URL_READ_BYTES) if self._is_url else partial(_read_device, port.fileno())
-        with suppress(OSError, TypeError):  # unplugging raises either
+        try:
             while not stopping.is_set():
                 data = read()
                 if data:
                     put(Frame(clock_ns(), CHANNEL, 0, data))
-        with suppress(OSError):  # it may be gone already
+        finally:
             port.close()
 
 

@@ -1,6 +1,7 @@
 """The thread of a receiver: it keeps something open, says when it goes and comes back, and ends when told."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from threading import Event as Flag
 from threading import Thread
 from typing import TypeVar
@@ -33,19 +34,26 @@ class Worker:
 
 def keep_open(
     stopping: Flag,
-    open_port: Callable[[], Port | None],
+    open_port: Callable[[], Port],
     receive: Callable[[Port], None],
     tell: Callable[[str], None],
 ) -> None:
-    """Open, receive until it fails, open again with growing delays; `tell` "unplugged" and "reconnected" once each."""
+    """Open, receive until it fails, open again with growing delays; `tell` "unplugged" and "reconnected" once each.
+
+    `open_port` and `receive` may raise what they like: drivers do (`termios.error` is no OSError), and whatever it is,
+    the port is not there.
+    """
     missing, delay_s = False, FIRST_DELAY_S
     while not stopping.is_set():
-        port = open_port()
+        port = None
+        with suppress(Exception):
+            port = open_port()
         if port is not None:
             if missing:
                 tell("reconnected")
             missing, delay_s = False, FIRST_DELAY_S
-            receive(port)
+            with suppress(Exception):
+                receive(port)
         if not missing and not stopping.is_set():
             tell("unplugged")
         missing = True
