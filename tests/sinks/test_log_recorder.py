@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from io import FileIO
 from pathlib import Path
 from queue import SimpleQueue
+from shutil import rmtree
 from threading import Event as Flag
 from typing import Any
 
@@ -60,7 +61,7 @@ def test_everything_is_recorded_under_a_name_with_the_time(tmp_path: Path) -> No
         log.write_batch(EventBatch.of((event,)))
         log.write_output(MountOutput(event.t_ns, 0, 0.5, 2500.0, 20.0))
     log.close()
-    assert [path.name for path in tmp_path.iterdir()] == ["flight_20180312T120000Z_0000.mcap"]
+    assert [path.name for path in tmp_path.iterdir()] == ["flight_00001_20180312T120000Z_0000.mcap"]
     [path] = tmp_path.iterdir()
     assert list(LogFile(path).events()) == events
     assert sum(1 for _ in LogFile(path).messages(["/mount/left_upper"])) == len(events)
@@ -81,18 +82,22 @@ def test_files_rotate_by_time_and_size_and_continue_each_other(tmp_path: Path) -
 
 
 def test_an_existing_file_is_never_overwritten(tmp_path: Path) -> None:
-    old = tmp_path / "flight_20180312T120000Z_0000.mcap"
-    old.write_bytes(b"precious")
-    log = recorder(tmp_path, [])
+    old = tmp_path / "flight_00001_20180312T120000Z_0000.mcap"
+
+    def open_late(path: Path) -> Any:
+        old.write_bytes(b"precious")  # another process was faster
+        return path.open("xb")
+
+    log = recorder(tmp_path, [], open_file=open_late)
     log.write_batch(EventBatch.of((Tick(1),)))
     log.close()
     assert old.read_bytes() == b"precious"
-    assert list(LogFile(tmp_path / "flight_20180312T120000Z_0000-1.mcap").events()) == [Tick(1)]
+    assert list(LogFile(tmp_path / "flight_00001_20180312T120000Z_0000-1.mcap").events()) == [Tick(1)]
 
 
 def test_a_name_cannot_leave_the_folder(tmp_path: Path) -> None:
     recorder(tmp_path / "logs", [], settings={"name": "../PH LAB"}).close()
-    assert [path.name for path in (tmp_path / "logs").iterdir()] == ["-PH-LAB_20180312T120000Z_0000.mcap"]
+    assert [path.name for path in (tmp_path / "logs").iterdir()] == ["-PH-LAB_00001_20180312T120000Z_0000.mcap"]
 
 
 def test_a_folder_that_cannot_be_is_a_fault_from_the_start(tmp_path: Path) -> None:
@@ -120,20 +125,55 @@ def test_files_of_different_runs_or_with_one_missing_are_no_run(tmp_path: Path) 
 
 
 def test_the_oldest_logs_go_when_the_disk_gets_full_but_nothing_else(tmp_path: Path) -> None:
-    (tmp_path / "flight_notes.txt").write_text("keep")
-    (tmp_path / "other_20180312T110000Z_0000.mcap").write_text("keep")
-    old = [tmp_path / f"flight_2018031{day}T110000Z_0000.mcap" for day in range(5)]
-    for path in old:
+    """Of flights 4 to 8 the clock was right in the first three, then years behind: today's log is not the oldest."""
+    for name in ("flight_notes.txt", "other_00001_20180312T110000Z_0000.mcap"):
+        (tmp_path / name).write_text("keep")
+    days = ("20180310", "20180311", "20180312", "19700101", "19700101")
+    old = [tmp_path / f"flight_{4 + n:05d}_{day}T110000Z_0000.mcap" for n, day in enumerate(days)]
+    unnumbered = tmp_path / "flight_20180309T110000Z_0000.mcap"
+    for path in [unnumbered, *old]:
         path.write_text("old")
-    free = iter([1e6, 2e6, 3e6]).__next__
+    free = iter([1e6, 2e6, 2.5e6, 3e6]).__next__
     faults: list[Fault] = []
     settings = RecorderSettings(tmp_path, keep_free_mb=3)
     LogRecorder(settings, HEADER, faults.append, disk(free_bytes=lambda folder: int(free()))).close()
-    left = sorted(path.name for path in tmp_path.iterdir())
-    assert left == sorted(
-        ["flight_notes.txt", "other_20180312T110000Z_0000.mcap", "flight_20180312T120000Z_0000.mcap"]
-        + [path.name for path in old[2:]]
+    kept = ["flight_notes.txt", "other_00001_20180312T110000Z_0000.mcap", *(path.name for path in old[2:])]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        [*kept, "flight_00009_20180312T120000Z_0000.mcap"]
     )
+
+
+def test_flights_are_numbered_and_all_files_of_one_carry_its_number(tmp_path: Path) -> None:
+    for expected in (1, 2):
+        log = recorder(tmp_path, [], settings={"rotate_min": 1 / 60})
+        for event in flight(3):
+            log.write_batch(EventBatch.of((event,)))
+        log.close()
+        names = sorted(tmp_path.glob(f"flight_{expected:05d}_*.mcap"))
+        assert [LogFile(path).header.part for path in names] == list(range(len(names)))
+        assert len(names) >= 3
+
+
+@pytest.mark.parametrize("trouble", ["removed", "moved"])
+def test_a_folder_that_goes_in_flight_is_told_and_made_again(tmp_path: Path, trouble: str) -> None:
+    faults, folder = SimpleQueue[Fault](), tmp_path / "logs"
+    log = LogRecorder(RecorderSettings(folder), HEADER, faults.put, disk())
+    before, after = flight(2), flight(3, 2.0)
+    for event in before:
+        log.write_batch(EventBatch.of((event,)))
+    if trouble == "removed":
+        rmtree(folder)
+    else:
+        folder.rename(tmp_path / "elsewhere")
+    for event in after:
+        log.write_batch(EventBatch.of((event,)))
+    lost = wait_for(faults, "log_write").count
+    wait_for(faults, "log_resumed")
+    log.close()
+    kept = recorded(folder)
+    assert lost == log.lost_items > 0
+    assert len(kept) == len([*before, *after]) - lost
+    assert kept[-1] == after[-1]
 
 
 class Drive:

@@ -1,11 +1,17 @@
-"""The files of one run: names never used before, rotated by size and time, given up when the disk refuses."""
+"""The files of one run: names never used before, rotated by size and time, given up when the disk refuses.
+
+    <aircraft>_<flight>_<UTC>_<part>.mcap    flight: one more than the largest in the folder
+
+The calendar clock of an aircraft may be years off after a flat battery: which logs are old is said by their flight
+number and part, never by the time in their name.
+"""
 
 import os
 import re
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
-from glob import escape
+from errno import ENOENT
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -82,6 +88,12 @@ def _sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
+def _still_there(path: Path, stream: BinaryIO) -> None:
+    """OSError when the file being written has no name any more: what goes into it is lost."""
+    if not os.path.samestat(path.stat(), os.fstat(stream.fileno())):
+        raise OSError(ENOENT, os.strerror(ENOENT), str(path))
+
+
 def _utc_now() -> datetime:
     return datetime.now(UTC)
 
@@ -110,18 +122,20 @@ class LogFiles:
         self._writer: LogWriter | None = None
         self._part, self._run = header.part, header.run  # an unnamed run is named after its first file
         self._started_ns: int | None = None
-        self._unsynced_items = 0
+        self._flight = 0  # numbered at the first file
+        self._unsynced_items = self._file_items = 0
         self._syncs = 0  # of the writer, as last seen
 
     def start(self) -> None:
         """Open the next file under a name that was never used, header on the disk."""
         folder = self._settings.folder
         folder.mkdir(parents=True, exist_ok=True)
+        self._flight = self._flight or 1 + max((flight for (flight, _), _ in self._old_logs()), default=0)
         if self._settings.keep_free_mb > 0:
             self._make_room()
-        stamp = self._disk.utc().strftime("%Y%m%dT%H%M%SZ")
-        self._run = self._run or f"{self._name}_{stamp}"
-        stem = f"{self._name}_{stamp}_{self._part:04d}"
+        flight_stamp = f"{self._flight:05d}_{self._disk.utc():%Y%m%dT%H%M%SZ}"
+        self._run = self._run or f"{self._name}_{flight_stamp}"
+        stem = f"{self._name}_{flight_stamp}_{self._part:04d}"
         header = msgspec.structs.replace(self._header, part=self._part, run=self._run)
         part = folder / f".{stem}.{os.getpid()}.part"
         part.unlink(missing_ok=True)
@@ -136,7 +150,7 @@ class LogFiles:
             raise
         self._stream, self._writer, self.path = stream, writer, path
         self._part += 1
-        self._started_ns, self._unsynced_items, self._syncs = None, 0, writer.syncs
+        self._started_ns, self._unsynced_items, self._file_items, self._syncs = None, 0, 0, writer.syncs
 
     def ready(self) -> bool:
         """Make sure there is a file; true when there was none."""
@@ -146,15 +160,19 @@ class LogFiles:
         return True
 
     def write(self, parcel: Parcel) -> None:
-        writer = self._writer
-        assert writer is not None, "ready() comes first"
+        writer, stream, path = self._writer, self._stream, self.path
+        assert writer is not None and stream is not None and path is not None, "ready() comes first"
         items = parcel.n_events() + len(parcel.outputs)
         self._unsynced_items += items
+        self._file_items += items
         writer.write_batches(parcel.batches, parcel.first_number)
         for output in parcel.outputs:
             writer.write_output(output)
         if writer.syncs != self._syncs:
-            self._syncs, self._unsynced_items = writer.syncs, items  # it syncs before it takes a new parcel
+            self._syncs = writer.syncs
+            self._unsynced_items = self._file_items  # if it is gone, all of it is lost
+            _still_there(path, stream)
+            self._unsynced_items = items  # it syncs before it takes a new parcel
         if parcel.batches:
             self._rotate_when_due(parcel.batches[-1].t_ns.item(-1))
 
@@ -184,12 +202,17 @@ class LogFiles:
             self.finish()
             self.start()
 
+    def _old_logs(self) -> list[tuple[tuple[int, int], Path]]:
+        """Flight and part of the logs of this name, the oldest first; those from before flights had numbers are 0."""
+        pattern = re.compile(rf"{re.escape(self._name)}_(?:(\d+)_)?\d+T\d+Z_(\d+)(?:-\d+)?\.mcap")
+        found = ((pattern.fullmatch(path.name), path) for path in self._settings.folder.iterdir())
+        return sorted(((int(name[1] or 0), int(name[2])), path) for name, path in found if name)
+
     def _make_room(self) -> None:
         """Delete the oldest finished logs of this name until `keep_free_mb` is free."""
         folder = self._settings.folder
-        pattern = f"{escape(self._name)}_[0-9]*T[0-9]*Z_[0-9]*.mcap"
-        old = sorted(folder.glob(pattern), key=lambda path: path.name)
-        while old and self._disk.free_bytes(folder) < self._settings.keep_free_mb * 1e6:
+        for _, path in self._old_logs():
+            if self._disk.free_bytes(folder) >= self._settings.keep_free_mb * 1e6:
+                return
             with suppress(OSError):
-                old[0].unlink()
-            del old[0]
+                path.unlink()
