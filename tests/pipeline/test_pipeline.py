@@ -89,6 +89,22 @@ def test_frames_that_may_wait_complete_nothing_and_a_step_waits_for_none(aircraf
     assert early == pytest.approx(0.8 * 800, abs=10)
 
 
+@pytest.mark.parametrize("estimate_hz, expected_hz", [(10.0, 10.0), (20.0, 20.0), (50.0, 20.0)])
+def test_a_silent_adc_costs_no_estimates(aircraft, estimate_hz, expected_hz):
+    """Ticks come at 20 Hz, some of them up to 8 ms late."""
+    steps = msgspec.structs.replace(aircraft.config.steps, estimate_hz=estimate_hz)
+    pipeline = Pipeline(msgspec.structs.replace(aircraft.config, steps=steps), PARTS)
+    late_ns = np.random.default_rng(0).integers(0, 8_000_000, 10_000)
+    events = (
+        Tick(event.t_ns + late_ns.item(n)) if isinstance(event, Tick) else event
+        for n, event in enumerate(flight(aircraft, 15, drop=lambda k: k >= 500))
+    )
+    times_ns = [o.t_ns for event in events for o in pipeline.feed(event) if isinstance(o, Estimate) and o.engine == 0]
+    silent_s = np.array([t_ns for t_ns in times_ns if t_ns >= S + 6 * S]) * 1e-9
+    assert len(silent_s) == pytest.approx(9 * expected_hz, abs=2)
+    assert np.max(np.diff(silent_s)) < 2.0 / expected_hz
+
+
 def test_engine_thrust_is_the_sum_of_its_mounts(aircraft):
     outputs = fly(aircraft, flight(aircraft, 30, lambda t: (0.2, 0.3, 0.25, 0.25)))
     left = of(outputs, Estimate, engine=0)[-1]

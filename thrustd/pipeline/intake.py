@@ -27,7 +27,6 @@ from thrustd.wire.event_batch import EventBatch
 
 BUS = "can"  # channel of the frames that are CAN messages; all others are bytes of the ADC
 LONGEST_PAUSE_S = 60.0  # of a warm restart; the models step through it when the first sample comes
-SILENT_AFTER_PERIODS = 2.5  # no ADC sample for so many fused periods: ticks take over
 NEVER = (-1, -1)
 FAULTY = (align.OTHER_EVENT, align.CAN_FAULT, align.ADC_FAULT, align.READING_OUTSIDE, align.SAMPLE_OUTSIDE)
 Sensor = tuple[str, int]
@@ -148,7 +147,7 @@ class Intake:
         most = max(len(model.channels) - 1 for model in models)
         listeners = np.array([row for row in heard if row[0] >= 0], np.int64).reshape(-1, 3)
         grid = Grid(len(models), most, round(adc.sample_hz / steps.estimate_hz), self.hold, listeners)
-        grid.state["silent_ns"] = SILENT_AFTER_PERIODS * round(1e9 / steps.estimate_hz)
+        grid.state["step_ns"] = round(1e9 / steps.estimate_hz)
         for row, mount in zip(grid.mounts, self._config.mount, strict=True):
             row["channel"], row["scale_mm"], row["offset_mm"] = mount.adc_channel, mount.scale_mm, mount.offset_mm
         return grid

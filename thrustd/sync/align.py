@@ -27,6 +27,8 @@ from thrustd.core.jit import compiled, entry
 from thrustd.sync.memory import CLOCK, GRID, HELD, MOUNT
 
 CRYSTAL_TOLERANCE = 100e-6  # two crystals drift apart by less than this, s/s
+SILENT_AFTER_STEPS = 2.5  # no ADC sample for so many fused steps: ticks take over
+EARLY_STEP = 0.75  # of a fused step: ticks jitter
 
 # why `align` stopped
 DONE, OTHER_EVENT, CAN_FAULT, ADC_FAULT, READING_OUTSIDE, SAMPLE_OUTSIDE, CATCH_UP, FULL, RESUME, FUSE = range(10)
@@ -157,7 +159,8 @@ def _take_event(state: Any, t_ns: int, kind: int) -> int:
     """An event that is no frame."""
     if kind == FAULT:
         return OTHER_EVENT
-    if state.fused_ns < 0 or t_ns - state.fused_ns >= state.silent_ns:
+    silent = t_ns - state.t_ns >= SILENT_AFTER_STEPS * state.step_ns
+    if state.fused_ns < 0 or (silent and t_ns - state.fused_ns >= EARLY_STEP * state.step_ns):
         state.due_ns = t_ns
         return FUSE
     return DONE

@@ -23,7 +23,7 @@ GRID = np.dtype(
         ("next_step", np.int64),  # sequence of the next fused step
         ("samples_per_step", np.int64),
         ("fused_ns", np.int64),  # of the last fused step; -1 before the first
-        ("silent_ns", np.float64),  # no fused step for so long: ticks take over
+        ("step_ns", np.float64),  # between two fused steps
         ("due_ns", np.int64),  # the instant of the step that is to be made
         ("offered_mm", np.float64),  # deformation of the sample a mount has to catch up with
     ]
