@@ -34,6 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status: 0 done, 1 the answer is no, 2 bad input, 130 interrupted."""
     with suppress(ValueError):  # not the main thread
         signal.signal(signal.SIGTERM, _terminated)  # the daemon sets its own
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as it is under nohup
+            signal.signal(signal.SIGHUP, _terminated)
     try:
         chosen = parser().parse_args(arguments)
         check_outputs(vars(chosen))

@@ -1,12 +1,14 @@
 """A checkpoint is taken over only when it is fresh, whole and of the same files."""
 
+import time
 from pathlib import Path
 
+import psutil
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from thrustd.onboard.checkpoint import SCHEMA, Checkpoint, Clocks, encode, judge, read_checkpoint
+from thrustd.onboard.checkpoint import SCHEMA, Checkpoint, Clocks, at_start, clocks, encode, judge, read_checkpoint
 from thrustd.sinks.latest_file import LatestFile, replace_file
 
 S = 1_000_000_000
@@ -67,6 +69,21 @@ def test_one_changed_byte_is_noticed(data):
 @given(st.binary(max_size=300) | st.integers(0, len(CONTENT) - 1).map(lambda n: CONTENT[:n]))
 def test_junk_and_cut_files_are_refused(content):
     assert judge(PATH, content, HASHES, later(1), 10).start is None
+
+
+def test_a_slow_start_makes_no_checkpoint_older():
+    """Its age is counted to the start of this process, which is longer ago than this test."""
+    now, before = clocks(), clocks()
+    began = at_start(now)
+    up_ns = now.monotonic_ns - began.monotonic_ns
+    assert up_ns == pytest.approx(time.time_ns() - psutil.Process().create_time() * 1e9, abs=2 * S)
+    assert up_ns > time.process_time_ns() / 4  # of several threads
+    assert now.utc_ns - began.utc_ns == up_ns
+    written = before._replace(monotonic_ns=began.monotonic_ns - 9 * S, utc_ns=began.utc_ns - 9 * S)
+    content = encode(Checkpoint(SCHEMA, written, HASHES, SNAPSHOT))
+    later_by_minutes = now._replace(monotonic_ns=now.monotonic_ns + 300 * S)
+    assert judge(PATH, content, HASHES, later_by_minutes, 10).start is None
+    assert judge(PATH, content, HASHES, began, 10).start is not None
 
 
 def test_none_at_all_is_a_first_start(tmp_path):

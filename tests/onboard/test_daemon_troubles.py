@@ -1,13 +1,17 @@
 """The onboard process starts and flies although nothing around it works."""
 
+import os
 import resource
+import signal
 import socket
 
-from tests.hil.test_hil import ServiceManager
+from tests.hil.test_hil import PATIENCE_S, ServiceManager, start
 from tests.onboard.rig import Daemon, reliable_aircraft
 from thrustd.core.config import Realtime
 from thrustd.installation.installation import read_installation
+from thrustd.onboard.daemon import stop_on_signal
 from thrustd.onboard.realtime import ask_for
+from thrustd.sources.mcap_log import LogFile
 
 
 def occupied(place):
@@ -37,6 +41,42 @@ def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
     assert "adc: unplugged: a port or bus disappeared or refuses to open" in words
     assert "damaged: its checksum does not match: starting cold" in words
     assert "Traceback" not in words
+
+
+def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tmp_path):
+    config = reliable_aircraft(tmp_path)
+    with ServiceManager(tmp_path / "notify") as manager:
+        daemon = Daemon(config, manager)
+        try:
+            link = tmp_path / "other_name.toml"
+            link.symlink_to(config)
+            second = start(["run", str(link)], dict(os.environ))
+            _, refused = second.communicate(timeout=PATIENCE_S)
+            daemon.beats(2)
+            daemon.process.send_signal(signal.SIGHUP)
+            assert manager.wait_for("STOPPING=1")
+            _, errors = daemon.process.communicate(timeout=PATIENCE_S)
+        finally:
+            daemon.close()
+    said = f"thrustd: {link}: flown by process {daemon.process.pid} already, expected one process per configuration\n"
+    assert (second.returncode, refused.decode()) == (2, said)
+    assert daemon.process.returncode == 0, errors
+    [log] = (tmp_path / "logs").glob("*.mcap")
+    file = LogFile(log)
+    assert len(list(file.events())) > 10
+    assert not file.cut
+
+
+def test_under_nohup_a_terminal_that_goes_is_not_the_end():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with stop_on_signal() as stop:
+            signal.raise_signal(signal.SIGHUP)
+            assert not stop.is_set()
+            signal.raise_signal(signal.SIGTERM)
+            assert stop.is_set()
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_what_the_kernel_refuses_is_said_and_flown_without(monkeypatch):

@@ -110,5 +110,7 @@ def run_verb(arguments: argparse.Namespace) -> int:
     gc.disable()  # until READY: everything that is loaded stays, and a start in flight has no time to lose
     from thrustd.installation.installation import read_installation
     from thrustd.onboard.daemon import fly
+    from thrustd.onboard.one_process import only_one
 
-    return fly(read_installation(arguments.config), arguments.config.parent, arguments.log_folder)
+    with only_one(arguments.config):
+        return fly(read_installation(arguments.config), arguments.config.parent, arguments.log_folder)

@@ -7,6 +7,7 @@ moved onto the new monotonic clock.
 """
 
 import hashlib
+import os
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,6 +20,8 @@ from thrustd.installation.installation import WarmStart
 SCHEMA = "thrustd.onboard.checkpoint.v1"
 MAX_BYTES = 4_000_000
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+OWN_STATUS = Path("/proc/self/stat")
+STARTED = 19  # proc(5): field 22 of the file, the third is the first behind the name
 
 
 class Clocks(NamedTuple):
@@ -55,6 +58,17 @@ def clocks() -> Clocks:
     """Now."""
     boot = BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
     return Clocks(boot, time.monotonic_ns(), time.time_ns())
+
+
+def at_start(now: Clocks) -> Clocks:
+    """What `now` was when this process began: a machine that was slow to start it makes no checkpoint older."""
+    try:
+        fields = OWN_STATUS.read_text().rpartition(")")[2].split()  # behind the name, which may hold anything
+        began_s = int(fields[STARTED]) / os.sysconf("SC_CLK_TCK")  # since boot
+    except (OSError, ValueError, IndexError):  # a kernel that does not say
+        return now
+    age_ns = round((time.clock_gettime(time.CLOCK_BOOTTIME) - began_s) * 1e9)
+    return now._replace(monotonic_ns=now.monotonic_ns - age_ns, utc_ns=now.utc_ns - age_ns)
 
 
 def encode(checkpoint: Checkpoint) -> bytes:

@@ -22,7 +22,7 @@ import msgspec
 from thrustd.core.errors import ConfigError
 from thrustd.core.types import Fault, Output
 from thrustd.installation.installation import CONFIG, WARM_START, Installation, WarmStart
-from thrustd.onboard.checkpoint import SCHEMA, Checkpoint, Clocks, Resume, clocks, encode, read_checkpoint
+from thrustd.onboard.checkpoint import SCHEMA, Checkpoint, Clocks, Resume, at_start, clocks, encode, read_checkpoint
 from thrustd.onboard.heartbeat import Heartbeat, ServiceManager
 from thrustd.onboard.realtime import ask_for
 from thrustd.pipeline.loop import run
@@ -42,6 +42,7 @@ from thrustd.wire.can_frames import ICD_OUTPUT_ROWS
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
+ENDS = signal.SIGTERM, signal.SIGINT, signal.SIGHUP  # the last: its terminal went
 SWITCH_S = 0.001  # a thread that computes gives way to a waiting one after this: about the length of a fused step
 
 
@@ -55,7 +56,7 @@ class Shell(NamedTuple):
 
 
 def fly(installation: Installation, base: Path, log_folder: Path | None = None) -> int:
-    """Run until SIGTERM or SIGINT; `base`: the folder that relative names in the configuration start from."""
+    """Run until a signal of ENDS; `base`: the folder that relative names in the configuration start from."""
     config = installation.config
     queue, counts, service = EventQueue(), HealthCounts(), ServiceManager()
     with ExitStack() as opened, stop_on_signal() as stop:
@@ -106,7 +107,7 @@ def start_pipeline(shell: Shell) -> tuple[Pipeline, WarmStart | None]:
     if wish is None:
         return shell.installation.pipeline(), None
     path = shell.base / wish.file
-    found = read_checkpoint(path, shell.installation.hashes(), clocks(), wish.max_age_s)
+    found = read_checkpoint(path, shell.installation.hashes(), at_start(clocks()), wish.max_age_s)
     pipeline, warm = shell.installation.warm_pipeline(found.start)
     if found.start is not None and not warm:
         found = Resume(None, f"{path}: does not fit this pipeline: starting cold", True)
@@ -212,9 +213,11 @@ def open_health(shell: Shell, counts: HealthCounts, recorder: LogRecorder | None
 
 @contextmanager
 def stop_on_signal() -> Iterator[Flag]:
-    """A flag that SIGTERM and SIGINT set; the handlers before are put back."""
+    """A flag that ENDS set; the handlers before are put back."""
     stop = Flag()
-    before = {number: signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGTERM, signal.SIGINT)}
+    hung_up_on = signal.getsignal(signal.SIGHUP) != signal.SIG_IGN  # under nohup it flies on
+    ends = ENDS if hung_up_on else tuple(end for end in ENDS if end != signal.SIGHUP)
+    before = {number: signal.signal(number, lambda *_: stop.set()) for number in ends}
     try:
         yield stop
     finally:
