@@ -13,7 +13,7 @@ from thrustd import __version__
 from thrustd.cli import data, diagnosis, fleet, flight, identification, simulate, status, workbench
 from thrustd.cli.files import check_outputs
 from thrustd.cli.verb import Parser, note
-from thrustd.core.errors import ThrustdError
+from thrustd.core.errors import ThrustdError, one_line
 
 
 def parser() -> Parser:
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status: int = chosen.verb(chosen)
         return status
     except ThrustdError as problem:
-        note(f"thrustd: {' '.join(str(problem).split())}")
+        note(f"thrustd: {one_line(str(problem))}")
         return 2
     except KeyboardInterrupt:
         note("thrustd: interrupted")

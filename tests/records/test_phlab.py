@@ -28,7 +28,7 @@ def test_ftis_units_and_the_missing_g():
         name: np.array([x, x]) for name, x in {"Dadc1_mach": 0.3, "Dadc1_alt": 1000.0, "Ahrs1_bNormAcc": -1.0}.items()
     }
     raw |= {"time": np.array([9.0, 9.1]), "lh_engine_FMF": np.array([1000.0, 1000.0])}
-    columns = from_ftis(raw, {}).columns
+    columns = from_ftis(raw, {}, "flight").columns
     assert columns["accel_z_g"].tolist() == [0.0, 0.0]  # free fall
     assert columns["fuel_flow_kg_s_left"][0] == pytest.approx(0.12600, rel=1e-4)
     assert columns["pressure_altitude_m"][0] == pytest.approx(304.8)
@@ -46,7 +46,7 @@ def test_openap_steady_climb_feels_gravity_along_the_body():
         "acc": np.zeros(n),
         "ff_l": np.full(n, 0.1),
     }
-    columns = from_openap(raw).columns
+    columns = from_openap(raw, "flight").columns
     pitch = np.radians(columns["pitch_deg"])
     assert columns["accel_x_g"] == pytest.approx(np.sin(pitch), abs=1e-9)
     assert columns["accel_z_g"] == pytest.approx(np.cos(pitch), abs=1e-9)

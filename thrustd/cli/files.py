@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import thrustd
 from thrustd.core.errors import UsageError
 from thrustd.sinks.whole_file import whole_file
+from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 if TYPE_CHECKING:
     from thrustd.brochure.deck import Deck
@@ -74,11 +75,9 @@ def _try_out(folder: Path, said: str) -> None:
 
 def read_text(path: Path) -> str:
     try:
-        return path.read_text()
+        return read_plain(path, TEXT_BYTES, UsageError).decode()
     except UnicodeDecodeError:
         raise UsageError(f"{path}: not a text file") from None
-    except OSError as problem:
-        raise UsageError(f"{path}: cannot be read: {problem.strerror}") from None
 
 
 def split_models(files: Sequence[Path]) -> tuple[list[Path], list[Path]]:

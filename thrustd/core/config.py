@@ -4,6 +4,7 @@ Every part receives its own section. Sections whose meaning belongs to a part on
 `can.input`) are kept as plain tables and converted by that part with `section`.
 """
 
+import re
 import tomllib
 from collections.abc import Sequence
 from typing import Annotated, Any, TypeVar
@@ -14,6 +15,9 @@ from msgspec import Meta, inspect
 from thrustd.core.errors import ConfigError
 
 MAX_BYTES = 1_000_000
+MOST_PARTS = 8  # of a dotted key: tomllib keeps every beginning of it, memory with the square of their number
+_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MOST_PARTS}}}")
 ESTIMATE_SLACK = 0.01  # 33.3 Hz is written for a third of 100
 
 Name = Annotated[str, Meta(pattern="^[a-z][a-z0-9_]{0,31}$")]
@@ -146,6 +150,8 @@ def read_config(text: str, where: str) -> Config:
     """Parse and check a configuration; `where` names the file in errors (ConfigError, one line)."""
     if len(text) > MAX_BYTES:
         raise ConfigError(f"{where}: {len(text)} bytes, expected at most {MAX_BYTES}")
+    if found := LONG_KEY.search(text):
+        raise ConfigError(f"{where}: key {found[0][:40]} ...: expected at most {MOST_PARTS} names between dots")
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:

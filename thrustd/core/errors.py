@@ -11,6 +11,21 @@
 Bad input *in flight* is never raised: it becomes a `types.Fault` value, is counted, and the flight goes on.
 """
 
+from unicodedata import category
+
+LONGEST_LINE = 2000  # characters
+
+
+def printable(text: str) -> str:
+    """Control characters written out: what a file calls its columns must not steer a terminal."""
+    return "".join(ascii(sign)[1:-1] if category(sign)[0] == "C" and sign not in "\n\t" else sign for sign in text)
+
+
+def one_line(text: str) -> str:
+    """As a message is shown: one line, printable, its end left out where it would be many."""
+    line = printable(" ".join(text.split()))
+    return line if len(line) <= LONGEST_LINE else f"{line[:LONGEST_LINE]} ..."
+
 
 class ThrustdError(Exception):
     """Base of all. The message is one line: what is wrong, where, and what was expected."""

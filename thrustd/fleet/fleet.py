@@ -18,8 +18,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from distributed import Client, LocalCluster, as_completed
 
-from thrustd.core.errors import RecordingError, ThrustdError, UsageError
+from thrustd.core.errors import ModelError, RecordingError, ThrustdError, UsageError
 from thrustd.sinks.whole_file import whole_file
+from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 Row = dict[str, Any]
 Job = Callable[[str], list[Row]]
@@ -68,9 +69,13 @@ class CompareJob:
         from thrustd.model.compile import read_proven_model
         from thrustd.records.files import read_recording
 
-        specs = {model: read_proven_model(Path(model).read_bytes(), model) for model in self.models}
+        specs = {model: read_proven_model(_model_text(model), model) for model in self.models}
         report = compare(specs, [read_recording(Path(file))]).to_json()
         return [_flat(comparison) for comparison in report["comparisons"]]
+
+
+def _model_text(model: str) -> bytes:
+    return read_plain(Path(model), TEXT_BYTES, ModelError)
 
 
 @dataclass(frozen=True, slots=True)

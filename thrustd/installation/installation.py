@@ -21,6 +21,7 @@ from thrustd.installation.signature import SIGNATURE, check_signature
 from thrustd.model.artifact import ModelSpec, read_model
 from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
 from thrustd.pipeline.pipeline import DERIVED, Parts, Pipeline
+from thrustd.sources.plain_file import read_plain
 from thrustd.wire.adc_frames import encode
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanRow, CanTable, CanUnits
@@ -180,12 +181,7 @@ def _parse(content: bytes, where: str) -> Config:
 
 
 def _read(path: Path, where: str) -> bytes:
-    try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise ConfigError(f"{where}: {path.stat().st_size} bytes, expected at most {MAX_FILE_BYTES}")
-        return path.read_bytes()
-    except OSError as problem:
-        raise ConfigError(f"{where}: cannot be read: {problem.strerror}") from None
+    return read_plain(path, MAX_FILE_BYTES, ConfigError, where)
 
 
 def _rows(config: Config, where: str) -> tuple[CanRow, ...]:

@@ -28,6 +28,7 @@ from thrustd.model.stage import Floats, jit
 PREFIX = "expression: "
 LONGEST = 400  # characters
 DEEPEST = 16  # stack
+NESTED = 60  # parts within each other: what walks over them recurses
 LIMIT = 1e12
 CONSTANT, CHANNEL, ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, NEGATE = range(8)
 _BINARY = {ast.Add: ADD, ast.Sub: SUBTRACT, ast.Mult: MULTIPLY, ast.Div: DIVIDE, ast.Pow: POWER}
@@ -103,9 +104,15 @@ def _parsed(source: str) -> ast.expr:
     if not source or len(source) > LONGEST:
         raise ModelError(f"expression '{source[:40]}': {len(source)} characters, expected 1 to {LONGEST}")
     try:
-        return ast.parse(source, mode="eval").body
+        tree = ast.parse(source, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ModelError(f"expression '{source}': not a formula, expected {ALLOWED}") from None
+    level: list[ast.AST] = [tree]
+    for _ in range(NESTED):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+    if level:
+        raise ModelError(f"expression '{source}': nested too deep, expected at most {NESTED} steps")
+    return tree
 
 
 def _canonical(tree: ast.expr, source: str, columns: frozenset[str]) -> str:

@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from thrustd.core.errors import UsageError
 from thrustd.installation.installation import WarmStart
+from thrustd.sources.plain_file import read_plain
 
 SCHEMA = "thrustd.onboard.checkpoint.v1"
 MAX_BYTES = 4_000_000
@@ -78,14 +80,12 @@ def encode(checkpoint: Checkpoint) -> bytes:
 
 def read_checkpoint(path: Path, sha256: Mapping[str, str], now: Clocks, max_age_s: float) -> Resume:
     """Judge the checkpoint at `path` for an installation with these file hashes. Never raises."""
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            return _refuse(path, f"{path.stat().st_size} bytes, expected at most {MAX_BYTES}")
-        content = path.read_bytes()
-    except FileNotFoundError:
+    if not os.path.exists(path):
         return Resume(None, f"{path}: no checkpoint, starting cold", False)
-    except OSError as problem:
-        return _refuse(path, f"cannot be read: {problem.strerror}")
+    try:
+        content = read_plain(path, MAX_BYTES, UsageError)
+    except UsageError as problem:
+        return Resume(None, f"{problem}: starting cold", True)
     return judge(path, content, sha256, now, max_age_s)
 
 

@@ -4,6 +4,7 @@ Comma or tab separated, or semicolon with a decimal comma. An empty cell or `nan
 the catalogue that holds no number at all (remarks, dates) is left out and reported; text among numbers is an error.
 """
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,12 @@ import pyarrow as pa
 from pyarrow import csv
 
 from thrustd.core.errors import RecordingError
-from thrustd.records.loaded import Loaded
+from thrustd.records.loaded import Loaded, check_columns
 from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
 
 MISSING = ["", "nan", "NaN", "NAN", "null"]
 SHOWN_NAMES = 4
+HEADER_BYTES = 1 << 20
 BLOCK_BYTES = 16 << 20  # parsed at a time; pyarrow's own 1 MiB takes a fifth longer
 
 
@@ -43,7 +45,9 @@ def write_csv(record: Recording, path: Path) -> None:
 
 def _header(path: Path) -> tuple[list[str], str]:
     with path.open("rb") as file:
-        raw = file.readline(1 << 20)
+        raw = file.readline(HEADER_BYTES)
+    if len(raw) == HEADER_BYTES:
+        raise RecordingError(f"{path.name}: its first line has more than {HEADER_BYTES} bytes; expected channel names")
     line = raw.decode("utf-8-sig", errors="replace").strip("\r\n")
     if "\ufffd" in line or not line.replace("\t", "").isprintable():
         raise RecordingError(f"{path.name}: not UTF-8 text; expected a CSV file with one header line of channel names")
@@ -55,9 +59,11 @@ def _header(path: Path) -> tuple[list[str], str]:
             f"{path.name}: its first line is no header: {shown or 'nothing in it'}; "
             "expected one line of channel names, such as time_s,deformation_mm,force_N"
         )
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise RecordingError(f"{path.name}: column {twice[0]!r} appears {names.count(twice[0])} times; expected once")
+    check_columns(len(names), path.name)
+    counts = Counter(names)
+    name, times = max(counts.items(), key=lambda item: (item[1] > 1, item[0]))
+    if times > 1:
+        raise RecordingError(f"{path.name}: column {name!r} appears {times} times; expected once")
     return names, delimiter
 
 

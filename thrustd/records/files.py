@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
-from thrustd.core.errors import RecordingError
+from thrustd.core.errors import RecordingError, one_line, printable
 from thrustd.records.csv_file import read_csv, write_csv
 from thrustd.records.loaded import Loaded
 from thrustd.records.mat_file import read_mat, write_mat
@@ -13,6 +13,7 @@ from thrustd.records.npz_file import read_npz, write_npz
 from thrustd.records.parquet_file import read_parquet, write_parquet
 from thrustd.records.recording import Recording, make_recording
 from thrustd.sinks.whole_file import whole_file
+from thrustd.sources.plain_file import file_bytes
 
 SHOWN_NOTES = 4
 MAX_FILE_BYTES = 8 << 30  # read whole into memory: beyond this, cut the recording first
@@ -59,6 +60,13 @@ def load(path: Path, salvage: bool = False) -> Loaded:
         raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")
     _check_size(path)
     loaded = read_mcap(path, salvage) if reader is read_mcap else reader(path)
+    for name in loaded.columns:
+        if printable(name) != name or set(name) & {"\n", "\t"}:
+            raise RecordingError(f"{path.name}: column name {name!r} holds control characters; expected plain text")
+    loaded = loaded._replace(
+        notes=tuple(map(one_line, loaded.notes)),
+        metadata={printable(key): printable(text) for key, text in loaded.metadata.items()},
+    )
     if not loaded.columns:
         found = "; ".join(loaded.notes[:SHOWN_NOTES]) or "it holds nothing"
         raise RecordingError(f"{path.name}: no column of numbers: {found}; expected one per channel (time_s, ...)")
@@ -76,12 +84,7 @@ def write_recording(record: Recording, path: Path | str) -> None:
 
 
 def _check_size(path: Path) -> None:
-    try:
-        size = path.stat().st_size
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read: {error.strerror}") from error
-    if path.is_dir():
-        raise RecordingError(f"{path}: is a directory; expected a file")
+    size = file_bytes(path, RecordingError)
     if size == 0:
         raise RecordingError(f"{path.name}: is empty")
     if size > MAX_FILE_BYTES:

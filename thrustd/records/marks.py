@@ -15,6 +15,7 @@ from thrustd.core.errors import RecordingError
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.sinks.whole_file import whole_file
+from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 REFERENCE = "force_N"
 SUFFIX = ".marks.json"
@@ -39,8 +40,8 @@ def read_marks(recording: Path) -> tuple[Mark, ...]:
     if not path.exists():
         return ()
     try:
-        return msgspec.json.decode(path.read_bytes(), type=tuple[Mark, ...])
-    except (msgspec.DecodeError, OSError) as problem:
+        return msgspec.json.decode(read_plain(path, TEXT_BYTES, RecordingError), type=tuple[Mark, ...])
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as problem:
         raise RecordingError(f"{path.name}: not a list of marked stretches: {problem}") from None
 
 

@@ -39,9 +39,9 @@ def read_mat(path: Path) -> Loaded:
             what = "structure or cell" if array.dtype.kind == "O" else f"shape {array.shape} of {array.dtype}"
             notes.append(f"{name}: {what} left out")
     if is_ftis(columns):
-        return from_ftis(columns, units)
+        return from_ftis(columns, units, path.name)
     if is_openap(columns):
-        return from_openap(columns)
+        return from_openap(columns, path.name)
     return Loaded(columns, {}, tuple(notes))
 
 

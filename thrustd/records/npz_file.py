@@ -1,6 +1,7 @@
 """numpy archives: ours (one array per channel), and the two PH-LAB kinds, told apart by their arrays."""
 
 import json
+import math
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from thrustd.core.errors import RecordingError
-from thrustd.records.loaded import Loaded
+from thrustd.records.loaded import Loaded, check_columns, check_expanded, read_metadata
 from thrustd.records.phlab import from_ftis, from_openap, is_ftis, is_openap
 from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
 
@@ -17,13 +18,7 @@ METADATA_NAME = "_metadata"
 
 
 def read_npz(path: Path) -> Loaded:
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as error:
-        raise RecordingError(
-            f"{path.name}: not a readable npz archive: {' '.join(str(error).split())[:160]}"
-        ) from error
+    arrays = _arrays(path)
     columns: dict[str, FloatArray] = {}
     notes: list[str] = []
     for name, array in arrays.items():
@@ -34,11 +29,37 @@ def read_npz(path: Path) -> Loaded:
         elif not name.startswith("_"):
             notes.append(f"{name}: shape {array.shape} of {array.dtype} left out")
     if is_ftis(columns):
-        return from_ftis(columns, _units(arrays))
+        return from_ftis(columns, _units(arrays), path.name)
     if is_openap(columns):
-        return from_openap(columns)
-    metadata = json.loads(str(arrays[METADATA_NAME])) if METADATA_NAME in arrays else {}
+        return from_openap(columns, path.name)
+    metadata = read_metadata(str(arrays[METADATA_NAME]), path.name) if METADATA_NAME in arrays else {}
     return Loaded(columns, metadata, tuple(notes))
+
+
+def _arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
+            check_columns(len(members), path.name)
+            check_expanded(path.stat().st_size, sum(member.file_size for member in members.values()), path.name)
+            return {name: _array(archive, member) for name, member in members.items()}
+    except RecordingError:
+        raise
+    except Exception as error:  # damage shows as zlib.error, KeyError, NotImplementedError, MemoryError ...
+        said = " ".join(str(error).split())[:160] or type(error).__name__
+        raise RecordingError(f"{path.name}: not a readable npz archive: {said}") from error
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> npt.NDArray[Any]:
+    """What the header promises must fit into the member before anything is allocated."""
+    with archive.open(member) as stream:
+        version = np.lib.format.read_magic(stream)
+        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, kind = read_header(stream)
+    if kind.itemsize * math.prod(shape) > member.file_size:
+        raise ValueError(f"{member.filename}: {shape} of {kind} do not fit into {member.file_size} bytes")
+    with archive.open(member) as stream:
+        return np.lib.format.read_array(stream, allow_pickle=False)
 
 
 def write_npz(record: Recording, path: Path) -> None:
@@ -51,6 +72,5 @@ def write_npz(record: Recording, path: Path) -> None:
 
 
 def _units(arrays: dict[str, npt.NDArray[Any]]) -> dict[str, str]:
-    if "_names" not in arrays or "_units" not in arrays:
-        return {}
-    return dict(zip(map(str, arrays["_names"]), map(str, arrays["_units"]), strict=False))
+    names, units = (np.atleast_1d(arrays.get(key, ())) for key in ("_names", "_units"))
+    return dict(zip(map(str, names), map(str, units), strict=False))

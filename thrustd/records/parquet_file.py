@@ -8,22 +8,28 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from thrustd.core.errors import RecordingError
-from thrustd.records.loaded import Loaded
+from thrustd.records.loaded import Loaded, check_columns, check_expanded, read_metadata
 from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
 
 METADATA_KEY = b"thrustd.metadata"
+NUMBER_BYTES = 8
 
 
 def read_parquet(path: Path) -> Loaded:
     try:
+        about = parquet.read_metadata(path)
+        check_columns(about.num_columns, path.name)
+        check_expanded(path.stat().st_size, NUMBER_BYTES * about.num_rows * about.num_columns, path.name)
         table = parquet.read_table(path)
-    except (pa.ArrowInvalid, OSError) as error:
-        raise RecordingError(
-            f"{path.name}: not a readable Parquet file: {' '.join(str(error).split())[:160]}"
-        ) from error
+        names = table.column_names
+    except RecordingError:
+        raise
+    except Exception as error:  # damage shows as ArrowInvalid, OSError, UnicodeDecodeError, MemoryError ...
+        said = " ".join(str(error).split())[:160] or type(error).__name__
+        raise RecordingError(f"{path.name}: not a readable Parquet file: {said}") from error
     columns: dict[str, FloatArray] = {}
     notes: list[str] = []
-    for name, column in zip(table.column_names, table.columns, strict=True):
+    for name, column in zip(names, table.columns, strict=True):
         if name in columns:
             raise RecordingError(f"{path.name}: column {name!r} appears twice; expected once")
         if _numeric(column.type):
@@ -33,7 +39,7 @@ def read_parquet(path: Path) -> Loaded:
         else:
             notes.append(f"{name}: {column.type} column left out")
     text = (table.schema.metadata or {}).get(METADATA_KEY)
-    return Loaded(columns, json.loads(text) if text else {}, tuple(notes))
+    return Loaded(columns, read_metadata(text, path.name) if text else {}, tuple(notes))
 
 
 def write_parquet(record: Recording, path: Path) -> None:

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import medfilt
 
+from thrustd.core.errors import RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, FloatArray
@@ -89,8 +90,9 @@ def is_openap(columns: Mapping[str, FloatArray]) -> bool:
     return "ff_l" in columns and "ts" in columns
 
 
-def from_ftis(raw: dict[str, FloatArray], units: Mapping[str, str]) -> Loaded:
+def from_ftis(raw: dict[str, FloatArray], units: Mapping[str, str], name: str) -> Loaded:
     """Canonical columns, then every other parameter under its own name with its unit behind it."""
+    _check_whole(raw, "time", FTIS, ("mach", "pressure_altitude_m"), name)
     columns = {TIME: raw["time"], **_converted(raw, FTIS)}
     columns["dynamic_pressure_Pa"] = dynamic_pressure_pa(columns["mach"], columns["pressure_altitude_m"])
     used = {source.raw for source in FTIS.values()} | {"time"}
@@ -101,8 +103,9 @@ def from_ftis(raw: dict[str, FloatArray], units: Mapping[str, str]) -> Loaded:
     return Loaded(columns, {"source": "PH-LAB FTIS"})
 
 
-def from_openap(raw: dict[str, FloatArray]) -> Loaded:
+def from_openap(raw: dict[str, FloatArray], name: str) -> Loaded:
     """Canonical columns; body accelerations derived from the flight path."""
+    _check_whole(raw, "ts", OPENAP, ("mach", "pressure_altitude_m", "tas_m_s", "climb_rate_m_s", "mass_kg"), name)
     time_s = raw["ts"]
     columns = {TIME: time_s, **_converted(raw, OPENAP)}
     columns["dynamic_pressure_Pa"] = dynamic_pressure_pa(columns["mach"], columns["pressure_altitude_m"])
@@ -117,6 +120,20 @@ def dynamic_pressure_pa(mach: FloatArray, pressure_altitude_m: FloatArray) -> Fl
     low = SEA_LEVEL_PA * (1 - 2.25577e-5 * np.minimum(pressure_altitude_m, 11000.0)) ** 5.25588
     pressure_pa = low * np.exp(-np.maximum(pressure_altitude_m - 11000.0, 0.0) / 6341.6)
     return np.asarray(0.7 * pressure_pa * mach**2)
+
+
+def _check_whole(
+    raw: Mapping[str, FloatArray], time: str, table: Mapping[str, Source], needed: tuple[str, ...], name: str
+) -> None:
+    """RecordingError when a column that others are computed from is missing, or one has not as many rows as `time`."""
+    missing = [table[channel].raw for channel in needed if table[channel].raw not in raw]
+    if missing:
+        raise RecordingError(f"{name}: no column {missing[0]!r}, expected one as in every recording of this kind")
+    if len(raw[time]) < 2:
+        raise RecordingError(f"{name}: {len(raw[time])} rows; expected a flight")
+    for column in (*(source.raw for source in table.values() if source.raw in raw), *({"acc"} & raw.keys())):
+        if len(raw[column]) != len(raw[time]):
+            raise RecordingError(f"{name}: {column} has {len(raw[column])} rows; expected {len(raw[time])} as {time}")
 
 
 def _converted(raw: Mapping[str, FloatArray], table: Mapping[str, Source]) -> dict[str, FloatArray]:

@@ -8,6 +8,7 @@ from thrustd.core.errors import LogError
 from thrustd.core.types import Event, Fault
 from thrustd.sources.mcap_damage import Gap
 from thrustd.sources.mcap_walk import LogMessage, McapWalk
+from thrustd.sources.plain_file import file_bytes
 from thrustd.wire.event_batch import ENCODING, EventBatch, Messages
 from thrustd.wire.log_layout import HEADER_NAME, RAW_TOPIC, LogHeader
 
@@ -117,6 +118,7 @@ class LogFile:
             raise LogError(f"{self.path}: {damage}{error}") from None
 
     def _open(self) -> BinaryIO:
+        file_bytes(self.path, LogError)
         try:
             return self.path.open("rb")
         except OSError as error:

@@ -21,6 +21,7 @@ from thrustd.core.errors import DeckError, RecordingError
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.sinks.whole_file import whole_file
+from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -180,8 +181,8 @@ def fit_deck_file(flights: Sequence[Path], output: Path, base: Path, pairs: Path
 
 def _read_text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        return read_plain(path, TEXT_BYTES, DeckError).decode()
+    except UnicodeDecodeError as error:
         raise DeckError(f"{path}: cannot be read: {error}") from None
 
 
