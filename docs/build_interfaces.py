@@ -180,7 +180,7 @@ def type_words(hint: Any) -> str:
         if value is not None
     ]
     kind = plain(hint)
-    listed = get_origin(kind) is list
+    listed = get_origin(kind) in (list, tuple)
     what = "of them" if listed else "characters"
     words += [f"{meta.min_length} to {meta.max_length} {what}" for meta in limits if meta.max_length is not None]
     words += [f"`{meta.pattern}`" for meta in limits if meta.pattern is not None]

@@ -1,6 +1,9 @@
 """The health page, the heartbeat and the status bits."""
 
 import ast
+import socket
+import threading
+from contextlib import ExitStack
 from math import nan
 from pathlib import Path
 from urllib.request import urlopen
@@ -69,6 +72,40 @@ def test_anything_else_is_not_found_and_a_second_page_cannot_have_the_port(page,
         urlopen(f"http://127.0.0.1:{server.port}/etc/passwd")
     with pytest.raises(ConfigError, match="cannot be bound"):
         HealthPage(counts, watched(tmp_path), server.port)
+
+
+def asked(port, head):
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as client:
+        client.sendall(head.encode())
+        return client.makefile("rb").readline()
+
+
+@pytest.mark.parametrize(
+    "head, status",
+    [
+        ("GET /metrics HTTP/1.1\r\nHost: 127.0.0.1:9105\r\n\r\n", b"200"),
+        ("GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n", b"200"),
+        ("GET /metrics HTTP/1.1\r\nHost: [::1]:9105\r\n\r\n", b"200"),
+        ("GET /metrics HTTP/1.1\r\nHost: example.org:9105\r\n\r\n", b"403"),
+        ("GET /metrics HTTP/1.1\r\nHost: localhost\r\nOrigin: http://example.org\r\n\r\n", b"403"),
+        ("POST /metrics HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n", b"404"),
+        ("GET /metrics HTTP/1.1\r\n\r\n", b""),  # HTTP asks for a Host
+        ("nonsense\r\n\r\n", b""),
+        ("GET /" + "x" * 20_000, b""),
+    ],
+)
+def test_only_who_asks_this_machine_from_no_other_page_is_answered(page, head, status):
+    assert asked(page[2].port, head)[9:12] == status
+
+
+def test_three_hundred_slow_clients_cost_no_thread_and_keep_nobody_out(page):
+    url, threads = f"http://127.0.0.1:{page[2].port}/metrics", threading.active_count()
+    with ExitStack() as slow:
+        for _ in range(300):
+            client = slow.enter_context(socket.create_connection(("127.0.0.1", page[2].port), timeout=20))
+            client.sendall(b"GET /metrics HTTP/1.1\r\nHost:")
+        assert read_status(url)["queue_events"] == 7
+        assert threading.active_count() == threads
 
 
 def test_nobody_there_is_one_clear_line():

@@ -1,11 +1,14 @@
 """The live view: on loopback, in Foxglove's protocol, indifferent to clients that do not read."""
 
 import socket
+import threading
+from contextlib import ExitStack
 
 import pytest
 
 from thrustd.core.errors import ConfigError
 from thrustd.core.types import Estimate, Fault, MountOutput
+from thrustd.sinks import live_view
 from thrustd.sinks.live_view import LiveView
 
 HELLO = (
@@ -49,6 +52,55 @@ def test_a_client_that_does_not_read_holds_up_nobody() -> None:
     live.close()
     assert live.failed_outputs == 0
     assert faults == []
+
+
+def answer_to(live: LiveView, *headers: str) -> bytes:
+    """The first line of the answer to a client with these headers."""
+    with socket.create_connection(("127.0.0.1", live.port), timeout=LIMIT_S) as client:
+        hello = HELLO.replace("Host: localhost\r\n", "".join(f"{header}\r\n" for header in headers))
+        client.sendall(hello.encode())
+        return client.recv(100).partition(b"\r\n")[0]
+
+
+def test_a_strange_page_does_not_read_along() -> None:
+    said: list[str] = []
+    live = view([], origins=("https://app.foxglove.dev",), say=said.append)
+    here = f"Host: 127.0.0.1:{live.port}"
+    for headers in ((here,), (here, "Origin: https://app.foxglove.dev"), (f"Host: localhost:{live.port}",)):
+        assert answer_to(live, *headers).startswith(b"HTTP/1.1 101"), headers
+    for strange in ((here, "Origin: https://example.org"), ("Host: rebound.example.org",), (here, "Origin: null"), ()):
+        assert answer_to(live, *strange)[9:12] in (b"403", b""), strange
+    live.close()
+    assert said == [
+        "live_view: a page of 'https://example.org' asked, expected https://app.foxglove.dev"
+        " (live_view.origins lists the pages that may)"
+    ]
+
+
+def test_three_hundred_slow_clients_cost_no_thread_and_keep_nobody_out() -> None:
+    live = view([])
+    answer_to(live, "Host: localhost")
+    threads = threading.active_count()
+    with ExitStack() as slow:
+        for _ in range(300):
+            client = slow.enter_context(socket.create_connection(("127.0.0.1", live.port), timeout=LIMIT_S))
+            client.sendall(b"GET / HTTP/1.1\r\nHost:")
+        assert answer_to(live, "Host: localhost").startswith(b"HTTP/1.1 101")
+        assert threading.active_count() <= threads + 4  # the server's own, as they first say something
+    live.close()
+
+
+def test_so_many_look_on_and_no_more() -> None:
+    live = view([])
+    with ExitStack() as looking:
+        for _ in range(live_view.MOST_CLIENTS):
+            client = looking.enter_context(socket.create_connection(("127.0.0.1", live.port), timeout=LIMIT_S))
+            client.sendall(HELLO.encode())
+            assert client.recv(100).startswith(b"HTTP/1.1 101")
+        assert answer_to(live, "Host: localhost").startswith(b"HTTP/1.1 503")
+    while answer_to(live, "Host: localhost").startswith(b"HTTP/1.1 503"):
+        pass  # until it has noticed that they went
+    live.close()
 
 
 def test_a_taken_port_is_refused_in_one_line() -> None:

@@ -123,6 +123,7 @@ class LiveView(Section, frozen=True):
 
     host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"
     port: Port = 8765
+    origins: tuple[str, ...] = ("https://app.foxglove.dev",)  # pages that may read along; what is no page always may
 
 
 class Config(Section, frozen=True):

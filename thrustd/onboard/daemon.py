@@ -182,7 +182,10 @@ def open_live_view(shell: Shell, header: LogHeader) -> LiveView | None:
         return None
     offset_ns = header.epoch_offset_ns
     try:
-        view = LiveView(header.engines, header.mounts, put, wish.host, wish.port, epoch_offset_ns=offset_ns)
+        view = LiveView(
+            header.engines, header.mounts, put, wish.host, wish.port,
+            epoch_offset_ns=offset_ns, origins=wish.origins, say=say,
+        )  # fmt: skip
     except ConfigError as problem:  # nobody need see the thrust for it to be estimated
         say(str(problem))
         put(Fault(time.monotonic_ns(), "live_view", "live_view"))

@@ -1,11 +1,10 @@
 """The health page: Prometheus text on loopback, computed when somebody asks."""
 
 import os
+from asyncio import StreamReader, StreamWriter
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from threading import Thread
 from typing import Any, NamedTuple
 
 from prometheus_client import CollectorRegistry, ProcessCollector, generate_latest
@@ -14,11 +13,11 @@ from prometheus_client.metrics_core import Metric
 from prometheus_client.registry import Collector
 
 from thrustd.core.errors import ConfigError
+from thrustd.sinks.door import Door, Question, respond
 from thrustd.sinks.health_counts import HealthCounts, Histogram
 
 HOST = "127.0.0.1"
 Labels = tuple[tuple[str, str], ...]
-ASK_TIMEOUT_S = 5.0  # a client that does not finish its question is left
 
 
 class Watched(NamedTuple):
@@ -92,46 +91,25 @@ class HealthCollector(Collector):
 
 
 class HealthPage:
-    """Serves `GET /metrics` from a thread; ConfigError when the port is taken. Port 0 = any free one."""
+    """Serves `GET /metrics` on loopback; ConfigError when the port is taken. Port 0 = any free one."""
 
     def __init__(self, counts: HealthCounts, watched: Watched, port: int) -> None:
-        registry = CollectorRegistry()
-        registry.register(HealthCollector(counts, watched))
-        ProcessCollector(registry=registry)
-
-        class Answer(BaseHTTPRequestHandler):
-            timeout = ASK_TIMEOUT_S
-
-            def do_GET(self) -> None:
-                found = self.path == "/metrics"
-                body = generate_latest(registry) if found else b"only /metrics\n"
-                self.send_response(200 if found else 404)
-                self.send_header("Content-Type", "text/plain; version=0.0.4; charset=utf-8")
-                self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body)
-
-            def log_message(self, format: str, *args: object) -> None:
-                """Nobody wants to read that."""
-
+        self._registry = CollectorRegistry()
+        self._registry.register(HealthCollector(counts, watched))
+        ProcessCollector(registry=self._registry)
         try:
-            self._server = _Server((HOST, port), Answer)
+            self._door = Door("health", HOST, port, self._answer)
         except OSError as problem:
             raise ConfigError(f"health.port = {port}: cannot be bound: {problem.strerror}") from None
-        self.port: int = self._server.server_address[1]
-        self._thread = Thread(target=self._server.serve_forever, name="health", daemon=True)
-        self._thread.start()
+        self.port = self._door.port
 
     def close(self) -> None:
-        self._server.shutdown()
-        self._server.server_close()
+        self._door.close()
 
-
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
-
-    def handle_error(self, request: object, client_address: object) -> None:
-        """A client that went away is not worth a traceback."""
+    async def _answer(self, question: Question, reader: StreamReader, writer: StreamWriter) -> None:
+        found = (question.method, question.path) == ("GET", "/metrics")
+        body = generate_latest(self._registry) if found else b"only GET /metrics\n"
+        await respond(writer, 200 if found else 404, body)
 
 
 def _gauge(name: str, meaning: str, values: dict[Labels, float]) -> Metric:

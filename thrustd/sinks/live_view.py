@@ -1,10 +1,16 @@
 """The live view: outputs on a WebSocket in Foxglove's protocol, bound to loopback unless told otherwise.
 
-foxglove-sdk sends from its own threads and keeps a bounded backlog per client, oldest dropped first, so a client that
-does not read costs nobody anything. Topics and JSON are those of the flight log.
+    client -> door: Host and Origin judged -> foxglove-sdk's server, at a loopback address nobody else knows
+
+foxglove-sdk asks nobody where he comes from, so a page of any site could read along: hence the door. It sends from its
+own threads and keeps a bounded backlog per client, oldest dropped first, so a client that does not read costs nobody
+anything. Topics and JSON are those of the flight log.
 """
 
-from collections.abc import Callable
+import logging
+from asyncio import StreamReader, StreamWriter, gather, open_connection
+from collections.abc import Callable, Sequence
+from secrets import randbelow
 from typing import Final
 
 import foxglove
@@ -12,10 +18,24 @@ import msgspec
 
 from thrustd.core.errors import ConfigError
 from thrustd.core.types import Fault, Output
+from thrustd.sinks.door import Door, Question, respond
 from thrustd.wire.log_layout import TopicKind, Topics, json_schema
 
 WHERE: Final = "live_view"
+logging.getLogger("foxglove").addHandler(logging.NullHandler())  # a client that goes is no news
 BACKLOG_MESSAGES = 1024  # per client
+MOST_CLIENTS = 32
+PIECE_BYTES = 65536
+
+
+async def _pass_on(reader: StreamReader, writer: StreamWriter) -> None:
+    """Until one side goes; one that takes nothing is waited for, its backlog is the server's."""
+    try:
+        while piece := await reader.read(PIECE_BYTES):
+            writer.write(piece)
+            await writer.drain()
+    finally:
+        writer.close()
 
 
 class LiveView:
@@ -30,8 +50,13 @@ class LiveView:
         port: int = 8765,
         rate_hz: float = 10.0,
         epoch_offset_ns: int = 0,
+        origins: Sequence[str] = (),
+        say: Callable[[str], None] = lambda words: None,
     ) -> None:
-        """ConfigError when the address cannot be bound. Port 0 = any free one, see `port`."""
+        """ConfigError when the address cannot be bound. Port 0 = any free one, see `port`.
+
+        `origins`: pages that may read along; `say` is told once of one that may not.
+        """
         self.failed_outputs = 0
         self._context = foxglove.Context()
         self._topics = Topics(engines, mounts)
@@ -40,18 +65,22 @@ class LiveView:
         self._offset_ns = epoch_offset_ns
         self._channels: dict[str, foxglove.Channel] = {}
         self._shown_ns: dict[str, int] = {}
+        self._say, self._clients = say, 0
+        self._inside = ".".join(["127", *(str(1 + randbelow(254)) for _ in range(3))])
         try:
             self._server = foxglove.start_server(
-                name="thrustd", host=host, port=port, context=self._context, message_backlog_size=BACKLOG_MESSAGES
+                name="thrustd", host=self._inside, port=0, context=self._context, message_backlog_size=BACKLOG_MESSAGES
             )
+            self._door = Door("live view", host, port, self._let_in, origins, self._refused)
         except (OSError, RuntimeError, ValueError) as error:
-            raise ConfigError(f"live_view = {host}:{port}: cannot be bound: {error}") from None
+            said = getattr(error, "strerror", None) or error
+            raise ConfigError(f"live_view = {host}:{port}: cannot be bound: {said}") from None
         for place in self._topics.fixed():
             self._channel(place)
 
     @property
     def port(self) -> int:
-        return self._server.port
+        return self._door.port
 
     def write_output(self, output: Output) -> None:
         """Show `output` when its topic is due; never waits, never raises."""
@@ -67,7 +96,24 @@ class LiveView:
 
     def close(self) -> None:
         """Disconnect everybody."""
+        self._door.close()
         self._server.stop()
+
+    def _refused(self, why: str) -> None:
+        say, self._say = self._say, lambda words: None
+        say(f"live_view: {why} (live_view.origins lists the pages that may)")
+
+    async def _let_in(self, question: Question, reader: StreamReader, writer: StreamWriter) -> None:
+        if self._clients >= MOST_CLIENTS:
+            await respond(writer, 503, f"{MOST_CLIENTS} clients look on already\n".encode())
+            return
+        self._clients += 1
+        try:
+            answers, inside = await open_connection(self._inside, self._server.port)
+            inside.write(question.raw)
+            await gather(_pass_on(reader, inside), _pass_on(answers, writer))
+        finally:
+            self._clients -= 1
 
     def _is_due(self, topic: str, output: Output) -> bool:
         if isinstance(output, Fault):
