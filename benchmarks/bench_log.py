@@ -83,7 +83,7 @@ def main() -> None:
         "read an event from the log": read_us,
         "write an estimate": us_each(count, lambda: write_outputs(ESTIMATE, count)),
         "write a mount output": us_each(count, lambda: write_outputs(MountOutput(1, 0, 0.5123, 2512.345, 31.5), count)),
-        "write a fault": us_each(count, lambda: write_outputs(Fault(1, "adc", "crc"), count)),
+        "write a fault": us_each(count, lambda: write_outputs(Fault(1, "adc", "damaged"), count)),
         "offer a reading that is thinned out": us_each(
             count, lambda: write_outputs(Reading(1, "accel_x_g", 0, 0.12345), count)
         ),

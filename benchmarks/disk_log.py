@@ -73,11 +73,11 @@ def fly(folder: Path, trouble: str, dice: random.Random) -> tuple[int, int, int,
                 drive.moving.clear()
         if number == ends:
             if drive.error:
-                _wait_for(faults, "log_write")
+                _wait_for(faults, active=True)
             drive.error = 0
             drive.moving.set()
             if trouble != "slow":
-                _wait_for(faults, "log_resumed")
+                _wait_for(faults, active=False)
         event = Frame(number * 1_000_000, "adc", 0, number.to_bytes(26, "little"))
         begin_s = time.perf_counter()
         log.write_batch(EventBatch.of((event,)))
@@ -90,8 +90,8 @@ def fly(folder: Path, trouble: str, dice: random.Random) -> tuple[int, int, int,
     return len(found), log.lost_items, log.dropped_items, longest_s
 
 
-def _wait_for(faults: "SimpleQueue[Fault]", kind: str) -> None:
-    while faults.get(timeout=LIMIT_S).kind != kind:
+def _wait_for(faults: "SimpleQueue[Fault]", active: bool) -> None:
+    while faults.get(timeout=LIMIT_S)[2:4] != ("not_recorded", active):
         pass
 
 

@@ -63,7 +63,7 @@ def part(name: str, seconds: float) -> Recording | None:
 def engines(place: Installation, name: str, seed: int, seconds: float, condition: str) -> list[Engine]:
     start, flown = condition in CONDITIONS[1:3], condition in CONDITIONS[2:]
     flight = fly_through(place, name, part(name, seconds), seed, scripted_s=seconds, engine_start=start, flown=flown)
-    faults = [f"{fault.where} {fault.kind}" for fault in flight.faults if fault.kind != "tare"]
+    faults = [f"{fault.where} {fault.kind}" for fault in flight.faults if fault.active and fault.kind != "tare"]
     scores = [score(flown, f"{name} {seed} {side}") for side, flown in zip(ENGINES, flight.engines, strict=True)]
     return [Engine(*s[:6], faults) for s in scores]
 

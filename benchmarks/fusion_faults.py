@@ -145,7 +145,7 @@ class Bench:
 
     def judge(self, sensor: str, fault: SensorFault | None) -> Row:
         estimates, faults = self.fail(fault)
-        reports = [f for f in faults if f.kind in KINDS]
+        reports = [f for f in faults if f.kind in KINDS and f.active]
         mine = [f for f in reports if f.where == sensor]
         first = reports[0] if reports else None
         figures = [self._engine(estimates, engine) for engine in range(len(ENGINES))]

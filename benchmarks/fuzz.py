@@ -21,7 +21,8 @@ from typing import NamedTuple
 from rich.progress import Progress
 
 from tests.wire.test_fuzz import DBC_TEXT, mutated_stream, resident_kb
-from thrustd.core.types import FAULT_KINDS, Fault, Frame
+from thrustd.core.faults import FAULT_KINDS
+from thrustd.core.types import Fault, Frame
 from thrustd.wire.adc_frames import AdcDecoder, AdcSample
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS

@@ -11,10 +11,10 @@ import cantools
 import msgspec
 
 from thrustd.core.config import Config
+from thrustd.core.faults import FAULT_KINDS, UNTIL_OVER
 from thrustd.core.signals import CATALOGUE
-from thrustd.core.types import FAULT_KINDS, Status
+from thrustd.core.types import Status
 from thrustd.fusion.settings import FusionSettings
-from thrustd.pipeline.fault_status import BITS, ENDS, FUSION_BITS, FUSION_ENDS
 from thrustd.records import flight_log
 from thrustd.records.recording import SUFFIX_UNITS
 from thrustd.wire import log_layout
@@ -139,13 +139,12 @@ def columns() -> str:
 
 
 def faults() -> str:
-    bits, ends = BITS | FUSION_BITS, ENDS | FUSION_ENDS
-    begins = {end: begin for begin, end in ends.items()}
     rows: list[tuple[str, ...]] = []
-    for kind, meaning in FAULT_KINDS.items():
-        bit = ", ".join(f"`{flag.name}`" for flag in bits[kind]) if kind in bits else f"ends `{begins[kind]}`"
-        rows.append((f"`{kind}`", meaning, bit, f"`{ends[kind]}`" if kind in ends else ""))
-    return table(("kind", "meaning", "status bit", "until"), rows)
+    for word, kind in FAULT_KINDS.items():
+        bits = ", ".join(f"`{flag.name}`" for flag in kind.status)
+        shows = "until it is over" if kind.shows_s == UNTIL_OVER else f"{kind.shows_s:g} s"
+        rows.append((f"`{word}`", kind.meaning, bits, shows))
+    return table(("kind", "meaning", "status bit", "shows for"), rows)
 
 
 def remarks(kind: type, sign: str) -> dict[str, str]:

@@ -175,10 +175,10 @@ def test_a_route_that_jumps_is_rejected_failed_and_recovers_within_the_band(rout
         off = 900.0 if k < 450 else 0.0
         mount_n = 3000.0 + 5 * (-1) ** k + (off if route == "mount" else 0.0)
         estimate = thrust_filter.step(inputs(k, mount_n, 3050.0 + (off if route == "brochure" else 0.0)))
-        kinds += [(k, fault.kind) for fault in thrust_filter.take_faults()]
+        kinds += [(k, fault[1:4]) for fault in thrust_filter.take_faults()]
         worst = max(worst, abs(estimate.thrust_n - before.thrust_n) / estimate.thrust_std_n)
         jump_over = max(jump_over, abs(estimate.thrust_n - before.thrust_n))
-    assert [kind for _, kind in kinds] == [f"{route}_failed", f"{route}_recovered"]
+    assert [what for _, what in kinds] == [(f"{route}[left]", "failed", True), (f"{route}[left]", "failed", False)]
     assert kinds[0][0] - 300 <= 3 * HZ
     assert worst < 1.96
     assert jump_over < 200.0

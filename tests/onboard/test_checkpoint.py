@@ -112,4 +112,4 @@ def test_a_disk_that_refuses_is_told_once_and_told_again_when_it_is_back(tmp_pat
         latest.put(b"state")
         latest.close()
         assert (latest.written_ns is None) == blocked
-    assert [fault.kind for fault in faults] == ["checkpoint_write"]
+    assert [fault.kind for fault in faults] == ["not_saved"]

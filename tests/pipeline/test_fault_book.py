@@ -18,7 +18,7 @@ def test_counts_add_up_and_no_kind_goes_out_twice_a_second(steps):
         t_ns += dt_ns
         sent += book.due(t_ns)
         came += count
-        now = book.take(Fault(t_ns, "adc", kind, count))
+        now = book.take(Fault(t_ns, "adc", kind, count=count))
         sent += [now] if now else []
     sent += book.due(t_ns + REPEAT_AFTER_NS)
     assert sum(fault.count for fault in sent) == came
@@ -28,4 +28,4 @@ def test_counts_add_up_and_no_kind_goes_out_twice_a_second(steps):
 
 
 def test_the_first_of_a_kind_goes_out_at_once():
-    assert FaultBook().take(Fault(0, "adc", "crc")) == Fault(0, "adc", "crc")
+    assert FaultBook().take(Fault(0, "adc", "damaged")) == Fault(0, "adc", "damaged")

@@ -27,7 +27,7 @@ def write_log(path: Path, seconds: int = 20, outputs: bool = True) -> None:
             log.write_output(Estimate(t_ns, 0, 5000.0 + step, *[10.0] * 12, 0))
             log.write_truth("left", t_ns, 5001.0 + step)
             log.write_truth("left_upper", t_ns, 2400.0)
-        log.write_output(Fault(0, "adc", "crc"))
+        log.write_output(Fault(0, "adc", "damaged"))
 
 
 def test_estimates_readings_and_truth_become_columns(tmp_path):

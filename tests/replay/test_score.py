@@ -56,6 +56,6 @@ def test_what_is_estimated_before_any_route_has_spoken_is_not_scored():
 
 
 def test_faults_are_counted_by_place_and_kind():
-    score = score_of([Fault(0, "adc", "lost", 3), Fault(9, "adc", "lost", 2), Fault(9, "can", "lost")], [])
+    score = score_of([Fault(0, "adc", "lost", count=3), Fault(9, "adc", "lost", count=2), Fault(9, "can", "lost")], [])
     assert score.faults == {("adc", "lost"): 5, ("can", "lost"): 1}
     assert score.scores() == {}

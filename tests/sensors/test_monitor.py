@@ -55,7 +55,7 @@ def fly(sensor=None, kind="", seconds=92.0, seed=0):
                 value = spoilt(kind, value, held, t_s - START_S, parts, rng)
             read[name] = last[name] if name[0] in SELDOM and k % 10 and value == value else value
         verdict = monitor.step(monitor_inputs(k, read))
-        found += [(t_s, f"{fault.where} {fault.kind}") for fault in verdict.faults]
+        found += [(t_s, f"{fault.where} {fault.kind}" + " over" * (not fault.active)) for fault in verdict.faults]
         excluded.append(verdict.excluded)
     return found, excluded
 
@@ -96,7 +96,7 @@ def test_each_fault_is_named_in_time_and_nothing_else(sensor, kind):
     first_s, first = found[0]
     assert first == f"{where} {kind}"
     assert first_s - START_S <= (30.0 if kind == "stuck" else 5.0)
-    assert {word for _, word in found} <= {f"{where} {kind}", f"{where} {kind}_over"}
+    assert {word for _, word in found} <= {f"{where} {kind}", f"{where} {kind} over"}
     assert all(out <= {sensor} for out in excluded)
 
 
@@ -117,7 +117,8 @@ def reports(change, seconds=80.0, start_s=65.0):
         since_s = k / 10 - start_s
         if since_s >= 0:
             change(read, since_s)
-        found += [(since_s, f"{f.where} {f.kind}") for f in monitor.step(monitor_inputs(k, read)).faults]
+        said = monitor.step(monitor_inputs(k, read)).faults
+        found += [(since_s, f"{f.where} {f.kind}" + " over" * (not f.active)) for f in said]
     return found
 
 

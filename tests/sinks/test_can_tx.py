@@ -40,7 +40,7 @@ def test_failures_are_counted_and_told_in_bunches() -> None:
     for step in range(25):
         tx.write_output(estimate(step * 100_000_000, 0))
     assert tx.failed_messages == 50
-    assert {(fault.where, fault.kind) for fault in faults} == {("can_out", "can_tx")}
+    assert {(fault.where, fault.kind) for fault in faults} == {("can_out", "not_sent")}
     assert len(faults) == 3
     assert sum(fault.count for fault in faults) <= 50
 

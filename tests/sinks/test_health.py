@@ -14,13 +14,16 @@ import thrustd
 from docs import build_interfaces as interfaces
 from thrustd.cli.status import read_status
 from thrustd.core.errors import ConfigError, UsageError
-from thrustd.core.types import FAULT_KINDS, Estimate, Fault, Frame, Status, Tick
+from thrustd.core.faults import FAULT_KINDS, UNTIL_OVER
+from thrustd.core.types import Estimate, Fault, Frame, Status, Tick
+from thrustd.fusion.thrust_step import NEWS
 from thrustd.onboard.checkpoint import Clocks
 from thrustd.onboard.heartbeat import Heartbeat
-from thrustd.pipeline.fault_status import BITS, ENDS, FUSION_BITS, FUSION_ENDS, FaultStatus
+from thrustd.pipeline.fault_status import FaultStatus
 from thrustd.sensors import signal_watch
 from thrustd.sinks.health_counts import HealthCounts
 from thrustd.sinks.health_page import HealthPage, Watched
+from thrustd.wire import adc_frames, can_decoder
 from thrustd.wire.event_batch import EventBatch
 
 S = 1_000_000_000
@@ -51,8 +54,8 @@ def test_the_page_tells_what_was_counted(page):
         counts.take_batch(EventBatch.of([Frame(k * S - 900_000, "can", 0, b"x"), Frame(k * S, "adc", 0, b"x")]))
         now[0] = k * S + 300_000
         counts.write_output(estimate(k * S))
-    counts.write_output(Fault(0, "adc", "lost", 5))
-    counts.write_output(Fault(0, "adc", "lost", 2))
+    counts.write_output(Fault(0, "adc", "lost", count=5))
+    counts.write_output(Fault(0, "adc", "lost", count=2))
     status = read_status(f"http://127.0.0.1:{server.port}/metrics")
     assert status["events_total"] == {"adc": 10, "can": 10}
     assert status["faults_total"] == {"lost/adc": 7}
@@ -170,30 +173,33 @@ def test_the_service_manager_hears_thrust_and_troubles(heart):
     assert heart[0].status() == "right 5000 +- 80 N; link lost; not recording"
 
 
-@pytest.mark.parametrize("kind", sorted(set(BITS) - set(ENDS)))
+OURS = {word: kind for word, kind in FAULT_KINDS.items() if not kind.of_engine}
+
+
+@pytest.mark.parametrize("kind", sorted(word for word, kind in OURS.items() if kind.shows_s != UNTIL_OVER))
 def test_a_momentary_fault_shows_for_a_moment(kind):
     status = FaultStatus()
     status.take(Fault(5 * S, "somewhere", kind))
-    assert status.bits(5 * S) == BITS[kind]
+    assert status.bits(5 * S) == FAULT_KINDS[kind].status
     assert status.bits(16 * S) == 0
 
 
-@pytest.mark.parametrize("begin, end", sorted(ENDS.items()))
-def test_a_fault_with_an_end_shows_until_then_at_every_place(begin, end):
+@pytest.mark.parametrize("kind", sorted(word for word, kind in OURS.items() if kind.shows_s == UNTIL_OVER))
+def test_a_fault_with_an_end_shows_until_then_at_every_place(kind):
     status = FaultStatus()
     for where in ("a", "b"):
-        status.take(Fault(0, where, begin))
-    status.take(Fault(1, "a", end))
-    assert status.bits(1000 * S) == BITS[begin]
-    status.take(Fault(2, "b", end))
+        status.take(Fault(0, where, kind))
+    status.take(Fault(1, "a", kind, active=False))
+    assert status.bits(1000 * S) == FAULT_KINDS[kind].status
+    status.take(Fault(2, "b", kind, active=False))
     assert status.bits(1000 * S) == 0
 
 
-def test_every_kind_of_fault_has_a_word_and_a_bit_or_is_an_end():
-    ends = {*ENDS.values(), *FUSION_ENDS.values()}
-    assert {*BITS, *FUSION_BITS, *ends} == set(FAULT_KINDS)
-    assert {*ENDS, *FUSION_ENDS} <= {*BITS, *FUSION_BITS}
-    assert not ends & {*BITS, *FUSION_BITS}
+@pytest.mark.parametrize("kind", [*sorted({*FAULT_KINDS} - {*OURS}), "a word of another version"])
+def test_what_the_fusion_shows_by_engine_is_not_shown_twice(kind):
+    status = FaultStatus()
+    status.take(Fault(0, "left_upper", kind))
+    assert status.bits(0) == 0
 
 
 def test_no_fault_is_reported_by_another_word():
@@ -201,7 +207,8 @@ def test_no_fault_is_reported_by_another_word():
     trees = [ast.parse(path.read_text()) for path in root.rglob("*.py")]
     faults = [n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.Call) and ast.unparse(n.func) == "Fault"]
     kinds = {n.args[2].value for n in faults if len(n.args) > 2 and isinstance(n.args[2], ast.Constant)}
-    assert {"clock_step", "log_overrun", "checkpoint_refused"} <= kinds  # the search finds them
+    kinds |= {kind for kind, _ in adc_frames.KINDS} | {*can_decoder.KINDS} | {kind for _, kind, _ in NEWS}
+    assert {"clock_step", "overrun", "cold"} <= kinds  # the search finds them
     assert kinds | set(signal_watch.KINDS[1:]) <= set(FAULT_KINDS)
 
 

@@ -21,13 +21,13 @@ def test_a_fault_is_told_once_with_its_place_and_what_it_means():
 
 
 def test_it_is_told_again_when_it_was_over_for_long():
-    lasting = [Fault(n * OVER_NS // 2, "adc", "crc") for n in range(6)]
+    lasting = [Fault(n * OVER_NS // 2, "adc", "damaged") for n in range(6)]
     assert len(told(lasting)) == 1
-    assert len(told([*lasting, Fault(10 * OVER_NS, "adc", "crc")])) == 2
+    assert len(told([*lasting, Fault(10 * OVER_NS, "adc", "damaged")])) == 2
 
 
 def test_places_and_kinds_are_told_apart():
-    lines = told([Fault(0, "adc", "crc"), Fault(0, "can", "unplugged"), Fault(0, "adc", "unplugged")])
+    lines = told([Fault(0, "adc", "damaged"), Fault(0, "can", "unplugged"), Fault(0, "adc", "unplugged")])
     assert [line.split(":")[0] for line in lines] == ["adc", "can", "adc"]
 
 
@@ -40,7 +40,7 @@ def test_a_terminal_that_takes_nothing_holds_up_nobody():
 
     journal = Journal(write)
     for n in range(10 * MOST_WAITING):
-        journal.write_output(Fault(n, f"place {n}", "crc"))
+        journal.write_output(Fault(n, f"place {n}", "damaged"))
     stuck.set()
     journal.close()
     assert 0 < len(lines) <= MOST_WAITING + 1

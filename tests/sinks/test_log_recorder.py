@@ -106,7 +106,7 @@ def test_a_folder_that_cannot_be_is_a_fault_from_the_start(tmp_path: Path) -> No
     log = recorder(tmp_path / "file" / "logs", faults)
     assert log.path is None
     log.close()
-    assert [(fault.where, fault.kind) for fault in faults] == [("log", "log_write")]
+    assert [(fault.where, fault.kind) for fault in faults] == [("log", "not_recorded")]
 
 
 def test_files_of_different_runs_or_with_one_missing_are_no_run(tmp_path: Path) -> None:
@@ -167,8 +167,8 @@ def test_a_folder_that_goes_in_flight_is_told_and_made_again(tmp_path: Path, tro
         folder.rename(tmp_path / "elsewhere")
     for event in after:
         log.write_batch(EventBatch.of((event,)))
-    lost = wait_for(faults, "log_write").count
-    wait_for(faults, "log_resumed")
+    lost = wait_for(faults, "not_recorded").count
+    wait_for(faults, "not_recorded", active=False)
     log.close()
     kept = recorded(folder)
     assert lost == log.lost_items > 0
@@ -200,10 +200,10 @@ class _DriveFile(FileIO):
         return super().write(data)
 
 
-def wait_for(faults: "SimpleQueue[Fault]", kind: str) -> Fault:
+def wait_for(faults: "SimpleQueue[Fault]", kind: str, active: bool = True) -> Fault:
     while True:
         fault = faults.get(timeout=LIMIT_S)
-        if fault.kind == kind:
+        if (fault.kind, fault.active) == (kind, active):
             return fault
 
 
@@ -216,9 +216,9 @@ def test_a_full_disk_is_counted_and_recording_resumes_in_a_new_file(tmp_path: Pa
     drive.full = True
     for event in during:
         log.write_batch(EventBatch.of((event,)))
-    lost = wait_for(faults, "log_write").count
+    lost = wait_for(faults, "not_recorded").count
     drive.full = False
-    wait_for(faults, "log_resumed")
+    wait_for(faults, "not_recorded", active=False)
     for event in after:
         log.write_batch(EventBatch.of((event,)))
     log.close()
@@ -236,7 +236,7 @@ def test_a_disk_that_is_full_from_now_on_costs_records_only(tmp_path: Path) -> N
     drive.full = True
     for event in flight(5):
         log.write_batch(EventBatch.of((event,)))
-    wait_for(faults, "log_write")
+    wait_for(faults, "not_recorded")
     log.close()
     assert list(LogFile(next(tmp_path.glob("*.mcap"))).events()) == []
 
@@ -255,7 +255,7 @@ def test_a_stuck_disk_drops_the_oldest_and_never_blocks(tmp_path: Path, monkeypa
     log.close()
     told = 0
     while told < dropped:
-        told += wait_for(faults, "log_overrun").count
+        told += wait_for(faults, "overrun").count
     [path] = tmp_path.glob("*.mcap")
     reader = LogFile(path)
     kept = list(reader.events())

@@ -38,7 +38,7 @@ def events(seconds: float = 3.0) -> list[Event]:
         if i % 50 == 0:
             out.append(Tick(t_ns + 7))
         if i % 700 == 0:
-            out.append(Fault(t_ns + 9, "adc", "queue_overrun", 3))
+            out.append(Fault(t_ns + 9, "adc", "overrun", count=3))
     return out
 
 
@@ -52,7 +52,7 @@ def outputs(t_ns: int) -> list[Output]:
         MountOutput(t_ns, 2, 0.5, 2500.0, 30.0),
         Reading(t_ns, "n1_pct", 1, 80.25),
         Reading(t_ns, "mach", 0, 0.3),
-        Fault(t_ns, "adc", "crc"),
+        Fault(t_ns, "adc", "damaged"),
     ]
 
 
@@ -209,7 +209,7 @@ def test_what_is_whole_of_a_damaged_log_is_read(
         list(LogFile(path).events())
     log = LogFile(path, salvage=True)
     found = list(log.events())
-    faults = [event for event in found if isinstance(event, Fault) and event.kind == "log_damaged"]
+    faults = [event for event in found if isinstance(event, Fault) and event.kind == "damaged"]
     kept = [event for event in found if event not in faults]
     gone = [event for event in flight if event not in set(kept)]
     first = flight.index(gone[0]) if gone else 0
@@ -247,7 +247,7 @@ def test_of_a_log_damaged_anywhere_nothing_is_invented(tmp_path: Path, log_path:
         path.write_bytes(damaged)
         try:
             log = LogFile(path, salvage=True)
-            found = [e for e in log.events() if not (isinstance(e, Fault) and e.kind == "log_damaged")]
+            found = [e for e in log.events() if not (isinstance(e, Fault) and e.kind == "damaged")]
         except LogError:
             assert at < chunks_of(whole)[0]  # header, schemas or channels
             continue

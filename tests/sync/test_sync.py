@@ -27,10 +27,10 @@ def test_a_reading_holds_until_it_is_stale():
 def test_going_stale_and_coming_back_is_told_once():
     hold = Hold([("n1_pct", 0)])
     hold.take(Reading(0, "n1_pct", 0, 80.0))
-    assert [f.kind for _, f in hold.changes(1000 * MS)] == ["stale"]
+    assert [(f.kind, f.active) for _, f in hold.changes(1000 * MS)] == [("stale", True)]
     assert hold.changes(1100 * MS) == []
     hold.take(Reading(1200 * MS, "n1_pct", 0, 80.0))
-    assert [f.kind for _, f in hold.changes(1200 * MS)] == ["fresh"]
+    assert [(f.kind, f.active) for _, f in hold.changes(1200 * MS)] == [("stale", False)]
 
 
 @pytest.mark.parametrize(("signal", "value"), [("n1_pct", 300.0), ("mach", 1.3), ("accel_z_g", -40.0)])

@@ -92,13 +92,13 @@ def test_units_become_those_of_the_catalogue(ident: int, raw: float, signal: str
 def test_losses_are_counted_over_the_wrap_of_the_message_code() -> None:
     decoder = CanDecoder(INPUTS)
     items = [item for code in (254, 255, 256, 260, 261) for item in decoder.feed(message(code))]
-    assert [item for item in items if isinstance(item, Fault)] == [Fault(0, "can[Engine1_N1]", "lost", 3)]
+    assert [item for item in items if isinstance(item, Fault)] == [Fault(0, "can[Engine1_N1]", "lost", count=3)]
     assert kinds(items).count("n1_pct") == 5
 
 
 def test_repeats_are_dropped_and_a_stuck_counter_is_named() -> None:
-    assert feed(message(1), message(1), message(2)) == ["n1_pct", "duplicate", "n1_pct"]
-    assert feed(message(1, 8000), message(1, 8001)) == ["n1_pct", "can_counter", "n1_pct"]
+    assert feed(message(1), message(1), message(2)) == ["n1_pct", "late", "n1_pct"]
+    assert feed(message(1, 8000), message(1, 8001)) == ["n1_pct", "contested", "n1_pct"]
 
 
 def test_identifiers_count_separately() -> None:
@@ -107,15 +107,15 @@ def test_identifiers_count_separately() -> None:
 
 def test_a_second_sender_is_not_believed_while_the_first_lives() -> None:
     second = message(0, node=2)
-    assert feed(message(0), second, message(1)) == ["n1_pct", "can_node", "n1_pct"]
+    assert feed(message(0), second, message(1)) == ["n1_pct", "contested", "n1_pct"]
     assert feed(message(0), second._replace(t_ns=2_000_000_000)) == ["n1_pct", "n1_pct"]
 
 
 def test_headers_lengths_and_values_that_do_not_fit_are_named() -> None:
-    assert feed(message(0, data_type=3)) == ["can_data_type"]
-    assert feed(message(0, service=1)) == ["can_service"]
-    assert feed(message(0)._replace(data=b"\1\2\0\0\0\0\0")) == ["length"]
-    assert feed(message(0, math.nan), message(1, math.inf), message(2)) == ["not_finite"] * 2 + ["n1_pct"]
+    assert feed(message(0, data_type=3)) == ["foreign"]
+    assert feed(message(0, service=1)) == ["foreign"]
+    assert feed(message(0)._replace(data=b"\1\2\0\0\0\0\0")) == ["foreign"]
+    assert feed(message(0, math.nan), message(1, math.inf), message(2)) == ["out_of_range"] * 2 + ["n1_pct"]
     assert feed(message(0, ident=777)) == []
 
 
@@ -147,7 +147,9 @@ def test_floats_of_every_length_are_those_of_the_struct_module(length: int, litt
     field = CanField(bits, 1.0, 0.0, "thrust_N", 0)
     table = CanTable({1: CanMessage(1, "F", 1 + len(raw), bytes, (), frozenset(), (field,))})
     [item] = CanDecoder(table).feed(Frame(0, "can", 1, b"\xff" + raw))
-    assert item == (Reading(0, "thrust_N", 0, value) if math.isfinite(value) else Fault(0, "thrust_N[0]", "not_finite"))
+    assert item == (
+        Reading(0, "thrust_N", 0, value) if math.isfinite(value) else Fault(0, "thrust_N[0]", "out_of_range")
+    )
 
 
 def test_another_bus_is_another_file() -> None:

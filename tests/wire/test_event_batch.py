@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from thrustd.core.errors import LogError
-from thrustd.core.types import FAULT_KINDS, Event, Fault, Frame, Tick
+from thrustd.core.faults import FAULT_KINDS
+from thrustd.core.types import Event, Fault, Frame, Tick
 from thrustd.wire.event_batch import Messages, decode_batch, encode_batch
 
 t_ns = st.integers(-(2**63), 2**63 - 1)
@@ -14,7 +15,12 @@ events = st.lists(
         st.builds(Tick, t_ns),
         st.builds(Frame, t_ns, st.sampled_from(["adc", "can"]), st.integers(0, 2**32 - 1), st.binary(max_size=300)),
         st.builds(
-            Fault, t_ns, st.sampled_from(["adc", "a port"]), st.sampled_from(list(FAULT_KINDS)), st.integers(0, 9)
+            Fault,
+            t_ns,
+            st.sampled_from(["adc", "a port"]),
+            st.sampled_from(list(FAULT_KINDS)),
+            st.booleans(),
+            st.integers(0, 9),
         ),
     ),
     max_size=64,

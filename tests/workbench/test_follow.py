@@ -21,8 +21,8 @@ def write_log(path, seconds=120):
             log.write_output(MountOutput(t_ns, 0, 0.2, 500.0, 20.0))
             if i % 50 == 0:
                 log.write_output(Reading(t_ns, "mach", 0, 0.3 + i * 1e-6))
-        log.write_output(Fault(t_ns, "adc", "crc"))
-        log.write_output(Fault(t_ns, "adc", "crc", 3))
+        log.write_output(Fault(t_ns, "adc", "damaged"))
+        log.write_output(Fault(t_ns, "adc", "damaged", count=3))
 
 
 def test_whole_log(tmp_path):
@@ -33,7 +33,7 @@ def test_whole_log(tmp_path):
     left = [row for row in said["rows"] if row["topic"] == "/estimate/left"]
     assert len(left) == pytest.approx(1200, abs=2)
     assert left[-1]["status_text"] == ["TRANSIENT"]
-    assert said["faults"] == {"adc crc": 4}
+    assert said["faults"] == {"adc damaged": 4}
     assert said["readings"]["mach"]["value"] == pytest.approx(0.3 + 5950e-6)
 
 

@@ -37,72 +37,9 @@ class Fault(NamedTuple):
 
     t_ns: int
     where: str  # "adc", "can", "log", "left_upper", "n1_pct[0]", ...
-    kind: str  # a word of FAULT_KINDS, e.g. "crc"
+    kind: str  # a word of `core.faults.FAULT_KINDS`, e.g. "lost"
+    active: bool = True  # False: it is over
     count: int = 1  # how many at once, e.g. frames lost
-
-
-FAULT_KINDS: dict[str, str] = {
-    # serial bytes
-    "cobs": "bytes between two delimiters are not COBS",
-    "crc": "checksum does not match",
-    "length": "frame or message shorter or longer than its kind says",
-    "overlong": "no delimiter within the longest legal frame; bytes thrown away up to the next one",
-    "version": "ADC frame of an unknown version",
-    "channel_count": "ADC frame with another number of channels than configured",
-    # ADC sequence and time
-    "lost": "frames or messages missing by their counter (CAN: at least so many)",
-    "duplicate": "the same frame or message twice; dropped",
-    "late": "a frame older than one already seen; dropped",
-    "adc_reset": "ADC sequence and device time started again",
-    "sample_rate": "ADC samples come at another rate than configured: the thrust is not to be used",
-    "sample_rate_over": "the ADC's rate is as configured again",
-    "channel_fault": "ADC marks a channel open or shorted, or counts leave 24 bit",
-    "channel_recovered": "the channel measures again; count is the number of samples it did not",
-    # CAN messages
-    "can_data_type": "CANaerospace data type is not the one the DBC says",
-    "can_service": "CANaerospace service code is not 0: the sender does not call it normal data",
-    "can_node": "another node sends an identifier that already has a living sender; dropped",
-    "can_counter": "CANaerospace message code repeated with other data",
-    "not_finite": "NaN or infinity in a message; dropped",
-    # readings
-    "out_of_range": "value outside the catalogue's range; it does not count",
-    "stale": "no reading within the time its channel allows",
-    "fresh": "a stale channel reads again",
-    # sensors and routes that are not believed
-    "dead": "a sensor that was there is silent for good",
-    "dead_over": "it measures again",
-    "stuck": "a sensor repeats itself although the others move",
-    "stuck_over": "it is believed again",
-    "noisy": "a sensor scatters far more than it used to",
-    "noisy_over": "it is believed again",
-    "offset": "a sensor jumped away from what the others say",
-    "offset_over": "it is believed again",
-    "drift": "a sensor left what the others say, little by little",
-    "drift_over": "it is believed again",
-    "mount_failed": "the mount route of an engine is not believed until it agrees again",
-    "mount_recovered": "the mount route is believed again",
-    "brochure_failed": "the brochure route of an engine is not believed until it agrees again",
-    "brochure_recovered": "the brochure route is believed again",
-    "tare": "not a fault: before the first engine start the mounts were asked for their zeros",
-    # sources
-    "unplugged": "a port or bus disappeared or refuses to open",
-    "reconnected": "a port or bus is back",
-    "bus_error": "the CAN controller reports an error frame or a bus-off",
-    "queue_overrun": "events shed because the pipeline is too slow; the oldest go first",
-    # sinks
-    "log_overrun": "items missing in the log because the disk is too slow",
-    "log_write": "the log cannot be written (disk full, read-only); items lost until it can",
-    "log_damaged": "chunks of a log that is replayed are damaged and left out; count is how many, at least",
-    "log_resumed": "recording goes on in a new file",
-    "can_tx": "an estimate could not be sent on the bus",
-    "live_view": "an output could not be shown in the live view",
-    "health": "the health page cannot be served",
-    # the process itself
-    "clock_step": "the machine's calendar clock jumped; count is the size in ms. Estimates use the monotonic clock",
-    "checkpoint_refused": "the checkpoint is old, damaged or of other models: started cold",
-    "checkpoint_write": "the checkpoint cannot be written: a restart now would be cold",
-    "checkpoint_resumed": "checkpoints are written again",
-}
 
 
 class Status(IntFlag):

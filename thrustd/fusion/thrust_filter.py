@@ -87,7 +87,7 @@ class ThrustFilter:
         return estimate
 
     def take_faults(self) -> list[Fault]:
-        """Faults since the last call: "mount_failed", "mount_recovered", "brochure_...", "tare"."""
+        """Since the last call: routes that failed or are believed again, "tare"."""
         faults, self._faults = self._faults, []
         return faults
 
@@ -142,7 +142,8 @@ class ThrustFilter:
     def _report(self) -> None:
         t_ns = self._memory["t_ns"].item()
         for what in self._memory["news"][0, : self._n_news.item()].tolist():
-            self._faults.append(Fault(t_ns, self._name, NEWS[what]))
+            route, kind, active = NEWS[what]
+            self._faults.append(Fault(t_ns, f"{route}[{self._name}]" if route else self._name, kind, active))
 
 
 def _covariance(row: list[float]) -> Matrix:

@@ -29,7 +29,10 @@ LIED = int(Status.SENSOR_DOUBTED | Status.MOUNTS_DISAGREE | Status.STUCK)
 DONE, PREDICT, LOOK_BACK, UPDATE = range(4)  # for whoever has the filter
 BEGIN, PAST, TARE, MOUNTS, BROCHURE, MOUNTS_AGAIN, BROCHURE_AGAIN, END = range(8)  # places in a step
 SIZES, MOUNT_GATE, BROCHURE_GATE = range(3)  # rows of what is slow: see `dynamics` and `gate`
-NEWS = ("tare", "mount_failed", "mount_recovered", "brochure_failed", "brochure_recovered")
+NEWS = (  # route, kind and whether it begins
+    ("", "tare", True), ("mount", "failed", True), ("mount", "failed", False),
+    ("brochure", "failed", True), ("brochure", "failed", False),
+)  # fmt: skip
 _TARED, _MOUNT_FAILED, _BROCHURE_FAILED = 0, 1, 3  # places in NEWS; a recovery is the one behind
 MOST_NEWS = 5  # of one step
 

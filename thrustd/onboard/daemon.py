@@ -113,7 +113,7 @@ def start_pipeline(shell: Shell) -> tuple[Pipeline, WarmStart | None]:
         found = Resume(None, f"{path}: does not fit this pipeline: starting cold", True)
     say(found.word)
     if found.refused:
-        shell.queue.put(Fault(time.monotonic_ns(), "checkpoint", "checkpoint_refused"))
+        shell.queue.put(Fault(time.monotonic_ns(), "checkpoint", "cold"))
     return pipeline, found.start
 
 
@@ -188,7 +188,7 @@ def open_live_view(shell: Shell, header: LogHeader) -> LiveView | None:
         )  # fmt: skip
     except ConfigError as problem:  # nobody need see the thrust for it to be estimated
         say(str(problem))
-        put(Fault(time.monotonic_ns(), "live_view", "live_view"))
+        put(Fault(time.monotonic_ns(), "live_view", "not_sent"))
         return None
     return shell.opened.enter_context(closing(view))
 
@@ -211,7 +211,7 @@ def open_health(shell: Shell, counts: HealthCounts, recorder: LogRecorder | None
         shell.opened.enter_context(closing(HealthPage(counts, watched, config.health.port)))
     except ConfigError as problem:
         say(str(problem))
-        shell.queue.put(Fault(time.monotonic_ns(), "health", "health"))
+        shell.queue.put(Fault(time.monotonic_ns(), "health", "not_sent"))
 
 
 @contextmanager

@@ -72,4 +72,4 @@ class Heartbeat:
         step_ns = 0 if self._offset_ns is None else offset_ns - self._offset_ns
         self._offset_ns = offset_ns
         if abs(step_ns) > CLOCK_STEP_NS:
-            self._put(Fault(now.monotonic_ns, "clock", "clock_step", max(1, abs(step_ns) // 1_000_000)))
+            self._put(Fault(now.monotonic_ns, "clock", "clock_step", count=max(1, abs(step_ns) // 1_000_000)))

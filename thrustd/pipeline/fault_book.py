@@ -6,20 +6,21 @@ A noisy line may give thousands of faults a second; the sum of the counts that g
 from thrustd.core.types import Fault
 
 REPEAT_AFTER_NS = 1_000_000_000
+_What = tuple[str, str, bool]  # where, kind, active
 
 
 class FaultBook:
-    """Counts by (where, kind). Mutable, reads no clock."""
+    """Counts by what a fault says but when. Mutable, reads no clock."""
 
     __slots__ = ("_held", "_since_ns")
 
     def __init__(self) -> None:
-        self._since_ns: dict[tuple[str, str], int] = {}  # when it last went out
-        self._held: dict[tuple[str, str], int] = {}  # counted since
+        self._since_ns: dict[_What, int] = {}  # when it last went out
+        self._held: dict[_What, int] = {}  # counted since
 
     def take(self, fault: Fault) -> Fault | None:
         """The fault if it is to go out now, None if it is held back."""
-        key = (fault.where, fault.kind)
+        key = (fault.where, fault.kind, fault.active)
         if key in self._held or fault.t_ns - self._since_ns.get(key, -REPEAT_AFTER_NS) < REPEAT_AFTER_NS:
             self._held[key] = self._held.get(key, 0) + fault.count
             return None
@@ -33,4 +34,4 @@ class FaultBook:
         keys = [key for key in self._held if t_ns - self._since_ns[key] >= REPEAT_AFTER_NS]
         for key in keys:
             self._since_ns[key] = t_ns
-        return [Fault(t_ns, where, kind, self._held.pop((where, kind))) for where, kind in keys]
+        return [Fault(t_ns, *key, count=self._held.pop(key)) for key in keys]

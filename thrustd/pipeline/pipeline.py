@@ -195,7 +195,7 @@ class Pipeline:
         """Staleness, derived channels, and the readings for the log."""
         for place, fault in self._hold.changes(t_ns) if changed else ():
             self._report(fault, outputs)
-            if fault.kind == "stale":
+            if fault.active:
                 self._intake.tell(self._hold.slots[place], nan)
         if self._time_wanted:
             self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)

@@ -123,7 +123,7 @@ class FlightScore:
             name = self._mounts[output.mount]
             if name in self._truth:
                 self._rows[name].extend((output.t_ns, output.force_n, output.std_n))
-        elif isinstance(output, Fault):
+        elif isinstance(output, Fault) and output.active:
             self.faults[output.where, output.kind] += output.count
 
     def truth_n(self, name: str, t_ns: int) -> float:

@@ -11,7 +11,7 @@ excludes:
 The everyday part of a look is compiled (`monitor_step`); here is what is done when somebody is in doubt.
 
 Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.where` is the mount's name or
-"signal[index]"; "<kind>_over" when it is believed again.
+"signal[index]"; not active when it is believed again.
 """
 
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # tho
 class MonitorVerdict(NamedTuple):
     excluded: frozenset[Sensor]
     mounts: Any  # ENGINE_MOUNTS by engine, good until the next step
-    faults: Sequence[Fault]  # changes at this step: "stuck", "stuck_over", ...
+    faults: Sequence[Fault]  # changes at this step
     status: Sequence[int]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE)
 
 
@@ -260,7 +260,7 @@ class Monitor:
                 faults.append(Fault(t_ns, self._where(sensor), kind))
                 self._kinds[sensor] = kind
             elif before and not kind:
-                faults.append(Fault(t_ns, self._where(sensor), f"{before}_over"))
+                faults.append(Fault(t_ns, self._where(sensor), before, active=False))
                 del self._kinds[sensor]
         return faults
 

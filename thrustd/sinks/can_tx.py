@@ -55,5 +55,5 @@ class CanTx:
             self.failed_messages += 1
             self._untold += 1
             if self._told_ns is None or t_ns - self._told_ns >= TELL_NS:
-                self._report(Fault(t_ns, WHERE, "can_tx", self._untold))
+                self._report(Fault(t_ns, WHERE, "not_sent", count=self._untold))
                 self._told_ns, self._untold = t_ns, 0

@@ -58,7 +58,8 @@ class HealthCounts:
 
     def write_output(self, output: Output) -> None:
         if isinstance(output, Fault):
-            self.faults[output.where, output.kind] += max(output.count, 1)  # a refused disk has lost nothing yet
+            if output.active:
+                self.faults[output.where, output.kind] += max(output.count, 1)  # a refused disk has lost nothing yet
         elif isinstance(output, Estimate):
             self.latest[output.engine] = output
             self.estimates[output.engine] += 1

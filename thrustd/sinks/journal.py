@@ -8,7 +8,8 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from threading import Thread
 
-from thrustd.core.types import FAULT_KINDS, Fault, Output
+from thrustd.core.faults import FAULT_KINDS
+from thrustd.core.types import Fault, Output
 
 OVER_NS = 60_000_000_000
 MOST_WAITING = 50  # lines
@@ -31,12 +32,12 @@ class Journal:
         self._thread.start()
 
     def write_output(self, output: Output) -> None:
-        if not isinstance(output, Fault):
+        if not (isinstance(output, Fault) and output.active):
             return
         key = output.where, output.kind
         before_ns, self._last_ns[key] = self._last_ns.get(key), output.t_ns
         if (before_ns is None or output.t_ns - before_ns >= OVER_NS) and self._lines.qsize() < MOST_WAITING:
-            self._lines.put(f"{output.where}: {output.kind}: {FAULT_KINDS.get(output.kind, 'a fault')}")
+            self._lines.put(f"{output.where}: {output.kind}: {FAULT_KINDS[output.kind].meaning}")
 
     def close(self) -> None:
         self._lines.put(None)

@@ -30,7 +30,7 @@ class LatestFile(Generic[Value]):
         where: str = "checkpoint",
         clock_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        """Failures are reported as `<where>_write` once, then `<where>_resumed`."""
+        """A disk that refuses is reported as "not_saved" once, and when it is over."""
         self.written_ns: int | None = None
         self._path, self._encode, self._report, self._where, self._clock_ns = path, encode, report, where, clock_ns
         self._latest: Value | None = None
@@ -66,16 +66,16 @@ class LatestFile(Generic[Value]):
             replace_file(self._path, self._encode(value))
         except Exception:  # a disk that refuses mostly; this thread must live whatever it is
             if not self._refused:
-                self._tell("write")
+                self._tell(True)
             self._refused = True
             return
         self.written_ns = self._clock_ns()
         if self._refused:
-            self._tell("resumed")
+            self._tell(False)
         self._refused = False
 
-    def _tell(self, kind: str) -> None:
-        self._report(Fault(self._clock_ns(), self._where, f"{self._where}_{kind}"))
+    def _tell(self, active: bool) -> None:
+        self._report(Fault(self._clock_ns(), self._where, "not_saved", active))
 
 
 def replace_file(path: Path, content: bytes) -> None:

@@ -92,7 +92,7 @@ class LiveView:
         except Exception:  # whatever the server does, the flight goes on
             self.failed_outputs += 1
             if self.failed_outputs == 1:
-                self._report(Fault(output.t_ns, WHERE, "live_view"))
+                self._report(Fault(output.t_ns, WHERE, "not_sent"))
 
     def close(self) -> None:
         """Disconnect everybody."""

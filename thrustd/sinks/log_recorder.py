@@ -5,7 +5,7 @@
 
 A disk that is too slow fills the queue: the oldest parcels go, counted as `log_overrun`. A disk that refuses (full,
 read-only, gone) is `log_write`: the file is given up, parcels wait in the queue, and a new file is tried with growing
-delays; when it works, `log_resumed`. Events keep their numbers, so a log tells what it lacks.
+delays; when it works, the fault is over. Events keep their numbers, so a log tells what it lacks.
 """
 
 from collections import deque
@@ -97,7 +97,7 @@ class LogRecorder:
                 oldest = self._parcels.popleft()
                 count = oldest.n_events() + len(oldest.outputs)
                 self.dropped_items += count
-                self._report(Fault(self._last_ns, WHERE, "log_overrun", count))
+                self._report(Fault(self._last_ns, WHERE, "overrun", count=count))
 
     def _run(self) -> None:
         retry_s = FIRST_RETRY_S
@@ -135,10 +135,10 @@ class LogRecorder:
             lost = self._files.give_up()
             self.lost_items += lost
             if lost or not self._refused:
-                self._report(Fault(self._last_ns, WHERE, "log_write", lost))
+                self._report(Fault(self._last_ns, WHERE, "not_recorded", count=lost))
             self._refused = True
             return False
         if resumed:
             self._refused = False
-            self._report(Fault(self._last_ns, WHERE, "log_resumed"))
+            self._report(Fault(self._last_ns, WHERE, "not_recorded", active=False))
         return True

@@ -84,8 +84,8 @@ class CanBus:
     def _run(self) -> None:
         keep_open(self._worker.stopping, self._open, self._receive, self._tell)
 
-    def _tell(self, kind: str, count: int = 1) -> None:
-        self._put(Fault(self._clock_ns(), CHANNEL, kind, count))
+    def _tell(self, kind: str, active: bool = True, count: int = 1) -> None:
+        self._put(Fault(self._clock_ns(), CHANNEL, kind, active, count))
 
     def _open(self) -> can.BusABC:
         bus = can.Bus(interface=self._interface, channel=self._channel, bitrate=self._bitrate)
@@ -133,7 +133,7 @@ class CanBus:
         self._errors += 1
         now_ns = self._clock_ns()
         if now_ns - self._told_ns >= TELL_NS:
-            self._tell("bus_error", self._errors)
+            self._tell("bus_error", count=self._errors)
             self._told_ns, self._errors = now_ns, 0
 
 

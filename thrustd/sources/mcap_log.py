@@ -126,4 +126,4 @@ class LogFile:
 
 
 def _fault(t_ns: int, gaps: Sequence[Gap]) -> EventBatch:
-    return EventBatch.of([Fault(t_ns, "log", "log_damaged", max(1, sum(gap.n_records for gap in gaps)))])
+    return EventBatch.of([Fault(t_ns, "log", "damaged", count=max(1, sum(gap.n_records for gap in gaps)))])

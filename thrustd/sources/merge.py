@@ -105,7 +105,7 @@ def merged(
             events = queue.take(poll_s)
             shed = queue.shed_events
             if events and shed > told:
-                events.insert(0, Fault(events[0].t_ns, "queue", "queue_overrun", shed - told))
+                events.insert(0, Fault(events[0].t_ns, "queue", "overrun", count=shed - told))
                 told = shed
             if events:
                 yield events

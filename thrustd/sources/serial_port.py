@@ -51,8 +51,8 @@ class SerialPort:
     def _run(self) -> None:
         keep_open(self._worker.stopping, self._open, self._receive, self._tell)
 
-    def _tell(self, kind: str) -> None:
-        self._put(Fault(self._clock_ns(), CHANNEL, kind))
+    def _tell(self, kind: str, active: bool) -> None:
+        self._put(Fault(self._clock_ns(), CHANNEL, kind, active))
 
     def _open(self) -> Any:
         only_us = None if self._is_url else True  # two readers of one device would each get half of the bytes

@@ -36,9 +36,9 @@ def keep_open(
     stopping: Flag,
     open_port: Callable[[], Port],
     receive: Callable[[Port], None],
-    tell: Callable[[str], None],
+    tell: Callable[[str, bool], None],
 ) -> None:
-    """Open, receive until it fails, open again with growing delays; `tell` "unplugged" and "reconnected" once each.
+    """Open, receive until it fails, open again with growing delays; `tell` "unplugged" and its end once each.
 
     `open_port` and `receive` may raise what they like: drivers do (`termios.error` is no OSError), and whatever it is,
     the port is not there.
@@ -50,12 +50,12 @@ def keep_open(
             port = open_port()
         if port is not None:
             if missing:
-                tell("reconnected")
+                tell("unplugged", False)
             missing, delay_s = False, FIRST_DELAY_S
             with suppress(Exception):
                 receive(port)
         if not missing and not stopping.is_set():
-            tell("unplugged")
+            tell("unplugged", True)
         missing = True
         stopping.wait(delay_s)
         delay_s = min(2 * delay_s, LONGEST_DELAY_S)

@@ -68,7 +68,7 @@ class Hold:
             stale = t_ns - held["t_ns"] > held["stale_after_ns"]
             if stale != held["stale"]:
                 signal, index = self.slots[place]
-                found.append((place, Fault(t_ns, f"{signal}[{index}]", "stale" if stale else "fresh")))
+                found.append((place, Fault(t_ns, f"{signal}[{index}]", "stale", bool(stale))))
                 held["stale"] = stale
         return found
 

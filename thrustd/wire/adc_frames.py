@@ -37,7 +37,7 @@ from thrustd.core.columns import (
 )  # fmt: skip
 from thrustd.core.jit import compiled
 from thrustd.core.types import Fault
-from thrustd.wire.framing import DAMAGES, Deframer, encode_frame
+from thrustd.wire.framing import Deframer, encode_frame
 
 VERSION = 1
 MAX_CHANNELS = 8
@@ -50,13 +50,12 @@ _HEADER_BYTES = 8
 _SEQUENCE_WRAP, _TIME_WRAP = 1 << 16, 1 << 32
 _LAYOUTS = {n: Struct(f"<BBHI{n}i") for n in range(1, MAX_CHANNELS + 1)}
 
-# faults; the kind in a row is 1 + place here
+# what a fault's row says, by its kind: `kind` and `active` of the Fault
 KINDS: Final = (
-    *DAMAGES, "version", "channel_count", "lost", "duplicate", "late", "adc_reset", "sample_rate", "channel_fault",
-    "channel_recovered", "sample_rate_over",
+    ("damaged", True), ("foreign", True), ("lost", True), ("late", True), ("reset", True),
+    ("rate", True), ("rate", False), ("open", True), ("open", False),
 )  # fmt: skip
-_LENGTH = 1 + KINDS.index("length")
-_VERSION, _CHANNEL_COUNT, _LOST, _DUPLICATE, _LATE, _RESET, _RATE, _OPEN, _RECOVERED, _RATE_OVER = range(5, 15)
+_DAMAGED, _FOREIGN, _LOST, _LATE, _RESET, _RATE, _RATE_OVER, _OPEN, _OPEN_OVER = range(1, 10)  # 1 + place in KINDS
 _MOST_PER_PIECE = 4 + MAX_CHANNELS  # a sample, two faults of its counters, one of each channel
 _STATE = np.dtype(
     [
@@ -118,7 +117,7 @@ class AdcDecoder:
         """A row of `decode` that is no sample."""
         channel = row.item(PLACE)
         where = self._where if channel < 0 else f"{self._where}[{channel}]"
-        return Fault(t_ns, where, KINDS[row.item(KIND) - 1], row.item(COUNT))
+        return Fault(t_ns, where, *KINDS[row.item(KIND) - 1], row.item(COUNT))
 
     def feed(self, t_ns: int, data: bytes) -> list[AdcSample | Fault]:
         """What the chunk `data`, arrived at `t_ns`, completes. Never raises."""
@@ -149,10 +148,8 @@ def _unsigned(payload: Bytes, at: int, n: int) -> Any:
 @compiled
 def _misfit(payload: Bytes, length: int) -> int:
     """Why a payload is not the frame we expect."""
-    if payload[0] != VERSION:
-        return _VERSION
     whole = length >= _HEADER_BYTES and length == _HEADER_BYTES + 4 * payload[1]
-    return _CHANNEL_COUNT if whole else _LENGTH
+    return _FOREIGN if payload[0] != VERSION or whole else _DAMAGED
 
 
 @compiled
@@ -197,7 +194,7 @@ def _is_late(s: Any, step: int, step_us: int) -> bool:
 def _irregular(s: Any, found: Integers, chunk: int, t_ns: int, step: int, step_us: int) -> bool:
     """Judge a step that is not the normal one; False when the frame is to be dropped."""
     if step == 0 and step_us == 0:
-        _tell(s, found, chunk, _DUPLICATE, -1, 1)
+        _tell(s, found, chunk, _LATE, -1, 1)
         return False
     elapsed_us = (t_ns - s.t_ns) // 1000
     if _is_late(s, step, step_us):
@@ -249,7 +246,7 @@ def _take_counts(s: Any, found: Integers, chunk: int, payload: Bytes, open_sampl
             open_samples[channel] += 1
             counts = CHANNEL_FAULT
         elif open_samples[channel]:
-            _tell(s, found, chunk, _RECOVERED, channel, open_samples[channel])
+            _tell(s, found, chunk, _OPEN_OVER, channel, open_samples[channel])
             open_samples[channel] = 0
         sample[COUNTS + channel] = counts
     row = found[s.found]
@@ -268,7 +265,7 @@ def _decode_pieces(
     for i in range(len(chunks)):
         chunk, length, payload = chunks[i], lengths[i], payloads[i]
         if length < 0:
-            _tell(s, found, chunk, -length, -1, 1)
+            _tell(s, found, chunk, _DAMAGED, -1, 1)
         elif payload[0] != VERSION or length != expected or payload[1] != len(open_samples):
             _tell(s, found, chunk, _misfit(payload, length), -1, 1)
         else:

@@ -21,10 +21,8 @@ from thrustd.wire.can_table import FLOAT, SIGNED, CanTable
 
 CODE_MASK: Final = 0xFF
 # faults; the kind in a row is 1 + place here
-KINDS: Final = (
-    "length", "can_data_type", "can_service", "can_node", "duplicate", "can_counter", "lost", "not_finite",
-)  # fmt: skip
-_LENGTH, _DATA_TYPE, _SERVICE, _NODE, _DUPLICATE, _COUNTER, _LOST, _NOT_FINITE = range(1, 9)
+KINDS: Final = ("foreign", "contested", "late", "lost", "out_of_range")
+_FOREIGN, _CONTESTED, _LATE, _LOST, _NOT_FINITE = range(1, 6)
 _FIELD = np.dtype(
     [(name, np.int64) for name in ("start", "length", "little_endian", "kind", "slot")]
     + [(name, np.float64) for name in ("scale", "offset")]
@@ -94,7 +92,7 @@ class CanDecoder:
         if kind == _NOT_FINITE:
             signal, index = self.slots[place]
             return Fault(t_ns, f"{signal}[{index}]", KINDS[kind - 1])
-        return Fault(t_ns, self._fault_places[place], KINDS[kind - 1], count)
+        return Fault(t_ns, self._fault_places[place], KINDS[kind - 1], count=count)
 
     def feed(self, frame: Frame) -> list[Reading | Fault]:
         """What one message says. Never raises."""
@@ -186,14 +184,14 @@ def _same(data: Bytes, begin: int, last: Bytes, n_bytes: int) -> bool:
 def _judge(line: Any, legal: Flags, t_ns: int, node: int, data_type: int, service: int) -> int:
     """The sender of a message: 0 when it is the living one, else the kind of fault, or -1 for a new sender."""
     if service or not 0 <= data_type < len(legal) or not legal[data_type]:
-        return _SERVICE if service else _DATA_TYPE
+        return _FOREIGN
     line.data_type = data_type
     if line.node == node:
         return 0
     if line.node == -1 or t_ns - line.t_ns > line.silent_after_ns:
         line.node = node
         return -1
-    return _NODE
+    return _CONTESTED
 
 
 @compiled
@@ -211,7 +209,7 @@ def _header(
         lost = (code - line.next_code) & CODE_MASK
         if lost == CODE_MASK:
             taken = not _same(data, begin, last, line.n_bytes)
-            kind = _COUNTER if taken else _DUPLICATE
+            kind = _CONTESTED if taken else _LATE
         elif lost:
             kind, count = _LOST, lost
     if taken:
@@ -232,7 +230,7 @@ def _decode_messages(
             continue
         line, taken = lines[number], end - begin == lines[number].n_bytes
         if not taken:
-            n = _tell(found, n, i, _LENGTH, number, 1)
+            n = _tell(found, n, i, _FOREIGN, number, 1)
         elif line.has_header:
             kind, count, taken = _header(line, fields, legal[number], last[number], data, begin, t_ns[i])
             if kind:

@@ -7,7 +7,7 @@ A batch holds consecutive events in arrival order, columns first so that it pack
     n events x i64 t_ns | x u8 kind | x u32 ident | x u16 data length | data of all events, joined
 
     kind = channel number for a Frame; 255 = Tick (ident 0, no data);
-           254 = Fault (ident = count, data = "where kind" in UTF-8, split at the last space)
+           254 = Fault (ident = count, its highest bit set when it is over; data = "where kind" in UTF-8)
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ VERSION = 1
 MAX_EVENTS = 64  # per message of a log
 _HEAD = Struct("<BBHQ")
 _EVENT_BYTES = 15  # of the columns
-_IDENT_MASK = 0xFFFFFFFF
+_OVER: Final = 1 << 31  # bit of a fault that is over
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 
 
@@ -112,7 +112,8 @@ class EventBatch:
 def _as_row(event: Event) -> tuple[int, int, int, bytes]:
     """An event that is no frame, in a frame's columns: its kind instead of a channel's name."""
     if isinstance(event, Fault):
-        return event.t_ns, FAULT, event.count & _IDENT_MASK, f"{event.where} {event.kind}".encode()
+        ident = event.count & _OVER - 1 | (0 if event.active else _OVER)
+        return event.t_ns, FAULT, ident, f"{event.where} {event.kind}".encode()
     return event.t_ns, TICK, 0, b""
 
 
@@ -122,7 +123,7 @@ def _event(channels: tuple[str, ...], kind: int, t_ns: int, ident: int, data: by
     if kind == TICK:
         return Tick(t_ns)
     where, _, word = data.decode().rpartition(" ")
-    return Fault(t_ns, where, word, ident)
+    return Fault(t_ns, where, word, ident < _OVER, ident % _OVER)
 
 
 def _kinds_of(names: bytes, channels: dict[str, int]) -> Bytes:

@@ -1,4 +1,4 @@
-"""COBS framing with a CRC: a byte stream in any cut -> payloads and named damage (ICD section 1).
+"""COBS framing with a CRC: a byte stream in any cut -> payloads, and what is none (ICD section 1).
 
     frame = COBS(payload + crc) + 0x00,   crc = CRC-16/XMODEM of payload, little-endian
 
@@ -7,7 +7,7 @@ and no damage. Reference: S. Cheshire, M. Baker, Consistent Overhead Byte Stuffi
 """
 
 from binascii import crc_hqx
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from cobs import cobs
@@ -19,9 +19,7 @@ DELIMITER = b"\x00"
 CRC_BYTES = 2
 DEFAULT_MAX_FRAME_BYTES = 64  # the longest version 1 ADC frame is 44 bytes on the wire
 
-Damage = Literal["cobs", "crc", "length", "overlong"]
-DAMAGES: Final[tuple[Damage, ...]] = ("cobs", "crc", "length", "overlong")
-_COBS, _CRC, _LENGTH, _OVERLONG = range(-1, -1 - len(DAMAGES), -1)  # as `length` of a piece: -1 - place in DAMAGES
+DAMAGED: Final = -1  # as `length` of a piece: no COBS, too short, a wrong checksum, or no delimiter for too long
 _PENDING, _SKIPPING = range(2)  # bytes of an unfinished frame; inside an overlong run, until the next delimiter
 _CRC_TABLE = np.array([crc_hqx(bytes((byte,)), 0) for byte in range(256)], np.int64)
 
@@ -30,7 +28,7 @@ class Pieces(NamedTuple):
     """What chunks of bytes complete, in order."""
 
     chunk: Integers  # (n,) which of the chunks
-    length: Integers  # (n,) bytes of payload; negative: -1 - place in DAMAGES
+    length: Integers  # (n,) bytes of payload, or DAMAGED
     payload: Bytes  # (n, longest payload)
 
 
@@ -50,12 +48,12 @@ class Deframer:
         self._place = np.zeros(2, np.int64)
         self._room = _room(0, max_frame_bytes)
 
-    def feed(self, data: bytes) -> list[bytes | Damage]:
-        """What `data` completes, in order: the payload of a good frame, the name of the damage of a bad one."""
+    def feed(self, data: bytes) -> list[bytes | None]:
+        """What `data` completes, in order: the payload of a good frame, None of a damaged one."""
         ends = np.array([len(data)], np.int64)
         pieces = self.cut(np.frombuffer(bytearray(data), np.uint8), ends, np.zeros(1, np.bool_))
         return [
-            payload[:length].tobytes() if length >= 0 else DAMAGES[-1 - length]
+            payload[:length].tobytes() if length >= 0 else None
             for length, payload in zip(pieces.length.tolist(), pieces.payload, strict=True)
         ]
 
@@ -78,12 +76,12 @@ def _room(most: int, longest: int) -> Pieces:
 
 @compiled
 def _unpack(frame: Bytes, n: int, payload: Bytes) -> int:
-    """COBS and checksum of frame[:n]; -> bytes of payload, or the damage."""
+    """COBS and checksum of frame[:n]; -> bytes of payload, or DAMAGED."""
     at = size = 0
     while at < n:
         code = int(frame[at])
         if at + code > n:
-            return _COBS
+            return DAMAGED
         for i in range(at + 1, at + code):
             payload[size] = frame[i]
             size += 1
@@ -92,12 +90,12 @@ def _unpack(frame: Bytes, n: int, payload: Bytes) -> int:
             payload[size] = 0
             size += 1
     if size <= CRC_BYTES:
-        return _LENGTH
+        return DAMAGED
     crc = 0
     for i in range(size - CRC_BYTES):
         crc = (crc << 8 & 0xFF00) ^ _CRC_TABLE[crc >> 8 ^ int(payload[i])]
     stored = int(payload[size - 2]) | int(payload[size - 1]) << 8
-    return size - CRC_BYTES if crc == stored else _CRC
+    return size - CRC_BYTES if crc == stored else DAMAGED
 
 
 def _cut_chunks(
@@ -122,7 +120,7 @@ def _cut_chunks(
                 place[_PENDING] += 1
             elif not place[_SKIPPING]:
                 place[_SKIPPING] = 1
-                chunk[n], length[n] = i, _OVERLONG
+                chunk[n], length[n] = i, DAMAGED
                 n += 1
     return n
 

@@ -109,6 +109,7 @@ class FaultMessage(msgspec.Struct, frozen=True):
     t_ns: int
     where: str
     kind: str
+    active: bool
     count: int
 
 
@@ -123,6 +124,7 @@ class MountTruth(msgspec.Struct, frozen=True):
 
 
 _JSON_TYPES: dict[Any, dict[str, Any]] = {
+    bool: {"type": "boolean"},
     int: {"type": "integer"},
     float: {"type": "number"},
     str: {"type": "string"},

@@ -103,7 +103,7 @@ class FollowedLog:
                 self._forget()
         elif topic.startswith("/reading/"):
             self._readings[topic.removeprefix("/reading/")] = said
-        elif topic == "/fault":
+        elif topic == "/fault" and said.get("active", True):
             self._faults[f"{said['where']} {said['kind']}"] += int(said.get("count", 1))
 
     def _forget(self) -> None:
