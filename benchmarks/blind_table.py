@@ -8,9 +8,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from thrustd.core.measures import SIGMAS_95
+
 Line = dict[str, Any]
 ASKED = {"single 3x": 0.95, "single 2x": 0.95, "single 1x": 0.85, "none": 0.98, "unknown": 0.90, "pair": 0.85}
-Z_95 = 1.96
 
 
 def print_table(lines: Sequence[Line], console: Console) -> None:
@@ -69,7 +70,7 @@ def _coverage(lines: Sequence[Line], console: Console) -> None:
     by_name: dict[str, list[bool]] = {}
     for line in lines:
         for name, truth, value, std in line.get("intervals", []):
-            by_name.setdefault(name, []).append(abs(value - truth) <= Z_95 * std)
+            by_name.setdefault(name, []).append(abs(value - truth) <= SIGMAS_95 * std)
     if by_name:
         every = [inside for found in by_name.values() for inside in found]
         console.print(f"true parameter inside its 95 % interval: {np.mean(every):.0%} of {len(every)}", highlight=False)

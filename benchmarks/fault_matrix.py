@@ -25,6 +25,7 @@ import numpy.typing as npt
 from rich.progress import track
 
 from benchmarks.damage import CASES, CONTRADICTIONS, Case, whole_frames
+from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Estimate, Event, Fault, Status
 from thrustd.installation.installation import Installation, read_installation
 from thrustd.pipeline.pipeline import Parts, Pipeline
@@ -32,7 +33,6 @@ from thrustd.twin.flight import Truth, fly, scripted_flight
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 S = 1_000_000_000
-Z95 = 1.96
 SETTLE_S = 12.0  # from the end of the fault to the recovered part
 TAIL_S = 3.0
 
@@ -101,8 +101,8 @@ def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Array], begin_ns:
         max(pause_s(begin_ns, engine) for engine in bad.estimates),
         any(fault.kind in case.kinds and begin_ns <= fault.t_ns < stop_ns for fault in bad.faults),
         any(e.status & case.status for e in during),
-        float(np.mean(error_n < Z95 * std_n)),
-        float(np.mean(whole_n < Z95 * whole_std_n)),
+        float(np.mean(error_n < SIGMAS_95 * std_n)),
+        float(np.mean(whole_n < SIGMAS_95 * whole_std_n)),
         float((same_n / same_std_n - whole_n / whole_std_n).max()),
         float(error_n.max()),
         float(off_n.max()),

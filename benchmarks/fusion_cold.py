@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import ADC_HZ, ENGINES, FLIGHTS, PH_LAB, Array, installation
+from thrustd.core.measures import SIGMAS_95
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.compile import CompiledModel
 from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Unseen
@@ -24,7 +25,6 @@ from thrustd.twin.airframe import carried_n, mount_temperature_degc, settled, th
 from thrustd.twin.flight import recorded_flight
 from thrustd.twin.mount import advance
 
-BAND = 1.96
 WATCHED_S = 120.0
 EVERY = 10  # samples between two looks
 MODEL_STD_N = 10.0  # of the error maps of the shipped models
@@ -107,7 +107,7 @@ def main() -> None:
                 eternal.append(a.eternal_error_n + b.eternal_error_n)
                 now.append(a.error_n + b.error_n)
                 stds.append(np.sqrt(a.own_n**2 + b.own_n**2 + (a.common_n + b.common_n) ** 2))
-        share = 100 * float(np.mean(np.abs(now) <= BAND * np.array(stds)))
+        share = 100 * float(np.mean(np.abs(now) <= SIGMAS_95 * np.array(stds)))
         inside.append(share)
         rms = [f"{np.sqrt(np.mean(np.square(errors))):.0f}" for errors in (eternal, now)]
         worst = f"{np.abs(np.mean(now, axis=1)).max():.0f}"

@@ -25,6 +25,7 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, installation
+from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Estimate, Event, Fault
 from thrustd.installation.installation import Installation
 from thrustd.pipeline.pipeline import Pipeline
@@ -35,7 +36,6 @@ from thrustd.twin.faults import KINDS, SensorFault
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
 
 RESULTS = Path("out/fusion_faults.jsonl")
-BAND = 1.96
 FLIGHT_S, FAULT_S, WATCHED_S = 1200.0, 848.0, 90.0  # of the recording; from the engine start; from the fault on
 GROUND_S = 300.0  # a log that begins in the climb finds mounts that still creep: 0.1 kN for hours
 SHOWN_S = 120.0  # of a picture, before the fault
@@ -167,7 +167,7 @@ class Bench:
         error: Array = np.abs(
             thrust - np.interp(time_s, self.profile.time_s, self.profile[f"thrust_N_{ENGINES[engine]}"])
         )
-        return 100.0 * float(np.mean(error <= BAND * std)), float(error.max()), BAND * float(std.mean())
+        return 100.0 * float(np.mean(error <= SIGMAS_95 * std)), float(error.max()), SIGMAS_95 * float(std.mean())
 
     def _until(self, t_ns: int) -> Iterator[Event]:
         for item in self._events:

@@ -7,9 +7,9 @@ import matplotlib
 import numpy as np
 
 from benchmarks.fusion_flights import ENGINES
+from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Estimate, Fault
 from thrustd.records.recording import Recording
-from thrustd.replay.score import BAND_SIGMAS
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -32,7 +32,7 @@ def draw(path: Path, title: str, flown: Flown, faults: list[Fault], engine: int)
     columns = [(e.t_ns * 1e-9, e.thrust_n, e.thrust_std_n, e.mount_n, e.brochure_n) for e in mine]
     time_s, thrust, std, mount, brochure = np.array(columns).T
     truth = np.interp(time_s, flown.profile.time_s, flown.profile[f"thrust_N_{ENGINES[engine]}"])
-    since_s, band = time_s - flown.begin_ns * 1e-9, BAND_SIGMAS * std
+    since_s, band = time_s - flown.begin_ns * 1e-9, SIGMAS_95 * std
     figure, axes = plt.subplots(2, 1, figsize=(11, 7.5), sharex=True, height_ratios=(3, 2), layout="constrained")
     for axis, zero in zip(axes, (0.0, truth), strict=True):
         axis.plot(since_s, brochure - zero, color=ORANGE, lw=0.9, label="brochure route")

@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import Array, Flight, Flown, fly_through, installation, profiles, refiltered, smoothed
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.fusion.consistency import Consistency, consistency
 
-BAND = 1.96
 RUNNING_N1_PCT = 20.0
 SETTLE_S = 30.0
 TRANSIENT_PCT_S = 0.5
@@ -36,10 +36,6 @@ class EngineScore(NamedTuple):
     smoothed_rmse: float
 
 
-def rmse(error: Array) -> float:
-    return float(np.sqrt(np.nanmean(error**2)))
-
-
 def transient(flown: Flown) -> npt.NDArray[np.bool_]:
     """(n,) where the throttle moves or has just moved."""
     moving = np.abs(np.gradient(flown.n1_pct, flown.time_s)) > TRANSIENT_PCT_S
@@ -51,7 +47,7 @@ def oracle(mount_error: Array, brochure_error: Array) -> float:
     """RMSE of the best fixed weighting of both routes after the truth took their biases away."""
     m, b = mount_error - mount_error.mean(), brochure_error - brochure_error.mean()
     weight = np.clip(np.sum(b * (b - m)) / np.sum((b - m) ** 2), 0.0, 1.0)
-    return rmse(weight * m + (1 - weight) * b)
+    return rms(weight * m + (1 - weight) * b)
 
 
 def score(flown: Flown, name: str) -> EngineScore:
@@ -68,19 +64,19 @@ def score(flown: Flown, name: str) -> EngineScore:
     }
     coverage = {}
     for route, (thrust, std) in bands.items():
-        inside = np.abs(thrust - truth) <= BAND * std
+        inside = np.abs(thrust - truth) <= SIGMAS_95 * std
         coverage[route] = (100 * float(inside[used & ~moving].mean()), 100 * float(inside[used & moving].mean()))
     filtered, smooth_n = smoothed(flown)
     return EngineScore(
         name=name,
-        mount_rmse=rmse(mount[both]),
-        brochure_rmse=rmse(brochure[both]),
-        fused_rmse=rmse((bands["fused"][0] - truth)[used]),
+        mount_rmse=rms(mount[both]),
+        brochure_rmse=rms(brochure[both]),
+        fused_rmse=rms((bands["fused"][0] - truth)[used]),
         oracle_rmse=oracle(mount[both], brochure[both]),
         coverage=coverage,
         consistency=consistency(flown.innovations),
-        filtered_rmse=rmse((filtered - truth)[used]),
-        smoothed_rmse=rmse((smooth_n - truth)[used]),
+        filtered_rmse=rms((filtered - truth)[used]),
+        smoothed_rmse=rms((smooth_n - truth)[used]),
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from thrustd.records.files import read_recording
-from thrustd.records.phlab import dynamic_pressure_pa, from_ftis, from_openap
+from thrustd.records.phlab import from_ftis, from_openap
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "ph_lab"
 
@@ -15,12 +15,6 @@ def flight(name: str):
     if not (DATA / name).exists():
         pytest.skip(f"{name} is not at hand")
     return read_recording(DATA / name)
-
-
-def test_dynamic_pressure_in_the_isa():
-    assert dynamic_pressure_pa(np.array([0.5]), np.array([0.0]))[0] == pytest.approx(17732, rel=1e-3)
-    assert dynamic_pressure_pa(np.array([1.0]), np.array([11000.0]))[0] == pytest.approx(0.7 * 22632, rel=1e-3)
-    assert dynamic_pressure_pa(np.array([1.0]), np.array([13000.0]))[0] == pytest.approx(0.7 * 16510, rel=2e-3)
 
 
 def test_ftis_units_and_the_missing_g():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from thrustd.twin.air import delta_ambient
+from thrustd.core.atmosphere import SEA_LEVEL_PA, static_pressure_pa
 from thrustd.twin.engine import (
     IDLE_N1_PCT,
     TAKE_OFF_N1_PCT,
@@ -43,7 +43,7 @@ def test_static_reference_points():
 @given(st.floats(0.05, 1.65), st.floats(0.0, 0.45), st.floats(0.0, 9000.0), st.floats(220.0, 310.0))
 def test_thrust_rises_with_fuel(corrected, mach, altitude_m, static_k):
     """Up to 115 % corrected fan speed at Mach 0.45."""
-    fuel = 0.177 * corrected * delta_ambient(altitude_m) * np.sqrt(static_k / 288.15)
+    fuel = 0.177 * corrected * static_pressure_pa(altitude_m) / SEA_LEVEL_PA * np.sqrt(static_k / 288.15)
     assert net_thrust_n(fuel * 1.02, mach, altitude_m, static_k) > net_thrust_n(fuel, mach, altitude_m, static_k)
 
 

@@ -6,12 +6,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.core.atmosphere import ZERO_CELSIUS_K, isa_k, stagnation, total_pressure_ratio, total_temperature_ratio
 from thrustd.core.jit import compiled
 
-SEA_LEVEL_PRESSURE_PA = 101325.0  # ISO 2533
-SEA_LEVEL_TEMPERATURE_K = 288.15  # ISO 2533
-TROPOPAUSE_M = 11000.0  # ISO 2533
-ZERO_CELSIUS_K = 273.15
 SCALE, LENGTH, FLOW_LOW, FLOW_HIGH, MACH_LOW, MACH_HIGH = range(6)  # of a surface
 MACH_SLOPE, EXPONENT, PCT_LOW, PCT_HIGH, LINE_STD = range(5)  # of a spool curve
 # of the spread, and where the surface was fitted
@@ -25,8 +22,8 @@ Floats = npt.NDArray[np.float64]
 def _surface(rows: Floats, numbers: Floats, corrected_kg_s: float, mach: float) -> tuple[float, float]:
     """G(w, M) and w dG/dw, both N; a row holds the powers of u and, last, the nozzle's coefficient."""
     mach = min(max(mach, numbers[MACH_LOW]), numbers[MACH_HIGH])
-    stagnation = 1.0 + 0.2 * mach * mach
-    speed, expansion = mach / sqrt(stagnation), stagnation**-3.5 - 1.0
+    ratio = stagnation(mach)
+    speed, expansion = mach / sqrt(ratio), ratio**-3.5 - 1.0
     low, scale, length = numbers[FLOW_LOW], numbers[SCALE], numbers[LENGTH]
     inside = min(max(corrected_kg_s, low), numbers[FLOW_HIGH])
     x = inside / scale
@@ -80,14 +77,8 @@ hermite_log: Any = compiled(_hermite, "f8(f8[:, ::1], f8)", "numpy")
 
 
 def _ratios(mach: float, pressure_altitude_m: float, sat_degc: float) -> tuple[float, float]:
-    isa_k = max(SEA_LEVEL_TEMPERATURE_K - 0.0065 * pressure_altitude_m, 216.65)
-    pressure_pa = SEA_LEVEL_PRESSURE_PA * (isa_k / SEA_LEVEL_TEMPERATURE_K) ** 5.25588
-    if pressure_altitude_m > TROPOPAUSE_M:
-        pressure_pa *= exp(-(pressure_altitude_m - TROPOPAUSE_M) / 6341.62)
-    static_k = sat_degc + ZERO_CELSIUS_K if isfinite(sat_degc) else isa_k
-    stagnation = 1.0 + 0.2 * mach * mach
-    delta_t = pressure_pa / SEA_LEVEL_PRESSURE_PA * stagnation**3.5
-    return delta_t, static_k * stagnation / SEA_LEVEL_TEMPERATURE_K
+    static_k = sat_degc + ZERO_CELSIUS_K if isfinite(sat_degc) else isa_k(pressure_altitude_m)
+    return total_pressure_ratio(mach, pressure_altitude_m), total_temperature_ratio(mach, static_k)
 
 
 ratios: Any = compiled(_ratios, "UniTuple(f8, 2)(f8, f8, f8)", "numpy")

@@ -4,7 +4,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from thrustd.cli.verb import console
-from thrustd.replay.means import TREND_N
+from thrustd.core.measures import OPERATING_N
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -26,7 +26,7 @@ def print_summary(summary: "ReplaySummary") -> None:
         screen.print(f"{name}, share of the time: {words or 'healthy throughout'}", highlight=False)
         if isfinite(engine.residual_pct):
             screen.print(
-                f"{name}, steady above {TREND_N / 1000:g} kN: mounts minus brochure {engine.residual_pct:+.1f} %, "
+                f"{name}, steady above {OPERATING_N / 1000:g} kN: mounts minus brochure {engine.residual_pct:+.1f} %, "
                 f"upper mount carries {100 * engine.load_share:.1f} %",
                 highlight=False,
             )

@@ -12,14 +12,13 @@ import numpy as np
 
 from thrustd.core.signals import CATALOGUE, Signal
 from thrustd.fusion.settings import FusionSettings
-from thrustd.model.artifact import ErrorMap
 from thrustd.model.compile import CompiledModel
+from thrustd.model.region_error import cells
 from thrustd.model.stage import Floats
 from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Unseen, resting_n, zero_of
 from thrustd.mounts.step import CHORDS, MEANS, add, fuse
 from thrustd.sync.grid import Grid
 
-THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an artifact without an error map
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
 ZERO_SIGMAS = 3.0  # more is no zero
 JUST_S = 2.0  # found so lately: what is known by now was known then
@@ -65,7 +64,7 @@ class MountRoute:
         self.state, said = grid.states[number], grid.states[number : number + 1]  # at the last fused step
         self._samples = self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), *model.chain
         self._unseen = Unseen(model)
-        self._cells_and_state = *_cells(model.spec.error), said
+        self._cells_and_state = *cells(model.spec.error), said
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
 
     def set_channel(self, position: int, value: float) -> None:
@@ -113,7 +112,7 @@ class MountRoute:
         shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
         if not isfinite(shown_mm) or not k_n_mm > 0.0:  # a curve that is flat at rest says nothing of a zero
             return
-        model_n, half_n = _cells(self.model.spec.error)[2].item(0), self._tare_std_n / 2.0  # two mounts carry it
+        model_n, half_n = cells(self.model.spec.error)[2].item(0), self._tare_std_n / 2.0  # two mounts carry it
         known_mm = hypot(model_n, half_n) / k_n_mm
         std_mm = self._means["zero_std_mm"].item(0)
         if abs(shown_mm) <= ZERO_SIGMAS * hypot(std_mm, known_mm):
@@ -254,10 +253,3 @@ def unmeasured_std(signal: Signal, age_s: float) -> float:
     A Gauss-Markov signal of spread s moves by  s sqrt(2 (1 - e^(-age / memory)))  (Gelb, Applied Optimal Estimation).
     """
     return signal.spread if age_s == inf else signal.spread * sqrt(2.0 * (1.0 - exp(-age_s / signal.memory_s)))
-
-
-def _cells(error: ErrorMap | None) -> tuple[Floats, Floats, Floats]:
-    """Inner edges of force [N] and |force rate| [N/s], and one sigma [N] of the model in each region."""
-    if error is None:
-        return np.zeros(0), np.zeros(0), np.array([[THESIS_STD_N]])
-    return np.array(error.force_edges_n[1:-1]), np.array(error.rate_edges_n_s[1:-1]), np.array(error.std_n)

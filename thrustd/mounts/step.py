@@ -17,6 +17,7 @@ import numpy as np
 from thrustd.core.columns import MOUNT_STATE
 from thrustd.core.jit import compiled, entry
 from thrustd.model.artifact import FORCE_RATE_TAU_S
+from thrustd.model.region_error import region_std_n
 from thrustd.model.stage import Floats, Places, run_chain
 from thrustd.sync.memory import MOUNT
 
@@ -41,14 +42,6 @@ MEANS = np.dtype(
         ("high_mm", np.float64),
     ]
 )
-
-
-@compiled
-def _cell(edges: Floats, value: float) -> int:
-    cell = 0
-    for edge in edges:
-        cell += value >= edge
-    return cell
 
 
 @compiled
@@ -112,7 +105,7 @@ def _fuse_samples(
         m.lagged_n = force_n
     m.lagged_n += (1.0 - exp(-dt_s / FORCE_RATE_TAU_S)) * (force_n - m.lagged_n)
     rate_n_s = abs((force_n - m.lagged_n) / FORCE_RATE_TAU_S)
-    model_n = std_n[_cell(force_edges_n, force_n), _cell(rate_edges_n_s, rate_n_s)]
+    model_n = region_std_n(force_edges_n, rate_edges_n_s, std_n, force_n, rate_n_s)
     doubt_n = 0.0
     for i in range(len(doubts)):
         doubt_n += doubts[i, 0] * exp(-m.since_restart * m.period_s / doubts[i, 1])

@@ -18,6 +18,7 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.brochure.source import BrochureRoute
+from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.config import Config, section
 from thrustd.core.types import Event, Fault, MountOutput, Output
 from thrustd.fusion.fusion_inputs import INPUTS
@@ -30,7 +31,7 @@ from thrustd.pipeline.fault_book import FaultBook
 from thrustd.pipeline.fault_status import FaultStatus
 from thrustd.pipeline.intake import Intake
 from thrustd.pipeline.snapshot import plain, read_memory
-from thrustd.pipeline.step_inputs import StepInputs, dynamic_pressure_pa, tell_filters
+from thrustd.pipeline.step_inputs import StepInputs, tell_filters
 from thrustd.sensors.cross_check import cross_checks
 from thrustd.sensors.engine_force import mounts_table
 from thrustd.sensors.limits import FLYING_MACH
@@ -78,6 +79,7 @@ class Pipeline:
         self._brochures = tuple(BrochureRoute(parts.deck, e, place) for e in numbers)
         self._time_wanted, self._pressure_wanted = [self._intake.is_wanted((name, 0)) for name in DERIVED]
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
+        dynamic_pressure_pa(0.0, 0.0)  # compiled now, not in flight
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
         self._routes_n = np.zeros((len(engines), 3))  # brochure thrust by fuel flow, N1 and N2
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told

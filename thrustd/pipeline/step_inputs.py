@@ -14,9 +14,6 @@ from thrustd.sensors.engine_force import ENGINE_MOUNTS, NO_MOUNT
 from thrustd.sensors.monitor_inputs import Layout, Sensor
 from thrustd.sync.hold import Hold
 
-AIR_PRESSURE_SEA_LEVEL_PA = 101325.0  # ISO 2533
-HEAT_RATIO = 1.4  # air
-
 
 class StepInputs:
     """Which held reading goes where: readings are of `Layout.sensors`, in their order."""
@@ -50,16 +47,6 @@ class StepInputs:
             return self.readings
         out = np.array([sensor in excluded for sensor in self._sensors])
         return np.where(out, np.nan, self.readings)
-
-
-def dynamic_pressure_pa(mach: float, pressure_altitude_m: float) -> float:
-    """q = gamma / 2 p M^2."""
-    return 0.5 * HEAT_RATIO * static_pressure_pa(pressure_altitude_m) * mach * mach
-
-
-def static_pressure_pa(pressure_altitude_m: float) -> float:
-    """Static pressure of the standard atmosphere below 11 km, its continuation above (ISO 2533)."""
-    return AIR_PRESSURE_SEA_LEVEL_PA * max(1.0 - 2.25577e-5 * pressure_altitude_m, 1e-3) ** 5.25588
 
 
 def _tell_filters(

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import medfilt
 
+from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.loaded import Loaded
@@ -26,7 +27,6 @@ from thrustd.records.recording import TIME, FloatArray
 POUND_PER_HOUR_KG_S = 0.45359237 / 3600
 FOOT_M = 0.3048
 KNOT_M_S = 1852 / 3600
-SEA_LEVEL_PA = 101325.0  # ISA
 WING_AREA_M2 = 30.0
 LIFT_SLOPE_PER_RAD = 5.084
 ZERO_LIFT_RAD = float(np.radians(-1.0))
@@ -113,13 +113,6 @@ def from_openap(raw: dict[str, FloatArray], name: str) -> Loaded:
     columns |= _body_accelerations(columns, accel)
     note = "accel_x_g, accel_z_g, pitch_deg: derived from airspeed, climb rate, roll and mass; not measured"
     return Loaded(columns, {"source": "PH-LAB openap"}, (note,))
-
-
-def dynamic_pressure_pa(mach: FloatArray, pressure_altitude_m: FloatArray) -> FloatArray:
-    """q = 0.7 p M^2 with the ISA pressure p of the troposphere and the layer above it."""
-    low = SEA_LEVEL_PA * (1 - 2.25577e-5 * np.minimum(pressure_altitude_m, 11000.0)) ** 5.25588
-    pressure_pa = low * np.exp(-np.maximum(pressure_altitude_m - 11000.0, 0.0) / 6341.6)
-    return np.asarray(0.7 * pressure_pa * mach**2)
 
 
 def _check_whole(

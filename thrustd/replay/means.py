@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 
 from thrustd.core.columns import Integers
+from thrustd.core.measures import OPERATING_N
 from thrustd.core.types import Estimate, Status
 
 ENGINE_ROUTES = "fused", "mount", "brochure"
 TOGETHER = 512  # estimates of one engine are counted at once
-TREND_N = 2000.0  # below that a small error of either route is a large part of the thrust
 UNFIT = int(
     Status.TRANSIENT | Status.ONE_MOUNT | Status.ENGINE_OFF | Status.CONVERGING | Status.GAP | Status.SENSOR_DOUBTED
     | Status.LOAD_FACTOR_STALE | Status.MOUNT_REJECTED | Status.BROCHURE_REJECTED | Status.MOUNT_FAILED
@@ -36,7 +36,7 @@ class EngineMeans(msgspec.Struct, frozen=True):
 
     routes: dict[str, RouteMean]  # those that ever had a value
     status_pct: dict[str, float]  # share of the estimates with each status bit that was ever on
-    # steady, above `TREND_N`, both routes and both mounts believed; NaN where there was no such time:
+    # steady, above 2 kN, both routes and both mounts believed; NaN where there was no such time:
     residual_pct: float = nan  # mounts minus brochure, of the brochure's thrust: it falls while an engine wears
     load_share: float = nan  # upper mount's part, -: it moves when a mount or a transducer does
 
@@ -95,7 +95,7 @@ class FlightMeans:
             counts += np.bincount(np.searchsorted(STD_EDGES_N, std_n[there]), minlength=len(counts))
         status = rows[:, 6:7].astype(np.int64)
         self._bits += (status & BITS != 0).sum(axis=0)
-        fit = (status[:, 0] & UNFIT == 0) & known.all(axis=1) & (rows[:, 4] > TREND_N) & np.isfinite(rows[:, 7])
+        fit = (status[:, 0] & UNFIT == 0) & known.all(axis=1) & (rows[:, 4] > OPERATING_N) & np.isfinite(rows[:, 7])
         mount_n, brochure_n, share = rows[fit][:, [2, 4, 7]].T
         self._trend += (mount_n - brochure_n).sum(), brochure_n.sum(), share.sum(), len(share)
 

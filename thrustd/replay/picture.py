@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from thrustd.core.columns import Flags, Floats
+from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Estimate, Status
-from thrustd.replay.score import BAND_SIGMAS
 from thrustd.sinks.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ class Curves(NamedTuple):
     @classmethod
     def of(cls, points: list[Point]) -> "Curves":
         t_s, fused, std, mount, brochure, status, truth = np.array(points, float).reshape(-1, len(Point._fields)).T
-        return cls(t_s, {"fused": fused, "mount": mount, "brochure": brochure}, BAND_SIGMAS * std, status, truth)
+        return cls(t_s, {"fused": fused, "mount": mount, "brochure": brochure}, SIGMAS_95 * std, status, truth)
 
     @property
     def judged(self) -> bool:

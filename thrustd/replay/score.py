@@ -13,11 +13,10 @@ import msgspec
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.core.measures import OPERATING_N, SIGMAS_95, percents
 from thrustd.core.types import Estimate, Fault, MountOutput, Output
 from thrustd.replay.means import ENGINE_ROUTES, TOGETHER, EngineMeans, FlightMeans
 
-BAND_SIGMAS = 1.96  # 95 % of a normal distribution
-PCT_ABOVE_N = 2000.0  # per mount: the thesis' operating range
 MOUNT_ROUTES = ("mount",)
 
 
@@ -36,15 +35,16 @@ class ErrorSums:
         error_n, std_n, truth_n = (value_n - truth_n)[known], std_n[known], truth_n[known]
         if not len(error_n):
             return
-        far_n, counted, banded = abs(error_n), truth_n > pct_above_n, np.isfinite(std_n)
+        far_n, banded = abs(error_n), np.isfinite(std_n)
+        large = percents(error_n, truth_n, pct_above_n)
         self._n += len(error_n)
         self._sum += float(error_n.sum())
         self._squares += float(error_n @ error_n)
         self._worst = max(self._worst, float(far_n.max()))
-        self._n_pct += int(counted.sum())
-        self._abs_pct += float((far_n[counted] / truth_n[counted]).sum()) * 100.0
+        self._n_pct += len(large)
+        self._abs_pct += float(large.sum())
         self._n_band += int(banded.sum())
-        self._inside += int((far_n <= BAND_SIGMAS * std_n).sum())
+        self._inside += int((far_n <= SIGMAS_95 * std_n).sum())
 
     def score(self) -> "Score":
         if self._n == 0:
@@ -84,8 +84,8 @@ class FlightScore:
     def __init__(self, engines: tuple[str, ...], mounts: tuple[str, ...], n_mounts_of: tuple[int, ...]) -> None:
         self._engines, self._mounts = engines, mounts
         self._sums: dict[tuple[str, str], ErrorSums] = {}
-        self._above_n = dict.fromkeys(mounts, PCT_ABOVE_N) | {
-            name: PCT_ABOVE_N * n for name, n in zip(engines, n_mounts_of, strict=True)
+        self._above_n = dict.fromkeys(mounts, OPERATING_N) | {
+            name: OPERATING_N * n for name, n in zip(engines, n_mounts_of, strict=True)
         }
         # by name, what was not counted yet, row after row: time, then value and one sigma of each route
         self._rows = {name: array("d") for name in self.names}

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from thrustd.core.measures import OPERATING_N
 from thrustd.fusion.smoother import Smoothed, Tape, smooth
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
-from thrustd.replay.score import PCT_ABOVE_N, ErrorSums, Score, Truth
+from thrustd.replay.score import ErrorSums, Score, Truth
 
 MOUNTS_PER_ENGINE = 2  # the thesis' range is given per mount
 
@@ -36,5 +37,5 @@ def _score(smoothed: Smoothed, t_ns: list[int], value_n: list[float]) -> Score:
     inside = (smoothed.t_ns >= known_ns[0]) & (smoothed.t_ns <= known_ns[-1])
     true_n = np.interp(smoothed.t_ns[inside], known_ns, value_n)
     sums = ErrorSums()
-    sums.add(smoothed.thrust_n[inside], smoothed.thrust_std_n[inside], true_n, PCT_ABOVE_N * MOUNTS_PER_ENGINE)
+    sums.add(smoothed.thrust_n[inside], smoothed.thrust_std_n[inside], true_n, OPERATING_N * MOUNTS_PER_ENGINE)
     return sums.score()

@@ -13,10 +13,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from thrustd.core.atmosphere import (
+    SEA_LEVEL_PA,
+    ZERO_CELSIUS_K,
+    dynamic_pressure_pa,
+    isa_k,
+    sound_m_s,
+    stagnation,
+    static_pressure_pa,
+)  # fmt: skip
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.recording import Recording, make_recording
-from thrustd.twin.air import KELVIN, SEA_LEVEL_K, delta_ambient
 from thrustd.twin.engine import (
     Health,
     fuel_lead_kg_s,
@@ -67,14 +75,14 @@ def scripted(seconds: float, seed: int, healths: tuple[Health, ...]) -> Recordin
     motion = Motion(*(np.zeros(count) for _ in Motion._fields))
     _fly(commands, 1 / SCRIPT_HZ, gust_g, day_k, motion)
     time_s = np.arange(count) / SCRIPT_HZ
-    static_k = SEA_LEVEL_K + day_k - 0.0065 * motion.altitude_m
-    mach = motion.speed_m_s / np.sqrt(1.4 * 287.05287 * static_k)
+    static_k = isa_k(motion.altitude_m) + day_k
+    mach = motion.speed_m_s / sound_m_s(static_k)
     columns = {
         "time_s": time_s,
         "mach": mach,
         "pressure_altitude_m": motion.altitude_m,
-        "sat_degC": static_k - KELVIN,
-        "tat_degC": static_k * (1 + 0.2 * mach**2) - KELVIN,
+        "sat_degC": static_k - ZERO_CELSIUS_K,
+        "tat_degC": static_k * stagnation(mach) - ZERO_CELSIUS_K,
         "accel_x_g": motion.accel_x_g,
         "accel_y_g": 0.4 * np.roll(gust_g, count // 3),
         "accel_z_g": motion.accel_z_g,
@@ -105,14 +113,14 @@ def as_flown(record: Recording, healths: tuple[Health, ...], engine_start: bool 
     if engine_start:
         record = with_engine_start(record)
     channels = dict(record.channels)
-    static_k = channels["sat_degC"] + KELVIN
+    static_k = channels["sat_degC"] + ZERO_CELSIUS_K
     air = (channels["mach"], channels["pressure_altitude_m"], static_k)
     for side, health in zip(SIDES, healths, strict=True):
         n1_pct = np.maximum(channels[f"n1_pct_{side}"], 0.0)
         ratio = fuel_ratio(record.time_s, n1_pct, channels[f"fuel_flow_kg_s_{side}"], *air)
         channels[f"thrust_N_{side}"] = true_thrust_n(record.time_s, n1_pct, *air, health, ratio)
     channels.setdefault("accel_y_g", np.zeros(len(record)))
-    channels.setdefault("tat_degC", static_k * (1 + 0.2 * channels["mach"] ** 2) - KELVIN)
+    channels.setdefault("tat_degC", static_k * stagnation(channels["mach"]) - ZERO_CELSIUS_K)
     return make_recording(
         record.name, {"time_s": record.time_s, **channels}, record.metadata, record.sha256, record.notes
     )
@@ -141,15 +149,15 @@ def _fly(commands: Commands, dt_s: float, gust_g: FloatArray, day_k: float, out:
     for i in range(commands.n1_left.size):
         left += dt_s * spool_rate_pct_s(left, commands.n1_left[i], height)
         right += dt_s * spool_rate_pct_s(right, commands.n1_right[i], height)
-        static_k = SEA_LEVEL_K + day_k - 0.0065 * height
-        mach = speed / np.sqrt(1.4 * 287.05287 * static_k)
-        delta = delta_ambient(height)
+        static_k = isa_k(height) + day_k
+        mach = speed / sound_m_s(static_k)
+        delta = static_pressure_pa(height) / SEA_LEVEL_PA
         thrust_n = 0.0
         for n1_pct in (left, right):
             fuel = N1_TO_FUEL * delta * (max(n1_pct - 15.0, 0.0) / 85.0) ** 1.9
             thrust_n += net_thrust_n(fuel, mach, height, static_k)
         weight_n = MASS_KG * STANDARD_GRAVITY_M_S2
-        pressure = max(0.7 * 101325.0 * delta * mach * mach, 1.0)
+        pressure = max(dynamic_pressure_pa(mach, height), 1.0)
         flying = height > 0.0 or (speed > ROTATE_M_S and commands.gamma_rad[i] > 0.0)
         wanted = _wanted_load(commands, i, gamma, speed, height) if flying else 1.0
         load += dt_s / 0.7 * (wanted - load)

@@ -13,13 +13,21 @@ Every engine has its own `Health`: a bias of 2 to 4 % against that relation, a s
 its own appetite for fuel, drawn from a seed.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from thrustd.twin.air import SEA_LEVEL_K, Real, delta_ambient, delta_total, theta_total
+from thrustd.core.atmosphere import (
+    SEA_LEVEL_K,
+    SEA_LEVEL_PA,
+    static_pressure_pa,
+    total_pressure_ratio,
+    total_temperature_ratio,
+)  # fmt: skip
 from thrustd.twin.fast import FloatArray, jit
+
+Real = TypeVar("Real", float, FloatArray)
 
 ENGINE_MASS_KG = 373.0  # installed, thesis section 4.3.2
 IDLE_N1_PCT = 29.0
@@ -76,7 +84,7 @@ def draw_health(rng: np.random.Generator, side: int) -> Health:
 def net_thrust_n(fuel_kg_s: Real, mach: Real, altitude_m: Real, static_k: Real) -> Real:
     """Nominal net thrust at the *steady* fuel flow `fuel_kg_s` of one engine."""
     c1, c2, c3, c4, c5, c6, c7 = THRUST_C
-    delta = delta_ambient(altitude_m)
+    delta = static_pressure_pa(altitude_m) / SEA_LEVEL_PA
     p = np.maximum(fuel_kg_s, 0.0) / (delta * np.sqrt(static_k / SEA_LEVEL_K)) / FUEL_REFERENCE_KG_S
     static = c1 * p + c2 * p**1.5 + c3 * p * p
     return delta * (static + mach * (c4 + c5 * np.sqrt(p) + c6 * p) + c7 * mach * mach * p)
@@ -84,12 +92,12 @@ def net_thrust_n(fuel_kg_s: Real, mach: Real, altitude_m: Real, static_k: Real) 
 
 def steady_fuel_kg_s(n1_pct: FloatArray, mach: FloatArray, altitude_m: FloatArray, static_k: FloatArray) -> FloatArray:
     """Nominal fuel flow (n,) that holds a fan speed."""
-    theta = theta_total(static_k, mach)
-    return np.asarray(_FUEL_LINE(n1_pct / np.sqrt(theta)) * delta_total(altitude_m, mach) * np.sqrt(theta))
+    theta = total_temperature_ratio(mach, static_k)
+    return np.asarray(_FUEL_LINE(n1_pct / np.sqrt(theta)) * total_pressure_ratio(mach, altitude_m) * np.sqrt(theta))
 
 
 def steady_n2_pct(n1_pct: FloatArray, mach: FloatArray, static_k: FloatArray) -> FloatArray:
-    root = np.sqrt(theta_total(static_k, mach))
+    root = np.sqrt(total_temperature_ratio(mach, static_k))
     return np.asarray(_N2_LINE(n1_pct / root) * root)
 
 
@@ -130,7 +138,7 @@ def fuel_ratio(
 @jit
 def spool_rate_pct_s(n1_pct: float, wanted_pct: float, altitude_m: float) -> float:
     """dN1/dt of a governed engine: slow near idle, quick near the top; idle to take-off in 8 to 13 s."""
-    thin = delta_ambient(altitude_m)
+    thin = static_pressure_pa(altitude_m) / SEA_LEVEL_PA
     limit = (1.6 + 13.5 * (max(n1_pct, 0.0) / 100.0) ** 1.6) * (0.5 + 0.5 * thin)
     if n1_pct < IDLE_N1_PCT - 2.0:
         limit = 1.2  # starter and light-up

@@ -5,9 +5,9 @@ The aircraft stands as in the recording's first seconds; the engines are off, th
 
 import numpy as np
 
+from thrustd.core.atmosphere import ZERO_CELSIUS_K
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, make_recording
-from thrustd.twin.air import KELVIN
 from thrustd.twin.engine import spool_rate_pct_s, steady_fuel_kg_s, steady_n2_pct
 from thrustd.twin.fast import FloatArray
 
@@ -56,7 +56,8 @@ def _spool_up(idle_pct: float, hz: float, number: int) -> FloatArray:
 def _engine(held: dict[str, float], side: str, n1_pct: FloatArray) -> dict[str, FloatArray]:
     """Columns of an engine along N1 (n,): the steady lines, scaled so that they meet the recorded idle."""
     mach, altitude_m, static_k = (
-        np.full(len(n1_pct), value) for value in (held["mach"], held["pressure_altitude_m"], held["sat_degC"] + KELVIN)
+        np.full(len(n1_pct), value)
+        for value in (held["mach"], held["pressure_altitude_m"], held["sat_degC"] + ZERO_CELSIUS_K)
     )
     lines = {
         f"n2_pct_{side}": steady_n2_pct(n1_pct, mach, static_k),

@@ -8,7 +8,7 @@ vibration and fan speed, dynamic pressure and Mach number) they are coupled.
 import numpy as np
 from scipy.signal import lfilter
 
-from thrustd.twin.air import dynamic_pressure_pa
+from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.programme import multisine, random_steps
 
@@ -69,7 +69,7 @@ def moving(force_n: FloatArray, sample_hz: float, rng: np.random.Generator) -> C
         "fuel_flow_kg_s": 0.02 + 0.1 * (force_n / 6500.0) + 0.004 * wander(count, sample_hz, 120.0, rng),
         "mach": mach,
         "pressure_altitude_m": altitude_m,
-        "dynamic_pressure_Pa": dynamic_pressure_pa(altitude_m, mach),
+        "dynamic_pressure_Pa": dynamic_pressure_pa(mach, altitude_m),
         "hydraulic_pressure_bar": HYDRAULIC_BAR + _levels(seconds, sample_hz, rng, -18.0, 12.0, (20.0, 150.0))[:count],
         "bleed_valve_pct": _levels(seconds, sample_hz, rng, 0.0, 100.0, (30.0, 240.0))[:count],
     }

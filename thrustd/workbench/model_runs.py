@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.measures import SIGMAS_95
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.error_map import rates_of
 from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import ErrorMap, ModelSpec
 from thrustd.model.compile import model_stages
+from thrustd.model.region_error import region_stds_n
 from thrustd.records.files import file_sha256, read_recording
 from thrustd.records.recording import Recording, make_recording
 from thrustd.workbench.columns import write_columns
@@ -18,8 +20,6 @@ from thrustd.workbench.prepare import prepare
 from thrustd.workbench.pyramid import Floats
 
 Progress = Callable[[float, str], None]
-
-SIGMAS = 1.96  # 95 % of a normal distribution
 
 
 def simulate_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -41,9 +41,7 @@ def band_of(error: ErrorMap | None, force_n: Floats, record: Recording) -> dict[
     if error is None:
         return {}
     rate_n_s = np.abs(rates_of(np.nan_to_num(force_n), 1.0 / record.sample_hz))
-    row = np.searchsorted(error.force_edges_n[1:-1], force_n, side="right")
-    column = np.searchsorted(error.rate_edges_n_s[1:-1], rate_n_s, side="right")
-    half_n = SIGMAS * np.array(error.std_n)[row, column]
+    half_n = SIGMAS_95 * region_stds_n(error, force_n, rate_n_s)
     return {"band_low": force_n - half_n, "band_high": force_n + half_n}
 
 

@@ -18,6 +18,7 @@ from thrustd.brochure.deck_data import DeckData, SpoolCurve, ThrustSurface, corr
 from thrustd.brochure.fit.spool_curves import Spool, Steady, fit_curves
 from thrustd.brochure.fit.surface import fit_surface, read_pairs
 from thrustd.core.errors import DeckError, RecordingError
+from thrustd.core.measures import rms
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.sinks.whole_file import whole_file
@@ -151,14 +152,14 @@ def thrust_error(s: Steady, curve: SpoolCurve, surface: ThrustSurface) -> float:
         thrust = corrected_thrust(surface, float(np.exp(log_flow)), mach)
         if thrust * delta > SCORE_ABOVE_N:
             errors.append(corrected_thrust(surface, float(np.exp(predicted)), mach) / thrust - 1.0)
-    return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
+    return rms(np.array(errors)) if errors else float("nan")
 
 
 def _with_error(curve: SpoolCurve, left_out: dict[tuple[int, str], float]) -> SpoolCurve:
     mine = [error for (engine, _), error in left_out.items() if engine == curve.engine and np.isfinite(error)]
     if not mine:
         raise RecordingError(f"engine {ENGINES[curve.engine]}: recorded in one flight only; expected two or more")
-    return replace(curve, relative_std=round(float(np.sqrt(np.mean(np.square(mine)))), 5))
+    return replace(curve, relative_std=round(rms(np.array(mine)), 5))
 
 
 def fit_deck_file(flights: Sequence[Path], output: Path, base: Path, pairs: Path | None = None) -> BrochureFit:

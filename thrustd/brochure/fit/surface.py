@@ -16,7 +16,9 @@ from scipy.optimize import brentq
 
 from thrustd.brochure.deck import total_ratios
 from thrustd.brochure.deck_data import ThrustSurface, corrected_thrust
+from thrustd.core.atmosphere import ZERO_CELSIUS_K, isa_k, stagnation
 from thrustd.core.errors import RecordingError
+from thrustd.core.measures import rms
 
 Array = npt.NDArray[np.float64]
 
@@ -79,7 +81,7 @@ def read_pairs(path: Path) -> Pairs:
 
 def _one_engine(rows: npt.NDArray[Any], side: str) -> Array:
     altitude, mach = rows["altitude_m"], rows["mach"]
-    isa_degc = np.maximum(15.0 - 0.0065 * altitude, -56.5)
+    isa_degc = isa_k(altitude) - ZERO_CELSIUS_K
     ratios = [total_ratios(*row) for row in zip(mach, altitude, isa_degc + rows["deltaT_K"], strict=True)]
     delta, theta = np.array(ratios).T
     thrust = rows[f"thrust_{side}_N"]
@@ -101,8 +103,8 @@ def fit_surface(pairs: Pairs) -> tuple[ThrustSurface, dict[str, float]]:
     static = [corrected_thrust(surface, p.fuel_flow_kg_s, 0.0) / p.thrust_n - 1.0 for p in STATIC_POINTS]
     idle = corrected_thrust(surface, IDLE_FLOW_KG_S, 0.0) / IDLE_THRUST_N - 1.0
     return surface, {
-        "pairs_leave_one_set_out_rms": _rms(error[keep]),
-        "pairs_leave_one_set_out_rms_with_outliers": _rms(error),
+        "pairs_leave_one_set_out_rms": rms(error[keep]),
+        "pairs_leave_one_set_out_rms_with_outliers": rms(error),
         "pairs_used": float(keep.sum()),
         "pairs_left_out_as_outliers": float((~keep).sum()),
         "static_take_off": static[0],
@@ -114,8 +116,8 @@ def fit_surface(pairs: Pairs) -> tuple[ThrustSurface, dict[str, float]]:
 def _terms(corrected_kg_s: Array, mach: Array) -> Array:
     """Regressors (n, 13): X^i u^j with i + j <= 3, then X^i q."""
     x = corrected_kg_s / SCALE_KG_S
-    stagnation = 1.0 + 0.2 * mach**2
-    u, q = mach / np.sqrt(stagnation), stagnation**-3.5 - 1.0
+    ratio = stagnation(mach)
+    u, q = mach / np.sqrt(ratio), ratio**-3.5 - 1.0
     columns = [x**i * u**j for i in range(SPEED_DEGREE + 1) for j in range(SPEED_DEGREE + 1 - i)]
     return np.stack(columns + [x**i * q for i in range(NOZZLE_TERMS)], axis=1)
 
@@ -167,7 +169,3 @@ def _through_idle(surface: ThrustSurface) -> ThrustSurface:
         return corrected_thrust(bent, IDLE_FLOW_KG_S, 0.0) - IDLE_THRUST_N
 
     return replace(surface, idle_length_kg_s=float(brentq(miss, 1e-3, 10.0)))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from thrustd.brochure.deck import Deck
+from thrustd.core.measures import percents, rms
 from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
 from thrustd.diagnose.compare.failures import Failure, where_it_fails
@@ -26,7 +27,6 @@ from thrustd.model.compile import model_stages
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
-LARGE_N = 2000.0  # above it, errors in per cent mean something (thesis)
 REGION_SAMPLES = 200_000  # at most, evenly spaced, for the search of regions
 LAGS_S = (0.1, 1.0, 10.0, 60.0)
 
@@ -72,17 +72,16 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
     residual = reference_n - model_n
     worst = int(np.nanargmax(np.abs(residual)))
     regions, failures = _regions(segments, model_n, residual, channels)
-    rmse = float(np.sqrt(np.nanmean(residual**2)))
-    spread = float(np.sqrt(np.nanmean((reference_n - np.nanmean(reference_n)) ** 2)))
-    large = np.abs(reference_n) > LARGE_N
+    rmse, spread = rms(residual), rms(reference_n - np.nanmean(reference_n))
+    large = percents(residual, reference_n)
     return Comparison(
         name,
         record.name,
         rmse,
-        float(np.sqrt(np.nanmean((reference_n - rested_n) ** 2))),
-        float(np.sqrt(np.nanmean((reference_n - flown_n) ** 2))),
+        rms(reference_n - rested_n),
+        rms(reference_n - flown_n),
         float(np.nanmean(np.abs(residual))),
-        float(100 * np.nanmean(np.abs(residual[large] / reference_n[large]))) if large.any() else None,
+        float(large.mean()) if len(large) else None,
         float(np.nanmean(residual)),
         100.0 * (1.0 - rmse / spread) if spread > 0 else 0.0,
         float(residual[worst]),

@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.measures import rms
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import Segment, bridged, segments_of
 from thrustd.identify.sensitivity import jacobian_blocks
@@ -103,7 +104,7 @@ class Evidence:
     def rmse_in_flight_n(self, spec: ModelSpec) -> float:
         """Error of a free run over all samples, each judged when it comes, N."""
         errors = [s.force_n - simulate_in_flight(spec, s) for s in self.segments]
-        return float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2)))
+        return rms(np.concatenate(errors))
 
     def rows(self, columns: Sequence[Floats]) -> Floats:
         """Full-rate columns, one per segment, as row means (n,)."""

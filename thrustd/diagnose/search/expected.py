@@ -6,9 +6,11 @@ which the data visit, it is what the residual would be if nothing were missing.
 
 import numpy as np
 
+from thrustd.core.measures import rms
 from thrustd.diagnose.search.evidence import Evidence
 from thrustd.identify.error_map import rates_of
-from thrustd.model.artifact import ErrorMap, ModelSpec
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.region_error import region_stds_n
 from thrustd.model.stage import Floats
 
 
@@ -18,11 +20,4 @@ def own_error_n(spec: ModelSpec, evidence: Evidence, output_n: Floats) -> float 
         return None
     parts = np.split(output_n, np.flatnonzero(np.diff(evidence.segment)) + 1)
     rate = np.abs(np.concatenate([rates_of(part, evidence.row_s) for part in parts]))
-    return float(np.sqrt(np.mean(_lookup(spec.error, output_n, rate) ** 2)))
-
-
-def _lookup(error: ErrorMap, force_n: Floats, rate_n_s: Floats) -> Floats:
-    i = np.searchsorted(error.force_edges_n[1:-1], force_n, side="right")
-    j = np.searchsorted(error.rate_edges_n_s[1:-1], rate_n_s, side="right")
-    found: Floats = np.array(error.std_n)[i, j]
-    return found
+    return rms(region_stds_n(spec.error, output_n, rate))

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from thrustd.core.measures import rms
 from thrustd.diagnose.search.evidence import Evidence
 from thrustd.diagnose.search.expected import own_error_n
 from thrustd.model.artifact import ModelSpec
@@ -61,7 +62,7 @@ def start_of(spec: ModelSpec, evidence: Evidence) -> Start:
     if not columns:
         return Start(np.empty((len(good), 0)), np.empty(0))
     output_n = evidence.output(spec)
-    own_n = own_error_n(spec, evidence, output_n) or float(np.sqrt(np.nanmean((evidence.reference_n - output_n) ** 2)))
+    own_n = own_error_n(spec, evidence, output_n) or rms(evidence.reference_n - output_n)
     sigma = max(own_n, 1e-9) * max(1.0, INDEPENDENT_S / evidence.row_s) ** 0.5
     scaled = np.column_stack(columns) * good[:, None] * float(np.nanstd(evidence.reference_n)) / sigma
     left, strength, _ = np.linalg.svd(scaled, full_matrices=False)
