@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.brochure.hand_over import Movement
-from thrustd.brochure.rate import SmoothRate
+from thrustd.brochure.hand_over import LAG_S, HandOver, movement_n
+from thrustd.brochure.rate import smooth_rate
 from thrustd.core.types import Estimate, Fault, Status
 from thrustd.fusion.consistency import Innovations
 from thrustd.fusion.fusion_inputs import FusionInputs
@@ -143,9 +143,10 @@ def smoothed(flown: Flown) -> tuple[Array, Array]:
 
 def _steps(flown: Flown, mount: bool, brochure: bool) -> tuple[ThrustFilter, list[FusionInputs]]:
     """A filter and what it is told; lead and lag of the brochure from its own rate, as in flight."""
-    rate, movement, rows = SmoothRate(), Movement(), []
+    moved, lagged_pct, dt_s, rows = HandOver().row, np.nan, EVERY / FUSED_HZ, []
     for estimate, n1_pct in zip(flown.estimates, flown.n1_pct.tolist(), strict=True):
-        lag_n = movement.step(estimate.brochure_n, EVERY / FUSED_HZ)
+        lag_n = movement_n(moved, estimate.brochure_n, dt_s, LAG_S)
+        rate_pct_s, lagged_pct = smooth_rate(lagged_pct, n1_pct, dt_s)
         rows.append(
             FusionInputs(
                 t_ns=estimate.t_ns,
@@ -154,7 +155,7 @@ def _steps(flown: Flown, mount: bool, brochure: bool) -> tuple[ThrustFilter, lis
                 brochure_n=estimate.brochure_n if brochure else np.nan,
                 brochure_std_n=estimate.brochure_std_n if brochure else np.nan,
                 n1_pct=n1_pct,
-                n1_rate_pct_s=rate.step(estimate.t_ns, n1_pct),
+                n1_rate_pct_s=rate_pct_s,
                 brochure_lag_n=lag_n if np.isfinite(lag_n) else 0.0,
                 status=estimate.status & int(Status.GAP),
             )

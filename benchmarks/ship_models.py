@@ -17,6 +17,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
+from thrustd.bench.programme import HIGH_N, multisine, random_steps
 from thrustd.identify.artifact import finished
 from thrustd.identify.estimate import estimate
 from thrustd.identify.segments import Segment, segments_of
@@ -31,7 +32,6 @@ from thrustd.records.recording import Recording
 from thrustd.sensors.engine_force import UPPER_SHARE
 from thrustd.twin.bench import RIG, run_bench
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics
-from thrustd.twin.programme import HIGH_N, multisine, random_steps
 
 MOUNTS = {"left-upper": UPPER, "left-lower": LOWER, "right-upper": UPPER, "right-lower": LOWER}
 STRUCTURE = "hw-pwl+prandtl-ishlinskii"  # friction keeps a branch for minutes: without it 140 N are left in flight

@@ -82,6 +82,7 @@ def test_ended_from_outside_nothing_half_written_stays(here, number):
     """The signal comes when the temporary file is there, so no time is involved."""
     child = """
 import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in what it starts behind its back
 from thrustd.__main__ import main
 from thrustd.sinks import mcap_log
 class Ended(mcap_log.LogWriter):

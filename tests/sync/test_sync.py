@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from thrustd.brochure.rate import SmoothRate
 from thrustd.core.signals import CATALOGUE
 from thrustd.core.types import Reading
 from thrustd.sync.grid import ClockMap
@@ -54,11 +53,3 @@ def test_sample_times_are_steady_however_late_the_bytes_are(delays_ns, drift):
         if before_ns is not None:
             assert abs(t_ns - before_ns) <= 30 * MS
         before_ns = t_ns
-
-
-def test_the_rate_of_a_ramp_is_its_slope():
-    rate = SmoothRate()
-    values = [rate.step(k * 20 * MS, 0.02 * k * 5.0) for k in range(200)]
-    assert values[-1] == pytest.approx(5.0, rel=0.05)
-    assert isnan(rate.step(10_000 * MS, float("nan")))
-    assert rate.step(10_020 * MS, 50.0) == 0.0

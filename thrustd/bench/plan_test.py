@@ -6,16 +6,16 @@ the dynamics, weight steps for the engine's weight.
 """
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 
+from thrustd.bench.programme import HIGH_N, HOLD_S, LOW_N, multisine, random_steps, sweep
+from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.core.signals import CATALOGUE
-from thrustd.model.stage import Floats
 
 PROGRAMMES = ("steps", "multisine", "sweep", "weight")
-RAMP_S = 1.0  # of every step, half a cosine
+RAMP_S = (1.0, 1.0)  # of every step, half a cosine
 STILL_S, LOAD_S = 60.0, 5.0  # every record begins at rest, then the load comes on: models start from rest, too
 REST = {"force_N": 0.0, "accel_z_g": CATALOGUE["accel_z_g"].rest}
 SHORTEST_H, LONGEST_H = 0.05, 1000.0
@@ -27,9 +27,9 @@ class BenchPlan:
 
     hours: float = 8.0
     sample_hz: float = 10.0  # of the programme file; the rig interpolates
-    low_n: float = 400.0
-    high_n: float = 6500.0
-    hold_s: tuple[float, float] = (120.0, 480.0)
+    low_n: float = LOW_N
+    high_n: float = HIGH_N
+    hold_s: tuple[float, float] = HOLD_S
     band_hz: tuple[float, float] = (0.001, 1.0)
     lines: int = 40
     weight_g: tuple[float, float] = (0.0, 3.0)
@@ -61,21 +61,23 @@ def programme(kind: str, plan: BenchPlan) -> dict[str, Floats]:
     rng = np.random.default_rng(plan.seed)
     count, still, loading = (round(s * plan.sample_hz) for s in (plan.hours * 3600, STILL_S, LOAD_S))
     time_s = np.arange(count) / plan.sample_hz
-    moving_s = time_s[: count - still - loading]
+    moving_s = time_s[-1] + 1.0 / plan.sample_hz - STILL_S - LOAD_S
     columns = {"force_N": _forces(kind, moving_s, plan, rng)}
     if kind == "weight":
-        columns["accel_z_g"] = _steps(moving_s, *plan.weight_g, plan, rng, first=REST["accel_z_g"])
+        columns["accel_z_g"] = random_steps(
+            moving_s, plan.sample_hz, rng, *plan.weight_g, plan.hold_s, RAMP_S, start=REST["accel_z_g"]
+        )
     return {"time_s": time_s} | {
         name: _from_rest(REST[name], values, still, loading) for name, values in columns.items()
     }
 
 
-def _forces(kind: str, time_s: Floats, plan: BenchPlan, rng: np.random.Generator) -> Floats:
+def _forces(kind: str, moving_s: float, plan: BenchPlan, rng: np.random.Generator) -> Floats:
     if kind == "multisine":
-        return _multisine(time_s, plan, rng)
+        return multisine(moving_s, plan.sample_hz, rng, plan.band_hz, plan.lines, plan.low_n, plan.high_n)
     if kind == "sweep":
-        return _sweep(time_s, plan)
-    return _steps(time_s, plan.low_n, plan.high_n, plan, rng, first=plan.low_n)
+        return sweep(moving_s, plan.sample_hz, plan.band_hz, plan.low_n, plan.high_n)
+    return random_steps(moving_s, plan.sample_hz, rng, plan.low_n, plan.high_n, plan.hold_s, RAMP_S)
 
 
 def _from_rest(rest: float, values: Floats, still: int, loading: int) -> Floats:
@@ -89,34 +91,3 @@ def as_csv(columns: dict[str, Floats]) -> str:
     rows = zip(*columns.values(), strict=True)
     pattern = ",".join(formats[name] for name in columns)
     return "\n".join([",".join(columns), *(pattern.format(*row) for row in rows)]) + "\n"
-
-
-def _steps(time_s: Floats, low: float, high: float, plan: BenchPlan, rng: np.random.Generator, first: float) -> Floats:
-    """Random levels for random times, `first` before the first of them; ramps of half a cosine."""
-    count = int(time_s[-1] / plan.hold_s[0]) + 2
-    starts = np.concatenate(([0.0], np.cumsum(rng.uniform(*plan.hold_s, count))))
-    levels = np.concatenate(([first], rng.uniform(low, high, count)))
-    at = np.searchsorted(starts, time_s, side="right") - 1
-    share = 0.5 - 0.5 * np.cos(pi * np.clip((time_s - starts[at]) / RAMP_S, 0.0, 1.0))
-    force: Floats = levels[np.maximum(at - 1, 0)] + (levels[at] - levels[np.maximum(at - 1, 0)]) * share
-    return force
-
-
-def _multisine(time_s: Floats, plan: BenchPlan, rng: np.random.Generator) -> Floats:
-    """Log-spaced lines of random phase; size falls with the root of frequency, as a cylinder's travel does."""
-    total = np.zeros(len(time_s))
-    for frequency_hz in np.geomspace(*plan.band_hz, plan.lines):
-        total += (plan.band_hz[0] / frequency_hz) ** 0.5 * np.sin(2 * pi * (frequency_hz * time_s + rng.random()))
-    return _between(total, plan)
-
-
-def _sweep(time_s: Floats, plan: BenchPlan) -> Floats:
-    """One sine whose frequency rises exponentially through the band."""
-    low_hz, high_hz = plan.band_hz
-    rate = np.log(high_hz / low_hz) / time_s[-1]
-    return _between(-np.cos(2 * pi * low_hz * np.expm1(rate * time_s) / rate), plan)
-
-
-def _between(signal: Floats, plan: BenchPlan) -> Floats:
-    scaled: Floats = plan.low_n + (plan.high_n - plan.low_n) * (signal - signal.min()) / np.ptp(signal)
-    return scaled

@@ -16,12 +16,11 @@ FUEL_LEAD_S, when fuel flow is missing k stays as it was.
 
 from collections.abc import Sequence
 from math import exp, hypot, isfinite, log, nan, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.brochure.deck import DeckEstimate
 from thrustd.core.jit import compiled
 
 SCALE_FLOOR_N = 1000.0
@@ -47,14 +46,6 @@ MAX_STEP_S = 1.0
 MAX_REMEMBERED = 1000.0  # no per cent of N1 and no ln s is as large
 
 
-class BrochureThrust(NamedTuple):
-    """The brochure route at one instant, N; NaN = no estimate."""
-
-    thrust_n: float
-    std_n: float  # one sigma, slow: engine, deck and hand-over
-    lag_n: float  # one sigma that lasts as long as the throttle moves
-
-
 # the memory of one engine, a row of numbers: k, P, N1 when its travel was last counted, ln s0; then of the movement
 K, P, LAST_N1_PCT, LN_S0, LAGGED_N, RATE_N_S = range(6)
 LEARNT = slice(K, LAGGED_N)
@@ -64,18 +55,10 @@ Floats = npt.NDArray[np.float64]
 class HandOver:
     """Mutable: the learnt difference between both routes of one engine."""
 
-    __slots__ = ("_t_ns", "row")
+    __slots__ = ("row",)
 
     def __init__(self) -> None:
         self.row = np.array((0.0, START_STD**2, nan, nan, nan, 0.0))
-        self._t_ns = -1
-
-    def step(self, t_ns: int, deck: DeckEstimate, n1_pct: float, n1_rate_pct_s: float) -> BrochureThrust:
-        """`deck` from the inputs that are believed; N1 and its rate NaN when it is not one of them."""
-        dt_s = 0.0 if self._t_ns < 0 else (t_ns - self._t_ns) * 1e-9
-        self._t_ns = t_ns
-        routes_n = deck.std_n, deck.fuel_flow_thrust_n, deck.n1_thrust_n
-        return BrochureThrust(*hand_over(self.row, dt_s, *routes_n, n1_pct, n1_rate_pct_s))
 
     def snapshot(self) -> list[float | None]:
         """What was learnt: k, P, N1 then, ln s0; unknown is None."""
@@ -91,20 +74,6 @@ class HandOver:
         return False
 
 
-class Movement:
-    """How far a brochure thrust alone may lead or lag while the throttle moves. Mutable."""
-
-    __slots__ = ("_row",)
-
-    def __init__(self) -> None:
-        self._row = np.array((0.0, 0.0, nan, nan, nan, 0.0))
-
-    def step(self, thrust_n: float, dt_s: float) -> float:
-        """One sigma, as white noise of ten readings a second [N]."""
-        lag_n: float = _move(self._row, thrust_n, dt_s, LAG_S)
-        return lag_n
-
-
 def _movement(row: Floats, thrust_n: float, dt_s: float, lag_s: float) -> float:
     """How far it may lead or lag while the throttle moves, and until the engine has settled: one sigma."""
     if not isfinite(thrust_n):
@@ -118,7 +87,7 @@ def _movement(row: Floats, thrust_n: float, dt_s: float, lag_s: float) -> float:
     return AS_WHITE * lag_s * max(row[RATE_N_S] - STILL_N_S, 0.0)
 
 
-_move: Any = compiled(_movement, "f8(f8[::1], f8, f8, f8)", "numpy")
+movement_n: Any = compiled(_movement, "f8(f8[::1], f8, f8, f8)", "numpy")
 
 
 @compiled
@@ -148,7 +117,7 @@ def _carry(
     """-> thrust, one sigma of the hand-over, one sigma of the movement, N."""
     if not isfinite(n1_n):
         row[LAST_N1_PCT] = nan
-        return fuel_n, START_STD * max(abs(fuel_n), SCALE_FLOOR_N), _move(row, fuel_n, dt_s, FUEL_LAG_S)
+        return fuel_n, START_STD * max(abs(fuel_n), SCALE_FLOOR_N), movement_n(row, fuel_n, dt_s, FUEL_LAG_S)
     scale_n = max(n1_n, SCALE_FLOOR_N)
     travelled_pct = abs(n1_pct - row[LAST_N1_PCT])
     row[P] += dt_s * WANDER_1_S**2
@@ -162,13 +131,16 @@ def _carry(
         _learn(row, (fuel_n - n1_n) / scale_n, rate_pct_s, dt_s)
     line = _line_variance(row, log(scale_n), rate_pct_s, dt_s if isfinite(fuel_n) else 0.0)
     thrust_n = n1_n + row[K] * scale_n
-    return thrust_n, scale_n * sqrt(row[P] + line), _move(row, thrust_n, dt_s, LAG_S)
+    return thrust_n, scale_n * sqrt(row[P] + line), movement_n(row, thrust_n, dt_s, LAG_S)
 
 
 def _hand_over(
     row: Floats, dt_s: float, deck_std_n: float, fuel_n: float, n1_n: float, n1_pct: float, n1_rate_pct_s: float
 ) -> tuple[float, float, float]:
-    """-> the fields of a BrochureThrust, `dt_s` after the last one."""
+    """-> thrust, its slow one sigma (engine, deck, hand-over), one sigma that lasts as long as the throttle moves; N.
+
+    `dt_s` after the last one; inputs that are believed, else NaN. NaN = no estimate.
+    """
     thrust_n, std_n, lag_n = _carry(row, min(max(dt_s, 0.0), MAX_STEP_S), fuel_n, n1_n, n1_pct, n1_rate_pct_s)
     if not isfinite(thrust_n):
         return nan, nan, nan

@@ -19,19 +19,3 @@ def _smooth(lagged: float, value: float, dt_s: float) -> tuple[float, float]:
 
 
 smooth_rate: Any = compiled(_smooth, "UniTuple(f8, 2)(f8, f8, f8)")
-
-
-class SmoothRate:
-    """Derivative of a sampled signal behind a first-order lag: rate = (value - lagged value) / tau."""
-
-    __slots__ = ("_lagged", "_t_ns")
-
-    def __init__(self) -> None:
-        self._lagged = nan
-        self._t_ns = 0
-
-    def step(self, t_ns: int, value: float) -> float:
-        """Rate in units per second; NaN while there is no value."""
-        rate, self._lagged = smooth_rate(self._lagged, value, (t_ns - self._t_ns) * 1e-9)
-        self._t_ns = t_ns
-        return float(rate)

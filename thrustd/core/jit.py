@@ -1,40 +1,18 @@
 """numba with its cache of machine code, and without it where there is no place for one.
 
-Before its first function numba looks whether scipy.linalg is there, and so loads all of it: 0.3 s of every restart in
-flight. Here nothing multiplies matrices in compiled code; what does finds scipy.linalg when it is called.
-
 What numba kept it believes as long as the function's own file is the same, though machine code holds the functions
 that it calls and the constants that it reads, whichever file they are of. So a digest of them goes with the function,
 as what a closure holds: numba makes that part of the key.
 """
 
-import sys
 from collections.abc import Callable, Iterator
 from enum import EnumMeta
 from hashlib import sha256
-from importlib import import_module
-from types import CellType, CodeType, FunctionType, ModuleType
+from types import CellType, CodeType, FunctionType
 from typing import Any, Literal
 
 import numpy as np
 from numba import njit
-
-LINALG = "scipy.linalg", "scipy.linalg.cython_blas"
-
-
-def _spare_linalg() -> None:
-    """Load the part of numba that looks for it."""
-    if LINALG[0] in sys.modules:
-        return
-    sys.modules.update({name: ModuleType(name) for name in LINALG})
-    try:
-        import_module("numba.np.arraymath")
-    finally:
-        for name in LINALG:
-            del sys.modules[name]
-
-
-_spare_linalg()
 
 
 def compiled(

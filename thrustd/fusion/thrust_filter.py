@@ -18,11 +18,11 @@ from math import isfinite, nan
 from typing import Any
 
 import numpy as np
+from filterpy.kalman import KalmanFilter
 
 from thrustd.core.types import Estimate, Fault
 from thrustd.fusion.dynamics import N_STATE, RATE, START_ERROR_N, THRUST, Matrix
 from thrustd.fusion.estimate_row import estimate_row
-from thrustd.fusion.kalman import KalmanFilter
 from thrustd.fusion.settings import FusionSettings, settings_row
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_step import DONE, FILTER, LIED, NEVER_NS, NEWS, PAST_S, PREDICT, UPDATE, go_on, lay_out

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.bench.programme import multisine, random_steps, sine
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.mount import UPPER, MountPhysics, advance, at_rest
-from thrustd.twin.programme import multisine, random_steps, sine
 from thrustd.twin.sensors import LOAD_CELL_STD_N, Lvdt, load_cell_reading, lvdt_reading
 
 BLOCK = 1 << 20  # samples simulated at once: memory stays small over 37 h

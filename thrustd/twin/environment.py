@@ -8,9 +8,9 @@ vibration and fan speed, dynamic pressure and Mach number) they are coupled.
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.bench.programme import multisine, random_steps
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.twin.fast import FloatArray
-from thrustd.twin.programme import multisine, random_steps
 
 LOW_N = 700.0  # a measured mount stays inside the range that its bench covered
 HIGH_N = 6200.0

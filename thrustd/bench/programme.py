@@ -1,4 +1,4 @@
-"""Force programmes for the bench, and random schedules of any channel.
+"""What a rig is asked to do: random steps, sines, multisines and sweeps of force, or of any channel.
 
 The thesis' identification programme steps through random forces between 400 N and 6.5 kN, each held for minutes; its
 characterisation adds slow sines; the sweep it recommends is a multisine here.
@@ -6,7 +6,7 @@ characterisation adds slow sines; the sweep it recommends is a multisine here.
 
 import numpy as np
 
-from thrustd.twin.fast import FloatArray
+from thrustd.core.columns import Floats
 
 LOW_N = 400.0
 HIGH_N = 6500.0
@@ -23,7 +23,7 @@ def random_steps(
     hold_s: tuple[float, float] = HOLD_S,
     ramp_s: tuple[float, float] = RAMP_S,
     start: float | None = None,
-) -> FloatArray:
+) -> Floats:
     """Random levels held for random times with smooth ramps between them, (n,)."""
     count = round(duration_s * sample_hz)
     signal = np.empty(count)
@@ -41,9 +41,7 @@ def random_steps(
     return signal
 
 
-def sine(
-    duration_s: float, sample_hz: float, frequency_hz: float, low: float = LOW_N, high: float = HIGH_N
-) -> FloatArray:
+def sine(duration_s: float, sample_hz: float, frequency_hz: float, low: float = LOW_N, high: float = HIGH_N) -> Floats:
     """One frequency between two levels, starting at the lower one, (n,)."""
     time_s = np.arange(round(duration_s * sample_hz)) / sample_hz
     return low + (high - low) * (0.5 - 0.5 * np.cos(2 * np.pi * frequency_hz * time_s))
@@ -57,12 +55,26 @@ def multisine(
     lines: int = 40,
     low: float = LOW_N,
     high: float = HIGH_N,
-) -> FloatArray:
+) -> Floats:
     """Log-spaced lines of equal rate-weighted size and random phase, scaled to fill [low, high], (n,)."""
     time_s = np.arange(round(duration_s * sample_hz)) / sample_hz
     total = np.zeros(len(time_s))
     for frequency_hz in np.geomspace(*band_hz, lines):
         size = (band_hz[0] / frequency_hz) ** 0.5  # a hydraulic cylinder cannot move far and fast
         total += size * np.sin(2 * np.pi * (frequency_hz * time_s + rng.random()))
-    span = total.max() - total.min()
-    return low + (high - low) * (total - total.min()) / span
+    return _between(total, low, high)
+
+
+def sweep(
+    duration_s: float, sample_hz: float, band_hz: tuple[float, float], low: float = LOW_N, high: float = HIGH_N
+) -> Floats:
+    """One sine whose frequency rises exponentially through the band, (n,)."""
+    time_s = np.arange(round(duration_s * sample_hz)) / sample_hz
+    low_hz, high_hz = band_hz
+    rate = np.log(high_hz / low_hz) / time_s[-1]
+    return _between(-np.cos(2 * np.pi * low_hz * np.expm1(rate * time_s) / rate), low, high)
+
+
+def _between(signal: Floats, low: float, high: float) -> Floats:
+    filled: Floats = low + (high - low) * (signal - signal.min()) / (signal.max() - signal.min())
+    return filled
