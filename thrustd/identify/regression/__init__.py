@@ -1,0 +1,1 @@
+"""The estimator: one regression with priors whose strengths come from the data. See `regress`."""

@@ -1,0 +1,68 @@
+"""A smooth curve: cubic B-spline on a uniform grid, straight beyond its ends.
+
+    f(v) = sum_j c_j B_j(v),   prior  p(c) ~ exp(-lambda/2 sum (third differences of c)^2)
+
+Third differences leave every parabola free: the prior asks for few bends, not for a small curve (Eilers & Marx, Statist.
+Sci. 11 (1996) 89). With the grid fine enough the number of coefficients does not matter, lambda does.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from thrustd.model.stage import Floats, jit
+
+
+class Grid(NamedTuple):
+    """n coefficients on [low, high]."""
+
+    low: float
+    high: float
+    n: int
+
+    @property
+    def step(self) -> float:
+        return (self.high - self.low) / (self.n - 3)
+
+    def centres(self) -> Floats:
+        """Where a straight line has the coefficients' values (n,): Greville abscissae."""
+        centres: Floats = self.low + self.step * (np.arange(self.n) - 1.0)
+        return centres
+
+    def values(self, v: Floats) -> Floats:
+        """Basis (len(v), n)."""
+        out, four = np.zeros((len(v), self.n)), np.empty(8)
+        for row, at in zip(out, v, strict=True):
+            first = bspline(float(at), self.low, self.step, self.n, four)
+            row[first : first + 4] = four[:4]
+        return out
+
+
+def roughness(n: int) -> Floats:
+    """D'D of the third differences (n, n); rank n - 3."""
+    third = np.diff(np.eye(n), 3, axis=0)
+    matrix: Floats = third.T @ third
+    return matrix
+
+
+@jit
+def bspline(v: float, low: float, step: float, n: int, out: Floats) -> int:
+    """The four basis values that are not zero at v into out[:4], their slopes times `step` into out[4:]; first index."""
+    t = (v - low) / step
+    inside = min(max(t, 0.0), n - 3.0)
+    first = min(int(inside), n - 4)
+    u = inside - first
+    w = 1.0 - u
+    out[0] = w * w * w / 6.0
+    out[1] = (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0
+    out[2] = (-3.0 * u * u * u + 3.0 * u * u + 3.0 * u + 1.0) / 6.0
+    out[3] = u * u * u / 6.0
+    out[4] = -0.5 * w * w
+    out[5] = (9.0 * u * u - 12.0 * u) / 6.0
+    out[6] = (-9.0 * u * u + 6.0 * u + 3.0) / 6.0
+    out[7] = 0.5 * u * u
+    beyond = t - inside
+    if beyond != 0.0:
+        for j in range(4):
+            out[j] += beyond * out[4 + j]
+    return first

@@ -1,0 +1,190 @@
+"""The core of the model over a block of samples, with its exact gradient in the same recursion.
+
+    w = f(d),  x = w + sum_i g_i (w - L_i w) + sum_k Re[G_k conj(w - P_k w)],  y = x + h(x)
+
+L_i: first-order lags of unit gain at rest; P_k: complex ones, a pair of poles each; f and h: splines (`curve`). One
+loop carries, beside the signals, every basis function of f through every lag: columns for f are exact, those for gains
+and poles come from the lags themselves. Coefficients of the lags: `thrustd.model.linear.discretise_mode`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thrustd.identify.regression.curve import bspline
+from thrustd.model.stage import Floats, jit
+
+Complexes = NDArray[np.complex128]
+
+
+class Core(NamedTuple):
+    """Numbers of the model for one sweep. m real lags, p pairs; a lag is s <- a s + b0 w_before + b1 w."""
+
+    f: Floats  # (n_f,)
+    f_zero: Floats  # (n_f,) basis where f is zero: it is taken off
+    f_place: Floats  # (2,) low end of the grid, step
+    gain: Floats  # (m,)
+    lag: Floats  # (m, 3) a, b0, b1
+    lag_move: Floats  # (m, 3) their derivatives by the logarithm of the time constant
+    pair_gain: Floats  # (p, 2) real and imaginary part
+    pair: Complexes  # (p, 3)
+    pair_move: Complexes  # (p, 2, 3) by the logarithms of decay and frequency
+    h: Floats  # (n_h,), empty: x is y
+    h_place: Floats  # (2,)
+    move: bool  # columns for the poles are wanted
+
+
+class Memory(NamedTuple):
+    """What the core remembers from sample to sample; changed in place."""
+
+    w: Floats  # (1,)
+    basis: Floats  # (n_f,) of the sample before
+    lag: Floats  # (m,)
+    lag_move: Floats  # (m,)
+    lag_basis: Floats  # (m, n_f)
+    pair: Complexes  # (p,)
+    pair_move: Complexes  # (p, 2)
+    pair_basis: Complexes  # (p, n_f)
+
+
+def at_rest(core: Core, d: float) -> Memory:
+    """Settled for ever at the input d."""
+    m, p, n = len(core.gain), len(core.pair), len(core.f)
+    basis, four = -core.f_zero, np.empty(8)
+    first = bspline(d, core.f_place[0], core.f_place[1], n, four)
+    basis[first : first + 4] += four[:4]
+    w = float(basis @ core.f)
+    still = np.tile(basis, (m, 1)), np.tile(basis, (p, 1)).astype(complex)
+    lags, pairs = np.full(m, w), np.full(p, w + 0j)
+    return Memory(np.array([w]), basis, lags, np.zeros(m), still[0], pairs, np.zeros((p, 2), complex), still[1])
+
+
+@jit
+def run(core: Core, memory: Memory, d: Floats, y: Floats) -> None:
+    """Output (n,) for the input d (n,), without columns."""
+    four = np.empty(8)
+    n_f, n_h = core.f.size, core.h.size
+    zero = 0.0
+    for j in range(n_f):
+        zero += core.f_zero[j] * core.f[j]
+    for k in range(d.size):
+        first = bspline(d[k], core.f_place[0], core.f_place[1], n_f, four)
+        w = -zero
+        for q in range(4):
+            w += four[q] * core.f[first + q]
+        before = memory.w[0]
+        x = w
+        for i in range(core.gain.size):
+            s = core.lag[i, 0] * memory.lag[i] + core.lag[i, 1] * before + core.lag[i, 2] * w
+            memory.lag[i] = s
+            x += core.gain[i] * (w - s)
+        for i in range(core.pair.shape[0]):
+            z = core.pair[i, 0] * memory.pair[i] + core.pair[i, 1] * before + core.pair[i, 2] * w
+            memory.pair[i] = z
+            x += core.pair_gain[i, 0] * (w - z.real) + core.pair_gain[i, 1] * z.imag
+        memory.w[0] = w
+        if n_h > 0:
+            first = bspline(x, core.h_place[0], core.h_place[1], n_h, four)
+            total = x
+            for q in range(4):
+                total += four[q] * core.h[first + q]
+            x = total
+        y[k] = x
+
+
+@jit
+def run_with_columns(core: Core, memory: Memory, d: Floats, y: Floats, columns: Floats) -> None:
+    """As `run`, and d y / d (f, gains, log tau, pair gains, log poles, h) into columns (n, n_columns).
+
+    Without `core.move` the columns for poles are left out.
+    """
+    four, bend = np.empty(8), np.empty(8)
+    n_f, n_h, m, p = core.f.size, core.h.size, core.gain.size, core.pair.shape[0]
+    sens = np.empty(n_f)
+    total_gain = 1.0
+    for i in range(m):
+        total_gain += core.gain[i]
+    for i in range(p):
+        total_gain += core.pair_gain[i, 0]
+    zero = 0.0
+    for j in range(n_f):
+        zero += core.f_zero[j] * core.f[j]
+    at_tau = n_f + m
+    at_pair = at_tau + (m if core.move else 0)
+    at_pole = at_pair + 2 * p
+    at_h = at_pole + (2 * p if core.move else 0)
+    for k in range(d.size):
+        first = bspline(d[k], core.f_place[0], core.f_place[1], n_f, four)
+        w = -zero
+        for q in range(4):
+            w += four[q] * core.f[first + q]
+        before = memory.w[0]
+        x = total_gain * w
+        for j in range(n_f):
+            sens[j] = -total_gain * core.f_zero[j]
+        for q in range(4):
+            sens[first + q] += total_gain * four[q]
+        for i in range(m):
+            a, b0, b1, g = core.lag[i, 0], core.lag[i, 1], core.lag[i, 2], core.gain[i]
+            old = memory.lag[i]
+            s = a * old + b0 * before + b1 * w
+            memory.lag[i] = s
+            x -= g * s
+            columns[k, n_f + i] = w - s
+            if core.move:
+                moved = a * memory.lag_move[i] + core.lag_move[i, 0] * old
+                moved += core.lag_move[i, 1] * before + core.lag_move[i, 2] * w
+                memory.lag_move[i] = moved
+                columns[k, at_tau + i] = -g * moved
+            if g != 0.0:  # else nobody asks for it
+                row = memory.lag_basis[i]
+                for j in range(n_f):
+                    row[j] = a * row[j] + b0 * memory.basis[j] - b1 * core.f_zero[j]
+                for q in range(4):
+                    row[first + q] += b1 * four[q]
+                for j in range(n_f):
+                    sens[j] -= g * row[j]
+        for i in range(p):
+            ca, cb0, cb1 = core.pair[i, 0], core.pair[i, 1], core.pair[i, 2]
+            gr, gi = core.pair_gain[i, 0], core.pair_gain[i, 1]
+            old_z = memory.pair[i]
+            z = ca * old_z + cb0 * before + cb1 * w
+            memory.pair[i] = z
+            x += gi * z.imag - gr * z.real
+            columns[k, at_pair + 2 * i] = w - z.real
+            columns[k, at_pair + 2 * i + 1] = z.imag
+            if core.move:
+                for q in range(2):
+                    turned = ca * memory.pair_move[i, q] + core.pair_move[i, q, 0] * old_z
+                    turned += core.pair_move[i, q, 1] * before + core.pair_move[i, q, 2] * w
+                    memory.pair_move[i, q] = turned
+                    columns[k, at_pole + 2 * i + q] = gi * turned.imag - gr * turned.real
+            line = memory.pair_basis[i]
+            for j in range(n_f):
+                line[j] = ca * line[j] + cb0 * memory.basis[j] - cb1 * core.f_zero[j]
+            for q in range(4):
+                line[first + q] += cb1 * four[q]
+            for j in range(n_f):
+                sens[j] += gi * line[j].imag - gr * line[j].real
+        for j in range(n_f):
+            memory.basis[j] = -core.f_zero[j]
+        for q in range(4):
+            memory.basis[first + q] += four[q]
+        memory.w[0] = w
+        slope = 1.0
+        if n_h > 0:
+            at = bspline(x, core.h_place[0], core.h_place[1], n_h, bend)
+            for j in range(n_h):
+                columns[k, at_h + j] = 0.0
+            total = x
+            for q in range(4):
+                total += bend[q] * core.h[at + q]
+                slope += bend[4 + q] * core.h[at + q] / core.h_place[1]
+                columns[k, at_h + at + q] = bend[q]
+            x = total
+            for j in range(n_f, at_h):
+                columns[k, j] *= slope
+        for j in range(n_f):
+            columns[k, j] = slope * sens[j]
+        y[k] = x

@@ -1,0 +1,92 @@
+"""The estimator: records -> posterior of a mount model (spline curve, one relaxation, friction, output curve).
+
+    w = f(d);   x = w + sum_i g_i (w - L_i w);   F = h(x) + offset + sum_i c_i stop_i(d)
+
+with f and h splines under a prior on their roughness, L_i first-order lags on a fixed log-spaced set of time constants
+from two samples to four times the longest record, and sixteen friction stops. Strengths of all priors and the level of the
+noise by evidence (`solve`); g_i >= 0 and c_i >= 0, because a mount dissipates.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from thrustd.core.errors import RecordingError
+from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.solve import Progress, Solution, solve
+from thrustd.identify.regression.stops import radii_of
+from thrustd.identify.regression.sweep import Record, simulate
+from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.model.stage import Floats
+
+KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer data
+LAGS = 14
+SLOWEST = 4.0  # times the longest record: slower is a constant
+FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "extras": 1e-6}
+BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
+
+
+def regress(segments: Sequence[Segment], progress: Progress | None = None, **shape_options: object) -> Solution:
+    """The most probable mount. RecordingError when the data cannot tell anything."""
+    shape, records = prepared(segments, **shape_options)
+    found = solve(shape, first_point(shape, records), records, FIRST, progress=progress)
+    begun = [_begun(found, record) for record in records]
+    if any(new.before != old.before for new, old in zip(begun, records, strict=True)):
+        found = solve(shape, found.point, begun, found.precisions, progress=progress)
+    return found
+
+
+def prepared(segments: Sequence[Segment], **options: object) -> tuple[Shape, list[Record]]:
+    """Shape and records for these data, every record begun unloaded."""
+    d = [segment.inputs[DEFORMATION] for segment in segments]
+    low, high = min(float(x.min()) for x in d), max(float(x.max()) for x in d)
+    y = np.concatenate([segment.force_n for segment in segments])
+    scale = float(np.nanstd(y))
+    if not scale > 0.0 or not high > low:
+        raise RecordingError(f"{segments[0].record}: nothing moves; expected records in which input and output vary")
+    span = high - low
+    zero = float(np.clip(0.0, low - span, high + span))  # unloaded, where that is near
+    low, high = min(low, zero), max(high, zero)
+    dt_s = min(segment.dt_s for segment in segments)
+    longest_s = max(len(segment) * segment.dt_s for segment in segments)
+    taus_s = np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), LAGS)
+    knots = KNOTS * (2 if len(y) > MANY else 1)
+    shape = Shape(Grid(low, high, knots), zero, taus_s, radii_of(high - low), scale, **options)  # type: ignore[arg-type]
+    records = [Record(x, s.force_n / scale, s.dt_s, zero) for x, s in zip(d, segments, strict=True)]
+    return shape, records
+
+
+def first_point(shape: Shape, records: Sequence[Record]) -> Point:
+    """A straight line through the data, no memory."""
+    d = np.concatenate([record.d for record in records])
+    y = np.concatenate([record.y for record in records])
+    good = np.isfinite(y)
+    slope, offset = np.polyfit(d[good] - shape.zero, y[good], 1)
+    nothing = np.zeros
+    m, p = len(shape.taus_s), len(shape.poles)
+    f: Floats = slope * (shape.f_grid.centres() - shape.zero)
+    return Point(
+        f,
+        nothing(m),
+        np.log(shape.taus_s),
+        nothing((p, 2)),
+        shape.poles.copy(),
+        nothing(shape.h_grid.n if shape.h_grid else 0),
+        float(offset),
+        nothing(len(shape.radii)),
+        nothing(len(shape.extras)),
+    )
+
+
+def _begun(found: Solution, record: Record) -> Record:
+    """Unloaded before the first sample, or settled at its load: whichever the first tenth follows."""
+    tenth = slice(0, max(2, len(record) // 10))
+    errors = {}
+    for before in (record.before, float(record.d[0])):
+        trial = Record(record.d[tenth], record.y[tenth], record.dt_s, before)
+        errors[before] = float(np.nansum((trial.y - simulate(found.shape, found.point, trial)) ** 2))
+    settled = float(record.d[0])
+    if errors[settled] < BEGUN_BETTER * errors[record.before]:
+        return Record(record.d, record.y, record.dt_s, settled, record.extras)
+    return record

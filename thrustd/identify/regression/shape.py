@@ -1,0 +1,149 @@
+"""What is estimated, and how it lies in one vector: the fixed side of a regression (`Shape`) and its numbers (`Point`)."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from thrustd.identify.regression.curve import Grid, roughness
+from thrustd.identify.regression.kernel import Core
+from thrustd.model.linear import discretise_mode
+from thrustd.model.stage import Floats
+
+TURN = 1e-5  # of the logarithm of a pole: step of the differences that give its derivative
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """Grids, time constants and constraints. Output in units of `output_scale`, so that priors have no dimension."""
+
+    f_grid: Grid
+    zero: float  # input at which f is zero
+    taus_s: Floats  # (m,) where the real lags begin
+    radii: Floats  # (n_stops,)
+    output_scale: float
+    h_grid: Grid | None = None
+    poles: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # (p, 2) logarithms of decay and frequency, 1/s
+    hold: str = "foh"
+    passive: bool = True  # gains of relaxation cannot be negative: rubber gives back less than it was given
+    move: bool = False  # poles may leave their places
+    line: bool = False  # f is a straight line
+    extras: tuple[str, ...] = ()  # names of further columns, in the order of the problem
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Numbers per group, in the order of the vector."""
+        m, p = len(self.taus_s), len(self.poles)
+        return {
+            "f": self.f_grid.n,
+            "gain": m,
+            "log_tau": m if self.move else 0,
+            "pair_gain": 2 * p,
+            "log_pole": 2 * p if self.move else 0,
+            "h": self.h_grid.n if self.h_grid else 0,
+            "offset": 1,
+            "stops": len(self.radii),
+            "extras": len(self.extras),
+        }
+
+    def parts(self) -> dict[str, slice]:
+        ends = np.cumsum([0, *self.sizes.values()])
+        return {name: slice(a, b) for name, a, b in zip(self.sizes, ends[:-1], ends[1:], strict=True)}
+
+    @property
+    def n(self) -> int:
+        return sum(self.sizes.values())
+
+    @property
+    def n_core(self) -> int:
+        """Columns that the kernel fills."""
+        return self.parts()["offset"].start
+
+    def positive(self) -> Floats:
+        """Which numbers cannot be negative (n,), bool."""
+        mask = np.zeros(self.n, bool)
+        mask[self.parts()["stops"]] = True
+        if self.passive:
+            mask[self.parts()["gain"]] = True
+        return mask
+
+    def prior_matrix(self, name: str) -> Floats:
+        """Of one group, for precision 1."""
+        size = self.sizes[name]
+        if name in ("f", "h"):
+            return roughness(size)
+        return np.eye(size)
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """Numbers of one model, in units of the shape's output scale."""
+
+    f: Floats
+    gain: Floats
+    log_tau: Floats  # (m,) always all of them
+    pair_gain: Floats  # (p, 2)
+    log_pole: Floats  # (p, 2)
+    h: Floats
+    offset: float
+    stops: Floats
+    extras: Floats
+
+    def vector(self, shape: Shape) -> Floats:
+        moved = (self.log_tau, self.log_pole.ravel()) if shape.move else ((), ())
+        parts = (self.f, self.gain, moved[0], self.pair_gain.ravel(), moved[1], self.h, [self.offset], self.stops)
+        return np.concatenate([np.asarray(part, float) for part in (*parts, self.extras)])
+
+    def at(self, shape: Shape, vector: Floats) -> "Point":
+        part = {name: vector[where] for name, where in shape.parts().items()}
+        moved: dict[str, Any] = {}
+        if shape.move:
+            moved = {"log_tau": part["log_tau"], "log_pole": part["log_pole"].reshape(-1, 2)}
+        return replace(
+            self,
+            f=part["f"],
+            gain=part["gain"],
+            pair_gain=part["pair_gain"].reshape(-1, 2),
+            h=part["h"],
+            offset=float(part["offset"][0]),
+            stops=part["stops"],
+            extras=part["extras"],
+            **moved,
+        )
+
+
+def core_of(shape: Shape, point: Point, dt_s: float) -> Core:
+    """The kernel's numbers at one sample period."""
+    grid, h_grid = shape.f_grid, shape.h_grid
+    lag = np.array([discretise_mode(complex(-np.exp(-log)), dt_s, shape.hold) for log in point.log_tau])
+    up, down = (
+        np.array([discretise_mode(complex(-np.exp(-log - turn)), dt_s, shape.hold) for log in point.log_tau])
+        for turn in (TURN, -TURN)
+    )
+    pair, turned = _pairs(point.log_pole, dt_s, shape.hold)
+    return Core(
+        point.f,
+        grid.values(np.array([shape.zero]))[0],
+        np.array([grid.low, grid.step]),
+        point.gain,
+        np.ascontiguousarray(lag.real).reshape(-1, 3),
+        np.ascontiguousarray((up - down).real / (2 * TURN)).reshape(-1, 3),
+        np.ascontiguousarray(point.pair_gain).reshape(-1, 2),
+        pair,
+        turned,
+        point.h,
+        np.array([h_grid.low, h_grid.step] if h_grid else [0.0, 1.0]),
+        shape.move,
+    )
+
+
+def _pairs(log_pole: Floats, dt_s: float, hold: str) -> tuple[Any, Any]:
+    def discrete(logs: Floats) -> Any:
+        return np.array(discretise_mode(complex(-np.exp(logs[0]), np.exp(logs[1])), dt_s, hold), complex)
+
+    pair = np.array([discrete(logs) for logs in log_pole]).reshape(-1, 3).astype(complex)
+    turned = [
+        [(discrete(logs + TURN * side) - discrete(logs - TURN * side)) / (2 * TURN) for side in np.eye(2)]
+        for logs in log_pole
+    ]
+    return pair, np.array(turned).reshape(-1, 2, 3).astype(complex)

@@ -1,0 +1,207 @@
+"""Gauss-Newton on the posterior, the strengths of its priors by evidence (MacKay, Neural Comput. 4 (1992) 415).
+
+    minimise  |y - model|^2 / (2 s2) + sum_k lambda_k / 2 (t - t0)' R_k (t - t0),     t_j >= 0 where physics says so
+    lambda_k = gamma_k / (t - t0)' R_k (t - t0),   gamma_k = rank R_k - lambda_k trace(C R_k),   C the posterior covariance
+
+gamma_k is how many numbers of group k the data determine. Nothing is chosen by hand: a group that the data do not need
+gets a large lambda and vanishes.
+
+s2 is not the variance of the residual but the level of its spectrum where it is highest: what is estimated is slow, and
+slow errors do not average out as white ones do (Klein & Morelli, Aircraft System Identification, 2006, 5.3.3).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.optimize import nnls
+
+from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.sweep import Normal, Record, normal_equations
+from thrustd.model.stage import Floats
+
+WIDEST = {"gain": 1.0, "pair_gain": 1.0, "h": 1e-4, "f": 1e-12, "stops": 1e-4, "extras": 1e-12}  # least precision
+FLAT = 1e-9  # precision of what no prior holds, in units of the output scale
+POLE_STD = 0.5  # of the distance of neighbouring time constants: so far may a pole move
+LONGEST = 64  # blocks of a record at least, for the level of slow errors
+DONE = 0.05  # fall of the cost, in units of one half sigma^2: less is no progress
+HALVINGS = 6
+
+Progress = Callable[[int, float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Where the search ended. All in units of the shape's output scale."""
+
+    shape: Shape
+    point: Point
+    precisions: dict[str, float]
+    noise_variance: float  # s2
+    mean_square: float  # of the residual
+    information: Floats  # (n, n) posterior precision: J'J / s2 + priors
+    free: Floats  # (n,) bool: not held at zero by its bound
+    iterations: int
+    normal: Normal
+
+
+def solve(
+    shape: Shape,
+    start: Point,
+    records: Sequence[Record],
+    precisions: Mapping[str, float],
+    iterations: int = 25,
+    progress: Progress | None = None,
+    prior: tuple[Floats, Floats] | None = None,
+) -> Solution:
+    """The most probable point. `prior`: mean and precision matrix of the whole vector beside the groups' own."""
+    strengths, point = dict(precisions), start
+    middle = _middle(shape, start)
+    normal = normal_equations(shape, point, records)
+    positive = shape.positive()
+    done = 0
+    for done in range(1, iterations + 1):
+        s2, vector = noise_level(normal.residuals), point.vector(shape)
+        prior_matrix = _prior(shape, strengths)
+        information = normal.matrix / s2 + prior_matrix
+        gradient = normal.right / s2 - prior_matrix @ (vector - middle)
+        if prior is not None:
+            information += prior[1]
+            gradient += prior[1] @ (prior[0] - vector)
+        target, free = bounded(information, gradient + information @ vector, positive)
+        cost = _cost(normal.squares / s2, vector - middle, prior_matrix, vector, prior)
+        found = _stepped(shape, point, records, vector, target, cost, s2, (middle, prior_matrix, prior))
+        if found is None:
+            break
+        point, normal, new_cost = found
+        strengths = _strengths(shape, strengths, information, free, point.vector(shape) - middle)
+        if progress is not None:
+            progress(done, float(np.sqrt(normal.squares / _count(normal))))
+        if done > 3 and cost - new_cost < DONE:
+            break
+    s2 = noise_level(normal.residuals)
+    prior_matrix = _prior(shape, strengths)
+    information = normal.matrix / s2 + prior_matrix + (prior[1] if prior is not None else 0.0)
+    free = ~(positive & (point.vector(shape) <= 0.0))
+    mean_square = normal.squares / _count(normal)
+    return Solution(shape, point, strengths, s2, mean_square, information, free, done, normal)
+
+
+def _stepped(shape, point, records, vector, target, cost, s2, priors):  # type: ignore[no-untyped-def]
+    """The whole way to the target, or half, ...; None where none of them is downhill."""
+    middle, prior_matrix, prior = priors
+    way = target - vector
+    for _ in range(HALVINGS):
+        trial = vector + way
+        new = point.at(shape, trial)
+        with np.errstate(all="ignore"):
+            normal = normal_equations(shape, new, records)
+            squares = normal.squares
+        if np.isfinite(normal.matrix).all() and np.isfinite(squares):
+            new_cost = _cost(squares / s2, trial - middle, prior_matrix, trial, prior)
+            if new_cost <= cost:
+                return new, normal, new_cost
+        way = way / 3
+    return None
+
+
+def _cost(misfit: float, away: Floats, matrix: Floats, vector: Floats, prior: tuple[Floats, Floats] | None) -> float:
+    cost = misfit + float(away @ matrix @ away)
+    if prior is not None:
+        cost += float((vector - prior[0]) @ prior[1] @ (vector - prior[0]))
+    return cost
+
+
+def _count(normal: Normal) -> int:
+    return max(1, sum(int(np.isfinite(r).sum()) for r in normal.residuals))
+
+
+def _middle(shape: Shape, start: Point) -> Floats:
+    """Means of the priors: zero, and for poles where they begin."""
+    middle, where = np.zeros(shape.n), shape.parts()
+    if shape.move:
+        middle[where["log_tau"]] = np.log(shape.taus_s)
+        middle[where["log_pole"]] = shape.poles.ravel()
+    return middle
+
+
+def _prior(shape: Shape, strengths: Mapping[str, float]) -> Floats:
+    """Precision matrix (n, n) of all groups."""
+    matrix = FLAT * np.eye(shape.n)
+    for name, where in shape.parts().items():
+        if name in strengths and where.stop > where.start:
+            matrix[where, where] += strengths[name] * shape.prior_matrix(name)
+    for name in ("log_tau", "log_pole"):
+        where = shape.parts()[name]
+        if where.stop > where.start:
+            spacing = float(np.diff(np.log(shape.taus_s)).mean()) if len(shape.taus_s) > 1 else 1.0
+            std = POLE_STD * spacing if name == "log_tau" else 1.0
+            matrix[where, where] += np.eye(where.stop - where.start) / std**2
+    if shape.h_grid is not None:  # a straight part of h would be a scale of f
+        where = shape.parts()["h"]
+        line = np.column_stack((np.ones(shape.h_grid.n), shape.h_grid.centres()))
+        matrix[where, where] += 1e6 * line @ np.linalg.solve(line.T @ line, line.T)
+    if shape.line:
+        where = shape.parts()["f"]
+        bends = np.diff(np.eye(shape.f_grid.n), 2, axis=0)
+        matrix[where, where] += 1e9 * bends.T @ bends
+    return matrix
+
+
+def _strengths(
+    shape: Shape, old: Mapping[str, float], information: Floats, free: Floats, away: Floats
+) -> dict[str, float]:
+    """MacKay's fixed point for every group."""
+    covariance = np.zeros_like(information)
+    covariance[np.ix_(free, free)] = _inverse(information[np.ix_(free, free)])
+    new = {}
+    for name, strength in old.items():
+        where = shape.parts()[name]
+        if where.stop == where.start:
+            new[name] = strength
+            continue
+        matrix = shape.prior_matrix(name)
+        rank = where.stop - where.start - 3 if name in ("f", "h") else int(free[where].sum())
+        counted = max(rank - strength * float(np.trace(covariance[where, where] @ matrix)), 0.1)
+        size = max(float(away[where] @ matrix @ away[where]), 1e-300)
+        new[name] = float(np.clip(counted / size, WIDEST[name], 1e12))
+    return new
+
+
+def _inverse(matrix: Floats) -> Floats:
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    unit = matrix * np.outer(scale, scale)
+    try:
+        inverse = cho_solve(cho_factor(unit), np.eye(len(unit)))
+    except np.linalg.LinAlgError:
+        inverse = np.linalg.pinv(unit, rcond=1e-13, hermitian=True)
+    result: Floats = inverse * np.outer(scale, scale)
+    return result
+
+
+def bounded(matrix: Floats, right: Floats, positive: Floats) -> tuple[Floats, Floats]:
+    """Minimum of t'At/2 - b't with t[positive] >= 0 (n,), and which of t are free: the others by elimination, then NNLS."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    a, b = matrix * np.outer(scale, scale) + 1e-13 * np.eye(len(right)), right * scale
+    p, q = np.flatnonzero(positive), np.flatnonzero(~positive)
+    t = np.zeros(len(b))
+    factor = cho_factor(a[np.ix_(q, q)])
+    if len(p):
+        across = cho_solve(factor, a[np.ix_(q, p)])
+        schur = a[np.ix_(p, p)] - a[np.ix_(p, q)] @ across
+        left = b[p] - across.T @ b[q]
+        root = np.linalg.cholesky(schur + 1e-12 * np.eye(len(p)) * np.trace(schur) / len(p))
+        t[p] = nnls(root.T, solve_triangular(root, left, lower=True), maxiter=50 * len(p))[0]
+    t[q] = cho_solve(factor, b[q] - a[np.ix_(q, p)] @ t[p])
+    return t * scale, ~positive | (t > 0.0)
+
+
+def noise_level(residuals: Sequence[Floats]) -> float:
+    """Largest of n times the variance of means of n samples, n = 1, 2, 4, ...: the level of slow errors."""
+    missed = np.concatenate([r[np.isfinite(r)] for r in residuals])
+    level, width = float(np.mean(missed**2)), 2
+    while width * LONGEST <= len(missed):
+        means = missed[: len(missed) // width * width].reshape(-1, width).mean(axis=1)
+        level, width = max(level, width * float(np.mean(means**2))), 2 * width
+    return max(level, 1e-20)

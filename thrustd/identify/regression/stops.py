@@ -1,0 +1,33 @@
+"""Friction of the rubber: Prandtl-Ishlinskii stops on a fixed set of radii, as columns of a regression.
+
+    s_i <- clip(s_i + dx, -r_i, r_i),   friction = sum_i c_i s_i / r_i,   c_i >= 0
+
+Radii are shares of the travel, spaced by ratios. The same elements fly as the effect `hysteresis_stops`.
+"""
+
+import numpy as np
+
+from thrustd.model.effects.hysteresis_stops import SHARES, advance
+from thrustd.model.stage import Floats, jit
+
+N_STOPS = len(SHARES)
+
+
+def radii_of(travel: float) -> Floats:
+    """(N_STOPS,)"""
+    radii: Floats = travel * SHARES
+    return radii
+
+
+def at_rest(radii: Floats, level: float) -> Floats:
+    """State (1 + n,): the deformation, then stops in units of their radius, loaded from no deformation to `level`."""
+    return np.concatenate(([level], np.clip(level, -radii, radii) / radii))
+
+
+@jit
+def run_stops(radii: Floats, state: Floats, d: Floats, out: Floats) -> None:
+    """Stops s_i / r_i (n, n_stops) of the deformations d (n,); `state` moves on."""
+    for k in range(d.size):
+        advance(state, radii, d[k])
+        for i in range(radii.size):
+            out[k, i] = state[1 + i]

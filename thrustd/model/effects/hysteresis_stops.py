@@ -1,0 +1,95 @@
+"""Hysteresis as a sum of stop operators with a weight each (Prandtl-Ishlinskii, free density).
+
+    force = core force + sum_i c_i s_i,   s_i <- clip(s_i + dx / r_i, -1, 1),   r_i = travel_mm * share_i
+
+Springs, each in series with a dry slider (Iwan's and Jenkins' elements), which slip after deformations r_i spaced by
+ratios; c_i is the force at which element i slips. Any loop that obeys Masing's rule is a sum of them. A variant of
+`hysteresis`, and what `identify` finds by itself: the density is estimated, no shape of the loop is assumed. Positive
+c_i resist motion. Rate-independent. Starts as if it had been loaded from no deformation, where every spring is relaxed.
+Left out: friction growing with load, unsymmetric loops.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+SHARES = np.geomspace(0.004, 0.7, 16)  # of the travel: below the first it is play, above the last a spring
+
+
+@jit
+def advance(state: Floats, radii: Floats, x: float) -> None:
+    """state (1 + n,): last deformation, stops in units of their radius."""
+    dx = x - state[0]
+    state[0] = x
+    for i in range(radii.size):
+        state[1 + i] = min(max(state[1 + i] + dx / radii[i], -1.0), 1.0)
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    n = c.size // 2
+    advance(x, c[:n], u[0])
+    total = 0.0
+    for i in range(n):
+        total += c[n + i] * x[1 + i]
+    return v + total
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    """Radii, then weights; elements without weight are left out."""
+    weights = np.array([p[name] for name in WEIGHTS])
+    there = weights > 0.0
+    return np.concatenate((p["travel_mm"] * SHARES[there], weights[there]))
+
+
+def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    x[0] = u[0]
+    for i in range(c.size // 2):
+        x[1 + i] = min(max(u[0] / c[i], -1.0), 1.0)
+
+
+WEIGHTS = tuple(f"friction_{i + 1:02d}_n" for i in range(len(SHARES)))
+
+EFFECT = Effect(
+    name="hysteresis_stops",
+    title="hysteresis by internal friction (stops with free weights)",
+    site="force",
+    channels=("deformation_mm",),
+    parameters=(
+        Parameter(
+            "travel_mm",
+            "mm",
+            1.0,
+            1e-6,
+            1e6,
+            (1.0,),
+            "deformation that the radii are shares of",
+            amplitude=False,
+            estimate=False,
+        ),
+        *(
+            Parameter(
+                name,
+                "N",
+                0.0,
+                0.0,
+                1e9,
+                (5.0,),
+                f"force of the element that slips after {share:.2g} of the travel",
+                expected="positive; all of them 1 to 3 % of full load",
+            )
+            for name, share in zip(WEIGHTS, SHARES, strict=True)
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=1 + len(SHARES),
+    equation="F = F_core + sum c_i s_i,  s_i = clip(s_i + dx / r_i, -1, 1)",
+    source="Brokate & Sprekels, Hysteresis and Phase Transitions, 1996, ch. 2; Iwan, J. Appl. Mech. 33 (1966) 893",
+    separating_test="slow triangles of several amplitudes: small cycles make small loops",
+    initial=initial,
+    variant_of="hysteresis",
+)
