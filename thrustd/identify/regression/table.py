@@ -1,0 +1,125 @@
+"""A posterior as the artifact that flies: curves as piecewise-linear tables, lags as modes, friction as an effect.
+
+A table has as many segments as keep it within a tenth of the noise of the smooth curve, or as many as were asked for.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from thrustd.identify.error_map import rates_of
+from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.shape import Shape
+from thrustd.identify.regression.solve import Solution
+from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.model.artifact import SCHEMA, ComplexMode, EffectSpec, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
+from thrustd.model.artifact import ValidRange
+from thrustd.model.effects.hysteresis_stops import WEIGHTS
+from thrustd.model.stage import Floats
+
+WITHIN = 0.1  # of the noise: how far a table may be from its curve
+MOST = 80  # segments
+FINE = 4000  # places at which a curve is looked at
+SMALL = 1e-4  # of the gain at rest: a lag with less is left out
+
+FRICTION = "hysteresis_stops"
+
+
+def spec_of(found: Solution, segments: Sequence[Segment], name: str, wanted: int | None = None) -> ModelSpec:
+    """The model in the data's units, without anything measured about its quality; `wanted`: segments of a curve."""
+    shape, point, scale = found.shape, found.point, found.shape.output_scale
+    tolerance = WITHIN * float(np.sqrt(found.mean_square)) * scale
+
+    def f(v: Floats) -> Floats:
+        return scale * (_spline(shape.f_grid, point.f, v) - _spline(shape.f_grid, point.f, np.array([shape.zero])))
+
+    def out(x: Floats) -> Floats:
+        bent = scale * _spline(shape.h_grid, point.h, x / scale) if shape.h_grid else 0.0
+        return x + bent + scale * point.offset
+
+    reach = (shape.h_grid.low * scale, shape.h_grid.high * scale) if shape.h_grid else (0.0, scale)
+    effects = [friction_of(found)] if np.any(point.stops > 0.0) else []
+    return ModelSpec(
+        schema=SCHEMA,
+        name=name,
+        structure="hw-pwl+prandtl-ishlinskii" if effects else "hw-pwl",
+        input_curve=tabulated(f, (shape.f_grid.low, shape.f_grid.high), tolerance, 1 if shape.line else wanted),
+        linear=linear_of(found),
+        output_curve=tabulated(out, reach, tolerance, wanted if shape.h_grid else 1),
+        valid=valid_range(segments),
+        effects=effects,
+    )
+
+
+def _spline(grid: Grid, coefficients: Floats, v: Floats) -> Floats:
+    values: Floats = grid.values(v) @ coefficients
+    return values
+
+
+def tabulated(
+    curve: Callable[[Floats], Floats], reach: tuple[float, float], tolerance: float, wanted: int | None
+) -> PiecewiseLinear:
+    """Knots where the curve bends, evenly in the square root of its curvature: there a table of n segments is best
+    (de Boor, A Practical Guide to Splines, 1978, ch. XII)."""
+    fine = np.linspace(*reach, FINE)
+    heights = curve(fine)
+    bend = np.sqrt(np.abs(np.gradient(np.gradient(heights, fine), fine)))
+    travelled = np.concatenate(([0.0], np.cumsum(0.5 * (bend[1:] + bend[:-1]))))
+    even = np.linspace(0.0, 1.0, FINE)
+    share = 0.5 * (travelled / travelled[-1] + even) if travelled[-1] > 0.0 else even
+    for count in (wanted,) if wanted else range(1, MOST + 1):
+        x = np.interp(np.linspace(0.0, 1.0, count + 1), share, fine)
+        y = curve(x)
+        if float(np.abs(np.interp(fine, x, y) - heights).max()) <= tolerance:
+            break
+    return PiecewiseLinear(list(map(float, x)), list(map(float, y)))
+
+
+def linear_of(found: Solution) -> LinearBlock:
+    """x = w + sum g (w - L w) + pairs, as direct part and modes."""
+    point = found.point
+    kept = np.abs(point.gain) > SMALL
+    real = [RealMode(float(np.exp(log)), -float(g)) for log, g in zip(point.log_tau[kept], point.gain[kept], strict=True)]
+    pairs = [
+        ComplexMode(float(np.exp(logs[0])), float(np.exp(logs[1])), -float(gain[0]), -float(gain[1]))
+        for logs, gain in zip(point.log_pole, point.pair_gain, strict=True)
+    ]
+    direct = 1.0 + float(point.gain[kept].sum()) + float(point.pair_gain[:, 0].sum())
+    return LinearBlock(direct, real, pairs, "zoh" if found.shape.hold == "zoh" else "foh")
+
+
+def friction_of(found: Solution) -> EffectSpec:
+    """The stops with one sigma each."""
+    scale, where = found.shape.output_scale, found.shape.parts()["stops"]
+    std = scale * std_of(found)[where]
+    weights = {name: scale * float(c) for name, c in zip(WEIGHTS, found.point.stops, strict=True)}
+    return EffectSpec(
+        FRICTION,
+        {"travel_mm": travel_of(found.shape)} | weights,
+        {name: float(s) for name, s in zip(WEIGHTS, std, strict=True) if weights[name] > 0.0},
+    )
+
+
+def travel_of(shape: Shape) -> float:
+    return float(shape.f_grid.high - shape.f_grid.low)
+
+
+def std_of(found: Solution) -> Floats:
+    """One sigma of every number (n,) in the shape's units; 0 where a bound holds it."""
+    std = np.zeros(found.shape.n)
+    free = found.free
+    scale = 1.0 / np.sqrt(np.diag(found.information)[free])
+    unit = found.information[np.ix_(free, free)] * np.outer(scale, scale)
+    std[free] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(unit, rcond=1e-13, hermitian=True)), 0.0)) * scale
+    return std
+
+
+def valid_range(segments: Sequence[Segment]) -> ValidRange:
+    rates = [np.quantile(np.abs(rates_of(s.inputs[DEFORMATION], s.dt_s)), 0.999) for s in segments]
+    return ValidRange(
+        _span([s.inputs[DEFORMATION] for s in segments]), _span([s.force_n for s in segments]), (0.0, float(max(rates)))
+    )
+
+
+def _span(parts: Sequence[Floats]) -> tuple[float, float]:
+    return min(float(np.nanmin(part)) for part in parts), max(float(np.nanmax(part)) for part in parts)
