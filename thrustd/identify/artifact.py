@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 
 import msgspec
@@ -10,11 +11,13 @@ import numpy as np
 from thrustd.core.signals import CATALOGUE
 from thrustd.identify.error_map import error_map
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
+from thrustd.identify.first_state import begun_at, level_before
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
-from thrustd.identify.sensitivity import segments_for
+from thrustd.identify.sensitivity import residuals, segments_for
 from thrustd.model.artifact import ModelSpec, Witness
 from thrustd.model.compile import model_stages, witness_of
+from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 WITNESS_BEYOND = 0.1  # of the valid range, on either side of it
@@ -32,11 +35,21 @@ def finished(
     segments = segments_for(spec, train)
     measured = msgspec.structs.replace(
         spec,
-        error=error_map(spec, segments_for(spec, held_out)),
-        parameter_std=parameter_std(spec, segments),
+        error=error_map(spec, _begun(spec, segments, segments_for(spec, held_out))),
+        parameter_std={} if spec.posterior is not None else parameter_std(spec, segments),
         provenance=provenance(train, held_out, options),
     )
     return msgspec.structs.replace(measured, witness=witness_rows(measured, 1.0 / segments[0].dt_s))
+
+
+def _begun(spec: ModelSpec, seen: Sequence[Segment], held_out: Sequence[Segment]) -> list[Segment]:
+    """Segments held back, begun where their first stretch says; where that is hidden, as the same record did."""
+
+    def blind(segment: Segment) -> Floats:
+        return -residuals(spec, replace(segment, force_n=np.zeros(len(segment))))
+
+    told = {(s.record, s.start_s): level_before(blind, s) for s in seen}
+    return [begun_at(s, told.get((s.record, s.start_s), level_before(blind, s))) for s in held_out]
 
 
 def parameter_std(spec: ModelSpec, segments: Sequence[Segment]) -> dict[str, float]:

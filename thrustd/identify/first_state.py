@@ -8,6 +8,9 @@ others, held for 1, 2, 4, ... samples. It suits every structure, with hysteresis
 Gauss-Newton with finite differences; levels stay near what the record reaches, for rubber never forgets its largest
 load, and the residual of the rest of the record is its noise. The start at rest stays unless the stretch is
 followed clearly better.
+
+At rest means settled at the first sample, or unloaded until then, whichever the stretch speaks for: a bench record
+often begins when the load does (`level_before`).
 """
 
 from collections.abc import Callable, Sequence
@@ -34,6 +37,34 @@ FOLLOWED = 4.0  # times the mean square of the rest, up to which the stretch cou
 CLEARLY = 0.8  # of the stretch's sum of squares, from which on a start at rest is given up
 
 
+UNLOADED = 0.0
+BEGUN_BETTER = 0.9  # of the stretch's sum of squares, from which on it begins unloaded rather than settled
+
+
+def level_before(simulate: Simulate, segment: Segment) -> float:
+    """The input at which everything had settled before the first sample: the first sample's own, or no load."""
+    n, settled = stretch_of(segment), float(segment.inputs[DEFORMATION][0])
+    if n == 0 or settled == UNLOADED:
+        return settled
+    start = head(segment, n)
+    with np.errstate(all="ignore"):
+        missed = [float(np.nansum((start.force_n - from_level(simulate, start, level)) ** 2))
+                  for level in (settled, UNLOADED)]  # fmt: skip
+    return UNLOADED if missed[1] < BEGUN_BETTER * missed[0] else settled
+
+
+def begun_at(segment: Segment, level: float) -> Segment:
+    """The segment, at rest at this input before its first sample."""
+    return segment if level == float(segment.inputs[DEFORMATION][0]) else _extended(segment, np.array([level]))
+
+
+def from_level(simulate: Simulate, segment: Segment, level: float) -> Floats:
+    """Free run (n,) from rest at this input before the first sample."""
+    if level == float(segment.inputs[DEFORMATION][0]):
+        return simulate(segment)
+    return _after(simulate, segment, np.array([level]), np.array([1]))
+
+
 def simulated(simulate: Simulate, segment: Segment, from_rest: Floats) -> Floats:
     """Free run (n,) over the segment, from the state that its first stretch shows; from_rest: the run from rest."""
     levels = _levels(simulate, segment, segment.force_n - from_rest)
@@ -53,7 +84,10 @@ def _settling(segment: Segment) -> Segment:
 def with_past(simulate: Simulate, segment: Segment) -> Segment | None:
     """The segment with the past in front that its first stretch shows, without reference; None for a start at rest."""
     with np.errstate(all="ignore"):
-        levels = _levels(simulate, segment, segment.force_n - simulate(segment))
+        level = level_before(simulate, segment)
+        levels = _levels(simulate, segment, segment.force_n - from_level(simulate, segment, level))
+    if levels is None and level != float(segment.inputs[DEFORMATION][0]):
+        return _extended(segment, np.array([level]))
     return None if levels is None else _extended(segment, np.repeat(levels, _held(stretch_of(segment))))
 
 

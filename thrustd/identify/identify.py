@@ -13,7 +13,7 @@ from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_apart, check_records
 from thrustd.identify.hw_fit import STAGES, HwSettings
 from thrustd.identify.hw_fit import Progress as HwProgress
-from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
+from thrustd.identify.report import Score, as_rows, as_table, errors_of, information, levels_of
 from thrustd.identify.segments import FORCE, Segment, segments_of
 from thrustd.identify.structures import Fitted, Structure, structure_named
 from thrustd.identify.structures.block_fits import BlockFits
@@ -22,7 +22,7 @@ from thrustd.records.recording import Recording
 
 HELD_OUT = 0.2  # of every record, at its end, when no other records are given
 STILL = 0.1  # of the deviation of the data fitted to: what moves less tells nothing of a model
-USUAL = "hw-pwl"
+USUAL = "hw-pwl+friction"
 EXPLAINED_PCT = 97.0  # fit on validation data; with less other structures are tried, when none was named
 OTHERS = ("oe-2-2", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "wiener-hammerstein", "feedback")
 Progress = Callable[[float], None]  # share done, 0 to 1
@@ -90,6 +90,8 @@ def identify(
         why += "".join(f"; {line}" for line in check_apart(train, validate))
         raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold{why}")
     fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
+    if not validate and fitted.again is not None:  # judged on what was held back; what flies has seen all of it
+        fitted = fitted.again(_segments(structure_named(best.structure), train))
     assert fitted.spec is not None
     worse = useless(best, fitting)
     warnings = [*worse, *warnings, *(f"{best.structure}: {line}" for line in fitted.warnings)]
@@ -156,7 +158,8 @@ def score_structure(
     started = perf_counter()
     fitted = _fitted(structure, segments, fits, progress)
     fit_s = perf_counter() - started
-    seen, new = errors_of(fitted, segments), errors_of(fitted, unseen)
+    known = levels_of(fitted, segments)  # what is held back of a record began where the record did
+    seen, new = errors_of(fitted, segments, known), errors_of(fitted, unseen, known)
     aic, bic = information(seen, fitted.n_parameters)
     score = Score(structure.name, structure.title, structure.family, seen, new, fit_s, fitted.n_parameters, aic, bic)
     return fitted, score

@@ -1,6 +1,6 @@
 """The comparison table: every structure's free-run error on the data it was fitted to and on data it has not seen."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from math import isfinite, log, nan
 
@@ -8,7 +8,7 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from thrustd.identify.first_state import simulated
+from thrustd.identify.first_state import from_level, level_before, simulated
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import Fitted, schwarz
 from thrustd.model.stage import Floats
@@ -46,9 +46,22 @@ class Score:
     bic: float
 
 
-def errors_of(fitted: Fitted, segments: Sequence[Segment]) -> Errors:
-    """Errors of one fitted structure; a run that grows beyond all measure is unstable, not a crash."""
-    runs = [_runs(fitted, segment) for segment in segments]
+Levels = Mapping[tuple[str, float], float]  # input before the first sample, by record and start of the segment
+
+
+def levels_of(fitted: Fitted, segments: Sequence[Segment]) -> Levels:
+    """Where segments with a reference in their first stretch begin."""
+    return {(s.record, s.start_s): level_before(fitted.simulate, s) for s in segments}
+
+
+def errors_of(fitted: Fitted, segments: Sequence[Segment], known: Levels | None = None) -> Errors:
+    """Errors of one fitted structure; a run that grows beyond all measure is unstable, not a crash.
+
+    `known`: where segments begin whose first stretch is held back from the eyes of this.
+    """
+    levels = dict(known or {})
+    levels = levels_of(fitted, [s for s in segments if (s.record, s.start_s) not in levels]) | levels
+    runs = [_runs(fitted, segment, levels[segment.record, segment.start_s]) for segment in segments]
     force, rested, error = (np.concatenate(part) for part in zip(*runs, strict=True))
     span = float(np.ptp(force))
     if not np.isfinite(error).all() or float(np.max(np.abs(error))) > RUNAWAY * span:
@@ -56,11 +69,11 @@ def errors_of(fitted: Fitted, segments: Sequence[Segment]) -> Errors:
     return _errors(error, rested, force)
 
 
-def _runs(fitted: Fitted, segment: Segment) -> tuple[Floats, Floats, Floats]:
+def _runs(fitted: Fitted, segment: Segment, level: float) -> tuple[Floats, Floats, Floats]:
     """Reference, error from rest and error from the state found, where there is a reference."""
     good = np.isfinite(segment.force_n)
     with np.errstate(all="ignore"):
-        from_rest = fitted.simulate(segment)
+        from_rest = from_level(fitted.simulate, segment, level)
         error = segment.force_n - simulated(fitted.simulate, segment, from_rest)
     return segment.force_n[good], (segment.force_n - from_rest)[good], error[good]
 

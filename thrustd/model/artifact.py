@@ -128,6 +128,29 @@ class LedgerEntry(Struct, frozen=True):
     parent_sha256: str = ""
 
 
+class Posterior(Struct, frozen=True):
+    """What the records said about the core and its friction: mean and information (inverse covariance) of every number.
+
+    The numbers are those of the regression (`thrustd.identify.regression`), in units of output_scale: coefficients of
+    the input spline, gains of the lags, of pole pairs, coefficients of the output spline, offset, weights of the stops.
+    information: lower triangle, row by row.
+    """
+
+    input_grid: tuple[float, float, int]  # low, high (mm), coefficients
+    zero_mm: float  # where the input curve is zero
+    tau_s: list[float]
+    output_scale: float  # N
+    mean: list[float]
+    information: list[float]
+    noise_n: float  # level of the slow errors, one sigma per independent sample
+    rmse_n: float  # of the residual
+    strengths: dict[str, float]  # precisions of the priors
+    log_pole: list[tuple[float, float]] = []
+    output_grid: tuple[float, float, int] | None = None
+    hold: Literal["foh", "zoh"] = "foh"
+    passive: bool = True
+
+
 class ModelSpec(Struct, frozen=True):
     """A mount model as data."""
 
@@ -145,6 +168,7 @@ class ModelSpec(Struct, frozen=True):
     provenance: dict[str, str | float | list[str]] = {}
     ledger: list[LedgerEntry] = []
     witness: Witness | None = None
+    posterior: Posterior | None = None
 
 
 def read_model(text: str | bytes, where: str) -> ModelSpec:
@@ -183,6 +207,18 @@ def _check(spec: ModelSpec, where: str) -> None:
         _check_error_map(spec.error, f"{where}: error")
     if spec.witness is not None:
         _check_witness(spec.witness, f"{where}: witness")
+    if spec.posterior is not None:
+        _check_posterior(spec.posterior, f"{where}: posterior")
+
+
+def _check_posterior(posterior: Posterior, where: str) -> None:
+    n = len(posterior.mean)
+    known = posterior.input_grid[2] + len(posterior.tau_s) + 2 * len(posterior.log_pole) + 1
+    known += posterior.output_grid[2] if posterior.output_grid else 0
+    if n < known:
+        raise ModelError(f"{where}.mean: {n} numbers, expected at least {known}")
+    if len(posterior.information) != n * (n + 1) // 2:
+        raise ModelError(f"{where}.information: {len(posterior.information)} numbers, expected {n * (n + 1) // 2}")
 
 
 def _check_knots(curve: PiecewiseLinear, where: str) -> None:

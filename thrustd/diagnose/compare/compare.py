@@ -20,7 +20,7 @@ from thrustd.diagnose.compare.failures import Failure, where_it_fails
 from thrustd.diagnose.compare.reference import referenced
 from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
-from thrustd.identify.first_state import simulated
+from thrustd.identify.first_state import from_level, level_before, simulated
 from thrustd.identify.segments import Segment, bridged, segments_of
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
@@ -104,7 +104,7 @@ def _free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:
     def run(stretch: Segment) -> Floats:
         return simulate(spec, stretch)
 
-    from_rest = run(segment)
+    from_rest = from_level(run, segment, level_before(run, segment))
     return from_rest, simulated(run, segment, from_rest)
 
 

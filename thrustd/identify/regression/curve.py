@@ -2,8 +2,8 @@
 
     f(v) = sum_j c_j B_j(v),   prior  p(c) ~ exp(-lambda/2 sum (third differences of c)^2)
 
-Third differences leave every parabola free: the prior asks for few bends, not for a small curve (Eilers & Marx, Statist.
-Sci. 11 (1996) 89). With the grid fine enough the number of coefficients does not matter, lambda does.
+Third differences leave every parabola free: the prior asks for few bends, not for a small curve (Eilers & Marx,
+Statist. Sci. 11 (1996) 89). With the grid fine enough the number of coefficients does not matter, lambda does.
 """
 
 from typing import NamedTuple
@@ -47,7 +47,7 @@ def roughness(n: int) -> Floats:
 
 @jit
 def bspline(v: float, low: float, step: float, n: int, out: Floats) -> int:
-    """The four basis values that are not zero at v into out[:4], their slopes times `step` into out[4:]; first index."""
+    """The four basis values that are not zero at v into out[:4], slopes times `step` into out[4:]; first index."""
     t = (v - low) / step
     inside = min(max(t, 0.0), n - 3.0)
     first = min(int(inside), n - 4)

@@ -94,7 +94,9 @@ def run(core: Core, memory: Memory, d: Floats, y: Floats) -> None:
 
 
 @jit
-def run_with_columns(core: Core, memory: Memory, d: Floats, y: Floats, columns: Floats) -> None:
+def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as the signal flows
+    core: Core, memory: Memory, d: Floats, y: Floats, columns: Floats
+) -> None:
     """As `run`, and d y / d (f, gains, log tau, pair gains, log poles, h) into columns (n, n_columns).
 
     Without `core.move` the columns for poles are left out.

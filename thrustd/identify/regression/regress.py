@@ -3,8 +3,8 @@
     w = f(d);   x = w + sum_i g_i (w - L_i w);   F = h(x) + offset + sum_i c_i stop_i(d)
 
 with f and h splines under a prior on their roughness, L_i first-order lags on a fixed log-spaced set of time constants
-from two samples to four times the longest record, and sixteen friction stops. Strengths of all priors and the level of the
-noise by evidence (`solve`); g_i >= 0 and c_i >= 0, because a mount dissipates.
+from two samples to four times the longest record, and sixteen friction stops. Strengths of all priors and the level of
+the noise by evidence (`solve`); g_i >= 0 and c_i >= 0, because a mount dissipates.
 """
 
 from collections.abc import Sequence

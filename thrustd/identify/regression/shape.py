@@ -1,4 +1,4 @@
-"""What is estimated, and how it lies in one vector: the fixed side of a regression (`Shape`) and its numbers (`Point`)."""
+"""What is estimated, and how it lies in one vector: the fixed side of a regression (`Shape`), its numbers (`Point`)."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -1,7 +1,7 @@
 """Gauss-Newton on the posterior, the strengths of its priors by evidence (MacKay, Neural Comput. 4 (1992) 415).
 
-    minimise  |y - model|^2 / (2 s2) + sum_k lambda_k / 2 (t - t0)' R_k (t - t0),     t_j >= 0 where physics says so
-    lambda_k = gamma_k / (t - t0)' R_k (t - t0),   gamma_k = rank R_k - lambda_k trace(C R_k),   C the posterior covariance
+    minimise  |y - model|^2 / (2 s2) + sum_k lambda_k / 2 (t - t0)' R_k (t - t0),   t_j >= 0 where physics says so
+    lambda_k = gamma_k / (t - t0)' R_k (t - t0),   gamma_k = rank R_k - lambda_k trace(C R_k),   C: posterior covariance
 
 gamma_k is how many numbers of group k the data determine. Nothing is chosen by hand: a group that the data do not need
 gets a large lambda and vanishes.
@@ -181,7 +181,7 @@ def _inverse(matrix: Floats) -> Floats:
 
 
 def bounded(matrix: Floats, right: Floats, positive: Floats) -> tuple[Floats, Floats]:
-    """Minimum of t'At/2 - b't with t[positive] >= 0 (n,), and which of t are free: the others by elimination, then NNLS."""
+    """Minimum of t'At/2 - b't with t[positive] >= 0 (n,), and which of t are free: elimination, then NNLS."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     a, b = matrix * np.outer(scale, scale) + 1e-13 * np.eye(len(right)), right * scale
     p, q = np.flatnonzero(positive), np.flatnonzero(~positive)

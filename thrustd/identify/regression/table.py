@@ -12,8 +12,16 @@ from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.shape import Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.segments import DEFORMATION, Segment
-from thrustd.model.artifact import SCHEMA, ComplexMode, EffectSpec, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
-from thrustd.model.artifact import ValidRange
+from thrustd.model.artifact import (
+    SCHEMA,
+    ComplexMode,
+    EffectSpec,
+    LinearBlock,
+    ModelSpec,
+    PiecewiseLinear,
+    RealMode,
+    ValidRange,
+)
 from thrustd.model.effects.hysteresis_stops import WEIGHTS
 from thrustd.model.stage import Floats
 
@@ -79,7 +87,9 @@ def linear_of(found: Solution) -> LinearBlock:
     """x = w + sum g (w - L w) + pairs, as direct part and modes."""
     point = found.point
     kept = np.abs(point.gain) > SMALL
-    real = [RealMode(float(np.exp(log)), -float(g)) for log, g in zip(point.log_tau[kept], point.gain[kept], strict=True)]
+    real = [
+        RealMode(float(np.exp(log)), -float(g)) for log, g in zip(point.log_tau[kept], point.gain[kept], strict=True)
+    ]
     pairs = [
         ComplexMode(float(np.exp(logs[0])), float(np.exp(logs[1])), -float(gain[0]), -float(gain[1]))
         for logs, gain in zip(point.log_pole, point.pair_gain, strict=True)

@@ -6,6 +6,7 @@ from thrustd.identify.structures import (
     box_jenkins,
     equation_error,
     feedback,
+    mount,
     narx,
     physical,
     static,
@@ -23,7 +24,14 @@ _BLOCKS = [structure for structure in block_oriented.STRUCTURES if structure.fam
 def shelf() -> dict[str, Structure]:
     """Every structure by name."""
     groups = (physical.STRUCTURES, static.STRUCTURES, equation_error.STRUCTURES, _LINEAR, box_jenkins.STRUCTURES)
-    more = (narx.STRUCTURES, _BLOCKS, wiener_hammerstein.STRUCTURES, feedback.STRUCTURES, with_effects.STRUCTURES)
+    more = (
+        narx.STRUCTURES,
+        _BLOCKS,
+        wiener_hammerstein.STRUCTURES,
+        feedback.STRUCTURES,
+        with_effects.STRUCTURES,
+        mount.STRUCTURES,
+    )
     return {structure.name: structure for group in (*groups, *more) for structure in group}
 
 

@@ -26,6 +26,7 @@ class Fitted:
     """`simulate`: segment -> force (n,), N. `spec`: the model as an artifact, where the chain of stages can hold it.
 
     `warnings` about the model, which matter when it is chosen; `note`: what the structure came down to, said always.
+    `again`: the same structure on more segments, from where this one ended.
     """
 
     n_parameters: int
@@ -33,6 +34,7 @@ class Fitted:
     spec: ModelSpec | None = None
     warnings: tuple[str, ...] = ()
     note: str = ""
+    again: "Callable[[Sequence[Segment]], Fitted] | None" = None
 
 
 @dataclass(frozen=True, slots=True)
