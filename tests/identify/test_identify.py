@@ -9,7 +9,7 @@ import pytest
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.identify.checks import check_records
 from thrustd.identify.hw_fit import HwSettings
-from thrustd.identify.identify import identify, split
+from thrustd.identify.identify import USUAL, identify, split
 from thrustd.identify.order import Choice, _smallest
 from thrustd.identify.report import as_table, errors_of
 from thrustd.identify.segments import FORCE, segments_of, thinned
@@ -176,7 +176,7 @@ def test_where_the_usual_structure_fails_others_are_tried_and_said():
     data, _ = record(truth(OSCILLATING), 2000, hold=150)
     few = HwSettings(order=1, input_segments=1, output_segments=1)
     found = identify([data], settings=few, others=("static-pwl", "oe-2-2"))
-    assert [score.structure for score in found.scores] == ["hw-pwl", "static-pwl", "oe-2-2"]
+    assert [score.structure for score in found.scores] == [USUAL, "static-pwl", "oe-2-2"]
     assert found.spec.structure == "oe-2-2"
     assert any("others were tried" in line for line in found.warnings)
 

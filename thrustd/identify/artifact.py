@@ -11,7 +11,7 @@ import numpy as np
 from thrustd.core.signals import CATALOGUE
 from thrustd.identify.error_map import error_map
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
-from thrustd.identify.first_state import begun_at, level_before
+from thrustd.identify.first_state import begun_at, level_of, levels_of
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.sensitivity import residuals, segments_for
@@ -48,8 +48,8 @@ def _begun(spec: ModelSpec, seen: Sequence[Segment], held_out: Sequence[Segment]
     def blind(segment: Segment) -> Floats:
         return -residuals(spec, replace(segment, force_n=np.zeros(len(segment))))
 
-    told = {(s.record, s.start_s): level_before(blind, s) for s in seen}
-    return [begun_at(s, told.get((s.record, s.start_s), level_before(blind, s))) for s in held_out]
+    told = levels_of(blind, seen)
+    return [begun_at(s, level_of(blind, s, told)) for s in held_out]
 
 
 def parameter_std(spec: ModelSpec, segments: Sequence[Segment]) -> dict[str, float]:

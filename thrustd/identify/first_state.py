@@ -13,7 +13,7 @@ At rest means settled at the first sample, or unloaded until then, whichever the
 often begins when the load does (`level_before`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -51,6 +51,21 @@ def level_before(simulate: Simulate, segment: Segment) -> float:
         missed = [float(np.nansum((start.force_n - from_level(simulate, start, level)) ** 2))
                   for level in (settled, UNLOADED)]  # fmt: skip
     return UNLOADED if missed[1] < BEGUN_BETTER * missed[0] else settled
+
+
+Levels = Mapping[tuple[str, float], float]  # input before the first sample, by record and start of the segment
+
+
+def levels_of(simulate: Simulate, segments: Sequence[Segment]) -> Levels:
+    """Where segments begin."""
+    return {(s.record, s.start_s): level_before(simulate, s) for s in segments}
+
+
+def level_of(simulate: Simulate, segment: Segment, known: Levels) -> float:
+    """As `level_before`; where the first stretch is held back, as the same record was known to begin."""
+    if stretch_of(segment) == 0 and (segment.record, segment.start_s) in known:
+        return known[segment.record, segment.start_s]
+    return level_before(simulate, segment)
 
 
 def begun_at(segment: Segment, level: float) -> Segment:

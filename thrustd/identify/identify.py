@@ -11,9 +11,10 @@ from rich.console import Console
 from thrustd.core.errors import RecordingError, ThrustdError
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_apart, check_records
+from thrustd.identify.first_state import levels_of
 from thrustd.identify.hw_fit import STAGES, HwSettings
 from thrustd.identify.hw_fit import Progress as HwProgress
-from thrustd.identify.report import Score, as_rows, as_table, errors_of, information, levels_of
+from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
 from thrustd.identify.segments import FORCE, Segment, segments_of
 from thrustd.identify.structures import Fitted, Structure, structure_named
 from thrustd.identify.structures.block_fits import BlockFits
@@ -22,7 +23,7 @@ from thrustd.records.recording import Recording
 
 HELD_OUT = 0.2  # of every record, at its end, when no other records are given
 STILL = 0.1  # of the deviation of the data fitted to: what moves less tells nothing of a model
-USUAL = "hw-pwl+friction"
+USUAL = "hw-pwl+prandtl-ishlinskii"
 EXPLAINED_PCT = 97.0  # fit on validation data; with less other structures are tried, when none was named
 OTHERS = ("oe-2-2", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "wiener-hammerstein", "feedback")
 Progress = Callable[[float], None]  # share done, 0 to 1
@@ -158,7 +159,7 @@ def score_structure(
     started = perf_counter()
     fitted = _fitted(structure, segments, fits, progress)
     fit_s = perf_counter() - started
-    known = levels_of(fitted, segments)  # what is held back of a record began where the record did
+    known = levels_of(fitted.simulate, segments)  # what is held back of a record began where the record did
     seen, new = errors_of(fitted, segments, known), errors_of(fitted, unseen, known)
     aic, bic = information(seen, fitted.n_parameters)
     score = Score(structure.name, structure.title, structure.family, seen, new, fit_s, fitted.n_parameters, aic, bic)

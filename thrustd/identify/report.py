@@ -1,6 +1,6 @@
 """The comparison table: every structure's free-run error on the data it was fitted to and on data it has not seen."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from math import isfinite, log, nan
 
@@ -8,7 +8,7 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from thrustd.identify.first_state import from_level, level_before, simulated
+from thrustd.identify.first_state import Levels, from_level, level_of, simulated
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import Fitted, schwarz
 from thrustd.model.stage import Floats
@@ -46,22 +46,12 @@ class Score:
     bic: float
 
 
-Levels = Mapping[tuple[str, float], float]  # input before the first sample, by record and start of the segment
-
-
-def levels_of(fitted: Fitted, segments: Sequence[Segment]) -> Levels:
-    """Where segments with a reference in their first stretch begin."""
-    return {(s.record, s.start_s): level_before(fitted.simulate, s) for s in segments}
-
-
 def errors_of(fitted: Fitted, segments: Sequence[Segment], known: Levels | None = None) -> Errors:
     """Errors of one fitted structure; a run that grows beyond all measure is unstable, not a crash.
 
     `known`: where segments begin whose first stretch is held back from the eyes of this.
     """
-    levels = dict(known or {})
-    levels = levels_of(fitted, [s for s in segments if (s.record, s.start_s) not in levels]) | levels
-    runs = [_runs(fitted, segment, levels[segment.record, segment.start_s]) for segment in segments]
+    runs = [_runs(fitted, segment, level_of(fitted.simulate, segment, known or {})) for segment in segments]
     force, rested, error = (np.concatenate(part) for part in zip(*runs, strict=True))
     span = float(np.ptp(force))
     if not np.isfinite(error).all() or float(np.max(np.abs(error))) > RUNAWAY * span:

@@ -26,8 +26,7 @@ class Grid(NamedTuple):
 
     def centres(self) -> Floats:
         """Where a straight line has the coefficients' values (n,): Greville abscissae."""
-        centres: Floats = self.low + self.step * (np.arange(self.n) - 1.0)
-        return centres
+        return np.asarray(self.low + self.step * (np.arange(self.n) - 1.0), float)
 
     def values(self, v: Floats) -> Floats:
         """Basis (len(v), n)."""

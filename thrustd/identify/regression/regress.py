@@ -21,7 +21,7 @@ from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.stage import Floats
 
 KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer data
-LAGS = 14
+LAGS = 20
 SLOWEST = 4.0  # times the longest record: slower is a constant
 FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "extras": 1e-6}
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed

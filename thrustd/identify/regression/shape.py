@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thrustd.identify.regression.curve import Grid, roughness
 from thrustd.identify.regression.kernel import Core
@@ -59,8 +60,8 @@ class Shape:
         """Columns that the kernel fills."""
         return self.parts()["offset"].start
 
-    def positive(self) -> Floats:
-        """Which numbers cannot be negative (n,), bool."""
+    def positive(self) -> NDArray[np.bool_]:
+        """Which numbers cannot be negative (n,)."""
         mask = np.zeros(self.n, bool)
         mask[self.parts()["stops"]] = True
         if self.passive:

@@ -14,12 +14,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import nnls
 
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Normal, Record, normal_equations
 from thrustd.model.stage import Floats
+
+Mask = NDArray[np.bool_]
+Prior = tuple[Floats, Floats]  # mean (n,), precision (n, n)
 
 WIDEST = {"gain": 1.0, "pair_gain": 1.0, "h": 1e-4, "f": 1e-12, "stops": 1e-4, "extras": 1e-12}  # least precision
 FLAT = 1e-9  # precision of what no prior holds, in units of the output scale
@@ -41,7 +45,7 @@ class Solution:
     noise_variance: float  # s2
     mean_square: float  # of the residual
     information: Floats  # (n, n) posterior precision: J'J / s2 + priors
-    free: Floats  # (n,) bool: not held at zero by its bound
+    free: Mask  # (n,): not held at zero by its bound
     iterations: int
     normal: Normal
 
@@ -53,7 +57,7 @@ def solve(
     precisions: Mapping[str, float],
     iterations: int = 25,
     progress: Progress | None = None,
-    prior: tuple[Floats, Floats] | None = None,
+    prior: Prior | None = None,
 ) -> Solution:
     """The most probable point. `prior`: mean and precision matrix of the whole vector beside the groups' own."""
     strengths, point = dict(precisions), start
@@ -88,8 +92,17 @@ def solve(
     return Solution(shape, point, strengths, s2, mean_square, information, free, done, normal)
 
 
-def _stepped(shape, point, records, vector, target, cost, s2, priors):  # type: ignore[no-untyped-def]
-    """The whole way to the target, or half, ...; None where none of them is downhill."""
+def _stepped(
+    shape: Shape,
+    point: Point,
+    records: Sequence[Record],
+    vector: Floats,
+    target: Floats,
+    cost: float,
+    s2: float,
+    priors: tuple[Floats, Floats, Prior | None],
+) -> tuple[Point, Normal, float] | None:
+    """The whole way to the target, or a third, ...; None where none of them is downhill."""
     middle, prior_matrix, prior = priors
     way = target - vector
     for _ in range(HALVINGS):
@@ -106,7 +119,7 @@ def _stepped(shape, point, records, vector, target, cost, s2, priors):  # type: 
     return None
 
 
-def _cost(misfit: float, away: Floats, matrix: Floats, vector: Floats, prior: tuple[Floats, Floats] | None) -> float:
+def _cost(misfit: float, away: Floats, matrix: Floats, vector: Floats, prior: Prior | None) -> float:
     cost = misfit + float(away @ matrix @ away)
     if prior is not None:
         cost += float((vector - prior[0]) @ prior[1] @ (vector - prior[0]))
@@ -150,7 +163,7 @@ def _prior(shape: Shape, strengths: Mapping[str, float]) -> Floats:
 
 
 def _strengths(
-    shape: Shape, old: Mapping[str, float], information: Floats, free: Floats, away: Floats
+    shape: Shape, old: Mapping[str, float], information: Floats, free: Mask, away: Floats
 ) -> dict[str, float]:
     """MacKay's fixed point for every group."""
     covariance = np.zeros_like(information)
@@ -180,7 +193,7 @@ def _inverse(matrix: Floats) -> Floats:
     return result
 
 
-def bounded(matrix: Floats, right: Floats, positive: Floats) -> tuple[Floats, Floats]:
+def bounded(matrix: Floats, right: Floats, positive: Mask) -> tuple[Floats, Mask]:
     """Minimum of t'At/2 - b't with t[positive] >= 0 (n,), and which of t are free: elimination, then NNLS."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     a, b = matrix * np.outer(scale, scale) + 1e-13 * np.eye(len(right)), right * scale

@@ -13,7 +13,6 @@ from thrustd.identify.regression.shape import Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.artifact import (
-    SCHEMA,
     ComplexMode,
     EffectSpec,
     LinearBlock,
@@ -48,7 +47,7 @@ def spec_of(found: Solution, segments: Sequence[Segment], name: str, wanted: int
     reach = (shape.h_grid.low * scale, shape.h_grid.high * scale) if shape.h_grid else (0.0, scale)
     effects = [friction_of(found)] if np.any(point.stops > 0.0) else []
     return ModelSpec(
-        schema=SCHEMA,
+        schema="thrustd-model/1",
         name=name,
         structure="hw-pwl+prandtl-ishlinskii" if effects else "hw-pwl",
         input_curve=tabulated(f, (shape.f_grid.low, shape.f_grid.high), tolerance, 1 if shape.line else wanted),

@@ -14,7 +14,7 @@ from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, of_spec
 
-NAME = "hw-pwl+friction"
+NAME = "hw-pwl+prandtl-ishlinskii"
 
 
 def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
@@ -40,4 +40,4 @@ def determined(found: Solution) -> float:
     return float(np.trace(np.linalg.lstsq(found.information[np.ix_(free, free)], data, rcond=None)[0]))
 
 
-STRUCTURES = (Structure(NAME, "HW-PWL with friction", "beyond", _fit),)
+STRUCTURES = (Structure(NAME, "HW-PWL with Prandtl-Ishlinskii friction", "beyond", _fit),)

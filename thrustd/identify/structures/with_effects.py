@@ -27,7 +27,6 @@ SAMPLES = 60_000  # to which the data are thinned
 ITERATIONS = 12
 SHOWS = 0.97  # error with friction over that of the smooth core alone, from which on there is none to be seen
 SMOOTH = HwSettings(input_shape="cubic", output_shape="cubic")
-STOPS = "hysteresis_prandtl_ishlinskii"
 
 
 def _friction(name: str, title: str, effects: tuple[str, ...]) -> Structure:
@@ -121,6 +120,5 @@ def _starts(effect: Effect) -> list[float]:
 
 STRUCTURES = (
     _friction("hw-pwl+bouc-wen", "HW-PWL with Bouc-Wen friction", ("hysteresis",)),
-    _friction("hw-pwl+prandtl-ishlinskii", "HW-PWL with Prandtl-Ishlinskii friction", (STOPS, STOPS)),
     _second_input("hw-pwl+weight", "MISO HW-PWL with engine weight", "engine_weight"),
 )

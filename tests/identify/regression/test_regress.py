@@ -1,0 +1,153 @@
+"""The regression: exact gradients, the floor on an unknown mount, groups that switch themselves off, its artifact."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import lfilter
+
+from thrustd.identify.first_state import begun_at
+from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
+from thrustd.identify.regression.regress import first_point, prepared, regress
+from thrustd.identify.regression.solve import bounded, noise_level
+from thrustd.identify.regression.sweep import Record, normal_equations, simulate
+from thrustd.identify.regression.table import spec_of
+from thrustd.identify.segments import Segment
+from thrustd.identify.sensitivity import residuals
+
+DT_S, NOISE_N = 0.05, 12.0
+
+
+def mount(n=20_000, seed=0, friction_n=0.0, settled=False):
+    """Deformation steps -> force of a cubic spring with two relaxing branches and one slider."""
+    rng = np.random.default_rng(seed)
+    levels = np.repeat(rng.uniform(0.1, 1.1, n // 200 + 1), 200)[:n]
+    d = lfilter([0.2], [1.0, -0.8], levels) + 0.002 * rng.standard_normal(n)
+    w = 4500 * d + 700 * d**3
+    force = w.copy()
+    for gain, tau_s in ((0.1, 0.7), (0.06, 40.0)):
+        keep = np.exp(-DT_S / tau_s)
+        ramp = (1 - keep) * tau_s / DT_S
+        start = w[0] if settled else 0.0
+        before = np.concatenate(([start], w[:-1]))
+        lag = lfilter([1.0], [1.0, -keep], (ramp - keep) * before + (1 - ramp) * w, zi=[keep * start])[0]
+        force += gain * (w - lag)
+    slider = 0.0
+    for k in range(n):
+        slider = min(max(slider + (d[k] - (d[k - 1] if k else 0.0)) / 0.05, -1.0), 1.0)
+        force[k] += friction_n * slider
+    return d, force, force + NOISE_N * rng.standard_normal(n)
+
+
+def segment(d, y, name="bench"):
+    return Segment(name, 0.0, DT_S, {"deformation_mm": d}, y)
+
+
+def unseen_error(found, **options):
+    d, clean, _ = mount(seed=7, **options)
+    record = Record(d, clean / found.shape.output_scale, DT_S, d[0] if options.get("settled") else 0.0)
+    return (
+        float(np.sqrt(np.mean((record.y - simulate(found.shape, found.point, record)) ** 2))) * found.shape.output_scale
+    )
+
+
+@pytest.mark.parametrize("friction_n", [0.0, 80.0])
+def test_a_mount_is_found_to_a_fraction_of_the_noise(friction_n):
+    d, _, y = mount(friction_n=friction_n)
+    found = regress([segment(d, y)])
+    assert np.sqrt(found.mean_square) * found.shape.output_scale == pytest.approx(NOISE_N, rel=0.02)
+    assert unseen_error(found, friction_n=friction_n) < 0.35 * NOISE_N
+
+
+def test_friction_that_is_not_there_switches_itself_off():
+    d, _, y = mount()
+    found = regress([segment(d, y)])
+    assert found.point.stops.sum() * found.shape.output_scale < 0.3 * NOISE_N
+    d, _, y = mount(friction_n=80.0)
+    rubbing = regress([segment(d, y)])
+    assert rubbing.point.stops.sum() * rubbing.shape.output_scale == pytest.approx(80.0, rel=0.25)
+
+
+def test_a_record_that_begins_settled_is_told_from_one_that_begins_unloaded():
+    for settled in (True, False):
+        d, _, y = mount(settled=settled)
+        found = regress([segment(d, y)])
+        assert np.sqrt(found.mean_square) * found.shape.output_scale == pytest.approx(NOISE_N, rel=0.02), settled
+        assert unseen_error(found, settled=settled) < 0.35 * NOISE_N
+
+
+def test_missing_references_carry_no_weight():
+    d, _, y = mount()
+    y[3000:9000] = np.nan
+    found = regress([segment(d, y)])
+    assert np.sqrt(found.mean_square) * found.shape.output_scale == pytest.approx(NOISE_N, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"move": True, "passive": False}, {"with_h": True, "poles": True, "move": True}]
+)
+def test_the_gradient_is_that_of_differences(options):
+    d, _, y = mount(3000)
+    shape, records = prepared([segment(d, y)])
+    from dataclasses import replace
+
+    if options.pop("with_h", False):
+        shape = replace(shape, h_grid=Grid(-3.0, 5.0, 8))
+    if options.pop("poles", False):
+        shape = replace(shape, poles=np.log([[0.5, 3.0], [2.0, 9.0]]))
+    shape = replace(shape, **options)
+    rng = np.random.default_rng(3)
+    point = first_point(shape, records)
+    vector = point.vector(shape) + 0.05 * rng.random(shape.n)
+    point = point.at(shape, vector)
+    normal = normal_equations(shape, point, records)
+    base = simulate(shape, point, records[0])
+    assert np.allclose(records[0].y - base, normal.residuals[0], atol=1e-10)
+    for i in range(shape.n):
+        step = np.zeros(shape.n)
+        step[i] = 1e-6
+        moved = (simulate(shape, point.at(shape, vector + step), records[0]) - base) / 1e-6
+        assert float(moved @ normal.residuals[0]) == pytest.approx(normal.right[i], rel=2e-3, abs=1e-3)
+        assert float(moved @ moved) == pytest.approx(normal.matrix[i, i], rel=2e-3, abs=1e-6)
+
+
+def test_the_artifact_is_the_regression_within_a_tenth_of_the_noise():
+    d, _, y = mount(friction_n=80.0)
+    found = regress([segment(d, y)])
+    spec = spec_of(found, [segment(d, y)], "mount")
+    began = begun_at(segment(d, np.zeros_like(y)), 0.0)
+    flown = -residuals(spec, began)[1:]
+    model = simulate(found.shape, found.point, Record(d, y, DT_S, 0.0)) * found.shape.output_scale
+    assert np.abs(flown - model).max() < 0.25 * NOISE_N
+    assert float(np.sqrt(np.mean((flown - model) ** 2))) < 0.1 * NOISE_N
+
+
+def test_the_posterior_comes_back():
+    d, _, y = mount(5000)
+    found = regress([segment(d, y)])
+    stored = kept(found)
+    shape = shape_of(stored)
+    assert np.allclose(point_of(stored).vector(shape), found.point.vector(found.shape))
+    assert np.allclose(information_of(stored), found.information)
+
+
+@given(st.integers(0, 10_000))
+def test_bounded_solution_meets_its_optimality_conditions(seed):
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(12, 6))
+    matrix, right = root.T @ root + 0.1 * np.eye(6), 5 * rng.normal(size=6)
+    positive = np.array([False, False, True, True, True, True])
+    t, free = bounded(matrix, right, positive)
+    slope = matrix @ t - right
+    assert (t[positive] >= 0).all()
+    assert np.abs(slope[free]).max() < 1e-5 * max(1.0, np.abs(right).max())
+    assert (slope[~free] > -1e-5).all()
+
+
+def test_slow_errors_raise_the_noise_level():
+    rng = np.random.default_rng(0)
+    white = rng.normal(size=50_000)
+    slow = lfilter([0.02], [1.0, -0.98], rng.normal(size=50_000))
+    assert noise_level([white]) < 1.8
+    assert noise_level([slow]) > 20 * float(np.var(slow))
