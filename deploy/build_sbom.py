@@ -1,14 +1,18 @@
-"""Write deploy/sbom.cdx.json (CycloneDX 1.6): every package of requirements.txt with its version and SHA-256.
+"""Write deploy/sbom.cdx.json (CycloneDX 1.6): every package of requirements.txt, its version, licence and SHA-256s.
 
 pip install cyclonedx-python-lib && python deploy/build_sbom.py        the same input gives the same file
+
+Licences are those that the packages installed here state: an SPDX expression, else their classifiers or first words.
 """
 
 import json
 import re
 import tomllib
+from importlib.metadata import metadata
 from pathlib import Path
 from typing import Any
 
+from cyclonedx.factory.license import LicenseFactory
 from cyclonedx.model import HashAlgorithm, HashType
 from cyclonedx.model.bom import Bom
 from cyclonedx.model.component import Component, ComponentType
@@ -16,19 +20,38 @@ from cyclonedx.output.json import JsonV1Dot6
 from packageurl import PackageURL
 
 HERE = Path(__file__).parent
-LINE = re.compile(r"(\S+)==(\S+) --hash=sha256:([0-9a-f]{64})")
+LINE = re.compile(r"(\S+)==(\S+)((?: --hash=sha256:[0-9a-f]{64})+)")
+CLASSIFIER = "License :: OSI Approved :: "
+SPDX = {  # only what is unambiguous: "BSD License" may be either, and stays as it is
+    "MIT License": "MIT",
+    "Apache License, Version 2.0": "Apache-2.0",
+    "Apache 2.0": "Apache-2.0",
+    "GNU Lesser General Public License v3 (LGPLv3)": "LGPL-3.0-only",
+}
 
 
-def component(name: str, version: str, sha256: str) -> Component:
+def component(name: str, version: str, hashes: str) -> Component:
     url = PackageURL("pypi", None, name.lower().replace("_", "-"), version)
-    digest = HashType(alg=HashAlgorithm.SHA_256, content=sha256)
-    return Component(name=name, version=version, purl=url, bom_ref=str(url), hashes=[digest])
+    digests = [HashType(alg=HashAlgorithm.SHA_256, content=digest[-64:]) for digest in hashes.split()]
+    licence = LicenseFactory().make_from_string(licence_of(name))
+    return Component(name=name, version=version, purl=url, bom_ref=str(url), hashes=digests, licenses=[licence])
+
+
+def licence_of(name: str) -> str:
+    """As the installed package states it."""
+    about = metadata(name)
+    stated = [line.removeprefix(CLASSIFIER) for line in about.get_all("Classifier", []) if line.startswith(CLASSIFIER)]
+    words = about.get("License-Expression") or (about.get("License") or "").strip()
+    if not words or len(words) > 60:  # some give the whole text
+        words = " OR ".join(SPDX.get(line, line) for line in stated) or words.partition("\n")[0]
+    return SPDX.get(words, words)
 
 
 def main() -> None:
     project = tomllib.loads((HERE.parent / "pyproject.toml").read_text())["project"]
     bom = Bom(components=[component(*found) for found in LINE.findall((HERE / "requirements.txt").read_text())])
     top = Component(name=project["name"], version=project["version"], type=ComponentType.APPLICATION, bom_ref="thrustd")
+    top.licenses.add(LicenseFactory().make_from_string(project["license"]))
     bom.metadata.component = top
     bom.register_dependency(top, bom.components)
     content: dict[str, Any] = json.loads(JsonV1Dot6(bom).output_as_string())

@@ -1,10 +1,7 @@
 #!/usr/bin/env bash
-# Fly the version before the current one again; once more goes forward again.
+# Fly the installation before the current one again, with its unit; once more goes forward again.
 set -euo pipefail
-home=${DESTDIR:-}/opt/thrustd
+. "$(dirname "$(realpath "$0")")/switch.sh"
 previous=$(readlink "$home/previous") || { echo "there is no previous version" >&2; exit 1; }
-current=$(readlink "$home/current")
-ln -sfn "$current" "$home/.previous" && mv -T "$home/.previous" "$home/previous"
-ln -sfn "$previous" "$home/.current" && mv -T "$home/.current" "$home/current"
-[ -n "${DESTDIR:-}" ] || systemctl restart thrustd
+switch_to "$previous"
 echo "${previous#versions/} is current"

@@ -77,7 +77,6 @@ WITHOUT = {  # optional tables: what their absence means
     "health": "no health page, and `thrustd status` has nobody to ask",
     "warm_restart": "every start is cold",
     "realtime": "ordinary priority, memory not locked",
-    "trust": "models fly unsigned",
     "can.units": "every key has its default",
     "can.input": "the table under CAN bus above",
 }

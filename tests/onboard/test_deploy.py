@@ -45,7 +45,7 @@ def test_the_configurations_are_read(name):
 
 def test_every_package_that_flies_is_pinned_with_its_hash():
     lines = [line for line in (DEPLOY / "requirements.txt").read_text().splitlines() if not line.startswith("#")]
-    pinned = dict(re.fullmatch(r"(\S+)==(\S+) --hash=sha256:[0-9a-f]{64}", line).groups() for line in lines)
+    pinned = dict(re.fullmatch(r"(\S+)==(\S+)(?: --hash=sha256:[0-9a-f]{64})+", line).groups() for line in lines)
     locked = dict(line.split("==") for line in (ROOT / "requirements.lock").read_text().split())
     names = {canonical(name): version for name, version in locked.items()}
     assert {canonical(name): version for name, version in pinned.items()}.items() <= names.items()
@@ -55,10 +55,23 @@ def test_every_package_that_flies_is_pinned_with_its_hash():
 
 def test_the_bill_of_materials_is_what_is_pinned():
     bill = json.loads((DEPLOY / "sbom.cdx.json").read_text())
-    listed = [f"{part['name']}=={part['version']} --hash=sha256:{part['hashes'][0]['content']}" for part in
-              bill["components"]]  # fmt: skip
+    listed = [
+        " ".join([f"{part['name']}=={part['version']}", *(f"--hash=sha256:{h['content']}" for h in part["hashes"])])
+        for part in bill["components"]
+    ]
     lines = (DEPLOY / "requirements.txt").read_text().splitlines()
     assert sorted(listed) == sorted(line for line in lines if not line.startswith("#"))
+
+
+def test_every_package_of_the_bill_has_a_licence():
+    bill = json.loads((DEPLOY / "sbom.cdx.json").read_text())
+    assert [part["name"] for part in bill["components"] if not part.get("licenses")] == []
+
+
+def test_packages_with_compiled_code_are_pinned_for_more_than_one_kind_of_machine():
+    lines = (DEPLOY / "requirements.txt").read_text().splitlines()
+    hashes = {line.split("==")[0]: line.count("--hash") for line in lines}
+    assert all(hashes[name] >= 6 for name in ("numpy", "scipy", "numba", "llvmlite", "pyarrow", "msgspec"))
 
 
 def canonical(name):
@@ -87,3 +100,89 @@ def test_rollback_without_a_version_before_says_so(tmp_path):
     assert done.returncode != 0
     assert "no previous version" in done.stderr
     assert not (tmp_path / "opt").exists()
+
+
+class Computer:
+    """An aircraft computer in a folder, whose Python, pip, thrustd and systemd do as they are told."""
+
+    def __init__(self, folder):
+        self.folder, self.home = folder, folder / "root" / "opt" / "thrustd"
+        self.wheel = folder / "thrustd-1.2.3-py3-none-any.whl"
+        self.wheel.write_bytes(b"")
+        self.script("pip", "exit 0")
+        self.script("thrustd", "exit 0")
+        self.script("systemctl", "exit 0")
+        tools = f'for tool in pip thrustd; do ln -s "{folder}/$tool" "$3/bin/$tool"; done'
+        self.script("python", f'mkdir -p "$3/bin" && {tools}')
+
+    def script(self, name, text):
+        path = self.folder / name
+        path.write_text(f"#!/bin/bash\n{text}\n")
+        path.chmod(0o755)
+
+    def run(self, name, *arguments):
+        tools = {"PYTHON": self.folder / "python", "SYSTEMCTL": self.folder / "systemctl"}
+        environment = {"DESTDIR": str(self.folder / "root"), "PATH": "/usr/bin:/bin"}
+        environment |= {key: str(path) for key, path in tools.items()}
+        return subprocess.run(
+            [str(DEPLOY / name), *arguments], env=environment, capture_output=True, text=True, check=False
+        )
+
+    def install(self):
+        return self.run("install.sh", str(self.wheel))
+
+    def links(self):
+        """What flies, what flew before, and what is there."""
+        current, previous = (self.home / name for name in ("current", "previous"))
+        there = sorted(path.name for path in (self.home / "versions").iterdir())
+        return current.readlink().name, previous.readlink().name if previous.is_symlink() else "", there
+
+
+@pytest.fixture
+def computer(tmp_path):
+    return Computer(tmp_path)
+
+
+def test_the_same_version_is_installed_again_beside_itself_and_rolled_back(computer):
+    assert computer.install().returncode == 0
+    assert computer.links() == ("1.2.3.1", "", ["1.2.3.1"])
+    assert computer.install().returncode == 0
+    assert computer.links() == ("1.2.3.2", "1.2.3.1", ["1.2.3.1", "1.2.3.2"])
+    assert computer.run("rollback.sh").returncode == 0
+    assert computer.links()[:2] == ("1.2.3.1", "1.2.3.2")
+    assert computer.install().returncode == 0
+    assert computer.links() == ("1.2.3.3", "1.2.3.1", ["1.2.3.1", "1.2.3.3"])  # what neither flies nor flew is gone
+    assert (computer.folder / "root/etc/systemd/system/thrustd.service").is_file()
+
+
+@pytest.mark.parametrize("broken", ["pip", "thrustd"])
+def test_one_that_cannot_be_installed_or_does_not_read_the_configuration_changes_nothing(computer, broken):
+    assert computer.install().returncode == 0
+    before = computer.links()
+    computer.script(broken, "exit 2")
+    done = computer.install()
+    assert done.returncode != 0
+    assert "what flies is as it was" in done.stderr
+    assert computer.links() == before
+
+
+def test_one_that_does_not_start_is_left_for_the_one_before_with_its_unit(computer):
+    assert computer.install().returncode == 0
+    unit, kept = computer.folder / "root/etc/systemd/system/thrustd.service", "# of the first\n"
+    (computer.home / "versions/1.2.3.1/system/thrustd.service").write_text(kept)
+    bad = f'[ "$1" != restart ] || [ "$(readlink {computer.home}/current)" = versions/1.2.3.1 ]'
+    computer.script("systemctl", bad)
+    done = computer.install()
+    assert done.returncode == 1
+    assert "versions/1.2.3.2 does not start" in done.stderr
+    assert "1.2.3.1 is current again" in done.stderr
+    assert computer.links() == ("1.2.3.1", "", ["1.2.3.1"])
+    assert unit.read_text() == kept
+
+
+def test_the_configuration_of_the_aircraft_is_never_overwritten(computer):
+    assert computer.install().returncode == 0
+    config = computer.folder / "root/etc/thrustd/deploy/ph-lab.toml"
+    config.write_text("# ours\n")
+    assert computer.install().returncode == 0
+    assert config.read_text() == "# ours\n"

@@ -2,6 +2,7 @@
 
 import argparse
 import gc
+import sys
 from pathlib import Path
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, progress
@@ -11,6 +12,7 @@ from thrustd.core.errors import UsageError
 def add_verbs(verbs: Verbs) -> None:
     run = add_verb(verbs, "run", run_verb, "fly: read the sensors, estimate, record", "thrustd run deploy/ph-lab.toml")
     run.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
+    _add_trust(run)
     run.add_argument("--log-folder", type=Path, help="record here instead of the configuration's folder")
 
     replay = add_verb(
@@ -39,17 +41,29 @@ def add_verbs(verbs: Verbs) -> None:
         verbs, "check", check_verb, "check a configuration and every file it names", "thrustd check deploy/ph-lab.toml"
     )
     check.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
+    _add_trust(check)
+    check.add_argument("--manifest", action="store_true", help="print what is to be signed, and nothing else")
     add_json(check)
+
+
+def _add_trust(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--trust", type=Path, metavar="KEY", help="public key (PEM) by whose holder CONFIG.sig has to be; else refuse"
+    )
 
 
 def check_verb(arguments: argparse.Namespace) -> int:
     from thrustd.installation.installation import read_installation
+    from thrustd.installation.signature import manifest
     from thrustd.sources.can_bus import CanBus
     from thrustd.sources.merge import EventQueue
     from thrustd.sources.serial_port import SerialPort
 
-    installation = read_installation(arguments.config)
+    installation = read_installation(arguments.config, arguments.trust)
     installation.pipeline()
+    if arguments.manifest:
+        sys.stdout.write(manifest(installation.hashes()).decode())
+        return 0
     uncorrected = installation.uncorrected()
     can, adc, queue = installation.config.can, installation.config.adc, EventQueue()
     where = f"{installation.where}: can"
@@ -113,4 +127,4 @@ def run_verb(arguments: argparse.Namespace) -> int:
     from thrustd.onboard.one_process import only_one
 
     with only_one(arguments.config):
-        return fly(read_installation(arguments.config), arguments.config.parent, arguments.log_folder)
+        return fly(read_installation(arguments.config, arguments.trust), arguments.config.parent, arguments.log_folder)

@@ -112,12 +112,6 @@ class Realtime(Section, frozen=True):
     lock_memory: bool = False
 
 
-class Trust(Section, frozen=True):
-    """Only models signed with this key fly: base64 Ed25519 signature in MODEL.sig beside each model."""
-
-    public_key: str  # PEM file, relative to the configuration file
-
-
 class LiveView(Section, frozen=True):
     """WebSocket server for Foxglove."""
 
@@ -140,7 +134,6 @@ class Config(Section, frozen=True):
     health: Health | None = None
     warm_restart: WarmRestart | None = None
     realtime: Realtime = Realtime()
-    trust: Trust | None = None
 
     def mounts_of(self, engine: str) -> tuple[int, ...]:
         """Indices of the mounts that carry `engine`, in the order of the file."""

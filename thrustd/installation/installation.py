@@ -17,7 +17,7 @@ from thrustd.core.config import Config, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
-from thrustd.installation.signature import SIGNATURE, check_signature
+from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
 from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
 from thrustd.pipeline.pipeline import DERIVED, Parts, Pipeline
@@ -104,9 +104,6 @@ class Installation:
         )
 
     def _model(self, name: str) -> CompiledModel:
-        if self.config.trust is not None:
-            key, signature = self.files[self.config.trust.public_key], self.files[name + SIGNATURE]
-            check_signature(self.files[name], signature, key, self._place(name))
         spec = read_proven_model(self.files[name], self._place(name))
         _check_units(spec, self._place(name))
         return compile_model(spec, self.config.adc.sample_hz)
@@ -128,8 +125,11 @@ class WarmStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     shift_ns: int = 0  # added to its times
 
 
-def read_installation(path: Path | str) -> Installation:
-    """Read a configuration file and every file it names, relative to it."""
+def read_installation(path: Path | str, trust: Path | None = None) -> Installation:
+    """Read a configuration file and every file it names, relative to it.
+
+    `trust`: public key (PEM) of whom the signature beside the configuration has to be; None = it is not asked for.
+    """
     path = Path(path)
     content = _read(path, str(path))
     config = _parse(content, str(path))
@@ -137,7 +137,11 @@ def read_installation(path: Path | str) -> Installation:
     def fetch(name: str) -> bytes:
         return _read(path.parent / name, f"{path}: {name}")
 
-    return _complete(config, content, fetch, str(path))
+    installation = _complete(config, content, fetch, str(path))
+    if trust is not None:
+        key, signature = _read(trust, f"--trust {trust}"), fetch(path.name + SIGNATURE)
+        check_signature(manifest(installation.hashes()), signature, key, str(path))
+    return installation
 
 
 def _check_line(config: Config, where: str) -> None:
@@ -168,8 +172,6 @@ def installation_from_files(files: Mapping[str, bytes], where: str) -> Installat
 def _complete(config: Config, content: bytes, fetch: Callable[[str], bytes], where: str) -> Installation:
     models = [mount.model for mount in config.mount]
     names = [config.deck, config.can.dbc, *models]
-    if config.trust is not None:
-        names += [config.trust.public_key, *(model + SIGNATURE for model in models)]
     return Installation(config, {CONFIG: content, **{name: fetch(name) for name in names}}, where)
 
 
