@@ -77,7 +77,7 @@ def test_replay_refuses_four_flipped_bytes_but_reads_a_cut_log(broken, capsys):
     summary = json.loads(out)
     assert "1 chunk damaged: " in summary["damage"]
     assert summary["damage"] in err
-    assert summary["faults"]["log log_damaged"] == 1
+    assert summary["faults"]["log damaged"] == 1
     assert summary["missing_events"] > 0
     assert main(["info", str(broken / "flipped.mcap"), "--json"]) == 2
     out, err = capsys.readouterr()

@@ -36,6 +36,11 @@ def test_the_unit_is_clean(tmp_path):
     assert (report.returncode, [line for line in report.stderr.splitlines() if "thrustd" in line]) == (0, [])
 
 
+def test_a_restart_comes_before_whatever_else_runs_here():
+    unit = (DEPLOY / "thrustd.service").read_text().splitlines()
+    assert {"Nice=-10", "CPUWeight=1000", "Restart=always", "OOMScoreAdjust=-900"} <= set(unit)
+
+
 @pytest.mark.parametrize("name", ["ph-lab.toml", "hil.toml"])
 def test_the_configurations_are_read(name):
     config = read_config((DEPLOY / name).read_text(), name)

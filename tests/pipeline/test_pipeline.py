@@ -105,6 +105,52 @@ def test_a_silent_adc_costs_no_estimates(aircraft, estimate_hz, expected_hz):
     assert np.max(np.diff(silent_s)) < 2.0 / expected_hz
 
 
+def test_an_open_channel_shows_on_its_own_engine_only(aircraft):
+    for mount, engine in ((0, 0), (1, 0), (2, 1)):
+        opened = lambda t, m=mount: tuple(None if i == m and t > 5 else 0.3 for i in range(4))  # noqa: E731
+        estimates = of(fly(aircraft, flight(aircraft, 10, opened)), Estimate)
+        seen = {e.engine for e in estimates if e.status & Status.CHANNEL_OPEN}
+        assert seen == {engine}
+
+
+def test_a_signal_that_goes_stale_shows_on_its_own_engine_only(aircraft):
+    left_n1 = next(frame.ident for frame in Bus(aircraft).frames(0) if frame.ident == 500)
+    events = (e for e in flight(aircraft, 12) if not (isinstance(e, Frame) and e.ident == left_n1 and e.t_ns > 6 * S))
+    outputs = fly(aircraft, events)
+    assert {e.engine for e in of(outputs, Estimate) if e.status & Status.SIGNAL_STALE} == {0}
+    assert [f.where for f in of(outputs, Fault, kind="stale")] == ["n1_pct[0]"]
+
+
+@pytest.mark.parametrize("wire", ["adc", "can"])
+def test_a_wire_that_goes_is_said_once_and_not_each_of_its_signals(aircraft, wire):
+    gone = lambda e: isinstance(e, Frame) and e.channel == wire and 6 * S < e.t_ns < 12 * S  # noqa: E731
+    outputs = fly(aircraft, (e for e in flight(aircraft, 20) if not gone(e)))
+    faults = [f for f in of(outputs, Fault) if f.t_ns > 6 * S]
+    silent = [(f.where, f.active) for f in faults if f.kind == "silent"]
+    assert silent == [(wire, True), (wire, False)]
+    assert faults[0].kind == "silent"
+    assert faults[0].t_ns < 6.5 * S
+    assert [f for f in faults if f.kind in ("stale", "dead")] == []
+    assert len(faults) <= 6, faults
+    if wire == "can":
+        [lost] = [f for f in faults if f.kind == "lost"]
+        assert (lost.where, lost.count) == ("can", 59 * 12)
+    shown = [bool(e.status & Status.LINK_LOST) for e in of(outputs, Estimate) if 6.6 * S < e.t_ns < 11.9 * S]
+    assert shown
+    assert all(shown)
+    assert not any(e.status & Status.LINK_LOST for e in of(outputs, Estimate) if e.t_ns > 14 * S)
+
+
+def test_a_signal_that_stays_away_when_its_wire_is_back_is_said_then(aircraft):
+    def gone(e):
+        return isinstance(e, Frame) and e.channel == "can" and 6 * S < e.t_ns < (99 if e.ident == 500 else 8) * S
+
+    outputs = fly(aircraft, (e for e in flight(aircraft, 20) if not gone(e)))
+    stale = of(outputs, Fault, kind="stale")
+    assert [(f.where, f.active) for f in stale] == [("n1_pct[0]", True)]
+    assert 10 * S < stale[0].t_ns < 12 * S
+
+
 def test_engine_thrust_is_the_sum_of_its_mounts(aircraft):
     outputs = fly(aircraft, flight(aircraft, 30, lambda t: (0.2, 0.3, 0.25, 0.25)))
     left = of(outputs, Estimate, engine=0)[-1]

@@ -178,28 +178,28 @@ OURS = {word: kind for word, kind in FAULT_KINDS.items() if not kind.of_engine}
 
 @pytest.mark.parametrize("kind", sorted(word for word, kind in OURS.items() if kind.shows_s != UNTIL_OVER))
 def test_a_momentary_fault_shows_for_a_moment(kind):
-    status = FaultStatus()
+    status = FaultStatus(2, {"left_lower": 0})
     status.take(Fault(5 * S, "somewhere", kind))
-    assert status.bits(5 * S) == FAULT_KINDS[kind].status
-    assert status.bits(16 * S) == 0
+    assert status.bits(5 * S).tolist() == [FAULT_KINDS[kind].status] * 2
+    assert status.bits(16 * S).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize("kind", sorted(word for word, kind in OURS.items() if kind.shows_s == UNTIL_OVER))
 def test_a_fault_with_an_end_shows_until_then_at_every_place(kind):
-    status = FaultStatus()
+    status = FaultStatus(2, {"left_lower": 0})
     for where in ("a", "b"):
         status.take(Fault(0, where, kind))
     status.take(Fault(1, "a", kind, active=False))
-    assert status.bits(1000 * S) == FAULT_KINDS[kind].status
+    assert status.bits(1000 * S).tolist() == [FAULT_KINDS[kind].status] * 2
     status.take(Fault(2, "b", kind, active=False))
-    assert status.bits(1000 * S) == 0
+    assert status.bits(1000 * S).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize("kind", [*sorted({*FAULT_KINDS} - {*OURS}), "a word of another version"])
 def test_what_the_fusion_shows_by_engine_is_not_shown_twice(kind):
-    status = FaultStatus()
+    status = FaultStatus(2, {"left_lower": 0})
     status.take(Fault(0, "left_upper", kind))
-    assert status.bits(0) == 0
+    assert status.bits(0).tolist() == [0, 0]
 
 
 def test_no_fault_is_reported_by_another_word():

@@ -31,6 +31,10 @@ FAULT_KINDS: dict[str, FaultKind] = {
     "rate": FaultKind("ADC samples at another rate than configured: thrust is wrong", Status.WIRE_FAULT, UNTIL_OVER),
     "open": FaultKind("ADC marks a channel open or shorted, or counts leave 24 bit", Status.CHANNEL_OPEN, UNTIL_OVER),
     "unplugged": FaultKind("a port or bus disappeared or refuses to open", Status.LINK_LOST, UNTIL_OVER),
+    "silent": FaultKind(
+        "nothing comes over a wire; its signals are not said apart",
+        Status.LINK_LOST | Status.SIGNAL_STALE, UNTIL_OVER,
+    ),
     "bus_error": FaultKind("the CAN controller reports an error frame or a bus-off", Status.LINK_LOST),
     # readings
     "out_of_range": FaultKind("no number, or outside the catalogue's range; it does not count", Status.OUT_OF_RANGE),

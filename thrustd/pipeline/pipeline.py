@@ -32,6 +32,7 @@ from thrustd.pipeline.fault_status import FaultStatus
 from thrustd.pipeline.intake import Intake
 from thrustd.pipeline.snapshot import plain, read_memory
 from thrustd.pipeline.step_inputs import StepInputs, tell_filters
+from thrustd.pipeline.wires import Wires, engines_of, wires_of
 from thrustd.sensors.cross_check import cross_checks
 from thrustd.sensors.engine_force import mounts_table
 from thrustd.sensors.limits import FLYING_MACH
@@ -93,7 +94,8 @@ class Pipeline:
         self._flying = False
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
         self._book = FaultBook()
-        self._troubles = FaultStatus()
+        self._troubles = FaultStatus(len(engines), engines_of(config))
+        self._wires = Wires(wires_of(config, self._hold.slots))
 
     def feed(self, event: Event) -> Sequence[Output]:
         """`take` for one event."""
@@ -158,9 +160,10 @@ class Pipeline:
 
     def _report(self, fault: Fault, outputs: list[Output]) -> None:
         self._troubles.take(fault)
-        due = self._book.take(fault)
-        if due is not None:
-            outputs.append(due)
+        self._say(self._wires.take(fault), outputs)
+
+    def _say(self, faults: Sequence[Fault], outputs: list[Output]) -> None:
+        outputs.extend([due for fault in faults if (due := self._book.take(fault)) is not None])
 
     def _fuse(self, t_ns: int, outputs: list[Output]) -> None:
         if self._start_ns < 0:
@@ -191,10 +194,13 @@ class Pipeline:
         if t_ns - self._checked_ns >= CHECK_EVERY_NS:
             self._checked_ns = t_ns
             outputs.extend(cross_checks(estimates))
+        self._say(self._wires.due(t_ns), outputs)
         outputs.extend(self._book.due(t_ns))
 
     def _refresh(self, t_ns: int, changed: bool, outputs: list[Output]) -> None:
-        """Staleness, derived channels, and the readings for the log."""
+        """Wires, staleness, derived channels, and the readings for the log."""
+        for fault in self._wires.look(t_ns, self._intake.sample[0], self._hold.newest_ns()):
+            self._report(fault, outputs)
         for place, fault in self._hold.changes(t_ns) if changed else ():
             self._report(fault, outputs)
             if fault.active:

@@ -50,7 +50,7 @@ class StepInputs:
 
 
 def _tell_filters(
-    told: Any, t_ns: int, status: int, engines: Any, mounts_of: Integers, mounts: Any, readings: Floats,
+    told: Any, t_ns: int, status: Integers, engines: Any, mounts_of: Integers, mounts: Any, readings: Floats,
     loads: Integers,
 ) -> None:  # fmt: skip
     """INPUTS by engine: all but its brochure route. `loads`: where load factors are among the readings."""
@@ -59,7 +59,7 @@ def _tell_filters(
         loaded &= isfinite(readings[place])
     for e in range(len(told)):
         t, engine = told[e], engines[e]
-        t.t_ns, t.status, t.load_factor_stale = t_ns, status, not loaded
+        t.t_ns, t.status, t.load_factor_stale = t_ns, status[e], not loaded
         t.mount_n, t.mount_std_n, t.push_n = engine.force_n, engine.std_n, engine.push_n
         t.load_share, t.one_mount = engine.load_share, engine.one_mount
         t.mount_extrapolating = t.gap = False
@@ -72,5 +72,5 @@ def _tell_filters(
 _I = numba.int64
 _TOLD, _ENGINES, _MOUNTS = (numba.from_dtype(kind)[::1] for kind in (INPUTS, ENGINE_MOUNTS, MOUNT_STATE))
 tell_filters: Any = entry(
-    compiled(_tell_filters, numba.void(_TOLD, _I, _I, _ENGINES, _I[:, ::1], _MOUNTS, numba.float64[::1], _I[::1]))
+    compiled(_tell_filters, numba.void(_TOLD, _I, _I[::1], _ENGINES, _I[:, ::1], _MOUNTS, numba.float64[::1], _I[::1]))
 )

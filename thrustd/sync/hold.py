@@ -55,6 +55,10 @@ class Hold:
         """Bring `seen` to t_ns; true when signals went stale or came back: see `changes`."""
         return bool(look(self.held, self.heard, t_ns, self.seen))
 
+    def newest_ns(self) -> int:
+        """When the latest of all readings came."""
+        return int(self._t_ns.max(initial=0))
+
     def value(self, t_ns: int, signal: str, index: int = 0) -> float:
         """One value at t_ns, NaN when never seen or stale."""
         self.look(t_ns)
