@@ -3,8 +3,9 @@
 import pytest
 
 from benchmarks.damage import CASES, fields, is_adc, whole_frames
-from benchmarks.fault_matrix import Z95, cell, flown, place, twin_flight
+from benchmarks.fault_matrix import cell, flown, place, twin_flight
 from tests.conftest import small_aircraft
+from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Fault, Frame, Tick
 from thrustd.pipeline.pipeline import Pipeline
 from thrustd.wire.adc_frames import encode
@@ -37,8 +38,8 @@ def test_the_flight_goes_on_says_so_and_recovers(flight, case, moment_s):
     assert verdict.flagged
     # what an overrun shed is not judged; the rest, at the edge of its band without it too, is no further out by it
     assert verdict.inside_95 > 0.8 * (verdict.whole_inside_95 if unseen_s else 1.0)
-    assert verdict.further_sigma < (0.5 if unseen_s else Z95)
-    assert verdict.off_sigma < Z95 or verdict.off_n < REST_N
+    assert verdict.further_sigma < (0.5 if unseen_s else SIGMAS_95)
+    assert verdict.off_sigma < SIGMAS_95 or verdict.off_n < REST_N
     assert not verdict.still_flagged
 
 
