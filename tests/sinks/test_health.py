@@ -56,9 +56,11 @@ def test_the_page_tells_what_was_counted(page):
         counts.write_output(estimate(k * S))
     counts.write_output(Fault(0, "adc", "lost", count=5))
     counts.write_output(Fault(0, "adc", "lost", count=2))
+    counts.write_output(Fault(0, "adc", "unplugged"))
+    counts.write_output(Fault(1, "adc", "unplugged", active=False))  # its end is no second one
     status = read_status(f"http://127.0.0.1:{server.port}/metrics")
     assert status["events_total"] == {"adc": 10, "can": 10}
-    assert status["faults_total"] == {"lost/adc": 7}
+    assert status["faults_total"] == {"lost/adc": 7, "unplugged/adc": 1}
     assert status["thrust_newtons"] == {"left": 5000}
     assert status["latency_seconds_bucket"]["0.0002"] == 0
     assert status["latency_seconds_bucket"]["0.0005"] == 10
