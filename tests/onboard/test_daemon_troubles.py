@@ -45,9 +45,11 @@ def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
 
 def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tmp_path):
     config = reliable_aircraft(tmp_path)
+    config.write_text(f"{config.read_text()}[realtime]\nfifo_priority = 5\n")
     with ServiceManager(tmp_path / "notify") as manager:
         daemon = Daemon(config, manager)
         try:
+            assert len(set(policies(daemon.process.pid))) == 1  # or one that waits holds the interpreter of the others
             link = tmp_path / "other_name.toml"
             link.symlink_to(config)
             second = start(["run", str(link)], dict(os.environ))
@@ -65,6 +67,11 @@ def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tm
     file = LogFile(log)
     assert len(list(file.events())) > 10
     assert not file.cut
+
+
+def policies(process):
+    """Of the scheduler, for each thread."""
+    return [os.sched_getscheduler(int(thread)) for thread in os.listdir(f"/proc/{process}/task")]
 
 
 def test_under_nohup_a_terminal_that_goes_is_not_the_end():

@@ -62,6 +62,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
     with ExitStack() as opened, stop_on_signal() as stop:
         shell = Shell(installation, base, queue, opened)
         pipeline, start = start_pipeline(shell)
+        ask_for(config.realtime, say)  # before any thread: one that waits for the processor may hold the interpreter
         can, where = config.can, f"{installation.where}: can"
         bus = CanBus(can.interface, can.channel, can.bitrate, queue.leave, where=where)
         adc = SerialPort(config.adc.port, config.adc.baud, queue.put)
@@ -86,7 +87,6 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         gc.collect()
         gc.freeze()  # the models and tables stay: no collection walks them in flight
         gc.enable()
-        ask_for(config.realtime, say)
         sys.setswitchinterval(SWITCH_S)
         service.say(f"READY=1\nSTATUS={heart.status()}")
         say(

@@ -11,7 +11,10 @@ MCL_CURRENT_AND_FUTURE = 3  # sys/mman.h
 
 
 def ask_for(wish: Realtime, say: Callable[[str], None]) -> None:
-    """Set what is wished for the calling thread and those it starts from now on; a refusal is said, not raised."""
+    """Set what is wished for the calling thread and those it starts from now on; a refusal is said, not raised.
+
+    All threads of a process share its interpreter: one that waits for a processor makes the others wait for it.
+    """
     if wish.fifo_priority:
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(wish.fifo_priority))
