@@ -18,18 +18,19 @@ import msgspec
 import numpy as np
 
 from thrustd.bench.programme import HIGH_N, multisine, random_steps
+from thrustd.core.aircraft import DATA, read_aircraft
 from thrustd.identify.artifact import finished
 from thrustd.identify.estimate import estimate
 from thrustd.identify.segments import Segment, segments_of
 from thrustd.identify.sensitivity import residuals, segments_for
 from thrustd.identify.structures import structure_named
 from thrustd.identify.structures.block_fits import BlockFits
+from thrustd.installation.shipped import shipped
 from thrustd.model.artifact import EffectSpec, ModelSpec, write_model
 from thrustd.model.compile import check_witness
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
-from thrustd.sensors.engine_force import UPPER_SHARE
 from thrustd.twin.bench import RIG, run_bench
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics
 
@@ -38,7 +39,6 @@ STRUCTURE = "hw-pwl+prandtl-ishlinskii"  # friction keeps a branch for minutes: 
 FITTED_HZ = 20.0  # means of the bench's 100 Hz: the load cell's noise is not the model's
 CHAMBER_DEGC, OTHER_DEGC = (-10.0, 50.0), 35.0
 THERMAL = {"thermal_stiffness": "stiffness_1_k", "thermal_expansion": "expansion_mm_k"}
-ENGINE_KG = 373.0
 STIFFENING_1_N = 1e-5
 
 
@@ -84,9 +84,11 @@ def campaign(mount: MountPhysics, seed: int, hours: float) -> Campaign:
 
 def installed(name: str) -> list[EffectSpec]:
     """What acts on the mount `name` in the aircraft and on no bench."""
-    share = UPPER_SHARE if name.endswith("upper") else 1.0 - UPPER_SHARE
+    path = shipped(f"deploy/{DATA}", "aircraft data")
+    aircraft = read_aircraft(path.read_text(), str(path))
+    share = aircraft.share(int(name.endswith("lower")), 2)
     mine = {
-        "axial_inertia": {"mass_kg": round(share * ENGINE_KG, 1)},
+        "axial_inertia": {"mass_kg": round(share * aircraft.engine_mass_kg, 1)},
         "engine_weight": {"stiffening_1_n": STIFFENING_1_N},
     }
     return [EffectSpec(effect, effect_named(effect).neutral() | values) for effect, values in mine.items()]

@@ -23,7 +23,7 @@ install -Dm644 -t "$new/system" "$here"/thrustd.service "$here"/80-thrustd-can.n
     "$here"/thrustd.sysusers
 
 # configuration and models of this aircraft are never overwritten
-cp -n "$here"/ph-lab.toml "$here"/canaerospace.dbc "$root/etc/thrustd/deploy/"
+cp -n "$here"/ph-lab.toml "$here"/citation-ii.toml "$here"/canaerospace.dbc "$root/etc/thrustd/deploy/"
 cp -rn "$here"/../models "$root/etc/thrustd/"
 
 check=("$new/bin/thrustd" check "$root/etc/thrustd/deploy/ph-lab.toml") # compiles now, not at the first start

@@ -39,7 +39,7 @@ def sign(config, key):
 
 def test_a_signed_installation_flies(signed):
     config, key = signed
-    assert len(read_installation(config, key).files) == 7
+    assert len(read_installation(config, key).files) == 8
 
 
 @pytest.mark.parametrize("name", ["aircraft.toml", "deck.json", "can.dbc", "left_upper.json", "right_lower.json"])

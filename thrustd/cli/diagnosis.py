@@ -4,11 +4,13 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import DECK, read_deck, read_models, read_recordings, shipped, split_models
+from thrustd.cli.files import CONFIGURATION, DECK, read_deck, read_models, read_recordings, split_models
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
+from thrustd.installation.shipped import shipped
 
 if TYPE_CHECKING:
+    from thrustd.core.aircraft import MountPlace
     from thrustd.model.artifact import ModelSpec
     from thrustd.model.effect import Effect
     from thrustd.records.recording import Recording
@@ -180,13 +182,24 @@ def _reference(arguments: argparse.Namespace) -> dict[str, Any]:
     """What the measurement is judged against, as all three verbs take it."""
     judged = arguments.against == "brochure"
     deck = read_deck(arguments.deck or shipped(DECK, "--deck")) if judged else None
-    return {"against": arguments.against, "mount": arguments.mount, "deck": deck}
+    return {"against": arguments.against, "mount": _place(arguments), "deck": deck}
+
+
+def _place(arguments: argparse.Namespace) -> "MountPlace | None":
+    """The mount that is looked at, as the configuration has it."""
+    from thrustd.core.aircraft import place_of
+    from thrustd.installation.installation import read_installation
+
+    if not arguments.mount:
+        return None
+    installation = read_installation(arguments.config or shipped(CONFIGURATION, "--config"))
+    return place_of(arguments.mount, installation.config, installation.aircraft())
 
 
 def _remark(records: list["Recording"], arguments: argparse.Namespace, specs: list["ModelSpec"]) -> None:
     from thrustd.diagnose.compare.reference import rest_remarks
 
-    for line in rest_remarks(records, arguments.mount, specs):
+    for line in rest_remarks(records, _place(arguments), specs):
         note(line)
 
 
@@ -211,6 +224,7 @@ def _add_model_and_data(parser: argparse.ArgumentParser, count: str = "+") -> No
 def _add_reference(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--against", default="", metavar="COLUMN", help="reference: a column, or 'brochure'")
     parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
+    parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")
     parser.add_argument("--deck", type=Path, help=f"with --against brochure (default: the shipped {DECK})")
 
 

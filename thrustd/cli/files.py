@@ -1,13 +1,11 @@
 """Files named on the command line: read them, or say in one line why not."""
 
 import os
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
-import thrustd
 from thrustd.core.errors import UsageError
 from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
@@ -19,16 +17,8 @@ if TYPE_CHECKING:
 
 DECK = "models/brochure/jt15d-4.json"
 HIL = "deploy/hil.toml"
+CONFIGURATION = "deploy/ph-lab.toml"
 OUTPUTS = "out", "smooth", "picture", "table"  # arguments that name a file to write
-
-
-def shipped(name: str, option: str) -> Path:
-    """A file that comes with thrustd, wherever the command is run: of the checkout, or of the installed wheel."""
-    places = Path(thrustd.__file__).parents[1], Path(sys.prefix) / "share" / "thrustd"
-    for place in places:
-        if (place / name).is_file():
-            return place / name
-    raise UsageError(f"{option}: expected a file; the shipped {name} is neither in {places[0]} nor in {places[1]}")
 
 
 def check_outputs(arguments: Mapping[str, Any]) -> None:

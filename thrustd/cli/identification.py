@@ -6,9 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.files import DECK, check_outputs, read_models, read_text, shipped, write_model_file, write_text
+from thrustd.cli.files import DECK, check_outputs, read_models, read_text, write_model_file, write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed
 from thrustd.core.errors import RecordingError, UsageError
+from thrustd.installation.shipped import shipped
 
 MOUNT_COLUMNS = ("deformation_mm", "force_N")
 

@@ -5,9 +5,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.files import HIL, shipped
+from thrustd.cli.files import HIL
 from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, print_json, progress, seed
 from thrustd.core.errors import UsageError
+from thrustd.installation.shipped import shipped
 
 TELL_EVENTS = 500  # between two moves of the progress bar
 BENCH_KINDS = ("steps", "sine", "multisine", "weight")

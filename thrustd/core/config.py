@@ -34,6 +34,7 @@ class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 class Aircraft(Section, frozen=True):
     name: Annotated[str, Meta(min_length=1, max_length=64)]
     engines: Annotated[list[Name], Meta(min_length=1, max_length=4)]  # names; their order is that of CAN and deck
+    data: str | None = None  # masses, spring rates, limits of the type; none: the shipped citation-ii.toml
 
 
 class Mount(Section, frozen=True):

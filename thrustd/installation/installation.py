@@ -13,10 +13,12 @@ from typing import Any
 import msgspec
 
 from thrustd.brochure.deck import Deck
+from thrustd.core.aircraft import DATA, AircraftData, read_aircraft
 from thrustd.core.config import Config, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
+from thrustd.installation.shipped import shipped
 from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
 from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
@@ -71,7 +73,11 @@ class Installation:
             scopes = {"engine": config.aircraft.engines.index(mount.engine), "mount": config.mount.index(mount)}
             _check_channels(model, heard, scopes, self._place(mount.model))
             models.append(model)
-        return Parts(tuple(models), deck, table)
+        return Parts(tuple(models), deck, table, self.aircraft())
+
+    def aircraft(self) -> AircraftData:
+        name = self.config.aircraft.data or DATA
+        return read_aircraft(self._text(name), self._place(name))
 
     def uncorrected(self) -> list[str]:
         """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""
@@ -135,6 +141,8 @@ def read_installation(path: Path | str, trust: Path | None = None) -> Installati
     config = _parse(content, str(path))
 
     def fetch(name: str) -> bytes:
+        if name == DATA and config.aircraft.data is None:
+            return _shipped_data()
         return _read(path.parent / name, f"{path}: {name}")
 
     installation = _complete(config, content, fetch, str(path))
@@ -162,6 +170,8 @@ def installation_from_files(files: Mapping[str, bytes], where: str) -> Installat
     config = _parse(files[CONFIG], f"{where}: {CONFIG}")
 
     def fetch(name: str) -> bytes:
+        if name == DATA and name not in files:  # a log of before there were such files
+            return _shipped_data()
         if name not in files:
             raise LogError(f"{where}: holds no {name}; give a configuration with --config")
         return files[name]
@@ -169,9 +179,14 @@ def installation_from_files(files: Mapping[str, bytes], where: str) -> Installat
     return _complete(config, files[CONFIG], fetch, where)
 
 
+def _shipped_data() -> bytes:
+    path = shipped(f"deploy/{DATA}", "aircraft.data")
+    return _read(path, str(path))
+
+
 def _complete(config: Config, content: bytes, fetch: Callable[[str], bytes], where: str) -> Installation:
     models = [mount.model for mount in config.mount]
-    names = [config.deck, config.can.dbc, *models]
+    names = [config.deck, config.can.dbc, *models, config.aircraft.data or DATA]
     return Installation(config, {CONFIG: content, **{name: fetch(name) for name in names}}, where)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.brochure.source import BrochureRoute
+from thrustd.core.aircraft import AircraftData
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.config import Config, section
 from thrustd.core.types import Event, Fault, MountOutput, Output
@@ -55,6 +56,7 @@ class Parts:
     models: tuple[CompiledModel, ...]  # by mount
     deck: Deck
     can_table: CanTable
+    aircraft: AircraftData
 
 
 class Pipeline:

@@ -4,7 +4,7 @@
     thread:    queue -> LogWriter -> file, rotated by size and time, synced twice per second
 
 A disk that is too slow fills the queue: the oldest parcels go, counted as `log_overrun`. A disk that refuses (full,
-read-only, gone) is `log_write`: the file is given up, parcels wait in the queue, and a new file is tried with growing
+read-only, gone) is a fault: the file is given up, parcels wait in the queue, and a new file is tried with growing
 delays; when it works, the fault is over. Events keep their numbers, so a log tells what it lacks.
 """
 

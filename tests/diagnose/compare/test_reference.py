@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.diagnose.scene import columns, inertia, mount, record
+from thrustd.core.aircraft import MountPlace
 from thrustd.core.errors import RecordingError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.reference import rest_remarks
@@ -25,8 +26,8 @@ def test_a_flight_model_is_compared_with_a_bench_without_accelerations():
     (with_inertia,) = compare({"m": flying}, [bench()]).comparisons
     (without,) = compare({"m": mount()}, [bench()]).comparisons
     assert with_inertia.rmse_n == pytest.approx(without.rmse_n)
-    assert rest_remarks([bench()], "", [flying]) == ["bench: accel_x_g is not recorded, 0 g taken for it"]
-    assert rest_remarks([bench()], "", [mount()]) == []
+    assert rest_remarks([bench()], None, [flying]) == ["bench: accel_x_g is not recorded, 0 g taken for it"]
+    assert rest_remarks([bench()], None, [mount()]) == []
 
 
 def test_a_model_that_goes_with_time_is_compared_with_a_bench():
@@ -34,7 +35,7 @@ def test_a_model_that_goes_with_time_is_compared_with_a_bench():
     drifting = mount(effects=[EffectSpec("sensor_drift", {"drift_mm_h": 0.01}), EffectSpec("ageing", {})])
     (found,) = compare({"m": drifting}, [bench()]).comparisons
     assert found.bias_n > 5.0  # 0.17 h
-    assert rest_remarks([bench()], "", [drifting]) == []
+    assert rest_remarks([bench()], None, [drifting]) == []
 
 
 def test_in_flight_nothing_rests():
@@ -46,4 +47,4 @@ def test_in_flight_nothing_rests():
 def test_a_log_that_was_not_replayed_says_how_its_mounts_become_columns():
     log = make_recording("flight.mcap", {"time_s": bench().time_s, "thrust_N_left": bench()["force_N"]}, RAW_LOG)
     with pytest.raises(RecordingError, match=r"no mount 'left_upper'.*thrustd replay"):
-        compare({"m": mount()}, [log], mount="left_upper")
+        compare({"m": mount()}, [log], mount=MountPlace("left_upper", "left", 0, 0.46))

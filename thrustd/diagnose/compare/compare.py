@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from thrustd.brochure.deck import Deck
+from thrustd.core.aircraft import MountPlace
 from thrustd.core.measures import percents, rms
 from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
@@ -38,7 +39,7 @@ def compare(
     recordings: Sequence[Recording],
     *,
     against: str = "",
-    mount: str = "",
+    mount: MountPlace | None = None,
     deck: Deck | None = None,
     load_cell_std_n: float | None = None,
     progress: Progress | None = None,

@@ -11,6 +11,7 @@ from math import isfinite
 import numpy as np
 
 from thrustd.brochure.deck import Deck, DeckInputs
+from thrustd.core.aircraft import MountPlace
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE
 from thrustd.identify.segments import DEFORMATION, FORCE
@@ -23,17 +24,15 @@ from thrustd.records.recording import TIME, Recording
 THRUST = "thrust_N"
 BROCHURE = "brochure"
 BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
-MOUNT_SHARE = 0.5  # two front mounts carry one engine
 _BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")
 
 
-def as_mount(record: Recording, mount: str) -> Recording:
+def as_mount(record: Recording, place: MountPlace | None) -> Recording:
     """Columns of one mount and its engine under plain names: `deformation_mm_left_upper` -> `deformation_mm`."""
-    if not mount:
+    if place is None:
         return record
-    engine = mount.split("_")[0]
-    plain = dict(record.channels)
-    for suffix in (engine, mount):
+    mount, plain = place.mount, dict(record.channels)
+    for suffix in (place.engine, mount):
         for name in CATALOGUE:
             if f"{name}_{suffix}" in record:
                 plain[name] = record[f"{name}_{suffix}"]
@@ -46,12 +45,15 @@ def as_mount(record: Recording, mount: str) -> Recording:
 
 
 def referenced(
-    recordings: Sequence[Recording], against: str, mount: str, deck: Deck | None, specs: Iterable[ModelSpec]
+    recordings: Sequence[Recording],
+    against: str,
+    place: MountPlace | None,
+    deck: Deck | None,
+    specs: Iterable[ModelSpec],
 ) -> list[Recording]:
     """Every recording as one mount sees it, with its reference as `force_N`; what it lacks for `specs` at rest."""
-    engine = engine_of(mount)
-    mounts = [as_mount(record, mount) for record in recordings]
-    found = [with_reference(record, against, deck=deck, engine=engine) for record in mounts]
+    mounts = [as_mount(record, place) for record in recordings]
+    found = [with_reference(record, against, place, deck) for record in mounts]
     return [r.with_channels(**{n: np.full(len(r), v) for n, v in unrecorded(r, specs).items()}) for r in found]
 
 
@@ -68,41 +70,42 @@ def unrecorded(record: Recording, specs: Iterable[ModelSpec]) -> dict[str, float
     return {s.name: s.rest for s in missing if isfinite(s.rest) and (s.scope == "mount" or not flew)}
 
 
-def rest_remarks(recordings: Sequence[Recording], mount: str, specs: Iterable[ModelSpec]) -> list[str]:
+def rest_remarks(recordings: Sequence[Recording], place: MountPlace | None, specs: Iterable[ModelSpec]) -> list[str]:
     """What `referenced` takes for granted, one line each."""
     specs = list(specs)
     return [
         f"{record.name}: {name} is not recorded, {value:g} {CATALOGUE[name].unit} taken for it"
         for record in recordings
-        for name, value in unrecorded(as_mount(record, mount), specs).items()
+        for name, value in unrecorded(as_mount(record, place), specs).items()
     ]
 
 
-def engine_of(mount: str) -> int:
-    """Number of the engine in the deck, whose curves differ a little: left 0, right 1."""
-    return int(mount.startswith("right"))
-
-
 def with_reference(
-    record: Recording, against: str = "", share: float = MOUNT_SHARE, deck: Deck | None = None, engine: int = 0
+    record: Recording, against: str = "", place: MountPlace | None = None, deck: Deck | None = None
 ) -> Recording:
     """The recording with its reference as `force_N`; RecordingError in one line when there is none."""
     if against == BROCHURE:
-        return record.with_channels(**{FORCE: share * _brochure_n(record, deck, engine)})
+        return record.with_channels(**{FORCE: _share(record, place) * _brochure_n(record, deck, place)})
     if against and against != FORCE:
-        factor = share if against.startswith(THRUST) else 1.0
+        factor = _share(record, place) if against.startswith(THRUST) else 1.0
         return record.with_channels(**{FORCE: factor * record[against]})
     if FORCE in record:
         return record
     if THRUST in record:
-        return record.with_channels(**{FORCE: share * record[THRUST]})
+        return record.with_channels(**{FORCE: _share(record, place) * record[THRUST]})
     has = ", ".join(sorted(record.channels)) or "no column"
     raise RecordingError(
         f"{record.name}: no reference: expected {FORCE} or {THRUST} (or against brochure), it has {has}"
     )
 
 
-def _brochure_n(record: Recording, deck: Deck | None, engine: int) -> Floats:
+def _share(record: Recording, place: MountPlace | None) -> float:
+    if place is None:
+        raise RecordingError(f"{record.name}: a mount carries a part of its engine's thrust: expected --mount")
+    return place.share
+
+
+def _brochure_n(record: Recording, deck: Deck | None, place: MountPlace | None) -> Floats:
     if deck is None:
         raise RecordingError(f"{record.name}: against brochure: expected a brochure deck, none is given")
     _require(record, ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC"))
@@ -111,7 +114,7 @@ def _brochure_n(record: Recording, deck: Deck | None, engine: int) -> Floats:
     table = [record[name][rows] if name in record else np.full(len(rows), np.nan) for name in _BROCHURE_INPUTS]
     rate = np.gradient(table[1], record.time_s[rows]) if len(rows) > 1 else np.zeros(len(rows))
     thrust = [
-        deck.estimate(DeckInputs(*(float(v) for v in values)), engine).thrust_n
+        deck.estimate(DeckInputs(*(float(v) for v in values)), place.number if place else 0).thrust_n
         for values in zip(*table, rate, strict=True)
     ]
     found: Floats = np.interp(record.time_s, record.time_s[rows], np.array(thrust))

@@ -15,6 +15,7 @@ import numpy as np
 from rich.console import Console
 
 from thrustd.brochure.deck import Deck
+from thrustd.core.aircraft import MountPlace
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.checks import (
     check_channels,
@@ -94,7 +95,7 @@ def extend(
     *,
     name: str = "",
     against: str = "",
-    mount: str = "",
+    mount: MountPlace | None = None,
     deck: Deck | None = None,
     progress: Progress | None = None,
 ) -> ExtendReport:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from thrustd.brochure.deck import Deck
+from thrustd.core.aircraft import MountPlace
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import referenced
@@ -36,7 +37,7 @@ def diagnose(
     *,
     name: str = "",
     against: str = "",
-    mount: str = "",
+    mount: MountPlace | None = None,
     deck: Deck | None = None,
     extra: Sequence[Effect] = (),
     progress: Progress | None = None,

@@ -1,0 +1,45 @@
+"""The aircraft's own file: what it says of mounts and sensors, and files that are refused."""
+
+import pytest
+
+from tests.conftest import ROOT, small_aircraft
+from thrustd.core.aircraft import place_of, read_aircraft
+from thrustd.core.errors import ConfigError, RecordingError
+
+CITATION = read_aircraft((ROOT / "deploy" / "citation-ii.toml").read_text(), "citation-ii.toml")
+
+
+def test_mounts_carry_the_thrust_in_the_ratio_of_their_springs():
+    config = small_aircraft().config
+    upper, lower = (place_of(f"right_{name}", config, CITATION) for name in ("upper", "lower"))
+    assert (upper.engine, upper.number) == ("right", 1)
+    assert upper.share == pytest.approx(5079.0 / (5079.0 + 5954.0))
+    assert upper.share + lower.share == pytest.approx(1.0)
+    with pytest.raises(RecordingError, match="expected one of left_upper, left_lower"):
+        place_of("tail", config, CITATION)
+
+
+def test_one_mount_alone_carries_it_all():
+    assert CITATION.share(0, 1) == 1.0
+
+
+def test_a_log_of_before_flies_on_the_shipped_file(aircraft):
+    assert aircraft.config.aircraft.data is None
+    assert aircraft.aircraft() == CITATION
+    assert "citation-ii.toml" in aircraft.files
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("name = 3", "name = 3"),
+        ("name = ", "not TOML"),
+        ('name = "x"\nengine_mass_kg = -1.0\nspring_n_mm = [1.0]\nlimits = {}', "engine_mass_kg = -1.0"),
+        ('name = "x"\nengine_mass_kg = 1.0\nspring_n_mm = [1.0]\nlimits = {}\ncolour = 1', "colour: no such key"),
+    ],
+)
+def test_other_files_are_refused_in_one_line(text, words):
+    with pytest.raises(ConfigError, match=words) as refused:
+        read_aircraft(text, "other.toml")
+    assert str(refused.value).startswith("other.toml: ")
+    assert "\n" not in str(refused.value)

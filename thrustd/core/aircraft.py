@@ -1,0 +1,72 @@
+"""What is known of a type of aircraft, from its own TOML file: masses, spring rates, what its sensors never do.
+
+`deploy/citation-ii.toml` is one, every number with its origin. Another type is another file.
+"""
+
+import tomllib
+from math import inf
+from typing import Annotated, NamedTuple
+
+from msgspec import Meta
+
+from thrustd.core.config import Config, Section, section
+from thrustd.core.errors import ConfigError, RecordingError
+
+DATA = "citation-ii.toml"  # for configurations that name none
+Positive = Annotated[float, Meta(gt=0, le=1e9)]
+
+
+class SensorLimits(Section, frozen=True):
+    """What a healthy sensor never does, per 0.1 s step; the file says what each number is."""
+
+    jump: Positive
+    noise: Annotated[float, Meta(gt=0)]
+    stuck_s: Annotated[float, Meta(gt=0)]
+    rate: Annotated[float, Meta(gt=0)] = inf
+    low: float = -inf
+    high: float = inf
+    alone_jump: Annotated[float, Meta(gt=0)] = inf
+    moves: Annotated[float, Meta(gt=0)] = inf
+
+
+class AircraftData(Section, frozen=True):
+    """One type of aircraft."""
+
+    name: str
+    engine_mass_kg: Positive
+    spring_n_mm: Annotated[list[Positive], Meta(min_length=1, max_length=2)]  # of an engine's mounts, in their order
+    limits: dict[str, SensorLimits]  # by signal
+
+    def share(self, place: int, mounts: int) -> float:
+        """What mount `place` of an engine's `mounts` carries of its thrust: they move together."""
+        springs = self.spring_n_mm[:mounts]
+        return springs[place] / sum(springs)
+
+
+class MountPlace(NamedTuple):
+    """Where a mount is, and what it carries."""
+
+    mount: str
+    engine: str
+    number: int  # of the engine, in deck and CAN table
+    share: float  # of its engine's thrust, -
+
+
+def read_aircraft(text: str, where: str) -> AircraftData:
+    """Parse and check; ConfigError, one line that begins with `where`."""
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise ConfigError(f"{where}: not TOML: {problem}") from None
+    return section(table, AircraftData, where)
+
+
+def place_of(mount: str, config: Config, data: AircraftData) -> MountPlace:
+    """A mount by its name in the configuration."""
+    for i, known in enumerate(config.mount):
+        if known.name == mount:
+            mine = config.mounts_of(known.engine)
+            share = data.share(mine.index(i), len(mine))
+            return MountPlace(mount, known.engine, config.aircraft.engines.index(known.engine), share)
+    names = ", ".join(known.name for known in config.mount)
+    raise RecordingError(f"--mount {mount}: not in the configuration, expected one of {names}")
