@@ -19,12 +19,13 @@ demo: .venv/ready ## replay a reference flight: numbers, estimate log, picture i
 	$(BIN)/thrustd replay replay_logs/throttle-steps.mcap -o out/demo.mcap --picture out/demo.png
 
 test: .venv/ready ## everything that proves the project
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	$(BIN)/python -m pytest -n 2 --dist worksteal $(PYTEST)
 
-check: .venv/ready ## format, lint, types
+check: .venv/ready ## format, lint, types; Python and JavaScript
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/biome ci --colors=off
 
 bench: .venv/ready ## speed and memory, measured here
 	$(BIN)/python -m benchmarks
@@ -35,7 +36,7 @@ fusion: .venv/ready ## the fusion, fault and coverage tables: recorded flights f
 	$(BIN)/python -m benchmarks.fusion_ensemble
 
 blind: .venv/ready ## hide effects, find them, count: confusion matrix and fall of the error
-	$(BIN)/python benchmarks/blind.py
+	$(BIN)/python -m benchmarks.blind
 
 thesis: .venv/ready ## the thesis' table beside ours from the twin's bench, pictures in out/
 	@mkdir -p out

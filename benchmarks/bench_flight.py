@@ -113,7 +113,12 @@ def _fed(installation: Installation, batches: list[EventBatch]) -> tuple[list[Ou
     setattr(pipeline, "_fuse", timed)  # noqa: B010 - a stopwatch around the inside
     gc.collect()
     gc.freeze()
-    fed_s = spent_s(lambda: [outputs.extend(pipeline.take(batch)) for batch in batches])
+
+    def feed() -> None:
+        for batch in batches:
+            outputs.extend(pipeline.take(batch))
+
+    fed_s = spent_s(feed)
     return outputs, fed_s, fused_s
 
 

@@ -1,18 +1,17 @@
-"""The blind benchmark: hide effects, diagnose, extend, and count. `python benchmarks/blind.py [options]`.
+"""The blind benchmark: hide effects, diagnose, extend, and count. `python -m benchmarks.blind [options]`.
 
 Per seed one mount: its quiet bench is identified once as `thrustd identify` does, then every effect is hidden in turn
 at every strength. The truth is read only for scoring. Three generators with nothing in common: `twin`
 (thrustd.twin.hide), `own` (blind_mount.py) and `rig` (blind_rig.py, every seed other laws and a damaged recording).
 Every case is one line of JSON in `--results`; cases that stand there are not run again, and the table is of all lines.
 
-    python benchmarks/blind.py                                      everything, hours on one core
-    python benchmarks/blind.py --seeds 1 --strengths 3 --kinds single --generator rig
-    python benchmarks/blind.py --table                              only the table of what has been run
+    python -m benchmarks.blind                                      everything, hours on one core
+    python -m benchmarks.blind --seeds 1 --strengths 3 --kinds single --generator rig
+    python -m benchmarks.blind --table                              only the table of what has been run
 """
 
 import argparse
 import json
-import sys
 import time
 import traceback
 from collections.abc import Iterator
@@ -23,6 +22,8 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
+from benchmarks import blind_mount, blind_rig
+from benchmarks.blind_table import print_table
 from thrustd.core.errors import ThrustdError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
@@ -33,11 +34,6 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.model.effects import shelf
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.hide import Case, hidden_case
-
-sys.path.insert(0, str(Path(__file__).parent))
-import blind_mount
-import blind_rig
-from blind_table import print_table
 
 EFFECTS = sorted({effect.word for effect in shelf().values()})
 UNKNOWN = {
@@ -91,7 +87,8 @@ def make(case: Wanted) -> Records:
     tables, sizes = source.exercise(list(case.effects), case.seed, case.strength * OWN_UNIT_N, flight=case.flight)
     names = ("bench", "measured", "heldout")
     parameters = {source.PARAMETERS[e]: s for e, s in sizes.items() if e in source.PARAMETERS}
-    return Records(*(make_recording(n, t) for n, t in zip(names, tables, strict=True)), parameters)
+    bench, measured, heldout = (make_recording(n, t) for n, t in zip(names, tables, strict=True))
+    return Records(bench, measured, heldout, parameters)
 
 
 def twin_truth(hidden: Case) -> dict[str, float]:
@@ -185,8 +182,8 @@ def kept(folder: Path, case: Wanted) -> tuple[ModelSpec, float]:
     """Model and quiet error of a seed from the folder, or made and put there."""
     path = folder / f"{case.generator}-{case.seed}.json"
     if path.exists():
-        quiet_n, model = json.loads(path.with_suffix(".quiet").read_text()), path.read_bytes()
-        return msgspec.json.decode(model, type=ModelSpec), quiet_n
+        quiet_n = json.loads(path.with_suffix(".quiet").read_text())
+        return msgspec.json.decode(path.read_bytes(), type=ModelSpec), quiet_n
     model = identify([make(case._replace(effects=(), flight=0)).bench], name=f"seed{case.seed}").spec
     quiet_n = quiet_error_n(model, case._replace(flight=0))
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -180,7 +180,7 @@ def _stiffness(ch, name, s, hours):
 
 
 READINGS = {  # what the transducer makes of the deformation x: (x, channels, size, hours)
-    "creep": lambda x, ch, s, hours: x + s * _log_creep(x),
+    "creep": lambda x, ch, s, hours: x + s * _log_creep(x),  # type: ignore[has-type]
     "thermal_expansion": lambda x, ch, s, hours: x + s * (ch["temperature_degC"] - ROOM_DEGC),
     "vibration_rectification": lambda x, ch, s, hours: x + s * (ch["vibration_mm_s"] / 20) ** 2,
     "free_play": lambda x, ch, s, hours: x + (x - _backlash(x, s / 2)),

@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from blind_rig_friction import bouc_wen, elastic, relays, rubbed
 from numba import njit
 from scipy.signal import lfilter
+
+from benchmarks.blind_rig_friction import bouc_wen, elastic, relays, rubbed
 
 DT_S = 0.05
 LOAD_CELL_N = 12.0

@@ -45,7 +45,7 @@ def _confusion(generator: str, lines: Sequence[Line]) -> Table:
 
 def _shares(kind: str, lines: Sequence[Line], console: Console) -> None:
     right = sum(line["right"] for line in lines)
-    exact = sum(line.get("exact", line["right"]) for line in lines)
+    exact = sum(bool(line.get("exact", line["right"])) for line in lines)
     unfair = sum(not line["right"] and not line.get("excused") for line in lines)
     console.print(
         f"{kind}: {right} of {len(lines)} right ({right / len(lines):.0%}, asked {ASKED.get(kind, 0.95):.0%}),"

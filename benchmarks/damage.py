@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 from cobs import cobs
 
+from thrustd.core.columns import CHANNEL_FAULT
 from thrustd.core.types import Event, Fault, Frame, Status
-from thrustd.wire.adc_frames import CHANNEL_FAULT, encode
+from thrustd.wire.adc_frames import encode
 
 Edit = Callable[[list[Event], int, int], Iterator[Event]]
 _ADC_HEAD = 8

@@ -22,7 +22,7 @@ def hurry(speed: float) -> None:
         return wait(flag, None if timeout is None else timeout / speed)
 
     vars(time).update(monotonic_ns=lambda: start_ns + since_ns(), time_ns=lambda: utc_ns + since_ns())
-    threading.Event.wait = shorter_wait
+    setattr(threading.Event, "wait", shorter_wait)  # noqa: B010 - so does everybody who waits
 
 
 def main() -> int:

@@ -12,9 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, installation
-from benchmarks.fusion_table import AFTER_S, BAND, RUNNING_N1_PCT, SETTLE_S, TRANSIENT_PCT_S, rmse
+from benchmarks.fusion_table import AFTER_S, RUNNING_N1_PCT, SETTLE_S, TRANSIENT_PCT_S
 from thrustd.brochure.deck import Deck
 from thrustd.brochure.source import BrochureRoute
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.thrust_filter import ThrustFilter
@@ -62,9 +63,9 @@ def main() -> None:
             for engine, side in enumerate(ENGINES):
                 error_n, std_n, rate_pct_s = flown(deck, profile, engine, seed)
                 moving = np.convolve(rate_pct_s > TRANSIENT_PCT_S, np.ones(round(AFTER_S / STEP_S)))[: len(error_n)] > 0
-                used, inside = np.isfinite(rate_pct_s), np.abs(error_n) <= BAND * std_n
+                used, inside = np.isfinite(rate_pct_s), np.abs(error_n) <= SIGMAS_95 * std_n
                 shares.append([100 * inside[used & ~moving].mean(), 100 * inside[used & moving].mean()])
-                grid.add_row(name, str(seed), side, f"{rmse(error_n[used]):.0f}", *(f"{s:.1f}" for s in shares[-1]))
+                grid.add_row(name, str(seed), side, f"{rms(error_n[used]):.0f}", *(f"{s:.1f}" for s in shares[-1]))
     grid.add_row("mean", "", "", "", *(f"{share:.1f}" for share in np.mean(shares, axis=0)))
     console.print(grid)
 

@@ -10,7 +10,6 @@ from hypothesis import HealthCheck, settings
 
 from thrustd.installation.installation import Installation, installation_from_files
 from thrustd.model.artifact import (
-    SCHEMA,
     EffectSpec,
     LinearBlock,
     ModelSpec,
@@ -64,7 +63,7 @@ def simple_model(name: str = "mount", stiffness_n_mm: float = 5079.0, **changes:
     """Linear spring of unit DC gain with two relaxation modes, and both load-factor corrections."""
     knots = np.linspace(0.0, 1.4, 11)
     spec = ModelSpec(
-        schema=SCHEMA,
+        schema="thrustd-model/1",
         name=name,
         structure="hw-pwl",
         input_curve=PiecewiseLinear(knots.tolist(), knots.tolist()),
@@ -92,6 +91,10 @@ def small_aircraft(sample_hz: float = 100.0, estimate_hz: float = 50.0, extra: s
     files["can.dbc"] = (ROOT / "deploy" / "canaerospace.dbc").read_bytes()
     text = CONFIG.format(sample_hz=sample_hz, estimate_hz=estimate_hz, mounts=mounts) + extra
     return installation_from_files({"config.toml": text.encode(), **files}, "test")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--need-browser", action="store_true", help="tests in a browser fail where there is none")
 
 
 @pytest.fixture(scope="session")

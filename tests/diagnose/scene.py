@@ -3,7 +3,6 @@
 import numpy as np
 
 from thrustd.model.artifact import (
-    SCHEMA,
     EffectSpec,
     ErrorMap,
     LinearBlock,
@@ -22,7 +21,7 @@ NOISE_N = 12.0
 def mount(k1=5000.0, k3=1000.0, gains=(0.05, 0.04), taus_s=(0.4, 60.0), effects=(), own_n=NOISE_N):
     """Quasi-linear viscoelastic: a cubic curve, then relaxation."""
     return ModelSpec(
-        schema=SCHEMA,
+        schema="thrustd-model/1",
         name="mount",
         structure="hammerstein",
         input_curve=Polynomial(0.0, 1.0, [0.0, k1, 0.0, k3]),

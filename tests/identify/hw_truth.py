@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from thrustd.model.artifact import SCHEMA, ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode, ValidRange
+from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode, ValidRange
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
 
@@ -15,7 +15,7 @@ def truth(linear=REAL, scale=1.0, zero=0.0, output=6000.0):
     f = 1.2 * (x / 1.2 + 0.5 * (x / 1.2) ** 3) / 1.5
     h = np.linspace(-0.1, 1.3, 11)
     return ModelSpec(
-        schema=SCHEMA,
+        schema="thrustd-model/1",
         name="truth",
         structure="hw-pwl",
         input_curve=PiecewiseLinear((zero + scale * x).tolist(), f.tolist()),

@@ -10,18 +10,18 @@ PATHS = ("chromium", "chromium-browser", "google-chrome")
 LONG_MS = 300_000  # a fit on a busy machine
 
 
-def chromium():
-    """Its path; skips the test, and says what to do, where there is none."""
+def chromium(needed):
+    """Its path; skips the test, or fails it when it is needed, and says what to do, where there is none."""
     executable = next(filter(None, map(shutil.which, PATHS)), None)
     if executable is None:
-        pytest.skip("no chromium on this machine: apt-get install chromium, then this test runs")
-    pytest.importorskip("playwright.sync_api", reason="pip install playwright, then this test runs")
+        without = pytest.fail if needed else pytest.skip
+        without("no chromium on this machine: apt-get install chromium, then this test runs")
     return executable
 
 
 @pytest.fixture(scope="module")
-def browser():
-    executable = chromium()
+def browser(pytestconfig):
+    executable = chromium(pytestconfig.getoption("--need-browser"))
     from playwright import sync_api
 
     with sync_api.sync_playwright() as playwright:

@@ -57,8 +57,9 @@ def workbench(folder: Path):
     """Start `thrustd workbench FOLDER`, stop it at the end."""
     command = (sys.executable, "-m", "thrustd", "workbench", str(folder), "--no-browser")
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert child.stdout and child.stderr
     noise: list[str] = []
-    reader = threading.Thread(target=lambda: noise.extend(child.stderr), daemon=True)
+    reader = threading.Thread(target=noise.extend, args=(child.stderr,), daemon=True)
     reader.start()
     try:
         url = re.search(r"http\S+", child.stdout.readline())

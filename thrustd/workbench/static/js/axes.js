@@ -155,7 +155,7 @@ export function band(p, d, color, alpha) {
   ctx.globalAlpha = alpha;
   ctx.fillStyle = css(color);
   ctx.beginPath();
-  d.at.forEach((x, i) => ctx.lineTo(p.x(x), p.y(d.high[i])));
+  for (const [i, x] of d.at.entries()) ctx.lineTo(p.x(x), p.y(d.high[i]));
   for (let i = d.at.length - 1; i >= 0; i--) ctx.lineTo(p.x(d.at[i]), p.y(d.low[i]));
   ctx.fill();
   ctx.globalAlpha = 1;

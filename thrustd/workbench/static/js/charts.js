@@ -99,9 +99,9 @@ export function mapChart(map, chosen, top = topOf([map])) {
     },
     draw(p) {
       const { ctx } = p;
-      shown.rms_n.forEach((row, i) =>
-        row.forEach((rms, j) => {
-          if (rms === null) return;
+      for (const [i, row] of shown.rms_n.entries())
+        for (const [j, rms] of row.entries()) {
+          if (rms === null) continue;
           ctx.fillStyle = heat(rms / top);
           const x = p.x(shown.force_edges_n[i]),
             y = p.y(Math.max(shown.rate_edges_n_s[j + 1], 2));
@@ -111,8 +111,7 @@ export function mapChart(map, chosen, top = topOf([map])) {
             p.x(shown.force_edges_n[i + 1]) - x + 0.5,
             p.y(Math.max(shown.rate_edges_n_s[j], 2)) - y + 0.5,
           );
-        }),
-      );
+        }
       ctx.restore();
       legend(p, "RMS", heat, [
         [top, 1],
@@ -177,7 +176,7 @@ export function coherenceChart(s) {
       return `${number(hz[i], 3)} Hz: ` + most.map(([name, share]) => `${name} ${number(share[i], 2)}`).join(", ");
     },
     draw(p) {
-      most.forEach(([, share], i) => line(p, hz, share, MANY[i][0], 1.5, MANY[i][1]));
+      for (const [i, [, share]] of most.entries()) line(p, hz, share, MANY[i][0], 1.5, MANY[i][1]);
     },
   });
   return h(

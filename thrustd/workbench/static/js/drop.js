@@ -1,6 +1,7 @@
 // Drag and drop: files go to the server, which checks them before the folder gets them.
-import { h } from "./dom.js";
+
 import { fileUrl, put } from "./api.js";
+import { h } from "./dom.js";
 import { attempt, refresh, session, store } from "./store.js";
 
 export function dropFiles(target) {

@@ -1,16 +1,16 @@
 // What is always there: the loop's steps, the choice of model and recordings, the next step in words, running work.
 import { fill, h, select } from "./dom.js";
 import { newtons } from "./format.js";
+import { nextStep } from "./guide.js";
 import { bar, ledgerOf } from "./ledger.js";
 import { showNotices } from "./notices.js";
 import { attempt, cancel, choose, store } from "./store.js";
-import { nextStep } from "./guide.js";
-import { overview } from "./views/overview.js";
-import { histories } from "./views/histories.js";
-import { fails } from "./views/fails.js";
-import { missing } from "./views/missing.js";
 import { add } from "./views/add.js";
+import { fails } from "./views/fails.js";
 import { flight } from "./views/flight.js";
+import { histories } from "./views/histories.js";
+import { missing } from "./views/missing.js";
+import { overview } from "./views/overview.js";
 
 const VIEWS = { overview, histories, fails, missing, add, flight };
 const NAMES = {
@@ -132,7 +132,16 @@ export class Frame {
     const { models, recordings, session } = store.server;
     const names = recordings.map((r) => r.name);
     const wanted = nextStep()?.wants;
-    if (this.same("context", names, models.map((m) => m.name), session, wanted)) return;
+    if (
+      this.same(
+        "context",
+        names,
+        models.map((m) => m.name),
+        session,
+        wanted,
+      )
+    )
+      return;
     const chooser = (title, meaning, list, chosen, none, pick) =>
       h(
         "label",
@@ -181,11 +190,7 @@ export class Frame {
         ? [
             h("div", { class: "say" }, h("b", {}, "Next"), next.say),
             next.label
-              ? h(
-                  "button",
-                  { class: "primary", id: "next", onclick: attempt(() => this.next.go()) },
-                  next.label,
-                )
+              ? h("button", { class: "primary", id: "next", onclick: attempt(() => this.next.go()) }, next.label)
               : null,
           ].filter(Boolean)
         : []),

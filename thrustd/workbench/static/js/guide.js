@@ -1,8 +1,7 @@
 // The next sensible step, in words, from what is there: a newcomer needs nothing else.
 import { newtons, typeset } from "./format.js";
-import { choose, model, recording, session, store } from "./store.js";
-
 import { compareNow, diagnoseNow, exerciseNow, goAndAdd, identifyNow, revealNow } from "./steps.js";
+import { choose, model, recording, session, store } from "./store.js";
 
 const go = (view) => {
   location.hash = view;
@@ -109,7 +108,9 @@ function afterDiagnosis(asked, chosen) {
   if (chosen.exercise && truth)
     return {
       view: store.view === "overview" ? "add" : "overview",
-      say: afterwards(truth) + (store.view === "add" ? " Save the model, compile it for flight, or write the report." : ""),
+      say:
+        afterwards(truth) +
+        (store.view === "add" ? " Save the model, compile it for flight, or write the report." : ""),
       label: store.view === "add" ? null : store.view === "overview" ? "Save and compile" : "See found and true",
       go: () => go(store.view === "overview" ? "add" : "overview"),
     };
@@ -152,7 +153,8 @@ function afterwards(truth) {
     held = (model(session().model)?.effects ?? []).map((one) => effectOf(one.name, hidden));
   const missed = hidden.filter((name) => !held.includes(name)),
     extra = held.filter((name) => !hidden.includes(name));
-  if (!missed.length && !extra.length) return `Found: ${hidden.join(" and ")} was hidden, and that is what the model holds.`;
+  if (!missed.length && !extra.length)
+    return `Found: ${hidden.join(" and ")} was hidden, and that is what the model holds.`;
   return (
     `${hidden.join(" and ")} was hidden; the model holds ${held.join(" and ") || "no effect"}. ` +
     "Their forces may look alike on these data: see what separates them under What is missing."
@@ -167,7 +169,8 @@ export function latest(kind) {
     const models = asked.models ?? [asked.model];
     return models.at(-1) === chosen.model && String(asked.recordings) === String(chosen.measured) && !asked.condition;
   };
-  const used = (job) => chosen.measured.every((name) => String(job.result.excluded?.[name] ?? "") === excludedNow(name));
+  const used = (job) =>
+    chosen.measured.every((name) => String(job.result.excluded?.[name] ?? "") === excludedNow(name));
   const job = store.server.jobs.find((one) => one.kind === kind && one.state === "done" && same(one) && used(one));
   return job ? { ...job.result, id: job.id, title: job.title } : null;
 }

@@ -1,8 +1,9 @@
 // Above the time histories: which recordings, models and channels, whether they zoom together, and the condition.
-import { h } from "./dom.js";
-import { recording, store } from "./store.js";
-import { FIRST } from "./history_panels.js";
+
 import { conditionBar } from "./condition.js";
+import { h } from "./dom.js";
+import { FIRST } from "./history_panels.js";
+import { recording, store } from "./store.js";
 
 // state: what the view remembers; draw() draws it anew; hits(found, words) shades the samples of a condition
 export function historyTools(state, recordings, models, draw, hits) {

@@ -1,7 +1,8 @@
 // Starts the page: frame, views, events.
+
+import { dropFiles } from "./drop.js";
 import { Frame } from "./frame.js";
 import { changed, follow, listen, refresh, store } from "./store.js";
-import { dropFiles } from "./drop.js";
 
 const theme = localStorage.getItem("theme") ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 document.documentElement.dataset.theme = theme;

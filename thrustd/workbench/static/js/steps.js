@@ -25,7 +25,9 @@ export async function compareNow(models) {
 }
 
 export function parentOf(name) {
-  const job = store.server.jobs.find((one) => one.kind === "extend" && one.state === "done" && one.result.model === name);
+  const job = store.server.jobs.find(
+    (one) => one.kind === "extend" && one.state === "done" && one.result.model === name,
+  );
   return job && model(job.result.parent) ? job.result.parent : null;
 }
 

@@ -1,5 +1,5 @@
 // The one state of the page: what the server says, where we are, and who wants to hear of changes.
-import { get, post, remove, Problem } from "./api.js";
+import { get, Problem, post, remove } from "./api.js";
 
 export const store = {
   server: null, // answer of api/state

@@ -48,7 +48,7 @@ export class LiveStrip {
         padding: [10, 14, 0, 0],
         cursor: { y: false, points: { show: false } },
         scales: {
-          x: { time: false, range: (u, low, high) => [Math.max(low, high - SPAN_S), Math.max(high, low + 10)] },
+          x: { time: false, range: (_u, low, high) => [Math.max(low, high - SPAN_S), Math.max(high, low + 10)] },
         },
         axes: [timeAxis(), valueAxis()],
         series: [{}, line("high"), line("low"), ...LINES.map(([, label, color, w]) => line(label, color, w))],
@@ -60,12 +60,13 @@ export class LiveStrip {
   }
 
   add(row) {
-    [
+    const values = [
       row.t_ns * 1e-9,
       edge(1, row.thrust_n, row.thrust_std_n),
       edge(-1, row.thrust_n, row.thrust_std_n),
       ...LINES.map(([field]) => row[field]),
-    ].forEach((v, i) => this.data[i].push(v));
+    ];
+    for (const [i, v] of values.entries()) this.data[i].push(v);
     const first = this.data[0].findIndex((t) => t >= row.t_ns * 1e-9 - SPAN_S);
     if (first > 1000) for (const column of this.data) column.splice(0, first);
   }

@@ -6,7 +6,7 @@ import { FAMILY, px, SCALE } from "./scale.js";
 const FONT = `${11.5 * SCALE}px ${FAMILY}`;
 export const TIME_AXIS_PX = px(46); // ticks, their numbers and the word under them
 
-const ticks = (u, at, i, space, step) => at.map((v) => plainTick(v, step));
+const ticks = (_u, at, _i, _space, step) => at.map((v) => plainTick(v, step));
 
 function base() {
   const grid = { stroke: () => css("--line"), width: 1 };
@@ -16,8 +16,17 @@ function base() {
 // `last`: the lowest panel of a sheet carries the numbers, the others only the grid
 export function timeAxis(last = true) {
   const axis = base();
-  if (!last) return { ...axis, size: 0, space: px(90), ticks: { show: false }, values: (u, at) => at.map(() => "") };
-  return { ...axis, size: px(26), space: px(90), values: ticks, label: "time [s]", labelSize: px(20), labelFont: FONT, labelGap: 2 };
+  if (!last) return { ...axis, size: 0, space: px(90), ticks: { show: false }, values: (_u, at) => at.map(() => "") };
+  return {
+    ...axis,
+    size: px(26),
+    space: px(90),
+    values: ticks,
+    label: "time [s]",
+    labelSize: px(20),
+    labelFont: FONT,
+    labelGap: 2,
+  };
 }
 
 export const valueAxis = () => ({ ...base(), size: px(68), space: px(26), values: ticks });

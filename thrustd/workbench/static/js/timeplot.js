@@ -2,9 +2,10 @@
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
 import { clock, count, number, seconds } from "./format.js";
+import { fetchWindow, toColumns, valueAt } from "./lines.js";
 import { FAMILY, px } from "./scale.js";
 import { TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
-import { fetchWindow, toColumns, valueAt } from "./lines.js";
+
 const MIN_SPAN_S = 1e-3;
 
 export class Sheet {
@@ -43,7 +44,8 @@ export class Sheet {
     const width = Math.max(240, this.root.clientWidth - 10);
     if (width === this.width) return;
     this.width = width;
-    for (const plot of this.plots) plot.root.classList.toggle("many", plot.named > 1 && px(320 + 230 * plot.named) > width);
+    for (const plot of this.plots)
+      plot.root.classList.toggle("many", plot.named > 1 && px(320 + 230 * plot.named) > width);
     if (this.plots[0]?.chart) for (const plot of this.plots) plot.chart.setSize({ width, height: this.height(plot) });
     else this.draw();
     this.fetch();

@@ -1,13 +1,14 @@
 // Add it: the error ledger as falling bars, the numbers found, undo, save, compile, report.
+
+import { fileUrl, post } from "../api.js";
 import { fill, h, panel, select } from "../dom.js";
 import { newtons, plusMinus } from "../format.js";
-import { fileUrl, post } from "../api.js";
-import { attempt, model, order, refresh, running, say, session, store } from "../store.js";
-import { compareNow, diagnoseNow, extendWith } from "../steps.js";
 import { latest } from "../guide.js";
-import { removed, WORTH } from "../worth.js";
 import { ledgerBars, ledgerOf } from "../ledger.js";
 import { save } from "../save.js";
+import { compareNow, diagnoseNow, extendWith } from "../steps.js";
+import { attempt, model, order, refresh, running, say, session, store } from "../store.js";
+import { removed, WORTH } from "../worth.js";
 
 export function add(root) {
   const draw = () => {
@@ -73,7 +74,11 @@ export function add(root) {
         "tr",
         {},
         h("td", {}, h("b", {}, c.effect), c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null),
-        h("td", { class: "num" }, removed(c) < WORTH ? "removes nothing" : `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`),
+        h(
+          "td",
+          { class: "num" },
+          removed(c) < WORTH ? "removes nothing" : `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`,
+        ),
         h(
           "td",
           { class: "num" },

@@ -2,8 +2,8 @@
 import { h } from "../dom.js";
 import { newtons, number, plusMinus, signed } from "../format.js";
 import { effectOf, revealed } from "../guide.js";
-import { attempt, model, running, session } from "../store.js";
 import { exerciseNow, revealNow } from "../steps.js";
+import { attempt, model, running, session } from "../store.js";
 
 export function exercisePanel() {
   const { exercise } = session(),
@@ -60,7 +60,12 @@ function foundAndTrue(truth, card) {
   for (const one of held.values())
     if (!hidden.includes(effectOf(one.name, hidden)))
       rows.push(
-        h("tr", {}, h("td", {}, h("b", {}, one.name)), h("td", { class: "warn", colspan: "6" }, "in the model, but not hidden")),
+        h(
+          "tr",
+          {},
+          h("td", {}, h("b", {}, one.name)),
+          h("td", { class: "warn", colspan: "6" }, "in the model, but not hidden"),
+        ),
       );
   const heads = [
     ["Hidden effect", ""],

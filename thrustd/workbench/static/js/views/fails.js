@@ -1,9 +1,9 @@
 // Where it fails: the numbers, the ranked list in words, and the pictures; a click takes all of them to those samples.
 import { fill, h, panel } from "../dom.js";
-import { number, newtons, percent, seconds, signedNewtons, typeset } from "../format.js";
-import { attempt, session, store } from "../store.js";
-import { compareNow } from "../steps.js";
+import { newtons, number, percent, seconds, signedNewtons, typeset } from "../format.js";
 import { bar } from "../ledger.js";
+import { compareNow } from "../steps.js";
+import { attempt, session, store } from "../store.js";
 import { answerView } from "./answer.js";
 import { pictures, regions } from "./failure_pictures.js";
 
@@ -147,7 +147,10 @@ export function fails(root) {
         failure &&
           h(
             "button",
-            { class: "primary push", onclick: () => go(c.recording, failure.worst, failure.sentence, failure.intervals) },
+            {
+              class: "primary push",
+              onclick: () => go(c.recording, failure.worst, failure.sentence, failure.intervals),
+            },
             "Show in the time history",
           ),
       ],

@@ -1,8 +1,9 @@
 // The pictures of where a model fails, one model alone or several on the same samples, and its regions as a table.
-import { h, panel } from "../dom.js";
-import { newtons, percent, signedNewtons, typeset } from "../format.js";
+
 import { span } from "../axes.js";
 import { coherenceChart, dependenceChart, loopChart, mapChart, spectrumChart, topOf } from "../charts.js";
+import { h, panel } from "../dom.js";
+import { newtons, percent, signedNewtons, typeset } from "../format.js";
 
 const SHOWN = 9; // channels drawn, those that carry most of the residual first
 const FRONT = "--s1";
@@ -15,7 +16,11 @@ export function pictures(c, rest, failure, chosen) {
     top = topOf(all.map((one) => one.map));
   const each = (title, picture) =>
     all.map((one) =>
-      panel(title, [h("span", { class: "faint" }, rest.length ? one.model : "")], h("div", { class: "body" }, picture(one))),
+      panel(
+        title,
+        [h("span", { class: "faint" }, rest.length ? one.model : "")],
+        h("div", { class: "body" }, picture(one)),
+      ),
     );
   const loops = each("Force over deformation, coloured by error", (one) =>
     loopChart(one.loop, one === c ? chosen : null, limit),
@@ -28,7 +33,14 @@ export function pictures(c, rest, failure, chosen) {
       "Residual against each channel",
       [
         h("span", { class: "faint" }, "mean and 10 to 90 % band"),
-        failure ? keys([["all samples", "--s2"], ["the chosen samples", FRONT]]) : rest.length ? modelKeys(c, rest) : null,
+        failure
+          ? keys([
+              ["all samples", "--s2"],
+              ["the chosen samples", FRONT],
+            ])
+          : rest.length
+            ? modelKeys(c, rest)
+            : null,
       ],
       h("div", { class: "columns three body" }, dependences(c, rest, failure)),
     ),
@@ -67,7 +79,14 @@ function dependences(c, rest, failure) {
   const widest = (d) => Math.max(...drawn.map((one) => spread(same(one, d) ?? d)));
   const most = [...c.dependences].sort((a, b) => widest(b) - widest(a)).slice(0, SHOWN);
   return most.map((d) => {
-    if (failure) return dependenceChart(layers([[d, "--s2"], [same(failure, d), FRONT]]), y);
+    if (failure)
+      return dependenceChart(
+        layers([
+          [d, "--s2"],
+          [same(failure, d), FRONT],
+        ]),
+        y,
+      );
     if (!rest.length) return dependenceChart([{ d, color: "--s2" }], y);
     return dependenceChart(layers([...rest.map((one, i) => [same(one, d), BEHIND[i % BEHIND.length]]), [d, FRONT]]), y);
   });

@@ -16,7 +16,11 @@ export function flight(root) {
     const found = logs(),
       chosen = found.find((r) => r.name === ui.log) ?? found.find((r) => r.growing) ?? found[0],
       mode = ui.mode ?? (chosen?.growing ? "live" : "play");
-    const state = h("span", { class: "quiet", role: "status" }, "A log may be followed while the daemon is writing it.");
+    const state = h(
+      "span",
+      { class: "quiet", role: "status" },
+      "A log may be followed while the daemon is writing it.",
+    );
     const tools = h(
       "div",
       { class: "panel" },

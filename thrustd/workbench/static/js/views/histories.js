@@ -1,13 +1,14 @@
 // Time histories: measured, models, residual and any channel of one or several recordings, zoomed and marked together.
+
+import { put, query } from "../api.js";
 import { fill, h, panel } from "../dom.js";
 import { duration } from "../format.js";
-import { attempt, model, order, recording, refresh, running, session, store } from "../store.js";
-import { put, query } from "../api.js";
 import { bandedOf, panelsOf } from "../history_panels.js";
 import { historyTools } from "../history_tools.js";
-import { Sheet } from "../timeplot.js";
 import { askMark, marksTable } from "../marks.js";
 import { save, savePicture } from "../save.js";
+import { attempt, model, order, recording, refresh, running, session, store } from "../store.js";
+import { Sheet } from "../timeplot.js";
 
 const ui = () =>
   (store.ui.histories ??= {
@@ -65,7 +66,11 @@ export function histories(root) {
       grid,
       wanted.length
         ? wanted.map(sheetPanel)
-        : h("section", { class: "panel" }, h("p", { class: "empty" }, "No recording yet. Drop one anywhere on this page.")),
+        : h(
+            "section",
+            { class: "panel" },
+            h("p", { class: "empty" }, "No recording yet. Drop one anywhere on this page."),
+          ),
     );
     sheets.get(held)?.root.focus({ preventScroll: true }); // keys go on to the same plots
     store.focus = null;
@@ -193,7 +198,10 @@ export function histories(root) {
   function keysOf(name) {
     const settles = settling(name),
       { marks, models: run } = recording(name),
-      banded = bandedOf(recording(name), models().filter((m) => m in (run ?? {}))),
+      banded = bandedOf(
+        recording(name),
+        models().filter((m) => m in (run ?? {})),
+      ),
       key = (color, ...words) => h("span", { class: "shade-key" }, h("i", { class: color }), ...words);
     return [
       banded ? key("band", `band: 95 % of the error that ${banded} had when it was identified`) : null,
@@ -245,7 +253,13 @@ export function histories(root) {
   let signature = "";
   const look = () =>
     JSON.stringify([
-      recordings().map((r) => [r, recording(r)?.meta, recording(r)?.growing, recording(r)?.models, recording(r)?.marks]),
+      recordings().map((r) => [
+        r,
+        recording(r)?.meta,
+        recording(r)?.growing,
+        recording(r)?.models,
+        recording(r)?.marks,
+      ]),
       models(),
     ]);
   draw();

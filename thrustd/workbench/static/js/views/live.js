@@ -1,10 +1,11 @@
 // A log that a daemon is writing, followed: the latest estimates, readings and faults.
-import { fill, h, panel } from "../dom.js";
-import { count, number } from "../format.js";
+
 import { get, query } from "../api.js";
-import { attempt } from "../store.js";
+import { fill, h, panel } from "../dom.js";
 import { EngineTile } from "../engine.js";
+import { count, number } from "../format.js";
 import { MountTable } from "../mounts.js";
+import { attempt } from "../store.js";
 import { LiveStrip } from "../strip.js";
 
 const OLD_S = 2; // a reading that has not come for this long is said to be old
@@ -58,7 +59,10 @@ export function live(body, log, state) {
     state.textContent = found.latest_ns
       ? `${growing ? "● following" : "○ no new data"}, log time ${(found.latest_ns * 1e-9).toFixed(1)} s`
       : "no estimates in this log yet";
-    fill(readings, Object.entries(found.readings).map(([name, r]) => reading(name, r, found.latest_ns)));
+    fill(
+      readings,
+      Object.entries(found.readings).map(([name, r]) => reading(name, r, found.latest_ns)),
+    );
     const said = Object.entries(found.faults);
     fill(
       faults,

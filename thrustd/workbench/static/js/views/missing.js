@@ -1,11 +1,12 @@
 // What is missing: the verdict, the ranked candidates with their physics cards, look-alikes, what could not be judged.
-import { fill, h, panel } from "../dom.js";
-import { newtons, percent, plusMinus, typeset } from "../format.js";
-import { attempt } from "../store.js";
+
 import { span } from "../axes.js";
 import { dependenceChart } from "../charts.js";
-import { diagnoseNow, goAndAdd } from "../steps.js";
+import { fill, h, panel } from "../dom.js";
+import { newtons, percent, plusMinus, typeset } from "../format.js";
 import { bar } from "../ledger.js";
+import { diagnoseNow, goAndAdd } from "../steps.js";
+import { attempt } from "../store.js";
 import { removed, WORTH } from "../worth.js";
 import { answerView } from "./answer.js";
 import { physicsCard } from "./physics_card.js";
@@ -99,7 +100,9 @@ export function missing(root) {
       h(
         "td",
         { class: "removed" },
-        share < WORTH ? h("span", { class: "faint" }, "nothing") : [bar(share), h("span", { class: "num" }, percent(share))],
+        share < WORTH
+          ? h("span", { class: "faint" }, "nothing")
+          : [bar(share), h("span", { class: "num" }, percent(share))],
       ),
       h(
         "td",
@@ -142,10 +145,7 @@ function verdict(a) {
   const known = a.verdict.filter((v) => !["none", "unknown"].includes(v)),
     kind = known.length ? "" : a.verdict[0];
   const words = known.length
-    ? [
-        h("b", {}, `${newtons(a.rmse_before_n)} → ${newtons(a.rmse_after_n)}`),
-        ` on held-back blocks. ${own(a)}`,
-      ]
+    ? [h("b", {}, `${newtons(a.rmse_before_n)} → ${newtons(a.rmse_after_n)}`), ` on held-back blocks. ${own(a)}`]
     : kind === "none"
       ? `No absent effect removes enough error to be worth adding. The model leaves ${newtons(a.rmse_before_n)}. ${own(a)}`
       : [
@@ -157,12 +157,20 @@ function verdict(a) {
   return h(
     "section",
     { class: `panel verdict ${kind}` },
-    h("div", {}, h("span", { class: "quiet" }, "Verdict"), h("br"), h("b", { class: "name" }, known.join(" + ") || kind)),
+    h(
+      "div",
+      {},
+      h("span", { class: "quiet" }, "Verdict"),
+      h("br"),
+      h("b", { class: "name" }, known.join(" + ") || kind),
+    ),
     h("p", {}, words),
     h(
       "div",
       { class: "buttons" },
-      first ? h("button", { class: "primary", onclick: attempt(() => goAndAdd(first.name)) }, `Add ${first.effect}`) : null,
+      first
+        ? h("button", { class: "primary", onclick: attempt(() => goAndAdd(first.name)) }, `Add ${first.effect}`)
+        : null,
       h("button", { onclick: attempt(diagnoseNow) }, "Ask again"),
     ),
   );

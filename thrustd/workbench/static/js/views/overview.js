@@ -1,9 +1,9 @@
 // Overview: what the folder holds, the exercise, and the error ledger of every model.
 import { fill, h, panel } from "../dom.js";
-import { bytes, count, duration, hertz, newtons, number, typeset } from "../format.js";
-import { attempt, choose, order, running, session, store } from "../store.js";
 import { addFiles } from "../drop.js";
+import { bytes, count, duration, hertz, newtons, number } from "../format.js";
 import { bar, ledgerOf } from "../ledger.js";
+import { attempt, choose, order, running, session, store } from "../store.js";
 import { exercisePanel } from "./exercise.js";
 
 export function overview(root) {

@@ -1,9 +1,10 @@
 // The physics card of an effect: equation, evidence, parameters against what physics expects, signature.
+
+import { signatureChart } from "../charts.js";
 import { h } from "../dom.js";
 import { typeset, withUnit } from "../format.js";
-import { attempt } from "../store.js";
-import { signatureChart } from "../charts.js";
 import { goAndAdd } from "../steps.js";
+import { attempt } from "../store.js";
 import { removed, WORTH } from "../worth.js";
 
 export function physicsCard(c) {

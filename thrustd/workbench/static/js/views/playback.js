@@ -1,10 +1,10 @@
 // A flight played back: a cursor runs through the recorded estimates of both engines.
 import { fill, h, panel, select } from "../dom.js";
-import { clock, seconds } from "../format.js";
-import { attempt } from "../store.js";
 import { EngineTile, FIELDS, thrustPanel } from "../engine.js";
+import { clock, seconds } from "../format.js";
 import { fetchWindow, valueAt } from "../lines.js";
 import { MountTable } from "../mounts.js";
+import { attempt } from "../store.js";
 import { Sheet } from "../timeplot.js";
 
 const AHEAD_S = 20; // of playback fetched at once, times its speed
@@ -111,7 +111,7 @@ export function playback(body, card, engines, channels) {
   function paint() {
     at.textContent = `${clock(now.t - limits[0])} (t = ${seconds(now.t)})`;
     slider.value = now.t;
-    engines.forEach((name, i) => {
+    engines.forEach((_name, i) => {
       const window = now.windows[i];
       if (!window) return;
       const values = FIELDS.map((field, k) => {
@@ -121,8 +121,7 @@ export function playback(body, card, engines, channels) {
       tiles[i].show(Object.fromEntries(values));
     });
     const last = now.windows[engines.length];
-    if (last)
-      mountTable.show(mounts.map((m, i) => [m, [0, 1, 2].map((k) => valueAt(last, 3 * i + k, now.t)?.[1])]));
+    if (last) mountTable.show(mounts.map((m, i) => [m, [0, 1, 2].map((k) => valueAt(last, 3 * i + k, now.t)?.[1])]));
     sheet.reshade();
   }
 
