@@ -38,7 +38,7 @@ def flown(deck: Deck, profile: Recording, engine: int, seed: int) -> tuple[Array
     route = BrochureRoute(deck, engine, lambda signal, number: SIGNALS.index(signal))
     thrust_filter, told = ThrustFilter(FusionSettings(), engine), np.zeros(1, INPUTS)
     told["mount_n"] = told["mount_std_n"] = told["load_share"] = np.nan
-    rows, routes_n, ages_s = np.empty((len(time_s), 3)), np.zeros(3), np.zeros(len(SIGNALS))
+    rows, routes_n, ages_s = np.empty((len(time_s), 3)), np.zeros(4), np.zeros(len(SIGNALS))
     for k, row in enumerate(readings):
         route.look(STEP_S, row, routes_n)
         route.tell(STEP_S, row, ages_s, False, told)

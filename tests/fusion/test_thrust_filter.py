@@ -67,9 +67,8 @@ def flown(seed, seconds=300.0, mount=True, brochure=True):
 def test_band_holds_the_truth(mount, brochure):
     inside = []
     for seed in range(120):
-        estimates, truth, thrust_filter, _ = flown(seed, 6.0, mount, brochure)
+        estimates, truth, _, _ = flown(seed, 6.0, mount, brochure)
         inside += [abs(e.thrust_n - t) <= 1.96 * e.thrust_std_n for e, t in zip(estimates, truth, strict=True)]
-        assert thrust_filter.take_faults() == []
     assert 0.92 < np.mean(inside) < 0.99  # as many draws of a slow error: each outside costs up to one of them
 
 
@@ -106,16 +105,6 @@ def test_a_sigma_that_grows_with_readings_high_by_noise_moves_nothing():
         told["brochure_std_n"] = std_n
         said.append(thrust_filter.step(told).thrust_n)
     assert np.mean(said[-200:]) == pytest.approx(np.mean(said[800:1000]), abs=15.0)
-
-
-def test_a_thrust_that_a_liar_misled_is_open_when_it_is_named():
-    """Even while no other route speaks: the band holds what the thrust was before the lie."""
-    rng, thrust_filter = np.random.default_rng(6), ThrustFilter(FusionSettings(), 0)
-    for k in range(620):
-        thrust_filter.step(inputs(k, 4000.0 + 30.0 * max(k - 600, 0) + rng.normal(0, 5.0)))
-    named = thrust_filter.step(inputs(620, status=int(Status.SENSOR_DOUBTED)))
-    assert named.thrust_n > 4300.0
-    assert abs(named.thrust_n - 4000.0) < 1.96 * named.thrust_std_n
 
 
 def test_smoothing_is_rauch_tung_striebel_where_no_error_is_learnt(monkeypatch):
@@ -161,28 +150,26 @@ def test_smoothing_knows_no_more_of_a_step_before_the_first_measurement_than_of_
 
 
 def settled():
-    thrust_filter = ThrustFilter(FusionSettings(), 0, "left")
+    thrust_filter = ThrustFilter(FusionSettings(), 0)
     for k in range(300):
         estimate = thrust_filter.step(inputs(k, 3000.0 + 5 * (-1) ** k, 3050.0))
     return thrust_filter, estimate
 
 
 @pytest.mark.parametrize("route", ["mount", "brochure"])
-def test_a_route_that_jumps_is_rejected_failed_and_recovers_within_the_band(route):
+def test_a_route_that_jumps_is_rejected_and_the_band_holds_both(route):
+    """Until others have said who is at fault; then the thrust is where they say it is."""
     thrust_filter, before = settled()
-    kinds, worst, jump_over = [], 0.0, 0.0
-    for k in range(300, 700):
-        off = 900.0 if k < 450 else 0.0
-        mount_n = 3000.0 + 5 * (-1) ** k + (off if route == "mount" else 0.0)
-        estimate = thrust_filter.step(inputs(k, mount_n, 3050.0 + (off if route == "brochure" else 0.0)))
-        kinds += [(k, fault[1:4]) for fault in thrust_filter.take_faults()]
-        worst = max(worst, abs(estimate.thrust_n - before.thrust_n) / estimate.thrust_std_n)
-        jump_over = max(jump_over, abs(estimate.thrust_n - before.thrust_n))
-    assert [what for _, what in kinds] == [(f"{route}[left]", "failed", True), (f"{route}[left]", "failed", False)]
-    assert kinds[0][0] - 300 <= 3 * HZ
-    assert worst < 1.96
-    assert jump_over < 200.0
-    assert not estimate.status & (Status.MOUNT_FAILED | Status.BROCHURE_FAILED)
+    for k in range(300, 450):
+        mount_n = 3000.0 + 5 * (-1) ** k + (900.0 if route == "mount" else 0.0)
+        estimate = thrust_filter.step(inputs(k, mount_n, 3050.0 + (900.0 if route == "brochure" else 0.0)))
+        assert estimate.status & (Status.MOUNT_REJECTED | Status.BROCHURE_REJECTED)
+        assert abs(estimate.thrust_n - before.thrust_n) < 200.0
+        assert abs(estimate.thrust_n - 3900.0) < 1.96 * estimate.thrust_std_n
+    for k in range(450, 500):
+        estimate = thrust_filter.step(inputs(k, 3000.0 + 5 * (-1) ** k, 3050.0))
+    assert not estimate.status
+    assert abs(estimate.thrust_n - before.thrust_n) < before.thrust_std_n
 
 
 @pytest.mark.parametrize("pushed", [True, False])
@@ -218,20 +205,27 @@ def test_a_mean_whose_step_began_to_move_says_little_of_its_end():
 
 
 @pytest.mark.parametrize("liar", ["mount", "brochure"])
-def test_what_a_sensor_taught_before_it_was_named_is_forgotten(liar):
-    """A drift of 200 N/s is believed for 2 s; then its sensor is out, and the routes are where they were."""
+def test_what_a_liar_taught_is_forgotten_when_another_hypothesis_leads(liar):
+    """A drift of 200 N/s is followed; then the thrust is told, and the errors have their priors again."""
     thrust_filter, before = settled()
-    for k in range(300, 1000):
-        off = min(200.0 * (k - 300) / HZ, 400.0) if k < 320 else 0.0
+    for k in range(300, 320):
+        off = 200.0 * (k - 300) / HZ
         mount_n = 3000.0 + 5 * (-1) ** k + (off if liar == "mount" else 0.0)
-        brochure_n = 3050.0 + (off if liar == "brochure" else 0.0)
-        named = Status.SENSOR_DOUBTED if k >= 320 else 0
-        estimate = thrust_filter.step(inputs(k, mount_n, brochure_n, status=int(named)))
-        if k == 319 and liar == "mount":
-            assert estimate.thrust_n > before.thrust_n + 100.0  # it was believed
-        if k > 330:
-            assert abs(estimate.thrust_n - before.thrust_n) < 25.0
-    assert thrust_filter.take_faults() == []
+        thrust_filter.step(inputs(k, mount_n, 3050.0 + (off if liar == "brochure" else 0.0)))
+    last = inputs(320, nan, 3050.0) if liar == "mount" else inputs(320, 3000.0, nan)
+    thrust_filter.begin_anew(before.thrust_n, 60.0, last)
+    for k in range(320, 420):
+        mount_n, brochure_n = (nan, 3050.0) if liar == "mount" else (3000.0, nan)
+        estimate = thrust_filter.step(inputs(k, mount_n, brochure_n))
+        assert abs(estimate.thrust_n - before.thrust_n) < min(60.0, 1.96 * estimate.thrust_std_n)
+
+
+def test_a_thrust_that_is_none_is_not_begun_from():
+    thrust_filter, _ = settled()
+    before = thrust_filter.snapshot()
+    for thrust_n, std_n in ((nan, 50.0), (3000.0, nan), (3000.0, 0.0), (inf, 50.0)):
+        thrust_filter.begin_anew(thrust_n, std_n, inputs(300, 3000.0, 3050.0))
+    assert thrust_filter.snapshot() == before
 
 
 def test_the_band_grows_when_a_route_goes():
@@ -251,14 +245,15 @@ def test_a_throttle_that_nobody_watched_is_in_the_first_band_after_a_pause(moved
     assert abs(moved_n) < 1.96 * blind.thrust_std_n
     seen = [thrust_filter.step(inputs(641 + k, 3000.0 + moved_n, 3000.0 + moved_n)) for k in range(10)]
     assert all(abs(e.thrust_n - 3000.0 - moved_n) < 1.96 * e.thrust_std_n for e in seen)
-    assert seen[0].thrust_std_n < 0.1 * blind.thrust_std_n and thrust_filter.take_faults() == []
+    assert seen[0].thrust_std_n < 0.1 * blind.thrust_std_n
 
 
 def test_engine_off_is_a_thrust_of_zero_and_a_tare_before_it_runs_for_the_first_time():
-    thrust_filter = ThrustFilter(FusionSettings(), 1, "right")
+    thrust_filter, tares = ThrustFilter(FusionSettings(), 1), []
     for k in range(600):
         estimate = thrust_filter.step(inputs(k, 85.0, nan, n1_pct=0.0 if k < 300 or k > 400 else 30.0))
-    assert [fault.kind for fault in thrust_filter.take_faults()] == ["tare"]
+        tares.append(thrust_filter.tares)
+    assert sum(tares) == 1
     assert estimate.status & Status.ENGINE_OFF
     assert abs(estimate.thrust_n) < 20.0
     assert estimate.mount_bias_n == pytest.approx(85.0, abs=25.0)
@@ -286,15 +281,17 @@ def test_time_that_stands_still_or_goes_back_is_survived():
 
 def test_a_restored_filter_goes_on_as_the_first():
     first, _ = settled()
-    second = ThrustFilter(FusionSettings(), 0, "left")
+    second = ThrustFilter(FusionSettings(), 0)
     assert second.restore(first.snapshot())
     for k in range(300, 420):
-        status = int(Status.SENSOR_DOUBTED) if k == 310 else 0  # what was known before is asked for
-        both = [each.step(inputs(k, 3010.0, 3040.0, status=status)) for each in (first, second)]
+        if k == 310:
+            for each in (first, second):
+                each.begin_anew(3020.0, 70.0, inputs(k, 3010.0, 3040.0))
+        both = [each.step(inputs(k, 3010.0, 3040.0)) for each in (first, second)]
         np.testing.assert_array_equal(*both)  # NaN, too
 
 
-@pytest.mark.parametrize("change", [{"now": [nan] * 51}, {"now": [0.0] * 51}, {"past": [1.0]}, {"clock": None}])
+@pytest.mark.parametrize("change", [{"now": [nan] * 33}, {"now": [0.0] * 33}, {"past": [1.0]}, {"clock": None}])
 def test_a_damaged_memory_is_refused(change):
     first, _ = settled()
     memory = {key: value for key, value in {**first.snapshot(), **change}.items() if value is not None}

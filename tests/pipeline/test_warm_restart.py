@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.pipeline.test_pipeline import AIRCRAFT, PARTS, S, flight, of
+from tests.pipeline.test_pipeline import AIRCRAFT, PARTS, WINDMILLING, S, flight, of
 from thrustd.core.types import Estimate, Fault, MountOutput, Status
 from thrustd.pipeline.pipeline import Pipeline
 
@@ -24,9 +24,9 @@ def fed(pipeline, events):
     return [output for event in events for output in pipeline.feed(event)]
 
 
-def interrupted(deformation_mm):
+def interrupted(deformation_mm, **changes):
     """-> (outputs of an uninterrupted run from the stop on, snapshot at the stop, events after the pause)."""
-    events = list(flight(AIRCRAFT, 58, deformation_mm))
+    events = list(flight(AIRCRAFT, 58, deformation_mm, **changes))
     before = [e for e in events if e.t_ns < S + STOP_S * S]
     whole = Pipeline(AIRCRAFT.config, PARTS)
     fed(whole, before)
@@ -37,7 +37,7 @@ def interrupted(deformation_mm):
 
 @pytest.fixture(scope="module")
 def flown():
-    return interrupted(ragged)
+    return interrupted(ragged, **WINDMILLING)
 
 
 @pytest.fixture(scope="module")

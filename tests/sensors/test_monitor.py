@@ -9,6 +9,7 @@ from thrustd.core.columns import MOUNT_STATE
 from thrustd.sensors.monitor import Layout, Monitor, MonitorInputs
 
 LAYOUT = Layout(("left_upper", "left_lower", "right_upper", "right_lower"), ((0, 1), (2, 3)))
+SHARES = (0.5, 0.5)
 START_S, END_S = 65.0, 90.0
 SENSORS = {  # name -> (cruise value, noise, offset, drift per second, noise of the noisy one)
     ("deformation_mm", 0): (0.4, 2e-5, 0.2, 0.04, 0.1),
@@ -43,7 +44,7 @@ def spoilt(kind, value, at_stuck, since_s, parts, rng):
 def fly(sensor=None, kind="", seconds=92.0, seed=0):
     """(t, fault) of the monitor in a straight climb with noise; `sensor` fails from START_S to END_S."""
     rng = np.random.default_rng(seed)
-    monitor, found, excluded, held = Monitor(LAYOUT), [], [], None
+    monitor, found, excluded, held = Monitor(LAYOUT, SHARES), [], [], None
     read = {}
     for k in range(round(seconds * 10)):
         t_s, last, read = k / 10, read, {}
@@ -77,8 +78,7 @@ def monitor_inputs(k, read):
         t_ns=k * 100_000_000,
         readings=np.array([read[sensor] for sensor in LAYOUT.sensors()]),
         mounts=mounts,
-        routes_n=np.array((routes_n(0), routes_n(1))),
-        fused_thrust_n=(2880.0, 2880.0),
+        routes_n=np.array(((*routes_n(0), 150.0), (*routes_n(1), 150.0))),
     )
 
 
@@ -95,9 +95,12 @@ def test_each_fault_is_named_in_time_and_nothing_else(sensor, kind):
     where = LAYOUT.mount_names[sensor[1]] if sensor[0] == "deformation_mm" else f"{sensor[0]}[{sensor[1]}]"
     first_s, first = found[0]
     assert first == f"{where} {kind}"
-    assert first_s - START_S <= (30.0 if kind == "stuck" else 5.0)
+    # a fuel flow that drifts may lead a throttle that begins to move
+    assert first_s - START_S <= {"stuck": 30.0, "drift": 8.0}.get(kind, 5.0)
     assert {word for _, word in found} <= {f"{where} {kind}", f"{where} {kind} over"}
-    assert all(out <= {sensor} for out in excluded)
+    # mounts that follow a noisy acceleration are no witnesses
+    also = set(LAYOUT.sensors()[:4]) if sensor[0] == "accel_x_g" else set()
+    assert all(out <= {sensor} | also for out in excluded)
 
 
 def cruise(k, rng):
@@ -111,7 +114,7 @@ def cruise(k, rng):
 
 def reports(change, seconds=80.0, start_s=65.0):
     """(seconds after the start, report) when `change(read, since_s)` spoils the readings from the start on."""
-    rng, monitor, found = np.random.default_rng(3), Monitor(LAYOUT), []
+    rng, monitor, found = np.random.default_rng(3), Monitor(LAYOUT, SHARES), []
     for k in range(round(seconds * 10)):
         read = cruise(k, rng)
         since_s = k / 10 - start_s
@@ -166,7 +169,7 @@ def test_a_jump_seen_as_two_half_jumps_is_an_offset():
 
 @pytest.mark.parametrize("sensor", [("accel_x_g", 0), ("mach", 0), ("deformation_mm", 2)])
 def test_what_jumps_between_two_looks_is_out_at_once(sensor):
-    rng, monitor = np.random.default_rng(5), Monitor(LAYOUT)
+    rng, monitor = np.random.default_rng(5), Monitor(LAYOUT, SHARES)
     for k in range(50):
         last = monitor_inputs(k, cruise(k, rng))
         monitor.step(last)

@@ -16,7 +16,6 @@ from thrustd.cli.status import read_status
 from thrustd.core.errors import ConfigError, UsageError
 from thrustd.core.faults import FAULT_KINDS, UNTIL_OVER
 from thrustd.core.types import Estimate, Fault, Frame, Status, Tick
-from thrustd.fusion.thrust_step import NEWS
 from thrustd.onboard.checkpoint import Clocks
 from thrustd.onboard.heartbeat import Heartbeat
 from thrustd.pipeline.fault_status import FaultStatus
@@ -209,7 +208,7 @@ def test_no_fault_is_reported_by_another_word():
     trees = [ast.parse(path.read_text()) for path in root.rglob("*.py")]
     faults = [n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.Call) and ast.unparse(n.func) == "Fault"]
     kinds = {n.args[2].value for n in faults if len(n.args) > 2 and isinstance(n.args[2], ast.Constant)}
-    kinds |= {kind for kind, _ in adc_frames.KINDS} | {*can_decoder.KINDS} | {kind for _, kind, _ in NEWS}
+    kinds |= {kind for kind, _ in adc_frames.KINDS} | {*can_decoder.KINDS}
     assert {"clock_step", "overrun", "cold"} <= kinds  # the search finds them
     assert kinds | set(signal_watch.KINDS[1:]) <= set(FAULT_KINDS)
 

@@ -24,6 +24,7 @@ import numpy.typing as npt
 from thrustd.core.jit import compiled
 
 SCALE_FLOOR_N = 1000.0
+BOUND = 3.0  # of START_STD: further off one of both lies
 START_STD = 0.08  # N1's line against the fuel flow of one engine, before anything is known
 WANDER_1_PCT = 0.01  # growth of sigma_k per root of per cent N1: 4.5 % over 20 % of N1
 TRAVELLED_PCT = 0.3  # less is the noise of a fan that rests
@@ -96,7 +97,7 @@ def _learn(row: Floats, ratio: float, n1_rate_pct_s: float, dt_s: float) -> None
     innovation = ratio - row[K]
     noise = max(noise, (innovation / SURPRISE_SIGMAS) ** 2 * 0.1 / dt_s - row[P])
     gain = row[P] / (row[P] + noise)
-    row[K] += gain * innovation
+    row[K] = min(max(row[K] + gain * innovation, -BOUND * START_STD), BOUND * START_STD)
     row[P] *= 1.0 - gain
 
 

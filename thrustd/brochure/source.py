@@ -45,7 +45,10 @@ class BrochureRoute:
         self._work = self._engine, *deck.numbers(engine)
 
     def look(self, dt_s: float, readings: Floats, routes_n: Floats) -> None:
-        """Readings dt_s after the last ones; NaN = missing or stale. -> `routes_n`, thrust by fuel flow, N1 and N2."""
+        """Readings dt_s after the last ones; NaN = missing or stale.
+
+        -> `routes_n` (4,): thrust by fuel flow, N1 and N2, sigma of the deck.
+        """
         _look(*self._work, dt_s, readings, routes_n)
 
     def tell(self, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:
@@ -73,7 +76,7 @@ def _look_at(
     e = engine[0]
     e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
     _ask(e, surface, box, spread, curve_1, line_1, curve_2, line_2, readings)
-    routes_n[0], routes_n[1], routes_n[2] = e.fuel_flow_n, e.n1_n, e.n2_n
+    routes_n[0], routes_n[1], routes_n[2], routes_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
 
 
 def _tell_filter(

@@ -9,13 +9,12 @@ from thrustd.core.jit import compiled, entry
 from thrustd.core.types import Status
 from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST, Matrix
 from thrustd.fusion.fusion_inputs import INPUTS
-from thrustd.fusion.gate import FAILED
+from thrustd.fusion.mixture import mix
 from thrustd.fusion.settings import SETTINGS
-from thrustd.fusion.thrust_step import BROCHURE_GATE, FILTER, MOUNT_GATE, SIZES
+from thrustd.fusion.thrust_step import FILTER
 
 MOUNT_LOST, BROCHURE_LOST = int(Status.MOUNT_LOST), int(Status.BROCHURE_LOST)
 MOUNT_REJECTED, BROCHURE_REJECTED = int(Status.MOUNT_REJECTED), int(Status.BROCHURE_REJECTED)
-MOUNT_FAILED, BROCHURE_FAILED = int(Status.MOUNT_FAILED), int(Status.BROCHURE_FAILED)
 MODEL_EXTRAPOLATING, DECK_EXTRAPOLATING = int(Status.MODEL_EXTRAPOLATING), int(Status.DECK_EXTRAPOLATING)
 TRANSIENT, GAP, ONE_MOUNT = int(Status.TRANSIENT), int(Status.GAP), int(Status.ONE_MOUNT)
 LOAD_FACTOR_STALE, ENGINE_OFF = int(Status.LOAD_FACTOR_STALE), int(Status.ENGINE_OFF)
@@ -23,28 +22,30 @@ CONVERGING = int(Status.CONVERGING)
 
 
 @compiled
-def _mount_bits(there: bool, used: bool, failed: float) -> int:
+def _mount_bits(there: bool, used: bool) -> int:
     """`there`: the mounts say something at this step, `used`: and it was believed."""
-    status = MOUNT_FAILED if failed != 0.0 else 0
     if not there:
-        return status | MOUNT_LOST
-    return status if used else status | MOUNT_REJECTED
+        return MOUNT_LOST
+    return 0 if used else MOUNT_REJECTED
 
 
 @compiled
-def _brochure_bits(there: bool, rejected: bool, failed: float, off: bool) -> int:
+def _brochure_bits(there: bool, rejected: bool, off: bool) -> int:
     """`rejected`: the last reading was, a value that is repeated is not judged again. `off`: nobody asks the deck."""
-    status = BROCHURE_FAILED if failed != 0.0 else 0
     if off:
-        return status | ENGINE_OFF
+        return ENGINE_OFF
     if not there:
-        return status | BROCHURE_LOST
-    return status | BROCHURE_REJECTED if rejected else status
+        return BROCHURE_LOST
+    return BROCHURE_REJECTED if rejected else 0
 
 
-def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: int) -> tuple[Any, ...]:
-    """The fields of an Estimate. A measurement that was gated out while its route is believed says that one of both is
-    wrong: the band holds what it says, too.
+def _row(
+    memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: int, hypotheses: Matrix, lead: int
+) -> tuple[Any, ...]:
+    """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
+
+    A measurement that was gated out while its route is believed says that one of both is wrong: the band holds what
+    it says, too.
     """
     m, t, s = memory[0], told[0], settings[0]
     status = t.status
@@ -54,22 +55,22 @@ def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: in
     status |= GAP if t.gap else 0
     status |= ONE_MOUNT if t.one_mount else 0
     status |= LOAD_FACTOR_STALE if t.load_factor_stale else 0
-    mount_failed, brochure_failed = m.slow[MOUNT_GATE, FAILED], m.slow[BROCHURE_GATE, FAILED]
-    status |= _mount_bits(isfinite(t.mount_n), m.mount_used, mount_failed)
+    status |= _mount_bits(isfinite(t.mount_n), m.mount_used)
     rejected = isfinite(m.last_nu_n) and not m.last_used
-    status |= _brochure_bits(isfinite(t.brochure_n), rejected, brochure_failed, m.off)
+    status |= _brochure_bits(isfinite(t.brochure_n), rejected, m.off)
     variance_n2 = p[THRUST, THRUST]
-    if isfinite(m.mount_nu_n) and not m.mount_used and mount_failed == 0.0:
+    if isfinite(m.mount_nu_n) and not m.mount_used:
         variance_n2 += m.mount_nu_n**2
-    if rejected and brochure_failed == 0.0:
+    if rejected:
         variance_n2 += m.last_nu_n**2
     status |= CONVERGING if p[THRUST, THRUST] > s.converging_std_n**2 else 0
     nis = m.mount_nis if m.mount_used else m.nis if m.used else nan
     if m.mount_used and m.used:
         nis = (m.mount_nis + m.nis) / 2
-    deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.slow[SIZES, SCALE_N], SCALE_FLOOR_N)
+    deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.sizes[SCALE_N], SCALE_FLOOR_N)
+    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), hypotheses, lead)
     return (
-        t.t_ns, engine, x[THRUST, 0], sqrt(variance_n2), x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
+        t.t_ns, engine, thrust_n, std_n, x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
         t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[MOUNT, 0], deviation, t.load_share, status,
         m.nis if m.used else nan,
     )  # fmt: skip
@@ -78,4 +79,4 @@ def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: in
 _F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
 _ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
-estimate_row: Any = entry(compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I), "numpy"))
+estimate_row: Any = entry(compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, _TABLE, _I), "numpy"))

@@ -1,10 +1,7 @@
-"""Chi-square gate with memory: one odd measurement is left out, a route that stays odd is declared failed.
+"""Chi-square gate: a measurement that is odd is left out of this step. Who is at fault, others decide (`sensors`).
 
-    nu = y - H x,   S = H P H^T + R     innovation of a scalar measurement and its predicted variance
-
+nu = y - H x,   S = H P H^T + R     innovation of a scalar measurement and its predicted variance
 accepted  if  nu^2 / S <= gate
-failed    once the time spent outside exceeds the time spent inside by `fail_after_s`
-recovered once the innovation has stayed inside the gate for `recover_after_s`
 """
 
 from math import isfinite
@@ -17,18 +14,14 @@ from thrustd.core.jit import compiled
 
 MOVING_PCT_S = 0.5  # N1 of a throttle that rests stays within 0.3 %/s
 PUSHED = 2.0  # rubber is stiffer than its spring rate, and lags
-MAX_STEP_S = 1.0  # a long silence says nothing about agreement
-OUTSIDE_S, INSIDE_S, FAILED = range(3)  # the memory of one route, a row; not 0: odd for so long that it is not believed
 Floats = npt.NDArray[np.float64]
 
 
 @compiled
-def judge(
-    row: Floats, s: Any, y: float, h: Floats, r: float, doubt: float, dt_s: float, x: Floats, p: Floats
-) -> tuple[float, float, bool]:
+def judge(s: Any, y: float, h: Floats, r: float, doubt: float, x: Floats, p: Floats) -> tuple[float, float, bool]:
     """A measurement y = h x + v, h (1, n), of variance r, of a state x (n, 1) with covariance p (n, n).
 
-    `s`: settings; `doubt`: variance by which the gate opens; `dt_s`: since the last one of this route.
+    `s`: settings; `doubt`: variance by which the gate opens.
     -> innovation, its square over its variance, and whether the measurement is used: the verdict.
     """
     expected, spread = 0.0, 0.0
@@ -37,15 +30,7 @@ def judge(
         for j in range(len(x)):
             spread += h[0, i] * p[i, j] * h[0, j]
     nu, variance = y - expected, spread + r
-    dt_s = min(max(dt_s, 0.0), MAX_STEP_S)
-    inside = isfinite(nu) and nu * nu <= s.gate_chi2 * (variance + doubt)
-    row[OUTSIDE_S] = max(row[OUTSIDE_S] - dt_s, 0.0) if inside else row[OUTSIDE_S] + dt_s
-    row[INSIDE_S] = row[INSIDE_S] + dt_s if inside else 0.0
-    if row[FAILED] == 0.0 and row[OUTSIDE_S] >= s.fail_after_s:
-        row[FAILED], row[INSIDE_S] = 1.0, 0.0
-    elif row[FAILED] != 0.0 and row[INSIDE_S] >= s.recover_after_s:
-        row[FAILED] = row[OUTSIDE_S] = 0.0
-    return nu, nu * nu / variance, inside and row[FAILED] == 0.0
+    return nu, nu * nu / variance, isfinite(nu) and nu * nu <= s.gate_chi2 * (variance + doubt)
 
 
 @compiled
@@ -68,15 +53,14 @@ def agree_on_a_move(
 
 @compiled
 def surprise_n_s(s: Any, mount: Any, brochure: Any) -> float:
-    """Rate that the thrust may have had, N/s, when a measurement was gated out that is not given up yet.
+    """Rate that the thrust may have had, N/s, when a measurement was gated out.
 
     When nobody else holds the thrust where it was, the thrust moved: before N1, read ten times a second, says so.
-    When the other route holds it, a sensor lies and its gate stays shut. A route: (innovation, used, FAILED).
+    When the other route holds it, a sensor lies and its gate stays shut. A route: (innovation, used).
     """
     mount_odd, brochure_odd = isfinite(mount[0]) and not mount[1], isfinite(brochure[0]) and not brochure[1]
     if not mount_odd and not brochure_odd:
         return 0.0
     if not mount[1] and not brochure[1]:
         return s.agreed_surprise_rate_n_s
-    failed = mount[2] if mount_odd else brochure[2]
-    return 0.0 if failed != 0.0 else s.surprise_rate_n_s
+    return s.surprise_rate_n_s

@@ -31,8 +31,6 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     forget_after_n: float = 3000.0
     # gates
     gate_chi2: float = 15.1  # chi-square with one degree of freedom, one false alarm in 10 000
-    fail_after_s: float = 2.0  # rejected this long: the route is declared failed
-    recover_after_s: float = 5.0  # back inside the gate this long: believed again
     # engine off
     engine_off_n1_pct: float = 5.0
     engine_off_after_s: float = 3.0

@@ -14,50 +14,60 @@ reaches `update`.
 Reference: Schmidt 1966; Bierman, Factorization Methods for Discrete Sequential Estimation, ch. 8 (consider states).
 """
 
-from math import isfinite, nan
+from math import isfinite, nan, sqrt
 from typing import Any
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
 
-from thrustd.core.types import Estimate, Fault
-from thrustd.fusion.dynamics import N_STATE, RATE, START_ERROR_N, THRUST, Matrix
+from thrustd.core.types import Estimate
+from thrustd.fusion.dynamics import (
+    LEAST_ERROR_N,
+    MOUNT,
+    MOUNT_N2,
+    N_STATE,
+    RATE,
+    SHAPE,
+    SHAPE_N2,
+    START_ERROR_N,
+    THRUST,
+    Matrix,
+)
 from thrustd.fusion.estimate_row import estimate_row
 from thrustd.fusion.settings import FusionSettings, settings_row
 from thrustd.fusion.smoother import Tape
-from thrustd.fusion.thrust_step import DONE, FILTER, LIED, NEVER_NS, NEWS, PAST_S, PREDICT, UPDATE, go_on, lay_out
+from thrustd.fusion.thrust_step import DONE, FILTER, NEVER_NS, PREDICT, UPDATE, go_on
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
-END_P = N_STATE + N_STATE**2  # in a row of x, P, three sizes and both gates
-N_ROW = END_P + 9
+BOUND = 3.0  # of its prior sigma: an error is no larger
+END_P = N_STATE + N_STATE**2  # in a row of x, P and three sizes
+ALONE = np.array([[1.0, 0.0, 0.0]])  # the only hypothesis: all is well
 
 
 class ThrustFilter:
     """Fuses one engine. `step` per fused instant; the state can be checkpointed and restored."""
 
-    def __init__(self, settings: FusionSettings, engine: int, name: str = "", mount_age_s: float = 0.0) -> None:
+    def __init__(self, settings: FusionSettings, engine: int, mount_age_s: float = 0.0) -> None:
         """`mount_age_s`: of a mount's mean force when it is told, half the time it is taken over."""
         self._engine = engine
-        self._name = name or f"engine[{engine}]"
         self._memory = np.zeros(1, FILTER)
         self._memory["t_ns"] = self._memory["read_ns"] = NEVER_NS
         self._memory["last_nu_n"], self._memory["mount_age_s"] = nan, mount_age_s
         self._memory["step_n"] = 2.0 * mount_age_s * settings.agreed_surprise_rate_n_s
         self._settings = settings_row(settings)
-        self._z, self._n_news, (self._slow,) = self._memory["z"], self._memory["n_news"], self._memory["slow"]
-        self._slow[0, :2] = START_ERROR_N**2  # there is no brochure thrust yet
+        self._z = self._memory["z"]
+        self._memory["sizes"][0, :2] = START_ERROR_N**2  # there is no brochure thrust yet
         self._kf = KalmanFilter(dim_x=N_STATE, dim_z=1)
         self._kf.inv = np.reciprocal  # scalar measurements: S is 1 x 1
         self._kf.x = np.zeros((N_STATE, 1))
         start = (START_STD_N, START_RATE_STD_N_S, START_ERROR_N, settings.brochure_bias_std, START_ERROR_N)
-        self._kf.P = np.diag(np.square(start))
+        self._prior = np.diag(np.square(start))
+        self._kf.P = self._prior.copy()
         # F, Q, H and R of one scalar measurement are written anew in place
         self._kf.F, self._kf.Q, self._h, self._kf.R = (self._memory[name][0] for name in ("f", "q", "h", "r"))
         self._kf.F[:] = np.eye(N_STATE)
         self._tape: Tape | None = None
-        self._faults: list[Fault] = []
-        self._past = [self._row(), self._row()]  # of 5 to 10 s ago, of `past_s` ago
 
     @property
     def thrust_n(self) -> float:
@@ -68,83 +78,66 @@ class ThrustFilter:
         self._tape = Tape()
         return self._tape
 
-    def step(self, told: Any) -> Estimate:
-        """Predict to `t_ns`, weigh what is there, return the estimate. `told`: see `FusionInputs.row`."""
+    def step(self, told: Any, hypotheses: Matrix = ALONE, lead: int = 0) -> Estimate:
+        """Predict to `t_ns`, weigh what is there, return the estimate. `told`: see `FusionInputs.row`.
+
+        `hypotheses` (n, 3) of who is at fault, see `mixture`; `lead`: the one that was believed of what is told.
+        """
         kf, what = self._kf, (self._memory, told, self._settings)
         while (deed := go_on(*what, kf.x, kf.P)) != DONE:
             if deed == UPDATE:
                 kf.update(self._z.item(), H=self._h)
             elif deed == PREDICT:
                 kf.predict()
-            else:
-                self._look_back(told)
-        if self._n_news.item():
-            self._report()
-        row = estimate_row(*what, kf.x, kf.P, self._engine)
+        row = estimate_row(*what, kf.x, kf.P, self._engine, hypotheses, lead)
         if self._tape is not None:
             self._tape.write(told["t_ns"].item(), kf.x, kf.P, kf.F, kf.Q)
         estimate: Estimate = tuple.__new__(Estimate, row)
         return estimate
 
-    def take_faults(self) -> list[Fault]:
-        """Since the last call: routes that failed or are believed again, "tare"."""
-        faults, self._faults = self._faults, []
-        return faults
+    def begin_anew(self, thrust_n: float, std_n: float, told: Any) -> None:
+        """Somebody else is believed than so far: the thrust is this, and the routes' errors are what is left of them.
+
+        `told`: what the next `step` is. What is wrong with the thrust is wrong with the errors, to the other side:
+        what led to it is not counted again.
+        """
+        if not (isfinite(thrust_n) and 0.0 < std_n < START_STD_N):
+            return
+        x, p, sizes = self._kf.x, self._kf.P, self._memory["sizes"][0]
+        rate_n_s, way = x.item(RATE), np.zeros(N_STATE)
+        x[:], p[:] = 0.0, self._prior
+        x[THRUST], x[RATE], way[THRUST] = thrust_n, rate_n_s, std_n
+        p[THRUST, THRUST] = LEAST_ERROR_N**2
+        for place, size, route in ((MOUNT, MOUNT_N2, "mount_n"), (SHAPE, SHAPE_N2, "brochure_n")):
+            left_n, bound_n = told[route].item() - thrust_n, BOUND * sqrt(sizes.item(size))
+            p[place, place] = sizes[size]
+            if abs(left_n) < bound_n + BOUND * std_n:
+                x[place], p[place, place], way[place] = min(max(left_n, -bound_n), bound_n), LEAST_ERROR_N**2, -std_n
+        p += np.outer(way, way)
+
+    @property
+    def tares(self) -> bool:
+        """At this step the mounts are to be asked for their zeros."""
+        return bool(self._memory["tare"].item())
 
     def snapshot(self) -> dict[str, list[float]]:
         """The whole state as plain numbers."""
-        clock = [float(self._memory[name].item()) for name in ("t_ns", "off_s", "tared", "doubts", "past_s")]
-        return {"clock": clock, "now": self._row(), "past": [*self._past[0], *self._past[1]]}
+        clock = [float(self._memory[name].item()) for name in ("t_ns", "off_s", "tared")]
+        parts = self._kf.x, self._kf.P, self._memory["sizes"]
+        return {"clock": clock, "now": [number for part in parts for number in part.ravel().tolist()]}
 
     def restore(self, state: dict[str, list[float]]) -> bool:
         """Take over a snapshot; False (and nothing changed) when it is not a sane one."""
-        if {key: len(row) for key, row in state.items()} != {"clock": 5, "now": N_ROW, "past": 2 * N_ROW}:
+        if {key: len(row) for key, row in state.items()} != {"clock": 3, "now": END_P + 3}:
             return False
         if not all(isfinite(value) for row in state.values() for value in row):
             return False
-        now, *past = np.reshape([*state["now"], *state["past"]], (3, N_ROW)).tolist()
-        if not all(np.linalg.eigvalsh(_covariance(row)).min() > 0.0 for row in (now, *past)):
+        now, memory = state["now"], self._memory
+        covariance = np.reshape(now[N_STATE:END_P], (N_STATE, N_STATE))
+        if not np.linalg.eigvalsh(covariance).min() > 0.0:
             return False
-        self._load(now)
-        self._past, memory = past, self._memory
-        t_ns, memory["off_s"], tared, doubts, past_s = state["clock"]
-        memory["t_ns"], memory["tared"], memory["doubts"] = int(t_ns), bool(tared), int(doubts)
-        memory["past_s"] = min(max(past_s, 0.0), PAST_S)
+        self._kf.x, self._kf.P = np.array(now[:N_STATE]).reshape(N_STATE, 1), covariance
+        memory["sizes"] = now[END_P:]
+        t_ns, memory["off_s"], tared = state["clock"]
+        memory["t_ns"], memory["tared"] = int(t_ns), bool(tared)
         return True
-
-    def _row(self) -> list[float]:
-        """All that measurements change."""
-        return [number for part in (self._kf.x, self._kf.P, self._slow) for number in part.ravel().tolist()]
-
-    def _load(self, row: list[float]) -> None:
-        self._kf.x, self._kf.P = np.array(row[:N_STATE]).reshape(N_STATE, 1), _covariance(row)
-        self._slow[:] = np.reshape(row[END_P:], (3, 3))
-
-    def _look_back(self, told: Any) -> None:
-        """A sensor that is named has lied since a while: all but the thrust is as it was 5 to 10 s ago.
-
-        The errors have moved meanwhile as the thrust did; or it did not, and was misled by as much: so far it is open.
-        """
-        memory = self._memory
-        if memory["past_s"].item() >= PAST_S:
-            self._past, memory["past_s"] = [self._past[1], self._row()], 0.0
-        if told["status"].item() & LIED & ~memory["doubts"].item():
-            thrust_n, age_s = self.thrust_n, PAST_S + memory["past_s"].item()
-            self._load(self._past[0])
-            rate_n_s = (thrust_n - self.thrust_n) / age_s
-            lay_out(memory, told, self._settings, age_s, rate_n_s)
-            self._kf.x[RATE] = rate_n_s
-            self._kf.predict()
-            self._kf.x[THRUST] = thrust_n
-            self._kf.P[THRUST, THRUST] += (rate_n_s * age_s) ** 2
-            self._past[1] = self._past[0]
-
-    def _report(self) -> None:
-        t_ns = self._memory["t_ns"].item()
-        for what in self._memory["news"][0, : self._n_news.item()].tolist():
-            route, kind, active = NEWS[what]
-            self._faults.append(Fault(t_ns, f"{route}[{self._name}]" if route else self._name, kind, active))
-
-
-def _covariance(row: list[float]) -> Matrix:
-    return np.reshape(row[N_STATE:END_P], (N_STATE, N_STATE))

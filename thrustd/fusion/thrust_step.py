@@ -1,6 +1,6 @@
 """One step of a thrust filter as compiled code, up to the next thing that filterpy is to do.
 
-    BEGIN -> predict -> [look back] -> [tare] -> mounts -> brochure -> [both moved: mounts, brochure again] -> DONE
+    BEGIN -> predict -> [tare] -> mounts -> brochure -> [both moved: mounts, brochure again] -> DONE
 
 `go_on` weighs what the filter was told, says what is next and lays H, z and R out for it; afterwards it is called
 again. What it decides is said in `thrust_filter`.
@@ -13,28 +13,18 @@ import numba
 import numpy as np
 
 from thrustd.core.jit import compiled, entry
-from thrustd.core.types import Status
 from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SCALE_N, SHAPE, THRUST, Matrix, move
 from thrustd.fusion.fusion_inputs import INPUTS, silence
-from thrustd.fusion.gate import FAILED, agree_on_a_move, judge, surprise_n_s
+from thrustd.fusion.gate import agree_on_a_move, judge, surprise_n_s
 from thrustd.fusion.settings import SETTINGS
 
 PAUSE_S = 1.0  # a restart, frames that were shed: nobody saw whether the throttle moved
 MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as wide as it gets by then
 OFF_DOUBT_N = 150.0
 STILL_TO_COME = 2.0  # of a move that began within the step that a mean is taken over
-PAST_S = 5.0  # what lied is named within 3.4 s
 NEVER_NS = -1
-LIED = int(Status.SENSOR_DOUBTED | Status.MOUNTS_DISAGREE | Status.STUCK)
-DONE, PREDICT, LOOK_BACK, UPDATE = range(4)  # for whoever has the filter
-BEGIN, PAST, TARE, MOUNTS, BROCHURE, MOUNTS_AGAIN, BROCHURE_AGAIN, END = range(8)  # places in a step
-SIZES, MOUNT_GATE, BROCHURE_GATE = range(3)  # rows of what is slow: see `dynamics` and `gate`
-NEWS = (  # route, kind and whether it begins
-    ("", "tare", True), ("mount", "failed", True), ("mount", "failed", False),
-    ("brochure", "failed", True), ("brochure", "failed", False),
-)  # fmt: skip
-_TARED, _MOUNT_FAILED, _BROCHURE_FAILED = 0, 1, 3  # places in NEWS; a recovery is the one behind
-MOST_NEWS = 5  # of one step
+DONE, PREDICT, UPDATE = range(3)  # for whoever has the filter
+BEGIN, TARE, MOUNTS, BROCHURE, MOUNTS_AGAIN, BROCHURE_AGAIN, END = range(7)  # places in a step
 
 FILTER = np.dtype(
     [
@@ -44,16 +34,12 @@ FILTER = np.dtype(
         ("r", np.float64, (1, 1)),
         ("x_before", np.float64, (N_STATE, 1)),  # what it is about to update
         ("p_before", np.float64, (N_STATE, N_STATE)),
-        ("slow", np.float64, (3, 3)),  # sizes of the slow errors, both gates
-        ("news", np.int64, MOST_NEWS),
-        ("n_news", np.int64),
+        ("sizes", np.float64, 3),  # of the slow errors: see `dynamics`
         ("place", np.int64),  # in the step
         ("t_ns", np.int64),  # of the last step
         ("read_ns", np.int64),  # of the last brochure reading used
         ("dt_s", np.float64),
         ("off_s", np.float64),
-        ("doubts", np.int64),  # the `LIED` bits of the last step
-        ("past_s", np.float64),
         ("surprise_n_s", np.float64),
         ("mount_age_s", np.float64),
         ("step_n", np.float64),  # one sigma of what no N1 spoke of yet, over the step that a mean is taken over
@@ -69,6 +55,7 @@ FILTER = np.dtype(
         ("last_used", np.bool_),
         ("off", np.bool_),
         ("tared", np.bool_),  # or there will be no tare: it ran
+        ("tare", np.bool_),  # at this step
         ("anchored", np.bool_),  # a measurement of this instant has said where T is: the next teaches the errors
         ("updated", np.bool_),  # filterpy is about to, and knows nothing of errors that stay
     ],
@@ -83,16 +70,9 @@ def _begin(m: Any, t: Any, s: Any) -> None:
     m.t_ns = t.t_ns
     m.anchored = False
     m.mount_nu_n = m.mount_nis = m.nu_n = m.nis = nan
-    m.mount_used = m.used = False
-    m.n_news = 0
+    m.mount_used = m.used = m.tare = False
     if m.dt_s > PAUSE_S:
         m.surprise_n_s = max(m.surprise_n_s, s.surprise_rate_n_s)
-
-
-@compiled
-def _tell(m: Any, what: int) -> None:
-    m.news[m.n_news] = what
-    m.n_news += 1
 
 
 @compiled
@@ -114,8 +94,7 @@ def _tare(m: Any, t: Any, s: Any) -> None:
     turning = not t.n1_pct < s.engine_off_n1_pct  # NaN counts as turning
     m.off_s = 0.0 if turning else m.off_s + m.dt_s
     m.off = m.off_s >= s.engine_off_after_s
-    if m.off and not m.tared and isfinite(t.mount_n):
-        _tell(m, _TARED)
+    m.tare = m.off and not m.tared and isfinite(t.mount_n)
     m.tared |= m.off or t.n1_pct >= s.engine_off_n1_pct
     if m.off:
         m.h[0] = 0.0
@@ -124,31 +103,24 @@ def _tare(m: Any, t: Any, s: Any) -> None:
 
 
 @compiled
-def _measure(
-    m: Any, s: Any, gate: Matrix, failed: int, y: float, doubt_n2: float, dt_s: float, x: Matrix, p: Matrix
-) -> tuple[float, float, bool]:
-    """Gate one scalar measurement, opened by `doubt_n2`; -> the verdict on it. `failed`: the news when it is."""
+def _measure(m: Any, s: Any, y: float, doubt_n2: float, x: Matrix, p: Matrix) -> tuple[float, float, bool]:
+    """Gate one scalar measurement, opened by `doubt_n2`; -> the verdict on it."""
     if not isfinite(y):
         return nan, nan, False
-    before = gate[FAILED]
-    verdict = judge(gate, s, y, m.h, m.r[0, 0], doubt_n2, dt_s, x, p)
-    if gate[FAILED] != before:
-        _tell(m, failed if gate[FAILED] != 0.0 else failed + 1)
+    verdict = judge(s, y, m.h, m.r[0, 0], doubt_n2, x, p)
     m.z, m.updated = y, verdict[2]
     return verdict
 
 
 @compiled
-def _mounts(m: Any, t: Any, s: Any, dt_s: float, x: Matrix, p: Matrix) -> None:
+def _mounts(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
     """With the engine off the mounts show their own error, whatever the filter held it for: a wider gate."""
     m.h[0] = 0.0
     m.h[0, THRUST] = m.h[0, MOUNT] = 1.0
     m.h[0, RATE] = -m.mount_age_s
     m.r[0, 0] = s.mount_noise_std_n**2
     doubt_n2 = OFF_DOUBT_N**2 if m.off else 0.0
-    m.mount_nu_n, m.mount_nis, m.mount_used = _measure(
-        m, s, m.slow[MOUNT_GATE], _MOUNT_FAILED, t.mount_n, doubt_n2, dt_s, x, p
-    )
+    m.mount_nu_n, m.mount_nis, m.mount_used = _measure(m, s, t.mount_n, doubt_n2, x, p)
 
 
 @compiled
@@ -160,13 +132,12 @@ def _brochure(m: Any, t: Any, s: Any, again: bool, x: Matrix, p: Matrix) -> None
     read_ns = t.t_ns - round(t.brochure_age_s * 1e9)
     if read_ns <= m.read_ns and not again:
         return
-    dt_s = 0.0 if m.read_ns == NEVER_NS else (read_ns - m.read_ns) * 1e-9
     m.read_ns = read_ns
     m.h[0] = 0.0
     m.h[0, THRUST] = m.h[0, SHAPE] = 1.0
-    m.h[0, RATE], m.h[0, ENGINE] = -t.brochure_age_s, m.slow[SIZES, SCALE_N]
+    m.h[0, RATE], m.h[0, ENGINE] = -t.brochure_age_s, m.sizes[SCALE_N]
     m.r[0, 0] = s.brochure_noise_std_n**2 + t.brochure_lag_n**2
-    m.nu_n, m.nis, m.used = _measure(m, s, m.slow[BROCHURE_GATE], _BROCHURE_FAILED, t.brochure_n, 0.0, dt_s, x, p)
+    m.nu_n, m.nis, m.used = _measure(m, s, t.brochure_n, 0.0, x, p)
     m.last_nu_n, m.last_used = m.nu_n, m.used
 
 
@@ -188,18 +159,17 @@ def _moved(m: Any, t: Any, s: Any) -> bool:
 @compiled
 def _weigh(place: int, m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
     if place == TARE:
-        m.doubts = t.status & LIED
         _tare(m, t, s)
     elif place == MOUNTS:
         # before the brochure: they are what knows where the thrust is while the throttle moves
-        _mounts(m, t, s, m.dt_s, x, p)
+        _mounts(m, t, s, x, p)
     elif place == BROCHURE:
         _brochure(m, t, s, False, x, p)
     elif place == MOUNTS_AGAIN and not _moved(m, t, s):
         m.place = END
     elif place == MOUNTS_AGAIN:
         _open(p, m.q, m.moved_n)
-        _mounts(m, t, s, 0.0, x, p)
+        _mounts(m, t, s, x, p)
     else:
         left_n = STILL_TO_COME * m.moved_n
         _open(p, m.q, left_n if abs(left_n) <= abs(m.step_n) else m.step_n)
@@ -211,11 +181,7 @@ def _weigh(place: int, m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
 def _lay_out_motion(m: Any, t: Any, s: Any, dt_s: float, rate_n_s: float) -> None:
     """F and Q of a step of `dt_s` with a thrust that moves by `rate_n_s`."""
     routes = t.mount_std_n, t.brochure_n, t.brochure_std_n
-    move(m.f, m.q, m.slow[SIZES], s, dt_s, rate_n_s, t.n1_rate_pct_s, m.surprise_n_s, *routes)
-
-
-def _lay_out(memory: Any, told: Any, settings: Any, dt_s: float, rate_n_s: float) -> None:
-    _lay_out_motion(memory[0], told[0], settings[0], dt_s, rate_n_s)
+    move(m.f, m.q, m.sizes, s, dt_s, rate_n_s, t.n1_rate_pct_s, m.surprise_n_s, *routes)
 
 
 def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> int:
@@ -229,22 +195,15 @@ def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> int:
             _begin(m, t, s)
             _lay_out_motion(m, t, s, min(m.dt_s, MAX_STEP_S), x[RATE, 0])
             return PREDICT
-        if place == PAST:
-            m.past_s += min(m.dt_s, MAX_STEP_S)
-            if m.past_s >= PAST_S or t.status & LIED & ~m.doubts:
-                return LOOK_BACK
-            continue
         _weigh(place, m, t, s, x, p)
         if m.updated:
             m.x_before[:], m.p_before[:] = x, p
             return UPDATE
     m.place = BEGIN
-    mount, brochure = (m.mount_nu_n, m.mount_used), (m.last_nu_n, m.last_used)
-    m.surprise_n_s = surprise_n_s(s, (*mount, m.slow[MOUNT_GATE, FAILED]), (*brochure, m.slow[BROCHURE_GATE, FAILED]))
+    m.surprise_n_s = surprise_n_s(s, (m.mount_nu_n, m.mount_used), (m.last_nu_n, m.last_used))
     return DONE
 
 
-_F, _TABLE = numba.float64, numba.float64[:, ::1]
+_TABLE = numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
 go_on: Any = entry(compiled(_go_on, numba.int64(*_RECORDS, _TABLE, _TABLE), "numpy"))
-lay_out: Any = compiled(_lay_out, numba.void(*_RECORDS, _F, _F), "numpy")

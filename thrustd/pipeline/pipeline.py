@@ -36,6 +36,7 @@ from thrustd.pipeline.step_inputs import StepInputs, tell_filters
 from thrustd.pipeline.wires import Wires, engines_of, wires_of
 from thrustd.sensors.cross_check import cross_checks
 from thrustd.sensors.engine_force import mounts_table
+from thrustd.sensors.evidence import BROCHURE_OFF
 from thrustd.sensors.limits import FLYING_MACH
 from thrustd.sensors.monitor import Monitor, MonitorVerdict
 from thrustd.sensors.monitor_inputs import Layout, MonitorInputs
@@ -69,22 +70,22 @@ class Pipeline:
         self._intake = Intake(config, parts.models, parts.can_table, settings)
         self._hold, self._routes = self._intake.hold, self._intake.routes
         self._layout = Layout(
-            tuple(mount.name for mount in config.mount), tuple(config.mounts_of(engine) for engine in engines)
+            tuple(mount.name for mount in config.mount),
+            tuple(config.mounts_of(engine) for engine in engines),
+            tuple(engines),
         )
         self._states = self._intake.states
         self._inputs = StepInputs(self._layout, self._hold, self._states)
         pairs = [[self._routes[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
         self._monitor = Monitor(self._layout, [upper_share(pair[0], pair[-1]) for pair in pairs])
-        self._filters = tuple(
-            ThrustFilter(settings, e, name, 0.5 / config.steps.estimate_hz) for e, name in enumerate(engines)
-        )
+        self._filters = tuple(ThrustFilter(settings, e, 0.5 / config.steps.estimate_hz) for e in range(len(engines)))
         place, numbers = self._inputs.place, range(len(engines))
         self._brochures = tuple(BrochureRoute(parts.deck, e, place) for e in numbers)
         self._time_wanted, self._pressure_wanted = [self._intake.is_wanted((name, 0)) for name in DERIVED]
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         dynamic_pressure_pa(0.0, 0.0)  # compiled now, not in flight
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
-        self._routes_n = np.zeros((len(engines), 3))  # brochure thrust by fuel flow, N1 and N2
+        self._routes_n = np.zeros((len(engines), 4))  # brochure thrust by fuel flow, N1 and N2, sigma of the deck
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
         self._told_of = [self._told[e : e + 1] for e in numbers]
         self._mounts_said = self._states.view(np.float64).reshape(len(self._states), -1)[:, :3]  # as MountOutput has it
@@ -180,18 +181,19 @@ class Pipeline:
         readings, routes_n = self._inputs.readings, self._routes_n
         for e, brochure in enumerate(self._brochures):
             brochure.look(dt_s, readings, routes_n[e])
-        fused_n = [thrust_filter.thrust_n for thrust_filter in self._filters]
-        verdict = self._monitor.step(MonitorInputs(t_ns, readings, self._states, routes_n, fused_n))
+        verdict = self._monitor.step(MonitorInputs(t_ns, readings, self._states, routes_n))
         self._exclude(verdict, t_ns, outputs)
         self._tell(t_ns, dt_s, verdict)
-        estimates = []
+        estimates, bank = [], self._monitor.bank
+        if verdict.changed >= 0:
+            thrust_n, std_n = bank.leading[verdict.changed].tolist()
+            self._filters[verdict.changed].begin_anew(thrust_n, std_n, self._told_of[verdict.changed])
         for e, thrust_filter in enumerate(self._filters):
-            estimates.append(thrust_filter.step(self._told_of[e]))
+            estimates.append(thrust_filter.step(self._told_of[e], bank.rows[e], bank.found.item(e)))
             outputs.append(estimates[e])
-            for fault in thrust_filter.take_faults():
-                self._report(fault, outputs)
-                if fault.kind == "tare":
-                    self._tare(e)
+            if thrust_filter.tares:
+                self._report(Fault(t_ns, self._layout.engine_names[e], "tare"), outputs)
+                self._tare(e)
         outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
         if t_ns - self._checked_ns >= CHECK_EVERY_NS:
             self._checked_ns = t_ns
@@ -244,3 +246,5 @@ class Pipeline:
             brochure.tell(dt_s, believed, self._inputs.ages_s, bool(verdict.excluded), self._told_of[e])
             if verdict.status[e]:
                 told["status"][e] |= verdict.status[e]
+            if self._monitor.bank.found.item(e) == BROCHURE_OFF:
+                told["brochure_n"][e] = nan

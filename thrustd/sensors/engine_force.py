@@ -59,6 +59,7 @@ class MountCombiner:
         self.rows = np.tile((UPPER_SHARE, MEMORY_N2_S), (len(mounts_of_engine), 1))
         if shares:
             self.rows[:, SHARE] = shares
+        self.shares = self.rows[:, SHARE].copy()  # before anything was learnt of them
         self.mounts = mounts_table(mounts_of_engine)
         self._lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
         self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)

@@ -8,7 +8,8 @@ excludes:
     clean = [deck.estimate(inputs_of(readings without verdict.excluded, e), e) for e in engines]
     mounts = verdict.mounts[e]                       # engine e's mount force without the excluded ones
 
-The everyday part of a look is compiled (`monitor_step`); here is what is done when somebody is in doubt.
+Every sensor is watched by itself (`watches`); then what all sensors of an engine say is weighed under each hypothesis
+of who is at fault (`bank`).
 
 Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.where` is the mount's name or
 "signal[index]"; not active when it is believed again.
@@ -22,29 +23,32 @@ import numpy as np
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.types import Fault, Status
-from thrustd.sensors.common_mode import guilty
+from thrustd.sensors.bank import SOURCES_OFF, Bank
 from thrustd.sensors.engine_force import MountCombiner
+from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, WELL
+from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
-from thrustd.sensors.monitor_step import ACCUSE, ACQUIT, DONE, DOUBT, LOOK, look_on
-from thrustd.sensors.opinions import AGREE_S, N_OPINIONS, Opinions
-from thrustd.sensors.signal_watch import STEP_S
+from thrustd.sensors.past import N_SOURCES
 from thrustd.sensors.watches import Watches
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
 MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: the throttle was moved
 TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 RESTING_S = 2.0
-AGREE_WITHIN = 0.04
+NAMED_AFTER_S = 1.2  # by then the sensor's own watch knows whether it is noisy; it is left out at once
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
-SHARED_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g")  # those that move several thrusts at once
+AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))
+ACCELERATION: Sensor = ("accel_x_g", 0)  # what all mounts share
+ROUTES_OFF = {MOUNTS_OFF: "mount", BROCHURE_OFF: "brochure"}  # faults of a whole route
 
 
 class MonitorVerdict(NamedTuple):
     excluded: frozenset[Sensor]
     mounts: Any  # ENGINE_MOUNTS by engine, good until the next step
-    faults: Sequence[Fault]  # changes at this step
-    status: Sequence[int]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE)
+    faults: Sequence[Fault]  # changes at this step: "stuck", "stuck_over", ...
+    status: Sequence[int]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE, ...)
+    changed: int  # the engine of which another hypothesis leads from this step on; -1: none
 
 
 class Monitor:
@@ -54,27 +58,25 @@ class Monitor:
         """`shares`: see `MountCombiner`."""
         self._layout = layout
         self._combiner = MountCombiner(layout.mounts_of_engine, shares)
-        self._opinions_of: tuple[tuple[Sensor, ...], ...] = tuple(
+        self._sources: tuple[tuple[Sensor, ...], ...] = tuple(
             (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
             for engine, mounts in enumerate(layout.mounts_of_engine)
         )
         self._all_mounts = np.ones(len(layout.mount_names), np.bool_)
         self._watches = Watches(layout)
-        self._shared = {name: self._watches[name, 0] for name in SHARED_SIGNALS}
         place = self._watches.sensors.index
         engines = range(len(layout.mounts_of_engine))
         spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])
-        self._opinions = Opinions(self._combiner.mounts, spools)
-        self._memory = np.zeros(1, LOOK)
-        self._memory["altitude"], self._memory["sat"] = place(("pressure_altitude_m", 0)), place(("sat_degC", 0))
-        self._memory["sat_since_m"] = nan
-        watches, opinions = self._watches.work, self._opinions.work
-        self._work = self._memory, *watches, *opinions, self._combiner.rows, self._opinions.believed
+        self.bank = Bank(self._combiner.mounts, spools, place(("mach", 0)), self._combiner.shares)
+        self._believed = np.ones((len(engines), N_SOURCES), np.bool_)
+        self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]
+        self._sat_since_m = nan  # altitude where SAT last moved
         self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
+        self._sat_stuck = False
         self._no_status = [0 for _ in engines]
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
-        self._judged: dict[Sensor, str] = {}  # by cross-checks
-        self._calm_s: dict[Sensor, float] = {}
+        self._failed = [""] * len(layout.mounts_of_engine)  # route faults that were reported
+        self._found_ns = [0] * len(layout.mounts_of_engine)  # when the hypothesis that leads began to
         self._excluded = NOBODY
         self._t_ns = self._watched_ns = -1
 
@@ -82,16 +84,16 @@ class Monitor:
         """Call once per fused step; the tests run every 0.1 s, the mounts are combined every time."""
         dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
-        faults: Sequence[Fault] = ()
+        faults, changed = list[Fault](), -1
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
             self._watched_ns = inputs.t_ns
-            self._look(inputs)
+            changed = self._look(inputs)
             faults = self._changes(inputs.t_ns)
         else:
             self._excluded |= self._leapt(inputs.readings)
         mounts = self._combiner.step(inputs.mounts, self._believed_mounts(), dt_s)
-        status = list(map(self._status, range(len(mounts)))) if self._kinds else self._no_status
-        return MonitorVerdict(self._excluded, mounts, faults, status)
+        status = list(map(self._status, range(len(mounts))))
+        return MonitorVerdict(self._excluded, mounts, faults, status, changed)
 
     @property
     def excluded(self) -> frozenset[Sensor]:
@@ -103,13 +105,12 @@ class Monitor:
         return {
             "t_ns": [self._t_ns, self._watched_ns],
             "combiners": self._combiner.snapshot(),
-            "engines": self._opinions.snapshot(),
-            "common": self._memory["outside_s"].item(),
+            "bank": self.bank.snapshot(),
             "watches": self._watches.snapshot(),
             "kinds": _rows(self._kinds),
-            "judged": _rows(self._judged),
+            "failed": self._failed,
             "excluded": sorted(map(list, self._excluded)),
-            "sat_since_m": since_m if isfinite(since_m := self._memory["sat_since_m"].item()) else None,
+            "sat": [self._sat_since_m if isfinite(self._sat_since_m) else None, self._sat_stuck],
         }
 
     def restore(self, state: dict[str, Any], shift_ns: int = 0) -> bool:
@@ -117,15 +118,16 @@ class Monitor:
         try:
             self._t_ns, self._watched_ns = (t_ns + shift_ns for t_ns in map(int, state["t_ns"]))
             self._combiner.restore(state["combiners"])
-            restored = self._watches.restore(state["watches"]) and self._opinions.restore(state["engines"])
-            self._memory["outside_s"] = float(state["common"])
+            restored = self._watches.restore(state["watches"]) and self.bank.restore(state["bank"], shift_ns)
             self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
-            self._judged = {(str(name), int(i)): str(kind) for name, i, kind in state["judged"]}
+            self._failed = [str(kind) for kind in state["failed"]]
             self._excluded = frozenset((str(name), int(i)) for name, i in state["excluded"])
-            self._memory["sat_since_m"] = nan if state["sat_since_m"] is None else float(state["sat_since_m"])
-        except (KeyError, OverflowError, TypeError, ValueError):
+            since_m, self._sat_stuck = state["sat"][0], bool(state["sat"][1])
+            self._sat_since_m = nan if since_m is None else float(since_m)
+        except (KeyError, IndexError, OverflowError, TypeError, ValueError):
             return False
-        restored &= set(self._watches.sensors) >= {*self._kinds, *self._judged, *self._excluded}
+        restored &= set(self._watches.sensors) >= {*self._kinds, *self._excluded}
+        restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *ROUTES_OFF.values()}
         self._watches.forget_last_values()
         return restored
 
@@ -138,39 +140,36 @@ class Monitor:
         mine = {(name, i) for name in MOUNT_SIGNALS for i in self._layout.mounts_of_engine[engine]}
         mine |= {(name, engine) for name in ENGINE_SIGNALS} | {(name, 0) for name in AIRCRAFT_SIGNALS}
         doubted = {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
+        doubted |= {sensor: "" for sensor in self._judged() if sensor in mine and sensor not in doubted}
         status = Status.SENSOR_DOUBTED if doubted else Status(0)
         if "stuck" in doubted.values():
             status |= Status.STUCK
         if any(name == "deformation_mm" for name, _ in doubted):
             status |= Status.MOUNTS_DISAGREE
+        if self.bank.disagree(engine):
+            status |= Status.DISAGREE
+        found = self.bank.found.item(engine)
+        if found in ROUTES_OFF:
+            status |= Status.MOUNT_FAILED if found == MOUNTS_OFF else Status.BROCHURE_FAILED
         return int(status)
 
-    def _look(self, inputs: MonitorInputs) -> None:
-        work = *self._work, inputs.readings, inputs.mounts, inputs.routes_n
-        self._memory["accused"], self._suspect = bool(self._judged), False
-        while (stop := look_on(*work)) != DONE:
-            if stop == DOUBT:
-                self._doubt()
-            elif stop == ACQUIT:
-                for name in SHARED_SIGNALS:
-                    self._acquit_shared((name, 0))
-            elif stop == ACCUSE:
-                self._accuse(inputs)
-            else:
-                self._judge_all(inputs.readings)
-        self._excluded = self._all_out()
-
-    def _doubt(self) -> None:
-        """Some sensor's own watch has found something, or somebody is judged already."""
-        self._suspect = self._memory["suspect"].item()
+    def _look(self, inputs: MonitorInputs) -> int:
+        """-> the engine of which another hypothesis leads now, or -1."""
+        self._suspect = self._watches.step(inputs.readings)
         if self._suspect:
             self._acquit_jumps()
-        self._judge_temperature()
-        self._memory["accused"] = bool(self._judged)
-        self._memory["frozen"] = any([name in SHARED_SIGNALS for name, _ in self._all_out()])
+        self._judge_temperature(inputs.readings.item(self._altitude))
+        self._believed[:] = True
         if self._suspect:
-            for row, sensors in zip(self._opinions.believed, self._opinions_of, strict=True):
-                row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_OPINIONS]]
+            for row, sensors in zip(self._believed, self._sources, strict=True):
+                row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_SOURCES]]
+            self._believed[:, :2] &= self._watches.trusts(ACCELERATION)
+            self._believed[:, 2:] &= all([self._watches.trusts(sensor) for sensor in AIR])
+        changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.routes_n, self._believed)
+        if changed >= 0:
+            self._found_ns[changed] = inputs.t_ns
+        self._excluded = self._all_out()
+        return changed
 
     def _leapt(self, readings: Floats) -> frozenset[Sensor]:
         """Between two looks: what jumped is out until the next one, before anything follows it.
@@ -186,20 +185,36 @@ class Monitor:
         return frozenset(out)
 
     def _all_out(self) -> frozenset[Sensor]:
-        if not self._suspect and not self._judged:
-            return NOBODY
-        return frozenset(sensor for sensor in self._watches.sensors if self._out(sensor))
+        out = set(self._judged())
+        if self._suspect:
+            out |= {sensor for sensor in self._watches.sensors if not self._watches.trusts(sensor)}
+        return frozenset(out) if out else NOBODY
 
-    def _out(self, sensor: Sensor) -> bool:
-        return sensor in self._judged or not self._watches.trusts(sensor)
+    def _judged(self) -> list[Sensor]:
+        """By the bank and by what the aircraft does."""
+        judged: list[Sensor] = [("sat_degC", 0)] if self._sat_stuck else []
+        for engine, found in enumerate(self.bank.found.tolist()):
+            if found != BROCHURE_OFF:  # its sensors are well: it is the engine or the air data
+                judged += [self._sources[engine][source] for source in SOURCES_OFF[found]]
+        return [*judged, ACCELERATION] if self._all_mounts_off() else judged
 
-    def _judge_temperature(self) -> None:
-        sensor = ("sat_degC", 0)
-        if self._memory["sat_moved"].item():
-            if self._judged.get(sensor) == "stuck":
-                del self._judged[sensor]
-        elif self._memory["sat_climbed"].item() and not self._out(("pressure_altitude_m", 0)):
-            self._judged[sensor] = "stuck"
+    def _all_mounts_off(self) -> bool:
+        """Of every engine: it is what they share."""
+        return len(self._failed) > 1 and bool((self.bank.found == MOUNTS_OFF).all())
+
+    def _nameable(self, t_ns: int) -> list[int]:
+        """By engine, the hypothesis that has led for long enough to be named."""
+        return [
+            found if t_ns - since_ns >= NAMED_AFTER_S * 1e9 else WELL
+            for found, since_ns in zip(self.bank.found.tolist(), self._found_ns, strict=True)
+        ]
+
+    def _judge_temperature(self, altitude_m: float) -> None:
+        """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
+        if self._sat.resting_s == 0.0 or not isfinite(self._sat_since_m):
+            self._sat_since_m, self._sat_stuck = altitude_m, False
+        elif abs(altitude_m - self._sat_since_m) > SAT_CLIMB_M and self._watches.trusts(("pressure_altitude_m", 0)):
+            self._sat_stuck = True
 
     def _acquit_jumps(self) -> None:
         """A throttle that is cut moves fuel flow, spools and both mounts: what jumps with them did not fail."""
@@ -215,46 +230,19 @@ class Monitor:
                 if self._watches.followed((name, engine)):
                     self._watches[name, engine].acquit()
 
-    def _judge_all(self, readings: Floats) -> None:
-        for engine, sensors in enumerate(self._opinions_of):
-            if self._opinions.turning(engine, readings):
-                self._judge(engine, sensors)
-
-    def _judge(self, engine: int, sensors: Sequence[Sensor]) -> None:
-        """What the others say of each sensor of one engine."""
-        for i, sensor in enumerate(sensors):
-            if self._opinions.faulty(engine, i) and sensor not in self._judged:
-                watch = self._watches[sensor]
-                resting = "stuck" if watch.resting_s > RESTING_S else "drift"
-                self._judged[sensor] = "offset" if watch.jumped_lately else resting
-            elif not self._opinions.faulty(engine, i):
-                self._judged.pop(sensor, None)
-
-    def _accuse(self, inputs: MonitorInputs) -> None:
-        """Every engine's mounts and brochure differ: by the sensor that explains it."""
-        thrust_n = sum(inputs.fused_thrust_n) / len(inputs.fused_thrust_n)
-        name = guilty(self._opinions.differences, self._shared, thrust_n)
-        if name:
-            watch = self._shared[name]
-            resting = "stuck" if watch.resting_s > RESTING_S else "drift"
-            self._judged[name, 0] = "offset" if watch.jumped_lately else resting
-
-    def _acquit_shared(self, sensor: Sensor) -> None:
-        """Mounts and brochure agree again with the sensor as it reads now: it is believed again."""
-        if self._judged.get(sensor, "") in ("", "stuck"):
-            return
-        agree = bool((abs(self._opinions.differences[:, 0]) < AGREE_WITHIN).all())
-        self._calm_s[sensor] = self._calm_s.get(sensor, 0.0) + STEP_S if agree else 0.0
-        if self._calm_s[sensor] > AGREE_S:
-            del self._judged[sensor], self._calm_s[sensor]
-
-    def _changes(self, t_ns: int) -> Sequence[Fault]:
-        if not (self._suspect or self._judged or self._kinds):
-            return ()
-        faults: list[Fault] = []
+    def _changes(self, t_ns: int) -> list[Fault]:
+        faults = self._route_changes(t_ns)
+        judged = self._judged()
+        if not (self._suspect or judged or self._kinds):
+            return faults
+        nameable = set(judged) & {ACCELERATION, ("sat_degC", 0)}
+        for engine, found in enumerate(self._nameable(t_ns)):
+            if found != MOUNTS_OFF:
+                nameable |= {self._sources[engine][source] for source in SOURCES_OFF[found]} & set(judged)
         for sensor in self._watches.sensors:
-            kind = self._watches[sensor].kind or self._judged.get(sensor, "")
-            before = self._kinds.get(sensor, "")
+            kind, before = self._watches[sensor].kind, self._kinds.get(sensor, "")
+            if not kind and (sensor in nameable or (before and sensor in judged)):
+                kind = self._kind(sensor)
             # the first name stays until it is over: a dead sensor also rests, a noisy one also jumps
             if kind and not before:
                 faults.append(Fault(t_ns, self._where(sensor), kind))
@@ -262,6 +250,27 @@ class Monitor:
             elif before and not kind:
                 faults.append(Fault(t_ns, self._where(sensor), before, active=False))
                 del self._kinds[sensor]
+        return faults
+
+    def _kind(self, sensor: Sensor) -> str:
+        """Of a fault that the others saw."""
+        watch = self._watches[sensor]
+        resting = "stuck" if watch.resting_s > RESTING_S else "drift"
+        return "offset" if watch.jumped_lately else resting
+
+    def _route_changes(self, t_ns: int) -> list[Fault]:
+        faults: list[Fault] = []
+        for engine, found in enumerate(self._nameable(t_ns)):
+            route, before = ROUTES_OFF.get(found, ""), self._failed[engine]
+            shared = self._all_mounts_off() or not self._watches.trusts(ACCELERATION)
+            if route == before or (found == MOUNTS_OFF and shared and not before):
+                continue  # nothing new, or it is the acceleration, which all mounts share
+            name = self._layout.engine_names[engine]
+            if before:
+                faults.append(Fault(t_ns, f"{before}[{name}]", "failed", active=False))
+            if route:
+                faults.append(Fault(t_ns, f"{route}[{name}]", "failed"))
+            self._failed[engine] = route
         return faults
 
     def _where(self, sensor: Sensor) -> str:

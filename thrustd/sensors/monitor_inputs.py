@@ -1,6 +1,5 @@
 """What the monitor is told at one fused step, and how the aircraft is laid out."""
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from thrustd.core.columns import Floats
@@ -15,6 +14,7 @@ class Layout(NamedTuple):
 
     mount_names: tuple[str, ...]  # by mount index
     mounts_of_engine: tuple[tuple[int, ...], ...]  # by engine: upper mount first
+    engine_names: tuple[str, ...] = ("left", "right")
 
     def sensors(self) -> tuple[Sensor, ...]:
         """Everything that is watched, in the order of `MonitorInputs.readings`: mounts, engines, aircraft, the rest."""
@@ -33,5 +33,4 @@ class MonitorInputs(NamedTuple):
     t_ns: int
     readings: Floats  # the latest of each of `Layout.sensors`, as it came
     mounts: Any  # MOUNT_STATE by mount, after load-factor corrections
-    routes_n: Floats  # (n_engines, 3): thrust by fuel flow, N1, N2, of readings as they came
-    fused_thrust_n: Sequence[float]  # ThrustFilter.thrust_n before this step
+    routes_n: Floats  # (n_engines, 4): thrust by fuel flow, N1, N2, of readings as they came; sigma of the deck

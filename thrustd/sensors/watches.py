@@ -18,11 +18,14 @@ class Watches:
         n = len(self.sensors)
         self._size = len(layout.mount_names), len(layout.mounts_of_engine)
         self._rows, self._limits = fresh_rows(n), limit_rows([LIMITS[name] for name, _ in self.sensors])
-        self.work = self._rows, self._limits
         self._of = {sensor: SignalWatch(row) for sensor, row in zip(self.sensors, self._rows, strict=True)}
 
     def __getitem__(self, sensor: Sensor) -> SignalWatch:
         return self._of[sensor]
+
+    def step(self, readings: Floats) -> bool:
+        """Watch the readings of one look; true when some sensor has a fault or a jump in doubt."""
+        return bool(watch(self._rows, self._limits, readings, *self._size))
 
     def trusts(self, sensor: Sensor) -> bool:
         """No fault, no jump in doubt."""

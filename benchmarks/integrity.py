@@ -1,0 +1,235 @@
+"""Is it ever confidently wrong? `python -m benchmarks.integrity [--short] [--only "both step"]`, `make integrity`.
+
+Twin aircraft fly recordings behind an engine start. At every moment of a flight each fault that begins there is
+written into what the sensors sent, and a copy of the flying pipeline goes on with it. Per case and engine, from the
+fault on, at 10 Hz:
+
+    bias       mean of estimate minus truth, worst aircraft and engine, N
+    silent     share of estimates more than three of their sigmas off while no fault bit says so
+    longest    longest such stretch, s
+    in band    share of estimates whose 95 % band holds the truth
+    named      when a report names who is at fault, the last of the aircraft, s
+    told       when the status of the engine first says so
+
+A case fails when it is silent for longer than SILENT_S. Rows are kept in out/integrity.jsonl with the key of a run.
+"""
+
+import argparse
+import json
+import multiprocessing as mp
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Iterable
+from math import inf
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.fusion_flights import ENGINES, installation
+from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
+from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
+from thrustd.core.types import Estimate, Event, Fault, Status
+from thrustd.pipeline.pipeline import Pipeline
+
+RESULTS = Path("out/integrity.jsonl")
+FLOWN = ((0, 11), (1, 612), (2, 713))  # recording and twin aircraft
+SECONDS = 1500.0  # of a recording
+SILENT_S, SIGMAS, BAND = 5.0, 3.0, 1.96
+EVERY = 5  # 50 Hz -> 10 Hz
+SETTLED_S = 1.0  # of a fault: a sample that is read now was taken before
+TOLD = int(
+    Status.MOUNT_LOST | Status.MOUNT_FAILED | Status.BROCHURE_LOST | Status.BROCHURE_FAILED | Status.MOUNTS_DISAGREE
+    | Status.SENSOR_DOUBTED | Status.DISAGREE | Status.STUCK | Status.CHANNEL_OPEN | Status.WIRE_FAULT
+    | Status.CONVERGING
+)  # fmt: skip
+
+
+class Row(NamedTuple):
+    """One case with one aircraft; both engines, the worse of them."""
+
+    aircraft: str
+    fault: str
+    moment: str
+    bias_n: float
+    rms_n: float
+    silent_pct: float
+    longest_s: float
+    in_band_pct: float  # or flagged
+    std_n: float
+    named_s: float | None
+    told_s: float | None
+    first: str  # first report
+    accused: list[str]  # others
+
+
+def fly(pipeline: Pipeline, events: Iterable[Event]) -> tuple[list[list[Estimate]], list[Fault]]:
+    """Estimates by engine at 10 Hz, and reports."""
+    estimates: list[list[Estimate]] = [[], []]
+    faults: list[Fault] = []
+    count = [0, 0]
+    for output in pipeline.follow(events):
+        if isinstance(output, Estimate):
+            if count[output.engine] % EVERY == 0:
+                estimates[output.engine].append(output)
+            count[output.engine] += 1
+        elif isinstance(output, Fault):
+            faults.append(output)
+    return estimates, faults
+
+
+def longest_s(bad: Any, time_s: Any) -> float:
+    longest = since = 0.0
+    for i in range(1, len(bad)):
+        since = since + time_s[i] - time_s[i - 1] if bad[i] else 0.0
+        longest = max(longest, since)
+    return longest
+
+
+def judge(flown: Flight, case: Case, begin_ns: int, estimates: list[list[Estimate]], faults: list[Fault]) -> Row:
+    figures, told_s = [], inf
+    for side, mine in zip(ENGINES, estimates, strict=True):
+        rows = [(e.t_ns * 1e-9, e.thrust_n, e.thrust_std_n, e.status & TOLD != 0) for e in mine]
+        time_s, thrust_n, std_n, told = np.array(rows).T
+        error_n = thrust_n - np.interp(time_s, flown.profile.time_s, flown.profile[f"thrust_N_{side}"])
+        told = told != 0
+        silent = (np.abs(error_n) > SIGMAS * std_n) & ~told
+        figures.append((
+            float(error_n.mean()), float(np.sqrt(np.mean(error_n**2))), 100.0 * float(silent.mean()),
+            longest_s(silent, time_s), 100.0 * float(np.mean((np.abs(error_n) <= BAND * std_n) | told)),
+            float(std_n.mean()),
+        ))  # fmt: skip
+        if told.any():
+            told_s = min(told_s, time_s[int(np.argmax(told))] - begin_ns * 1e-9)
+    reports = [fault for fault in faults if fault.active and fault.kind != "tare"]
+    named = [fault for fault in reports if fault.where in case.who]
+    bias, rms, silent_pct, longest, in_band, std = zip(*figures, strict=True)
+    return Row(
+        flown.name, case.fault, case.moment, max(bias, key=abs), max(rms), max(silent_pct), max(longest), min(in_band),
+        max(std), (named[0].t_ns - begin_ns) * 1e-9 if named else None, None if told_s == inf else told_s,
+        f"{reports[0].where} {reports[0].kind}" if reports else "",
+        sorted({f"{f.where} {f.kind}" for f in reports if f.where not in case.who}),
+    )  # fmt: skip
+
+
+def run_case(flown: Flight, case: Case, pipeline: Pipeline, first: int) -> Row:
+    begin_ns = int(flown.wire.t_ns[first])
+    last = int(np.searchsorted(flown.wire.t_ns, begin_ns + min(case.seconds, 1e6) * S))
+    estimates, faults = fly(pipeline, damaged(flown, case.edit, first, last))
+    return judge(flown, case, begin_ns, estimates, faults)
+
+
+class Children:
+    """At most so many forked copies of this process at once."""
+
+    def __init__(self, most: int, said: Any) -> None:
+        self._most, self._said, self._busy = most, said, list[tuple[Any, Any]]()
+
+    def start(self, flown: Flight, case: Case, pipeline: Pipeline, first: int) -> None:
+        while len(self._busy) >= self._most:
+            self._reap()
+        receive, send = mp.get_context("fork").Pipe(duplex=False)
+        child = mp.get_context("fork").Process(target=lambda: send.send(run_case(flown, case, pipeline, first)))
+        child.start()
+        send.close()
+        self._busy.append((child, receive))
+
+    def _reap(self) -> None:
+        ready = mp.connection.wait([receive for _, receive in self._busy])
+        for child, receive in [pair for pair in self._busy if pair[1] in ready]:
+            self._busy.remove((child, receive))
+            self._said(receive.recv())
+            child.join()
+
+    def drain(self) -> None:
+        while self._busy:
+            self._reap()
+
+
+def campaign(
+    cases: tuple[Case, ...], aircraft: tuple[tuple[int, int], ...], seconds: float, jobs: int, said: Any
+) -> None:
+    place = installation()
+    for number, seed in aircraft:
+        flown = flight(place, number, seed, seconds)
+        children, pipeline, at = Children(jobs, said), place.pipeline(), 0
+        for moment, moment_s in sorted(flown.moments_s.items(), key=lambda item: item[1]):
+            mine = [case for case in cases if case.moment == moment]
+            if not mine:
+                continue
+            first = int(np.searchsorted(flown.wire.t_ns, round(moment_s * S)))
+            fly(pipeline, whole(flown, at, first))
+            at = first
+            for case in mine:
+                children.start(flown, case, pipeline, first)
+            children.drain()
+
+
+def table(rows: list[Row]) -> Table:
+    columns = "fault", "moment", "bias N", "sigma N", "silent %", "longest s", "in band %", "named s", "told s"
+    grid = Table(*columns, "first report")
+    by_case: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    for row in rows:
+        by_case[row.fault, row.moment].append(row)
+    for (fault, moment), mine in by_case.items():
+        worst = max(mine, key=lambda row: (row.longest_s, abs(row.bias_n)))
+        named = [row.named_s for row in mine]
+        told = [row.told_s for row in mine]
+        bad = max(row.longest_s for row in mine) > SILENT_S
+        grid.add_row(
+            f"[red]{fault} ![/red]" if bad else fault, moment, f"{max((r.bias_n for r in mine), key=abs):.0f}",
+            f"{worst.std_n:.0f}", f"{max(r.silent_pct for r in mine):.1f}", f"{max(r.longest_s for r in mine):.0f}",
+            f"{min(r.in_band_pct for r in mine):.1f}", _last(named), _last(told), worst.first,
+        )  # fmt: skip
+    return grid
+
+
+def _last(times_s: list[float | None]) -> str:
+    known = [t for t in times_s if t is not None]
+    part = "" if len(known) == len(times_s) else f" ({len(known)}/{len(times_s)})"
+    return f"{max(known):.1f}{part}" if known else "never"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--short", action="store_true", help="one aircraft, a few cases")
+    parser.add_argument("--only", default="", help="cases with this in 'fault, moment'")
+    parser.add_argument("--aircraft", type=int, default=len(FLOWN))
+    parser.add_argument("--seconds", type=float, default=SECONDS)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--key", default="", help="rows are kept under this name")
+    arguments = parser.parse_args()
+    console = Console(width=170)
+    wanted = tuple(
+        case
+        for case in (HEALTHY, *CASES, *AIRCRAFT)
+        if arguments.only in f"{case.fault}, {case.moment}" and (case.short or not arguments.short)
+    )
+    rows: list[Row] = []
+
+    def said(row: Row) -> None:
+        rows.append(row)
+        print(f"{len(rows)}: {row.aircraft} {row.fault}, {row.moment}: {row.longest_s:.0f} s", file=sys.stderr)
+        if arguments.key:
+            RESULTS.parent.mkdir(exist_ok=True)
+            with RESULTS.open("a") as file:
+                file.write(json.dumps({"key": arguments.key, **row._asdict()}) + "\n")
+
+    began = time.monotonic()
+    campaign(wanted, FLOWN[: 1 if arguments.short else arguments.aircraft], arguments.seconds, arguments.jobs, said)
+    places = {(case.fault, case.moment): i for i, case in enumerate(wanted)}
+    rows.sort(key=lambda row: places[row.fault, row.moment])
+    console.print(table(rows))
+    silent = {(row.fault, row.moment) for row in rows if row.longest_s > SILENT_S}
+    console.print(
+        f"{len({(r.fault, r.moment) for r in rows})} cases, {len(rows)} flown in {time.monotonic() - began:.0f} s:"
+        f" {len(silent)} confidently wrong for longer than {SILENT_S:g} s"
+    )
+    return int(bool(silent))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,55 @@
+"""One thrust and one band of several hypotheses: the mixture's mean, and its 95 % interval.
+
+    mean = sum p_i m_i,     half = the further end of [F^-1(0.025), F^-1(0.975)] from it,     sigma = half / 1.96
+
+The band covers every hypothesis that is alive: one of 5 % that lies elsewhere is inside, where a variance would let it
+vanish. Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
+"""
+
+from math import erfc, sqrt
+
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
+
+P, SHIFT_N, STD_N = range(3)  # of a hypothesis: its probability; thrust minus that of the one that leads; one sigma
+TAIL, SIGMAS = 0.025, 1.959964
+ALONE = 1e-3  # all others together less likely than this: nothing to mix
+HALVINGS = 30
+
+
+@compiled
+def _beyond(x_n: float, hypotheses: Floats, lead: int, std_n: float, sign: float) -> float:
+    """Probability that the thrust is further out than x, from the one that leads, on this side."""
+    tail = 0.0
+    for i in range(len(hypotheses)):
+        sigma_n = std_n if i == lead else hypotheses[i, STD_N]
+        if hypotheses[i, P] > 0.0:
+            tail += 0.5 * hypotheses[i, P] * erfc(sign * (x_n - hypotheses[i, SHIFT_N]) / (sigma_n * sqrt(2.0)))
+    return tail
+
+
+@compiled
+def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float) -> float:
+    near_n = 0.0  # the median may be on either side of it
+    inner, outer = -far_n * sign, far_n * sign
+    for _ in range(HALVINGS):
+        near_n = 0.5 * (inner + outer)
+        if _beyond(near_n, hypotheses, lead, std_n, sign) > TAIL:
+            inner = near_n
+        else:
+            outer = near_n
+    return near_n
+
+
+@compiled
+def mix(thrust_n: float, std_n: float, hypotheses: Floats, lead: int) -> tuple[float, float]:
+    """Thrust and sigma of the one that leads, and all others (n, 3) beside it. -> mean and sigma of the mixture."""
+    if hypotheses[lead, P] > 1.0 - ALONE:
+        return thrust_n, std_n
+    mean_n, far_n = 0.0, 6.0 * std_n
+    for i in range(len(hypotheses)):
+        mean_n += hypotheses[i, P] * hypotheses[i, SHIFT_N]
+        if hypotheses[i, P] > 0.1 * TAIL / len(hypotheses):
+            far_n = max(far_n, abs(hypotheses[i, SHIFT_N]) + 6.0 * hypotheses[i, STD_N])
+    upper_n, lower_n = _end(hypotheses, lead, std_n, 1.0, far_n), _end(hypotheses, lead, std_n, -1.0, far_n)
+    return thrust_n + mean_n, max(upper_n - mean_n, mean_n - lower_n) / SIGMAS

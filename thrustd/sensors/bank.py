@@ -1,0 +1,183 @@
+"""The bank of hypotheses of every engine: who is at fault, how likely, and what the thrust is then.
+
+    all well | upper LVDT | lower LVDT | both mounts | fuel flow | N1 | N2 | the brochure as a whole
+
+Every 0.4 s and engine the sources' past (see `past`) is weighed under each of them (see `evidence`). A fault is
+found when its probability is above FOUND, and over when that is below OVER: the prior of a fault that was found is
+that it stays, so agreement that says nothing (a throttle that opens every tolerance) does not end it.
+"""
+
+from collections.abc import Sequence
+from math import isfinite, nan, sqrt
+from typing import Any
+
+import numba
+import numpy as np
+
+from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
+from thrustd.core.jit import compiled, entry
+from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL, weigh
+from thrustd.sensors.past import (
+    COMMON_N,
+    COUNTS,
+    DECK_N,
+    MACH,
+    N_SOURCES,
+    OWN_N,
+    PAST,
+    SAID,
+    T_S,
+    WIDTH,
+    no_past,
+    remember,
+)
+
+EVERY_LOOKS = 2
+FOUND, OVER = 0.98, 0.2
+DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
+SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4))
+TURNING_N1_PCT, STARTED_S = 20.0, 15.0  # before that an engine starts: no deck says anything of it
+P, SHIFT_N, STD_N = range(3)  # of a hypothesis: probability, thrust minus that of the one that leads, its sigma
+
+
+class Bank:
+    """Mutable; `snapshot` / `restore` for the checkpoint."""
+
+    def __init__(self, mounts: Integers, spools: Integers, mach: int, shares: Floats) -> None:
+        """By engine (n, 2) its mounts, the upper one first, -1 for none; where N1 and N2, and Mach, are among readings.
+
+        `shares` (n,): of the upper mounts. An engine that has not two mounts has only the hypothesis that all is well.
+        """
+        n = len(mounts)
+        self._past, self.found = no_past(n), np.zeros(n, np.int64)
+        self.rows = np.zeros((n, N_HYPOTHESES, 3))  # P, SHIFT_N, STD_N
+        self.rows[:, WELL, P] = 1.0
+        self.leading = np.full((n, 2), np.nan)  # thrust and its sigma by the one that leads
+        self._turn = np.zeros(1, np.int64)
+        judged = (mounts >= 0).sum(axis=1) == 2
+        layout = np.ascontiguousarray(mounts[:, :2]), spools, judged
+        self._work = self._past, self._turn, self.found, self.rows, self.leading, *layout, mach, shares
+
+    def look(self, t_ns: int, readings: Floats, states: Any, routes_n: Floats, believed: Flags) -> int:
+        """Weigh the engine whose turn it is. -> which one's leading hypothesis changed, or -1.
+
+        `states`: MOUNT_STATE by mount; `routes_n` (n, 4): thrust by fuel flow, N1, N2, sigma of the deck; `believed`
+        (n, 5): by the sensors' own watches.
+        """
+        return int(_look(*self._work, t_ns * 1e-9, readings, states, routes_n, believed))
+
+    def disagree(self, engine: int) -> bool:
+        """Nothing tells who is right."""
+        return bool(self.rows[engine, self.found[engine], P] < 1.0 - DISAGREE)
+
+    def snapshot(self) -> list[dict[str, Any]]:
+        """By engine, plain numbers."""
+        return [
+            {
+                "found": int(found),
+                "rows": past["rows"][: past["n"]].tolist(),
+                "rates": past["rate_n_s"].tolist(),
+            }
+            for past, found in zip(self._past, self.found, strict=True)
+        ]
+
+    def restore(self, engines: Sequence[Any], shift_ns: int) -> bool:
+        """Take over a snapshot; False, and nothing changed, when it is none."""
+        read = [
+            (
+                int(e["found"]),
+                np.array(e["rows"], np.float64).reshape(-1, WIDTH),
+                np.array(e["rates"], np.float64).reshape(3),
+            )
+            for e in engines
+        ]
+        sane = len(read) == len(self.found) and all(
+            0 <= found < N_HYPOTHESES
+            and len(rows) < len(self._past["rows"][0])
+            and np.isfinite(rows).all()
+            and np.isfinite(rates).all()
+            for found, rows, rates in read
+        )
+        if sane:
+            for e, (found, rows, rates) in enumerate(read):
+                rows[:, T_S] += shift_ns * 1e-9
+                self.found[e], self._past["n"][e], self._past["rate_n_s"][e] = found, len(rows), rates
+                self._past["rows"][e, : len(rows)] = rows
+                if len(rows):
+                    self.rows[e, WELL, P], self.rows[e, found, P] = 0.0, 1.0
+        return sane
+
+
+@compiled
+def _row(
+    row: Floats, t_s: float, e: int, mounts: Integers, mach: float, states: Any, routes_n: Floats, believed: Flags
+) -> None:
+    row[:] = 0.0
+    row[T_S], row[MACH], row[DECK_N] = t_s, mach if isfinite(mach) else 0.0, routes_n[e, 3]
+    if not isfinite(row[DECK_N]):
+        row[DECK_N] = 200.0
+    for i in range(N_SOURCES):
+        said_n = states[mounts[e, i]].force_n if i < 2 else routes_n[e, i - 2]
+        row[SAID + i], row[COUNTS + i] = said_n, 1.0 if believed[e, i] else 0.0
+    for i in range(2):
+        state = states[mounts[e, i]]
+        row[COMMON_N + i] = state.common_n if isfinite(state.common_n) else 0.0
+        row[OWN_N + i] = sqrt(max(state.std_n**2 - state.common_n**2, 1.0)) if isfinite(state.std_n) else 100.0
+
+
+@compiled
+def _lead(found: int, out: Floats) -> int:
+    """The hypothesis that leads from now on."""
+    best = 0
+    for which in range(N_HYPOTHESES):
+        if out[which, 0] > out[best, 0]:
+            best = which
+    if best != found and (out[best, 0] > FOUND or out[found, 0] < OVER):
+        return best
+    return found
+
+
+def _look_at(
+    past: Any, turn: Integers, found: Integers, hypotheses: Floats, leading: Floats, mounts: Integers, spools: Integers,
+    judged: Flags, mach: int, shares: Floats, t_s: float, readings: Floats, states: Any, routes_n: Floats,
+    believed: Flags,
+) -> int:  # fmt: skip
+    turn[0] = (turn[0] + 1) % (EVERY_LOOKS * len(found))
+    e = turn[0] // EVERY_LOOKS
+    if turn[0] % EVERY_LOOKS:
+        return -1
+    turns = readings[spools[e, 0]] > TURNING_N1_PCT or readings[spools[e, 1]] > TURNING_N1_PCT
+    row, out = np.empty(WIDTH), np.empty((N_HYPOTHESES, 3))
+    if not (judged[e] and turns):
+        past[e].n, past[e].since_s = 0, nan
+        return -1
+    if not isfinite(past[e].since_s):
+        past[e].since_s = t_s
+    if t_s - past[e].since_s < STARTED_S:
+        return -1
+    _row(row, t_s, e, mounts, readings[mach], states, routes_n, believed)
+    if not remember(past, e, row, shares[e]) or past[e].n < 2:
+        return -1
+    weigh(past[e].rows, past[e].n, shares[e], found[e], out)
+    lead = _lead(found[e], out)
+    changed, found[e] = lead != found[e], lead
+    leading[e, 0], leading[e, 1] = out[lead, 1], sqrt(out[lead, 2])
+    for which in range(N_HYPOTHESES):
+        hypotheses[e, which, P] = out[which, 0]
+        hypotheses[e, which, SHIFT_N] = out[which, 1] - out[lead, 1]
+        hypotheses[e, which, STD_N] = sqrt(out[which, 2])
+    return e if changed else -1
+
+
+_F, _ROW, _TABLE, _FLAGS = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.boolean[:, ::1]
+_I, _PLACES = numba.int64[::1], numba.int64[:, ::1]
+_look: Any = entry(
+    compiled(
+        _look_at,
+        numba.int64(
+            numba.from_dtype(PAST)[::1], _I, _I, numba.float64[:, :, ::1], _TABLE, _PLACES, _PLACES,
+            numba.boolean[::1], numba.int64, _ROW, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS,
+        ),
+    )
+)  # fmt: skip
+assert len(SOURCES_OFF) == N_HYPOTHESES and SOURCES_OFF[BROCHURE_OFF] and SOURCES_OFF[MOUNTS_OFF]

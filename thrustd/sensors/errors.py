@@ -1,0 +1,103 @@
+"""What the sources of an engine's thrust may be wrong by when all is well: one covariance for all rows of the past.
+
+    mounts    of one mount and of both, as large as the mounts say themselves; the share that each one carries
+    deck      the engine's own deviation; the deck's shape
+    lines     of N1 and of N2, each against the fuel flow
+    lag       of a thrust that moves; a fuel flow that leads it; mounts that see a cut before any spool is read
+
+Each is a Gaussian process, exp(-time / its own - travel / its reach), with its prior sigma: nothing is learnt beyond.
+Sizes: docs/fusion.md.
+"""
+
+from math import exp, log, sqrt
+
+import numpy as np
+
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
+from thrustd.sensors.past import (
+    COMMON_N,
+    COUNTS,
+    DECK_N,
+    FUEL_FLOW,
+    FUEL_RATE_N_S,
+    LEVEL_N,
+    MACH,
+    MOUNT_RATE_N_S,
+    N1,
+    N_SOURCES,
+    OWN_N,
+    RATE_N_S,
+    T_S,
+)  # fmt: skip
+
+Parts = tuple[float, float, float, float, float]
+THRUST_N2 = 1e7  # prior variance of the thrust of a row: anything
+SILENT_N2 = 1e9
+# errors of all that is well; mounts' sigmas and the deck's come with the row
+REST_S, REACH_N = 600.0, 3000.0  # as the filter's: friction and the deck's shape are others at another thrust
+ENGINE, ENGINE_S = 0.02, 7200.0  # of the thrust: engine against deck
+SHARE_STD = 0.006  # of the load that one mount carries
+LINE, LINE_SHAPE = (0.06, 0.08), 0.04  # of the thrust: lines of N1 and N2, as a whole and their shape
+LINE_REACH, LINE_REACH_MACH, LINE_S = 2.0, 0.3, 7200.0  # of the shape: in ln thrust, Mach, time
+LINE_FLOOR_N = 2500.0
+LEAST_DECK_N = 40.0
+WHITE_N = (10.0, 10.0, 20.0, 20.0, 30.0)  # of a row
+LAG_S, LAG_LASTS_S = (0.15, 0.15, 2.5, 0.6, 1.0), 4.0  # lead or lag of a thrust that moves
+FUEL_LEADS_S = 1.0  # of its own rate
+MOUNTS_LEAD_S = 0.7  # of theirs, against all of the brochure
+
+
+@compiled
+def _fill_pair(rows: Floats, a: int, b: int, block: Floats) -> None:
+    """Covariance (5, 5) of the errors that last, of two rows."""
+    dt_s, moved_n = abs(rows[a, T_S] - rows[b, T_S]), abs(rows[a, LEVEL_N] - rows[b, LEVEL_N])
+    rest = exp(-dt_s / REST_S - moved_n / REACH_N)
+    level_a, level_b = abs(rows[a, LEVEL_N]), abs(rows[b, LEVEL_N])
+    shared_n2 = SHARE_STD**2 * level_a * level_b
+    block[:] = 0.0
+    for i in range(2):
+        for j in range(2):
+            block[i, j] = rest * rows[a, COMMON_N + i] * rows[b, COMMON_N + j]
+            block[i, j] += shared_n2 if i == j else -shared_n2
+        block[i, i] += rest * rows[a, OWN_N + i] * rows[b, OWN_N + i]
+    engine_n2 = ENGINE**2 * level_a * level_b
+    shape_a = sqrt(max(rows[a, DECK_N] ** 2 - (ENGINE * level_a) ** 2, LEAST_DECK_N**2))
+    shape_b = sqrt(max(rows[b, DECK_N] ** 2 - (ENGINE * level_b) ** 2, LEAST_DECK_N**2))
+    block[FUEL_FLOW:, FUEL_FLOW:] = engine_n2 * exp(-dt_s / ENGINE_S) + rest * shape_a * shape_b
+    scale_a, scale_b = max(level_a, LINE_FLOOR_N), max(level_b, LINE_FLOOR_N)
+    far = abs(log(scale_a / scale_b)) / LINE_REACH + abs(rows[a, MACH] - rows[b, MACH]) / LINE_REACH_MACH
+    for i in range(2):
+        line = (LINE[i] ** 2 + LINE_SHAPE**2 * exp(-far)) * exp(-dt_s / LINE_S)
+        block[N1 + i, N1 + i] += line * scale_a * scale_b
+
+
+@compiled
+def _add_lag(rows: Floats, a: int, b: int, block: Floats) -> None:
+    """Of a thrust that moves."""
+    lasts = exp(-abs(rows[a, T_S] - rows[b, T_S]) / LAG_LASTS_S)
+    for i in range(N_SOURCES):
+        block[i, i] += LAG_S[i] ** 2 * lasts * rows[a, RATE_N_S] * rows[b, RATE_N_S]
+    block[FUEL_FLOW, FUEL_FLOW] += FUEL_LEADS_S**2 * lasts * rows[a, FUEL_RATE_N_S] * rows[b, FUEL_RATE_N_S]
+    block[FUEL_FLOW:, FUEL_FLOW:] += MOUNTS_LEAD_S**2 * lasts * rows[a, MOUNT_RATE_N_S] * rows[b, MOUNT_RATE_N_S]
+
+
+@compiled
+def covariance(rows: Floats, n: int, parts: Parts) -> Floats:
+    """Of all that n rows say, (5 n, 5 n); the thrust of a row, of which a source shows its part, may be anything."""
+    c, block = np.empty((n * N_SOURCES, n * N_SOURCES)), np.empty((N_SOURCES, N_SOURCES))
+    for a in range(n):
+        for b in range(a + 1):
+            _fill_pair(rows, a, b, block)
+            _add_lag(rows, a, b, block)
+            for i in range(N_SOURCES):
+                for j in range(N_SOURCES):
+                    if rows[a, COUNTS + i] == 0.0 or rows[b, COUNTS + j] == 0.0:
+                        block[i, j] = 0.0
+                    elif a == b:
+                        block[i, j] += parts[i] * parts[j] * THRUST_N2
+                    c[a * N_SOURCES + i, b * N_SOURCES + j] = c[b * N_SOURCES + j, a * N_SOURCES + i] = block[i, j]
+        for i in range(N_SOURCES):
+            at = a * N_SOURCES + i
+            c[at, at] += WHITE_N[i] ** 2 if rows[a, COUNTS + i] != 0.0 else SILENT_N2
+    return c

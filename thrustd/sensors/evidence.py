@@ -1,0 +1,197 @@
+"""How likely each hypothesis makes what the sources said, and the thrust that it says: one Gaussian for all rows.
+
+    y = H T + e,  T of every row anything;  e ~ N(0, C) of errors that last, each with its own prior sigma, time and
+                                            reach in thrust: mounts' own and common ones, deck, lines of N1 and N2
+    hypothesis    y = H T + e + V b,  b ~ N(0, B):  what its sensors say besides, in the rows since its onset
+
+No error is a state that readings are averaged for: a sigma is that of the error however long it is looked at, so
+nothing is learnt beyond its prior. With A = C^-1, z = A y, G = V' A V, g = V' z, B = L L' and M = 1 + L' G L
+
+    ln p(y | hypothesis) - ln p(y | all well) = (w' w - ln det M) / 2,     w = M^-1/2 L' g
+    T0 = c' (z - A V L M^-1 L' g),   c = cov(T0, y)                        (Woodbury)
+
+summed over onsets (the newest row, the newest two, ... all) and sizes. Reference: Rasmussen & Williams, Gaussian
+Processes for Machine Learning, ch. 2.7 and A.3; Brown & Hwang, ch. 9.3 (multiple model adaptive estimation).
+"""
+
+from math import exp, log
+
+import numpy as np
+
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
+from thrustd.sensors.errors import THRUST_N2, Parts, covariance
+from thrustd.sensors.past import COUNTS, FUEL_FLOW, LEVEL_N, LOWER, N1, N2, N_SOURCES, SAID, T_S, UPPER
+from thrustd.sensors.positive import factor, inverse
+
+WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF = range(8)
+N_HYPOTHESES = 8
+ALONE_OFF = (-1, UPPER, LOWER, -1, FUEL_FLOW, N1, N2, -1)  # the source of a hypothesis of one sensor
+# faults: what they may be, N of the source
+SIZES_N = (
+    (250.0, 2000.0),
+    (250.0, 2000.0),
+    (300.0, 3000.0),
+    (500.0, 3000.0),
+    (500.0, 3000.0),
+    (500.0, 3000.0),
+    (400.0, 2000.0),
+)
+FAULT_S, LASTING_S, FAULT_REACH_N = 300.0, 20_000.0, 4000.0  # of a fault since its onset, of one that was always there
+# priors of a fault within the rows, and of one that was there before the first
+NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 5e-5)
+ALWAYS = (1e-3, 1e-3, 5e-2, 1e-3, 1e-3, 1e-3, 5e-3)
+STAYS = 0.9  # prior of a fault that has been found
+
+
+@compiled
+def _pattern(which: int, parts: Parts) -> Floats:
+    """What a fault of one newton does to the sources."""
+    pattern = np.zeros(N_SOURCES)
+    if which == MOUNTS_OFF:
+        pattern[UPPER], pattern[LOWER] = parts[UPPER], parts[LOWER]
+    elif which == BROCHURE_OFF:
+        pattern[FUEL_FLOW:] = 1.0
+    else:
+        pattern[ALONE_OFF[which]] = 1.0
+    return pattern
+
+
+@compiled
+def _project(a: Floats, z: Floats, n: int, pattern: Floats, f: Floats, g: Floats) -> None:
+    """G = V' A V (n, n) and g = V' z (n,) of a fault in any of the rows."""
+    for i in range(n):
+        g[i] = 0.0
+        for s in range(N_SOURCES):
+            if pattern[s] != 0.0:
+                g[i] += pattern[s] * z[i * N_SOURCES + s]
+        for j in range(i + 1):
+            dot = 0.0
+            for s in range(N_SOURCES):
+                if pattern[s] != 0.0:
+                    for r in range(N_SOURCES):
+                        if pattern[r] != 0.0:
+                            dot += pattern[s] * pattern[r] * a[i * N_SOURCES + s, j * N_SOURCES + r]
+            f[i, j] = f[j, i] = dot
+
+
+@compiled
+def _middle(shape: Floats, size_n: float, f: Floats, m: int, work: Floats) -> float:
+    """Lower factor of M = 1 + L' G L, (m, m), in `work`; -> half of its ln det."""
+    product = np.zeros((m, m))
+    for i in range(m):
+        for j in range(m):
+            for k in range(j, m):
+                product[i, j] += f[i, k] * shape[k, j]
+    for i in range(m):
+        for j in range(i + 1):
+            work[i, j] = 1.0 if i == j else 0.0
+            for k in range(i, m):
+                work[i, j] += size_n * size_n * shape[k, i] * product[k, j]
+    return factor(work, m)
+
+
+@compiled
+def _update(
+    shape: Floats, size_n: float, f: Floats, g: Floats, u: Floats, m: int, work: Floats
+) -> tuple[float, float, float]:
+    """-> ln of the likelihood ratio, change of T0 and of its variance, for a fault in the newest m rows.
+
+    `shape` (n, n): lower factor of the fault's correlation; `u` = V' A c.
+    """
+    half = _middle(shape, size_n, f, m, work)
+    lg, lu = np.zeros(m), np.zeros(m)
+    fit = moved_n = more_n2 = 0.0
+    for i in range(m):
+        for k in range(i, m):
+            lg[i] += size_n * shape[k, i] * g[k]
+            lu[i] += size_n * shape[k, i] * u[k]
+        for k in range(i):
+            lg[i] -= work[i, k] * lg[k]
+            lu[i] -= work[i, k] * lu[k]
+        lg[i], lu[i] = lg[i] / work[i, i], lu[i] / work[i, i]
+        fit += lg[i] * lg[i]
+        moved_n -= lu[i] * lg[i]
+        more_n2 += lu[i] * lu[i]
+    return 0.5 * fit - half, moved_n, more_n2
+
+
+@compiled
+def _fault_shape(rows: Floats, n: int, lasts_s: float) -> Floats:
+    """Lower factor (n, n) of how what a fault does to one row goes with what it does to another."""
+    shape = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            apart_s, moved_n = abs(rows[i, T_S] - rows[j, T_S]), abs(rows[i, LEVEL_N] - rows[j, LEVEL_N])
+            shape[i, j] = exp(-apart_s / lasts_s - moved_n / FAULT_REACH_N)
+        shape[i, i] += 1e-6
+    factor(shape, n)
+    return shape
+
+
+@compiled
+def _solve(rows: Floats, n: int, parts: Parts, out: Floats) -> tuple[Floats, Floats, Floats]:
+    """All is well: A, z = A y and A c; its thrust and variance go into `out`."""
+    a, size = inverse(covariance(rows, n, parts)), n * N_SOURCES
+    z, ac, to_n2 = np.zeros(size), np.zeros(size), np.zeros(N_SOURCES)
+    for s in range(N_SOURCES):
+        to_n2[s] = parts[s] * THRUST_N2 if rows[0, COUNTS + s] != 0.0 else 0.0
+    for i in range(size):
+        for j in range(size):
+            z[i] += a[i, j] * rows[j // N_SOURCES, SAID + j % N_SOURCES]
+        for s in range(N_SOURCES):
+            ac[i] += a[i, s] * to_n2[s]
+    thrust_n, explained_n2 = 0.0, 0.0
+    for s in range(N_SOURCES):
+        thrust_n += to_n2[s] * z[s]
+        explained_n2 += to_n2[s] * ac[s]
+    out[WELL] = 0.0, thrust_n, max(THRUST_N2 - explained_n2, 1.0)
+    return a, z, ac
+
+
+@compiled
+def _prior(which: int, m: int, n: int, found: int) -> float:
+    """Of a fault in the newest m of n rows and one size."""
+    if which == found:
+        return STAYS / (2 * n)
+    return 0.5 * ALWAYS[which - 1] if m == n else 0.5 * NEW[which - 1] / (n - 1)
+
+
+@compiled
+def _sum_up(logs: Floats, said: Floats, row: Floats) -> None:
+    """Onsets and sizes (k,) of one hypothesis, what they say (k, 2): ln of its evidence, thrust, variance."""
+    most, total, mean_n, mean_n2 = logs.max(), 0.0, 0.0, 0.0
+    for i in range(len(logs)):
+        p = exp(logs[i] - most)
+        total += p
+        mean_n += p * said[i, 0]
+        mean_n2 += p * (said[i, 1] + said[i, 0] ** 2)
+    mean_n, mean_n2 = mean_n / total, mean_n2 / total
+    row[0], row[1], row[2] = most + log(total), mean_n, max(mean_n2 - mean_n**2, 1.0)
+
+
+@compiled
+def weigh(rows: Floats, n: int, share: float, found: int, out: Floats) -> None:
+    """By hypothesis its probability, the thrust of the newest row and its variance: `out` (N_HYPOTHESES, 3).
+
+    `found`: the hypothesis that led so far; a fault stays unless it is refuted.
+    """
+    parts = share, 1.0 - share, 1.0, 1.0, 1.0
+    a, z, ac = _solve(rows, n, parts, out)
+    out[WELL, 0] = 0.0 if found == WELL else log(1.0 - STAYS)
+    fresh, lasting = _fault_shape(rows, n, FAULT_S), _fault_shape(rows, n, LASTING_S)
+    logs, said = np.empty(2 * n), np.empty((2 * n, 2))
+    f, g, u, work = np.empty((n, n)), np.empty(n), np.zeros(n), np.empty((n, n))
+    for which in range(1, N_HYPOTHESES):
+        pattern = _pattern(which, parts)
+        _project(a, z, n, pattern, f, g)
+        for i in range(n):
+            u[i] = np.sum(pattern * ac[i * N_SOURCES : (i + 1) * N_SOURCES])
+        for at in range(2 * n):
+            m, size_n = 1 + at // 2, SIZES_N[which - 1][at % 2]
+            ratio, moved_n, more_n2 = _update(lasting if m == n else fresh, size_n, f, g, u, m, work)
+            logs[at] = log(_prior(which, m, n, found)) + ratio
+            said[at, 0], said[at, 1] = out[WELL, 1] + moved_n, out[WELL, 2] + more_n2
+        _sum_up(logs, said, out[which])
+    out[:, 0] = np.exp(out[:, 0] - out[:, 0].max())
+    out[:, 0] /= out[:, 0].sum()

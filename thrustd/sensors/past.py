@@ -1,0 +1,132 @@
+"""What the five sources of one engine's thrust said lately: a few rows, closer together the younger they are.
+
+The sources are forces of the upper and the lower mount, and thrust by fuel flow, by N1 and by N2. A row is one
+fused step's. When there is no room the row goes that is missed least: the one whose neighbours are nearest to
+each other, as a part of their age. So N_ROWS rows reach from now to the engine's start, each some
+two or three times as old as the one before it.
+"""
+
+from math import exp, isfinite, nan
+from typing import Any
+
+import numpy as np
+
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
+
+UPPER, LOWER, FUEL_FLOW, N1, N2 = range(5)
+N_SOURCES = 5
+LONG_AGO_S = -1e12
+N_ROWS = 10
+LAG_FADES_S, FUEL_LAG_FADES_S = 8.0, 4.0  # fuel flow and spools find together after a throttle moved
+ABSURD_N = 15_000.0  # 11 kN at take-off: no thrust of this engine
+# idle to take-off thrust takes some 8 s; a cut is quicker than N1 is read
+FASTEST_RISE_N_S, FASTEST_FALL_N_S = 2000.0, 8000.0
+MOUNT_LEAD_FADES_S = 1.0
+LEVEL_PART = 0.2  # low pass of the level whose rate is taken
+RATE_PART = 0.3  # sensor noise is no throttle movement: the rate rises over a few rows
+# one row: time, thrust level, its recent rate, those of fuel flow and mounts, Mach;
+# then by source what it said and whether it counts; sigmas of the mounts and the deck
+T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH = range(6)
+SAID, COUNTS = 6, 6 + N_SOURCES
+OWN_N, COMMON_N, DECK_N = COUNTS + N_SOURCES, COUNTS + N_SOURCES + 2, COUNTS + N_SOURCES + 4
+WIDTH = DECK_N + 1
+
+PAST = np.dtype(
+    [
+        ("n", np.int64),
+        ("rows", np.float64, (N_ROWS + 1, WIDTH)),  # the newest first; the last one is room for the next
+        ("lagged_n", np.float64, 2),  # level, thrust by fuel flow
+        ("rate_n_s", np.float64, 3),  # and of the mounts
+        ("mounts_n", np.float64),
+        ("since_s", np.float64),  # the engine was seen to start then; NaN: it does not turn
+    ]
+)
+
+
+def no_past(n_engines: int) -> Any:
+    """(n_engines,) of PAST."""
+    past = np.zeros(n_engines, PAST)
+    past["lagged_n"] = past["mounts_n"] = nan
+    past["since_s"] = LONG_AGO_S  # one that is found turning
+    return past
+
+
+@compiled
+def _least_missed(rows: Floats, n: int) -> int:
+    """Neither the newest nor the oldest of n rows."""
+    best, least = n - 1, 1e300
+    for i in range(1, n - 1):
+        apart = (rows[i - 1, T_S] - rows[i + 1, T_S]) / (rows[0, T_S] - rows[i + 1, T_S])
+        if apart < least:
+            best, least = i, apart
+    return best
+
+
+@compiled
+def median(values: Floats, n: int) -> float:
+    """Of the first n; they are sorted in place."""
+    for i in range(1, n):
+        for j in range(i, 0, -1):
+            if values[j] < values[j - 1]:
+                values[j], values[j - 1] = values[j - 1], values[j]
+    return values[n // 2] if n % 2 else (values[n // 2 - 1] + values[n // 2]) / 2
+
+
+@compiled
+def _rate_n_s(memory: Any, which: int, now_n: float, dt_s: float, fades_s: float) -> float:
+    """The largest lately of a low-passed value."""
+    if not (isfinite(memory.lagged_n[which]) and dt_s > 0.0):
+        memory.lagged_n[which] = now_n
+        return float(memory.rate_n_s[which])
+    moved_n = LEVEL_PART * (now_n - memory.lagged_n[which])
+    memory.lagged_n[which] += moved_n
+    rate_n_s = abs(moved_n) / dt_s
+    if rate_n_s > memory.rate_n_s[which]:
+        memory.rate_n_s[which] += RATE_PART * (rate_n_s - memory.rate_n_s[which])
+    else:
+        memory.rate_n_s[which] -= memory.rate_n_s[which] * min(dt_s / fades_s, 1.0)
+    return float(memory.rate_n_s[which])
+
+
+@compiled
+def _mount_rate_n_s(memory: Any, row: Floats, dt_s: float) -> float:
+    """Of both mounts, which see a throttle that is cut before anybody else; no spool accelerates as quickly."""
+    now_n = row[SAID + UPPER] + row[SAID + LOWER] if row[COUNTS + UPPER] + row[COUNTS + LOWER] == 2.0 else nan
+    if dt_s > 0.0:
+        rate_n_s = (now_n - memory.mounts_n) / dt_s
+        rate_n_s = min(max(rate_n_s, -FASTEST_FALL_N_S), FASTEST_RISE_N_S)
+        rate_n_s = abs(rate_n_s)
+        fading_n_s = memory.rate_n_s[2] * exp(-dt_s / MOUNT_LEAD_FADES_S)
+        memory.rate_n_s[2] = max(rate_n_s, fading_n_s) if isfinite(rate_n_s) else fading_n_s
+    memory.mounts_n = now_n
+    return float(memory.rate_n_s[2])
+
+
+@compiled
+def remember(past: Any, e: int, row: Floats, share: float) -> bool:
+    """Put a row (WIDTH,) in front; its level and rate are found here. False: fewer than two sources speak."""
+    memory, values, n = past[e], np.empty(N_SOURCES), 0
+    parts = share, 1.0 - share, 1.0, 1.0, 1.0
+    for i in range(N_SOURCES):
+        if row[COUNTS + i] != 0.0 and abs(row[SAID + i]) < parts[i] * ABSURD_N:  # NaN is not
+            values[n], n = row[SAID + i] / parts[i], n + 1
+        else:
+            row[SAID + i] = row[COUNTS + i] = 0.0
+    if n < 2:
+        return False
+    level_n = median(values, n)
+    rows, dt_s = memory.rows, row[T_S] - memory.rows[0, T_S] if memory.n > 0 else 0.0
+    fuel_n = row[SAID + FUEL_FLOW] if row[COUNTS + FUEL_FLOW] != 0.0 else level_n
+    row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, 0, level_n, dt_s, LAG_FADES_S)
+    row[MOUNT_RATE_N_S] = _mount_rate_n_s(memory, row, dt_s)
+    row[FUEL_RATE_N_S] = _rate_n_s(memory, 1, fuel_n, dt_s, FUEL_LAG_FADES_S)
+    for i in range(memory.n, 0, -1):
+        rows[i] = rows[i - 1]
+    rows[0] = row
+    memory.n += 1
+    if memory.n > N_ROWS:
+        memory.n -= 1
+        for i in range(_least_missed(rows, N_ROWS + 1), N_ROWS):
+            rows[i] = rows[i + 1]
+    return True
