@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
 
-.PHONY: help demo test check bench blind fusion thesis clean
+.PHONY: help demo test check bench blind fusion integrity thesis clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -34,6 +34,9 @@ fusion: .venv/ready ## the fusion, fault and coverage tables: recorded flights f
 	$(BIN)/python -m benchmarks.fusion_table
 	$(BIN)/python -m benchmarks.fusion_faults
 	$(BIN)/python -m benchmarks.fusion_ensemble
+
+integrity: .venv/ready ## faults at every moment of a flight, three aircraft, and the hostile aircraft: is it ever confidently wrong?
+	$(BIN)/python -m benchmarks.integrity
 
 blind: .venv/ready ## hide effects, find them, count: confusion matrix and fall of the error
 	$(BIN)/python -m benchmarks.blind
