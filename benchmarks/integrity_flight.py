@@ -164,7 +164,7 @@ def _edit_adc(flight: Flight, edit: Edit, events: list[Event], begin_ns: int) ->
     rows = flight.wire.adc[first : first + len(places)].copy()
     mm, time_s = rows[:, 2:] * COUNT_MM, (times_ns - begin_ns) / S
     if edit.mounts is not None:
-        mm = edit.mounts(time_s, mm, _around(flight, times_ns / S))
+        mm = edit.mounts(time_s, mm, _around(flight, np.asarray(times_ns / S, np.float64)))
     if edit.slow:
         late_s = time_s * (1.0 + edit.slow)
         mm = np.stack([np.interp(late_s, time_s, column) for column in mm.T], axis=1)
@@ -187,6 +187,6 @@ def _edit_bus(flight: Flight, events: list[Event], ident: int, begin_ns: int, ch
     ]
     time_ns = np.array([event.t_ns for _, event in mine])
     values = np.array([VALUE.unpack(event.data[4:])[0] for _, event in mine])
-    edited = change((time_ns - begin_ns) / S, values, _around(flight, time_ns / S))
+    edited = change((time_ns - begin_ns) / S, values, _around(flight, np.asarray(time_ns / S, np.float64)))
     for (i, event), value in zip(mine, edited.tolist(), strict=True):
         events[i] = event._replace(data=event.data[:4] + VALUE.pack(value))
