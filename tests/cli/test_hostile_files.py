@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 from pyarrow import parquet
+from scipy.io import savemat
 
 from tests.cli.test_bad_input import edit, refused
 from tests.conftest import small_aircraft
@@ -173,6 +174,15 @@ def test_an_archive_that_unpacks_to_all_memory_is_refused(tmp_path: Path) -> Non
             member.write(bytes(8 << 20))
     assert path.stat().st_size < 1e6
     assert "that unpack to 536871" in refused_in_bounds("info", path)
+
+
+def test_a_matlab_file_or_a_table_that_unpacks_to_all_memory_is_refused(tmp_path: Path) -> None:
+    savemat(tmp_path / "bomb.mat", {"time_s": np.zeros(1 << 26)}, do_compression=True)
+    parquet.write_table(pa.table({"time_s": np.zeros(1 << 26)}), tmp_path / "bomb.parquet")
+    for name in ("bomb.mat", "bomb.parquet"):
+        assert (tmp_path / name).stat().st_size < 1e6
+        assert f"{name}: " in (line := refused_in_bounds("info", tmp_path / name))
+        assert "that unpack to 536870912" in line
 
 
 @pytest.mark.parametrize("metadata", ["{", "[1]", '{"a": 1}', "nonsense", '{"a": ' * 2000])

@@ -7,6 +7,7 @@ import msgspec
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import FloatArray
 
+NUMBER_BYTES = 8
 MOST_COLUMNS = 4096
 MOST_EXPANSION = 100
 ALWAYS_BYTES = 256_000_000

@@ -1,26 +1,20 @@
 """MATLAB v5 files: a vector per channel, in a structure or not, or the `flightdata` of a PH-LAB FTIS export."""
 
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import loadmat, savemat
+from scipy.io import loadmat, savemat, whosmat
 
 from thrustd.core.errors import RecordingError
-from thrustd.records.loaded import Loaded
+from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_expanded
 from thrustd.records.phlab import from_ftis, from_openap, is_ftis, is_openap
 from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
 
 
 def read_mat(path: Path) -> Loaded:
-    try:
-        variables = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except NotImplementedError as error:
-        raise RecordingError(f"{path.name}: MATLAB 7.3 file; save it with '-v7' for thrustd") from error
-    except Exception as error:  # a damaged file makes scipy raise almost anything
-        raise RecordingError(
-            f"{path.name}: not a readable MATLAB v5 file: {' '.join(str(error).split())[:160]}"
-        ) from error
+    variables = _variables(path)
     units: dict[str, str] = {}
     if "flightdata" in variables:
         variables, units = _ftis_fields(variables["flightdata"])
@@ -43,6 +37,22 @@ def read_mat(path: Path) -> Loaded:
     if is_openap(columns):
         return from_openap(columns, path.name)
     return Loaded(columns, {}, tuple(notes))
+
+
+def _variables(path: Path) -> dict[str, Any]:
+    try:
+        numbers = sum(math.prod(shape) for _, shape, _ in whosmat(path))
+        check_expanded(path.stat().st_size, NUMBER_BYTES * numbers, path.name)
+        variables: dict[str, Any] = loadmat(path, squeeze_me=True, struct_as_record=False)
+    except RecordingError:
+        raise
+    except NotImplementedError as error:
+        raise RecordingError(f"{path.name}: MATLAB 7.3 file; save it with '-v7' for thrustd") from error
+    except Exception as error:  # a damaged file makes scipy raise almost anything
+        raise RecordingError(
+            f"{path.name}: not a readable MATLAB v5 file: {' '.join(str(error).split())[:160]}"
+        ) from error
+    return variables
 
 
 def write_mat(record: Recording, path: Path) -> None:

@@ -8,11 +8,10 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from thrustd.core.errors import RecordingError
-from thrustd.records.loaded import Loaded, check_columns, check_expanded, read_metadata
+from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_columns, check_expanded, read_metadata
 from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
 
 METADATA_KEY = b"thrustd.metadata"
-NUMBER_BYTES = 8
 
 
 def read_parquet(path: Path) -> Loaded:
