@@ -1,4 +1,4 @@
-"""One engine's thrust from two routes: a Kalman filter on filterpy.
+"""One engine's thrust from two routes: a Kalman filter, its equations in `kalman`.
 
 State  x = [T, r, h, c, d], see `dynamics`. Measurements, each a scalar update behind its own gate:
 
@@ -9,8 +9,7 @@ State  x = [T, r, h, c, d], see `dynamics`. Measurements, each a scalar update b
 s is the brochure thrust in steps of 5 %. The errors are learnt only from the difference of two measurements:
 the first of an instant moves T and r alone (Schmidt-Kalman), else a thrust that moves would teach the filter an error
 in proportion to it. One reading of the engine is one measurement, however often it is repeated; its lead or lag while
-the throttle moves is noise. filterpy takes NaN without a word and is poisoned for good: nothing that is not finite
-reaches `update`.
+the throttle moves is noise. NaN would poison the filter for good: nothing that is not finite reaches `update`.
 Reference: Schmidt 1966; Bierman, Factorization Methods for Discrete Sequential Estimation, ch. 8 (consider states).
 """
 
@@ -18,7 +17,6 @@ from math import isfinite, nan, sqrt
 from typing import Any
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 
 from thrustd.core.types import Estimate
 from thrustd.fusion.dynamics import (
@@ -36,7 +34,7 @@ from thrustd.fusion.dynamics import (
 from thrustd.fusion.estimate_row import estimate_row
 from thrustd.fusion.settings import FusionSettings, settings_row
 from thrustd.fusion.smoother import Tape
-from thrustd.fusion.thrust_step import DONE, FILTER, NEVER_NS, PREDICT, UPDATE, go_on
+from thrustd.fusion.thrust_step import FILTER, NEVER_NS, go_on
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
@@ -56,22 +54,16 @@ class ThrustFilter:
         self._memory["last_nu_n"], self._memory["mount_age_s"] = nan, mount_age_s
         self._memory["step_n"] = 2.0 * mount_age_s * settings.agreed_surprise_rate_n_s
         self._settings = settings_row(settings)
-        self._z = self._memory["z"]
         self._memory["sizes"][0, :2] = START_ERROR_N**2  # there is no brochure thrust yet
-        self._kf = KalmanFilter(dim_x=N_STATE, dim_z=1)
-        self._kf.inv = np.reciprocal  # scalar measurements: S is 1 x 1
-        self._kf.x = np.zeros((N_STATE, 1))
         start = (START_STD_N, START_RATE_STD_N_S, START_ERROR_N, settings.brochure_bias_std, START_ERROR_N)
         self._prior = np.diag(np.square(start))
-        self._kf.P = self._prior.copy()
-        # F, Q, H and R of one scalar measurement are written anew in place
-        self._kf.F, self._kf.Q, self._h, self._kf.R = (self._memory[name][0] for name in ("f", "q", "h", "r"))
-        self._kf.F[:] = np.eye(N_STATE)
+        self._x, self._p = np.zeros((N_STATE, 1)), self._prior.copy()  # written in place
+        self._memory["f"] = np.eye(N_STATE)
         self._tape: Tape | None = None
 
     @property
     def thrust_n(self) -> float:
-        return float(self._kf.x.item(THRUST))
+        return float(self._x.item(THRUST))
 
     def keep(self) -> Tape:
         """From now on every step is written on this tape, for `smoother.smooth`."""
@@ -83,15 +75,11 @@ class ThrustFilter:
 
         `hypotheses` (n, 3) of who is at fault, see `mixture`; `lead`: the one that was believed of what is told.
         """
-        kf, what = self._kf, (self._memory, told, self._settings)
-        while (deed := go_on(*what, kf.x, kf.P)) != DONE:
-            if deed == UPDATE:
-                kf.update(self._z.item(), H=self._h)
-            elif deed == PREDICT:
-                kf.predict()
-        row = estimate_row(*what, kf.x, kf.P, self._engine, hypotheses, lead)
+        what = self._memory, told, self._settings, self._x, self._p
+        go_on(*what)
+        row = estimate_row(*what, self._engine, hypotheses, lead)
         if self._tape is not None:
-            self._tape.write(told["t_ns"].item(), kf.x, kf.P, kf.F, kf.Q)
+            self._tape.write(told["t_ns"].item(), self._x, self._p, self._memory["f"][0], self._memory["q"][0])
         estimate: Estimate = tuple.__new__(Estimate, row)
         return estimate
 
@@ -103,7 +91,7 @@ class ThrustFilter:
         """
         if not (isfinite(thrust_n) and 0.0 < std_n < START_STD_N):
             return
-        x, p, sizes = self._kf.x, self._kf.P, self._memory["sizes"][0]
+        x, p, sizes = self._x, self._p, self._memory["sizes"][0]
         rate_n_s, way = x.item(RATE), np.zeros(N_STATE)
         x[:], p[:] = 0.0, self._prior
         x[THRUST], x[RATE], way[THRUST] = thrust_n, rate_n_s, std_n
@@ -123,7 +111,7 @@ class ThrustFilter:
     def snapshot(self) -> dict[str, list[float]]:
         """The whole state as plain numbers."""
         clock = [float(self._memory[name].item()) for name in ("t_ns", "off_s", "tared")]
-        parts = self._kf.x, self._kf.P, self._memory["sizes"]
+        parts = self._x, self._p, self._memory["sizes"]
         return {"clock": clock, "now": [number for part in parts for number in part.ravel().tolist()]}
 
     def restore(self, state: dict[str, list[float]]) -> bool:
@@ -136,7 +124,7 @@ class ThrustFilter:
         covariance = np.reshape(now[N_STATE:END_P], (N_STATE, N_STATE))
         if not np.linalg.eigvalsh(covariance).min() > 0.0:
             return False
-        self._kf.x, self._kf.P = np.array(now[:N_STATE]).reshape(N_STATE, 1), covariance
+        self._x[:, 0], self._p[:] = now[:N_STATE], covariance
         memory["sizes"] = now[END_P:]
         t_ns, memory["off_s"], tared = state["clock"]
         memory["t_ns"], memory["tared"] = int(t_ns), bool(tared)

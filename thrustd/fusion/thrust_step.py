@@ -1,9 +1,9 @@
-"""One step of a thrust filter as compiled code, up to the next thing that filterpy is to do.
+"""One step of a thrust filter as compiled code.
 
-    BEGIN -> predict -> [tare] -> mounts -> brochure -> [both moved: mounts, brochure again] -> DONE
+    predict -> [tare] -> mounts -> brochure -> [both moved: mounts, brochure again]
 
-`go_on` weighs what the filter was told, says what is next and lays H, z and R out for it; afterwards it is called
-again. What it decides is said in `thrust_filter`.
+Every measurement is weighed, then taken or left. What that decides is said in `thrust_filter`, the equations of the
+filter in `kalman`.
 """
 
 from math import isfinite, nan
@@ -16,6 +16,7 @@ from thrustd.core.jit import compiled, entry
 from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SCALE_N, SHAPE, THRUST, Matrix, move
 from thrustd.fusion.fusion_inputs import INPUTS, silence
 from thrustd.fusion.gate import agree_on_a_move, judge, surprise_n_s
+from thrustd.fusion.kalman import predict, update
 from thrustd.fusion.settings import SETTINGS
 
 PAUSE_S = 1.0  # a restart, frames that were shed: nobody saw whether the throttle moved
@@ -23,19 +24,18 @@ MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as 
 OFF_DOUBT_N = 150.0
 STILL_TO_COME = 2.0  # of a move that began within the step that a mean is taken over
 NEVER_NS = -1
-DONE, PREDICT, UPDATE = range(3)  # for whoever has the filter
-BEGIN, TARE, MOUNTS, BROCHURE, MOUNTS_AGAIN, BROCHURE_AGAIN, END = range(7)  # places in a step
 
 FILTER = np.dtype(
     [
-        ("f", np.float64, (N_STATE, N_STATE)),  # for filterpy, written anew in place
+        ("f", np.float64, (N_STATE, N_STATE)),  # as in `kalman`
         ("q", np.float64, (N_STATE, N_STATE)),
         ("h", np.float64, (1, N_STATE)),
-        ("r", np.float64, (1, 1)),
+        ("r", np.float64),
+        ("gain", np.float64, N_STATE),
+        ("work", np.float64, (2, N_STATE, N_STATE)),
         ("x_before", np.float64, (N_STATE, 1)),  # what it is about to update
         ("p_before", np.float64, (N_STATE, N_STATE)),
         ("sizes", np.float64, 3),  # of the slow errors: see `dynamics`
-        ("place", np.int64),  # in the step
         ("t_ns", np.int64),  # of the last step
         ("read_ns", np.int64),  # of the last brochure reading used
         ("dt_s", np.float64),
@@ -57,7 +57,7 @@ FILTER = np.dtype(
         ("tared", np.bool_),  # or there will be no tare: it ran
         ("tare", np.bool_),  # at this step
         ("anchored", np.bool_),  # a measurement of this instant has said where T is: the next teaches the errors
-        ("updated", np.bool_),  # filterpy is about to, and knows nothing of errors that stay
+        ("taken", np.bool_),  # the measurement that was weighed
     ],
     align=True,
 )
@@ -76,13 +76,18 @@ def _begin(m: Any, t: Any, s: Any) -> None:
 
 
 @compiled
-def _settle(m: Any, x: Matrix, p: Matrix) -> None:
-    """The first measurement of an instant says where T is, and must not teach the errors: they are as before it."""
-    if m.updated:
-        if not m.anchored:
-            x[MOUNT:] = m.x_before[MOUNT:]
-            p[MOUNT:, MOUNT:] = m.p_before[MOUNT:, MOUNT:]
-        m.anchored, m.updated = True, False
+def _take(m: Any, x: Matrix, p: Matrix) -> None:
+    """What was weighed, when it is to be taken. The first measurement of an instant says where T is, and must not teach
+    the errors: they are as before it.
+    """
+    if not m.taken:
+        return
+    m.x_before[:], m.p_before[:] = x, p
+    update(x, p, m.z, m.h, m.r, m.gain, m.work)
+    if not m.anchored:
+        x[MOUNT:] = m.x_before[MOUNT:]
+        p[MOUNT:, MOUNT:] = m.p_before[MOUNT:, MOUNT:]
+    m.anchored, m.taken = True, False
 
 
 @compiled
@@ -99,7 +104,7 @@ def _tare(m: Any, t: Any, s: Any) -> None:
     if m.off:
         m.h[0] = 0.0
         m.h[0, THRUST] = 1.0
-        m.z, m.r[0, 0], m.updated = 0.0, s.tare_std_n**2, True
+        m.z, m.r, m.taken = 0.0, s.tare_std_n**2, True
 
 
 @compiled
@@ -107,8 +112,8 @@ def _measure(m: Any, s: Any, y: float, doubt_n2: float, x: Matrix, p: Matrix) ->
     """Gate one scalar measurement, opened by `doubt_n2`; -> the verdict on it."""
     if not isfinite(y):
         return nan, nan, False
-    verdict = judge(s, y, m.h, m.r[0, 0], doubt_n2, x, p)
-    m.z, m.updated = y, verdict[2]
+    verdict = judge(s, y, m.h, m.r, doubt_n2, x, p)
+    m.z, m.taken = y, verdict[2]
     return verdict
 
 
@@ -118,7 +123,7 @@ def _mounts(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
     m.h[0] = 0.0
     m.h[0, THRUST] = m.h[0, MOUNT] = 1.0
     m.h[0, RATE] = -m.mount_age_s
-    m.r[0, 0] = s.mount_noise_std_n**2
+    m.r = s.mount_noise_std_n**2
     doubt_n2 = OFF_DOUBT_N**2 if m.off else 0.0
     m.mount_nu_n, m.mount_nis, m.mount_used = _measure(m, s, t.mount_n, doubt_n2, x, p)
 
@@ -136,7 +141,7 @@ def _brochure(m: Any, t: Any, s: Any, again: bool, x: Matrix, p: Matrix) -> None
     m.h[0] = 0.0
     m.h[0, THRUST] = m.h[0, SHAPE] = 1.0
     m.h[0, RATE], m.h[0, ENGINE] = -t.brochure_age_s, m.sizes[SCALE_N]
-    m.r[0, 0] = s.brochure_noise_std_n**2 + t.brochure_lag_n**2
+    m.r = s.brochure_noise_std_n**2 + t.brochure_lag_n**2
     m.nu_n, m.nis, m.used = _measure(m, s, t.brochure_n, 0.0, x, p)
     m.last_nu_n, m.last_used = m.nu_n, m.used
 
@@ -157,24 +162,16 @@ def _moved(m: Any, t: Any, s: Any) -> bool:
 
 
 @compiled
-def _weigh(place: int, m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
-    if place == TARE:
-        _tare(m, t, s)
-    elif place == MOUNTS:
-        # before the brochure: they are what knows where the thrust is while the throttle moves
-        _mounts(m, t, s, x, p)
-    elif place == BROCHURE:
-        _brochure(m, t, s, False, x, p)
-    elif place == MOUNTS_AGAIN and not _moved(m, t, s):
-        m.place = END
-    elif place == MOUNTS_AGAIN:
-        _open(p, m.q, m.moved_n)
-        _mounts(m, t, s, x, p)
-    else:
-        left_n = STILL_TO_COME * m.moved_n
-        _open(p, m.q, left_n if abs(left_n) <= abs(m.step_n) else m.step_n)
-        if isfinite(m.nu_n) and not m.used:
-            _brochure(m, t, s, True, x, p)
+def _follow_a_move(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
+    """Both routes say that the thrust is elsewhere than it was predicted."""
+    _open(p, m.q, m.moved_n)
+    _mounts(m, t, s, x, p)
+    _take(m, x, p)
+    left_n = STILL_TO_COME * m.moved_n
+    _open(p, m.q, left_n if abs(left_n) <= abs(m.step_n) else m.step_n)
+    if isfinite(m.nu_n) and not m.used:
+        _brochure(m, t, s, True, x, p)
+        _take(m, x, p)
 
 
 @compiled
@@ -184,26 +181,23 @@ def _lay_out_motion(m: Any, t: Any, s: Any, dt_s: float, rate_n_s: float) -> Non
     move(m.f, m.q, m.sizes, s, dt_s, rate_n_s, t.n1_rate_pct_s, m.surprise_n_s, *routes)
 
 
-def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> int:
-    """-> what filterpy is to do next with its x and P."""
+def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> None:
+    """x (n, 1) and p (n, n) to the instant of what was told, in place."""
     m, t, s = memory[0], told[0], settings[0]
-    _settle(m, x, p)
-    while m.place != END:
-        place = m.place
-        m.place += 1
-        if place == BEGIN:
-            _begin(m, t, s)
-            _lay_out_motion(m, t, s, min(m.dt_s, MAX_STEP_S), x[RATE, 0])
-            return PREDICT
-        _weigh(place, m, t, s, x, p)
-        if m.updated:
-            m.x_before[:], m.p_before[:] = x, p
-            return UPDATE
-    m.place = BEGIN
+    _begin(m, t, s)
+    _lay_out_motion(m, t, s, min(m.dt_s, MAX_STEP_S), x[RATE, 0])
+    predict(x, p, m.f, m.q, m.work[0])
+    _tare(m, t, s)
+    _take(m, x, p)
+    _mounts(m, t, s, x, p)  # before the brochure: they are what knows where the thrust is while the throttle moves
+    _take(m, x, p)
+    _brochure(m, t, s, False, x, p)
+    _take(m, x, p)
+    if _moved(m, t, s):
+        _follow_a_move(m, t, s, x, p)
     m.surprise_n_s = surprise_n_s(s, (m.mount_nu_n, m.mount_used), (m.last_nu_n, m.last_used))
-    return DONE
 
 
 _TABLE = numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
-go_on: Any = entry(compiled(_go_on, numba.int64(*_RECORDS, _TABLE, _TABLE), "numpy"))
+go_on: Any = entry(compiled(_go_on, numba.void(*_RECORDS, _TABLE, _TABLE), "numpy"))
