@@ -50,15 +50,20 @@ def page(tmp_path):
 def test_the_page_tells_what_was_counted(page):
     now, counts, server = page
     for k in range(10):
-        counts.take_batch(EventBatch.of([Frame(k * S - 900_000, "can", 0, b"x"), Frame(k * S, "adc", 0, b"x")]))
-        now[0] = k * S + 300_000
+        times_ns = (
+            (k * S - 900_000, "can"),
+            (k * S + 100_000, "can"),
+            (k * S + 2_000_000, "adc"),
+        )  # of a sample of k * S
+        counts.take_batch(EventBatch.of([Frame(t_ns, wire, 0, b"x") for t_ns, wire in times_ns]))
+        now[0] = k * S + 2_300_000
         counts.write_output(estimate(k * S))
     counts.write_output(Fault(0, "adc", "lost", count=5))
     counts.write_output(Fault(0, "adc", "lost", count=2))
     counts.write_output(Fault(0, "adc", "unplugged"))
     counts.write_output(Fault(1, "adc", "unplugged", active=False))  # its end is no second one
     status = read_status(f"http://127.0.0.1:{server.port}/metrics")
-    assert status["events_total"] == {"adc": 10, "can": 10}
+    assert status["events_total"] == {"adc": 10, "can": 20}
     assert status["faults_total"] == {"lost/adc": 7, "unplugged/adc": 1}
     assert status["thrust_newtons"] == {"left": 5000}
     assert status["latency_seconds_bucket"]["0.0002"] == 0

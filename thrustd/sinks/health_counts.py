@@ -12,6 +12,7 @@ from thrustd.core.columns import TICK
 from thrustd.core.types import Estimate, Fault, Output
 from thrustd.wire.event_batch import EventBatch
 
+BUS: Final = "can"
 LATENCY_BOUNDS_S: Final = (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 1.0, 5.0)
 NIS_BOUNDS: Final = (0.1, 0.5, 1.0, 2.0, 4.0, 9.0, 16.0, 25.0)
 
@@ -44,11 +45,11 @@ class HealthCounts:
         self.latest: dict[int, Estimate] = {}  # by engine
         self.latency_s = Histogram(LATENCY_BOUNDS_S)  # last byte in -> estimate out
         self.nis = Histogram(NIS_BOUNDS)
-        self._arrived_ns = np.zeros(1, np.int64)  # of the events that are worked on
+        self._batch: EventBatch | None = None  # the events that are worked on
 
     def take_batch(self, batch: EventBatch) -> None:
         """Before the pipeline works on it."""
-        self._arrived_ns = batch.t_ns
+        self._batch = batch
         kinds = batch.kind.tobytes()
         for kind, channel in (*enumerate(batch.channels), (TICK, "tick")):
             last = kinds.rfind(kind)
@@ -68,10 +69,15 @@ class HealthCounts:
                 self.nis.take(output.nis)
 
     def _arrival_ns(self, instant_ns: int) -> int:
-        """Of the event that made the step of this instant due: the first that is not older. A sample is never newer
-        than its arrival, so this is never too late.
+        """Of the event that made the step of this instant due: the first that is not older and no CAN message, which
+        makes none due. A sample is never newer than its arrival, so this is never too late.
         """
-        arrived = self._arrived_ns
+        batch = self._batch
+        if batch is None:
+            return instant_ns
+        arrived = batch.t_ns
+        if BUS in batch.channels and not (ours := batch.kind != batch.channels.index(BUS)).all() and ours.any():
+            arrived = arrived[ours]
         return arrived.item(min(int(np.searchsorted(arrived, instant_ns)), len(arrived) - 1))
 
     def age_s(self, channel: str) -> float:
