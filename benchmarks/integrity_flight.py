@@ -164,7 +164,7 @@ def _edit_adc(flight: Flight, edit: Edit, events: list[Event], begin_ns: int) ->
     rows = flight.wire.adc[first : first + len(places)].copy()
     mm, time_s = rows[:, 2:] * COUNT_MM, (times_ns - begin_ns) / S
     if edit.mounts is not None:
-        mm = edit.mounts(time_s, mm, _around(flight, np.asarray(times_ns / S, np.float64)))
+        mm = edit.mounts(np.asarray(time_s, np.float64), mm, _around(flight, np.asarray(times_ns / S, np.float64)))
     if edit.slow:
         late_s = time_s * (1.0 + edit.slow)
         mm = np.stack([np.interp(late_s, time_s, column) for column in mm.T], axis=1)

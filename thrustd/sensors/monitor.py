@@ -73,7 +73,7 @@ class Monitor:
         self._sat_since_m = nan  # altitude where SAT last moved
         self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
         self._sat_stuck = False
-        self._no_status = [0 for _ in engines]
+        self._statuses = [0 for _ in engines]  # as of the last look
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._failed = [""] * len(layout.mounts_of_engine)  # route faults that were reported
         self._found_ns = [0] * len(layout.mounts_of_engine)  # when the hypothesis that leads began to
@@ -89,11 +89,11 @@ class Monitor:
             self._watched_ns = inputs.t_ns
             changed = self._look(inputs)
             faults = self._changes(inputs.t_ns)
+            self._statuses = list(map(self._status, range(len(self._sources))))
         else:
             self._excluded |= self._leapt(inputs.readings)
         mounts = self._combiner.step(inputs.mounts, self._believed_mounts(), dt_s)
-        status = list(map(self._status, range(len(mounts))))
-        return MonitorVerdict(self._excluded, mounts, faults, status, changed)
+        return MonitorVerdict(self._excluded, mounts, faults, self._statuses, changed)
 
     @property
     def excluded(self) -> frozenset[Sensor]:
@@ -129,6 +129,7 @@ class Monitor:
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._excluded}
         restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *ROUTES_OFF.values()}
         self._watches.forget_last_values()
+        self._statuses = list(map(self._status, range(len(self._sources))))
         return restored
 
     def _believed_mounts(self) -> Flags:
