@@ -162,9 +162,9 @@ def _edit_adc(flight: Flight, edit: Edit, events: list[Event], begin_ns: int) ->
     times_ns = np.array([events[i].t_ns for i in places])
     first = int(np.searchsorted(flight.wire.t_ns[flight.wire.kind == 1], begin_ns))
     rows = flight.wire.adc[first : first + len(places)].copy()
-    mm, time_s = rows[:, 2:] * COUNT_MM, (times_ns - begin_ns) / S
+    mm, time_s = np.asarray(rows[:, 2:] * COUNT_MM, np.float64), (times_ns - begin_ns) / S
     if edit.mounts is not None:
-        mm = edit.mounts(np.asarray(time_s, np.float64), mm, _around(flight, np.asarray(times_ns / S, np.float64)))
+        mm = edit.mounts(time_s, mm, _around(flight, np.asarray(times_ns / S, np.float64)))
     if edit.slow:
         late_s = time_s * (1.0 + edit.slow)
         mm = np.stack([np.interp(late_s, time_s, column) for column in mm.T], axis=1)
