@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from thrustd.brochure.deck import Deck, DeckInputs, total_ratios
+from thrustd.brochure.deck import Deck, total_ratios
+from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.errors import DeckError
 
 PATH = Path(__file__).parents[2] / "models" / "brochure" / "jt15d-4.json"

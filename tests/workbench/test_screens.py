@@ -72,7 +72,7 @@ def test_a_log_followed_while_it_grows(page_of, full_folder):
         assert page.get_by_label("flight log").input_value() == "growing.mcap"
         page.locator(".engine b").first.wait_for()
         growing.write_bytes(content)
-        page.locator(".readings", has_text="adc crc").wait_for()
+        page.locator(".readings", has_text="adc damaged").wait_for()
         assert "× 4" in page.locator(".readings").last.inner_text()
         assert re.search(r"\b199\d\b", page.locator(".engine").last.inner_text())
         page.get_by_role("button", name="Play back").click()

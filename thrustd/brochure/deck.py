@@ -17,23 +17,11 @@ from typing import Literal, NamedTuple
 
 import msgspec
 
-from thrustd.brochure.deck_curves import Floats, estimate, ratios
+from thrustd.brochure.deck_curves import DeckInputs, DeckNumbers, estimate, ratios
 from thrustd.brochure.deck_data import DeckData, check_deck, curve_numbers, spread_numbers, surface_numbers
 from thrustd.core.errors import DeckError
 
 Route = Literal["fuel_flow", "n1", "none"]
-
-
-class DeckInputs(NamedTuple):
-    """What the deck may use at one instant; NaN = missing or stale."""
-
-    fuel_flow_kg_s: float
-    n1_pct: float
-    n2_pct: float
-    mach: float
-    pressure_altitude_m: float
-    sat_degc: float
-    n1_rate_pct_s: float
 
 
 class DeckEstimate(NamedTuple):
@@ -69,18 +57,18 @@ class Deck:
 
     def estimate(self, inputs: DeckInputs, engine: int) -> DeckEstimate:
         """Thrust of `engine` with its spread; ISA stands in for a missing temperature, other NaN mean "none"."""
-        thrust_n, std_n, weight_n1, outside, transient, *routes_n = estimate(*self.numbers(engine), *inputs)
+        thrust_n, std_n, weight_n1, outside, transient, *routes_n = estimate(self.numbers(engine), inputs)
         route: Route = "none" if not isfinite(weight_n1) else "n1" if weight_n1 > 0.5 else "fuel_flow"
         return DeckEstimate(thrust_n, std_n, route, outside, transient, *routes_n)
 
-    def numbers(self, engine: int) -> tuple[Floats, ...]:
+    def numbers(self, engine: int) -> DeckNumbers:
         """What `deck_curves.estimate` reads of the deck for one engine."""
         return self._numbers.get(engine, self._without_curves)
 
 
-def _numbers(data: DeckData, engine: int | None) -> tuple[Floats, ...]:
+def _numbers(data: DeckData, engine: int | None) -> DeckNumbers:
     n1, n2 = [next((curve for curve in spool if curve.engine == engine), None) for spool in (data.n1, data.n2)]
-    return *surface_numbers(data.thrust), spread_numbers(data), *curve_numbers(n1), *curve_numbers(n2)
+    return DeckNumbers(*surface_numbers(data.thrust), spread_numbers(data), *curve_numbers(n1), *curve_numbers(n2))
 
 
 def total_ratios(mach: float, pressure_altitude_m: float, sat_degc: float) -> tuple[float, float]:

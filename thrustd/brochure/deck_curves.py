@@ -1,13 +1,14 @@
 """The deck's surface and spool curves as compiled arithmetic on plain numbers; equations in `deck` and `deck_data`."""
 
 from math import exp, isfinite, nan, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numba import types
 
 from thrustd.core.atmosphere import ZERO_CELSIUS_K, isa_k, stagnation, total_pressure_ratio, total_temperature_ratio
-from thrustd.core.jit import compiled
+from thrustd.core.jit import compiled, named
 
 SCALE, LENGTH, FLOW_LOW, FLOW_HIGH, MACH_LOW, MACH_HIGH = range(6)  # of a surface
 MACH_SLOPE, EXPONENT, PCT_LOW, PCT_HIGH, LINE_STD = range(5)  # of a spool curve
@@ -16,6 +17,30 @@ RELATIVE, EXTRAPOLATING, NO_TEMPERATURE, LAG_N_PER_PCT_S, FLOOR_N, TRANSIENT_PCT
 FITTED_FLOW_LOW, FITTED_FLOW_HIGH, FITTED_MACH_LOW, FITTED_MACH_HIGH = range(7, 11)
 KNOTS, LOGS, SLOPES = range(3)
 Floats = npt.NDArray[np.float64]
+
+
+class DeckNumbers(NamedTuple):
+    """A deck for one engine, flattened: what compiled code reads of it."""
+
+    surface: Floats  # a row: powers of flight speed and, last, the nozzle's coefficient
+    box: Floats
+    spread: Floats
+    curve_1: Floats  # of N1: (3, n_knots)
+    line_1: Floats
+    curve_2: Floats  # of N2
+    line_2: Floats
+
+
+class DeckInputs(NamedTuple):
+    """What the deck may use at one instant; NaN = missing or stale."""
+
+    fuel_flow_kg_s: float
+    n1_pct: float
+    n2_pct: float
+    mach: float
+    pressure_altitude_m: float
+    sat_degc: float
+    n1_rate_pct_s: float
 
 
 @compiled
@@ -127,39 +152,36 @@ def _std_n(
     return sqrt(engine_n2 + relative_sq * thrust_n**2 + lag_n**2)
 
 
-def _estimate(
-    rows: Floats, numbers: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats, line_2: Floats,
-    fuel_flow_kg_s: float, n1_pct: float, n2_pct: float, mach: float, pressure_altitude_m: float, sat_degc: float,
-    n1_rate_pct_s: float,
-) -> tuple[float, float, float, bool, bool, float, float, float]:  # fmt: skip
+def _estimate(deck: DeckNumbers, given: DeckInputs) -> tuple[float, float, float, bool, bool, float, float, float]:
     """Thrust [N], one sigma, weight of N1 (NaN: no estimate), outside the fit, transient; thrusts by fuel flow, N1, N2.
 
     NaN where an input is missing; of the temperature that is a guess at it.
     """
-    if not (isfinite(mach) and isfinite(pressure_altitude_m)):
+    if not (isfinite(given.mach) and isfinite(given.pressure_altitude_m)):
         return nan, nan, nan, False, False, nan, nan, nan
-    mach = max(mach, 0.0)
-    delta_t, theta_t = ratios(mach, pressure_altitude_m, sat_degc)
-    flow = fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if fuel_flow_kg_s > 0.0 else nan
-    n1_flow, n1_outside = _spool(curve_1, line_1, n1_pct, mach, theta_t)
-    n2_flow, _ = _spool(curve_2, line_2, n2_pct, mach, theta_t)
-    flow_n = delta_t * surface_n(rows, numbers, flow, mach)
-    n1_n = delta_t * surface_n(rows, numbers, n1_flow, mach)
-    n2_n = delta_t * surface_n(rows, numbers, n2_flow, mach)
-    weight = _weight_of_n1(flow_n, n1_n, n1_rate_pct_s, spread[TRANSIENT_PCT_S])
+    mach, rate_pct_s, spread = max(given.mach, 0.0), given.n1_rate_pct_s, deck.spread
+    delta_t, theta_t = ratios(mach, given.pressure_altitude_m, given.sat_degc)
+    flow = given.fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if given.fuel_flow_kg_s > 0.0 else nan
+    n1_flow, n1_outside = _spool(deck.curve_1, deck.line_1, given.n1_pct, mach, theta_t)
+    n2_flow, _ = _spool(deck.curve_2, deck.line_2, given.n2_pct, mach, theta_t)
+    flow_n = delta_t * surface_n(deck.surface, deck.box, flow, mach)
+    n1_n = delta_t * surface_n(deck.surface, deck.box, n1_flow, mach)
+    n2_n = delta_t * surface_n(deck.surface, deck.box, n2_flow, mach)
+    weight = _weight_of_n1(flow_n, n1_n, rate_pct_s, spread[TRANSIENT_PCT_S])
     if not isfinite(weight):
         return nan, nan, nan, False, False, nan, nan, n2_n
     by_n1 = weight > 0.5
     outside = _is_outside(spread, n1_flow if by_n1 else flow, mach) or (by_n1 and n1_outside)
     thrust_n = flow_n if weight == 0.0 else n1_n if weight == 1.0 else flow_n + weight * (n1_n - flow_n)
-    per_fuel_n = delta_t * _surface(rows, numbers, n1_flow if by_n1 else flow, mach)[1]
-    n1_std, isa = line_1[LINE_STD], not isfinite(sat_degc)
-    std_n = _std_n(spread, thrust_n, per_fuel_n, outside, weight, n1_std, isa, n1_rate_pct_s)
-    return thrust_n, std_n, weight, outside, abs(n1_rate_pct_s) > spread[TRANSIENT_PCT_S], flow_n, n1_n, n2_n
+    per_fuel_n = delta_t * _surface(deck.surface, deck.box, n1_flow if by_n1 else flow, mach)[1]
+    n1_std, isa = deck.line_1[LINE_STD], not isfinite(given.sat_degc)
+    std_n = _std_n(spread, thrust_n, per_fuel_n, outside, weight, n1_std, isa, rate_pct_s)
+    return thrust_n, std_n, weight, outside, abs(rate_pct_s) > spread[TRANSIENT_PCT_S], flow_n, n1_n, n2_n
 
 
-_CURVE = "f8[:, ::1], f8[::1]"
-_SIGNATURE = (
-    f"Tuple((f8, f8, f8, b1, b1, f8, f8, f8))({_CURVE}, f8[::1], {_CURVE}, {_CURVE}, f8, f8, f8, f8, f8, f8, f8)"
-)
-estimate: Any = compiled(_estimate, _SIGNATURE, "numpy")
+_ROW, _TABLE = types.float64[::1], types.float64[:, ::1]
+NUMBERS: Any = named(DeckNumbers, _TABLE, _ROW, _ROW, _TABLE, _ROW, _TABLE, _ROW)
+INPUTS: Any = named(DeckInputs, *[types.float64] * 7)
+_tuple_of: Any = types.Tuple
+_SAID = _tuple_of([types.float64] * 3 + [types.boolean] * 2 + [types.float64] * 3)
+estimate: Any = compiled(_estimate, _SAID(NUMBERS, INPUTS), "numpy")

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from thrustd.brochure.deck import Deck
-from thrustd.brochure.deck_curves import Floats, estimate
+from thrustd.brochure.deck_curves import NUMBERS, DeckInputs, DeckNumbers, Floats, estimate
 from thrustd.brochure.hand_over import HandOver, hand_over
 from thrustd.brochure.rate import smooth_rate
 from thrustd.core.jit import compiled, entry
@@ -42,7 +42,7 @@ class BrochureRoute:
             self._engine[name] = place(signal, engine)
         for name, signal in (("mach", "mach"), ("altitude", "pressure_altitude_m"), ("temperature", "sat_degC")):
             self._engine[name] = place(signal, 0)
-        self._work = self._engine, *deck.numbers(engine)
+        self._work = self._engine, deck.numbers(engine)
 
     def look(self, dt_s: float, readings: Floats, routes_n: Floats) -> None:
         """Readings dt_s after the last ones; NaN = missing or stale.
@@ -57,35 +57,28 @@ class BrochureRoute:
 
 
 @compiled
-def _ask(
-    e: Any, surface: Floats, box: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats,
-    line_2: Floats, readings: Floats,
-) -> None:  # fmt: skip
+def _ask(e: Any, deck: DeckNumbers, readings: Floats) -> None:
     """The deck."""
-    air = readings[e.mach], readings[e.altitude], readings[e.temperature]
-    _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n = estimate(
-        surface, box, spread, curve_1, line_1, curve_2, line_2, readings[e.fuel_flow], readings[e.n1], readings[e.n2],
-        air[0], air[1], air[2], e.n1_rate_pct_s,
+    given = DeckInputs(
+        readings[e.fuel_flow], readings[e.n1], readings[e.n2], readings[e.mach], readings[e.altitude],
+        readings[e.temperature], e.n1_rate_pct_s,
     )  # fmt: skip
+    _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n = estimate(deck, given)
 
 
-def _look_at(
-    engine: Any, surface: Floats, box: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats,
-    line_2: Floats, dt_s: float, readings: Floats, routes_n: Floats,
-) -> None:  # fmt: skip
+def _look_at(engine: Any, deck: DeckNumbers, dt_s: float, readings: Floats, routes_n: Floats) -> None:
     e = engine[0]
     e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
-    _ask(e, surface, box, spread, curve_1, line_1, curve_2, line_2, readings)
+    _ask(e, deck, readings)
     routes_n[0], routes_n[1], routes_n[2], routes_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
 
 
 def _tell_filter(
-    engine: Any, surface: Floats, box: Floats, spread: Floats, curve_1: Floats, line_1: Floats, curve_2: Floats,
-    line_2: Floats, row: Floats, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any,
-) -> None:  # fmt: skip
+    engine: Any, deck: DeckNumbers, row: Floats, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any
+) -> None:
     e, t = engine[0], told[0]
     if fewer:
-        _ask(e, surface, box, spread, curve_1, line_1, curve_2, line_2, readings)
+        _ask(e, deck, readings)
     n2_rate_pct_s, e.n2_lagged_pct = smooth_rate(e.n2_lagged_pct, readings[e.n2], dt_s)
     t.n1_pct, t.n1_rate_pct_s = readings[e.n1], e.n1_rate_pct_s
     if not (isfinite(t.n1_pct) and isfinite(e.n1_rate_pct_s)):  # while N1 is not believed, what N2 says of it
@@ -97,8 +90,8 @@ def _tell_filter(
     t.brochure_extrapolating, t.transient = e.outside, e.transient
 
 
-_F, _ROW, _TABLE = numba.float64, numba.float64[::1], numba.float64[:, ::1]
-_WORK = numba.from_dtype(ENGINE)[::1], _TABLE, _ROW, _ROW, _TABLE, _ROW, _TABLE, _ROW
+_F, _ROW = numba.float64, numba.float64[::1]
+_WORK = numba.from_dtype(ENGINE)[::1], NUMBERS
 _TOLD = numba.from_dtype(INPUTS)[::1]
 _look: Any = entry(compiled(_look_at, numba.void(*_WORK, _F, _ROW, _ROW), "numpy"))
 _tell: Any = entry(compiled(_tell_filter, numba.void(*_WORK, _ROW, _F, _ROW, _ROW, numba.boolean, _TOLD), "numpy"))

@@ -12,7 +12,7 @@ from types import CellType, CodeType, FunctionType
 from typing import Any, Literal
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 
 
 def compiled(
@@ -41,6 +41,14 @@ def entry(function: Any) -> Any:
     """
     (only,) = function.overloads.values()
     return only.entry_point
+
+
+def named(kind: type, *types_: Any) -> Any:
+    """The type of a NamedTuple for a signature, its fields' types in their order."""
+    library: Any = types
+    if len(set(types_)) == 1:  # numba takes these for another kind
+        return library.NamedUniTuple(types_[0], len(types_), kind)
+    return library.NamedTuple(types_, kind)
 
 
 def _with_digest(function: Any) -> Any:

@@ -16,7 +16,7 @@ from thrustd.model.compile import CompiledModel
 from thrustd.model.region_error import cells
 from thrustd.model.stage import Floats
 from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Unseen, resting_n, zero_of
-from thrustd.mounts.step import CHORDS, MEANS, add, fuse
+from thrustd.mounts.step import CHORDS, MEANS, Cells, Held, Samples, add, fuse
 from thrustd.sync.grid import Grid
 
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
@@ -62,9 +62,10 @@ class MountRoute:
         self._means["low_mm"], self._means["high_mm"], self._means["stiffness_n_mm"] = low_mm, high_mm, self._chords()
         waiting_u, waiting_mm = grid.waiting_u[number], grid.waiting_mm[number]
         self.state, said = grid.states[number], grid.states[number : number + 1]  # at the last fused step
-        self._samples = self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), *model.chain
+        self._samples = Samples(self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), *model.chain)
+        self._held = Held(self._channels, self._lagged, self._unmeasured_s)
         self._unseen = Unseen(model)
-        self._cells_and_state = *cells(model.spec.error), said
+        self._cells, self._said = Cells(*cells(model.spec.error)), said
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
 
     def set_channel(self, position: int, value: float) -> None:
@@ -84,12 +85,12 @@ class MountRoute:
 
     def flush(self) -> None:
         """Run the model over the samples that wait."""
-        add(*self._samples, self._present())
+        add(self._samples, self._present())
 
     def fuse(self, dt_s: float) -> None:
         """`state` of now: means since the last call, dt_s ago, and their one sigma."""
-        channels = self._channels, self._lagged, self._unmeasured_s
-        complete = fuse(dt_s, *self._samples, self._present(), *channels, self._unseen.doubts, *self._cells_and_state)
+        doubts = self._unseen.doubts
+        complete = fuse(dt_s, self._samples, self._present(), self._held, doubts, self._cells, self._said)
         if not complete:
             self._doubt(*self._unmeasured())
         if self._unseen.branched and isfinite(deformation_mm := self.state["deformation_mm"].item()):

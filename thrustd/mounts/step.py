@@ -9,13 +9,13 @@ k(d): slope of the model's curve at rest.
 """
 
 from math import exp, hypot, isfinite, isnan, nan, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
 from thrustd.core.columns import MOUNT_STATE
-from thrustd.core.jit import compiled, entry
+from thrustd.core.jit import compiled, entry, named
 from thrustd.model.artifact import FORCE_RATE_TAU_S
 from thrustd.model.region_error import region_std_n
 from thrustd.model.stage import Floats, Places, run_chain
@@ -62,16 +62,42 @@ def _variance_n2(m: Any, model_n: float, deformation_mm: float, force_n: float) 
     return variance_n2 + (EXTRAPOLATION_STD * k * excess_mm) ** 2
 
 
-def _add_samples(
-    row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places, c: Floats,
-    state: Floats,
-) -> None:  # fmt: skip
+class Samples(NamedTuple):
+    """One mount's samples that wait, and the model they go through; always the same objects."""
+
+    row: Any  # MOUNT (1,)
+    means: Any  # MEANS (1,)
+    u: Floats
+    mm: Floats
+    n: Floats  # room for what the model makes of them
+    places: Places
+    c: Floats
+
+
+class Held(NamedTuple):
+    """What the model's channels are held at between readings."""
+
+    channels: Floats
+    lagged: Floats  # (2, n): a second's mean, and the last fused step's
+    unmeasured_s: Floats  # NaN: it is measured
+
+
+class Cells(NamedTuple):
+    """The model's error map, for `region_std_n`."""
+
+    force_edges_n: Floats
+    rate_edges_n_s: Floats
+    std_n: Floats
+
+
+def _add_samples(samples: Samples, state: Floats) -> None:
     """The model over the samples that wait."""
+    row, means, waiting_mm, waiting_n = samples.row, samples.means, samples.mm, samples.n
     m, n = means[0], row[0].waiting
     row[0].waiting = 0
     if n > 0:
         waiting_n[:n] = waiting_mm[:n]
-        run_chain(places, state, c, waiting_u[:n], waiting_n[:n])
+        run_chain(samples.places, state, samples.c, samples.u[:n], waiting_n[:n])
     for i in range(n):
         m.sum_mm += waiting_mm[i]
         m.sum_n += waiting_n[i]
@@ -80,13 +106,12 @@ def _add_samples(
 
 
 def _fuse_samples(
-    dt_s: float, row: Any, means: Any, waiting_u: Floats, waiting_mm: Floats, waiting_n: Floats, places: Places,
-    c: Floats, x: Floats, channels: Floats, lagged: Floats, unmeasured_s: Floats, doubts: Floats,
-    force_edges_n: Floats, rate_edges_n_s: Floats, std_n: Floats, said: Any,
-) -> bool:  # fmt: skip
+    dt_s: float, samples: Samples, x: Floats, held: Held, doubts: Floats, cells: Cells, said: Any
+) -> bool:
     """Writes a MOUNT_STATE; -> whether its common part is all of it."""
-    add(row, means, waiting_u, waiting_mm, waiting_n, places, c, x)
-    m, state, complete = means[0], said[0], True
+    add(samples, x)
+    row, channels, lagged, unmeasured_s = samples.row, held.channels, held.lagged, held.unmeasured_s
+    m, state, complete = samples.means[0], said[0], True
     state.extrapolating, state.gap = row[0].beyond != 0, m.gap != 0
     state.deformation_mm = state.force_n = state.std_n = state.common_n = nan
     row[0].beyond = m.gap = 0
@@ -105,7 +130,7 @@ def _fuse_samples(
         m.lagged_n = force_n
     m.lagged_n += (1.0 - exp(-dt_s / FORCE_RATE_TAU_S)) * (force_n - m.lagged_n)
     rate_n_s = abs((force_n - m.lagged_n) / FORCE_RATE_TAU_S)
-    model_n = region_std_n(force_edges_n, rate_edges_n_s, std_n, force_n, rate_n_s)
+    model_n = region_std_n(cells.force_edges_n, cells.rate_edges_n_s, cells.std_n, force_n, rate_n_s)
     doubt_n = 0.0
     for i in range(len(doubts)):
         doubt_n += doubts[i, 0] * exp(-m.since_restart * m.period_s / doubts[i, 1])
@@ -117,8 +142,8 @@ def _fuse_samples(
 
 _ROW, _TABLE = numba.float64[::1], numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(MOUNT)[::1], numba.from_dtype(MEANS)[::1]
+_SAMPLES = named(Samples, *_RECORDS, _TABLE, _ROW, _ROW, numba.int64[:, ::1], _ROW)
+add: Any = compiled(_add_samples, numba.void(_SAMPLES, _ROW))
+_HELD, _CELLS = named(Held, _ROW, _TABLE, _ROW), named(Cells, _ROW, _ROW, _TABLE)
 _STATE = numba.from_dtype(MOUNT_STATE)[::1]
-_SAMPLES = *_RECORDS, _TABLE, _ROW, _ROW, numba.int64[:, ::1], _ROW, _ROW
-add: Any = compiled(_add_samples, numba.void(*_SAMPLES))
-_FUSED = numba.boolean(numba.float64, *_SAMPLES, _ROW, _TABLE, _ROW, _TABLE, _ROW, _ROW, _TABLE, _STATE)
-fuse: Any = entry(compiled(_fuse_samples, _FUSED))
+fuse: Any = entry(compiled(_fuse_samples, numba.boolean(numba.float64, _SAMPLES, _ROW, _HELD, _TABLE, _CELLS, _STATE)))

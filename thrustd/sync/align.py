@@ -5,7 +5,7 @@ what it does does not depend on how the events were batched.
 """
 
 from math import nan
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numba
 
@@ -23,7 +23,7 @@ from thrustd.core.columns import (
     Floats,
     Integers,
 )
-from thrustd.core.jit import compiled, entry
+from thrustd.core.jit import compiled, entry, named
 from thrustd.sync.memory import CLOCK, GRID, HELD, MOUNT
 
 CRYSTAL_TOLERANCE = 100e-6  # two crystals drift apart by less than this, s/s
@@ -84,35 +84,60 @@ keep: Any = compiled(_keep_reading, numba.boolean(_HELD, _I, numba.int64, numba.
 look: Any = entry(compiled(_look_at, numba.boolean(_HELD, _I, numba.int64, numba.float64[:, ::1])))
 
 
+class Decoded(NamedTuple):
+    """A batch: its events, and what they say."""
+
+    t_ns: Integers
+    kind: Bytes
+    readings: Integers  # rows, and their values
+    values: Floats
+    samples: Integers
+
+
+class Memory(NamedTuple):
+    """What alignment goes on from: the arrays of a `Grid` and a `Hold`, always the same objects."""
+
+    place: Integers
+    grid: Any
+    clock: Any
+    held: Any
+    heard: Integers
+    listeners: Integers
+    mounts: Any
+    channels: Floats
+    unmeasured_s: Floats
+    own: Any
+    waiting_u: Floats
+    waiting_mm: Floats
+
+
 @compiled
-def _take_reading(held: Any, heard: Integers, place: int, t_ns: int, value: float, grid: Any) -> bool:
+def _take_reading(memory: Memory, place: int, t_ns: int, value: float) -> bool:
     """Hold it and tell the models that it concerns; False when it is outside its range."""
-    listeners, channels, unmeasured_s = grid
-    if not keep(held, heard, place, t_ns, value):
+    if not keep(memory.held, memory.heard, place, t_ns, value):
         return False
-    if held[place].believed:
-        for i in range(len(listeners)):
-            if listeners[i, 0] == place:
-                mount, channel = listeners[i, 1], listeners[i, 2]
-                channels[mount, channel], unmeasured_s[mount, channel] = value, nan
+    if memory.held[place].believed:
+        for i in range(len(memory.listeners)):
+            if memory.listeners[i, 0] == place:
+                mount, channel = memory.listeners[i, 1], memory.listeners[i, 2]
+                memory.channels[mount, channel], memory.unmeasured_s[mount, channel] = value, nan
     return True
 
 
 @compiled
-def _take_deformation(
-    state: Any, mount: Any, sequence: int, deformation_mm: float, channels: Floats, own: Any, u: Floats, mm: Floats
-) -> int:
+def _take_deformation(memory: Memory, m: int, sequence: int, deformation_mm: float) -> int:
     """One mount's part of a sample; -> a reason to stop, or DONE."""
+    mount, mm, channels = memory.mounts[m], memory.waiting_mm[m], memory.channels[m]
     if not mount.low_mm <= deformation_mm <= mount.high_mm:
         mount.beyond = 1
         return SAMPLE_OUTSIDE
     if mount.waiting == len(mm):
         return FULL
     if mount.watchful or sequence != mount.sequence + 1:
-        state.offered_mm = deformation_mm
+        memory.grid[0].offered_mm = deformation_mm
         return CATCH_UP
     for i in range(len(channels)):
-        u[mount.waiting, i] = deformation_mm if own[i] else channels[i]
+        memory.waiting_u[m, mount.waiting, i] = deformation_mm if memory.own[m, i] else channels[i]
     mm[mount.waiting] = deformation_mm
     mount.waiting += 1
     mount.sequence, mount.deformation_mm = sequence, deformation_mm
@@ -120,14 +145,11 @@ def _take_deformation(
 
 
 @compiled
-def _take_sample(
-    state: Any, clock: Any, t_ns: int, sample: Integers, place: Integers, mounts: Any, channels: Floats, own: Any,
-    waiting_u: Floats, waiting_mm: Floats,
-) -> int:  # fmt: skip
+def _take_sample(memory: Memory, t_ns: int, sample: Integers) -> int:
     """The rest of one sample, from place[PLACE_MOUNT] on; -> a reason to stop, or DONE when it was all."""
-    sequence = sample[SEQUENCE]
+    state, place, mounts, sequence = memory.grid[0], memory.place, memory.mounts, sample[SEQUENCE]
     if place[PLACE_MOUNT] == TIME_FIRST:
-        state.t_ns, state.sequence = to_ns(clock, t_ns, sample[DEVICE_US]), sequence
+        state.t_ns, state.sequence = to_ns(memory.clock, t_ns, sample[DEVICE_US]), sequence
         place[PLACE_MOUNT] = 0
         if state.resuming:
             state.resuming = 0
@@ -137,9 +159,7 @@ def _take_sample(
         counts, stop = sample[COUNTS + mounts[m].channel], DONE
         if counts != CHANNEL_FAULT:
             deformation_mm = counts * mounts[m].scale_mm + mounts[m].offset_mm
-            stop = _take_deformation(
-                state, mounts[m], sequence, deformation_mm, channels[m], own[m], waiting_u[m], waiting_mm[m]
-            )
+            stop = _take_deformation(memory, m, sequence, deformation_mm)
         if stop != CATCH_UP and stop != FULL:
             place[PLACE_MOUNT] += 1
         if stop != DONE:
@@ -166,42 +186,37 @@ def _take_event(state: Any, t_ns: int, kind: int) -> int:
     return DONE
 
 
-def _align_batch(
-    t_ns: Integers, kind: Bytes, readings: Integers, values: Floats, samples: Integers, place: Integers, grid: Any,
-    clock: Any, held: Any, heard: Integers, listeners: Integers, mounts: Any, channels: Floats, unmeasured_s: Floats,
-    own: Any, waiting_u: Floats, waiting_mm: Floats,
-) -> int:  # fmt: skip
-    state = grid[0]
-    while place[PLACE_EVENT] < len(kind):
+def _align_batch(decoded: Decoded, memory: Memory) -> int:
+    state, place, t_ns = memory.grid[0], memory.place, decoded.t_ns
+    readings, samples = decoded.readings, decoded.samples
+    while place[PLACE_EVENT] < len(decoded.kind):
         event, stop = place[PLACE_EVENT], DONE
         row, sample = place[PLACE_READING], place[PLACE_SAMPLE]
         if row < len(readings) and readings[row, EVENT] == event:
             place[PLACE_READING] += 1
             if readings[row, KIND] != GOOD:
                 stop = CAN_FAULT
-            elif not _take_reading(
-                held, heard, readings[row, SLOT], t_ns[event], values[row], (listeners, channels, unmeasured_s)
-            ):
+            elif not _take_reading(memory, readings[row, SLOT], t_ns[event], decoded.values[row]):
                 stop = READING_OUTSIDE
         elif sample < len(samples) and samples[sample, EVENT] == event:
             if samples[sample, KIND] != GOOD:
                 place[PLACE_SAMPLE] += 1
                 stop = ADC_FAULT
             else:
-                stop = _take_sample(
-                    state, clock, t_ns[event], samples[sample], place, mounts, channels, own, waiting_u, waiting_mm
-                )
+                stop = _take_sample(memory, t_ns[event], samples[sample])
         else:
             place[PLACE_EVENT] += 1
-            if kind[event] >= FAULT:
-                stop = _take_event(state, t_ns[event], kind[event])
+            if decoded.kind[event] >= FAULT:
+                stop = _take_event(state, t_ns[event], decoded.kind[event])
         if stop != DONE:
             return stop
     return DONE
 
 
-_SIGNATURE = numba.int64(
-    _I, numba.uint8[::1], _TABLE, _F, _TABLE, _I, _GRID, _CLOCK, _HELD, _I, _TABLE, _MOUNT, numba.float64[:, ::1],
-    numba.float64[:, ::1], numba.boolean[:, ::1], numba.float64[:, :, ::1], numba.float64[:, ::1],
+_DECODED = named(Decoded, _I, numba.uint8[::1], _TABLE, _F, _TABLE)
+_VALUES = numba.float64[:, ::1]
+_MEMORY = named(
+    Memory, _I, _GRID, _CLOCK, _HELD, _I, _TABLE, _MOUNT, _VALUES, _VALUES, numba.boolean[:, ::1],
+    numba.float64[:, :, ::1], _VALUES,
 )  # fmt: skip
-align: Any = entry(compiled(_align_batch, _SIGNATURE))
+align: Any = entry(compiled(_align_batch, numba.int64(_DECODED, _MEMORY)))

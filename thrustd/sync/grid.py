@@ -5,7 +5,7 @@ from math import nan
 import numpy as np
 
 from thrustd.core.columns import MOUNT_STATE, Bytes, Floats, Integers
-from thrustd.sync.align import TIME_FIRST, align, to_ns
+from thrustd.sync.align import TIME_FIRST, Decoded, Memory, align, to_ns
 from thrustd.sync.hold import Hold
 from thrustd.sync.memory import CLOCK, GRID, MOUNT
 
@@ -53,7 +53,7 @@ class Grid:
         self.channels, self.unmeasured_s = np.zeros(shape), np.full(shape, nan)  # for how long not; NaN: it is measured
         self.own = np.zeros(shape, np.bool_)  # channels that are the mount's own deformation
         self.waiting_u, self.waiting_mm = np.zeros((n_mounts, most, n_channels)), np.zeros((n_mounts, most))
-        self._memory = (
+        self._memory = Memory(
             self.place, self.state, ClockMap().memory, hold.held, hold.heard, listeners, self.mounts, self.channels,
             self.unmeasured_s, self.own, self.waiting_u, self.waiting_mm,
         )  # fmt: skip
@@ -64,4 +64,4 @@ class Grid:
 
     def align(self, t_ns: Integers, kind: Bytes, readings: Integers, values: Floats, samples: Integers) -> int:
         """Go on through a batch; -> why it stopped. What was met is behind `place`, but for CATCH_UP and FULL."""
-        return int(align(t_ns, kind, readings, values, samples, *self._memory))
+        return int(align(Decoded(t_ns, kind, readings, values, samples), self._memory))

@@ -10,7 +10,8 @@ from math import isfinite
 
 import numpy as np
 
-from thrustd.brochure.deck import Deck, DeckInputs
+from thrustd.brochure.deck import Deck
+from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE
