@@ -45,6 +45,7 @@ _TABLE = (
     Signal("dynamic_pressure_Pa", "Pa", "dynamic pressure", -100, 60000, 0, "aircraft", 1, 4000, 60),
     Signal("thrust_N", "N", "net thrust of one engine, forward +", -3000, 16000, nan, "engine", 1),
     Signal("thrust_std_N", "N", "one sigma of the net thrust", 0, 1e9, nan, "engine", 1),
+    Signal("thrust_status", "-", "bits of the estimate, ICD ids 1854 and 1855", 0, 2**32 - 1, nan, "engine", 1),
     Signal("force_N", "N", "reference force on one mount, forward thrust +", -20000, 20000, nan, "mount", 1),
     Signal("time_s", "s", "seconds, strictly increasing", -1e12, 1e12, 0, "aircraft", 1),
 )

@@ -1,12 +1,17 @@
-"""Estimates out on the bus: net thrust and its standard deviation per engine, ICD ids 1850 to 1853."""
+"""Estimates out on the bus: net thrust, its standard deviation and its status per engine, ICD ids 1850 to 1855.
+
+The three go together, `rate_hz` times a second by a schedule of due times: an estimate that comes a little early waits
+for no whole period, so the rate is kept however the steps jitter. Nothing is sent before a thrust has been found.
+"""
 
 from collections.abc import Callable
 from math import isfinite
 from typing import Final
 
-from thrustd.core.types import Estimate, Fault, Output
+from thrustd.core.types import Estimate, Fault, Output, Status
 from thrustd.wire.can_frames import CanEncoder
 from thrustd.wire.can_table import CanTable
+from thrustd.wire.estimate_status import status_word
 
 WHERE: Final = "can_out"
 TELL_NS = 1_000_000_000  # failures are told in bunches, at most so often
@@ -28,7 +33,7 @@ class CanTx:
         self._period_ns = round(1e9 / rate_hz)
         self._send = send
         self._report = report
-        self._sent_ns: dict[int, int] = {}  # per engine
+        self._due_ns: dict[int, int] = {}  # per engine
         self._told_ns: int | None = None
         self._untold = 0
 
@@ -36,12 +41,23 @@ class CanTx:
         """Send an estimate when one of this engine is due; anything else is not for the bus."""
         if not isinstance(output, Estimate):
             return
-        last_ns = self._sent_ns.get(output.engine)
-        if last_ns is not None and 0 <= output.t_ns - last_ns < self._period_ns:
+        if not self._is_due(output):
             return
-        self._sent_ns[output.engine] = output.t_ns
         self._say(output.t_ns, "thrust_N", output.engine, output.thrust_n)
         self._say(output.t_ns, "thrust_std_N", output.engine, output.thrust_std_n)
+        self._say(output.t_ns, "thrust_status", output.engine, status_word(output.status))
+
+    def _is_due(self, estimate: Estimate) -> bool:
+        t_ns, due_ns = estimate.t_ns, self._due_ns.get(estimate.engine)
+        if due_ns is None:
+            if estimate.status & Status.CONVERGING:
+                return False
+            due_ns = t_ns
+        if t_ns < due_ns <= t_ns + self._period_ns:
+            return False
+        late = (t_ns - due_ns) // self._period_ns  # a pause is not made up for; a clock that went back begins anew
+        self._due_ns[estimate.engine] = (due_ns if late >= 0 else t_ns) + (max(late, 0) + 1) * self._period_ns
+        return True
 
     def close(self) -> None:
         """Nothing is kept back."""

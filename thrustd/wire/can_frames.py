@@ -5,7 +5,7 @@ CANaerospace message = node id | data type | service code | message code | 4 byt
 
 from typing import Final
 
-from thrustd.wire.can_table import CanRow, CanTable
+from thrustd.wire.can_table import FLOAT, CanRow, CanTable
 
 CODE_MASK: Final = 0xFF
 N_MOUNTS = 8  # ICD: LVDT channels 0..7
@@ -32,6 +32,7 @@ ICD_INPUT_ROWS = (
 ICD_OUTPUT_ROWS = (
     *(CanRow(f"Engine{e + 1}_Thrust", "thrust_N", e) for e in range(2)),
     *(CanRow(f"Engine{e + 1}_ThrustStd", "thrust_std_N", e) for e in range(2)),
+    *(CanRow(f"Engine{e + 1}_ThrustStatus", "thrust_status", e) for e in range(2)),
 )
 
 
@@ -60,7 +61,8 @@ class CanEncoder:
         message, number = self._places[signal, index]
         field = message.fields[number]
         raw = self._raw[message.ident]
-        raw[number] = (value - field.offset) / field.scale
+        exact = (value - field.offset) / field.scale
+        raw[number] = exact if field.bits.kind == FLOAT else round(exact)
         code = self._codes[message.ident] = (self._codes[message.ident] + 1) & CODE_MASK
         header = (self._node_id, min(message.data_types, default=0), 0, code) if message.header else ()
         return message.ident, message.pack(*header, *raw)
