@@ -111,9 +111,9 @@ CASES: tuple[Case, ...] = (
     *_at("cruise", "Mach +0.05", says("mach", 0, lambda _, v: v + 0.05), ("mach[0]",)),
     *_at("cruise", "SAT +10 K", says("sat_degC", 0, lambda _, v: v + 10.0), ("sat_degC[0]",)),
     # the ADC's clock
-    *_at("begin", "ADC clock 1 % slow", clock(0.01), ("adc",), FOR_GOOD_S),
-    *_at("ground idle, cruise", "ADC clock 1 % slow", clock(0.01), ("adc",), 180.0, "cruise"),
-    *_at("cruise", "ADC clock 3 % fast", clock(-0.03), ("adc",)),
+    *_at("begin", "ADC clock 1 % slow", clock(0.01), ("adc_clock",), FOR_GOOD_S),
+    *_at("ground idle, cruise", "ADC clock 1 % slow", clock(0.01), ("adc_clock",), 180.0, "cruise"),
+    *_at("cruise", "ADC clock 3 % fast", clock(-0.03), ("adc_clock",)),
     *_at("cruise", "ADC clock 0.3 % slow", clock(0.003), ()),
     # two engines at once
     *_at("ground idle, cruise", "all four LVDTs +0.05 mm", step(BOTH_ENGINES, 0.05), ANY, 240.0),

@@ -2,6 +2,7 @@
 
 from math import isnan
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -53,3 +54,17 @@ def test_sample_times_are_steady_however_late_the_bytes_are(delays_ns, drift):
         if before_ns is not None:
             assert abs(t_ns - before_ns) <= 30 * MS
         before_ns = t_ns
+
+
+@pytest.mark.parametrize("off", [-0.05, -0.01, 0.003, 0.01, 0.05])
+def test_a_crystal_that_is_off_is_estimated_and_its_samples_stay_on_time(off):
+    """`off`: the ADC's clock runs slow by so much, and so do its samples; a reader stalls now and then."""
+    clock, rng, late_ms = ClockMap(), np.random.default_rng(2), []
+    for k in range(6000):
+        true_ns = 7_000_000_000 + round(k * 10 * MS * (1 + off))
+        delay_ns = round(rng.exponential(80_000)) + (6 * MS if rng.random() < 0.01 else 0)
+        t_ns = clock.to_ns(true_ns + delay_ns, k * 10_000)
+        if k > 3000:
+            late_ms.append((t_ns - true_ns) / MS)
+    assert clock.memory["rate"].item() == pytest.approx(off, rel=0.01)
+    assert min(late_ms) > -0.2 and max(late_ms) < 1.0

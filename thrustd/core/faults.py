@@ -28,7 +28,7 @@ FAULT_KINDS: dict[str, FaultKind] = {
     "late": FaultKind("a frame or message seen already, or older than one seen; dropped", Status.WIRE_FAULT),
     "contested": FaultKind("an identifier with two senders, or a counter repeated with other data", Status.WIRE_FAULT),
     "reset": FaultKind("ADC sequence and device time started again", Status.WIRE_FAULT),
-    "rate": FaultKind("ADC samples at another rate than configured: thrust is wrong", Status.WIRE_FAULT, UNTIL_OVER),
+    "rate": FaultKind("ADC or its crystal runs at another rate than configured", Status.WIRE_FAULT, UNTIL_OVER),
     "open": FaultKind("ADC marks a channel open or shorted, or counts leave 24 bit", Status.CHANNEL_OPEN, UNTIL_OVER),
     "unplugged": FaultKind("a port or bus disappeared or refuses to open", Status.LINK_LOST, UNTIL_OVER),
     "silent": FaultKind(

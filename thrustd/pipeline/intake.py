@@ -67,6 +67,11 @@ class Intake:
         """Time and sequence of the last ADC sample; -1 before the first."""
         return [self._grid.state["t_ns"].item(), self._grid.state["sequence"].item()]
 
+    @property
+    def clock_rate(self) -> float:
+        """By which our clock runs faster than the ADC's crystal, s/s."""
+        return self._grid.clock_rate
+
     def next_step_ns(self) -> int:
         """When the sample of the next fused step is expected, by the ADC's own count; past while the ADC is silent."""
         state = self._grid.state

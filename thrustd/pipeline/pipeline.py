@@ -45,6 +45,7 @@ from thrustd.wire.event_batch import EventBatch
 
 DERIVED = ("time_s", "dynamic_pressure_Pa")  # channels the pipeline makes itself
 EARLY_SAMPLES = 1.5
+CLOCK_OFF = 0.005  # a crystal that is this far off is broken; its samples are good
 CHECK_EVERY_NS = 1_000_000_000  # what ages takes flights
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
 TOGETHER = 256  # events that `follow` takes at once
@@ -94,7 +95,7 @@ class Pipeline:
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
         self._read_ns = self._start_ns = self._looked_ns = self._read_due_ns = self._checked_ns = -1
-        self._flying = False
+        self._flying = self._clock_off = False
         self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
         self._book = FaultBook()
         self._troubles = FaultStatus(len(engines), engines_of(config))
@@ -197,9 +198,16 @@ class Pipeline:
         outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
         if t_ns - self._checked_ns >= CHECK_EVERY_NS:
             self._checked_ns = t_ns
+            self._check_clock(t_ns, outputs)
             outputs.extend(cross_checks(estimates))
         self._say(self._wires.due(t_ns), outputs)
         outputs.extend(self._book.due(t_ns))
+
+    def _check_clock(self, t_ns: int, outputs: list[Output]) -> None:
+        off = abs(self._intake.clock_rate) > CLOCK_OFF
+        if off != self._clock_off:
+            self._clock_off = off
+            self._report(Fault(t_ns, "adc_clock", "rate", off), outputs)
 
     def _refresh(self, t_ns: int, changed: bool, outputs: list[Output]) -> None:
         """Wires, staleness, derived channels, and the readings for the log."""

@@ -27,6 +27,9 @@ from thrustd.core.jit import compiled, entry, named
 from thrustd.sync.memory import CLOCK, GRID, HELD, MOUNT
 
 CRYSTAL_TOLERANCE = 100e-6  # two crystals drift apart by less than this, s/s
+WORST_CRYSTAL = 0.06  # one that is broken; more is no clock
+RATE_WINDOW_NS = 1_000_000_000  # a reader that stalls is on time once in a window
+SAME_RATE = 2e-3  # two windows say so one after the other
 SILENT_AFTER_STEPS = 2.5  # no ADC sample for so many fused steps: ticks take over
 EARLY_STEP = 0.75  # of a fused step: ticks jitter
 
@@ -37,15 +40,43 @@ PLACE_EVENT, PLACE_READING, PLACE_SAMPLE, PLACE_MOUNT = range(4)
 TIME_FIRST: Final = -1
 
 
+@compiled
+def _rate_clock(clock: Any, device_ns: int, delay_ns: int) -> None:
+    """The crystal's rate: how the delay of samples that were least late grows from window to window.
+
+    Crystals that agree as two healthy ones do are left alone.
+    """
+    expected_ns = int((device_ns - clock.least[0]) * clock.rate)
+    if clock.window_ns == 0 or delay_ns - expected_ns <= clock.least[1]:
+        clock.least[0], clock.least[1] = device_ns, delay_ns
+    if clock.window_ns == 0:
+        clock.window_ns = device_ns
+    if device_ns - clock.window_ns < RATE_WINDOW_NS:
+        return
+    clock.window_ns = 0
+    base_ns = clock.least[0] - clock.anchor[0]
+    if clock.anchor[0] == 0:
+        clock.anchor[:] = clock.least
+    elif base_ns > 0:
+        rate, before = (clock.least[1] - clock.anchor[1]) / base_ns, clock.last_rate
+        clock.anchor[:], clock.last_rate = clock.least, rate
+        if abs(rate) < WORST_CRYSTAL and abs(rate - before) < SAME_RATE:
+            clock.rate = rate if abs(rate) > 3.0 * CRYSTAL_TOLERANCE else 0.0
+        if clock.rate != 0.0:
+            clock.offset_ns = clock.least[1] + int((device_ns - clock.least[0]) * clock.rate)
+
+
 def _map_clock(memory: Any, arrival_ns: int, device_time_us: int) -> int:
     clock = memory[0]
     device_ns = device_time_us * 1000
     delay_ns = arrival_ns - device_ns
     if not clock.known or device_ns < clock.device_ns:
-        clock.known, clock.offset_ns = 1, delay_ns
+        clock.known, clock.offset_ns, clock.rate, clock.window_ns, clock.anchor[0] = 1, delay_ns, 0.0, 0, 0
+        clock.last_rate = WORST_CRYSTAL
     else:
-        drift_ns = int((device_ns - clock.device_ns) * CRYSTAL_TOLERANCE)
+        drift_ns = int((device_ns - clock.device_ns) * (CRYSTAL_TOLERANCE + clock.rate))
         clock.offset_ns = min(clock.offset_ns + drift_ns, delay_ns)
+        _rate_clock(clock, device_ns, delay_ns)
     clock.device_ns = device_ns
     return device_ns + clock.offset_ns
 

@@ -27,6 +27,7 @@ class Grid:
     """Mutable; all arrays stay the same objects, so that others may keep views of them."""
 
     __slots__ = (
+        "_clock",
         "_memory",
         "channels",
         "mounts",
@@ -53,10 +54,16 @@ class Grid:
         self.channels, self.unmeasured_s = np.zeros(shape), np.full(shape, nan)  # for how long not; NaN: it is measured
         self.own = np.zeros(shape, np.bool_)  # channels that are the mount's own deformation
         self.waiting_u, self.waiting_mm = np.zeros((n_mounts, most, n_channels)), np.zeros((n_mounts, most))
+        self._clock = ClockMap().memory
         self._memory = Memory(
-            self.place, self.state, ClockMap().memory, hold.held, hold.heard, listeners, self.mounts, self.channels,
+            self.place, self.state, self._clock, hold.held, hold.heard, listeners, self.mounts, self.channels,
             self.unmeasured_s, self.own, self.waiting_u, self.waiting_mm,
         )  # fmt: skip
+
+    @property
+    def clock_rate(self) -> float:
+        """By which our clock runs faster than the ADC's crystal, s/s; 0 while two healthy ones differ as much."""
+        return float(self._clock["rate"].item())
 
     def begin(self) -> None:
         """Before the first `align` over a batch."""

@@ -2,7 +2,18 @@
 
 import numpy as np
 
-CLOCK = np.dtype([("known", np.int64), ("device_ns", np.int64), ("offset_ns", np.int64)])
+CLOCK = np.dtype(
+    [
+        ("known", np.int64),
+        ("device_ns", np.int64),
+        ("offset_ns", np.int64),
+        ("rate", np.float64),  # by which our clock runs faster than the ADC's crystal, s/s
+        ("last_rate", np.float64),  # by the last two windows
+        ("window_ns", np.int64),  # device time when this window began
+        ("least", np.int64, 2),  # device time and delay of its sample that was least late
+        ("anchor", np.int64, 2),  # the same of an earlier window; device time 0: there is none
+    ]
+)
 HELD = np.dtype(  # the latest reading of one signal beside what the catalogue says of it
     [
         ("t_ns", np.int64),
