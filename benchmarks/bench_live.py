@@ -58,6 +58,7 @@ def aircraft(folder: Path, bus: str, health_port: int) -> Path:
     for old, new in (
         ('"../models/', f'"{ROOT}/models/'),
         ('"canaerospace.dbc"', f'"{DEPLOY}/canaerospace.dbc"'),
+        ('"citation-ii.toml"', f'"{DEPLOY}/citation-ii.toml"'),
         ('"/dev/thrustd-adc"', f'"{folder}/adc"'),
         ('"socketcan"', f'"{bus}"'),
         ('"can0"', f'"{channel}"'),
@@ -134,7 +135,7 @@ def watch(
 def _show(bus: str, folder: Path, run: Run) -> None:
     sent = run.sent
     shown = Table("what", "measured", "target", title=f"live over {bus}, {sent['sent_s'] / 60:.1f} min at 1 kHz")
-    shown.add_row("daemon's share of one core", f"{100 * run.cpu_s / run.over_s:.1f} %", "< 25 %")
+    shown.add_row("daemon's share of one core", f"{100 * run.cpu_s / run.over_s:.1f} %", "<= 20 %")
     busy = [f"{100 * spent_s / run.over_s:.1f}" for _, spent_s in run.threads if spent_s > 1e-3 * run.over_s]
     shown.add_row("  by thread, in order of birth, %", ", ".join(busy), "")
     shown.add_row("  a turn of a plain Python loop afterwards", f"{spent_s(turns) * 1e3:.0f} ns", "")
@@ -145,7 +146,7 @@ def _show(bus: str, folder: Path, run: Run) -> None:
     shown.add_row("CAN messages in the log, events missing", f"{heard}, {log.missing_events}", "all, 0")
     for key, value in run.status.items():
         if "latency" in key or "overrun" in key or "faults" in key:
-            shown.add_row(key, str(value), "median < 0.5 ms, 99 % < 5 ms" if "latency" in key else "")
+            shown.add_row(key, str(value), "median <= 0.5 ms, 99 % <= 2 ms" if "latency" in key else "")
     Console(width=120).print(shown)
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from tests.conftest import ROOT
 from thrustd.core.config import read_config
+from thrustd.installation.installation import read_installation
 
 DEPLOY = ROOT / "deploy"
 EXPOSURE = 2.5  # issue 7
@@ -185,8 +186,9 @@ def test_one_that_does_not_start_is_left_for_the_one_before_with_its_unit(comput
     assert unit.read_text() == kept
 
 
-def test_the_configuration_of_the_aircraft_is_never_overwritten(computer):
+def test_the_configuration_of_the_aircraft_is_whole_and_never_overwritten(computer):
     assert computer.install().returncode == 0
+    read_installation(computer.folder / "root/etc/thrustd/deploy/ph-lab.toml")  # and every file it names
     config = computer.folder / "root/etc/thrustd/deploy/ph-lab.toml"
     config.write_text("# ours\n")
     assert computer.install().returncode == 0

@@ -15,7 +15,7 @@ from docs import build_interfaces as interfaces
 from thrustd.cli.status import read_status
 from thrustd.core.errors import ConfigError, UsageError
 from thrustd.core.faults import FAULT_KINDS, UNTIL_OVER
-from thrustd.core.types import Estimate, Fault, Frame, Status, Tick
+from thrustd.core.types import Estimate, Fault, Frame, Status
 from thrustd.onboard.checkpoint import Clocks
 from thrustd.onboard.heartbeat import Heartbeat
 from thrustd.pipeline.fault_status import FaultStatus
@@ -153,7 +153,7 @@ def heart():
 def test_it_beats_once_a_second_of_events_and_saves_as_often(heart):
     beating, service, faults, saved, *_ = heart
     for k in range(1000):
-        beating.take_event(Tick(S + k * 10_000_000))
+        beating.take_time(S + k * 10_000_000)
     assert len(service.said) == len(saved) == 10
     assert all(word.startswith("WATCHDOG=1\nSTATUS=") for word in service.said)
     assert faults == []
@@ -165,10 +165,10 @@ def test_a_hung_loop_is_silent(heart):
 
 def test_a_calendar_that_jumps_is_a_fault_with_its_size(heart):
     beating, _, faults, _, utc, _ = heart
-    beating.take_event(Tick(1 * S))
+    beating.take_time(1 * S)
     utc[0] -= 3600 * S
-    beating.take_event(Tick(2 * S))
-    beating.take_event(Tick(3 * S))
+    beating.take_time(2 * S)
+    beating.take_time(3 * S)
     assert [(fault.where, fault.kind, fault.count) for fault in faults] == [("clock", "clock_step", 3_600_000)]
 
 

@@ -75,7 +75,6 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
             if recorder is not None:
                 recorder.write_batch(batch)
             counts.take_batch(batch)
-            heart.take_event(batch.event(0))
 
         def listen(outputs: Sequence[Output]) -> None:
             for sink in sinks:
@@ -83,6 +82,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
                     sink.write_output(output)
             if recorder is not None and outputs:
                 recorder.wake()  # not earlier: its thread would hold up these estimates
+            heart.take_time(counts.heard_ns)  # nor would the state that it saves
 
         gc.collect()
         gc.freeze()  # the models and tables stay: no collection walks them in flight

@@ -29,7 +29,7 @@ class ServiceManager:
 
 
 class Heartbeat:
-    """Called with every event; acts once a second of event time."""
+    """Called after every batch of events; acts once a second of event time."""
 
     def __init__(
         self,
@@ -46,10 +46,11 @@ class Heartbeat:
         self._offset_ns: int | None = None  # calendar minus monotonic
         self._due_ns = 0
 
-    def take_event(self, event: Event) -> None:
-        if event.t_ns < self._due_ns:
+    def take_time(self, t_ns: int) -> None:
+        """Of the events that were worked on just now."""
+        if t_ns < self._due_ns:
             return
-        self._due_ns = event.t_ns + PERIOD_NS
+        self._due_ns = t_ns + PERIOD_NS
         now = self._clocks()
         self._watch_clock(now)
         self._service.say(f"WATCHDOG=1\nSTATUS={self.status()}")

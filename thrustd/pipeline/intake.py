@@ -28,6 +28,8 @@ from thrustd.wire.event_batch import EventBatch
 BUS = "can"  # channel of the frames that are CAN messages; all others are bytes of the ADC
 LONGEST_PAUSE_S = 60.0  # of a warm restart; the models step through it when the first sample comes
 NEVER = (-1, -1)
+_NO_NUMBERS = np.zeros(0, np.int64)
+NO_EVENTS = (_NO_NUMBERS, _NO_NUMBERS, np.zeros(0, np.uint8), _NO_NUMBERS, np.zeros(0, np.bool_))
 FAULTY = (align.OTHER_EVENT, align.CAN_FAULT, align.ADC_FAULT, align.READING_OUTSIDE, align.SAMPLE_OUTSIDE)
 Sensor = tuple[str, int]
 
@@ -41,6 +43,7 @@ class Intake:
         self._config = config
         self._adc = AdcDecoder(config.adc.channels, config.adc.sample_hz)
         self._can = CanDecoder(can_table)
+        self._no_readings = self._can.decode(*NO_EVENTS)
         self.hold = Hold(self._can.slots)
         self._listeners = _listeners(config, models)
         self._grid = self._new_grid(models)
@@ -82,7 +85,9 @@ class Intake:
     def take(self, batch: EventBatch) -> Iterator[Fault | int]:
         """Faults, and instants [ns] at which a fused step is due, in the order in which the events call for them."""
         not_bus, not_adc = self._left_out.get(batch.channels) or self._sort(batch.channels)
-        readings, values = self._can.decode(batch.t_ns, batch.ident, batch.data, batch.ends, not_bus[batch.kind])
+        readings, values = self._no_readings
+        if BUS in batch.channels:
+            readings, values = self._can.decode(batch.t_ns, batch.ident, batch.data, batch.ends, not_bus[batch.kind])
         samples = self._adc.decode(batch.t_ns, batch.data, batch.ends, not_adc[batch.kind])
         grid = self._grid
         grid.begin()

@@ -200,7 +200,6 @@ class Pipeline:
             self._checked_ns = t_ns
             self._check_clock(t_ns, outputs)
             outputs.extend(cross_checks(estimates))
-        self._say(self._wires.due(t_ns), outputs)
         outputs.extend(self._book.due(t_ns))
 
     def _check_clock(self, t_ns: int, outputs: list[Output]) -> None:
@@ -211,8 +210,10 @@ class Pipeline:
 
     def _refresh(self, t_ns: int, changed: bool, outputs: list[Output]) -> None:
         """Wires, staleness, derived channels, and the readings for the log."""
-        for fault in self._wires.look(t_ns, self._intake.sample[0], self._hold.newest_ns()):
-            self._report(fault, outputs)
+        if t_ns >= self._wires.next_ns:
+            for fault in self._wires.look(t_ns, self._intake.sample[0], self._hold.newest_ns()):
+                self._report(fault, outputs)
+            self._say(self._wires.due(t_ns), outputs)
         for place, fault in self._hold.changes(t_ns) if changed else ():
             self._report(fault, outputs)
             if fault.active:

@@ -13,6 +13,7 @@ from thrustd.core.types import Fault
 
 ADC, CAN = "adc", "can"  # as the sources call them
 SILENT_NS = 400_000_000  # less than any channel of the catalogue may be silent
+EVERY_NS = 50_000_000
 RETURN_NS = 3_000_000_000  # the slowest channels come once a second
 WITH_THE_WIRE = frozenset({"stale", "dead"})
 
@@ -20,7 +21,7 @@ WITH_THE_WIRE = frozenset({"stale", "dead"})
 class Wires:
     """Which wires carry nothing, and what is not said because of them. Mutable, reads no clock."""
 
-    __slots__ = ("_back_ns", "_began", "_lost", "_silent", "_unplugged", "_unsaid", "_wire_of")
+    __slots__ = ("_back_ns", "_began", "_lost", "_silent", "_unplugged", "_unsaid", "_wire_of", "next_ns")
 
     def __init__(self, wire_of: Mapping[str, str]) -> None:
         """`wire_of`: place of a fault -> the wire over which it is known."""
@@ -31,9 +32,11 @@ class Wires:
         self._unsaid: dict[tuple[str, str], Fault] = {}
         self._lost = {ADC: 0, CAN: 0}  # by the counters of single messages, while they were away
         self._began = False
+        self.next_ns = 0  # of the next `look`
 
     def look(self, t_ns: int, adc_ns: int, can_ns: int) -> list[Fault]:
         """What is to be told of the wires at a fused step; `adc_ns`, `can_ns`: when each last brought something."""
+        self.next_ns = t_ns + EVERY_NS
         if not self._began:
             self._began, self._back_ns = True, {ADC: t_ns, CAN: t_ns}
         found = []

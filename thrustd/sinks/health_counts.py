@@ -46,10 +46,11 @@ class HealthCounts:
         self.latency_s = Histogram(LATENCY_BOUNDS_S)  # last byte in -> estimate out
         self.nis = Histogram(NIS_BOUNDS)
         self._batch: EventBatch | None = None  # the events that are worked on
+        self.heard_ns = 0  # of the first of them
 
     def take_batch(self, batch: EventBatch) -> None:
         """Before the pipeline works on it."""
-        self._batch = batch
+        self._batch, self.heard_ns = batch, batch.t_ns.item(0)
         kinds = batch.kind.tobytes()
         for kind, channel in (*enumerate(batch.channels), (TICK, "tick")):
             last = kinds.rfind(kind)
