@@ -5,6 +5,7 @@ import pytest
 from tests.conftest import ROOT, small_aircraft
 from thrustd.core.aircraft import place_of, read_aircraft
 from thrustd.core.errors import ConfigError, RecordingError
+from thrustd.installation.installation import installation_from_files
 
 CITATION = read_aircraft((ROOT / "deploy" / "citation-ii.toml").read_text(), "citation-ii.toml")
 
@@ -43,3 +44,16 @@ def test_other_files_are_refused_in_one_line(text, words):
         read_aircraft(text, "other.toml")
     assert str(refused.value).startswith("other.toml: ")
     assert "\n" not in str(refused.value)
+
+
+def test_data_that_lack_what_the_installation_has_are_refused(aircraft):
+    """A spring rate for every mount of an engine, limits for every sensor."""
+    text = aircraft.files["citation-ii.toml"].decode()
+    for old, new, words in (
+        ("spring_n_mm = [5079.0, 5954.0]", "spring_n_mm = [5079.0]", "expected one for each of 2 mounts"),
+        ("accel_y_g = {", "accel_w_g = {", "limits: no accel_y_g"),
+    ):
+        assert old in text
+        files = {**aircraft.files, "citation-ii.toml": text.replace(old, new).encode()}
+        with pytest.raises(ConfigError, match=words):
+            installation_from_files(files, "test").pipeline()

@@ -15,6 +15,7 @@ from thrustd.sync import align
 from thrustd.sync.grid import Grid
 from thrustd.sync.hold import Hold
 
+SPRINGS = 5079.0, 5954.0  # N/mm
 RATE_HZ = 100.0
 COUNT_MM = 2.0**-40
 EFFECTS = [
@@ -218,7 +219,7 @@ def both_mounts():
 
 def test_both_mounts_of_an_engine_do_not_know_it_together():
     mounts = both_mounts()
-    (both,) = MountCombiner([(0, 1)]).step(mounts, np.ones(2, np.bool_), 0.1)
+    (both,) = MountCombiner([(0, 1)], SPRINGS).step(mounts, np.ones(2, np.bool_), 0.1)
     assert both["std_n"] == pytest.approx(np.hypot(np.hypot(30.0, 30.0), 40.0 + 40.0))
 
 
@@ -227,7 +228,7 @@ def test_both_mounts_of_an_engine_do_not_know_it_together():
     [((0.1, 0.1), 0.1 * 11033), ((-0.2, -0.1), -0.1 * 11033), ((0.5, 0.0), 0.0), ((0.5, -0.1), 0.0)],
 )
 def test_a_push_is_what_both_mounts_were_moved_by(moved_mm, push_n):
-    combiner, believed = MountCombiner([(0, 1)]), np.ones(2, np.bool_)
+    combiner, believed = MountCombiner([(0, 1)], SPRINGS), np.ones(2, np.bool_)
     mounts = both_mounts()
     assert combiner.step(mounts, believed, 0.1)[0]["push_n"] == 0.0
     mounts["deformation_mm"] += moved_mm
@@ -256,7 +257,7 @@ def test_the_share_of_a_mount_is_that_of_its_curve_until_the_engine_pulls(model)
     grid = Grid(2, 3, 10, Hold([("accel_x_g", 0)]), np.zeros((0, 3), np.int64))
     pair = [MountRoute(model, 50, grid, number, FusionSettings()) for number in (0, 1)]
     assert upper_share(*pair) == pytest.approx(0.5)
-    combiner, mounts, both = MountCombiner([(0, 1)], [0.46]), np.zeros(2, MOUNT_STATE), np.ones(2, np.bool_)
+    combiner, mounts, both = MountCombiner([(0, 1)], SPRINGS, [0.46]), np.zeros(2, MOUNT_STATE), np.ones(2, np.bool_)
     mounts["std_n"] = 10.0
     for force_n, zeros_n, seconds in ((600.0, 25.0, 120), (4000.0, 60.0, 300)):
         mounts["force_n"] = 0.46 * force_n + zeros_n, 0.54 * force_n - zeros_n

@@ -5,9 +5,12 @@ from math import nan
 import numpy as np
 import pytest
 
+from tests.conftest import ROOT
+from thrustd.core.aircraft import read_aircraft
 from thrustd.core.columns import MOUNT_STATE
 from thrustd.sensors.monitor import Layout, Monitor, MonitorInputs
 
+CITATION = read_aircraft((ROOT / "deploy" / "citation-ii.toml").read_text(), "citation-ii.toml")
 LAYOUT = Layout(("left_upper", "left_lower", "right_upper", "right_lower"), ((0, 1), (2, 3)))
 SHARES = (0.5, 0.5)
 START_S, END_S = 65.0, 90.0
@@ -44,7 +47,7 @@ def spoilt(kind, value, at_stuck, since_s, parts, rng):
 def fly(sensor=None, kind="", seconds=92.0, seed=0):
     """(t, fault) of the monitor in a straight climb with noise; `sensor` fails from START_S to END_S."""
     rng = np.random.default_rng(seed)
-    monitor, found, excluded, held = Monitor(LAYOUT, SHARES), [], [], None
+    monitor, found, excluded, held = Monitor(LAYOUT, CITATION, SHARES), [], [], None
     read = {}
     for k in range(round(seconds * 10)):
         t_s, last, read = k / 10, read, {}
@@ -114,7 +117,7 @@ def cruise(k, rng):
 
 def reports(change, seconds=80.0, start_s=65.0):
     """(seconds after the start, report) when `change(read, since_s)` spoils the readings from the start on."""
-    rng, monitor, found = np.random.default_rng(3), Monitor(LAYOUT, SHARES), []
+    rng, monitor, found = np.random.default_rng(3), Monitor(LAYOUT, CITATION, SHARES), []
     for k in range(round(seconds * 10)):
         read = cruise(k, rng)
         since_s = k / 10 - start_s
@@ -169,7 +172,7 @@ def test_a_jump_seen_as_two_half_jumps_is_an_offset():
 
 @pytest.mark.parametrize("sensor", [("accel_x_g", 0), ("mach", 0), ("deformation_mm", 2)])
 def test_what_jumps_between_two_looks_is_out_at_once(sensor):
-    rng, monitor = np.random.default_rng(5), Monitor(LAYOUT, SHARES)
+    rng, monitor = np.random.default_rng(5), Monitor(LAYOUT, CITATION, SHARES)
     for k in range(50):
         last = monitor_inputs(k, cruise(k, rng))
         monitor.step(last)

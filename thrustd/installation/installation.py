@@ -77,7 +77,14 @@ class Installation:
 
     def aircraft(self) -> AircraftData:
         name = self.config.aircraft.data or DATA
-        return read_aircraft(self._text(name), self._place(name))
+        aircraft = read_aircraft(self._text(name), self._place(name))
+        most = max(len(self.config.mounts_of(engine)) for engine in self.config.aircraft.engines)
+        if len(aircraft.spring_n_mm) < most:
+            given = len(aircraft.spring_n_mm)
+            raise ConfigError(
+                f"{self._place(name)}: spring_n_mm: {given} numbers, expected one for each of {most} mounts"
+            )
+        return aircraft
 
     def uncorrected(self) -> list[str]:
         """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""

@@ -78,7 +78,7 @@ class Pipeline:
         self._states = self._intake.states
         self._inputs = StepInputs(self._layout, self._hold, self._states)
         pairs = [[self._routes[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
-        self._monitor = Monitor(self._layout, [upper_share(pair[0], pair[-1]) for pair in pairs])
+        self._monitor = Monitor(self._layout, parts.aircraft, [upper_share(pair[0], pair[-1]) for pair in pairs])
         self._filters = tuple(ThrustFilter(settings, e, 0.5 / config.steps.estimate_hz) for e in range(len(engines)))
         place, numbers = self._inputs.place, range(len(engines))
         self._brochures = tuple(BrochureRoute(parts.deck, e, place) for e in numbers)

@@ -21,8 +21,6 @@ import numpy as np
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry
 
-UPPER_N_MM, LOWER_N_MM = 5079.0, 5954.0  # fore and aft spring rates of the two isolators, thesis table 4.1
-UPPER_SHARE = UPPER_N_MM / (UPPER_N_MM + LOWER_N_MM)
 MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN; idle says more of the transducers' zeros
 MAX_STEP_S = 1.0
 SHARE_STD = 0.006  # of one mount's part, when scaled from the other: 30 N of its own errors at 5 kN
@@ -54,9 +52,12 @@ def mounts_table(mounts_of_engine: Sequence[Sequence[int]]) -> Integers:
 class MountCombiner:
     """Keeps the slow load share of every engine."""
 
-    def __init__(self, mounts_of_engine: Sequence[Sequence[int]], shares: Sequence[float] = ()) -> None:
-        """By engine, its mounts: the upper one first; and that one's share to start from, else the spring rates say."""
-        self.rows = np.tile((UPPER_SHARE, MEMORY_N2_S), (len(mounts_of_engine), 1))
+    def __init__(
+        self, mounts_of_engine: Sequence[Sequence[int]], spring_n_mm: Sequence[float], shares: Sequence[float] = ()
+    ) -> None:
+        """By engine, its mounts: the upper one first; spring rates in that order; shares to start from, or they say."""
+        self._stiffness_n_mm = sum(spring_n_mm)
+        self.rows = np.tile((spring_n_mm[0] / self._stiffness_n_mm, MEMORY_N2_S), (len(mounts_of_engine), 1))
         if shares:
             self.rows[:, SHARE] = shares
         self.shares = self.rows[:, SHARE].copy()  # before anything was learnt of them
@@ -69,7 +70,7 @@ class MountCombiner:
 
         `mounts`: MOUNT_STATE by mount; `believed` (n_mounts,); forces that are not finite are not believed either.
         """
-        _combine(self.rows, self.mounts, self._lagged_mm, mounts, believed, dt_s, self._out)
+        _combine(self.rows, self.mounts, self._lagged_mm, mounts, believed, dt_s, self._stiffness_n_mm, self._out)
         return self._out
 
     def snapshot(self) -> list[list[float]]:
@@ -104,16 +105,17 @@ def _both(mounts: Any, mine: Any) -> tuple[float, float]:
 
 
 @compiled
-def _push_n(moved_mm: Floats, upper: int, lower: int) -> float:
+def _push_n(stiffness_n_mm: float, moved_mm: Floats, upper: int, lower: int) -> float:
     """NaN is no movement."""
     both = moved_mm[upper] * moved_mm[lower] > 0.0
     smaller = upper if abs(moved_mm[upper]) < abs(moved_mm[lower]) else lower
-    return (UPPER_N_MM + LOWER_N_MM) * moved_mm[smaller] if both else 0.0
+    return stiffness_n_mm * moved_mm[smaller] if both else 0.0
 
 
 def _combine_all(
-    rows: Floats, mounts_of: Any, lagged_mm: Floats, mounts: Any, believed: Any, dt_s: float, out: Any
-) -> None:
+    rows: Floats, mounts_of: Any, lagged_mm: Floats, mounts: Any, believed: Any, dt_s: float, stiffness_n_mm: float,
+    out: Any,
+) -> None:  # fmt: skip
     moved_mm = np.empty(len(lagged_mm))
     for i in range(len(lagged_mm)):
         measured_mm = mounts[i].deformation_mm
@@ -137,7 +139,7 @@ def _combine_all(
             if n == 2 and engine.force_n > 0.0:
                 _learn(rows[e], mounts[upper].force_n, engine.force_n, min(dt_s, MAX_STEP_S))
             if n == 2:
-                engine.push_n = _push_n(moved_mm, upper, lower)
+                engine.push_n = _push_n(stiffness_n_mm, moved_mm, upper, lower)
         elif n_usable > 0:
             part = rows[e, SHARE] if only == upper else 1.0 - rows[e, SHARE]
             force_n = mounts[only].force_n / part
@@ -149,6 +151,7 @@ def _combine_all(
 _TABLE, _ROW = numba.float64[:, ::1], numba.float64[::1]
 _SIGNATURE = numba.void(
     _TABLE, numba.int64[:, ::1], _ROW, numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64,
+    numba.float64,
     numba.from_dtype(ENGINE_MOUNTS)[::1],
 )  # fmt: skip
 _combine: Any = entry(compiled(_combine_all, _SIGNATURE, "numpy"))

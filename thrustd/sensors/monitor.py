@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from thrustd.core.aircraft import AircraftData
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.types import Fault, Status
 from thrustd.sensors.bank import SOURCES_OFF, Bank
@@ -54,16 +55,16 @@ class MonitorVerdict(NamedTuple):
 class Monitor:
     """Watches every sensor of the aircraft at 10 Hz. Mutable; `snapshot` / `restore` for the checkpoint."""
 
-    def __init__(self, layout: Layout, shares: Sequence[float] = ()) -> None:
+    def __init__(self, layout: Layout, aircraft: AircraftData, shares: Sequence[float] = ()) -> None:
         """`shares`: see `MountCombiner`."""
         self._layout = layout
-        self._combiner = MountCombiner(layout.mounts_of_engine, shares)
+        self._combiner = MountCombiner(layout.mounts_of_engine, aircraft.spring_n_mm, shares)
         self._sources: tuple[tuple[Sensor, ...], ...] = tuple(
             (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
             for engine, mounts in enumerate(layout.mounts_of_engine)
         )
         self._all_mounts = np.ones(len(layout.mount_names), np.bool_)
-        self._watches = Watches(layout)
+        self._watches = Watches(layout, aircraft.limits)
         place = self._watches.sensors.index
         engines = range(len(layout.mounts_of_engine))
         spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])

@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from msgspec.structs import astuple
 
+from thrustd.core.aircraft import SensorLimits
 from thrustd.core.jit import compiled
-from thrustd.sensors.limits import ALONE_STUCK_S, FLYING_MACH, TURNING_N1_PCT, SensorLimits
+from thrustd.sensors.limits import ALONE_STUCK_S, FLYING_MACH, TURNING_N1_PCT
 from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS
 
 STEP_S = 0.1
@@ -94,7 +96,7 @@ def fresh_rows(n: int) -> Floats:
 
 def limit_rows(limits: list[SensorLimits]) -> Floats:
     """(n, 8), one row per sensor."""
-    return np.array(limits, dtype=np.float64)
+    return np.array([astuple(each) for each in limits], dtype=np.float64)
 
 
 def is_sane(rows: Floats) -> bool:

@@ -1,11 +1,13 @@
 """The watches of every sensor of the aircraft, stepped at once (see `signal_watch`)."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from thrustd.core.aircraft import SensorLimits
 from thrustd.core.columns import Floats
-from thrustd.sensors.limits import LIMITS
+from thrustd.core.errors import ConfigError
 from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS, Layout, Sensor
 from thrustd.sensors.signal_watch import WITNESS_STEPS, SignalWatch, fresh_rows, is_sane, leapt, limit_rows, watch
 
@@ -13,11 +15,12 @@ from thrustd.sensors.signal_watch import WITNESS_STEPS, SignalWatch, fresh_rows,
 class Watches:
     """Mutable; `snapshot` / `restore` for the checkpoint."""
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, limits: Mapping[str, SensorLimits]) -> None:
+        """`limits` by signal; ConfigError when one is missing."""
         self.sensors = layout.sensors()
-        n = len(self.sensors)
+        self._by_signal, n = limits, len(self.sensors)
         self._size = len(layout.mount_names), len(layout.mounts_of_engine)
-        self._rows, self._limits = fresh_rows(n), limit_rows([LIMITS[name] for name, _ in self.sensors])
+        self._rows, self._limits = fresh_rows(n), limit_rows([_limits_of(name, limits) for name, _ in self.sensors])
         self._of = {sensor: SignalWatch(row) for sensor, row in zip(self.sensors, self._rows, strict=True)}
 
     def __getitem__(self, sensor: Sensor) -> SignalWatch:
@@ -37,13 +40,13 @@ class Watches:
         if not leapt(self._rows, self._limits, readings):
             return frozenset()
         pairs = zip(self.sensors, readings.tolist(), strict=True)
-        return frozenset(s for s, value in pairs if abs(self._of[s].step_to(value)) > LIMITS[s[0]].jump)
+        return frozenset(s for s, value in pairs if abs(self._of[s].step_to(value)) > self._by_signal[s[0]].jump)
 
     def followed(self, sensor: Sensor) -> bool:
         """Another signal of the engine moved too within the last second, and is not in doubt."""
         name, engine = sensor
         others = [(self._of[other, engine], other) for other in ENGINE_SIGNALS if other != name]
-        return any([abs(w.change(WITNESS_STEPS)) > LIMITS[o].moves and not w.doubted for w, o in others])
+        return any([abs(w.change(WITNESS_STEPS)) > self._by_signal[o].moves and not w.doubted for w, o in others])
 
     def forget_last_values(self) -> None:
         """Nobody watched for a while: a change since the last value is not a jump."""
@@ -64,3 +67,9 @@ class Watches:
             return False
         self._rows[:] = found
         return True
+
+
+def _limits_of(signal: str, limits: Mapping[str, SensorLimits]) -> SensorLimits:
+    if signal not in limits:
+        raise ConfigError(f"aircraft data: limits: no {signal}, which every aircraft has a sensor of")
+    return limits[signal]
