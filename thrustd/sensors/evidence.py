@@ -60,49 +60,49 @@ def _pattern(which: int, parts: Parts) -> Floats:
 @compiled
 def _project(a: Floats, z: Floats, n: int, pattern: Floats, f: Floats, g: Floats) -> None:
     """G = V' A V (n, n) and g = V' z (n,) of a fault in any of the rows."""
+    ours = np.flatnonzero(pattern)
     for i in range(n):
         g[i] = 0.0
-        for s in range(N_SOURCES):
-            if pattern[s] != 0.0:
-                g[i] += pattern[s] * z[i * N_SOURCES + s]
+        for s in ours:
+            g[i] += pattern[s] * z[i * N_SOURCES + s]
         for j in range(i + 1):
             dot = 0.0
-            for s in range(N_SOURCES):
-                if pattern[s] != 0.0:
-                    for r in range(N_SOURCES):
-                        if pattern[r] != 0.0:
-                            dot += pattern[s] * pattern[r] * a[i * N_SOURCES + s, j * N_SOURCES + r]
+            for s in ours:
+                for r in ours:
+                    dot += pattern[s] * pattern[r] * a[i * N_SOURCES + s, j * N_SOURCES + r]
             f[i, j] = f[j, i] = dot
 
 
 @compiled
-def _middle(shape: Floats, size_n: float, f: Floats, m: int, work: Floats) -> float:
-    """Lower factor of M = 1 + L' G L, (m, m), in `work`; -> half of its ln det."""
-    product = np.zeros((m, m))
-    for i in range(m):
-        for j in range(m):
-            for k in range(j, m):
-                product[i, j] += f[i, k] * shape[k, j]
-    for i in range(m):
+def _grow(shape: Floats, f: Floats, k: int, across: Floats, q: Floats) -> None:
+    """L' G L of the newest k rows becomes that of k + 1; of `q` the lower half counts, `across` is written over."""
+    for j in range(k + 1):
+        across[j] = 0.5 * f[k, k] * shape[k, j]
+        for i in range(j, k):
+            across[j] += f[k, i] * shape[i, j]
+        q[k, j] = 0.0
+    for i in range(k + 1):
         for j in range(i + 1):
-            work[i, j] = 1.0 if i == j else 0.0
-            for k in range(i, m):
-                work[i, j] += size_n * size_n * shape[k, i] * product[k, j]
-    return factor(work, m)
+            q[i, j] += shape[k, i] * across[j] + across[i] * shape[k, j]
 
 
 @compiled
 def _update(
-    shape: Floats, size_n: float, f: Floats, g: Floats, u: Floats, m: int, work: Floats
+    shape: Floats, size_n: float, q: Floats, g: Floats, u: Floats, m: int, work: Floats, lg: Floats, lu: Floats
 ) -> tuple[float, float, float]:
     """-> ln of the likelihood ratio, change of T0 and of its variance, for a fault in the newest m rows.
 
-    `shape` (n, n): lower factor of the fault's correlation; `u` = V' A c.
+    `shape` (n, n): lower factor of the fault's correlation; `q` (m, m): L' G L; `u` = V' A c; `work` becomes the lower
+    factor of M; `lg`, `lu` are written over.
     """
-    half = _middle(shape, size_n, f, m, work)
-    lg, lu = np.zeros(m), np.zeros(m)
+    for i in range(m):
+        for j in range(i + 1):
+            work[i, j] = size_n * size_n * q[i, j]
+        work[i, i] += 1.0
+    half = factor(work, m)
     fit = moved_n = more_n2 = 0.0
     for i in range(m):
+        lg[i] = lu[i] = 0.0
         for k in range(i, m):
             lg[i] += size_n * shape[k, i] * g[k]
             lu[i] += size_n * shape[k, i] * u[k]
@@ -182,16 +182,21 @@ def weigh(rows: Floats, n: int, share: float, found: int, out: Floats) -> None:
     fresh, lasting = _fault_shape(rows, n, FAULT_S), _fault_shape(rows, n, LASTING_S)
     logs, said = np.empty(2 * n), np.empty((2 * n, 2))
     f, g, u, work = np.empty((n, n)), np.empty(n), np.zeros(n), np.empty((n, n))
+    q, across, lg, lu = np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
     for which in range(1, N_HYPOTHESES):
         pattern = _pattern(which, parts)
         _project(a, z, n, pattern, f, g)
         for i in range(n):
             u[i] = np.sum(pattern * ac[i * N_SOURCES : (i + 1) * N_SOURCES])
-        for at in range(2 * n):
-            m, size_n = 1 + at // 2, SIZES_N[which - 1][at % 2]
-            ratio, moved_n, more_n2 = _update(lasting if m == n else fresh, size_n, f, g, u, m, work)
-            logs[at] = log(_prior(which, m, n, found)) + ratio
-            said[at, 0], said[at, 1] = out[WELL, 1] + moved_n, out[WELL, 2] + more_n2
+        for m in range(1, n + 1):
+            shape = lasting if m == n else fresh
+            for k in range(0 if m == n else m - 1, m):  # another shape begins anew
+                _grow(shape, f, k, across, q)
+            for at in range(2 * m - 2, 2 * m):
+                size_n = SIZES_N[which - 1][at % 2]
+                ratio, moved_n, more_n2 = _update(shape, size_n, q, g, u, m, work, lg, lu)
+                logs[at] = log(_prior(which, m, n, found)) + ratio
+                said[at, 0], said[at, 1] = out[WELL, 1] + moved_n, out[WELL, 2] + more_n2
         _sum_up(logs, said, out[which])
     out[:, 0] = np.exp(out[:, 0] - out[:, 0].max())
     out[:, 0] /= out[:, 0].sum()

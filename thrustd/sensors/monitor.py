@@ -63,6 +63,12 @@ class Monitor:
             (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
             for engine, mounts in enumerate(layout.mounts_of_engine)
         )
+        self._mine = [  # whatever matters to an engine
+            {(name, i) for name in MOUNT_SIGNALS for i in mounts}
+            | {(name, engine) for name in ENGINE_SIGNALS}
+            | {(name, 0) for name in AIRCRAFT_SIGNALS}
+            for engine, mounts in enumerate(layout.mounts_of_engine)
+        ]
         self._all_mounts = np.ones(len(layout.mount_names), np.bool_)
         self._watches = Watches(layout, aircraft.limits)
         place = self._watches.sensors.index
@@ -139,8 +145,7 @@ class Monitor:
         return np.array([("deformation_mm", i) not in self._excluded for i in range(len(self._all_mounts))])
 
     def _status(self, engine: int) -> int:
-        mine = {(name, i) for name in MOUNT_SIGNALS for i in self._layout.mounts_of_engine[engine]}
-        mine |= {(name, engine) for name in ENGINE_SIGNALS} | {(name, 0) for name in AIRCRAFT_SIGNALS}
+        mine = self._mine[engine]
         doubted = {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
         doubted |= {sensor: "" for sensor in self._judged() if sensor in mine and sensor not in doubted}
         status = Status.SENSOR_DOUBTED if doubted else Status(0)
@@ -194,6 +199,8 @@ class Monitor:
 
     def _judged(self) -> list[Sensor]:
         """By the bank and by what the aircraft does."""
+        if not (self._sat_stuck or self.bank.found.any()):
+            return []  # all is well
         judged: list[Sensor] = [("sat_degC", 0)] if self._sat_stuck else []
         for engine, found in enumerate(self.bank.found.tolist()):
             if found != BROCHURE_OFF:  # its sensors are well: it is the engine or the air data
@@ -264,9 +271,11 @@ class Monitor:
         faults: list[Fault] = []
         for engine, found in enumerate(self._nameable(t_ns)):
             route, before = ROUTES_OFF.get(found, ""), self._failed[engine]
+            if route == before:
+                continue
             shared = self._all_mounts_off() or not self._watches.trusts(ACCELERATION)
-            if route == before or (found == MOUNTS_OFF and shared and not before):
-                continue  # nothing new, or it is the acceleration, which all mounts share
+            if found == MOUNTS_OFF and shared and not before:
+                continue  # it is the acceleration, which all mounts share
             name = self._layout.engine_names[engine]
             if before:
                 faults.append(Fault(t_ns, f"{before}[{name}]", "failed", active=False))
