@@ -10,11 +10,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from tests.wire.one_by_one import decode_batch, encode_batch
 from thrustd.core.types import Estimate, Event, Fault, Frame, MountOutput, Reading, Tick
 from thrustd.sinks.mcap_log import LogWriter, new_log
 from thrustd.sources.mcap_log import LogFile
 from thrustd.wire.adc_frames import encode
-from thrustd.wire.event_batch import decode_batch, encode_batch
 from thrustd.wire.log_layout import LogHeader
 
 HEADER = LogHeader(engines=("left", "right"), mounts=("left_upper", "left_lower", "right_upper", "right_lower"))

@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from tests.wire.one_by_one import adc_items, can_items, deframed
 from thrustd.core.types import Frame
 from thrustd.wire.adc_frames import AdcDecoder, encode
 from thrustd.wire.can_decoder import CanDecoder
@@ -32,19 +33,19 @@ def us_each(work: Callable[[], object]) -> float:
 def deframe(chunks: list[bytes]) -> None:
     deframer = Deframer()
     for chunk in chunks:
-        deframer.feed(chunk)
+        deframed(deframer, chunk)
 
 
 def decode_adc(chunks: list[bytes], chunk_ns: int) -> None:
     decoder = AdcDecoder(4, 1000)
     for number, chunk in enumerate(chunks):
-        decoder.feed(number * chunk_ns, chunk)
+        adc_items(decoder, number * chunk_ns, chunk)
 
 
 def decode_can(table: CanTable, frames: list[Frame]) -> None:
     decoder = CanDecoder(table)
     for frame in frames:
-        decoder.feed(frame)
+        can_items(decoder, frame)
 
 
 def main() -> None:

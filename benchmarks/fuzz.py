@@ -20,10 +20,11 @@ from typing import NamedTuple
 
 from rich.progress import Progress
 
+from tests.wire.one_by_one import AdcSample, adc_items, can_items
 from tests.wire.test_fuzz import DBC_TEXT, mutated_stream, resident_kb
 from thrustd.core.faults import FAULT_KINDS
 from thrustd.core.types import Fault, Frame
-from thrustd.wire.adc_frames import AdcDecoder, AdcSample
+from thrustd.wire.adc_frames import AdcDecoder
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
@@ -51,7 +52,7 @@ def serial_round(seed: int) -> Tried:
     for t_ns, data in mutated_stream(ROUND_FRAMES, dice):
         data = data if dice.random() < 0.8 else dice.randbytes(dice.randrange(60))
         sent += len(data)
-        for item in decoder.feed(t_ns, data):
+        for item in adc_items(decoder, t_ns, data):
             if isinstance(item, AdcSample):
                 assert item.counts == (item.sequence & 0xFFFF, -item.sequence & 0xFFFF, 0, 7), (seed, item)
                 assert item.sequence > last, (seed, item)
@@ -70,7 +71,7 @@ def can_round(seed: int) -> Tried:
         if dice.random() < 0.7:
             value = dice.choice((dice.gauss(0, 1), dice.uniform(-1e9, 1e9), float("inf"), float("nan"), 0.0))
             data = struct.pack(">BBBBf", 1, dice.choice((2, 2, 2, 7)), 0, step // len(idents) & 255, value)
-        for item in decoder.feed(Frame(step * 300_000, "can", dice.choice(idents), data)):
+        for item in can_items(decoder, Frame(step * 300_000, "can", dice.choice(idents), data)):
             assert isinstance(item, Fault) or item.value - item.value == 0, (seed, item)
     return Tried(can_messages=ROUND_MESSAGES)
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from benchmarks.fusion_flights import FLIGHTS, PH_LAB
 from benchmarks.integrity_edits import Array, Channel, Edit, Surroundings
+from tests.wire.one_by_one import AdcSample, adc_items
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.types import Event, Frame, Tick
 from thrustd.installation.installation import Installation
@@ -16,7 +17,7 @@ from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
 from thrustd.twin.sensors import COUNT_LIMIT, COUNT_MM
-from thrustd.wire.adc_frames import AdcDecoder, AdcSample, encode
+from thrustd.wire.adc_frames import AdcDecoder, encode
 from thrustd.wire.can_frames import CanEncoder
 
 Integers = npt.NDArray[np.int64]
@@ -73,7 +74,9 @@ def _columns(events: Iterator[Event]) -> Wire:
             case Tick():
                 kinds.append(0)
             case Frame(channel="adc"):
-                found = [sample for sample in decoder.feed(event.t_ns, event.data) if isinstance(sample, AdcSample)]
+                found = [
+                    sample for sample in adc_items(decoder, event.t_ns, event.data) if isinstance(sample, AdcSample)
+                ]
                 if not found:
                     continue
                 kinds.append(1)

@@ -17,12 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.hil.test_hil import PATIENCE_S, ServiceManager, start, write_aircraft
+from tests.wire.one_by_one import AdcSample, adc_items
 from thrustd.core.types import Frame, MountOutput, Output
 from thrustd.installation.installation import WarmStart, read_installation
 from thrustd.replay.replay import open_installation
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
-from thrustd.wire.adc_frames import AdcDecoder, AdcSample
+from thrustd.wire.adc_frames import AdcDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 FLOOR_N = 1000.0
@@ -135,7 +136,7 @@ class AdcClock:
         adc = open_installation(log, None).config.adc
         decoder, self._near_us = AdcDecoder(adc.channels, adc.sample_hz), 0.4e6 / adc.sample_hz
         chunks = (event for event in log.events() if isinstance(event, Frame) and event.channel == "adc")
-        items = (item for event in chunks for item in decoder.feed(event.t_ns, event.data))
+        items = (item for event in chunks for item in adc_items(decoder, event.t_ns, event.data))
         samples = [(item.device_time_us, item.t_ns) for item in items if isinstance(item, AdcSample)]
         self._samples_us, arrived_ns = np.array(samples).T
         self._offset_us = np.min(arrived_ns / 1000 - self._samples_us)  # a sample is never newer than its arrival

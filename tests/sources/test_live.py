@@ -18,6 +18,7 @@ import pytest
 import serial
 from can.interfaces.socketcan import SocketcanBus
 
+from tests.wire.one_by_one import AdcSample, adc_items
 from thrustd.core.errors import ConfigError
 from thrustd.core.types import Event, Fault, Frame, Tick
 from thrustd.sources.can_bus import CAN_FRAME, CanBus
@@ -25,7 +26,7 @@ from thrustd.sources.merge import TAKE_EVENTS, EventQueue, merged
 from thrustd.sources.paced import at_baud, paced
 from thrustd.sources.serial_port import SerialPort
 from thrustd.sources.ticker import Ticker
-from thrustd.wire.adc_frames import AdcDecoder, AdcSample, encode
+from thrustd.wire.adc_frames import AdcDecoder, encode
 from thrustd.wire.can_table import EXTENDED_BIT
 
 LIMIT_S = 20.0
@@ -94,7 +95,7 @@ def test_serial_bytes_arrive_whole_and_in_order(terminal: Terminal) -> None:
     port.stop()
     assert b"".join(event.data for event in events if isinstance(event, Frame)).lstrip(b"\0") == sent
     decoder = AdcDecoder(2, 1000)
-    items = [item for e in events if isinstance(e, Frame) for item in decoder.feed(e.t_ns, e.data)]
+    items = [item for e in events if isinstance(e, Frame) for item in adc_items(decoder, e.t_ns, e.data)]
     assert [item.counts for item in items if isinstance(item, AdcSample)] == [(n, -n) for n in range(300)]
     times = [event.t_ns for event in events]
     assert times == sorted(times)

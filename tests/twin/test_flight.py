@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.wire.one_by_one import AdcSample, adc_items, can_items
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.types import Fault, Frame, Reading, Tick
 from thrustd.records.files import read_recording
@@ -16,7 +17,7 @@ from thrustd.twin.airframe import ENGINES, MOUNTS, carried_n, draw_airframe, set
 from thrustd.twin.faults import SensorFault
 from thrustd.twin.flight import Rates, Truth, fly, scripted_flight, write_flight
 from thrustd.twin.sensors import COUNT_MM
-from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder, AdcSample
+from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
@@ -47,7 +48,7 @@ def decoded(items, table, sample_hz=100.0):
     samples, readings, faults = [], defaultdict(list), []
     for item in items:
         if isinstance(item, Frame):
-            for out in adc.feed(item.t_ns, item.data) if item.channel == "adc" else can.feed(item):
+            for out in adc_items(adc, item.t_ns, item.data) if item.channel == "adc" else can_items(can, item):
                 if isinstance(out, AdcSample):
                     samples.append(out)
                 elif isinstance(out, Reading):

@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.wire.one_by_one import AdcSample, adc_items
 from thrustd.core.columns import CHANNEL_FAULT
 from thrustd.core.types import Fault
-from thrustd.wire.adc_frames import COUNTS_HIGH, COUNTS_LOW, AdcDecoder, AdcSample, encode
+from thrustd.wire.adc_frames import COUNTS_HIGH, COUNTS_LOW, AdcDecoder, encode
 from thrustd.wire.framing import encode_frame
 
 HZ = 1000
@@ -26,7 +27,7 @@ def frame(number: int, counts: tuple[int, ...] = COUNTS, start_us: int = 0) -> t
 
 def decode(frames: Iterable[tuple[int, bytes]], n_channels: int = 4) -> list[AdcSample | Fault]:
     decoder = AdcDecoder(n_channels, HZ)
-    return [item for t_ns, data in frames for item in decoder.feed(t_ns, data)]
+    return [item for t_ns, data in frames for item in adc_items(decoder, t_ns, data)]
 
 
 def samples(items: list[AdcSample | Fault]) -> list[int]:
@@ -46,9 +47,9 @@ def faults(items: list[AdcSample | Fault]) -> list[tuple[str, str, int]]:
 def test_round_trip_whole_and_byte_by_byte(sequence: int, time_us: int, counts: tuple[int, ...]) -> None:
     data = encode(sequence, time_us, counts)
     expected = [AdcSample(7, sequence, time_us, counts)]
-    assert AdcDecoder(len(counts), HZ).feed(7, data) == expected
+    assert adc_items(AdcDecoder(len(counts), HZ), 7, data) == expected
     decoder = AdcDecoder(len(counts), HZ)
-    assert [item for byte in data for item in decoder.feed(7, bytes([byte]))] == expected
+    assert [item for byte in data for item in adc_items(decoder, 7, bytes([byte]))] == expected
 
 
 def test_the_wire_layout_is_the_one_of_the_icd() -> None:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.wire.one_by_one import can_items
 from thrustd.core.errors import ConfigError
 from thrustd.core.types import Fault, Frame, Reading
 from thrustd.wire.can_decoder import CanDecoder
@@ -33,7 +34,7 @@ def kinds(items: list[Reading | Fault]) -> list[str]:
 
 def feed(*frames: Frame) -> list[str]:
     decoder = CanDecoder(INPUTS)
-    return kinds([item for frame in frames for item in decoder.feed(frame)])
+    return kinds([item for frame in frames for item in can_items(decoder, frame)])
 
 
 def test_the_table_covers_the_identifiers_of_the_icd() -> None:
@@ -50,7 +51,9 @@ def test_decoding_agrees_with_cantools(ident: int, raw: float, code: int) -> Non
     data = described.encode(values, strict=False)
     field = INPUTS.messages[ident].fields[0]
     expected = described.decode(data)[name] * field.scale + field.offset
-    assert CanDecoder(INPUTS).feed(Frame(5, "can", ident, data)) == [Reading(5, field.signal, field.index, expected)]
+    assert can_items(CanDecoder(INPUTS), Frame(5, "can", ident, data)) == [
+        Reading(5, field.signal, field.index, expected)
+    ]
 
 
 @given(st.sampled_from((1850, 1851, 1852, 1853)), float32)
@@ -77,7 +80,7 @@ def test_a_status_is_a_bit_string(engine: int, bits: int) -> None:
 def test_every_row_comes_back_through_the_wire(row: CanRow) -> None:
     encoder, decoder = CanEncoder(INPUTS, node_id=1), CanDecoder(INPUTS)
     for value in (0.25, 0.5):
-        [reading] = decoder.feed(Frame(1, "can", *encoder.encode(row.signal, row.index, value)))
+        [reading] = can_items(decoder, Frame(1, "can", *encoder.encode(row.signal, row.index, value)))
         assert reading[:3] == (1, row.signal, row.index)
         assert reading[3] == pytest.approx(value, abs=2e-5)
 
@@ -91,7 +94,7 @@ def test_every_row_comes_back_through_the_wire(row: CanRow) -> None:
     ],
 )  # fmt: skip
 def test_units_become_those_of_the_catalogue(ident: int, raw: float, signal: str, value: float) -> None:
-    [reading] = CanDecoder(INPUTS).feed(message(0, raw, ident=ident))
+    [reading] = can_items(CanDecoder(INPUTS), message(0, raw, ident=ident))
     assert isinstance(reading, Reading)
     assert reading.signal == signal
     assert reading.value == pytest.approx(value, rel=1e-6, abs=1e-4)
@@ -99,7 +102,7 @@ def test_units_become_those_of_the_catalogue(ident: int, raw: float, signal: str
 
 def test_losses_are_counted_over_the_wrap_of_the_message_code() -> None:
     decoder = CanDecoder(INPUTS)
-    items = [item for code in (254, 255, 256, 260, 261) for item in decoder.feed(message(code))]
+    items = [item for code in (254, 255, 256, 260, 261) for item in can_items(decoder, message(code))]
     assert [item for item in items if isinstance(item, Fault)] == [Fault(0, "can[Engine1_N1]", "lost", count=3)]
     assert kinds(items).count("n1_pct") == 5
 
@@ -154,7 +157,7 @@ def test_floats_of_every_length_are_those_of_the_struct_module(length: int, litt
     bits = Bits(8 if little else 15, length, little, FLOAT)
     field = CanField(bits, 1.0, 0.0, "thrust_N", 0)
     table = CanTable({1: CanMessage(1, "F", 1 + len(raw), bytes, (), frozenset(), (field,))})
-    [item] = CanDecoder(table).feed(Frame(0, "can", 1, b"\xff" + raw))
+    [item] = can_items(CanDecoder(table), Frame(0, "can", 1, b"\xff" + raw))
     assert item == (
         Reading(0, "thrust_N", 0, value) if math.isfinite(value) else Fault(0, "thrust_N[0]", "out_of_range")
     )
@@ -169,7 +172,7 @@ def test_another_bus_is_another_file() -> None:
     readings = {
         (item.signal, item.index): item.value
         for ident, data in ((256, packed), (2566834709, aligned))
-        for item in decoder.feed(Frame(0, "can", ident, data))
+        for item in can_items(decoder, Frame(0, "can", ident, data))
         if isinstance(item, Reading)
     }
     assert readings == pytest.approx(

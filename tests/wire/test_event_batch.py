@@ -4,10 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.wire.one_by_one import decode_batch, encode_batch
 from thrustd.core.errors import LogError
 from thrustd.core.faults import FAULT_KINDS
 from thrustd.core.types import Event, Fault, Frame, Tick
-from thrustd.wire.event_batch import Messages, decode_batch, encode_batch
+from thrustd.wire.event_batch import Messages
 
 t_ns = st.integers(-(2**63), 2**63 - 1)
 events = st.lists(

@@ -3,18 +3,19 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.wire.one_by_one import deframed
 from thrustd.wire.framing import DEFAULT_MAX_FRAME_BYTES, Deframer, encode_frame
 
 payloads = st.lists(st.binary(min_size=1, max_size=48), max_size=8)
 
 
 def fed_whole(stream: bytes) -> list[bytes | None]:
-    return list(Deframer().feed(stream))
+    return deframed(Deframer(), stream)
 
 
 def fed_bytewise(stream: bytes) -> list[bytes | None]:
     deframer = Deframer()
-    return [item for i in range(len(stream)) for item in deframer.feed(stream[i : i + 1])]
+    return [item for i in range(len(stream)) for item in deframed(deframer, stream[i : i + 1])]
 
 
 @given(payloads)
@@ -28,7 +29,7 @@ def test_payloads_come_out_as_they_went_in(sent: list[bytes]) -> None:
 def test_the_cut_of_noise_does_not_matter(noise: bytes, cuts: list[int]) -> None:
     deframer, found, at = Deframer(), [], 0
     for cut in [*cuts, len(noise)]:
-        found += deframer.feed(noise[at : at + cut])
+        found += deframed(deframer, noise[at : at + cut])
         at += cut
     assert found == fed_whole(noise) == fed_bytewise(noise)
 
@@ -49,8 +50,8 @@ def test_one_flipped_bit_never_passes(payload: bytes, data: st.DataObject) -> No
 def test_trailing_bytes_wait_for_their_delimiter() -> None:
     first, second = encode_frame(b"first"), encode_frame(b"second")
     deframer = Deframer()
-    assert deframer.feed(first + second[:3]) == [b"first"]
-    assert deframer.feed(second[3:]) == [b"second"]
+    assert deframed(deframer, first + second[:3]) == [b"first"]
+    assert deframed(deframer, second[3:]) == [b"second"]
 
 
 def test_every_damage_is_told() -> None:
@@ -64,6 +65,6 @@ def test_every_damage_is_told() -> None:
 
 def test_an_endless_run_without_delimiter_costs_one_fault_and_no_memory() -> None:
     deframer = Deframer()
-    found = [item for _ in range(1000) for item in deframer.feed(b"\x01" * 100)]
+    found = [item for _ in range(1000) for item in deframed(deframer, b"\x01" * 100)]
     assert found == [None]
-    assert deframer.feed(b"\x00" + encode_frame(b"after")) == [b"after"]
+    assert deframed(deframer, b"\x00" + encode_frame(b"after")) == [b"after"]

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.wire.one_by_one import AdcSample, adc_items, can_items
 from thrustd.core.errors import ConfigError
 from thrustd.core.faults import FAULT_KINDS
 from thrustd.core.types import Fault, Frame, Reading
-from thrustd.wire.adc_frames import AdcDecoder, AdcSample, encode
+from thrustd.wire.adc_frames import AdcDecoder, encode
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
@@ -29,7 +30,7 @@ def resident_kb() -> int:
 def test_five_million_random_bytes_give_no_sample() -> None:
     dice, decoder, kinds, before_kb = np.random.default_rng(1), AdcDecoder(4, 1000), Counter[str](), resident_kb()
     for step in range(5000):
-        for item in decoder.feed(step * 1_000_000, dice.bytes(1000)):
+        for item in adc_items(decoder, step * 1_000_000, dice.bytes(1000)):
             assert isinstance(item, Fault)
             kinds[item.kind] += 1
     assert set(kinds) <= set(FAULT_KINDS)
@@ -60,7 +61,7 @@ def test_five_million_mutated_bytes_never_give_a_wrong_sample() -> None:
     decoder, before_kb, good, sent_bytes, last = AdcDecoder(4, 1000), resident_kb(), 0, 0, -1
     for t_ns, data in mutated_stream(n_frames, random.Random(2)):
         sent_bytes += len(data)
-        for item in decoder.feed(t_ns, data):
+        for item in adc_items(decoder, t_ns, data):
             if isinstance(item, AdcSample):
                 number = item.sequence
                 assert item.counts == (number & 0xFFFF, -number & 0xFFFF, 0, 7)
@@ -86,7 +87,7 @@ def test_a_million_can_messages_random_and_mutated() -> None:
         else:
             at = step * 7 & 0xFF00
             data = noise[at : at + lengths[choice & 15]]
-        for item in decoder.feed(Frame(step * 300_000, "can", idents[step % len(idents)], data)):
+        for item in can_items(decoder, Frame(step * 300_000, "can", idents[step % len(idents)], data)):
             kinds[item.kind if isinstance(item, Fault) else "reading"] += 1
             if isinstance(item, Reading):
                 assert item.value - item.value == 0

@@ -16,7 +16,7 @@ Rules, with d = sequence step modulo 2^16 and D = device time step modulo 2^32:
 """
 
 from struct import Struct
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numba
 import numpy as np
@@ -74,15 +74,6 @@ _STATE = np.dtype(
 )
 
 
-class AdcSample(NamedTuple):
-    """All channels of one sample instant, counters unwrapped."""
-
-    t_ns: int  # arrival
-    sequence: int
-    device_time_us: int
-    counts: tuple[int, ...]  # CHANNEL_FAULT where a channel has no value
-
-
 def encode(sequence: int, device_time_us: int, counts: tuple[int, ...]) -> bytes:
     """One frame as the ADC sends it, delimiter included; both counters wrap as on the wire."""
     layout = _LAYOUTS[len(counts)]
@@ -118,16 +109,6 @@ class AdcDecoder:
         channel = row.item(PLACE)
         where = self._where if channel < 0 else f"{self._where}[{channel}]"
         return Fault(t_ns, where, *KINDS[row.item(KIND) - 1], row.item(COUNT))
-
-    def feed(self, t_ns: int, data: bytes) -> list[AdcSample | Fault]:
-        """What the chunk `data`, arrived at `t_ns`, completes. Never raises."""
-        one = np.array([t_ns], np.int64), np.frombuffer(bytearray(data), np.uint8), np.array([len(data)], np.int64)
-        return [
-            AdcSample(t_ns, row.item(SEQUENCE), row.item(DEVICE_US), tuple(row[COUNTS:].tolist()))
-            if row[KIND] == GOOD
-            else self.fault(t_ns, row)
-            for row in self.decode(*one, np.zeros(1, np.bool_))
-        ]
 
 
 @compiled

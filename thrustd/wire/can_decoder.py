@@ -13,10 +13,10 @@ from typing import Any, Final
 import numba
 import numpy as np
 
-from thrustd.core.columns import COUNT, EVENT, GOOD, KIND, PLACE, SLOT, Bytes, Flags, Floats, Integers
+from thrustd.core.columns import COUNT, EVENT, GOOD, KIND, PLACE, Bytes, Flags, Floats, Integers
 from thrustd.core.jit import compiled
 from thrustd.core.signals import CATALOGUE
-from thrustd.core.types import Fault, Frame, Reading
+from thrustd.core.types import Fault
 from thrustd.wire.can_table import FLOAT, SIGNED, CanTable
 
 CODE_MASK: Final = 0xFF
@@ -93,22 +93,6 @@ class CanDecoder:
             signal, index = self.slots[place]
             return Fault(t_ns, f"{signal}[{index}]", KINDS[kind - 1])
         return Fault(t_ns, self._fault_places[place], KINDS[kind - 1], count=count)
-
-    def feed(self, frame: Frame) -> list[Reading | Fault]:
-        """What one message says. Never raises."""
-        t_ns, _, ident, data = frame
-        one = np.array([[t_ns], [ident], [len(data)]], np.int64)
-        rows, values = self.decode(
-            one[0], one[1], np.frombuffer(bytearray(data), np.uint8), one[2], np.zeros(1, np.bool_)
-        )
-        return [
-            _reading(t_ns, self.slots[row.item(SLOT)], value) if row[KIND] == GOOD else self.fault(t_ns, row)
-            for row, value in zip(rows, values.tolist(), strict=True)
-        ]
-
-
-def _reading(t_ns: int, slot: tuple[str, int], value: float) -> Reading:
-    return Reading(t_ns, slot[0], slot[1], value)
 
 
 @compiled

@@ -193,17 +193,6 @@ class Messages:
         return batch
 
 
-def decode_batch(payload: bytes) -> tuple[int, Sequence[Event]]:
-    """Number of the first event, and the events of one message; LogError when the bytes are no batch of events."""
-    messages = Messages([payload])
-    return messages.first_numbers[0], messages.batch.events()
-
-
-def encode_batch(first_number: int, events: Sequence[Event]) -> bytes:
-    """`events` (at most 65535, each at most 64 KiB of data) as one message."""
-    return EventBatch.of(events).encode(first_number)
-
-
 @compiled
 def _number(raw: Bytes, at: int, n: int) -> Any:
     value = np.int64(0)

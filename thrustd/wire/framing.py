@@ -48,17 +48,8 @@ class Deframer:
         self._place = np.zeros(2, np.int64)
         self._room = _room(0, max_frame_bytes)
 
-    def feed(self, data: bytes) -> list[bytes | None]:
-        """What `data` completes, in order: the payload of a good frame, None of a damaged one."""
-        ends = np.array([len(data)], np.int64)
-        pieces = self.cut(np.frombuffer(bytearray(data), np.uint8), ends, np.zeros(1, np.bool_))
-        return [
-            payload[:length].tobytes() if length >= 0 else None
-            for length, payload in zip(pieces.length.tolist(), pieces.payload, strict=True)
-        ]
-
     def cut(self, data: Bytes, ends: Integers, left_out: Flags) -> Pieces:
-        """The same for many chunks: chunk i ends before data[ends[i]] and is not of this stream when left out.
+        """What chunks complete, in order: chunk i ends before data[ends[i]] and is not of this stream when left out.
 
         The arrays are good until the next call.
         """
