@@ -82,7 +82,7 @@ def test_convert_takes_a_file_without_a_time(rig):
     ("options", "words"),
     [
         (["--time", "t [ms]"], "time_s is in s"),
-        (["--time", "t"], "no column 't'; it has t [ms], Load [kN], x"),
+        (["--time", "t"], "no column 't'; it has Load [kN], t [ms], x"),
         ([], "no column 'time_s'"),
         (["--sampled", "10", "--rename", "y=mach"], "no column 'y'"),
         (["--sampled", "0"], "--sampled 0: expected above 0"),

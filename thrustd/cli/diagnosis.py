@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import CONFIGURATION, DECK, read_deck, read_models, read_recordings, split_models
+from thrustd.cli.files import CONFIGURATION, DECK, read_deck, read_models, split_models
+from thrustd.cli.roles import add_roles, add_trust, own_words, recordings_to_judge, roles_of_arguments
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import shipped
@@ -74,8 +75,8 @@ def compare_verb(arguments: argparse.Namespace) -> int:
     if arguments.load_cell_std is not None and not 0 < arguments.load_cell_std <= 1e6:
         raise UsageError(f"--load-cell-std {arguments.load_cell_std:g}: expected above 0, at most 1e6 N")
     models, data = split_models(arguments.files)
-    specs, records = read_models(models), read_recordings(data)
-    with progress("compare") as advance:
+    specs, records = read_models(models), recordings_to_judge(data, arguments)
+    with progress("compare") as advance, own_words(roles_of_arguments(arguments)):
         report = compare(
             specs,
             records,
@@ -96,10 +97,10 @@ def compare_verb(arguments: argparse.Namespace) -> int:
 def diagnose_verb(arguments: argparse.Namespace) -> int:
     from thrustd.diagnose.search.diagnose import diagnose
 
-    records = read_recordings(arguments.data)
+    records = recordings_to_judge(arguments.data, arguments)
     extra = _effects(arguments, records)
     (spec,) = read_models([arguments.model]).values()
-    with progress(f"diagnose {arguments.model.name}") as advance:
+    with progress(f"diagnose {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
         report = diagnose(
             spec,
             records,
@@ -125,12 +126,12 @@ def extend_verb(arguments: argparse.Namespace) -> int:
         return _given(arguments)
     if not arguments.data:
         raise UsageError("extend: no recording; expected at least one to estimate an effect from, or --given")
-    records = read_recordings(arguments.data)
+    records = recordings_to_judge(arguments.data, arguments)
     effects = _effects(arguments, records)
     if not effects:
         raise UsageError("extend: --effect is missing; expected a name (see thrustd effects) or an expression")
     (spec,) = read_models([arguments.model]).values()
-    with progress(f"extend {arguments.model.name}") as advance:
+    with progress(f"extend {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
         report = extend(
             spec,
             records,
@@ -222,6 +223,8 @@ def _add_model_and_data(parser: argparse.ArgumentParser, count: str = "+") -> No
 
 
 def _add_reference(parser: argparse.ArgumentParser) -> None:
+    add_roles(parser)
+    add_trust(parser)
     parser.add_argument("--against", default="", metavar="COLUMN", help="reference: a column, or 'brochure'")
     parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
     parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")

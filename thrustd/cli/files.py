@@ -13,7 +13,6 @@ from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 if TYPE_CHECKING:
     from thrustd.brochure.deck import Deck
     from thrustd.model.artifact import ModelSpec
-    from thrustd.records.recording import Recording
 
 DECK = "models/brochure/jt15d-4.json"
 HIL = "deploy/hil.toml"
@@ -90,13 +89,6 @@ def read_models(paths: Sequence[Path]) -> dict[str, "ModelSpec"]:
         name = path.stem if path.stem not in specs else str(path.with_suffix(""))
         specs[name] = read_proven_model(read_text(path), str(path))
     return specs
-
-
-def read_recordings(paths: Sequence[Path]) -> list["Recording"]:
-    """Recordings without the stretches that were excluded on the workbench."""
-    from thrustd.records.marks import read_marked
-
-    return [read_marked(path) for path in paths]
 
 
 def read_deck(path: Path) -> "Deck":

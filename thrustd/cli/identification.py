@@ -1,17 +1,15 @@
 """Verbs that make models and decks: identify, plan-test, compile, brochure."""
 
 import argparse
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from thrustd.cli.files import DECK, check_outputs, read_models, read_text, write_model_file, write_text
+from thrustd.cli.roles import add_roles, own_words, recordings_in_roles, roles_of_arguments
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed
-from thrustd.core.errors import RecordingError, UsageError
+from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import shipped
-
-MOUNT_COLUMNS = ("deformation_mm", "force_N")
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -24,15 +22,10 @@ def add_verbs(verbs: Verbs) -> None:
     identify.add_argument("records", type=Path, nargs="+", help="bench records with deformation_mm and force_N")
     identify.add_argument("--validate", type=Path, nargs="+", default=[], help="records that are not fitted to")
     identify.add_argument("-o", "--out", type=file_type(".json"), required=True, help="model artifact to write")
-    identify.add_argument("--input", metavar="COLUMN", default=MOUNT_COLUMNS[0], help="what the model reads")
-    identify.add_argument(
-        "--output", metavar="COLUMN", default=MOUNT_COLUMNS[1], help="what it gives; any unit, sign and scale"
-    )
+    add_roles(identify)
     identify.add_argument(
         "--validate-columns", nargs=2, metavar=("INPUT", "OUTPUT"), help="where records to validate name them otherwise"
     )
-    identify.add_argument("--time", metavar="COLUMN", default="time_s", help="seconds, rising (default time_s)")
-    identify.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time")
     identify.add_argument(
         "--structure", action="append", default=[], help="structure to fit (default hw-pwl, others if it fails)"
     )
@@ -83,19 +76,19 @@ def add_verbs(verbs: Verbs) -> None:
 def identify_verb(arguments: argparse.Namespace) -> int:
     from thrustd.identify.identify import OTHERS, identify
     from thrustd.identify.structures import shelf
+    from thrustd.records.roles import Roles
 
-    own = (arguments.input, arguments.output)
-    train = _in_roles(arguments.records, arguments, own)
-    validate = _in_roles(arguments.validate, arguments, tuple(arguments.validate_columns or own))
+    roles = roles_of_arguments(arguments)
+    train = recordings_in_roles(arguments.records, arguments, roles)
+    other = Roles(*arguments.validate_columns) if arguments.validate_columns else roles
+    validate = recordings_in_roles(arguments.validate, arguments, other)
     names = list(shelf()) if arguments.all else arguments.structure
     settings, choices = _settings(arguments, train)
     with progress("identify") as advance:
-        others = () if own == MOUNT_COLUMNS else OTHERS
-        try:
+        others = () if roles.own else OTHERS
+        with own_words(roles):
             found = identify(train, validate, names, settings, arguments.out.stem, advance, others)
-        except RecordingError as problem:
-            raise RecordingError(_in_words(str(problem), arguments)) from problem
-    found = _in_own_words(found, arguments)
+    found = _in_own_words(found, roles)
     write_model_file(found.spec, arguments.out)
     if arguments.json:
         print_json(found.to_json() | ({"order": choices.to_json()} if choices is not None else {}))
@@ -108,40 +101,9 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     return 0 if found.usable else 1  # the model is there to be looked at; a script stops here
 
 
-def _in_roles(paths: Sequence[Path], arguments: argparse.Namespace, columns: tuple[str, ...]) -> list[Any]:
-    """Recordings with the chosen columns under the names that identification reads."""
-    from thrustd.records.marks import read_marks, without_excluded
-    from thrustd.records.time_axis import TimeAxis, read_timed
-
-    if arguments.rate is not None and not 0 < arguments.rate <= 1e9:
-        raise UsageError(f"--rate {arguments.rate:g}: expected samples per second, above 0, at most 1e9")
-    axis = TimeAxis(arguments.time, arguments.rate)
-    records = []
-    for path in paths:
-        record = read_timed(path, axis)
-        missing = [name for name in columns if name not in record]
-        if missing:
-            left_out = "".join(f"; {line}" for line in record.notes)
-            raise UsageError(
-                f"{record.name}: no column {missing[0]!r}; it has {', '.join(sorted(record.channels))}{left_out}; "
-                "expected their names with --input COLUMN and --output COLUMN"
-            )
-        u, y = (record[name] for name in columns)
-        records.append(without_excluded(record.with_channels(deformation_mm=u, force_N=y), read_marks(path)))
-    return records
-
-
-def _in_own_words(found: Any, arguments: argparse.Namespace) -> Any:
+def _in_own_words(found: Any, roles: Any) -> Any:
     """Warnings and unit by the names that the file has for its columns."""
-    from thrustd.records.recording import unit_of
-    from thrustd.records.rename import unit_in_brackets
-
-    warnings = tuple(_in_words(line, arguments) for line in found.warnings)
-    return replace(found, warnings=warnings, unit=unit_of(arguments.output) or unit_in_brackets(arguments.output))
-
-
-def _in_words(line: str, arguments: argparse.Namespace) -> str:
-    return line.replace(MOUNT_COLUMNS[0], arguments.input).replace(MOUNT_COLUMNS[1], arguments.output)
+    return replace(found, warnings=tuple(map(roles.in_words, found.warnings)), unit=roles.output_unit)
 
 
 def _settings(arguments: argparse.Namespace, train: list[Any]) -> tuple[Any, Any]:

@@ -11,7 +11,7 @@ from thrustd.records.mat_file import read_mat, write_mat
 from thrustd.records.mcap_file import read_mcap, write_mcap
 from thrustd.records.npz_file import read_npz, write_npz
 from thrustd.records.parquet_file import read_parquet, write_parquet
-from thrustd.records.recording import Recording, make_recording
+from thrustd.records.recording import Recording, make_recording, no_column
 from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import file_bytes
 
@@ -48,8 +48,7 @@ def read_recording(
     record = make_recording(path.name, loaded.columns, loaded.metadata, sha256, loaded.notes)
     for name in needed:
         if name not in record.channels:
-            has = ", ".join(sorted(record.channels)) or "no other column"
-            raise RecordingError(f"{path.name}: no column {name!r}; it has {has}")
+            raise RecordingError(no_column(path.name, name, record.channels))
     return record
 
 

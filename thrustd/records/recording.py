@@ -7,6 +7,7 @@ name as suffix (`n1_pct_left`), mount channels the mount's (`deformation_mm_left
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 
 import numpy as np
 import numpy.typing as npt
@@ -22,10 +23,18 @@ GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
 SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     "N": "N",
     "kN": "kN",
+    "tonf": "tonf",
+    "kgf": "kgf",
+    "lbf": "lbf",
     "V": "V",
+    "A": "A",
     "mm": "mm",
+    "cm": "cm",
+    "um": "um",
     "g": "g",
     "Pa": "Pa",
+    "kPa": "kPa",
+    "MPa": "MPa",
     "bar": "bar",
     "psi": "psi",
     "pct": "%",
@@ -36,6 +45,7 @@ SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     "Hz": "Hz",
     "kg": "kg",
     "m_s": "m/s",
+    "cm_s": "cm/s",
     "mm_s": "mm/s",
     "kg_s": "kg/s",
     "deg_s": "deg/s",
@@ -65,7 +75,7 @@ class Recording:
         if channel == TIME:
             return self.time_s
         if channel not in self.channels:
-            raise RecordingError(f"{self.name}: no column {channel!r}; it has {', '.join(sorted(self.channels))}")
+            raise RecordingError(no_column(self.name, channel, self.channels))
         return self.channels[channel]
 
     @property
@@ -123,6 +133,15 @@ class Recording:
         bins = _bins(self.time_s, grid_s, rate_hz) if rate_hz < self.sample_hz / GAP_FACTOR else None
         channels = {name: _on_grid(self.time_s, column, grid_s, bins) for name, column in self.channels.items()}
         return replace(self, time_s=grid_s, channels=channels)
+
+
+def no_column(record: str, wanted: str, there: Iterable[str]) -> str:
+    """The complaint: what is not there, what is, and which of that is called nearly so."""
+    names = sorted(there)
+    lower = {name.lower(): name for name in names}
+    near = [lower[found] for found in get_close_matches(wanted.lower(), list(lower), 3)]
+    meant = f"; meant was {' or '.join(near)}?" if near else ""
+    return f"{record}: no column {wanted!r}; it has {', '.join(names) or 'none'}{meant}"
 
 
 def signal_of(name: str) -> Signal | None:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.signals import CATALOGUE
-from thrustd.records.recording import SUFFIX_UNITS, FloatArray, signal_of, unit_of
+from thrustd.records.recording import SUFFIX_UNITS, FloatArray, no_column, signal_of, unit_of
 
 SYNONYMS = {"°C": "degC", "C": "degC", "deg C": "degC", "sec": "s", "m/s^2": "m/s2", "m/s²": "m/s2"}
 UNITS = {*SUFFIX_UNITS.values(), "ms", "us", "min", "h", "K", "kPa", "hPa", "mbar", "ft", "kt", "lbf", "rpm", "um"}
@@ -49,7 +49,7 @@ def renamed(
     changed = dict(columns)
     for rename in renames:
         if rename.theirs not in changed:
-            raise RecordingError(f"{name}: no column {rename.theirs!r}; it has {', '.join(sorted(changed)) or 'none'}")
+            raise RecordingError(no_column(name, rename.theirs, changed))
         column = changed.pop(rename.theirs)
         if rename.ours in changed:
             raise RecordingError(f"{name}: {rename.theirs!r} cannot become {rename.ours!r}, which it has already")

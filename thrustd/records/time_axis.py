@@ -12,7 +12,7 @@ import numpy as np
 
 from thrustd.core.errors import RecordingError
 from thrustd.records.files import SHOWN_NOTES, file_sha256, load
-from thrustd.records.recording import TIME, FloatArray, Recording, make_recording
+from thrustd.records.recording import TIME, FloatArray, Recording, make_recording, no_column
 from thrustd.records.rename import Rename, check_unit, renamed
 
 
@@ -37,8 +37,8 @@ def read_timed(path: Path, axis: TimeAxis, renames: Sequence[Rename] = (), salva
     else:
         others = "".join(f"; {line}" for line in loaded.notes[:SHOWN_NOTES])
         raise RecordingError(
-            f"{path.name}: no column {axis.column!r}; it has {', '.join(columns)}{others}; "
-            "expected a column of seconds (--time COLUMN) or the sample rate (identify --rate HZ, convert --sampled HZ)"
+            f"{no_column(path.name, axis.column, columns)}{others}; "
+            "expected a column of seconds (--time COLUMN) or the sample rate (--rate HZ, of convert --sampled HZ)"
         )
     return make_recording(path.name, columns, loaded.metadata, file_sha256(path), (*loaded.notes, *remarks, *notes))
 

@@ -5,13 +5,15 @@ import json
 import numpy as np
 import pytest
 from rich.console import Console
+from scipy.signal import lfilter
 
 from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.failures import where_it_fails
+from thrustd.diagnose.compare.motion import motion_of
 from thrustd.diagnose.compare.picture_data import spectrum_of
 from thrustd.diagnose.compare.pictures import comparison_pictures
-from thrustd.diagnose.compare.regions import regions_of
+from thrustd.diagnose.compare.regions import errors_by_region, regions_of
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
 
@@ -49,9 +51,45 @@ def test_an_even_error_fails_nowhere():
     assert where_it_fails(regions_of(force, 0.05, {}), rng.normal(0, 10, 20_000)) == []
 
 
+def test_chance_slices_are_not_led_with():
+    """Slow noise, ten seconds of memory: whatever stands out of thousands of slices is chance."""
+    data, named = record(), 0
+    for seed in range(8):
+        slow = lfilter([1.0], [1.0, -np.exp(-DT_S / 10.0)], np.random.default_rng(seed).normal(size=len(data)))
+        named += bool(where_it_fails(regions_of(data["force_N"], DT_S, data.channels), slow))
+    assert named <= 1
+
+
+def test_what_happened_once_is_no_rule():
+    data = record()
+    error = np.random.default_rng(0).normal(0, 10, len(data))
+    error[4000:4100] += 300.0
+    assert where_it_fails(regions_of(data["force_N"], DT_S, data.channels), error) == []
+
+
+def test_an_even_error_that_is_one_sided_after_each_movement_is_friction_to_the_eye():
+    """As much squared error everywhere: only its sign goes with the last movement."""
+    data = record()
+    motion = motion_of(data["deformation_mm"], DT_S)
+    error = 200.0 * motion.direction + np.random.default_rng(0).normal(0, 10, len(data))
+    found = where_it_fails(regions_of(data["force_N"], DT_S, data.channels), error)
+    held = {failure.labels: failure.bias_n for failure in found}
+    assert held[("held loaded",)] == pytest.approx(200.0, abs=10.0)
+    assert held[("held unloaded",)] == pytest.approx(-200.0, abs=10.0)
+
+
+def test_what_was_not_visited_before_is_told_from_what_was():
+    data = record()
+    motion = motion_of(data["deformation_mm"], DT_S)
+    error = np.where(motion.newest, 100.0, 5.0) * np.random.default_rng(0).normal(size=len(data))
+    regions = {r.label: r for r in errors_by_region(regions_of(data["force_N"], DT_S, data.channels), error)}
+    assert regions["as far out as it ever was"].rmse_n > 10 * regions["within where it has been"].rmse_n
+
+
 def test_shares_of_a_dimension_add_up():
+    """Those of the whole record; motion has dimensions of what moves or is held alone."""
     c = compare({"mount": mount()}, [record([inertia(150.0)])]).comparisons[0]
-    for dimension in {r.dimension for r in c.regions}:
+    for dimension in {"force", "direction", "time since reversal", "travel", "history", "temperature"}:
         lines = [r for r in c.regions if r.dimension == dimension]
         assert sum(r.share_of_time for r in lines) == pytest.approx(1.0)
         assert sum(r.share_of_squared_error for r in lines) == pytest.approx(1.0)

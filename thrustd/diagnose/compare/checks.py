@@ -5,14 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from thrustd.core.errors import ModelError, RecordingError
-from thrustd.core.signals import STANDARD_GRAVITY_M_S2
+from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.search.candidates import moves
 from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
-from thrustd.records.recording import Recording
+from thrustd.records.recording import Recording, no_column
+from thrustd.records.roles import roles_of, units_trusted
 
 THOUSAND = (200.0, 5000.0)  # a ratio to what the model was identified on that speaks of another unit
 SAME_N = 1e-6  # of the reference's size: a reference that is the model's own output
@@ -21,18 +22,29 @@ SHORTEST = 1000
 COUNTS = 0.01  # of the DC gain: weaker modes hold nothing that could be mistaken
 SLOWEST_S = 7200.0  # slower modes are drift to any record
 KELVIN = (200.0, 420.0)
+OVERRULED = ", or --trust-units when it is so"
 
 
 def check_recording(record: Recording, spec: ModelSpec) -> None:
     """Refuse channels in the wrong unit and records in which nothing happens."""
     for name in (DEFORMATION, FORCE):
         if name not in record:
-            raise RecordingError(f"{record.name}: no column '{name}', it has {', '.join(sorted(record.channels))}")
+            asked = "--input" if name == DEFORMATION else "--output"
+            raise RecordingError(f"{no_column(record.name, name, record.channels)}; expected its name with {asked}")
     if record.duration_s < SHORTEST_S and len(record) < SHORTEST:
         raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
     if not moves(record[DEFORMATION]):
         raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
-    _check_units(record, spec)
+    if not units_trusted(record):
+        _check_sizes(record, spec)
+
+
+def _check_sizes(record: Recording, spec: ModelSpec) -> None:
+    """Sizes that speak of another unit than the name; the user may say that it is so all the same."""
+    if roles_of([record]).own:
+        _check_mount_units(record, spec)
+    else:
+        _check_other_units(record, spec)
     for axis, rest in (("accel_x_g", 0.0), ("accel_y_g", 0.0), ("accel_z_g", 1.0)):
         if axis in record:
             _check_accel(record, axis, rest)
@@ -41,11 +53,23 @@ def check_recording(record: Recording, spec: ModelSpec) -> None:
         if KELVIN[0] < middle < KELVIN[1]:
             raise RecordingError(
                 f"{record.name}: temperature_degC is about {middle:.0f}: that is kelvin, expected degC"
-                " (subtract 273.15)"
+                f" (subtract 273.15{OVERRULED})"
             )
 
 
-def _check_units(record: Recording, spec: ModelSpec) -> None:
+def _check_other_units(record: Recording, spec: ModelSpec) -> None:
+    """Columns in units of their own: a factor of a thousand to what the model was identified on is another unit."""
+    for name, known in ((DEFORMATION, spec.valid.deformation_mm), (FORCE, spec.valid.force_n)):
+        size, usual = _size(record[name]), max(map(abs, known))
+        ratio = size / usual if usual > 0 else 1.0
+        if THOUSAND[0] < max(ratio, 1 / max(ratio, 1e-12)) < THOUSAND[1]:
+            raise RecordingError(
+                f"{record.name}: {name} reaches {size:.3g}, the model knows {usual:.3g}: another unit?"
+                f" (expected the one it was identified in{OVERRULED})"
+            )
+
+
+def _check_mount_units(record: Recording, spec: ModelSpec) -> None:
     """Deformation and force against what the model was identified on: a factor of a thousand is another unit."""
     mm, n = _size(record[DEFORMATION]), _size(record[FORCE])
     further = mm / max(map(abs, spec.valid.deformation_mm))
@@ -53,16 +77,17 @@ def _check_units(record: Recording, spec: ModelSpec) -> None:
     if THOUSAND[0] < further < THOUSAND[1]:
         raise RecordingError(
             f"{record.name}: {DEFORMATION} reaches {mm:.3g}, the model knows {spec.valid.deformation_mm[1]:.3g}:"
-            " that is micrometres, expected mm (divide by 1000)"
+            f" that is micrometres, expected mm (divide by 1000{OVERRULED})"
         )
     if THOUSAND[0] < 1 / max(further, 1e-12) < THOUSAND[1] and stronger > 1 / THOUSAND[0]:
         raise RecordingError(
             f"{record.name}: {DEFORMATION} reaches only {mm:.3g} under {n:.0f} N: that is metres,"
-            " expected mm (multiply by 1000)"
+            f" expected mm (multiply by 1000{OVERRULED})"
         )
     if THOUSAND[0] < 1 / max(stronger, 1e-12) < THOUSAND[1] and further > 1 / THOUSAND[0]:
         raise RecordingError(
-            f"{record.name}: {FORCE} reaches only {n:.3g} at {mm:.2g} mm: that is kN, expected N (multiply by 1000)"
+            f"{record.name}: {FORCE} reaches only {n:.3g} at {mm:.2g} mm: that is kN,"
+            f" expected N (multiply by 1000{OVERRULED})"
         )
 
 
@@ -72,7 +97,13 @@ def _check_accel(record: Recording, axis: str, rest: float) -> None:
     if (rest == 1.0 and 6.0 < abs(middle) < 13.0) or (rest == 0.0 and size > STANDARD_GRAVITY_M_S2 / 2):
         raise RecordingError(
             f"{record.name}: {axis} is about {middle:.3g} and reaches {size:.3g}: that is m/s2, expected g"
-            f" (divide by {STANDARD_GRAVITY_M_S2})"
+            f" (divide by {STANDARD_GRAVITY_M_S2}{OVERRULED})"
+        )
+    signal = CATALOGUE[axis]
+    if size > signal.high:
+        raise RecordingError(
+            f"{record.name}: {axis} reaches {size:.3g}, expected {signal.low:g} to {signal.high:g} g"
+            f" (mend or exclude it{OVERRULED})"
         )
 
 

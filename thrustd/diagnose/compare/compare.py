@@ -27,8 +27,9 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
+from thrustd.records.roles import Roles, roles_of
 
-REGION_SAMPLES = 200_000  # at most, evenly spaced, for the search of regions
+REGION_SAMPLES = 100_000  # at most, evenly spaced, for the search of regions
 LAGS_S = (0.1, 1.0, 10.0, 60.0)
 
 Progress = Callable[[float, str], None]
@@ -72,9 +73,10 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
     }
     residual = reference_n - model_n
     worst = int(np.nanargmax(np.abs(residual)))
-    regions, failures = _regions(segments, model_n, residual, channels)
     rmse, spread = rms(residual), rms(reference_n - np.nanmean(reference_n))
-    large = percents(residual, reference_n)
+    roles = roles_of([record])
+    regions, failures = _regions(segments, model_n, residual, channels, roles)
+    large = percents(residual, reference_n) if roles.output_unit == "N" else np.array([])
     return Comparison(
         name,
         record.name,
@@ -96,6 +98,7 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
         reference_n,
         model_n,
         channels,
+        roles,
     )
 
 
@@ -110,13 +113,11 @@ def _free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:
 
 
 def _regions(
-    segments: Sequence[Segment], model_n: Floats, residual: Floats, channels: Mapping[str, Floats]
+    segments: Sequence[Segment], model_n: Floats, residual: Floats, channels: Mapping[str, Floats], roles: Roles
 ) -> tuple[tuple[RegionError, ...], tuple[Failure, ...]]:
     stride = max(1, len(model_n) // REGION_SAMPLES)
-    thin = {name: column[::stride] for name, column in channels.items()}
-    regions = regions_of(model_n[::stride], segments[0].dt_s * stride, thin)
-    left = residual[::stride]
-    return tuple(errors_by_region(regions, left)), tuple(where_it_fails(regions, left))
+    regions, left = regions_of(model_n, segments[0].dt_s, channels, roles, stride), residual[::stride]
+    return tuple(errors_by_region(regions, left)), tuple(where_it_fails(regions, left, roles.output_unit))
 
 
 def _autocorrelation(residual: Floats, dt_s: float) -> dict[str, float]:

@@ -17,6 +17,7 @@ from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.regions import RegionError
 from thrustd.model.artifact import LedgerEntry
 from thrustd.model.stage import Floats
+from thrustd.records.roles import Roles
 
 ERROR = "measured minus model"
 
@@ -46,6 +47,8 @@ class Comparison:
     model_n: Floats
     channels: dict[str, Floats]  # deformation and every complete column
 
+    roles: Roles  # what the file calls input and output, and their units
+
     @property
     def residual_n(self) -> Floats:
         return self.reference_n - self.model_n
@@ -55,6 +58,9 @@ class Comparison:
         return {
             "model": self.model,
             "recording": self.recording,
+            "input": self.roles.input,
+            "output": self.roles.output,
+            "unit": self.roles.output_unit,
             "rmse_n": self.rmse_n,
             "rmse_from_rest_n": self.rmse_from_rest_n,
             "rmse_in_flight_n": self.rmse_in_flight_n,
@@ -92,13 +98,14 @@ class CompareReport:
             if c.rmse_in_flight_n != c.rmse_from_rest_n:
                 console.print(
                     f"  its reading is late, and put back to its time here: in flight that is extrapolated, RMSE"
-                    f" {newtons(c.rmse_in_flight_n)} N",
+                    f" {newtons(c.rmse_in_flight_n, unit=c.roles.output_unit)}",
                     highlight=False,
                 )
         for c in {c.model: c for c in self.comparisons if c.ledger}.values():
             console.print(f"\n[bold]Error ledger of {c.model}[/bold]")
             for entry in c.ledger:
-                fall = f"{newtons(entry.rmse_before_n)} -> {newtons(entry.rmse_after_n)} N"
+                after = newtons(entry.rmse_after_n, unit=c.roles.output_unit)
+                fall = f"{newtons(entry.rmse_before_n)} -> {after}"
                 console.print(f"  + {entry.added}: {fall}  {entry.data}")
 
 
@@ -129,14 +136,28 @@ def _table(comparisons: Sequence[Comparison]) -> Table:
     table.caption = f"bias and worst: {ERROR}"
     for heading in ("model", "recording"):
         table.add_column(heading)
-    for heading in ("RMSE N", "mean abs N", "above 2 kN %", "bias N", "fit %", "worst N", "at s", "autocorr. 1 s"):
+    (unit, *others) = {c.roles.output_unit for c in comparisons}
+    unit = f" {unit}" if unit and not others else ""
+    told = any(c.mae_pct_above_2kn is not None for c in comparisons)
+    above = ["above 2 kN %"] if told else []
+    headings = [
+        f"RMSE{unit}",
+        f"mean abs{unit}",
+        *above,
+        f"bias{unit}",
+        "fit %",
+        f"worst{unit}",
+        "at s",
+        "autocorr. 1 s",
+    ]
+    for heading in headings:
         table.add_column(heading, justify="right")
     for c in comparisons:
         pct = "-" if c.mae_pct_above_2kn is None else f"{c.mae_pct_above_2kn:.2f}"
         row = [
             newtons(c.rmse_n),
             newtons(c.mae_n),
-            pct,
+            *([pct] if told else []),
             newtons(c.bias_n, "+"),
             f"{c.fit_pct:.2f}",
             newtons(c.worst_n, "+", 0),

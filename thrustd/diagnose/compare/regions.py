@@ -1,8 +1,8 @@
 """Regions of operation: where a model is good and where it is not.
 
-Every sample belongs to one region of each dimension: force level, rate, loading or unloading, time since the last
-step, and temperature, load factor, vibration and Mach number where the data have them and they move. Limits of force
-and rate are those of a PH-LAB mount; where loads are of another order of magnitude, they go with the load.
+Every sample belongs to one region of each dimension: load; direction and speed of the motion, how far and how long ago
+it turned, how long it has been held and after which movement, whether it is farther out than ever, how far it has come
+in all; and the channels that move. What slow and far are the record says itself (`motion`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,21 +12,25 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.diagnose.compare.motion import Motion, motion_of, thinned
 from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.model.stage import Floats
+from thrustd.records.recording import unit_of
+from thrustd.records.roles import Roles
 
 Mask = NDArray[np.bool_]
-FULL_N = 6500.0  # load for which these limits are made
-RATE_S = 1.0  # rates are taken over this long
-HOLDING_N_S = 20.0  # slower than this is holding: a fraction of the load cell's noise per second
-STEP_N_S = 100.0  # faster than this is a step
+FULL_N = 6500.0  # load for which the edges are made
 FORCE_EDGES_N = (2000.0, 4000.0)
-SINCE_EDGES_S = (5.0, 30.0, 300.0)
-CHANNELS = {  # by terciles of what the data visit
-    "temperature_degC": ("temperature", "degC"),
-    "accel_z_g": ("load factor", "g"),
-    "vibration_mm_s": ("vibration", "mm/s"),
-    "mach": ("Mach", ""),
+BOTH_WAYS = 0.2  # of the largest load to the other side: a record that goes both ways
+RATE_S = 1.0  # rates of the map are taken over this long
+TURN_SHARES = (0.1, 0.5)  # of a typical stroke
+MOST_CHANNELS = 12
+SHORT = 0.05  # s: decades of time begin here
+CHANNELS = {  # in words; others by their name
+    "temperature_degC": "temperature",
+    "accel_z_g": "load factor",
+    "vibration_mm_s": "vibration",
+    "mach": "Mach",
 }
 
 
@@ -51,27 +55,104 @@ class RegionError:
     share_of_squared_error: float
 
 
-def regions_of(force_n: Floats, dt_s: float, channels: Mapping[str, Floats]) -> list[Region]:
-    """All regions of one recording with a uniform step; force_n (n,) is the model's or the reference."""
-    rate, scale = force_rate(force_n, dt_s), order_of(float(np.nanquantile(np.abs(force_n), 0.999)), FULL_N)
-    edges_n, holding_n_s = [_round(scale * edge) for edge in FORCE_EDGES_N], _round(scale * HOLDING_N_S)
-    found = _cut("force", force_n, edges_n, *(("kN", 1e-3) if edges_n[0] >= 1000.0 else ("N", 1.0)))
-    found += _cut("rate", np.abs(rate), (holding_n_s, 10 * holding_n_s), "N/s", 1.0)
-    found += [
-        Region("direction", "loading", rate > holding_n_s),
-        Region("direction", "unloading", rate < -holding_n_s),
-        Region("direction", "holding", np.abs(rate) <= holding_n_s),
-    ]
-    found += _since_step(rate / scale, dt_s)
-    for name, (words, unit) in CHANNELS.items():
-        if name in channels and moves(channels[name]):
-            edges = np.unique(np.quantile(channels[name], [1 / 3, 2 / 3]))
-            found += _cut(words, channels[name], tuple(map(float, edges)), unit, 1.0)
+def regions_of(
+    force_n: Floats, dt_s: float, channels: Mapping[str, Floats], roles: Roles | None = None, stride: int = 1
+) -> list[Region]:
+    """All regions of one recording with a uniform step; force_n (n,) is the model's or the reference.
+
+    Motion is that of `deformation_mm` among the channels, of the force where there is none. `stride`: only so many-th
+    samples are told apart, the motion between them counts.
+    """
+    roles = roles or Roles()
+    driven = channels.get("deformation_mm", force_n)
+    unit = roles.input_unit if "deformation_mm" in channels else roles.output_unit
+    motion = thinned(motion_of(driven, dt_s), stride)
+    found = _load(force_n[::stride], roles.output_unit)
+    found += _moving(motion, _goes_both_ways(driven), unit) + _turned(motion, unit) + _held(motion)
+    found += _past(motion)
+    others = [n for n in channels if n != "deformation_mm" and moves(channels[n])]
+    for name in sorted(others, key=lambda n: n not in CHANNELS)[:MOST_CHANNELS]:
+        column = channels[name][::stride]
+        edges = tuple(map(float, np.unique(np.quantile(column, [1 / 3, 2 / 3]))))
+        found += _cut(CHANNELS.get(name, name), column, edges, _dimensional(unit_of(name)))
     return [region for region in found if region.mask.any()]
 
 
-def _round(value: float) -> float:
-    return float(f"{value:.1g}")
+def _dimensional(unit: str) -> str:
+    return "" if unit == "-" else unit
+
+
+def _goes_both_ways(column: Floats) -> bool:
+    low, high = np.quantile(column, [0.001, 0.999])
+    return bool(min(-low, high) > BOTH_WAYS * max(-low, high))
+
+
+def _load(force_n: Floats, unit: str) -> list[Region]:
+    scale = order_of(float(np.nanquantile(np.abs(force_n), 0.999)), FULL_N)
+    edges = [float(f"{scale * edge:.1g}") for edge in FORCE_EDGES_N]
+    if _goes_both_ways(force_n):
+        edges = [-edges[0], edges[0]]
+    kilo = unit == "N" and max(edges) >= 1000.0
+    shown = [edge * 1e-3 for edge in edges] if kilo else edges
+    words = _between(shown, "kN" if kilo else unit)
+    prefix = "" if unit else "output "
+    number = np.searchsorted(np.array(edges), force_n, side="right")
+    return [Region("force", prefix + word, number == i) for i, word in enumerate(words)]
+
+
+def _moving(motion: Motion, both: bool, unit: str) -> list[Region]:
+    up, down = ("moving up", "moving down") if both else ("loading", "unloading")
+    at = f"{motion.typical:.2g} {unit}/s".replace(" /s", " per s")
+    fast = np.abs(motion.velocity) >= motion.typical
+    after = ("held after moving up", "held after moving down") if both else ("held loaded", "held unloaded")
+    return [
+        Region("direction", up, motion.moving & (motion.velocity > 0)),
+        Region("direction", down, motion.moving & (motion.velocity < 0)),
+        Region("direction", "holding", ~motion.moving),
+        Region("speed", f"moving slower than {at}", motion.moving & ~fast),
+        Region("speed", f"moving faster than {at}", motion.moving & fast),
+        Region("last movement", after[0], ~motion.moving & (motion.direction > 0)),
+        Region("last movement", after[1], ~motion.moving & (motion.direction < 0)),
+    ]
+
+
+def _turned(motion: Motion, unit: str) -> list[Region]:
+    """By way and by time since the last reversal."""
+    near, far = (share * motion.stroke for share in TURN_SHARES)
+    words = [f"within {near:.2g} {unit}", f"{near:.2g} to {far:.2g} {unit}", f"more than {far:.2g} {unit}"]
+    number = np.digitize(motion.since_travel, [near, far])
+    found = [
+        Region("way since reversal", f"{word.strip()} of way since a reversal", motion.moving & (number == i))
+        for i, word in enumerate(words)
+    ]
+    return found + _decades("time since reversal", motion.since_s, "since a reversal")
+
+
+def _held(motion: Motion) -> list[Region]:
+    return _decades("time held", np.where(motion.moving, np.nan, motion.held_s), "into a hold")
+
+
+def _decades(dimension: str, seconds: Floats, tail: str) -> list[Region]:
+    """Seconds by the decades that they visit."""
+    known = np.isfinite(seconds)
+    if not known.any():
+        return []
+    longest = float(np.nanmax(seconds))
+    edges = [10.0**k for k in range(int(np.ceil(np.log10(SHORT))), 6) if 10.0**k < 0.5 * longest]
+    words = [f"{word} s {tail}" for word in _between(edges, "")] if edges else []
+    number = np.digitize(np.where(known, seconds, 0.0), edges)
+    return [Region(dimension, word, known & (number == i)) for i, word in enumerate(words)]
+
+
+def _past(motion: Motion) -> list[Region]:
+    thirds = np.minimum((3 * motion.travel / max(float(motion.travel[-1]), 1e-300)).astype(int), 2)
+    words = ("first", "second", "last")
+    found = [Region("travel", f"{word} third of all travel", thirds == i) for i, word in enumerate(words)]
+    return [
+        *found,
+        Region("history", "as far out as it ever was", motion.newest),
+        Region("history", "within where it has been", ~motion.newest),
+    ]
 
 
 def force_rate(force_n: Floats, dt_s: float) -> Floats:
@@ -83,27 +164,17 @@ def force_rate(force_n: Floats, dt_s: float) -> Floats:
     return rate
 
 
-def _since_step(rate: Floats, dt_s: float) -> list[Region]:
-    index = np.arange(len(rate))
-    last = np.maximum.accumulate(np.where(np.abs(rate) > STEP_N_S, index, -1))
-    since_s = np.where(last >= 0, (index - last) * dt_s, np.inf)
-    edges = (0.0, *SINCE_EDGES_S, np.inf)
-    words = ["first 5 s after a step", "5 to 30 s after a step", "30 to 300 s after a step", "long after a step"]
-    return [
-        Region("time since step", word, (since_s >= low) & (since_s < high) if high < np.inf else since_s >= low)
-        for word, low, high in zip(words, edges[:-1], edges[1:], strict=True)
-    ]
-
-
-def _cut(dimension: str, column: Floats, edges: Sequence[float], unit: str, factor: float) -> list[Region]:
-    shown = [f"{edge * factor:.3g}" for edge in edges]
-    end = f" {unit}" if unit else ""
-    prefix = "" if dimension == "force" else f"{dimension} "
-    words = [f"{prefix}below {shown[0]}{end}"]
-    words += [f"{prefix}{low} to {high}{end}" for low, high in pairwise(shown)]
-    words += [f"{prefix}above {shown[-1]}{end}"]
+def _cut(dimension: str, column: Floats, edges: Sequence[float], unit: str) -> list[Region]:
     number = np.searchsorted(np.array(edges), column, side="right")
+    words = [f"{dimension} {word}" for word in _between(edges, unit)]
     return [Region(dimension, word, number == i) for i, word in enumerate(words)]
+
+
+def _between(edges: Sequence[float], unit: str) -> list[str]:
+    """`below 2 kN`, `2 to 4 kN`, `above 4 kN`."""
+    shown, end = [f"{edge:.3g}" for edge in edges], f" {unit}" if unit else ""
+    middle = [f"{low} to {high}{end}" for low, high in pairwise(shown)]
+    return [f"below {shown[0]}{end}", *middle, f"above {shown[-1]}{end}"]
 
 
 def errors_by_region(regions: list[Region], residual_n: Floats) -> list[RegionError]:

@@ -1,0 +1,76 @@
+"""Somebody else's file through the loop on the command line: their columns, their units, their complaints."""
+
+import json
+
+import numpy as np
+import pytest
+
+from thrustd.__main__ import main
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    """A folder with a spring of 3 tonf/cm that was recorded twice without a time, and a model of it."""
+    folder = tmp_path_factory.mktemp("rig")
+    rng = np.random.default_rng(4)
+    for name in ("a.csv", "b.csv"):
+        x = np.cumsum(rng.normal(size=4000))
+        x = 10 * np.convolve(x - x.mean(), np.ones(50) / 50, "same") / np.abs(x).max()
+        table = np.column_stack((x, 3 * x + rng.normal(0, 0.1, len(x)), np.sin(np.arange(4000) / 300)))
+        np.savetxt(folder / name, table, delimiter=",", header="travel_cm,load_tonf,oil_bar", comments="")
+    said = ["--rate", "20", "--input", "travel_cm", "--output", "load_tonf"]
+    assert main(["identify", str(folder / "a.csv"), *said, "--structure", "linear", "-o", str(folder / "m.json")]) == 0
+    return folder
+
+
+ROLES = ["--rate", "20", "--input", "travel_cm", "--output", "load_tonf"]
+
+
+def test_compare_reads_the_columns_and_prints_their_unit(rig, capsys):
+    assert main(["compare", str(rig / "m.json"), str(rig / "b.csv"), *ROLES, "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["comparisons"]
+    assert found["rmse_n"] == pytest.approx(0.1, rel=0.1)
+    assert (found["unit"], found["input"], found["output"]) == ("tonf", "travel_cm", "load_tonf")
+    assert main(["compare", str(rig / "m.json"), str(rig / "b.csv"), *ROLES]) == 0
+    shown = capsys.readouterr().out
+    assert "RMSE tonf" in shown and "kN" not in shown and " N" not in shown.replace(" N ", "")
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ("--rate 20 --input travel_mm --output load_tonf", "no column 'travel_mm'; it has"),
+        ("--rate 20 --input Travel_cm --output load_tonf", "meant was travel_cm?"),
+        ("--rate 20", "no reference: expected force_N or thrust_N"),
+        ("--rate 0 --input travel_cm --output load_tonf", "--rate 0: expected samples per second"),
+        ("--input travel_cm --output load_tonf", "no column 'time_s'"),
+        ("--rate 20 --input travel_cm --output travel_cm", "is input and output; expected two columns"),
+        ("--rate 20 --input travel_cm --output load_tonf --against oil_bar", "expected one of the two"),
+        ("--rate 20 --input travel_cm --mount left_upper", "expected no --input or --output"),
+    ],
+)
+@pytest.mark.parametrize("verb", ["compare", "diagnose", "extend"])
+def test_bad_words_about_columns_are_one_line(rig, capsys, tmp_path, verb, said, words):
+    more = ["--effect", "creep", "-o", str(tmp_path / "x.json")] if verb == "extend" else []
+    assert main([verb, str(rig / "m.json"), str(rig / "b.csv"), *said.split(), *more]) == 2
+    said_error = capsys.readouterr().err
+    assert words in said_error and said_error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_guess_about_a_unit_can_be_overruled(rig, capsys, tmp_path):
+    table = np.loadtxt(rig / "b.csv", delimiter=",", skiprows=1)
+    table[:, 2] = 9.8 + 0.1 * table[:, 2]
+    header = "travel_cm,load_tonf,accel_z_g"
+    np.savetxt(tmp_path / "g.csv", table, delimiter=",", header=header, comments="")
+    call = ["compare", str(rig / "m.json"), str(tmp_path / "g.csv"), *ROLES]
+    assert main(call) == 2
+    assert "accel_z_g is about 9.8" in capsys.readouterr().err
+    assert main([*call, "--trust-units"]) == 0
+
+
+def test_another_size_is_asked_about_in_their_words(rig, capsys, tmp_path):
+    table = np.loadtxt(rig / "b.csv", delimiter=",", skiprows=1) * [1.0, 1e3, 1.0]
+    np.savetxt(tmp_path / "kgf.csv", table, delimiter=",", header="travel_cm,load_tonf,oil_bar", comments="")
+    assert main(["compare", str(rig / "m.json"), str(tmp_path / "kgf.csv"), *ROLES]) == 2
+    assert "load_tonf reaches" in (said := capsys.readouterr().err) and "another unit?" in said

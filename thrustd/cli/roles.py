@@ -1,0 +1,105 @@
+"""`--input`, `--output`, `--time`, `--rate`: columns of anyone's file in the roles that the verbs read."""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from thrustd.core.errors import RecordingError, UsageError
+
+if TYPE_CHECKING:
+    from thrustd.records.recording import Recording
+    from thrustd.records.roles import Roles
+
+MOUNT_COLUMNS = ("deformation_mm", "force_N")
+
+
+def add_roles(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--input", metavar="COLUMN", default=MOUNT_COLUMNS[0], help=f"what the model reads (default {MOUNT_COLUMNS[0]})"
+    )
+    parser.add_argument(
+        "--output",
+        metavar="COLUMN",
+        default=MOUNT_COLUMNS[1],
+        help=f"what it gives; any unit, sign and scale (default {MOUNT_COLUMNS[1]})",
+    )
+    parser.add_argument("--time", metavar="COLUMN", default="time_s", help="seconds, rising (default time_s)")
+    parser.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time")
+
+
+def add_trust(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--trust-units", action="store_true", help="columns are in the units of their names, whatever their size"
+    )
+
+
+def recordings_in_roles(paths: Sequence[Path], arguments: argparse.Namespace, roles: "Roles") -> list["Recording"]:
+    """Recordings with the chosen columns under the names that every estimation reads; excluded stretches left out."""
+    from thrustd.records.marks import read_marks, without_excluded
+    from thrustd.records.roles import with_roles
+
+    found = []
+    for path, record in _timed(paths, arguments):
+        _check_there(record, roles)
+        found.append(without_excluded(with_roles(record, roles), read_marks(path)))
+    return found
+
+
+def recordings_to_judge(paths: Sequence[Path], arguments: argparse.Namespace) -> list["Recording"]:
+    """The same where a recording may name its reference otherwise (--against) or by its mount (--mount)."""
+    from thrustd.records.marks import read_marks, without_excluded
+    from thrustd.records.roles import with_trusted_units
+
+    roles = roles_of_arguments(arguments)
+    _check_one_way(arguments, roles)
+    if roles.own:
+        records = [without_excluded(record, read_marks(path)) for path, record in _timed(paths, arguments)]
+    else:
+        records = recordings_in_roles(paths, arguments, roles)
+    return [with_trusted_units(record) for record in records] if arguments.trust_units else records
+
+
+@contextmanager
+def own_words(roles: "Roles") -> Iterator[None]:
+    """Complaints about a recording name the columns as its file does."""
+    try:
+        yield
+    except RecordingError as problem:
+        raise RecordingError(roles.in_words(str(problem))) from problem
+
+
+def roles_of_arguments(arguments: argparse.Namespace) -> "Roles":
+    from thrustd.records.roles import Roles
+
+    return Roles(arguments.input, arguments.output)
+
+
+def _timed(paths: Sequence[Path], arguments: argparse.Namespace) -> list[tuple[Path, "Recording"]]:
+    from thrustd.records.time_axis import TimeAxis, read_timed
+
+    if arguments.rate is not None and not 0 < arguments.rate <= 1e9:
+        raise UsageError(f"--rate {arguments.rate:g}: expected samples per second, above 0, at most 1e9")
+    axis = TimeAxis(arguments.time, arguments.rate)
+    return [(path, read_timed(path, axis)) for path in paths]
+
+
+def _check_there(record: "Recording", roles: "Roles") -> None:
+    from thrustd.records.recording import TIME, no_column
+
+    missing = [name for name in roles if name not in record and name != TIME]
+    if missing:
+        left_out = "".join(f"; {line}" for line in record.notes)
+        raise UsageError(
+            f"{no_column(record.name, missing[0], record.channels)}{left_out}; "
+            "expected their names with --input COLUMN and --output COLUMN"
+        )
+
+
+def _check_one_way(arguments: argparse.Namespace, roles: "Roles") -> None:
+    """A column has one role, said once."""
+    if arguments.against and roles.output != MOUNT_COLUMNS[1]:
+        raise UsageError(f"--output {roles.output} and --against {arguments.against}: expected one of the two")
+    if arguments.mount and not roles.own:
+        raise UsageError(f"--mount {arguments.mount} names the columns of a flight: expected no --input or --output")

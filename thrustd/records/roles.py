@@ -1,0 +1,68 @@
+"""Columns of anyone's file in the two roles that every estimation reads, and what the file calls and measures them in.
+
+`deformation_mm` and `force_N` are the names of the roles. A recording whose columns are called otherwise carries their
+names in its metadata, so that every report speaks of `Load [kN]` and prints no newton beside it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from thrustd.core.errors import RecordingError
+from thrustd.records.recording import Recording, unit_of
+from thrustd.records.rename import unit_in_brackets
+
+INPUT, OUTPUT = "deformation_mm", "force_N"
+_INPUT_KEY, _OUTPUT_KEY = "input column", "output column"
+_TRUSTED_KEY = "units"
+_TRUSTED = "as named"
+
+
+class Roles(NamedTuple):
+    """The columns of a file that are the model's input and output."""
+
+    input: str = INPUT
+    output: str = OUTPUT
+
+    @property
+    def input_unit(self) -> str:
+        """As the name says it; empty when it says none."""
+        return unit_of(self.input) or unit_in_brackets(self.input)
+
+    @property
+    def output_unit(self) -> str:
+        return unit_of(self.output) or unit_in_brackets(self.output)
+
+    @property
+    def own(self) -> bool:
+        """Whether it is a mount's file, in millimetres and newtons."""
+        return self == Roles()
+
+    def in_words(self, line: str) -> str:
+        """A sentence about the roles, by the names of the file."""
+        return line.replace(INPUT, self.input).replace(OUTPUT, self.output)
+
+
+def with_roles(record: Recording, roles: Roles) -> Recording:
+    """The chosen columns under the names of the roles (and under these only); RecordingError when one is not there."""
+    if roles.input == roles.output:
+        raise RecordingError(f"{record.name}: {roles.input!r} is input and output; expected two columns")
+    chosen = {INPUT: record[roles.input], OUTPUT: record[roles.output]}
+    others = {name: column for name, column in record.channels.items() if name not in roles}
+    said = record.metadata | {_INPUT_KEY: roles.input, _OUTPUT_KEY: roles.output}
+    return replace(record, channels=others | chosen, metadata=said)
+
+
+def roles_of(records: Sequence[Recording]) -> Roles:
+    """What the file of the first recording calls the columns."""
+    said = records[0].metadata if records else {}
+    return Roles(said.get(_INPUT_KEY, INPUT), said.get(_OUTPUT_KEY, OUTPUT))
+
+
+def with_trusted_units(record: Recording) -> Recording:
+    """The same, its columns taken to be in the units of their names whatever their size."""
+    return replace(record, metadata=record.metadata | {_TRUSTED_KEY: _TRUSTED})
+
+
+def units_trusted(record: Recording) -> bool:
+    return record.metadata.get(_TRUSTED_KEY) == _TRUSTED
