@@ -171,13 +171,19 @@ def _scores(slices: _Slices, whole: _Slices) -> Floats:
 
 
 def _larger(slices: _Slices, whole: _Slices, share: Floats, time: Floats, sure: Floats) -> Mask:
-    """More squared error than time, in every block alike."""
-    log_lift = np.log(np.maximum(share, 1e-300) / np.maximum(time, 1e-300))
-    moved = slices.squares / np.maximum(slices.squares.sum(axis=1), 1e-300)[:, None]
-    moved = moved - slices.counts / np.maximum(slices.counts.sum(axis=1), 1e-300)[:, None]
-    moved = moved - (whole.squares / whole.squares.sum() - whole.counts / whole.counts.sum())
-    found: Mask = (log_lift > np.log(LIFT)) & (log_lift > sure * np.linalg.norm(moved, axis=1))
+    """More squared error than time, and more than in the rest by the scatter of both from block to block."""
+    inside, in_std = _mean_square(slices.squares, slices.counts)
+    outside, out_std = _mean_square(whole.squares - slices.squares, whole.counts - slices.counts)
+    apart = np.log(np.maximum(inside, 1e-300)) - np.log(np.maximum(outside, 1e-300))
+    found: Mask = (share > LIFT * time) & (apart > sure * np.hypot(in_std, out_std))
     return found
+
+
+def _mean_square(squares: Floats, counts: Floats) -> tuple[Floats, Floats]:
+    """Of each slice, and one sigma of its logarithm by blocks (m,)."""
+    total, samples = squares.sum(axis=1), np.maximum(counts.sum(axis=1), 1.0)
+    scatter = np.linalg.norm(squares - (total / samples)[:, None] * counts, axis=1)
+    return total / samples, scatter / np.maximum(total, 1e-300)
 
 
 def _gain(slices: _Slices, whole: _Slices, time: Floats, own: Floats) -> Floats:
