@@ -19,7 +19,10 @@ def rig(tmp_path_factory):
         table = np.column_stack((x, 3 * x + rng.normal(0, 0.1, len(x)), np.sin(np.arange(4000) / 300)))
         np.savetxt(folder / name, table, delimiter=",", header="travel_cm,load_tonf,oil_bar", comments="")
     said = ["--rate", "20", "--input", "travel_cm", "--output", "load_tonf"]
-    assert main(["identify", str(folder / "a.csv"), *said, "--structure", "linear", "-o", str(folder / "m.json")]) == 0
+    assert (
+        main(["identify", str(folder / "a.csv"), *said, "--structure", "polynomial-ols", "-o", str(folder / "m.json")])
+        == 0
+    )
     return folder
 
 
