@@ -1,6 +1,7 @@
 """The loop on the command line: compare, diagnose, extend, and the shelf of effects."""
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,6 +101,7 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
     records = recordings_to_judge(arguments.data, arguments)
     extra = _effects(arguments, records)
     (spec,) = read_models([arguments.model]).values()
+    _say_first(records, arguments)
     with progress(f"diagnose {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
         report = diagnose(
             spec,
@@ -131,6 +133,7 @@ def extend_verb(arguments: argparse.Namespace) -> int:
     if not effects:
         raise UsageError("extend: --effect is missing; expected a name (see thrustd effects) or an expression")
     (spec,) = read_models([arguments.model]).values()
+    _say_first(records, arguments)
     with progress(f"extend {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
         report = extend(
             spec,
@@ -202,6 +205,21 @@ def _remark(records: list["Recording"], arguments: argparse.Namespace, specs: li
 
     for line in rest_remarks(records, _place(arguments), specs):
         note(line)
+
+
+def _say_first(records: list["Recording"], arguments: argparse.Namespace) -> None:
+    """What the recordings cannot tell, before anything is asked; what they lack the verb itself complains of."""
+    from thrustd.core.errors import RecordingError
+    from thrustd.diagnose.compare.first_look import first_look
+    from thrustd.diagnose.compare.reference import BROCHURE, as_mount, with_reference
+
+    if arguments.against == BROCHURE:
+        return
+    place = _place(arguments)
+    with suppress(RecordingError):
+        for record in records:
+            for line in first_look([with_reference(as_mount(record, place), arguments.against, place)]).lines:
+                note(line)
 
 
 def _say_written(pictures: list[Path]) -> None:

@@ -21,6 +21,7 @@ SHORTEST_S = 10.0  # or this many samples: a fast drive is known in seconds
 SHORTEST = 1000
 COUNTS = 0.01  # of the DC gain: weaker modes hold nothing that could be mistaken
 SLOWEST_S = 7200.0  # slower modes are drift to any record
+EVEN = 3.0  # times the logarithm of the samples: the highest line of white noise stays below
 KELVIN = (200.0, 420.0)
 OVERRULED = ", or --trust-units when it is so"
 
@@ -35,6 +36,8 @@ def check_recording(record: Recording, spec: ModelSpec) -> None:
         raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
     if not moves(record[DEFORMATION]):
         raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
+    if _is_noise(record[DEFORMATION]):
+        raise RecordingError(f"{record.name}: {DEFORMATION} never moves beyond its noise; expected a changing load")
     if not units_trusted(record):
         _check_sizes(record, spec)
 
@@ -105,6 +108,13 @@ def _check_accel(record: Recording, axis: str, rest: float) -> None:
             f"{record.name}: {axis} reaches {size:.3g}, expected {signal.low:g} to {signal.high:g} g"
             f" (mend or exclude it{OVERRULED})"
         )
+
+
+def _is_noise(column: Floats) -> bool:
+    """Whether no frequency stands out of an even spectrum, as one of any motion does."""
+    finite = column[np.isfinite(column)]
+    power = np.abs(np.fft.rfft(finite - finite.mean())[1:]) ** 2
+    return bool(power.max() < EVEN * np.log(len(finite)) * power.mean())
 
 
 def check_not_own_output(record: Recording, model_n: Floats, reference_n: Floats) -> None:

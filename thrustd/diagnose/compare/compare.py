@@ -18,6 +18,7 @@ from thrustd.core.measures import percents, rms
 from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
 from thrustd.diagnose.compare.failures import Failure, where_it_fails
+from thrustd.diagnose.compare.first_look import first_look
 from thrustd.diagnose.compare.reference import referenced
 from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
@@ -57,7 +58,7 @@ def compare(
             if progress is not None:
                 progress((i * len(records) + j) / total, f"{name} on {record.name}")
             found.append(_comparison(name, spec, record, load_cell_std_n))
-    return CompareReport(tuple(found))
+    return CompareReport(tuple(found), {record.name: first_look([record]) for record in records})
 
 
 def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: float | None) -> Comparison:

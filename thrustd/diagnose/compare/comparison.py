@@ -5,7 +5,7 @@ judged the other way round, estimate minus truth.)
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from thrustd.diagnose.compare.failures import Failure
+from thrustd.diagnose.compare.first_look import FirstLook
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.regions import RegionError
 from thrustd.model.artifact import LedgerEntry
@@ -82,12 +83,16 @@ class CompareReport:
     """Every model on every recording."""
 
     comparisons: tuple[Comparison, ...]
+    first_look: dict[str, FirstLook] = field(default_factory=dict)  # by recording
 
     def to_json(self) -> dict[str, Any]:
-        return {"error": ERROR, "comparisons": [c.to_json() for c in self.comparisons]}
+        looks = [{"recording": name, **look._asdict()} for name, look in self.first_look.items()]
+        return {"error": ERROR, "comparisons": [c.to_json() for c in self.comparisons], "first_look": looks}
 
     def print(self, console: Console) -> None:
-        """Table side by side, then where each model fails, then its error ledger."""
+        """What the records cannot tell, table side by side, then where each model fails, then its error ledger."""
+        for line in (line for look in self.first_look.values() for line in look.lines):
+            console.print(line, highlight=False, markup=False)
         console.print(_table(self.comparisons))
         for c in self.comparisons:
             console.print(f"\n[bold]Where {c.model} fails on {c.recording}[/bold]")
