@@ -11,7 +11,7 @@ addresses: sample by sample through all of them in flight (`compose`), over a bl
 inlined one, but whatever the chain, nothing is left to compile when a daemon starts.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -56,6 +56,11 @@ class Stage:
         out = np.array(v)
         _block(self.step).run(x, self.c, np.require(u, requirements=["C", "W"]), out)
         return out
+
+    def from_rest(self, columns: Mapping[str, Floats], v: Floats) -> Floats:
+        """Over a block (n,), at rest on its first sample; `columns` (n,) by channel."""
+        u = np.column_stack([columns[name] for name in self.channels]) if self.channels else np.empty((len(v), 0))
+        return self.run(self.start(u[0], float(v[0])), u, v)
 
     def once(self, x: Floats, u: Floats, v: float) -> float:
         """One sample with channels u (n_u,); x is advanced."""

@@ -24,12 +24,11 @@ def signature_of(effect: Effect, parameters: Mapping[str, float]) -> dict[str, A
     """Lines to draw: the programme's force, and the force the effect adds to it (N) over time (s)."""
     t = np.arange(0.0, SECONDS, DT_S)
     deformation = np.interp(t, [0, 60, 62, 240, 320, 400, 480, 482, 600], [0.2, 0.2, 1, 1, 0.3, 1, 1, 0.2, 0.2])
-    rows = [_channel(name, t, deformation) for name in effect.channels]
-    u = np.column_stack(rows) if rows else np.empty((len(t), 0))
+    columns = {name: _channel(name, t, deformation) for name in effect.channels}
     scale = STIFFNESS_N_MM if effect.site == "deformation" else 1.0
     entering = np.ascontiguousarray(deformation * STIFFNESS_N_MM / scale)
     stage = effect.stage(effect.neutral() | dict(parameters), DT_S)
-    leaving = stage.run(stage.start(u[0], float(entering[0])), u, entering)
+    leaving = stage.from_rest(columns, entering)
     step = len(t) // POINTS
     return {
         "time_s": short(t[::step]),

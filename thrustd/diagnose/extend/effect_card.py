@@ -50,12 +50,10 @@ def signature(effect: Effect) -> Signature:
     for name in effect.channels:
         rest, size = SWING.get(name, (0.0, 1.0))
         columns.setdefault(name, rest + size * swing)
-    u = np.column_stack([columns[name] for name in effect.channels]) if effect.channels else np.empty((n, 0))
     unit = 1.0 if effect.site == "deformation" else STIFFNESS_N_MM
     v = deformation_mm * unit
     stage = effect.stage(effect.neutral() | {p.name: p.starts[0] for p in effect.parameters}, DT_S)
-    out = stage.run(stage.start(u[0], float(v[0])), u, v)
-    added_n: Floats = (out - v) * (STIFFNESS_N_MM / unit)
+    added_n: Floats = (stage.from_rest(columns, v) - v) * (STIFFNESS_N_MM / unit)
     return Signature(time_s, deformation_mm, swing, added_n)
 
 

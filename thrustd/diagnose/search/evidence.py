@@ -226,6 +226,4 @@ def stage_key(stage: Stage) -> bytes:
 
 def run_stage(stage: Stage, inputs: Mapping[str, Floats], v: Floats) -> Floats:
     """One stage over a whole segment, started at rest on the first sample."""
-    u = np.column_stack([inputs[name] for name in stage.channels]) if stage.channels else np.empty((len(v), 0))
-    v = np.ascontiguousarray(v)
-    return stage.run(stage.start(u[0], float(v[0])), u, v)
+    return stage.from_rest(inputs, np.ascontiguousarray(v))
