@@ -5,8 +5,6 @@ import time
 from collections import defaultdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.error import URLError
-from urllib.request import urlopen
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, print_json
 from thrustd.core.errors import UsageError
@@ -60,6 +58,9 @@ def _show(url: str, once: bool) -> int:
 
 def read_status(url: str) -> dict[str, Any]:
     """The page as one object: name -> value, or name -> {labels: value}; UsageError when nobody answers."""
+    from urllib.error import URLError
+    from urllib.request import urlopen  # a thirtieth of every verb's start
+
     from prometheus_client.parser import text_string_to_metric_families
 
     try:
