@@ -92,6 +92,7 @@ def shipped_aircraft(folder: Path) -> Path:
     places = {
         '"../out/hil"': f'"{folder}/logs"', "../out/hil": str(folder), "/tmp/thrustd-hil": f"{folder}/",
         '"../': f'"{ROOT}/', '"canaerospace': f'"{ROOT}/deploy/canaerospace',
+        '"citation-ii': f'"{ROOT}/deploy/citation-ii',
         "9105": str(free_port()), "8765": str(free_port()),
     }  # fmt: skip
     for before, after in places.items():

@@ -45,5 +45,7 @@ def _with_model(model, folder):
     text = (ROOT / "deploy" / "hil.toml").read_text()
     text = text.replace("../models/left-upper.json", str(model)).replace('"../models', f'"{ROOT / "models"}')
     config = folder / "own.toml"
-    config.write_text(text.replace('"canaerospace.dbc"', f'"{ROOT / "deploy" / "canaerospace.dbc"}"'))
+    for name in ("canaerospace.dbc", "citation-ii.toml"):
+        text = text.replace(f'"{name}"', f'"{ROOT / "deploy" / name}"')
+    config.write_text(text)
     return config
