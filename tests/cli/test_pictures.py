@@ -63,7 +63,7 @@ def test_a_picture_that_cannot_be_finished_leaves_the_one_before(tmp_path, capsy
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Figure, "savefig", full_disk)
-    monkeypatch.setattr("thrustd.diagnose.compare.pictures._draw_dependence", lambda axis, dependence: None)
+    monkeypatch.setattr("thrustd.diagnose.compare.pictures._draw_dependence", lambda *_: None)
     assert "No space left" in refused(capsys, "effects", path)
     with pytest.raises(UsageError, match="No space left"):
         FlightPicture().save(path, "flight", {})

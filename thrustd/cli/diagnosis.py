@@ -88,10 +88,12 @@ def compare_verb(arguments: argparse.Namespace) -> int:
     _remark(records, arguments, list(specs.values()))
     _show(report, arguments)
     if arguments.pictures is not None:
+        from thrustd.diagnose.compare.before_after import before_after_pictures
         from thrustd.diagnose.compare.pictures import comparison_pictures  # matplotlib takes a second to import
 
         for comparison in report.comparisons:
             _say_written(comparison_pictures(comparison, arguments.pictures))
+        _say_written(before_after_pictures(report.comparisons, arguments.pictures))
     return 0
 
 
@@ -116,7 +118,8 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
     if arguments.pictures is not None and report.depends_on:
         from thrustd.diagnose.compare.pictures import dependence_picture
 
-        _say_written([dependence_picture(report.depends_on, arguments.pictures / "depends_on.png")])
+        path = arguments.pictures / "depends_on.png"
+        _say_written([dependence_picture(report.depends_on, path, roles_of_arguments(arguments))])
     return 0
 
 

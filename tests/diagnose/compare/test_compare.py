@@ -8,11 +8,12 @@ from rich.console import Console
 from scipy.signal import lfilter
 
 from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
+from thrustd.diagnose.compare.before_after import before_after_pictures
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.failures import where_it_fails
 from thrustd.diagnose.compare.motion import motion_of
 from thrustd.diagnose.compare.picture_data import spectrum_of
-from thrustd.diagnose.compare.pictures import comparison_pictures
+from thrustd.diagnose.compare.pictures import comparison_pictures, in_unit
 from thrustd.diagnose.compare.regions import errors_by_region, regions_of
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
@@ -124,6 +125,22 @@ def test_pictures_are_written(tmp_path):
     paths = comparison_pictures(comparison, tmp_path / "pictures")
     assert len(paths) == 5
     assert all(path.stat().st_size > 5000 for path in paths)
+
+
+def test_several_models_are_drawn_before_and_after_in_one_scale(tmp_path):
+    models = {"without": mount(), "with": mount(effects=[inertia(150.0)])}
+    report = compare(models, [record([inertia(150.0)], n=4000, name=name) for name in ("one.csv", "two.csv")])
+    paths = before_after_pictures(report.comparisons, tmp_path)
+    assert [path.name for path in paths] == ["one-models.png", "two-models.png"]
+    assert all(path.stat().st_size > 20_000 for path in paths)
+    assert before_after_pictures(report.comparisons[:1], tmp_path / "none") == []
+    assert not (tmp_path / "none").exists()
+
+
+def test_pictures_are_in_the_units_of_the_file():
+    assert in_unit("force", "N") == "force [N]"
+    assert in_unit("Load [kN]", "kN") == "Load [kN]"
+    assert in_unit("y", "") == "y"
 
 
 def test_what_was_before_the_recording_is_no_error_of_the_model():

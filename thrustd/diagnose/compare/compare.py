@@ -76,7 +76,7 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
     worst = int(np.nanargmax(np.abs(residual)))
     rmse, spread = rms(residual), rms(reference_n - np.nanmean(reference_n))
     roles = roles_of([record])
-    regions, failures = _regions(segments, model_n, residual, channels, roles)
+    regions, failures = _regions(segments, model_n, reference_n, channels, roles)
     large = percents(residual, reference_n) if roles.output_unit == "N" else np.array([])
     return Comparison(
         name,
@@ -114,10 +114,11 @@ def _free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:
 
 
 def _regions(
-    segments: Sequence[Segment], model_n: Floats, residual: Floats, channels: Mapping[str, Floats], roles: Roles
+    segments: Sequence[Segment], model_n: Floats, reference_n: Floats, channels: Mapping[str, Floats], roles: Roles
 ) -> tuple[tuple[RegionError, ...], tuple[Failure, ...]]:
     stride = max(1, len(model_n) // REGION_SAMPLES)
-    regions, left = regions_of(model_n, segments[0].dt_s, channels, roles, stride), residual[::stride]
+    regions = regions_of(model_n, segments[0].dt_s, channels, roles, stride, reference_n)
+    left = (reference_n - model_n)[::stride]
     return tuple(errors_by_region(regions, left)), tuple(where_it_fails(regions, left, roles.output_unit))
 
 

@@ -6,15 +6,15 @@ import numpy as np
 from scipy.signal import coherence, welch
 
 from thrustd.diagnose.compare.comparison import Comparison
-from thrustd.diagnose.compare.regions import force_rate
-from thrustd.diagnose.search.candidates import moves
+from thrustd.diagnose.compare.regions import FULL_N, force_rate
+from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.model.stage import Floats
 
 LONGEST = 1 << 14  # samples of one stretch of the spectrum
 LONGEST_COHERENCE = 1 << 12
 AVERAGED = 16  # stretches at least, overlapping by half, behind a coherence: that of one stretch is 1 whatever it holds
-SLOWEST_N_S = 5.0  # first edge of the rates above zero
+SLOWEST_N_S = 5.0  # first edge of the rates above zero, for a mount of PH-LAB's loads
 LOOP_DOTS = 40_000
 
 
@@ -76,7 +76,8 @@ def rate_map_of(c: Comparison) -> RateMap:
     rate = np.abs(force_rate(c.model_n, float(np.median(np.diff(c.time_s)))))
     good = np.isfinite(c.residual_n)
     force_edges = np.unique(np.quantile(c.model_n, np.linspace(0, 1, 13)))
-    rate_edges = np.concatenate(([0.0], np.geomspace(SLOWEST_N_S, max(2 * SLOWEST_N_S, float(rate.max()) * 1.01), 9)))
+    slowest = SLOWEST_N_S * order_of(float(np.quantile(np.abs(c.model_n), 0.999)), FULL_N)
+    rate_edges = np.concatenate(([0.0], np.geomspace(slowest, max(2 * slowest, float(rate.max()) * 1.01), 9)))
     inside = (c.model_n[good], rate[good])
     total, _, _ = np.histogram2d(*inside, bins=(force_edges, rate_edges), weights=c.residual_n[good] ** 2)
     count, _, _ = np.histogram2d(*inside, bins=(force_edges, rate_edges))

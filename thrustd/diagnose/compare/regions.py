@@ -56,18 +56,24 @@ class RegionError:
 
 
 def regions_of(
-    force_n: Floats, dt_s: float, channels: Mapping[str, Floats], roles: Roles | None = None, stride: int = 1
+    force_n: Floats,
+    dt_s: float,
+    channels: Mapping[str, Floats],
+    roles: Roles | None = None,
+    stride: int = 1,
+    sizes_n: Floats | None = None,
 ) -> list[Region]:
     """All regions of one recording with a uniform step; force_n (n,) is the model's or the reference.
 
     Motion is that of `deformation_mm` among the channels, of the force where there is none. `stride`: only so many-th
-    samples are told apart, the motion between them counts.
+    samples are told apart, the motion between them counts. `sizes_n`: the loads that edges are made for, the
+    reference's, so that models are told apart alike.
     """
     roles = roles or Roles()
     driven = channels.get("deformation_mm", force_n)
     unit = roles.input_unit if "deformation_mm" in channels else roles.output_unit
     motion = thinned(motion_of(driven, dt_s), stride)
-    found = _load(force_n[::stride], roles.output_unit)
+    found = _load(force_n[::stride], force_n if sizes_n is None else sizes_n, roles.output_unit)
     found += _moving(motion, _goes_both_ways(driven), unit) + _turned(motion, unit) + _held(motion)
     found += _past(motion)
     others = [n for n in channels if n != "deformation_mm" and moves(channels[n])]
@@ -83,14 +89,14 @@ def _dimensional(unit: str) -> str:
 
 
 def _goes_both_ways(column: Floats) -> bool:
-    low, high = np.quantile(column, [0.001, 0.999])
+    low, high = np.nanquantile(column, [0.001, 0.999])
     return bool(min(-low, high) > BOTH_WAYS * max(-low, high))
 
 
-def _load(force_n: Floats, unit: str) -> list[Region]:
-    scale = order_of(float(np.nanquantile(np.abs(force_n), 0.999)), FULL_N)
+def _load(force_n: Floats, sizes_n: Floats, unit: str) -> list[Region]:
+    scale = order_of(float(np.nanquantile(np.abs(sizes_n), 0.999)), FULL_N)
     edges = [float(f"{scale * edge:.1g}") for edge in FORCE_EDGES_N]
-    if _goes_both_ways(force_n):
+    if _goes_both_ways(sizes_n):
         edges = [-edges[0], edges[0]]
     kilo = unit == "N" and max(edges) >= 1000.0
     shown = [edge * 1e-3 for edge in edges] if kilo else edges
