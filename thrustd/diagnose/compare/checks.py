@@ -6,6 +6,7 @@ import numpy as np
 
 from thrustd.core.errors import ModelError, RecordingError
 from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
+from thrustd.diagnose.compare.first_look import ONE_LEVEL
 from thrustd.diagnose.search.candidates import moves
 from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
@@ -111,8 +112,14 @@ def _check_accel(record: Recording, axis: str, rest: float) -> None:
 
 
 def _is_noise(column: Floats) -> bool:
-    """Whether no frequency stands out of an even spectrum, as one of any motion does."""
+    """Whether a column stays at its level and no frequency stands out, as one of any motion there does.
+
+    A drive may be as white as noise, but it does not stay at a level.
+    """
     finite = column[np.isfinite(column)]
+    low, high = np.quantile(finite, [0.005, 0.995])
+    if len(finite) < SHORTEST or high - low >= ONE_LEVEL * abs(float(np.median(finite))):
+        return False
     power = np.abs(np.fft.rfft(finite - finite.mean())[1:]) ** 2
     return bool(power.max() < EVEN * np.log(len(finite)) * power.mean())
 
