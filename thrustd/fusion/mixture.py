@@ -1,9 +1,10 @@
-"""One thrust and one band of several hypotheses: the mixture's mean, and its 95 % interval.
+"""One thrust and one band of several hypotheses: the mixture's median, and its 95 % interval.
 
-    mean = sum p_i m_i,     half = the further end of [F^-1(0.025), F^-1(0.975)] from it,     sigma = half / 1.96
+    thrust = F^-1(0.5),     half = the further end of [F^-1(0.025), F^-1(0.975)] from it,     sigma = half / 1.96
 
 The band covers every hypothesis that is alive: one of 5 % that lies elsewhere is inside, where a variance would let it
-vanish. Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
+vanish. The median is the mean of a single one, and an unlikely one that is far away does not pull it.
+Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
 """
 
 from math import erfc, sqrt
@@ -29,12 +30,12 @@ def _beyond(x_n: float, hypotheses: Floats, lead: int, std_n: float, sign: float
 
 
 @compiled
-def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float) -> float:
+def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float, tail: float) -> float:
     near_n = 0.0  # the median may be on either side of it
     inner, outer = -far_n * sign, far_n * sign
     for _ in range(HALVINGS):
         near_n = 0.5 * (inner + outer)
-        if _beyond(near_n, hypotheses, lead, std_n, sign) > TAIL:
+        if _beyond(near_n, hypotheses, lead, std_n, sign) > tail:
             inner = near_n
         else:
             outer = near_n
@@ -43,13 +44,14 @@ def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float)
 
 @compiled
 def mix(thrust_n: float, std_n: float, hypotheses: Floats, lead: int) -> tuple[float, float]:
-    """Thrust and sigma of the one that leads, and all others (n, 3) beside it. -> mean and sigma of the mixture."""
+    """Thrust and sigma of the one that leads, and all others (n, 3) beside it. -> thrust and sigma of the mixture."""
     if hypotheses[lead, P] > 1.0 - ALONE:
         return thrust_n, std_n
-    mean_n, far_n = 0.0, 6.0 * std_n
+    far_n = 6.0 * std_n
     for i in range(len(hypotheses)):
-        mean_n += hypotheses[i, P] * hypotheses[i, SHIFT_N]
         if hypotheses[i, P] > 0.1 * TAIL / len(hypotheses):
             far_n = max(far_n, abs(hypotheses[i, SHIFT_N]) + 6.0 * hypotheses[i, STD_N])
-    upper_n, lower_n = _end(hypotheses, lead, std_n, 1.0, far_n), _end(hypotheses, lead, std_n, -1.0, far_n)
-    return thrust_n + mean_n, max(upper_n - mean_n, mean_n - lower_n) / SIGMAS
+    middle_n = _end(hypotheses, lead, std_n, 1.0, far_n, 0.5)
+    upper_n = _end(hypotheses, lead, std_n, 1.0, far_n, TAIL)
+    lower_n = _end(hypotheses, lead, std_n, -1.0, far_n, TAIL)
+    return thrust_n + middle_n, max(upper_n - middle_n, middle_n - lower_n) / SIGMAS

@@ -8,7 +8,7 @@ that it stays, so agreement that says nothing (a throttle that opens every toler
 """
 
 from collections.abc import Sequence
-from math import isfinite, nan, sqrt
+from math import exp, isfinite, nan, sqrt
 from typing import Any
 
 import numba
@@ -25,6 +25,7 @@ from thrustd.sensors.past import (
     N_SOURCES,
     OWN_N,
     PAST,
+    PRESSURE_PA,
     SAID,
     T_S,
     WIDTH,
@@ -37,14 +38,15 @@ FOUND, OVER = 0.98, 0.2
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
 SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4))
 TURNING_N1_PCT, STARTED_S = 20.0, 15.0  # before that an engine starts: no deck says anything of it
+SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
 P, SHIFT_N, STD_N = range(3)  # of a hypothesis: probability, thrust minus that of the one that leads, its sigma
 
 
 class Bank:
     """Mutable; `snapshot` / `restore` for the checkpoint."""
 
-    def __init__(self, mounts: Integers, spools: Integers, mach: int, shares: Floats) -> None:
-        """By engine (n, 2) its mounts, the upper one first, -1 for none; where N1 and N2, and Mach, are among readings.
+    def __init__(self, mounts: Integers, spools: Integers, air: tuple[int, int], shares: Floats) -> None:
+        """By engine (n, 2) its mounts, the upper one first, -1 for none; places of N1 and N2, Mach and altitude.
 
         `shares` (n,): of the upper mounts. An engine that has not two mounts has only the hypothesis that all is well.
         """
@@ -56,7 +58,7 @@ class Bank:
         self._turn = np.zeros(1, np.int64)
         judged = (mounts >= 0).sum(axis=1) == 2
         layout = np.ascontiguousarray(mounts[:, :2]), spools, judged
-        self._work = self._past, self._turn, self.found, self.rows, self.leading, *layout, mach, shares
+        self._work = self._past, self._turn, self.found, self.rows, self.leading, *layout, *air, shares
 
     def look(self, t_ns: int, readings: Floats, states: Any, routes_n: Floats, believed: Flags) -> int:
         """Weigh the engine whose turn it is. -> which one's leading hypothesis changed, or -1.
@@ -110,10 +112,18 @@ class Bank:
 
 @compiled
 def _row(
-    row: Floats, t_s: float, e: int, mounts: Integers, mach: float, states: Any, routes_n: Floats, believed: Flags
+    row: Floats,
+    t_s: float,
+    e: int,
+    mounts: Integers,
+    air: tuple[float, float],
+    states: Any,
+    routes_n: Floats,
+    believed: Flags,
 ) -> None:
     row[:] = 0.0
-    row[T_S], row[MACH], row[DECK_N] = t_s, mach if isfinite(mach) else 0.0, routes_n[e, 3]
+    row[T_S], row[MACH], row[DECK_N] = t_s, air[0] if isfinite(air[0]) else 0.0, routes_n[e, 3]
+    row[PRESSURE_PA] = 70_927.5 * row[MACH] ** 2 * exp(-(air[1] if isfinite(air[1]) else 0.0) / SCALE_HEIGHT_M)
     if not isfinite(row[DECK_N]):
         row[DECK_N] = 200.0
     for i in range(N_SOURCES):
@@ -139,7 +149,8 @@ def _lead(found: int, out: Floats) -> int:
 
 def _look_at(
     past: Any, turn: Integers, found: Integers, hypotheses: Floats, leading: Floats, mounts: Integers, spools: Integers,
-    judged: Flags, mach: int, shares: Floats, t_s: float, readings: Floats, states: Any, routes_n: Floats,
+    judged: Flags, mach: int, altitude: int, shares: Floats, t_s: float, readings: Floats, states: Any,
+    routes_n: Floats,
     believed: Flags,
 ) -> int:  # fmt: skip
     turn[0] = (turn[0] + 1) % (EVERY_LOOKS * len(found))
@@ -155,7 +166,7 @@ def _look_at(
         past[e].since_s = t_s
     if t_s - past[e].since_s < STARTED_S:
         return -1
-    _row(row, t_s, e, mounts, readings[mach], states, routes_n, believed)
+    _row(row, t_s, e, mounts, (readings[mach], readings[altitude]), states, routes_n, believed)
     if not remember(past, e, row, shares[e]) or past[e].n < 2:
         return -1
     weigh(past[e].rows, past[e].n, shares[e], found[e], out)
@@ -176,7 +187,8 @@ _look: Any = entry(
         _look_at,
         numba.int64(
             numba.from_dtype(PAST)[::1], _I, _I, numba.float64[:, :, ::1], _TABLE, _PLACES, _PLACES,
-            numba.boolean[::1], numba.int64, _ROW, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS,
+            numba.boolean[::1], numba.int64, numba.int64, _ROW, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1],
+            _TABLE, _FLAGS,
         ),
     )
 )  # fmt: skip

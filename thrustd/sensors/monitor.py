@@ -27,6 +27,7 @@ from thrustd.core.types import Fault, Status
 from thrustd.sensors.bank import SOURCES_OFF, Bank
 from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, WELL
+from thrustd.sensors.kinematics import balance_of, no_balance
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
 from thrustd.sensors.past import N_SOURCES
@@ -74,12 +75,21 @@ class Monitor:
         place = self._watches.sensors.index
         engines = range(len(layout.mounts_of_engine))
         spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])
-        self.bank = Bank(self._combiner.mounts, spools, place(("mach", 0)), self._combiner.shares)
+        self.bank = Bank(
+            self._combiner.mounts,
+            spools,
+            (place(("mach", 0)), place(("pressure_altitude_m", 0))),
+            self._combiner.shares,
+        )
         self._believed = np.ones((len(engines), N_SOURCES), np.bool_)
         self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]
         self._sat_since_m = nan  # altitude where SAT last moved
         self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
         self._sat_stuck = False
+        self._balance = no_balance()
+        self._accel_off = False  # by pitch and airspeed
+        balanced = ("accel_x_g", "accel_z_g", "pitch_deg", "mach", "sat_degC")
+        self._balanced = [((name, 0), place((name, 0))) for name in balanced]
         self._statuses = [0 for _ in engines]  # as of the last look
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._failed = [""] * len(layout.mounts_of_engine)  # route faults that were reported
@@ -93,8 +103,9 @@ class Monitor:
         self._t_ns = inputs.t_ns
         faults, changed = list[Fault](), -1
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
+            looked_s = 0.0 if self._watched_ns < 0 else (inputs.t_ns - self._watched_ns) * 1e-9
             self._watched_ns = inputs.t_ns
-            changed = self._look(inputs)
+            changed = self._look(inputs, looked_s)
             faults = self._changes(inputs.t_ns)
             self._statuses = list(map(self._status, range(len(self._sources))))
         else:
@@ -117,6 +128,7 @@ class Monitor:
             "kinds": _rows(self._kinds),
             "failed": self._failed,
             "excluded": sorted(map(list, self._excluded)),
+            "balance": [0.0 if value != value else value for value in self._balance[0].tolist()],
             "sat": [self._sat_since_m if isfinite(self._sat_since_m) else None, self._sat_stuck],
         }
 
@@ -129,6 +141,9 @@ class Monitor:
             self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
             self._failed = [str(kind) for kind in state["failed"]]
             self._excluded = frozenset((str(name), int(i)) for name, i in state["excluded"])
+            self._balance[0] = tuple(float(value) for value in state["balance"])
+            self._balance["v"] = nan
+            self._accel_off = bool(self._balance["found"].item())
             since_m, self._sat_stuck = state["sat"][0], bool(state["sat"][1])
             self._sat_since_m = nan if since_m is None else float(since_m)
         except (KeyError, IndexError, OverflowError, TypeError, ValueError):
@@ -160,12 +175,13 @@ class Monitor:
             status |= Status.MOUNT_FAILED if found == MOUNTS_OFF else Status.BROCHURE_FAILED
         return int(status)
 
-    def _look(self, inputs: MonitorInputs) -> int:
+    def _look(self, inputs: MonitorInputs, dt_s: float) -> int:
         """-> the engine of which another hypothesis leads now, or -1."""
         self._suspect = self._watches.step(inputs.readings)
         if self._suspect:
             self._acquit_jumps()
         self._judge_temperature(inputs.readings.item(self._altitude))
+        self._balance_acceleration(inputs.readings, dt_s)
         self._believed[:] = True
         if self._suspect:
             for row, sensors in zip(self._believed, self._sources, strict=True):
@@ -205,7 +221,7 @@ class Monitor:
         for engine, found in enumerate(self.bank.found.tolist()):
             if found != BROCHURE_OFF:  # its sensors are well: it is the engine or the air data
                 judged += [self._sources[engine][source] for source in SOURCES_OFF[found]]
-        return [*judged, ACCELERATION] if self._all_mounts_off() else judged
+        return [*judged, ACCELERATION] if self._accel_off or self._all_mounts_off() else judged
 
     def _all_mounts_off(self) -> bool:
         """Of every engine: it is what they share."""
@@ -217,6 +233,13 @@ class Monitor:
             found if t_ns - since_ns >= NAMED_AFTER_S * 1e9 else WELL
             for found, since_ns in zip(self.bank.found.tolist(), self._found_ns, strict=True)
         ]
+
+    def _balance_acceleration(self, readings: Floats, dt_s: float) -> None:
+        believed = [
+            readings.item(at) if sensor == ACCELERATION or not self._suspect or self._watches.trusts(sensor) else nan
+            for sensor, at in self._balanced
+        ]
+        self._accel_off = balance_of(self._balance, *believed, dt_s)
 
     def _judge_temperature(self, altitude_m: float) -> None:
         """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""

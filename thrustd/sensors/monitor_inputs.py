@@ -6,7 +6,16 @@ from thrustd.core.columns import Floats
 
 Sensor = tuple[str, int]  # (canonical channel name, engine or mount index)
 ENGINE_SIGNALS = ("fuel_flow_kg_s", "n1_pct", "n2_pct")
-AIRCRAFT_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_y_g", "accel_z_g", "tat_degC")
+AIRCRAFT_SIGNALS = (
+    "mach",
+    "pressure_altitude_m",
+    "sat_degC",
+    "accel_x_g",
+    "accel_y_g",
+    "accel_z_g",
+    "tat_degC",
+    "pitch_deg",
+)
 
 
 class Layout(NamedTuple):

@@ -25,10 +25,10 @@ FASTEST_RISE_N_S, FASTEST_FALL_N_S = 2000.0, 8000.0
 MOUNT_LEAD_FADES_S = 1.0
 LEVEL_PART = 0.2  # low pass of the level whose rate is taken
 RATE_PART = 0.3  # sensor noise is no throttle movement: the rate rises over a few rows
-# one row: time, thrust level, its recent rate, those of fuel flow and mounts, Mach;
+# one row: time, thrust level, its recent rate, those of fuel flow and mounts, Mach, dynamic pressure;
 # then by source what it said and whether it counts; sigmas of the mounts and the deck
-T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH = range(6)
-SAID, COUNTS = 6, 6 + N_SOURCES
+T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH, PRESSURE_PA = range(7)
+SAID, COUNTS = 7, 7 + N_SOURCES
 OWN_N, COMMON_N, DECK_N = COUNTS + N_SOURCES, COUNTS + N_SOURCES + 2, COUNTS + N_SOURCES + 4
 WIDTH = DECK_N + 1
 

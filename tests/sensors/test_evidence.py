@@ -1,0 +1,72 @@
+"""The bank's evidence on rows whose fault is known: each is found, an old one stays found, a healthy engine is left."""
+
+import numpy as np
+import pytest
+
+from thrustd.sensors import evidence
+from thrustd.sensors.past import COUNTS, DECK_N, MACH, N_SOURCES, OWN_N, SAID, T_S, WIDTH, no_past, remember
+
+SHARE = 0.46
+
+
+def said_of(thrust_n, fault, rng):
+    """By source, N: a healthy engine's own deviations, and the fault (5,)."""
+    healthy = np.array([SHARE * thrust_n, (1 - SHARE) * thrust_n, 1.02 * thrust_n, 1.05 * thrust_n, 0.97 * thrust_n])
+    return healthy + fault + rng.normal(0, 5.0, N_SOURCES)
+
+
+def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
+    """(n, 8, 3): probability, thrust and variance by hypothesis, every second; `fault_of` the time -> (5,)."""
+    rng, past, out, found = np.random.default_rng(0), no_past(1), np.zeros((evidence.N_HYPOTHESES, 3)), []
+    lead = evidence.WELL
+    for k in range(round(seconds / 0.4)):
+        t_s, row = 0.4 * k, np.zeros(WIDTH)
+        row[T_S], row[MACH], row[DECK_N] = t_s, 0.3, 60.0 + 0.034 * thrust_of(t_s)
+        row[SAID : SAID + N_SOURCES] = said_of(thrust_of(t_s), np.array(fault_of(t_s)), rng)
+        row[COUNTS : COUNTS + N_SOURCES] = [i not in silent for i in range(N_SOURCES)]
+        row[OWN_N : OWN_N + 2] = 30.0
+        assert remember(past, 0, row, SHARE)
+        if past["n"][0] > 2 and k % 5 == 0:
+            evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, lead, out)
+            lead = int(out[:, 0].argmax()) if out[:, 0].max() > 0.95 else lead
+            found.append(out.copy())
+    return np.array(found)
+
+
+def test_a_healthy_engine_is_left_alone():
+    rows = weighed(lambda t_s: [0.0] * 5, thrust_of=lambda t_s: 3000.0 + 2000.0 * (t_s > 300))
+    assert rows[:, evidence.WELL, 0].min() > 0.7
+    assert np.allclose(rows[:, :, 0].sum(axis=1), 1.0)
+    assert np.sqrt(rows[-1, evidence.WELL, 2]) < 60.0
+
+
+@pytest.mark.parametrize(("fault", "which"), [
+    ((400, 0, 0, 0, 0), evidence.UPPER_OFF), ((0, -400, 0, 0, 0), evidence.LOWER_OFF),
+    ((460, 540, 0, 0, 0), evidence.MOUNTS_OFF), ((0, 0, 1200, 0, 0), evidence.FUEL_OFF),
+    ((0, 0, 0, -1200, 0), evidence.N1_OFF), ((0, 0, 0, 0, 1500), evidence.N2_OFF),
+])  # fmt: skip
+def test_a_fault_is_found_and_the_thrust_is_that_of_before(fault, which):
+    rows = weighed(lambda t_s: fault if t_s > 300 else [0.0] * 5, 360.0)
+    assert rows[-1, :, 0].argmax() == which
+    assert rows[-1, which, 0] > 0.9
+    thrust_n, std_n = rows[-1, which, 1], np.sqrt(rows[-1, which, 2])
+    assert abs(thrust_n - 3000.0) < 3.0 * std_n
+
+
+def test_agreement_that_says_nothing_ends_no_fault():
+    """Found at idle, still there ten minutes later at an eightfold thrust."""
+    rows = weighed(lambda t_s: (500, 0, 0, 0, 0) if t_s > 60 else [0.0] * 5, 700.0,
+                   lambda t_s: 1000.0 if t_s < 120 else 8000.0)  # fmt: skip
+    assert (rows[-100:, evidence.UPPER_OFF, 0] > 0.9).all()
+
+
+def test_both_mounts_that_drift_are_in_the_band_from_three_sigma_of_the_deck_on_and_found_at_five():
+    rows = weighed(lambda t_s: np.array((0.46, 0.54, 0, 0, 0)) * 200.0 * max(t_s - 300.0, 0.0) / 60.0, 600.0)
+    drift_n, off = 200.0 * (2.0 * np.arange(len(rows)) - 300.0) / 60.0, rows[:, evidence.MOUNTS_OFF, 0]
+    assert (off[drift_n > 3.0 * 162.0] > 0.025).all()  # so the band holds it
+    assert (off[drift_n > 5.0 * 162.0] > 0.95).all()
+
+
+def test_a_source_that_is_silent_says_nothing():
+    rows = weighed(lambda t_s: (0, 0, 9e3, 0, 0) if t_s > 100 else [0.0] * 5, 200.0, silent=(2,))
+    assert rows[-1, evidence.WELL, 0] > 0.7

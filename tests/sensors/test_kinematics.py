@@ -1,0 +1,43 @@
+"""The accelerometer against pitch and airspeed: a bias and a sign are found, a flight that turns is not accused."""
+
+import numpy as np
+import pytest
+
+from thrustd.sensors.kinematics import balance_of, no_balance
+
+DT_S, SOUND_M_S = 0.1, 331.3
+
+
+def found_s(spoil, seconds=240.0, turning=False, begin_s=60.0):
+    """Seconds after the fault until it is found; None: never."""
+    rng, balance, v = np.random.default_rng(1), no_balance(), 110.0
+    for k in range(round(seconds / DT_S)):
+        t_s = k * DT_S
+        pitch_deg = 4.0 + 3.0 * np.sin(t_s / 20.0)
+        along_g = 0.01 * np.sin(t_s / 7.0)
+        v += DT_S * 9.80665 * along_g
+        load_g = 1.0 + (0.5 * max(np.sin(t_s / 15.0), 0.0) if turning else 0.0)
+        f_x_g = along_g + np.sin(np.radians(pitch_deg)) + 0.04 * (load_g - 1.0) + rng.normal(0, 0.002)
+        if t_s >= begin_s:
+            f_x_g = spoil(f_x_g)
+        mach = v / SOUND_M_S + rng.normal(0, 0.0004)
+        if balance_of(balance, f_x_g, load_g, pitch_deg + rng.normal(0, 0.05), mach, 0.0, DT_S):
+            return t_s - begin_s
+    return None
+
+
+@pytest.mark.parametrize("spoil", [lambda f: f + 0.07, lambda f: f - 0.07, lambda f: -f], ids=["+", "-", "sign"])
+def test_an_accelerometer_at_fault_is_found(spoil):
+    assert 0.0 < found_s(spoil) < 30.0
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_a_healthy_one_is_not(turning):
+    assert found_s(lambda f: f, 600.0, turning) is None
+
+
+def test_what_is_not_measured_says_nothing():
+    balance = no_balance()
+    for _ in range(100):
+        assert not balance_of(balance, 0.5, 1.0, np.nan, 0.3, 0.0, DT_S)
+        assert not balance_of(balance, 0.5, 1.0, 3.0, 0.1, 0.0, DT_S)
