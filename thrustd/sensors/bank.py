@@ -142,9 +142,9 @@ def _lead(found: int, out: Floats) -> int:
     for which in range(N_HYPOTHESES):
         if out[which, 0] > out[best, 0]:
             best = which
-    if best != found and (out[best, 0] > FOUND or out[found, 0] < OVER):
+    if out[best, 0] > FOUND:
         return best
-    return found
+    return WELL if out[found, 0] < OVER else found
 
 
 def _look_at(

@@ -44,7 +44,7 @@ LINE_FLOOR_N = 2500.0
 LEAST_DECK_N = 40.0
 WHITE_N = (10.0, 10.0, 20.0, 20.0, 30.0)  # of a row
 LAG_S, LAG_LASTS_S = (0.15, 0.15, 2.5, 0.6, 1.0), 4.0  # lead or lag of a thrust that moves
-FUEL_LEADS_S = 1.0  # of its own rate
+FUEL_LEADS_S = 0.5  # of its own rate
 MOUNTS_LEAD_S = 0.7  # of theirs, against all of the brochure
 
 

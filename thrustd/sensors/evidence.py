@@ -217,6 +217,8 @@ def weigh(rows: Floats, n: int, share: float, found: int, out: Floats) -> None:
                 _grow(shape, f, k, across, q)
             ratio, moved_n, more_n2 = _update(shape, size_n, q, g, u, m, work, lg, lu)
             logs[at] = log(_prior(which, m, at % 2, n, found)) + ratio
+            if which != found:
+                logs[at] += out[WELL, 0]  # a fault that was found leaves the others, too, less
             said[at, 0], said[at, 1] = out[WELL, 1] + moved_n, out[WELL, 2] + more_n2
         _sum_up(logs, said, out[which])
     out[:, 0] = np.exp(out[:, 0] - out[:, 0].max())

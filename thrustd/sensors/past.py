@@ -120,7 +120,11 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     fuel_n = row[SAID + FUEL_FLOW] if row[COUNTS + FUEL_FLOW] != 0.0 else level_n
     row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, 0, level_n, dt_s, LAG_FADES_S)
     row[MOUNT_RATE_N_S] = _mount_rate_n_s(memory, row, dt_s)
-    row[FUEL_RATE_N_S] = _rate_n_s(memory, 1, fuel_n, dt_s, FUEL_LAG_FADES_S)
+    fuel_rate_n_s = abs(fuel_n - memory.lagged_n[1]) / dt_s if dt_s > 0.0 else 0.0
+    memory.rate_n_s[1] *= exp(-dt_s / FUEL_LAG_FADES_S)
+    if isfinite(fuel_rate_n_s):
+        memory.rate_n_s[1] = max(memory.rate_n_s[1], fuel_rate_n_s)  # a fuel flow steps before anything follows
+    memory.lagged_n[1], row[FUEL_RATE_N_S] = fuel_n, memory.rate_n_s[1]
     for i in range(memory.n, 0, -1):
         rows[i] = rows[i - 1]
     rows[0] = row
