@@ -29,6 +29,7 @@ SENSORS = {  # name -> (cruise value, noise, offset, drift per second, noise of 
     ("accel_y_g", 0): (0.0, 0.002, 0.3, 0.3, 0.3),
     ("accel_z_g", 0): (1.0, 0.003, 0.8, 1.0, 0.6),
 }
+OTHERS = {"pitch_deg": (float(np.degrees(np.arcsin(0.05))), 0.05)}  # value, noise: as the acceleration says
 ALL = [*SENSORS, *[sensor for sensor in LAYOUT.sensors() if sensor not in SENSORS]]
 SELDOM = ("temperature_degC",)  # read once a second
 
@@ -52,7 +53,9 @@ def fly(sensor=None, kind="", seconds=92.0, seed=0):
     for k in range(round(seconds * 10)):
         t_s, last, read = k / 10, read, {}
         for name in ALL:
-            parts = SENSORS.get(name) or next(p for key, p in SENSORS.items() if key[0] == name[0])
+            parts = (
+                SENSORS.get(name) or OTHERS.get(name[0]) or next(p for key, p in SENSORS.items() if key[0] == name[0])
+            )
             value = parts[0] + parts[1] * rng.normal() + (5.0 * t_s if name[0] == "pressure_altitude_m" else 0.0)
             if name == sensor and START_S <= t_s < END_S:
                 held = value if held is None else held
@@ -110,7 +113,7 @@ def cruise(k, rng):
     """Readings of a steady cruise at step k of 0.1 s."""
     read = {}
     for name in ALL:
-        parts = SENSORS.get(name) or next(p for key, p in SENSORS.items() if key[0] == name[0])
+        parts = SENSORS.get(name) or OTHERS.get(name[0]) or next(p for key, p in SENSORS.items() if key[0] == name[0])
         read[name] = parts[0] + parts[1] * rng.normal()
     return read
 
