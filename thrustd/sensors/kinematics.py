@@ -4,7 +4,7 @@
 
 A Kalman filter for V and b with Mach's airspeed as its measurement: in steady flight b is known to 0.003 g within some
 10 s, beside 0.008 g of mounting. What a turn adds (w q - v r) goes with |n_z - 1|, and is doubt for a while. More than
-FOUND sigmas is a fault of the accelerometer; three recorded flights never came to five, in turns and stalls.
+FOUND sigmas is a fault of the accelerometer; three recorded flights never came to four, in turns and stalls.
 Reference: Klein & Morelli, Aircraft System Identification, sec. 3.3 and 10.1 (kinematic consistency).
 """
 
@@ -21,8 +21,8 @@ WANDER_G = 1e-3  # of b, per root of a second
 MOUNTING_G, START_G = 0.008, 0.02
 OF_A_TURN, TURN_NOISE, TURN_FADES_S = 0.1, 0.3, 40.0
 FLYING_MACH = 0.2  # slower: Mach is no airspeed yet
-FOUND, OVER = 6.0, 2.0  # sigmas
-SETTLED_S = 5.0
+FOUND, OVER = 5.0, 2.0  # sigmas
+SETTLED_S = 20.0  # the climb-out rotates
 SOUND_M_S = 20.0468  # of the root of the temperature
 BALANCE = np.dtype([(name, np.float64) for name in ("v", "b", "p_vv", "p_vb", "p_bb", "turn", "since_s", "found")])
 
