@@ -18,13 +18,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from thrustd.identify.fit_hw_pwl import fit_hw_pwl
 from thrustd.identify.identify import score_structure
 from thrustd.identify.report import as_table, errors_of
 from thrustd.identify.segments import segments_of
 from thrustd.identify.structures import Fitted, shelf
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.structure import of_spec
 from thrustd.records.recording import Recording
 from thrustd.twin.bench import multisine_bench, sine_bench, step_bench
 
@@ -110,7 +108,7 @@ def table_of_programmes(hours: float, rate_hz: float, console: Console) -> None:
         table.add_column(name, justify="right")
     rmse_n = {}
     for name, records in kinds.items():
-        fitted = of_spec(fit_hw_pwl(records).spec, 0)
+        fitted = shelf()["hw-pwl"].fit(segments_of(records), BlockFits(), None)
         rmse_n[name] = [errors_of(fitted, segments_of([r])).rmse_n for r in unseen.values()]
         table.add_row(name, *(f"{value:.0f}" for value in rmse_n[name]))
     console.print(table)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from thrustd.identify.hw_fit import HwSettings, fit_segments
-from thrustd.identify.hw_spec import spec_of
+from thrustd.identify.regression.hypotheses import Asked, explained
+from thrustd.identify.regression.table import spec_of
 from thrustd.identify.segments import segments_of
 from thrustd.identify.structures.structure import of_spec
 from thrustd.model.artifact import LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, RealMode, ValidRange
@@ -21,10 +21,10 @@ def cubic_hammerstein():
 
 def test_a_cubic_hammerstein_system_is_found_exactly():
     data, sigma = record(cubic_hammerstein(), 8000)
-    fit = fit_segments(segments_of([data]), HwSettings(2, input_shape="cubic", output_shape="line"))
-    assert fit.rmse < 1.03 * sigma
-    spec = spec_of(fit, "found", "hammerstein", ("cubic", "line"))
-    assert isinstance(spec.input_curve, Polynomial)
+    found = explained(segments_of([data]), Asked("cubic", "line", order=2))
+    assert np.sqrt(found.mean_square) * found.shape.output_scale < 1.03 * sigma
+    spec = spec_of(found, segments_of([data]), "found")
+    assert len(spec.linear.real_modes) == 2
     assert len(spec.output_curve.x) == 2
     segment = segments_of([data])[0]
     error = segment.force_n - of_spec(spec, 0).simulate(segment)

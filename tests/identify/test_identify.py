@@ -8,9 +8,8 @@ import pytest
 
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.identify.checks import check_records
-from thrustd.identify.hw_fit import HwSettings
-from thrustd.identify.identify import USUAL, identify, split
-from thrustd.identify.order import Choice, _smallest
+from thrustd.identify.identify import identify, split
+from thrustd.identify.regression.hypotheses import Asked
 from thrustd.identify.report import as_table, errors_of
 from thrustd.identify.segments import FORCE, segments_of, thinned
 from thrustd.identify.sensitivity import residuals
@@ -32,7 +31,7 @@ from thrustd.records.recording import make_recording
 
 from .hw_truth import OSCILLATING, record, truth
 
-SMALL = HwSettings(order=2, input_segments=4, output_segments=4)
+SMALL = Asked(order=2, segments=4)
 QUICK = [name for name in shelf() if shelf()[name].family in {"physical", "static", "autoregressive"}]
 
 
@@ -158,11 +157,6 @@ def test_useless_records_are_refused(bench):
         check_records([empty])
 
 
-def test_the_smallest_model_near_the_best_is_chosen():
-    choices = [Choice(6, n, 1.0, error) for n, error in ((1, 50.0), (3, 10.1), (6, 10.0), (10, 10.3))]
-    assert _smallest(choices, [c.segments for c in choices]) == 3
-
-
 def test_what_is_held_out_is_not_reported_as_missing():
     flat = make_recording("bench", {"time_s": np.arange(100.0), "deformation_mm": np.ones(100), FORCE: np.ones(100)})
     (training,), (held_out,) = split([flat])
@@ -174,9 +168,8 @@ def test_what_is_held_out_is_not_reported_as_missing():
 def test_where_the_usual_structure_fails_others_are_tried_and_said():
     """A resonance, which one real mode between two straight lines cannot follow."""
     data, _ = record(truth(OSCILLATING), 2000, hold=150)
-    few = HwSettings(order=1, input_segments=1, output_segments=1)
-    found = identify([data], settings=few, others=("static-pwl", "oe-2-2"))
-    assert [score.structure for score in found.scores] == [USUAL, "static-pwl", "oe-2-2"]
+    found = identify([data], settings=Asked(order=1, segments=1), others=("static-pwl", "oe-2-2"))
+    assert [score.structure for score in found.scores] == ["hw-pwl+prandtl-ishlinskii", "static-pwl", "oe-2-2"]
     assert found.spec.structure == "oe-2-2"
     assert any("others were tried" in line for line in found.warnings)
 
@@ -208,10 +201,10 @@ def test_structures_share_the_fits_they_have_in_common(bench):
     weight, core = structure_named("hw-pwl+weight"), structure_named("hw-pwl")
     still = bench[0].with_channels(accel_z_g=np.ones(6000))
     for structure in (core, weight):
-        fitted = structure.fit(segments_of([still], structure.channels), fits, lambda stage, _: made.append(stage))
+        fitted = structure.fit(segments_of([still], structure.channels), fits, lambda step, _: made.append(step))
         made.append(structure.name)
     assert made[-2:] == ["hw-pwl", "hw-pwl+weight"]
-    assert fitted.note == "accel_z_g never moves: this is HW-PWL"
+    assert fitted.note == "accel_z_g never moves: this is hw-pwl"
 
 
 def test_an_output_that_stands_still_while_the_input_moves_is_said(bench):

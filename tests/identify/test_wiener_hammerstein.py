@@ -4,7 +4,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from thrustd.identify.hw_fit import HwSettings
 from thrustd.identify.identify import identify
 from thrustd.identify.structures.wiener_hammerstein import _block, _poles, _turned, _zeros
 from thrustd.model.artifact import (
@@ -37,7 +36,7 @@ def record(seed, n=4000, rate_hz=50.0, noise=0.002):
 
 
 def test_both_linear_blocks_are_found():
-    found = identify([record(1)], [record(2)], ["oe-6-4", "wiener", "wiener-hammerstein"], HwSettings(order=4))
+    found = identify([record(1)], [record(2)], ["oe-6-4", "wiener", "wiener-hammerstein"])
     fits = {score.structure: score.validation.fit_pct for score in found.scores}
     assert fits["wiener-hammerstein"] > 97.0 > fits["wiener"] > fits["oe-6-4"]
     assert found.spec.structure == "wiener-hammerstein"

@@ -27,11 +27,18 @@ def add_verbs(verbs: Verbs) -> None:
         "--validate-columns", nargs=2, metavar=("INPUT", "OUTPUT"), help="where records to validate name them otherwise"
     )
     identify.add_argument(
-        "--structure", action="append", default=[], help="structure to fit (default hw-pwl, others if it fails)"
+        "--structure",
+        action="append",
+        default=[],
+        help="structure to fit (default hw-pwl+prandtl-ishlinskii, others if it fails)",
     )
     identify.add_argument("--all", action="store_true", help="fit every structure of the thesis, side by side")
-    identify.add_argument("--order", default="6", help="order of the linear block, or 'auto' (default 6)")
-    identify.add_argument("--segments", type=int, default=10, help="segments of both curves (default 10)")
+    identify.add_argument(
+        "--order", default="auto", help="poles of the linear block (default auto: as many as the data show)"
+    )
+    identify.add_argument(
+        "--segments", type=int, help="of both curves (default: as many as keep within a tenth of the noise)"
+    )
     add_json(identify)
 
     plan = add_verb(
@@ -47,7 +54,7 @@ def add_verbs(verbs: Verbs) -> None:
         help="to write: time_s, force_N; weight: accel_z_g too",
     )
     plan.add_argument("--hours", type=float, default=8.0, help="length, the minute at rest included (default 8)")
-    plan.add_argument("--low", type=float, default=400.0, metavar="N", help="smallest force (default 400)")
+    plan.add_argument("--low", type=float, default=0.0, metavar="N", help="smallest force (default 0)")
     plan.add_argument("--high", type=float, default=6500.0, metavar="N", help="largest force (default 6500)")
     plan.add_argument("--seed", type=seed, default=0, help="draws levels, times and phases (default 0)")
 
@@ -83,18 +90,16 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     other = Roles(*arguments.validate_columns) if arguments.validate_columns else roles
     validate = recordings_in_roles(arguments.validate, arguments, other)
     names = list(shelf()) if arguments.all else arguments.structure
-    settings, choices = _settings(arguments, train)
+    wish = _wish(arguments)
     with progress("identify") as advance:
         others = () if roles.own else OTHERS
         with own_words(roles):
-            found = identify(train, validate, names, settings, arguments.out.stem, advance, others)
+            found = identify(train, validate, names, wish, arguments.out.stem, advance, others)
     found = _in_own_words(found, roles)
     write_model_file(found.spec, arguments.out)
     if arguments.json:
-        print_json(found.to_json() | ({"order": choices.to_json()} if choices is not None else {}))
+        print_json(found.to_json())
     else:
-        if choices is not None:
-            console().print(choices.table(found.unit))
         found.print(console())
     best = f", of {len(found.scores)} the best on data not fitted to" if len(found.scores) > 1 else ""
     note(f"written: {arguments.out} ({found.spec.structure}{best})")
@@ -106,22 +111,17 @@ def _in_own_words(found: Any, roles: Any) -> Any:
     return replace(found, warnings=tuple(map(roles.in_words, found.warnings)), unit=roles.output_unit)
 
 
-def _settings(arguments: argparse.Namespace, train: list[Any]) -> tuple[Any, Any]:
-    """(settings, table of choices or None); --order auto chooses by held-out blocks."""
-    from thrustd.identify.fit_hw_pwl import HwSettings
+def _wish(arguments: argparse.Namespace) -> Any:
+    """Order and segments of the artifact, where they were asked for."""
+    from thrustd.identify.regression.hypotheses import Asked
 
-    if not 1 <= arguments.segments <= 100:
+    if arguments.segments is not None and not 1 <= arguments.segments <= 100:
         raise UsageError(f"--segments {arguments.segments}: expected 1 to 100")
     if arguments.order == "auto":
-        from thrustd.identify.order import choose_order
-
-        with progress("order"):
-            chosen = choose_order(train)
-        return chosen.settings, chosen
+        return Asked(segments=arguments.segments)
     if not (arguments.order.isdecimal() and 1 <= int(arguments.order) <= 20):
         raise UsageError(f"--order {arguments.order}: expected 1 to 20, or auto")
-    segments = arguments.segments
-    return HwSettings(order=int(arguments.order), input_segments=segments, output_segments=segments), None
+    return Asked(order=int(arguments.order), segments=arguments.segments)
 
 
 def plan_verb(arguments: argparse.Namespace) -> int:

@@ -12,8 +12,8 @@ from thrustd.core.errors import RecordingError, ThrustdError
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_apart, check_records
 from thrustd.identify.first_state import levels_of
-from thrustd.identify.hw_fit import STAGES, HwSettings
-from thrustd.identify.hw_fit import Progress as HwProgress
+from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.solve import Progress as Told
 from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
 from thrustd.identify.segments import FORCE, Segment, segments_of
 from thrustd.identify.structures import Fitted, Structure, structure_named
@@ -26,6 +26,7 @@ STILL = 0.1  # of the deviation of the data fitted to: what moves less tells not
 USUAL = "hw-pwl+prandtl-ishlinskii"
 EXPLAINED_PCT = 97.0  # fit on validation data; with less other structures are tried, when none was named
 OTHERS = ("oe-2-2", "oe-6-4", "hammerstein", "wiener", "hammerstein-wiener", "wiener-hammerstein", "feedback")
+HALFWAY = 30  # steps of a search, after which half of its share is told: nobody knows how many it takes
 Progress = Callable[[float], None]  # share done, 0 to 1
 
 
@@ -59,7 +60,7 @@ def identify(
     train: Sequence[Recording],
     validate: Sequence[Recording] = (),
     structures: Sequence[str] = (),
-    settings: HwSettings | None = None,
+    settings: Asked | None = None,
     name: str = "mount",
     progress: Progress | None = None,
     others: Sequence[str] = (),
@@ -73,7 +74,7 @@ def identify(
     fitting, held_out = (list(train), list(validate)) if validate else split(train)
     warnings = check_records([*train, *validate], mount=not others) + check_apart(train, validate)
     total = len(structures) or 1 + len(others)
-    fits = BlockFits(settings or HwSettings())
+    fits = BlockFits(settings or Asked())
 
     def scored(structure: Structure, place: int) -> tuple[Fitted, Score]:
         return score_structure(structure, fitting, held_out, fits, _share(progress, place, total))
@@ -96,7 +97,8 @@ def identify(
     assert fitted.spec is not None
     worse = useless(best, fitting)
     warnings = [*worse, *warnings, *(f"{best.structure}: {line}" for line in fitted.warnings)]
-    options: dict[str, str | float] = {"structure": best.structure, "order": fits.hw_pwl.order}
+    options: dict[str, str | float] = {"structure": best.structure}
+    options |= {key: wish for key, wish in (("order", fits.wish.order), ("segments", fits.wish.segments)) if wish}
     spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
     scores = tuple(score for _, score in results)
     return Identified(spec, scores, tuple(dict.fromkeys(warnings)), usable=not worse)
@@ -121,16 +123,16 @@ def useless(best: Score, fitting: Sequence[Recording]) -> list[str]:
     ]
 
 
-def _share(progress: Progress | None, place: int, total: int) -> HwProgress | None:
-    """What a fit tells of its stages as a share of everything: structures before this one, stages before this one."""
+def _share(progress: Progress | None, place: int, total: int) -> Told | None:
+    """What a fit tells of its steps as a share of everything: structures before this one, steps of this one."""
     if progress is None:
         return None
-    furthest = 0
+    steps = 0
 
-    def heard(stage: str, rmse: float) -> None:
-        nonlocal furthest
-        furthest = max(furthest, STAGES.index(stage))
-        progress((place + furthest / len(STAGES)) / total)
+    def heard(iteration: int, rmse: float) -> None:
+        nonlocal steps
+        steps += 1
+        progress((place + steps / (steps + HALFWAY)) / total)
 
     return heard
 
@@ -151,7 +153,7 @@ def score_structure(
     train: Sequence[Recording],
     validate: Sequence[Recording],
     fits: BlockFits,
-    progress: HwProgress | None = None,
+    progress: Told | None = None,
 ) -> tuple[Fitted, Score]:
     """Fit one structure and score it."""
     segments = _segments(structure, train)
@@ -162,11 +164,11 @@ def score_structure(
     known = levels_of(fitted.simulate, segments)  # what is held back of a record began where the record did
     seen, new = errors_of(fitted, segments, known), errors_of(fitted, unseen, known)
     aic, bic = information(seen, fitted.n_parameters)
-    score = Score(structure.name, structure.title, structure.family, seen, new, fit_s, fitted.n_parameters, aic, bic)
-    return fitted, score
+    figures = (seen, new, fit_s, fitted.n_parameters, aic, bic, fitted.same_as)
+    return fitted, Score(structure.name, structure.title, structure.family, *figures)
 
 
-def _fitted(structure: Structure, segments: list[Segment], fits: BlockFits, progress: HwProgress | None) -> Fitted:
+def _fitted(structure: Structure, segments: list[Segment], fits: BlockFits, progress: Told | None) -> Fitted:
     """One that cannot be fitted to these data is a line of the table and no end of the others."""
     try:
         return structure.fit(segments, fits, progress)

@@ -44,6 +44,7 @@ class Score:
     n_parameters: int
     aic: float
     bic: float
+    same_as: str = ""  # the structure whose figures these are
 
 
 def errors_of(fitted: Fitted, segments: Sequence[Segment], known: Levels | None = None) -> Errors:
@@ -110,8 +111,9 @@ def as_table(scores: Sequence[Score], unit: str = "N") -> Table:
     for i, name in enumerate(columns):
         if told or i != ABOVE:
             table.add_column(name, justify="right" if i else "left", no_wrap=i > 0, min_width=0 if i else 16)
+    shown = {score.structure for score in scores}
     for score in scores:
-        cells = _cells(score)
+        cells = _cells(score) if score.same_as not in shown else [score.title, f"= {score.same_as}", *[""] * 10]
         table.add_row(*(cell for i, cell in enumerate(cells) if told or i != ABOVE))
     return table
 

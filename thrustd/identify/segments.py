@@ -18,6 +18,7 @@ FORCE = "force_N"
 SHORTEST = 20  # samples; a shorter stretch tells nothing about dynamics
 STRETCHES = 4  # of every segment, when not all of it is looked at
 BRIDGE = 5  # missing samples bridged by a straight line
+COARSE, FAST, MOST_FINE = 3.0, 0.05, 30  # longest step over the 5 % shortest; samples per sample at most
 UNEVEN = 0.02  # a step that differs more than this from the median step asks for resampling
 
 
@@ -53,7 +54,11 @@ def segments_of(records: Sequence[Recording], channels: Iterable[str] = (), forc
 def _of_record(record: Recording, wanted: list[str], force: bool) -> list[Segment]:
     columns = wanted + ([FORCE] if force or FORCE in record else [])
     chosen = record.select(columns)
-    stretches = chosen.segments(BRIDGE + 1.5)  # a few lost samples are bridged, like missing values
+    steps_s = np.diff(chosen.time_s)
+    varied = float(np.quantile(steps_s, 0.9) / np.median(steps_s)) if len(steps_s) else 1.0
+    stretches = chosen.segments(
+        (BRIDGE + 1.5) * max(1.0, varied)
+    )  # a few lost samples are bridged, like missing values
     pieces = [chosen.rows(part) for part in stretches if part.stop - part.start >= SHORTEST]
     return [segment for piece in pieces for segment in _of_piece(_even(piece), wanted)]
 
@@ -63,8 +68,22 @@ def _even(piece: Recording) -> Recording:
     middle_s = float(np.median(steps_s))
     if float(np.ptp(steps_s)) <= UNEVEN * middle_s:
         return piece
+    if float(steps_s.max()) > COARSE * float(np.quantile(steps_s, FAST)):
+        return _on_fine_axis(piece, max(float(np.quantile(steps_s, FAST)), piece.duration_s / (MOST_FINE * len(piece))))
     even = piece.resample(1.0 / middle_s)
     return even.with_channels(**{name: _with_holes(piece, name, even) for name in piece.channels})
+
+
+def _on_fine_axis(piece: Recording, step_s: float) -> Recording:
+    """Steps that vary many-fold: inputs on an axis as fine as the finest of them, the reference only where measured."""
+    even = piece.resample(1.0 / step_s)
+    columns = {name: _with_holes(piece, name, even) for name in piece.channels}
+    if FORCE in columns:
+        nearest = np.unique(np.clip(np.round((piece.time_s - even.time_s[0]) / step_s), 0, len(even) - 1).astype(int))
+        measured = np.full(len(even), np.nan)
+        measured[nearest] = np.interp(even.time_s[nearest], piece.time_s, piece[FORCE])
+        columns[FORCE] = measured
+    return even.with_channels(**columns)
 
 
 def _with_holes(piece: Recording, name: str, even: Recording) -> Floats:

@@ -10,8 +10,7 @@ from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.diagnose_report import CandidateReport
-from thrustd.identify.artifact import finished
-from thrustd.identify.fit_hw_pwl import HwSettings, fit_hw_pwl
+from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec, write_model
 from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named
@@ -26,26 +25,20 @@ Progress = Callable[[float, str], None]
 
 CARD = ("title", "equation", "source", "channels", "site", "separating_test")
 HELD_BACK = 0.25  # of a bench record: its end judges the fit and makes the error map
-ORDER = 4  # time constants of a first model
-STEPS = 30.0  # of a search, after which its bar is two thirds full
 
 
 def fit(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """A first model from bench recordings, as `thrustd identify` makes it."""
     records = marked_recordings(folder, arguments["recordings"])
     train, held_back = zip(*map(_parted, records), strict=True)
-    seen = 0
 
-    def tell(what: str, rmse_n: float) -> None:
-        nonlocal seen
-        seen += 1
-        progress(0.9 * (1 - math.exp(-seen / STEPS)), f"{what}: {rmse_n:.1f} N")
+    def tell(share: float) -> None:
+        progress(0.9 * share, "fit")
 
     name = arguments["out"]
-    found = fit_hw_pwl(list(train), HwSettings(order=ORDER), tell, Path(name).stem)
-    progress(0.92, "error map on the held-back end")
-    save_model(folder, name, finished(found.spec, list(train), list(held_back), {"order": ORDER}))
-    return {"model": name, "rmse_n": found.rmse_n, "warnings": list(found.warnings)}
+    found = identify(list(train), list(held_back), name=Path(name).stem, progress=tell)
+    save_model(folder, name, found.spec)
+    return {"model": name, "rmse_n": found.scores[0].train.rmse_n, "warnings": list(found.warnings)}
 
 
 def _parted(record: Recording) -> tuple[Recording, Recording]:

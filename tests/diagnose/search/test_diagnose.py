@@ -11,7 +11,6 @@ from scipy.signal import lfilter
 from tests.diagnose.scene import DT_S, NOISE_N, inertia, mount, record
 from thrustd.core.errors import RecordingError
 from thrustd.diagnose.search.diagnose import diagnose
-from thrustd.identify.fit_hw_pwl import HwSettings
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
@@ -126,7 +125,7 @@ def test_the_models_own_output_is_no_reference():
 
 def test_an_effect_that_was_there_at_the_identification_is_found_all_the_same():
     friction = EffectSpec("hysteresis", {"friction_n": 150.0, "yield_mm": 0.05})
-    model = identify([record([friction], seed=5)], settings=HwSettings(order=2)).spec
+    model = identify([record([friction], seed=5)]).spec
     report = diagnose(model, [record([friction], seed=6)])
     assert report.verdict[0] in ("hysteresis", "free_play")
     assert "hysteresis" in {report.verdict[0], *report.candidates[0].separable_from}
@@ -135,7 +134,7 @@ def test_an_effect_that_was_there_at_the_identification_is_found_all_the_same():
 
 def test_a_rubber_block_of_another_size_that_warmed_up():
     """Strain steps at 10 Hz up to 8 mm and 400 N, identified cold."""
-    model = identify([_rubber(1, warmer_k=0.0)], settings=HwSettings(order=3)).spec
+    model = identify([_rubber(1, warmer_k=0.0)]).spec
     report = diagnose(model, [_rubber(2, warmer_k=25.0)])
     assert report.verdict == ("thermal_stiffness",)
     number = report.candidates[0].parameters[0]

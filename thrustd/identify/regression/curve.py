@@ -26,7 +26,8 @@ class Grid(NamedTuple):
 
     def centres(self) -> Floats:
         """Where a straight line has the coefficients' values (n,): Greville abscissae."""
-        return np.asarray(self.low + self.step * (np.arange(self.n) - 1.0), float)
+        centres: Floats = self.low + self.step * (np.arange(self.n, dtype=np.float64) - 1.0)
+        return centres
 
     def values(self, v: Floats) -> Floats:
         """Basis (len(v), n)."""

@@ -16,6 +16,9 @@ from thrustd.identify.regression.curve import bspline
 from thrustd.model.stage import Floats, jit
 
 Complexes = NDArray[np.complex128]
+Bools = NDArray[np.bool_]
+
+FADED = 1e-100  # a factor kept apart goes back into what it multiplies before it is too small to divide by
 
 
 class Core(NamedTuple):
@@ -39,10 +42,10 @@ class Memory(NamedTuple):
     """What the core remembers from sample to sample; changed in place."""
 
     w: Floats  # (1,)
-    basis: Floats  # (n_f,) of the sample before
+    touched: Floats  # (5,) of the sample before: first basis function that is not zero, values of it and three more
     lag: Floats  # (m,)
     lag_move: Floats  # (m,)
-    lag_basis: Floats  # (m, n_f)
+    lag_basis: Floats  # (m, n_f) of the basis alone, `f_zero` left out
     pair: Complexes  # (p,)
     pair_move: Complexes  # (p, 2)
     pair_basis: Complexes  # (p, n_f)
@@ -51,13 +54,14 @@ class Memory(NamedTuple):
 def at_rest(core: Core, d: float) -> Memory:
     """Settled for ever at the input d."""
     m, p, n = len(core.gain), len(core.pair), len(core.f)
-    basis, four = -core.f_zero, np.empty(8)
+    basis, four = np.zeros(n), np.empty(8)
     first = bspline(d, core.f_place[0], core.f_place[1], n, four)
     basis[first : first + 4] += four[:4]
-    w = float(basis @ core.f)
+    w = float((basis - core.f_zero) @ core.f)
     still = np.tile(basis, (m, 1)), np.tile(basis, (p, 1)).astype(complex)
     lags, pairs = np.full(m, w), np.full(p, w + 0j)
-    return Memory(np.array([w]), basis, lags, np.zeros(m), still[0], pairs, np.zeros((p, 2), complex), still[1])
+    touched = np.concatenate(([first], four[:4]))
+    return Memory(np.array([w]), touched, lags, np.zeros(m), still[0], pairs, np.zeros((p, 2), complex), still[1])
 
 
 @jit
@@ -95,15 +99,17 @@ def run(core: Core, memory: Memory, d: Floats, y: Floats) -> None:
 
 @jit
 def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as the signal flows
-    core: Core, memory: Memory, d: Floats, y: Floats, columns: Floats
+    core: Core, memory: Memory, d: Floats, counted: Bools, y: Floats, slopes: Floats, columns: Floats
 ) -> None:
-    """As `run`, and d y / d (f, gains, log tau, pair gains, log poles, h) into columns (n, n_columns).
+    """As `run`; where `counted` (n,), d y / d (f, gains, log tau, pair gains, log poles, h) into columns (n, n_columns)
+    and d y / d x into slopes (n,), elsewhere these stay as they were.
 
-    Without `core.move` the columns for poles are left out.
+    Without `core.move` the columns for poles are left out. A basis function behind a lag only fades between the samples
+    that touch it, so the fading is kept as one factor a lag, and only four of the n_f are changed per sample.
     """
-    four, bend = np.empty(8), np.empty(8)
+    four, bend, sens = np.empty(8), np.empty(8), np.empty(core.f.size)
     n_f, n_h, m, p = core.f.size, core.h.size, core.gain.size, core.pair.shape[0]
-    sens = np.empty(n_f)
+    faded, pair_faded = np.ones(m), np.ones(p, np.complex128)
     total_gain = 1.0
     for i in range(m):
         total_gain += core.gain[i]
@@ -116,37 +122,32 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
     at_pair = at_tau + (m if core.move else 0)
     at_pole = at_pair + 2 * p
     at_h = at_pole + (2 * p if core.move else 0)
+    before_first, before_four = int(memory.touched[0]), memory.touched[1:].copy()
     for k in range(d.size):
         first = bspline(d[k], core.f_place[0], core.f_place[1], n_f, four)
         w = -zero
         for q in range(4):
             w += four[q] * core.f[first + q]
-        before = memory.w[0]
-        x = total_gain * w
-        for j in range(n_f):
-            sens[j] = -total_gain * core.f_zero[j]
-        for q in range(4):
-            sens[first + q] += total_gain * four[q]
+        before, x, wanted = memory.w[0], total_gain * w, counted[k]
         for i in range(m):
             a, b0, b1, g = core.lag[i, 0], core.lag[i, 1], core.lag[i, 2], core.gain[i]
             old = memory.lag[i]
             s = a * old + b0 * before + b1 * w
             memory.lag[i] = s
             x -= g * s
-            columns[k, n_f + i] = w - s
             if core.move:
                 moved = a * memory.lag_move[i] + core.lag_move[i, 0] * old
                 moved += core.lag_move[i, 1] * before + core.lag_move[i, 2] * w
                 memory.lag_move[i] = moved
-                columns[k, at_tau + i] = -g * moved
-            if g != 0.0:  # else nobody asks for it
-                row = memory.lag_basis[i]
+            row, fade = memory.lag_basis[i], faded[i] * a
+            if fade < FADED:
                 for j in range(n_f):
-                    row[j] = a * row[j] + b0 * memory.basis[j] - b1 * core.f_zero[j]
-                for q in range(4):
-                    row[first + q] += b1 * four[q]
-                for j in range(n_f):
-                    sens[j] -= g * row[j]
+                    row[j] *= fade
+                fade = 1.0
+            faded[i] = fade
+            for q in range(4):
+                row[before_first + q] += b0 / fade * before_four[q]
+                row[first + q] += b1 / fade * four[q]
         for i in range(p):
             ca, cb0, cb1 = core.pair[i, 0], core.pair[i, 1], core.pair[i, 2]
             gr, gi = core.pair_gain[i, 0], core.pair_gain[i, 1]
@@ -154,39 +155,73 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
             z = ca * old_z + cb0 * before + cb1 * w
             memory.pair[i] = z
             x += gi * z.imag - gr * z.real
-            columns[k, at_pair + 2 * i] = w - z.real
-            columns[k, at_pair + 2 * i + 1] = z.imag
             if core.move:
                 for q in range(2):
                     turned = ca * memory.pair_move[i, q] + core.pair_move[i, q, 0] * old_z
                     turned += core.pair_move[i, q, 1] * before + core.pair_move[i, q, 2] * w
                     memory.pair_move[i, q] = turned
-                    columns[k, at_pole + 2 * i + q] = gi * turned.imag - gr * turned.real
-            line = memory.pair_basis[i]
-            for j in range(n_f):
-                line[j] = ca * line[j] + cb0 * memory.basis[j] - cb1 * core.f_zero[j]
+            line, turn = memory.pair_basis[i], pair_faded[i] * ca
+            if abs(turn) < FADED:
+                for j in range(n_f):
+                    line[j] *= turn
+                turn = 1.0 + 0.0j
+            pair_faded[i] = turn
             for q in range(4):
-                line[first + q] += cb1 * four[q]
-            for j in range(n_f):
-                sens[j] += gi * line[j].imag - gr * line[j].real
-        for j in range(n_f):
-            memory.basis[j] = -core.f_zero[j]
+                line[before_first + q] += cb0 / turn * before_four[q]
+                line[first + q] += cb1 / turn * four[q]
+        before_first = first
         for q in range(4):
-            memory.basis[first + q] += four[q]
+            before_four[q] = four[q]
         memory.w[0] = w
         slope = 1.0
         if n_h > 0:
             at = bspline(x, core.h_place[0], core.h_place[1], n_h, bend)
-            for j in range(n_h):
-                columns[k, at_h + j] = 0.0
             total = x
             for q in range(4):
                 total += bend[q] * core.h[at + q]
                 slope += bend[4 + q] * core.h[at + q] / core.h_place[1]
-                columns[k, at_h + at + q] = bend[q]
+            if wanted:
+                for j in range(n_h):
+                    columns[k, at_h + j] = 0.0
+                for q in range(4):
+                    columns[k, at_h + at + q] = bend[q]
             x = total
-            for j in range(n_f, at_h):
-                columns[k, j] *= slope
+        y[k] = x
+        if not wanted:
+            continue
+        slopes[k] = slope
+        for j in range(n_f):
+            sens[j] = -core.f_zero[j]  # behind every lag too, for ever: it was there before the first sample
+        for q in range(4):
+            sens[first + q] += total_gain * four[q]
+        for i in range(m):
+            columns[k, n_f + i] = slope * (w - memory.lag[i])
+            if core.move:
+                columns[k, at_tau + i] = -slope * core.gain[i] * memory.lag_move[i]
+            weight = core.gain[i] * faded[i]
+            if weight != 0.0:
+                row = memory.lag_basis[i]
+                for j in range(n_f):
+                    sens[j] -= weight * row[j]
+        for i in range(p):
+            z, gr, gi = memory.pair[i], core.pair_gain[i, 0], core.pair_gain[i, 1]
+            columns[k, at_pair + 2 * i] = slope * (w - z.real)
+            columns[k, at_pair + 2 * i + 1] = slope * z.imag
+            if core.move:
+                for q in range(2):
+                    turned = memory.pair_move[i, q]
+                    columns[k, at_pole + 2 * i + q] = slope * (gi * turned.imag - gr * turned.real)
+            heavy = -(gr + 1j * gi) * pair_faded[i]  # Re(heavy line) = gi Im - gr Re of what is behind the pair
+            line = memory.pair_basis[i]
+            for j in range(n_f):
+                sens[j] += (heavy * line[j]).real
         for j in range(n_f):
             columns[k, j] = slope * sens[j]
-        y[k] = x
+    for i in range(m):
+        for j in range(n_f):
+            memory.lag_basis[i, j] *= faded[i]
+    for i in range(p):
+        for j in range(n_f):
+            memory.pair_basis[i, j] *= pair_faded[i]
+    memory.touched[0] = before_first
+    memory.touched[1:] = before_four

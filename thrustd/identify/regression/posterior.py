@@ -11,11 +11,15 @@ from thrustd.model.stage import Floats
 
 
 def kept(found: Solution) -> Posterior:
-    """Mean and information of the base (effects told apart are not part of it)."""
+    """Mean and information of the base, effects and where each record began integrated out."""
     shape = found.shape
-    n = shape.n - shape.sizes["extras"]
+    n = shape.parts()["terms"].start
+    whole = found.information
+    base = whole[:n, :n]
+    if n < shape.n:
+        base = base - whole[:n, n:] @ np.linalg.lstsq(whole[n:, n:], whole[n:, :n], rcond=None)[0]
     grid, h_grid = shape.f_grid, shape.h_grid
-    lower = found.information[:n, :n][np.tril_indices(n)]
+    lower = base[np.tril_indices(n)]
     return Posterior(
         (grid.low, grid.high, grid.n),
         shape.zero,
@@ -25,7 +29,7 @@ def kept(found: Solution) -> Posterior:
         [float(value) for value in lower],
         float(np.sqrt(found.noise_variance)) * shape.output_scale,
         float(np.sqrt(found.mean_square)) * shape.output_scale,
-        {name: float(value) for name, value in found.precisions.items() if name != "extras"},
+        {name: float(value) for name, value in found.precisions.items() if name != "begin"},
         [(float(a), float(b)) for a, b in found.point.log_pole],
         (h_grid.low, h_grid.high, h_grid.n) if h_grid else None,
         "zoh" if shape.hold == "zoh" else "foh",
@@ -36,11 +40,13 @@ def kept(found: Solution) -> Posterior:
 def shape_of(posterior: Posterior) -> Shape:
     """The fixed side; poles stay where the bench put them."""
     low, high, n = posterior.input_grid
+    others = n + len(posterior.tau_s) + 2 * len(posterior.log_pole) + 1
+    others += posterior.output_grid[2] if posterior.output_grid else 0
     return Shape(
         Grid(low, high, n),
         posterior.zero_mm,
         np.array(posterior.tau_s),
-        radii_of(high - low),
+        radii_of(high - low) if len(posterior.mean) > others else np.zeros(0),
         posterior.output_scale,
         Grid(*posterior.output_grid) if posterior.output_grid else None,
         np.array(posterior.log_pole).reshape(-1, 2),

@@ -8,33 +8,36 @@ the noise by evidence (`solve`); g_i >= 0 and c_i >= 0, because a mount dissipat
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from thrustd.core.blas import one_thread
 from thrustd.core.errors import RecordingError
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.stops import radii_of
-from thrustd.identify.regression.sweep import Record, simulate
+from thrustd.identify.regression.sweep import Record, head_of, simulate
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.stage import Floats
 
 KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer data
 LAGS = 20
 SLOWEST = 4.0  # times the longest record: slower is a constant
-FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "extras": 1e-6}
+FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "begin": 1.0}
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 
 def regress(segments: Sequence[Segment], progress: Progress | None = None, **shape_options: object) -> Solution:
     """The most probable mount. RecordingError when the data cannot tell anything."""
-    shape, records = prepared(segments, **shape_options)
-    found = solve(shape, first_point(shape, records), records, FIRST, progress=progress)
-    begun = [_begun(found, record) for record in records]
-    if any(new.before != old.before for new, old in zip(begun, records, strict=True)):
-        found = solve(shape, found.point, begun, found.precisions, progress=progress)
-    return found
+    with one_thread():
+        shape, records = prepared(segments, **shape_options)
+        found = solve(shape, first_point(shape, records), records, FIRST, progress=progress)
+        begun = [begun_where(found, record) for record in records]
+        if any(new.before != old.before for new, old in zip(begun, records, strict=True)):
+            found = solve(shape, found.point, begun, found.precisions, progress=progress)
+        return found
 
 
 def prepared(segments: Sequence[Segment], **options: object) -> tuple[Shape, list[Record]]:
@@ -75,18 +78,19 @@ def first_point(shape: Shape, records: Sequence[Record]) -> Point:
         nothing(shape.h_grid.n if shape.h_grid else 0),
         float(offset),
         nothing(len(shape.radii)),
-        nothing(len(shape.extras)),
+        nothing(shape.sizes["terms"]),
+        nothing(shape.sizes["begin"]),
     )
 
 
-def _begun(found: Solution, record: Record) -> Record:
+def begun_where(found: Solution, record: Record) -> Record:
     """Unloaded before the first sample, or settled at its load: whichever the first tenth follows."""
     tenth = slice(0, max(2, len(record) // 10))
     errors = {}
     for before in (record.before, float(record.d[0])):
-        trial = Record(record.d[tenth], record.y[tenth], record.dt_s, before)
+        trial = head_of(record, tenth.stop, before)
         errors[before] = float(np.nansum((trial.y - simulate(found.shape, found.point, trial)) ** 2))
     settled = float(record.d[0])
     if errors[settled] < BEGUN_BETTER * errors[record.before]:
-        return Record(record.d, record.y, record.dt_s, settled, record.extras)
+        return replace(record, before=settled)
     return record

@@ -1,16 +1,18 @@
 """What is estimated, and how it lies in one vector: the fixed side of a regression (`Shape`), its numbers (`Point`)."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.identify.regression.curve import Grid, roughness
 from thrustd.identify.regression.kernel import Core
+from thrustd.identify.regression.terms import Term, positives
 from thrustd.model.linear import discretise_mode
 from thrustd.model.stage import Floats
 
+Hold = Literal["foh", "zoh"]
 TURN = 1e-5  # of the logarithm of a pole: step of the differences that give its derivative
 
 
@@ -25,11 +27,14 @@ class Shape:
     output_scale: float
     h_grid: Grid | None = None
     poles: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # (p, 2) logarithms of decay and frequency, 1/s
-    hold: str = "foh"
+    hold: Hold = "foh"
     passive: bool = True  # gains of relaxation cannot be negative: rubber gives back less than it was given
     move: bool = False  # poles may leave their places
     line: bool = False  # f is a straight line
-    extras: tuple[str, ...] = ()  # names of further columns, in the order of the problem
+    terms: tuple[Term, ...] = ()  # physical effects beside the core
+    h_straight_from: float = -np.inf  # above this x h has no straight part of its own: that is the scale of f
+    limits_s: tuple[float, float] = (0.0, np.inf)  # of time constants that move: faster or slower is not in the data
+    begun: int = 0  # records, the first ones, whose lags and pairs do not begin settled, but anywhere
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -44,7 +49,8 @@ class Shape:
             "h": self.h_grid.n if self.h_grid else 0,
             "offset": 1,
             "stops": len(self.radii),
-            "extras": len(self.extras),
+            "terms": sum(len(term.free) for term in self.terms),
+            "begin": self.begun * (m + 2 * p),
         }
 
     def parts(self) -> dict[str, slice]:
@@ -66,6 +72,7 @@ class Shape:
         mask[self.parts()["stops"]] = True
         if self.passive:
             mask[self.parts()["gain"]] = True
+        mask[self.parts()["terms"]] = positives(self.terms)
         return mask
 
     def prior_matrix(self, name: str) -> Floats:
@@ -88,18 +95,21 @@ class Point:
     h: Floats
     offset: float
     stops: Floats
-    extras: Floats
+    terms: Floats  # numbers without dimension, see `terms`
+    begin: Floats = field(default_factory=lambda: np.zeros(0))  # (begun * (m + 2 p),) memory at first, less settled
 
     def vector(self, shape: Shape) -> Floats:
         moved = (self.log_tau, self.log_pole.ravel()) if shape.move else ((), ())
         parts = (self.f, self.gain, moved[0], self.pair_gain.ravel(), moved[1], self.h, [self.offset], self.stops)
-        return np.concatenate([np.asarray(part, float) for part in (*parts, self.extras)])
+        return np.concatenate([np.asarray(part, float) for part in (*parts, self.terms, self.begin)])
 
     def at(self, shape: Shape, vector: Floats) -> "Point":
         part = {name: vector[where] for name, where in shape.parts().items()}
         moved: dict[str, Any] = {}
         if shape.move:
-            moved = {"log_tau": part["log_tau"], "log_pole": part["log_pole"].reshape(-1, 2)}
+            with np.errstate(divide="ignore"):
+                within = np.clip(part["log_tau"], *np.log(shape.limits_s))
+            moved = {"log_tau": within, "log_pole": part["log_pole"].reshape(-1, 2)}
         return replace(
             self,
             f=part["f"],
@@ -108,7 +118,8 @@ class Point:
             h=part["h"],
             offset=float(part["offset"][0]),
             stops=part["stops"],
-            extras=part["extras"],
+            terms=part["terms"],
+            begin=part["begin"],
             **moved,
         )
 

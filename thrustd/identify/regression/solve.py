@@ -19,18 +19,19 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import nnls
 
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.sweep import Normal, Record, normal_equations
+from thrustd.identify.regression.sweep import Normal, Record, normal_equations, simulate
 from thrustd.model.stage import Floats
 
 Mask = NDArray[np.bool_]
 Prior = tuple[Floats, Floats]  # mean (n,), precision (n, n)
 
-WIDEST = {"gain": 1.0, "pair_gain": 1.0, "h": 1e-4, "f": 1e-12, "stops": 1e-4, "extras": 1e-12}  # least precision
+WIDEST = {"gain": 1e-8, "pair_gain": 1e-8, "h": 1e-4, "f": 1e-12, "stops": 1e-4, "begin": 1e-4}  # least precision
 FLAT = 1e-9  # precision of what no prior holds, in units of the output scale
 POLE_STD = 0.5  # of the distance of neighbouring time constants: so far may a pole move
 LONGEST = 64  # blocks of a record at least, for the level of slow errors
-DONE = 0.05  # fall of the cost, in units of one half sigma^2: less is no progress
-HALVINGS = 6
+DONE = 0.5  # fall of the cost, in units of one half sigma^2: less is no progress
+DONE_MOVING = 0.02  # where poles may move or a curve follows: valleys are long there
+DAMPINGS, LEAST = 12, 1e-6  # how often a step is tried, and its first damping in units of the diagonal of J'J
 
 Progress = Callable[[int, float], None]
 
@@ -58,65 +59,51 @@ def solve(
     iterations: int = 25,
     progress: Progress | None = None,
     prior: Prior | None = None,
+    noise_variance: float | None = None,
 ) -> Solution:
-    """The most probable point. `prior`: mean and precision matrix of the whole vector beside the groups' own."""
+    """The most probable point. `prior`: mean and precision matrix of the whole vector beside the groups' own.
+
+    `noise_variance`: s2 where it is known; else it follows from the residual as that falls.
+    """
     strengths, point = dict(precisions), start
     middle = _middle(shape, start)
     normal = normal_equations(shape, point, records)
     positive = shape.positive()
-    done = 0
+    done, damping = 0, 0.0
     for done in range(1, iterations + 1):
-        s2, vector = noise_level(normal.residuals), point.vector(shape)
-        prior_matrix = _prior(shape, strengths)
+        s2, vector = noise_variance or noise_level(normal.residuals), point.vector(shape)
+        prior_matrix = prior_of(shape, strengths)
         information = normal.matrix / s2 + prior_matrix
         gradient = normal.right / s2 - prior_matrix @ (vector - middle)
         if prior is not None:
             information += prior[1]
             gradient += prior[1] @ (prior[0] - vector)
-        target, free = bounded(information, gradient + information @ vector, positive)
         cost = _cost(normal.squares / s2, vector - middle, prior_matrix, vector, prior)
-        found = _stepped(shape, point, records, vector, target, cost, s2, (middle, prior_matrix, prior))
-        if found is None:
+        for _ in range(DAMPINGS):  # Levenberg's, only where the whole step is not downhill
+            heavy = information + damping * np.diag(np.diag(normal.matrix)) / s2
+            target, free = bounded(heavy, gradient + heavy @ vector, positive)
+            new = point.at(shape, target)
+            with np.errstate(all="ignore"):
+                squares = float(sum(np.nansum((r.y - simulate(shape, new, r)) ** 2) for r in records))
+            new_cost = _cost(squares / s2, target - middle, prior_matrix, target, prior)
+            if new_cost <= cost:  # a number that is none is not
+                break
+            damping = max(10 * damping, LEAST)
+        else:
             break
-        point, normal, new_cost = found
+        point, normal = new, normal_equations(shape, new, records)
+        damping = damping / 10 if damping > LEAST else 0.0
         strengths = _strengths(shape, strengths, information, free, point.vector(shape) - middle)
         if progress is not None:
             progress(done, float(np.sqrt(normal.squares / _count(normal))))
-        if done > 3 and cost - new_cost < DONE:
+        if done > 3 and cost - new_cost < (DONE_MOVING if not shape.passive else DONE):
             break
-    s2 = noise_level(normal.residuals)
-    prior_matrix = _prior(shape, strengths)
+    s2 = noise_variance or noise_level(normal.residuals)
+    prior_matrix = prior_of(shape, strengths)
     information = normal.matrix / s2 + prior_matrix + (prior[1] if prior is not None else 0.0)
     free = ~(positive & (point.vector(shape) <= 0.0))
     mean_square = normal.squares / _count(normal)
     return Solution(shape, point, strengths, s2, mean_square, information, free, done, normal)
-
-
-def _stepped(
-    shape: Shape,
-    point: Point,
-    records: Sequence[Record],
-    vector: Floats,
-    target: Floats,
-    cost: float,
-    s2: float,
-    priors: tuple[Floats, Floats, Prior | None],
-) -> tuple[Point, Normal, float] | None:
-    """The whole way to the target, or a third, ...; None where none of them is downhill."""
-    middle, prior_matrix, prior = priors
-    way = target - vector
-    for _ in range(HALVINGS):
-        trial = vector + way
-        new = point.at(shape, trial)
-        with np.errstate(all="ignore"):
-            normal = normal_equations(shape, new, records)
-            squares = normal.squares
-        if np.isfinite(normal.matrix).all() and np.isfinite(squares):
-            new_cost = _cost(squares / s2, trial - middle, prior_matrix, trial, prior)
-            if new_cost <= cost:
-                return new, normal, new_cost
-        way = way / 3
-    return None
 
 
 def _cost(misfit: float, away: Floats, matrix: Floats, vector: Floats, prior: Prior | None) -> float:
@@ -139,7 +126,7 @@ def _middle(shape: Shape, start: Point) -> Floats:
     return middle
 
 
-def _prior(shape: Shape, strengths: Mapping[str, float]) -> Floats:
+def prior_of(shape: Shape, strengths: Mapping[str, float]) -> Floats:
     """Precision matrix (n, n) of all groups."""
     matrix = FLAT * np.eye(shape.n)
     for name, where in shape.parts().items():
@@ -153,8 +140,11 @@ def _prior(shape: Shape, strengths: Mapping[str, float]) -> Floats:
             matrix[where, where] += np.eye(where.stop - where.start) / std**2
     if shape.h_grid is not None:  # a straight part of h would be a scale of f
         where = shape.parts()["h"]
-        line = np.column_stack((np.ones(shape.h_grid.n), shape.h_grid.centres()))
+        there = (shape.h_grid.centres() >= shape.h_straight_from).astype(float)
+        line = there[:, None] * np.column_stack((np.ones(shape.h_grid.n), shape.h_grid.centres()))
         matrix[where, where] += 1e6 * line @ np.linalg.solve(line.T @ line, line.T)
+    where = shape.parts()["terms"]
+    matrix[where, where] += np.eye(where.stop - where.start)
     if shape.line:
         where = shape.parts()["f"]
         bends = np.diff(np.eye(shape.f_grid.n), 2, axis=0)

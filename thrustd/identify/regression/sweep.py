@@ -1,17 +1,20 @@
 """One pass over the records at one point: residuals, and the normal equations of the regression.
 
-Records pass in blocks with the memory carried along, so that memory stays flat whatever their length.
+Records pass in blocks with the memory carried along; what grows with the length of a record is a few columns, those of
+its physical effects.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from thrustd.identify.regression.kernel import Core, Memory, at_rest, run, run_with_columns
 from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.stops import at_rest as stops_at_rest
-from thrustd.identify.regression.stops import run_stops
+from thrustd.identify.regression.stops import radii_of, run_stops
+from thrustd.identify.regression.terms import NUDGE, Seen, deformed, pushed, split
+from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.stage import Floats
 
 BLOCK = 8192
@@ -25,10 +28,21 @@ class Record:
     y: Floats  # (n,) output in units of the shape's scale, NaN: not known
     dt_s: float
     before: float
-    extras: Floats | None = None  # (n, n_extras)
+    channels: Mapping[str, Floats] = field(default_factory=dict)  # (n,) each, what effects read
+    place: int | None = None  # among the records of which a point knows how they begin
 
     def __len__(self) -> int:
         return len(self.d)
+
+    @property
+    def seen(self) -> Seen:
+        return Seen(self.d, self.channels, self.dt_s, self.before)
+
+
+def head_of(record: Record, n: int, before: float) -> Record:
+    """Its first n samples, begun at another input."""
+    channels = {name: column[:n] for name, column in record.channels.items()}
+    return replace(record, d=record.d[:n], y=record.y[:n], before=before, channels=channels)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,13 +61,8 @@ class Normal:
 def normal_equations(shape: Shape, point: Point, records: Sequence[Record]) -> Normal:
     matrix, right, residuals = np.zeros((shape.n, shape.n)), np.zeros(shape.n), []
     for record in records:
-        core = core_of(shape, point, record.dt_s)
-        memory, stops = at_rest(core, record.before), stops_at_rest(shape.radii, record.before)
         residual = np.empty(len(record))
-        table = np.empty((BLOCK, shape.n))
-        for part in blocks(len(record)):
-            rows = table[: part.stop - part.start]
-            out = _rows(shape, point, core, memory, stops, record, part, rows)
+        for part, rows, out in columns(shape, point, record):
             missed = record.y[part] - out
             residual[part] = missed
             good = np.isfinite(missed)
@@ -65,39 +74,142 @@ def normal_equations(shape: Shape, point: Point, records: Sequence[Record]) -> N
     return Normal(matrix, right, residuals)
 
 
-def _rows(
-    shape: Shape, point: Point, core: Core, memory: Memory, stops: Floats, record: Record, part: slice, rows: Floats
-) -> Floats:
-    """Output (n,) of one block; its derivatives into rows (n, shape.n)."""
-    where, out = shape.parts(), np.empty(len(rows))
-    core_rows = np.empty((len(rows), shape.n_core))
-    run_with_columns(core, memory, record.d[part], out, core_rows)
-    rows[:, : shape.n_core] = core_rows
-    rows[:, where["offset"]] = 1.0
-    rub = np.empty((len(rows), len(shape.radii)))
-    run_stops(shape.radii, stops, record.d[part], rub)
-    rows[:, where["stops"]] = rub
-    out += point.offset + rub @ point.stops
-    if record.extras is not None:
-        rows[:, where["extras"]] = record.extras[part]
-        out += record.extras[part] @ point.extras
+def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice, Floats, Floats]]:
+    """Blocks: where they lie, derivatives (m, shape.n) and output (m,). The table is used again for the next block."""
+    core = core_of(shape, point, record.dt_s)
+    v = deformed(shape.terms, point.terms, record.seen) if shape.terms else record.d
+    whole = _with_terms(shape, point, record, v) if shape.terms else None
+    memory, stops = begun_at(point, core, record), stops_at_rest(shape.radii, record.before)
+    where, table = shape.parts(), np.empty((BLOCK, shape.n))
+    narrow, rub = np.zeros((BLOCK, shape.n_core)), np.empty((BLOCK, len(shape.radii)))
+    for part in blocks(len(record)):
+        m = part.stop - part.start
+        rows, out, slopes = table[:m], np.empty(m), np.zeros(m)
+        run_with_columns(core, memory, v[part], np.isfinite(record.y[part]), out, slopes, narrow[:m])
+        run_stops(shape.radii, stops, record.d[part], rub[:m])
+        rows[:, : shape.n_core] = narrow[:m]
+        rows[:, where["offset"]] = 1.0
+        out += point.offset
+        if whole is not None:
+            rows[:, : where["offset"].stop] *= whole.gain[part, None]
+            rows[:, where["terms"]] = whole.columns[part]
+            out = whole.output[part]
+        else:
+            out += rub[:m] @ point.stops
+        rows[:, where["stops"]] = rub[:m]
+        if shape.begun:
+            rows[:, where["begin"]] = _fading(shape, point, core, record, part, slopes)
+        yield part, rows, out
+
+
+def begun_at(point: Point, core: Core, record: Record) -> Memory:
+    """Settled at the level before, or off it by the numbers that the point has for this record."""
+    memory = at_rest(core, record.before)
+    if record.place is not None and len(point.begin):
+        m, p = len(point.gain), len(point.pair_gain)
+        off = point.begin.reshape(-1, m + 2 * p)[record.place]
+        memory.lag[:] += off[:m]
+        memory.pair[:] += off[m : m + p] + 1j * off[m + p :]
+    return memory
+
+
+def _fading(shape: Shape, point: Point, core: Core, record: Record, part: slice, slopes: Floats) -> Floats:
+    """d y / d (memory at first, of all records) of one block (n, begun * (m + 2 p))."""
+    each = len(point.gain) + 2 * len(point.pair_gain)
+    columns = np.zeros((len(slopes), shape.begun * each))
+    if record.place is None or each == 0:
+        return columns
+    steps = 1.0 + np.arange(part.start, part.start + len(slopes))[:, None]
+    pairs = core.pair[:, 0] ** steps
+    heavy = -(core.pair_gain[:, 0] + 1j * core.pair_gain[:, 1])
+    own = np.hstack((-core.gain * core.lag[:, 0] ** steps, (heavy * pairs).real, -(heavy * pairs).imag))
+    columns[:, record.place * each : (record.place + 1) * each] = slopes[:, None] * own
+    return columns
+
+
+@dataclass(frozen=True, slots=True)
+class _Whole:
+    """What the effects make of a record: output, gain by which they multiply the core, columns (n, n_terms)."""
+
+    output: Floats
+    gain: Floats
+    columns: Floats
+
+
+def _with_terms(shape: Shape, point: Point, record: Record, v: Floats) -> _Whole:
+    scale, seen = shape.output_scale, record.seen
+    (plain, rest), rubbed = _core_run(shape, point, record, v), _friction(shape, point, record) * scale
+    plain, rest, nothing = plain * scale, rest * scale, np.zeros(len(record))
+    output = pushed(shape.terms, point.terms, seen, plain, rubbed, rest)
+    gains = tuple(term for term in shape.terms if term.effect.site == "gain")
+    gain = np.ones(len(record))
+    if gains:
+        parts = zip(shape.terms, split(shape.terms, point.terms), strict=True)
+        own = np.concatenate([numbers for term, numbers in parts if term.effect.site == "gain"])
+        turned = pushed(gains, own, seen, plain, nothing, rest)
+        gain = np.divide(turned, plain, out=gain, where=np.abs(plain) > 1e-9 * scale)
+    table = np.empty((len(record), len(point.terms)))
+    stops = _stop_columns(shape, point, record)
+    for i in range(len(point.terms)):
+        if i in stops:
+            table[:, i] = stops[i] / scale
+            continue
+        numbers = point.terms.copy()
+        numbers[i] += NUDGE
+        moved = plain
+        if _touches_deformation(shape, i):
+            moved = _core_run(shape, point, record, deformed(shape.terms, numbers, seen))[0] * scale
+        table[:, i] = (pushed(shape.terms, numbers, seen, moved, rubbed, rest) - output) / (NUDGE * scale)
+    return _Whole(output / scale, gain, table)
+
+
+def _stop_columns(shape: Shape, point: Point, record: Record) -> dict[int, Floats]:
+    """Columns of terms that are stops, N per number: they are linear, and one run gives all sixteen."""
+    found: dict[int, Floats] = {}
+    at = 0
+    for term in shape.terms:
+        if term.effect is STOPS:
+            radii = radii_of(term.fixed["travel_mm"])
+            rub = np.empty((len(record), len(radii)))
+            run_stops(radii, stops_at_rest(radii, record.before), record.d, rub)
+            found |= {at + i: rub[:, i] * term.std[p.name] for i, p in enumerate(term.free)}
+        at += len(term.free)
+    return found
+
+
+def _touches_deformation(shape: Shape, number: int) -> bool:
+    sites = [term.effect.site for term in shape.terms for _ in term.free]
+    return sites[number] == "deformation"
+
+
+def _core_run(shape: Shape, point: Point, record: Record, v: Floats) -> tuple[Floats, float]:
+    """Output of curves, relaxation and offset (n,), and the one at rest before the record begins."""
+    core = core_of(shape, point, record.dt_s)
+    still, out = np.empty(1), np.empty(len(record))
+    run(core, at_rest(core, record.before), np.array([record.before]), still)
+    run(core, begun_at(point, core, record), v, out)
+    return out + point.offset, float(still[0]) + point.offset
+
+
+def _friction(shape: Shape, point: Point, record: Record) -> Floats:
+    state, out = stops_at_rest(shape.radii, record.before), np.zeros(len(record))
+    if not np.any(point.stops):
+        return out
+    rub = np.empty((BLOCK, len(shape.radii)))
+    for part in blocks(len(record)):
+        m = part.stop - part.start
+        run_stops(shape.radii, state, record.d[part], rub[:m])
+        out[part] = rub[:m] @ point.stops
     return out
 
 
 def simulate(shape: Shape, point: Point, record: Record) -> Floats:
     """Free run (n,) in units of the shape's scale."""
-    core = core_of(shape, point, record.dt_s)
-    memory, stops = at_rest(core, record.before), stops_at_rest(shape.radii, record.before)
-    out = np.empty(len(record))
-    for part in blocks(len(record)):
-        block = np.empty(part.stop - part.start)
-        run(core, memory, record.d[part], block)
-        rub = np.empty((len(block), len(shape.radii)))
-        run_stops(shape.radii, stops, record.d[part], rub)
-        block += point.offset + rub @ point.stops
-        if record.extras is not None:
-            block += record.extras[part] @ point.extras
-        out[part] = block
+    if not shape.terms:
+        return _core_run(shape, point, record, record.d)[0] + _friction(shape, point, record)
+    v, scale = deformed(shape.terms, point.terms, record.seen), shape.output_scale
+    (plain, rest), rubbed = _core_run(shape, point, record, v), _friction(shape, point, record)
+    out: Floats = pushed(shape.terms, point.terms, record.seen, plain * scale, rubbed * scale, rest * scale) / scale
     return out
 
 

@@ -25,7 +25,7 @@ from thrustd.model.effects.hysteresis_stops import WEIGHTS
 from thrustd.model.stage import Floats
 
 WITHIN = 0.1  # of the noise: how far a table may be from its curve
-MOST = 80  # segments
+MOST = 200  # segments
 FINE = 4000  # places at which a curve is looked at
 SMALL = 1e-4  # of the gain at rest: a lag with less is left out
 

@@ -1,5 +1,4 @@
-"""Block-oriented fits made so far: structures that need the same one (Wiener-Hammerstein the linear ones, friction and
-weight the HW-PWL model) get it once."""
+"""Regressions made so far: structures that need the same one get it once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,62 +7,43 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.identify.fit_hw_pwl import warnings_of
-from thrustd.identify.hw_fit import HwFit, HwSettings, Progress, fit_segments
-from thrustd.identify.hw_shapes import directions_of
-from thrustd.identify.hw_spec import spec_of
+from thrustd.identify.regression.hypotheses import Asked, explained
+from thrustd.identify.regression.solve import Progress, Solution
+from thrustd.identify.regression.table import spec_of
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.artifact import ModelSpec
 
 
 class BlockFit(NamedTuple):
-    """A fitted model, how many numbers were estimated (initial states aside), and warnings."""
+    """A solution, the same as an artifact, and how many numbers its data determine."""
 
+    found: Solution
     spec: ModelSpec
     n_parameters: int
-    warnings: tuple[str, ...]
-
-
-class Judged(NamedTuple):
-    """How a model follows what it was fitted to: mean square missed, the same at low frequency, samples, numbers."""
-
-    mse: float
-    slow: float
-    samples: int
-    n_parameters: int
-
-
-class Made(NamedTuple):
-    """Fits to the same data by settings, and how they follow these where somebody asked (`simpler`)."""
-
-    fits: dict[HwSettings, BlockFit]
-    judged: dict[HwSettings, Judged]
 
 
 @dataclass(frozen=True, slots=True)
 class BlockFits:
-    """By data and settings. `hw_pwl`: what is asked of HW-PWL and of the structures around it."""
+    """By data and by what was asked. `wish`: order and segments of the artifact, where somebody wants them."""
 
-    hw_pwl: HwSettings = field(default_factory=HwSettings)
-    _made: dict[bytes, Made] = field(default_factory=dict)
+    wish: Asked = field(default_factory=Asked)
+    _made: dict[tuple[bytes, Asked], BlockFit] = field(default_factory=dict)
 
-    def made(self, segments: Sequence[Segment]) -> Made:
-        """What was made so far of these data."""
-        return self._made.setdefault(_digest(segments), Made({}, {}))
-
-    def of(self, segments: Sequence[Segment], settings: HwSettings, progress: Progress | None) -> BlockFit:
-        """The fit to these data with these settings, made now unless it was before."""
-        made = self.made(segments).fits
-        if settings not in made:
-            fit = fit_segments(list(segments), settings, progress)
-            spec = spec_of(fit, "block", "hw-pwl", (settings.input_shape, settings.output_shape))
-            made[settings] = BlockFit(spec, _free(fit, settings), tuple(warnings_of(fit)))
-        return made[settings]
+    def of(self, segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> BlockFit:
+        """The regression of these data with this asked of it, made now unless it was before."""
+        key = _digest(segments), asked
+        if key not in self._made:
+            found = explained(segments, asked, progress)
+            spec = spec_of(found, segments, "block", asked.segments)
+            self._made[key] = BlockFit(found, spec, round(determined(found)))
+        return self._made[key]
 
 
-def _free(fit: HwFit, settings: HwSettings) -> int:
-    columns = directions_of(fit.point, settings.input_shape, settings.output_shape)
-    return int(np.count_nonzero(np.any(columns[: fit.point.layout.size] != 0.0, axis=0)))
+def determined(found: Solution) -> float:
+    """How many numbers the data determine: the trace of data information over all information (MacKay's gamma)."""
+    free = found.free
+    data = found.normal.matrix[np.ix_(free, free)] / found.noise_variance
+    return float(np.trace(np.linalg.lstsq(found.information[np.ix_(free, free)], data, rcond=None)[0]))
 
 
 def _digest(segments: Sequence[Segment]) -> bytes:

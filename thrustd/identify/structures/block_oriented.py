@@ -1,49 +1,41 @@
-"""Block-oriented structures (thesis section 13.4) and their linear members, all by one search (`identify.hw_fit`).
+"""Block-oriented structures (thesis section 13.4) and their linear members: one regression, with less or more in it.
 
-oe-2-2, oe-6-4               linear output error: both curves straight; 4 poles carry 5 zeros' worth of numerator
+oe-2-2, oe-6-4               linear output error of two and of four poles: both curves straight
 hammerstein, hammerstein-pwl curve before the linear block
 wiener                       curve behind it
 hammerstein-wiener           cubics on both sides
-hw-pwl                       ten segments on both sides: the thesis' winner
+hw-pwl                       curves on both sides: the thesis' winner, without friction
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import msgspec
 
-from thrustd.identify.hw_fit import HwSettings, Progress
+from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.simpler import best_of, words
 from thrustd.identify.structures.structure import Family, Fitted, Structure, of_spec
 
 
-def _structure(name: str, title: str, family: Family, settings: HwSettings | None = None) -> Structure:
-    """`settings` None: those that were asked for."""
+def _structure(name: str, title: str, family: Family, asked: Asked) -> Structure:
+    """Order and segments are those that were wished for, unless the structure has its own."""
 
     def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
-        wanted = settings or fits.hw_pwl
-        chosen = best_of(segments, wanted, fits, progress)
-        found = fits.of(segments, chosen, progress)
-        note = "" if chosen == wanted else f"{words(chosen)} follows the same data better: this is it"
-        return of_spec(msgspec.structs.replace(found.spec, structure=name), found.n_parameters, found.warnings, note)
+        wished = replace(asked, order=asked.order or fits.wish.order, segments=fits.wish.segments)
+        found = fits.of(segments, wished, progress)
+        return of_spec(msgspec.structs.replace(found.spec, structure=name), found.n_parameters)
 
     return Structure(name, title, family, fit)
 
 
 STRUCTURES = (
-    _structure("oe-2-2", "output error 2/2", "linear", HwSettings(2, input_shape="line", output_shape="line")),
-    _structure("oe-6-4", "output error 6/4", "linear", HwSettings(4, input_shape="line", output_shape="line")),
-    _structure(
-        "hammerstein", "Hammerstein, cubic", "block-oriented", HwSettings(input_shape="cubic", output_shape="line")
-    ),
-    _structure("hammerstein-pwl", "Hammerstein, PWL", "block-oriented", HwSettings(output_shape="line")),
-    _structure("wiener", "Wiener, cubic", "block-oriented", HwSettings(input_shape="line", output_shape="cubic")),
-    _structure(
-        "hammerstein-wiener",
-        "Hammerstein-Wiener, cubics",
-        "block-oriented",
-        HwSettings(input_shape="cubic", output_shape="cubic"),
-    ),
-    _structure("hw-pwl", "HW-PWL, 10 + 10 segments", "block-oriented"),
+    _structure("oe-2-2", "output error 2/2", "linear", Asked("line", "line", order=2)),
+    _structure("oe-6-4", "output error 6/4", "linear", Asked("line", "line", order=4)),
+    _structure("hammerstein", "Hammerstein, cubic", "block-oriented", Asked("cubic", "line")),
+    _structure("hammerstein-pwl", "Hammerstein, PWL", "block-oriented", Asked("curve", "line")),
+    _structure("wiener", "Wiener, cubic", "block-oriented", Asked("line", "cubic")),
+    _structure("hammerstein-wiener", "Hammerstein-Wiener, cubics", "block-oriented", Asked("cubic", "cubic")),
+    _structure("hw-pwl", "HW-PWL", "block-oriented", Asked()),
 )

@@ -9,7 +9,8 @@ import msgspec
 import numpy as np
 from scipy.signal import lfilter
 
-from thrustd.identify.hw_fit import HwSettings, Progress
+from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_fits import BlockFits
@@ -19,7 +20,7 @@ from thrustd.model.stage import Floats
 
 NOISE_LAGS = 4
 LOST = 1.5  # free-run error of the second model over that of the first, from which on slow modes are lost
-LINEAR = HwSettings(2, input_shape="line", output_shape="line")
+LINEAR = Asked("line", "line", order=2)
 
 
 def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:

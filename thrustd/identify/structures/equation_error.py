@@ -12,16 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from thrustd.identify.hw_fit import Progress
+from thrustd.identify.regression.solve import Progress
+from thrustd.identify.regression.table import valid_range
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.structure import Fitted, Structure, deformation
+from thrustd.identify.structures.structure import Fitted, Structure, deformation, of_spec
+from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
 from thrustd.model.stage import Floats
 
 LAGS = 4
 LONG = 20  # lags of the ARX model whose residuals stand in for e
 BLOCK = 100_000
 RIDGE = 1e-12
+TINY = 1e-9  # poles nearer to the real axis, to zero or to each other
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +44,26 @@ class TransferFunction:
         past = np.array([rest * self.a[i:].sum() for i in range(len(self.a))])
         with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray(lfilter([1.0], denominator, drive, zi=past)[0], float)
+
+    def block(self, dt_s: float) -> LinearBlock | None:
+        """The same as modes behind a zero-order hold; None with a pole that is unstable, negative or double."""
+        poles = np.roots(np.concatenate(([1.0], -self.a)))
+        if np.any(np.abs(poles) >= 1.0) or np.any((np.abs(poles.imag) < TINY) & (poles.real <= TINY)):
+            return None
+        numerator = self.b - self.b[0] * np.concatenate(([1.0], -self.a))  # what is left of b behind the direct part
+        slopes = np.array([np.prod(np.delete(pole - poles, i)) for i, pole in enumerate(poles)])
+        if np.any(np.abs(slopes) < TINY):
+            return None
+        gains = np.polyval(numerator[1:], poles) / slopes / (1.0 - poles)
+        rates = np.log(poles.astype(complex)) / dt_s
+        pairs = list(zip(rates, gains, strict=True))
+        real = [RealMode(float(-1 / r.real), float(g.real)) for r, g in pairs if abs(r.imag) * dt_s < TINY]
+        complex_modes = [
+            ComplexMode(float(-r.real), float(r.imag), float(2 * g.real), float(2 * g.imag))
+            for r, g in pairs
+            if r.imag * dt_s >= TINY
+        ]
+        return LinearBlock(float(self.b[0]), real, complex_modes, "zoh")
 
 
 def regression(segments: Sequence[Segment], lags: int, noise: Sequence[Floats] = ()) -> Floats:
@@ -81,14 +104,28 @@ def innovations(segment: Segment, long: Floats) -> Floats:
 def _arx(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     found = regression(segments, LAGS)
     model = TransferFunction(found[:LAGS], found[LAGS : 2 * LAGS + 1], float(found[-1]))
-    return Fitted(len(found), model.simulate)
+    return _fitted(model, segments, "arx", len(found))
 
 
 def _armax(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     long = regression(segments, LONG)
     found = regression(segments, LAGS, [innovations(segment, long) for segment in segments])
     model = TransferFunction(found[:LAGS], found[LAGS : 2 * LAGS + 1], float(found[-1]))
-    return Fitted(len(found), model.simulate)
+    return _fitted(model, segments, "armax", len(found))
+
+
+def _fitted(model: TransferFunction, segments: Sequence[Segment], name: str, numbers: int) -> Fitted:
+    """With an artifact where the discrete model is one in continuous time that is stable."""
+    block = model.block(segments[0].dt_s)
+    if block is None:
+        return Fitted(
+            numbers, model.simulate, note="has poles that no stable model in continuous time has: no artifact"
+        )
+    u = np.concatenate([deformation(s) for s in segments])
+    low, high = float(u.min()), float(u.max())
+    level = model.constant / (1.0 - float(model.a.sum()))
+    line, out = PiecewiseLinear([low, high], [low, high]), PiecewiseLinear([0.0, 1.0], [level, level + 1.0])
+    return of_spec(ModelSpec("thrustd-model/1", name, name, line, block, out, valid_range(segments)), numbers)
 
 
 STRUCTURES = (

@@ -1,7 +1,7 @@
 """Nonlinear feedback around a linear block (`thrustd.model.feedback`): hardening springs, tanks, smooth hysteresis.
 
 Starts from the best linear models, whose modes get no feedback at first; then everything is estimated together. Orders
-and degrees compete by Schwarz' criterion, and the best linear model with them (`simpler`). Feedback is held near zero
+and degrees compete on blocks held back, and the best linear models with them. Feedback is held near zero
 (`trial.FEEDBACK_STD`), which matters where data are few: a thousand samples follow any polynomial.
 """
 
@@ -11,15 +11,15 @@ from math import comb
 import msgspec
 import numpy as np
 
-from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
+from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.simpler import SHORT, judged, least
 from thrustd.identify.structures.structure import Fitted, Structure, error_from_past, of_spec
 from thrustd.identify.structures.trial import Bench
 from thrustd.identify.structures.wiener_hammerstein import through
-from thrustd.model.artifact import Feedback, LinearBlock, ModelSpec
+from thrustd.model.artifact import Feedback, LinearBlock, ModelSpec, PiecewiseLinear
 from thrustd.model.stage import Floats
 
 CHOSEN = ("linear.*", "output_curve.y.*")
@@ -29,21 +29,22 @@ ROWS_PER_NUMBER = 8
 TRIED, FINAL = 16_000, 40_000  # samples
 TRIAL, FURTHER, PATIENT = 24, 16, 60  # iterations; the last for short records, which cost little
 MOST = 5  # segments
+SHORT = 8_000  # samples
 NAME = "feedback"
 
 
 def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     few = Bench([head(s, TRIED // min(MOST, len(segments))) for s in segments[:MOST]], CHOSEN)
     rows = sum(map(len, few.segments))
-    lines = {n: HwSettings(n, input_shape="line", output_shape="line") for n, _ in SHAPES}
-    linear = {n: fits.of(segments, settings, progress).spec for n, settings in lines.items()}
+    lines = {n: Asked("line", "line", order=n) for n, _ in SHAPES}
+    linear = {n: _plain(fits.of(segments, asked, progress).spec) for n, asked in lines.items()}
     fed = [
-        few.estimated(_with_feedback(linear[n], degree, few.segments), TRIAL)
+        few.tried(_with_feedback(linear[n], degree, few.segments), TRIAL).spec
         for n, degree in SHAPES
         if n * (_count(n, degree) + 2) < rows / ROWS_PER_NUMBER
     ]
     ends = [*linear.values(), *fed]
-    best = ends[least([judged(spec, _numbers(spec), few.segments) for spec in ends])]
+    best = min(ends, key=few.held_back_error)
     if best.linear.feedback is None:
         return _linear(best, "no feedback shows")
     bench = Bench([head(s, FINAL // min(MOST, len(segments))) for s in segments[:MOST]], CHOSEN)
@@ -53,6 +54,19 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     if error_from_past(straight, segments) < error_from_past(spec, segments):  # only part of a long record was seen
         return _linear(straight, "the rest of the data is followed better without feedback")
     return of_spec(msgspec.structs.replace(spec, structure=NAME), _numbers(spec))
+
+
+def _plain(spec: ModelSpec) -> ModelSpec:
+    """The same straight model with its slope behind the linear block, whose states are then those of the input."""
+    line, out = spec.input_curve, spec.output_curve
+    assert isinstance(line, PiecewiseLinear) and isinstance(out, PiecewiseLinear)
+    slope = (line.y[-1] - line.y[0]) / (line.x[-1] - line.x[0])
+    block = spec.linear
+    steady = block.direct + sum(m.gain for m in block.real_modes) + sum(m.gain_re for m in block.complex_modes)
+    level = out.y[0] - out.x[0] + (line.y[0] - slope * line.x[0]) * steady
+    ends = [line.x[0], line.x[-1]]
+    behind = PiecewiseLinear(ends, [level + slope * x for x in ends])
+    return msgspec.structs.replace(spec, input_curve=PiecewiseLinear(ends, ends), output_curve=behind)
 
 
 def _linear(spec: ModelSpec, why: str) -> Fitted:

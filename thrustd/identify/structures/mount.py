@@ -1,43 +1,48 @@
 """A mount: the regression with everything in it, and what `identify` does when nothing is asked for."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import msgspec
-import numpy as np
 
-from thrustd.identify.hw_fit import Progress
+from thrustd.identify.regression.hypotheses import resolved
 from thrustd.identify.regression.posterior import kept
-from thrustd.identify.regression.regress import regress
-from thrustd.identify.regression.solve import Solution
+from thrustd.identify.regression.solve import Progress, Solution
 from thrustd.identify.regression.table import spec_of
 from thrustd.identify.segments import Segment
-from thrustd.identify.structures.block_fits import BlockFits
+from thrustd.identify.structures.block_fits import BlockFits, determined
 from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.model.artifact import ModelSpec
 
 NAME = "hw-pwl+prandtl-ishlinskii"
 
+UNSEEN = 0.02  # of the largest force: a lower least one is as good as no load
+
 
 def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
-    return fitted_from(regress(segments), segments)
+    wish = replace(fits.wish, friction=True)
+    return fitted_from(fits.of(segments, wish, progress).found, segments, wish.segments)
 
 
-def fitted_from(found: Solution, segments: Sequence[Segment]) -> Fitted:
-    """A solution as a structure's result, ready to go on with more data."""
-    spec = msgspec.structs.replace(spec_of(found, segments, "mount"), posterior=kept(found))
-    numbers = round(determined(found))
+def fitted_from(found: Solution, segments: Sequence[Segment], wanted: int | None = None) -> Fitted:
+    """A solution as a structure's result, ready to go on with more data; `wanted`: segments of its tables."""
+    spec = msgspec.structs.replace(
+        spec_of(found, segments, "mount", wanted), posterior=kept(found) if found.shape.passive else None
+    )
 
     def again(more: Sequence[Segment]) -> Fitted:
-        return fitted_from(regress(more), more)
+        return fitted_from(resolved(found, more), more, wanted)
 
-    fitted = of_spec(spec, numbers)
-    return Fitted(fitted.n_parameters, fitted.simulate, spec, fitted.warnings, again=again)
+    fitted = of_spec(spec, round(determined(found)), never_excited(spec))
+    return replace(fitted, again=again)
 
 
-def determined(found: Solution) -> float:
-    """How many numbers the data determine: the trace of data information over all information (MacKay's gamma)."""
-    free = found.free
-    data = found.normal.matrix[np.ix_(free, free)] / found.noise_variance
-    return float(np.trace(np.linalg.lstsq(found.information[np.ix_(free, free)], data, rcond=None)[0]))
+def never_excited(spec: ModelSpec) -> tuple[str, ...]:
+    """Said where the data leave out the least loads: flight idle lives there."""
+    low, high = spec.valid.force_n
+    if low <= UNSEEN * high:
+        return ()
+    return (f"never excited below {low:.4g}: what the model says there is a straight line; flight idle lives there",)
 
 
 STRUCTURES = (Structure(NAME, "HW-PWL with Prandtl-Ishlinskii friction", "beyond", _fit),)

@@ -13,7 +13,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from thrustd.identify.hw_fit import Progress
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, deformation
@@ -51,7 +51,9 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
             rest = float(np.clip(_next(theta, exponents, np.array([rest, rest, u[0], u[0], u[0]])), -LIMIT, LIMIT))
         return _run(theta, exponents, u, rest) * scale[3] + scale[2]
 
-    return Fitted(TERMS, simulate)
+    gone = next((s.record for s in segments if not np.isfinite(simulate(s)).all()), None)
+    note = f"runs away in free run on {gone}, to which it was fitted" if gone is not None else ""
+    return Fitted(TERMS, simulate, note=note)
 
 
 def _regressors(segment: Segment, scale: tuple[float, float, float, float], stride: int) -> tuple[Floats, Floats]:

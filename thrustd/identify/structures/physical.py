@@ -8,7 +8,7 @@ generalised-maxwell  cubic spring in parallel with three Maxwell branches (Prony
 
 from collections.abc import Sequence
 
-from thrustd.identify.hw_fit import Progress
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.rheology import fit_branches

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from thrustd.identify.hw_fit import Progress
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, deformation, of_spec

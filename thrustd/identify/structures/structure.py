@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from thrustd.identify.first_state import simulated
-from thrustd.identify.hw_fit import Progress
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_fits import BlockFits
@@ -26,6 +26,7 @@ class Fitted:
     """`simulate`: segment -> force (n,), N. `spec`: the model as an artifact, where the chain of stages can hold it.
 
     `warnings` about the model, which matter when it is chosen; `note`: what the structure came down to, said always.
+    `same_as`: name of the structure that it came down to, figure for figure.
     `again`: the same structure on more segments, from where this one ended.
     """
 
@@ -34,6 +35,7 @@ class Fitted:
     spec: ModelSpec | None = None
     warnings: tuple[str, ...] = ()
     note: str = ""
+    same_as: str = ""
     again: "Callable[[Sequence[Segment]], Fitted] | None" = None
 
 

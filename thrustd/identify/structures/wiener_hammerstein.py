@@ -3,12 +3,10 @@
 With a random input the best linear model of such a system is G1 G2 times a number (Bussgang), so its poles and zeros
 belong to one block or to the other. Every share-out is tried: u through G1, powers of that through G2, least squares
 for what they weigh (Sjoberg & Schoukens, Automatica 48(2), 2012). The best few are then estimated whole, and so are
-the Wiener and the Hammerstein model, which this one contains: what comes out follows the data no worse than they do,
-and not much worse either when it begins anew, as it will on other records.
+the Wiener and the Hammerstein model, which this one contains; what follows blocks held back best is taken.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
@@ -17,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.identify.first_state import SETTLING
-from thrustd.identify.hw_fit import HwSettings, Progress
 from thrustd.identify.parameters import pack
+from thrustd.identify.regression.hypotheses import Asked, holds_of
+from thrustd.identify.regression.shape import Hold
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.simpler import best_of, judged, least, restarted
 from thrustd.identify.structures.structure import Fitted, Structure, of_spec
 from thrustd.identify.structures.trial import Bench, Trial
 from thrustd.model.artifact import ComplexMode, Curve, LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, RealMode
@@ -40,7 +39,6 @@ FINAL = 120_000  # samples for the last estimate
 MOST_SPLITS = 3_000
 GROWTH, WORTH_IT = 4, 0.97  # real modes that may be added, each for an error that falls at least to so much
 NEW_GAIN = 0.02
-WORSE = 1.25  # error when begun anew over that of the models it contains, from which on it does not stand
 MOST_GAIN = 100.0  # of a mode: blocks that undo each other integrate the errors of the curve between them
 FAR = 100.0  # times the fastest pole: a zero further out does nothing
 
@@ -54,42 +52,43 @@ class Split(NamedTuple):
 
 def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     shown = head(max(segments, key=len), RANKED)
-    lines = [HwSettings(order, input_shape="line", output_shape="line") for order in ORDERS]
-    linears = [fits.of(segments, settings, progress).spec for settings in lines]
+    few = Bench([head(segment, TRIED) for segment in segments[:5]], CHOSEN)
+    ends = [end for hold in holds_of(segments) for end in _ends(segments, fits, hold, few, shown, progress)]
+    best = _grown(min(ends, key=lambda trial: trial.error), few)
+    all_of_it = Bench([head(segment, FINAL) for segment in segments], CHOSEN)
+    coarse = all_of_it.tried(best, 20)
+    fine = all_of_it.tried(_finer(coarse.spec), 20)
+    spec = min((coarse, fine), key=lambda trial: trial.error).spec
+    return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), len(pack(spec, CHOSEN)) - 2)
+
+
+def _finer(spec: ModelSpec) -> ModelSpec:
+    """Twice as many segments in the curve, where they are long."""
+    curve = spec.output_curve
+    assert isinstance(curve, PiecewiseLinear)
+    x = np.array(curve.x)
+    between = np.sort(np.concatenate((x, 0.5 * (x[1:] + x[:-1]))))
+    heights = np.interp(between, x, curve.y)
+    return msgspec.structs.replace(spec, output_curve=PiecewiseLinear(between.tolist(), heights.tolist()))
+
+
+def _ends(
+    segments: Sequence[Segment], fits: BlockFits, hold: Hold, few: Bench, shown: Segment, progress: Progress | None
+) -> list[Trial]:
+    """The best shares of the linear models' poles and zeros, and the Wiener and the Hammerstein model."""
+    lines = [Asked("line", "line", order=order, hold=hold) for order in ORDERS]
+    linears = [fits.of(segments, asked, progress).spec for asked in lines]
     splits = [(split.error, _spec(linear, split)) for linear in linears for split in _splits(linear.linear, shown)]
     splits.sort(key=lambda split: split[0])
-    within = _contained(segments, fits, progress)
-    few = Bench([head(segment, TRIED) for segment in segments[:5]], CHOSEN)
-    trials = [few.tried(spec, 8) for spec in [spec for _, spec in splits[:FINALISTS]] + within]
-    best = _grown(min(trials, key=lambda trial: trial.error), few)
-    found = Bench([head(segment, FINAL) for segment in segments], CHOSEN).estimated(best, 25)
-    alone = [msgspec.structs.replace(linear, output_linear=LinearBlock(1.0)) for linear in linears]
-    contained = _best([*alone, *within], segments)
-    spec = _best([contained, found], segments)
-    if spec is found and restarted(found, segments) > WORSE * restarted(contained, segments):
-        spec = contained
-    return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), _numbers(spec))
+    within = _contained(segments, fits, hold, progress)
+    return [few.tried(spec, 8) for spec in [spec for _, spec in splits[:FINALISTS]] + within]
 
 
-def _best(specs: Sequence[ModelSpec], segments: Sequence[Segment]) -> ModelSpec:
-    return specs[least([judged(spec, _numbers(spec), segments) for spec in specs])]
-
-
-def _numbers(spec: ModelSpec) -> int:
-    return len(pack(spec, CHOSEN)) - 2
-
-
-def _contained(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> list[ModelSpec]:
+def _contained(segments: Sequence[Segment], fits: BlockFits, hold: Hold, progress: Progress | None) -> list[ModelSpec]:
     """The Wiener and the Hammerstein model of these data as a curve between two blocks, one of which does nothing."""
-    asked = (replace(fits.hw_pwl, input_shape="line"), replace(fits.hw_pwl, output_shape="line"))
-    chosen = dict.fromkeys(best_of(segments, settings, fits, progress) for settings in asked)
-    specs = [fits.of(segments, settings, progress).spec for settings in chosen]
-    return [
-        msgspec.structs.replace(spec, output_linear=LinearBlock(1.0))
-        if settings.input_shape == "line"
-        else _turned(spec)
-        for settings, spec in zip(chosen, specs, strict=True)
-    ]
+    asked = Asked("line", "curve", segments=SEGMENTS, hold=hold), Asked("curve", "line", segments=SEGMENTS, hold=hold)
+    wiener, hammerstein = (fits.of(segments, wanted, progress).spec for wanted in asked)
+    return [msgspec.structs.replace(wiener, output_linear=LinearBlock(1.0, hold=hold)), _turned(hammerstein)]
 
 
 def _turned(spec: ModelSpec) -> ModelSpec:
@@ -162,7 +161,7 @@ def _splits(linear: LinearBlock, segment: Segment) -> Iterator[Split]:
         shared = [_joined(pole_units, way, block) for block in (0, 1)]
         zeros = [_joined(zero_units, way[len(pole_units) :], block) for block in (0, 1)]
         if all(len(z) <= len(p) for z, p in zip(zeros, shared, strict=True)):
-            blocks = _block(shared[0], zeros[0]), _block(shared[1], zeros[1])
+            blocks = _block(shared[0], zeros[0], linear.hold), _block(shared[1], zeros[1], linear.hold)
             if all(_most_gain(block) < MOST_GAIN for block in blocks):
                 yield _judged(*blocks, segment)
 
@@ -234,7 +233,7 @@ def _joined(units: Sequence[Roots], way: Sequence[int], block: int) -> Roots:
     return np.concatenate([np.empty(0, complex), *(u for u, at in zip(units, way, strict=False) if at == block)])
 
 
-def _block(poles: Roots, zeros: Roots) -> LinearBlock:
+def _block(poles: Roots, zeros: Roots, hold: Hold = "foh") -> LinearBlock:
     """Unit DC gain: prod(1 - s/z) / prod(1 - s/p) as modes."""
     direct = float(np.real(np.prod(poles) / np.prod(zeros))) if len(poles) == len(zeros) else 0.0
     gains = [np.prod(1 - p / zeros) / np.prod([1 - p / q for q in poles if q != p]) for p in poles]
@@ -244,7 +243,7 @@ def _block(poles: Roots, zeros: Roots) -> LinearBlock:
         for p, g in zip(poles, gains, strict=True)
         if p.imag > 0
     ]
-    return LinearBlock(direct, real, pairs)
+    return LinearBlock(direct, real, pairs, hold)
 
 
 STRUCTURES = (Structure("wiener-hammerstein", "Wiener-Hammerstein: linear, 10 segments, linear", "beyond", _fit),)

@@ -1,9 +1,8 @@
 """Beyond the thesis (its outlook): HW-PWL with internal friction, and with the engine's weight as second input.
 
-Friction is looked for beside a smooth core (cubics) first, because free knots imitate it: on data thinned to a rate
-that friction, which does not depend on rate, still shows. The core is then fitted to the force without that friction,
-and at last the effect's parameters, the heights of both curves and the gains of the linear block together. Sliders
-that slip first within 0.03 mm and others within 0.2 mm take two Prandtl-Ishlinskii operators.
+Friction as Prandtl-Ishlinskii stops is part of the regression itself. Bouc-Wen friction is fitted beside a core on data
+thinned to a rate that friction, which does not depend on rate, still shows; the core is then fitted to the force
+without that friction, and at last the effect's parameters, the heights of both curves and the gains together.
 """
 
 from collections.abc import Sequence
@@ -13,11 +12,10 @@ import msgspec
 import numpy as np
 
 from thrustd.identify.estimate import EstimateSettings, estimate_segments
-from thrustd.identify.hw_fit import HwSettings, Progress
+from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment, thinned
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_fits import BlockFit, BlockFits
-from thrustd.identify.structures.simpler import best_of, judged, least
 from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, Polynomial
 from thrustd.model.effect import Effect
@@ -26,50 +24,42 @@ from thrustd.model.effects import effect_named
 SAMPLES = 60_000  # to which the data are thinned
 ITERATIONS = 12
 SHOWS = 0.97  # error with friction over that of the smooth core alone, from which on there is none to be seen
-SMOOTH = HwSettings(input_shape="cubic", output_shape="cubic")
+SEGMENTS = 10  # of a table whose heights are estimated along with an effect
+BOUC_WEN = "hysteresis"
 
 
-def _friction(name: str, title: str, effects: tuple[str, ...]) -> Structure:
-    """Several of the same effect: elements of several spreads."""
-
-    def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
-        thin = thinned(segments, SAMPLES) or list(segments)
-        wanted = best_of(segments, fits.hw_pwl, fits, progress)
-        plain = fits.of(segments, wanted, progress)
-        smooth = rubbing = fits.of(thin, replace(SMOOTH, order=wanted.order), progress).spec
-        for effect in effects:
-            rubbing = with_effect(rubbing, effect, thin)
-        if error_over(rubbing, thin) > SHOWS * error_over(smooth, thin):
-            return _core_alone(plain, name, "no friction shows")
-        core = fits.of([_without_effects(rubbing, s) for s in segments], wanted, progress)
-        apart = msgspec.structs.replace(core.spec, effects=rubbing.effects)
-        both = (apart, _together(apart, effects[0], thin))  # means may be too coarse for the fastest modes
-        spec = msgspec.structs.replace(min(both, key=lambda spec: error_over(spec, segments)), structure=name)
-        numbers = core.n_parameters + sum(len(effect_named(effect).parameters) for effect in effects)
-        if least([judged(f.spec, f.n_parameters, segments) for f in (plain, BlockFit(spec, numbers, ()))]) == 0:
-            return _core_alone(plain, name, "the data are followed no better with friction")
-        return of_spec(spec, numbers, core.warnings)
-
-    return Structure(name, title, "beyond", fit)
+def _bouc_wen(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
+    thin = thinned(segments, SAMPLES) or list(segments)
+    wanted = replace(fits.wish, segments=fits.wish.segments or SEGMENTS)
+    plain = fits.of(segments, wanted, progress)
+    rubbing = with_effect(plain.spec, BOUC_WEN, thin)
+    if error_over(rubbing, thin) > SHOWS * error_over(plain.spec, thin):
+        return _stands_in(plain, "hw-pwl+bouc-wen", "no friction shows")
+    core = fits.of([_without_effects(rubbing, s) for s in segments], wanted, progress)
+    apart = msgspec.structs.replace(core.spec, effects=rubbing.effects)
+    both = (rubbing, apart, _together(apart, BOUC_WEN, thin))  # means may be too coarse for the fastest modes
+    spec = min(both, key=lambda spec: error_over(spec, segments))
+    numbers = core.n_parameters + len(effect_named(BOUC_WEN).parameters)
+    return of_spec(msgspec.structs.replace(spec, structure="hw-pwl+bouc-wen"), numbers)
 
 
 def _second_input(name: str, title: str, effect: str) -> Structure:
     channels = effect_named(effect).channels
 
     def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
-        core = fits.of(segments, best_of(segments, fits.hw_pwl, fits, progress), progress)
+        core = fits.of(segments, fits.wish, progress)
         if not all(any(np.ptp(s.inputs[c]) > 0.0 for s in segments) for c in channels):
-            return _core_alone(core, name, f"{', '.join(channels)} never moves")
+            return _stands_in(core, name, f"{', '.join(channels)} never moves")
         spec = with_effect(core.spec, effect, thinned(segments, SAMPLES) or list(segments))
         added = len(effect_named(effect).parameters)
-        return of_spec(msgspec.structs.replace(spec, structure=name), core.n_parameters + added, core.warnings)
+        return of_spec(msgspec.structs.replace(spec, structure=name), core.n_parameters + added)
 
     return Structure(name, title, "beyond", fit, channels)
 
 
-def _core_alone(core: BlockFit, name: str, why: str) -> Fitted:
+def _stands_in(core: BlockFit, name: str, why: str) -> Fitted:
     spec = msgspec.structs.replace(core.spec, structure=name)
-    return of_spec(spec, core.n_parameters, core.warnings, f"{why}: this is HW-PWL")
+    return replace(of_spec(spec, core.n_parameters, note=f"{why}: this is hw-pwl"), same_as="hw-pwl")
 
 
 def _without_effects(spec: ModelSpec, segment: Segment) -> Segment:
@@ -119,6 +109,6 @@ def _starts(effect: Effect) -> list[float]:
 
 
 STRUCTURES = (
-    _friction("hw-pwl+bouc-wen", "HW-PWL with Bouc-Wen friction", ("hysteresis",)),
+    Structure("hw-pwl+bouc-wen", "HW-PWL with Bouc-Wen friction", "beyond", _bouc_wen),
     _second_input("hw-pwl+weight", "MISO HW-PWL with engine weight", "engine_weight"),
 )

@@ -1,0 +1,320 @@
+"""Which regression: hypotheses compete on blocks of the data that were held back.
+
+    rubber      no curve behind, gains of relaxation and friction >= 0 (`regress`)
+    general     gains of either sign, a second curve h, records that begin anywhere; no friction
+    ringing     further pairs of complex poles, one by one, where the residual asks for them (`pairs`)
+    hold        zero-order in place of ramps, where the input moves between samples
+
+A hypothesis takes the place of a simpler one when it predicts the held-back blocks better by more than CLEARLY standard
+errors of the difference from block to block (Hastie, Tibshirani & Friedman 2009, 7.10). Held back means: the model runs
+through, the samples carry no weight. The winner is solved on all data.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from thrustd.core.blas import one_thread
+from thrustd.identify.regression.curve import Grid, roughness
+from thrustd.identify.regression.even import before_even_curve
+from thrustd.identify.regression.long import MANY, THINNED, finer, sparse
+from thrustd.identify.regression.pairs import with_best_pair
+from thrustd.identify.regression.reduce import reduced
+from thrustd.identify.regression.regress import FIRST, KNOTS, begun_where, prepared, regress
+from thrustd.identify.regression.shape import Hold, Point, Shape
+from thrustd.identify.regression.solve import Progress, Solution, solve
+from thrustd.identify.regression.starts import linear_point
+from thrustd.identify.regression.sweep import Record, simulate
+from thrustd.identify.segments import DEFORMATION, SHORTEST, Segment, head, thinned
+from thrustd.model.stage import Floats
+
+PARTS, EVERY = 40, 4  # blocks of a record; every such one is held back
+CLEARLY = 1.0  # standard errors
+WORTH_IT = 0.95  # of the error of rubber, from which on something else is believed: physics holds on other records, too
+SHOWN = 20_000  # samples on which hypotheses meet
+MOST_PAIRS = 4
+MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
+EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
+GENERAL_LAGS = 12
+SLOWEST = 0.2  # times the longest record, for relaxation of either sign: slower cannot be told from a slope
+BEYOND = 0.15  # of the output's range: so far beyond it does h reach on either side
+FAST = 1.0 / 6.0  # of the Nyquist frequency: input that moves faster tells holds apart
+FAST_SHARE = 0.05  # of the input's power beyond
+ITERATIONS, PASSES = 40, 5  # at most; passes over millions of samples
+
+Kind = Literal["line", "cubic", "curve"]
+COEFFICIENTS: dict[Kind, int] = {"line": 4, "cubic": 4, "curve": KNOTS}
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What may be part of the model. hold, order, segments: wishes; None leaves them to the data."""
+
+    f: Kind = "curve"
+    h: Kind = "curve"
+    friction: bool = False
+    hold: Hold | None = None
+    order: int | None = None
+    segments: int | None = None
+
+
+MOUNT = Asked(friction=True)
+
+
+class Trial(NamedTuple):
+    """A solution of the visible data, and its squared errors (n_blocks,) on what was held back."""
+
+    found: Solution
+    held: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Data on which hypotheses meet."""
+
+    segments: Sequence[Segment]
+    asked: Asked
+    progress: Progress | None = None
+    visible: list[Segment] = field(default_factory=list)
+
+    def rubber(self) -> Trial:
+        found = regress(self.visible, self.progress)
+        return self._judged(found)
+
+    def general(self, hold: Hold = "foh") -> Trial:
+        shape, records = general_shape(self.visible, self.asked, self.asked.hold or hold)
+        return self.solved(shape, linear_point(shape, records), FIRST)
+
+    def solved(self, shape: Shape, start: Point, precisions: dict[str, float]) -> Trial:
+        records = records_of(shape, self.visible)
+        return self._judged(solve(shape, start, records, precisions, ITERATIONS, self.progress))
+
+    def with_pair(self, trial: Trial) -> Trial:
+        shape, point = with_best_pair(trial.found, records_of(trial.found.shape, self.visible))
+        return self.solved(shape, point, FIRST | {"f": trial.found.precisions["f"], "h": trial.found.precisions["h"]})
+
+    def even(self, hold: Hold, pairs: int) -> Trial | None:
+        """A curve behind that is the same for x and -x: begun at what lies in front of it (`even`)."""
+        seen = max(self.visible, key=len)
+        hidden = before_even_curve(seen.inputs[DEFORMATION], seen.force_n, np.flatnonzero(np.isfinite(seen.force_n)))
+        if hidden is None:
+            return None
+        straight = Field(
+            [replace(seen, force_n=hidden)],
+            Asked("line", "line", hold=hold),
+            self.progress,
+            [replace(seen, force_n=hidden)],
+        )
+        inner = straight.general()
+        for _ in range(pairs):
+            inner = straight.with_pair(inner)
+        shape, point = behind_even(inner.found, seen, hidden)
+        return self.solved(replace(shape, begun=len(self.visible)), point, FIRST)
+
+    def _judged(self, found: Solution) -> Trial:
+        blocks = []
+        for record, whole in zip(records_for(found, self.segments), self.segments, strict=True):
+            missed = record.y - simulate(found.shape, found.point, record)
+            blocks += [float(np.nanmean(missed[part] ** 2)) for part in _held(whole) if np.isfinite(missed[part]).any()]
+        return Trial(found, np.array(blocks))
+
+
+def explained(segments: Sequence[Segment], asked: Asked = MOUNT, progress: Progress | None = None) -> Solution:
+    """The regression that these data speak for, on all of them."""
+    with one_thread():
+        return _explained(segments, asked, progress)
+
+
+def _explained(segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
+    if sum(map(len, segments)) > MANY:
+        return _of_many(segments, asked, progress)
+    shown = _first(segments, SHOWN)
+    competing = Field(shown, asked, progress, [_hidden(segment) for segment in shown])
+    if asked.friction:
+        rubber = competing.rubber()
+        best = _better(rubber, competing.general(), WORTH_IT)
+        if best is rubber:
+            return _ordered(regress(segments, progress), segments, asked, progress)
+    else:
+        best = competing.general()
+    if asked.hold is None and "zoh" in holds_of(shown):
+        best = _better(best, competing.general("zoh"))
+    best = _ringing(competing, best)
+    if asked.h == "curve" and float(best.held.mean()) > MOSTLY:
+        for hold, pairs in product(holds_of(shown), EVEN_PAIRS):
+            even = competing.even(hold, pairs)
+            best = _better(best, even) if even is not None else best
+        if best.found.shape.h_straight_from == 0.0:
+            return _ordered(resolved(best.found, segments, progress), segments, asked, progress)
+    if len(best.found.point.pair_gain):
+        best = _leaner(competing, best)
+        return _ordered(resolved(best.found, segments, progress), segments, asked, progress)
+    shape, records = general_shape(segments, asked, best.found.shape.hold)
+    found = solve(shape, linear_point(shape, records), records, FIRST, ITERATIONS, progress)
+    return _ordered(found, segments, asked, progress)
+
+
+def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
+    thin = thinned(segments, THINNED)
+    found = _explained(thin, replace(asked, order=None), progress)
+    if found.shape.passive:
+        return _ordered(regress(segments, progress), segments, asked, progress)
+    shape, point = finer(found, segments[0].dt_s, thin[0].dt_s, asked.order)
+    found = solve(shape, point, sparse(records_of(shape, thin)), found.precisions, ITERATIONS, progress)
+    records = sparse(records_of(shape, segments))
+    return solve(shape, found.point, records, found.precisions, PASSES, progress)
+
+
+def _ordered(found: Solution, segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
+    """With the number of poles that was asked for, two of them a pair where that follows the data better."""
+    if asked.order is None:
+        return found
+    few = _reduced(found, asked.order, segments, progress)
+    if found.shape.passive or asked.order < 2:
+        return few
+    rest = _reduced(found, asked.order - 2, segments, progress)
+    shape, point = with_best_pair(rest, records_for(rest, segments))
+    ringing = resolved(replace(rest, shape=shape, point=point, precisions=FIRST), segments, progress)
+    return min((few, ringing), key=lambda solution: solution.mean_square)
+
+
+def _reduced(found: Solution, order: int, segments: Sequence[Segment], progress: Progress | None) -> Solution:
+    shape, point = reduced(found.shape, found.point, order)
+    return resolved(replace(found, shape=shape, point=point), segments, progress)
+
+
+def _first(segments: Sequence[Segment], samples: int) -> list[Segment]:
+    """So many samples in all from the beginnings of the segments."""
+    share = min(1.0, samples / sum(map(len, segments)))
+    return [head(segment, max(SHORTEST, round(share * len(segment)))) for segment in segments]
+
+
+def resolved(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
+    """The same hypothesis on other data, from where it stands."""
+    shape, point = found.shape, found.point
+    if shape.begun:
+        shape = replace(shape, begun=len(segments))
+        point = replace(point, begin=np.zeros(shape.sizes["begin"]))
+    records = records_for(found, segments)
+    return solve(shape, point, records, found.precisions, ITERATIONS, progress)
+
+
+def records_for(found: Solution, segments: Sequence[Segment]) -> list[Record]:
+    """Begun as this solution follows them best."""
+    records = records_of(found.shape, segments)
+    return [begun_where(found, record) for record in records] if found.shape.passive else records
+
+
+def _ringing(competing: Field, best: Trial) -> Trial:
+    """One pair after the other, as long as the held-back blocks are predicted better."""
+    for _ in range(MOST_PAIRS):
+        longer = competing.with_pair(best)
+        if _better(best, longer) is best:
+            break
+        best = longer
+    return best
+
+
+def _leaner(competing: Field, best: Trial) -> Trial:
+    """The fewest real modes with which hardly more is missed."""
+    pairs = len(best.found.point.pair_gain)
+    for count in range(0, len(best.found.point.gain)):
+        shape, point = reduced(best.found.shape, best.found.point, count + 2 * pairs)
+        fewer = competing.solved(shape, point, best.found.precisions)
+        if WORTH_IT**2 * float(fewer.held.mean()) < float(best.held.mean()):
+            return fewer
+    return best
+
+
+def _better(simple: Trial, other: Trial, worth_it: float = 1.0) -> Trial:
+    """The other one where it is clearly better, and by so much that it is worth it."""
+    gain = simple.held - other.held
+    if not np.isfinite(other.held).all():
+        return simple
+    if not np.isfinite(simple.held).all():
+        return other
+    spread = float(gain.std(ddof=1)) / np.sqrt(len(gain)) if len(gain) > 1 else np.inf
+    worth = float(other.held.mean()) < worth_it**2 * float(simple.held.mean())
+    return other if worth and float(gain.mean()) > CLEARLY * spread else simple
+
+
+def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tuple[Shape, list[Record]]:
+    """Gains of either sign, on as many real lags; curves as asked for."""
+    rubber, _ = prepared(segments)
+    y = np.concatenate([segment.force_n for segment in segments]) / rubber.output_scale
+    low, high = float(np.nanmin(y)), float(np.nanmax(y))
+    edge = BEYOND * (high - low)
+    dt_s = min(segment.dt_s for segment in segments)
+    longest_s = max(len(segment) * segment.dt_s for segment in segments)
+    d = [segment.inputs[DEFORMATION] for segment in segments]
+    reach = min(float(x.min()) for x in d), max(float(x.max()) for x in d)
+    shape = replace(
+        rubber,
+        f_grid=Grid(*reach, COEFFICIENTS[asked.f]),
+        zero=float(np.clip(0.0, *reach)),
+        taus_s=np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), GENERAL_LAGS),
+        radii=np.zeros(0),
+        h_grid=None if asked.h == "line" else Grid(low - edge, high + edge, COEFFICIENTS[asked.h]),
+        hold=hold,
+        passive=False,
+        line=asked.f == "line",
+        limits_s=(dt_s, longest_s),
+        begun=len(segments),
+    )
+    return shape, records_of(shape, segments)
+
+
+def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:
+    """Records in the shape's units: unloaded before they begin (rubber), or settled at their first sample."""
+    return [
+        Record(
+            s.inputs[DEFORMATION],
+            s.force_n / shape.output_scale,
+            s.dt_s,
+            shape.zero if shape.passive else float(s.inputs[DEFORMATION][0]),
+            place=place if shape.begun else None,
+        )
+        for place, s in enumerate(segments)
+    ]
+
+
+def behind_even(inner: Solution, seen: Segment, hidden: Floats) -> tuple[Shape, Point]:
+    """The straight model of what is hidden, scaled to the output's range, and the curve that this needs behind it."""
+    scale = float(np.nanstd(seen.force_n))
+    y = seen.force_n / scale
+    reach = float(np.nanmax(y) - np.nanmin(y))
+    size = reach / float(np.abs(hidden).max())
+    edge = (1.0 + BEYOND) * reach
+    h_grid = Grid(-edge, edge, 2 * KNOTS)
+    good = np.isfinite(y)
+    basis, x = h_grid.values(size * hidden[good]), size * hidden[good]
+    matrix = basis.T @ basis + 1e-3 * roughness(h_grid.n) * len(x) / h_grid.n + 1e-6 * np.eye(h_grid.n)
+    h: Floats = np.linalg.solve(matrix, basis.T @ (y[good] - x)).astype(np.float64)
+    shape = replace(inner.shape, h_grid=h_grid, output_scale=scale, h_straight_from=0.0)
+    factor = size * inner.shape.output_scale
+    point = replace(inner.point, f=factor * inner.point.f, begin=factor * inner.point.begin, h=h, offset=0.0)
+    return shape, point
+
+
+def holds_of(segments: Sequence[Segment]) -> tuple[Hold, ...]:
+    """Ramps between samples, and steps as well where the input's power reaches so far that it matters."""
+    for segment in segments:
+        power = np.abs(np.fft.rfft(segment.inputs[DEFORMATION] - segment.inputs[DEFORMATION].mean())) ** 2
+        if float(power[int(FAST * len(power)) :].sum()) > FAST_SHARE * float(power.sum()):
+            return "foh", "zoh"
+    return ("foh",)
+
+
+def _held(segment: Segment) -> list[slice]:
+    edges = np.linspace(0, len(segment), PARTS + 1).astype(int)
+    return [slice(edges[i], edges[i + 1]) for i in range(EVERY - 2, PARTS, EVERY)]
+
+
+def _hidden(segment: Segment) -> Segment:
+    force_n = segment.force_n.copy()
+    for part in _held(segment):
+        force_n[part] = np.nan
+    return replace(segment, force_n=force_n)

@@ -1,0 +1,63 @@
+"""Records of millions of samples: the shape from means of all of them, then a few passes at the full rate.
+
+Means of so many samples that some ten thousand remain show the curves and all slow relaxation. Its few modes
+(`reduce`), with spare ones faster than the means, and finer curves then move together over all samples: the memory
+runs through every one, the regression counts some hundred thousand of them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.reduce import enough, fewer
+from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.solve import Solution
+from thrustd.identify.regression.sweep import Record
+from thrustd.model.stage import Floats
+
+MANY = 300_000  # samples: more are long
+THINNED = 60_000  # means that give the shape
+COUNTED = 120_000  # samples at the full rate that count
+FINER = 4  # times as many coefficients in a curve
+SPARE = 3  # modes faster than the means
+
+
+def sparse(records: Sequence[Record]) -> list[Record]:
+    """With so many references left that the regression counts enough."""
+    step = max(1, sum(map(len, records)) // COUNTED)
+    return [replace(r, y=np.where(np.arange(len(r)) % step == 0, r.y, np.nan)) for r in records]
+
+
+def finer(found: Solution, dt_s: float, thin_dt_s: float, order: int | None) -> tuple[Shape, Point]:
+    """Few modes that move, spare fast ones, curves on finer grids: the same model to begin with.
+
+    Records begin settled: what came before one of millions of samples is soon forgotten.
+    """
+    shape, point = found.shape, found.point
+    spare = SPARE if order is None else min(1, order - 1)
+    tau_s, gain = fewer(np.exp(point.log_tau), point.gain, enough(point) if order is None else order - spare)
+    fast_s = np.geomspace(2 * dt_s, 2 * thin_dt_s, spare + 2)[1:-1]
+    taus_s = np.concatenate((fast_s, tau_s))
+    f_grid = _finer(shape.f_grid)
+    h_grid = _finer(shape.h_grid) if shape.h_grid else None
+    new = replace(shape, taus_s=taus_s, f_grid=f_grid, h_grid=h_grid, move=True, begun=0)
+    begun = replace(
+        point,
+        f=_onto(shape.f_grid, point.f, f_grid),
+        h=_onto(shape.h_grid, point.h, h_grid) if shape.h_grid and h_grid else point.h,
+        gain=np.concatenate((np.zeros(len(fast_s)), gain)),
+        log_tau=np.log(taus_s),
+        begin=np.zeros(0),
+    )
+    return new, begun
+
+
+def _finer(grid: Grid) -> Grid:
+    return grid if grid.n == 4 else Grid(grid.low, grid.high, FINER * grid.n)
+
+
+def _onto(old: Grid, coefficients: Floats, new: Grid) -> Floats:
+    at = np.linspace(old.low, old.high, 10 * new.n)
+    return np.linalg.lstsq(new.values(at), old.values(at) @ coefficients, rcond=None)[0].astype(np.float64)
