@@ -58,7 +58,7 @@ def run(effect, parameters, columns):
 
 
 def test_every_word_of_the_interface_document_is_there():
-    assert set(ICD_WORDS) == {effect.word for effect in shelf().values()}
+    assert set(ICD_WORDS) <= {effect.word for effect in shelf().values()}
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -1,12 +1,13 @@
-"""Extend a model by an effect: start neutral, estimate, keep only what is better on held-back blocks, write the ledger.
+"""Extend a model by effects: one joint fit with what it knows, kept only when held-back blocks are better.
 
-The effects of the model are estimated together. The rest moves gently or not at all: a ridge step of the curves and
-the linear block, of the strength that predicts held-back blocks best, taken only when it pays.
+An effect is looked for among all its variants, each from every start of its shape; of several asked for, those that the
+others explain as well are left out. The core moves under its posterior: what the bench knew well stays, what it had not
+seen is learnt here.
 """
 
 import hashlib
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,9 @@ from rich.console import Console
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
+from thrustd.core.blas import one_thread
 from thrustd.core.errors import ModelError
+from thrustd.core.measures import rms
 from thrustd.diagnose.compare.checks import (
     check_channels,
     check_length,
@@ -26,27 +29,26 @@ from thrustd.diagnose.compare.checks import (
 )
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import referenced
-from thrustd.diagnose.search.candidates import candidates, moves, with_effect
-from thrustd.diagnose.search.estimates import ParameterEstimate, estimated
-from thrustd.diagnose.search.evidence import Evidence, base_patterns, gather, lateness
-from thrustd.diagnose.search.expected import own_error_n
-from thrustd.diagnose.search.gram import block_gram, held_out_fit
-from thrustd.diagnose.search.polish import polished
-from thrustd.diagnose.search.selection import BESIDE, RIDGES, Progress
-from thrustd.diagnose.search.start import Start, start_of
-from thrustd.diagnose.search.together import estimated_together, familiar
+from thrustd.diagnose.search.base import Base, base_of, records_of
+from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
+from thrustd.diagnose.search.joint import Joint, joint_fit
+from thrustd.diagnose.search.library import Rig, laws, rig_of, terms_of
+from thrustd.diagnose.search.ranking import Progress, begin_of, gained, leading, pruned
+from thrustd.diagnose.search.records import stretches
+from thrustd.diagnose.search.screen import screened, table_of
+from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
-from thrustd.identify.parameters import pack, unpack
-from thrustd.model.artifact import EffectSpec, LedgerEntry, ModelSpec, write_model
+from thrustd.identify.error_map import error_map
+from thrustd.identify.first_state import begun_at
+from thrustd.identify.regression.posterior import kept
+from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.table import FRICTION, spec_of
+from thrustd.identify.segments import Segment
+from thrustd.model.artifact import EffectSpec, ErrorMap, LedgerEntry, ModelSpec, ValidRange, write_model
 from thrustd.model.effect import Effect
-from thrustd.model.effects import effect_named
-from thrustd.model.stage import Floats
+from thrustd.model.effects import effect_named, shelf
+from thrustd.model.effects.hysteresis_stops import WEIGHTS
 from thrustd.records.recording import Recording
-
-PAYS = 0.97  # the rest of the model moves only when that leaves less than this of the squared error
-LITTLE = 1.4  # times what the identification promises
-POLISHED = 3  # starting shapes that are polished
-IDLE = 1e-6  # of the typical amplitude: so small is neutral
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +60,18 @@ class ExtendReport:
     rmse_before_n: float
     rmse_after_n: float
     parameters: tuple[ParameterEstimate, ...]
-    rest_moved: bool  # whether curves and linear block were re-estimated, gently
+    left_out: tuple[str, ...] = ()  # asked for, and explained by the others
 
     def to_json(self) -> dict[str, Any]:
         return {
             "model": self.spec.name,
             "effects": list(self.effects),
+            "names": [effect.name for effect in self.spec.effects],
+            "left_out": list(self.left_out),
             "rmse_before_n": self.rmse_before_n,
             "rmse_after_n": self.rmse_after_n,
             "parameters": {self._key(p): p.to_json() | {"effect": p.effect} for p in self.parameters},
-            "rest_moved": self.rest_moved,
+            "rest_moved": True,
         }
 
     def _key(self, parameter: ParameterEstimate) -> str:
@@ -79,13 +83,13 @@ class ExtendReport:
         names = " and ".join(self.effects)
         console.print(
             f"[bold]{names}[/bold] added: {newtons(self.rmse_before_n)} -> {newtons(self.rmse_after_n)} N"
-            " on held-back blocks, start-up aside",
+            " on held-back blocks",
             highlight=False,
         )
         for number in self.parameters:
             console.print(f"  {number.sentence}", highlight=False)
-        if self.rest_moved:
-            console.print("  curves and linear block moved a little as well")
+        for word in self.left_out:
+            console.print(f"  {word} left out: the others explain as much without it", highlight=False)
 
 
 def extend(
@@ -105,193 +109,142 @@ def extend(
     for record in records:
         check_recording(record, spec)
     for effect in chosen:
-        check_new(spec, effect, spec.name)
+        if effect.word != effect_named(FRICTION).word:  # friction grows: its weights add up
+            check_new(spec, effect, spec.name)
         check_channels(records, effect)
     check_length(records, spec)
-    evidence = gather(spec, records)
-    check_not_own_output(records[0], evidence.output(spec), evidence.reference_n)
-    before = _held_out(spec, spec, evidence, len(spec.effects))
-    started = spec
+    segments = stretches(spec, records)
+    output = np.concatenate([simulate(spec, segment) for segment in segments])
+    check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
+    with one_thread():
+        base = base_of(spec, segments)
+        rows = records_of(base, spec, segments)
+        nothing = joint_fit(base, rows, ())
+        fit = _fitted(base, rows, nothing, chosen, rig_of(rows, base, spec), progress)
+        _check_better(spec, chosen, nothing, fit, base.scale)
+        fit = pruned(base, rows, fit)
+    _tell(progress, 0.9, "artifact")
+    written = _written(spec, name or spec.name, base, rows, nothing, fit, segments, records)
+    left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
+    before, after = (base.scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
+    return ExtendReport(written, fit.words, before, after, tuple(estimates_of(base, fit)), left_out)
+
+
+def variants(effect: Effect) -> list[Effect]:
+    """Every law that goes by the word, when it is the word that was said; else the one law."""
+    if effect.name != effect.word:
+        return [effect]
+    return laws([effect, *(other for other in shelf().values() if other.variant_of == effect.name)])
+
+
+def _fitted(
+    base: Base, rows: Sequence[Record], nothing: Joint, chosen: Sequence[Effect], rig: Rig, progress: Progress | None
+) -> Joint:
+    """Effects one after the other, each in the variant and from the start that leaves least beside those before."""
+    fit = nothing
     for i, effect in enumerate(chosen):
-        _tell(progress, 0.5 * i / len(chosen), effect.name)
-        started = with_effect(started, _start(effect, started, evidence))
-    _tell(progress, 0.5, "estimate")
-    free = _estimable(started, records, chosen)
-    better, numbers = estimated(started, free, evidence)
-    if lost := _lost(spec, better):
-        free = [effect for effect in free if effect.name not in lost]
-        better, numbers = estimated(started, free, evidence)
-    after = _held_out(spec, better, evidence, len(spec.effects))
-    _tell(progress, 0.9, "the rest, gently")
-    gentle, gentle_after = _gently(better, evidence) if _settled(spec, after, evidence) else (better, after)
-    moved = gentle_after < PAYS**0.5 * after
-    final, final_after = (gentle, gentle_after) if moved else (better, after)
-    if familiar(spec, evidence, before):
-        _tell(progress, 0.95, "together with the rest")
-        whole, whole_numbers, parent_n, whole_n = estimated_together(started, free, spec, evidence)
-        if whole_n / parent_n < PAYS**0.5 * final_after / before:
-            final, numbers, before, final_after, moved = whole, whole_numbers, parent_n, whole_n, True
-    _check_better(spec, chosen, final, before, final_after)
-    _tell(progress, 1.0, "done")
-    words = tuple(effect.word for effect in chosen)
-    final = _for_flight(final, chosen, evidence)
-    written = _finished(spec, final, name or spec.name, chosen, records, (before, final_after), evidence)
-    return ExtendReport(written, words, before, final_after, tuple(numbers), moved)
+        _tell(progress, 0.85 * i / len(chosen), effect.word)
+        terms = [term for law in variants(effect) for term in terms_of(law, rig)]
+        looked = leading(screened(table_of(base, fit, rows), terms), least=-np.inf)
+        tried = [joint_fit(base, rows, (*fit.terms, one.term), begin_of(base, fit, one)) for one in looked]
+        fit = min(tried, key=lambda one: one.mse)
+    return fit
 
 
-def _check_better(spec: ModelSpec, chosen: Sequence[Effect], final: ModelSpec, before_n: float, after_n: float) -> None:
-    """ModelError when nothing is gained, or not by the effects: the rest alone may have moved."""
-    if not after_n < before_n:
+def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, scale: float) -> None:
+    if not gained(nothing, fit, worth=0.0):
+        before, after = (scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
         raise ModelError(
-            f"{spec.name}: {_words(chosen)} not added: {before_n:.4g} N before and {after_n:.4g} N after"
-            " on held-back blocks, expected less; no model written"
-        )
-    values = {effect.name: effect.parameters for effect in final.effects}
-    idle = [effect for effect in chosen if _neutral(effect, values[effect.name])]
-    if idle:
-        raise ModelError(
-            f"{spec.name}: {_words(idle)} not added: these data are explained best with none of it,"
-            " expected a size other than neutral; no model written"
+            f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {before:.4g} N before and"
+            f" {after:.4g} N after on held-back blocks, expected clearly less; no model written"
         )
 
 
-def _neutral(effect: Effect, values: Mapping[str, float]) -> bool:
-    """Whether every amplitude ended where the effect does nothing."""
-    return all(abs(values[p.name] - p.neutral) <= IDLE * abs(p.starts[0]) for p in effect.parameters if p.amplitude)
-
-
-def _for_flight(spec: ModelSpec, chosen: Sequence[Effect], evidence: Evidence) -> ModelSpec:
-    """The model with the best of the starts of what matters only in flight: how a late reading is extrapolated."""
-    punctual = lateness(spec)[0].effects
-    for i, present in enumerate(spec.effects):
-        effect = effect_named(present.name)
-        if effect in chosen and present not in punctual:
-            fixed = [p for p in effect.parameters if not p.estimate]
-            trials = [
-                _with_values(spec, i, dict(zip([p.name for p in fixed], values, strict=True)))
-                for values in itertools.product(*(p.starts for p in fixed))
-            ]
-            spec = min(trials, key=evidence.rmse_in_flight_n)
-    return spec
-
-
-def _with_values(spec: ModelSpec, place: int, values: Mapping[str, float]) -> ModelSpec:
-    """The model with some parameters of one of its effects at other values."""
-    effects = list(spec.effects)
-    effects[place] = msgspec.structs.replace(effects[place], parameters=effects[place].parameters | dict(values))
-    return msgspec.structs.replace(spec, effects=effects)
-
-
-def _start(effect: Effect, spec: ModelSpec, evidence: Evidence) -> EffectSpec:
-    """The best shape and amplitude beside the model as it is."""
-    output_n = evidence.output(spec)
-    residual = evidence.reference_n - output_n
-    start = start_of(spec, evidence)
-    nothing = np.empty((len(residual), 0))
-    rough = candidates(effect, spec, evidence, output_n)
-    order = sorted(rough, key=lambda c: _left(evidence, residual, c.columns, start))
-    fine = [polished(c, spec, evidence, output_n, nothing, start) for c in order[:POLISHED]]
-    best = min(fine, key=lambda c: _left(evidence, residual, c.columns, start))
-    return EffectSpec(effect.name, best.parameters)
-
-
-def _left(evidence: Evidence, residual: Floats, columns: Floats, start: Start) -> float:
-    gram = block_gram(evidence, residual, columns, [], 0.0, start)
-    count = columns.shape[1]
-    return held_out_fit(gram, range(1, 1 + count), [BESIDE] * count).mse
-
-
-def _estimable(spec: ModelSpec, records: Sequence[Recording], chosen: Sequence[Effect]) -> list[EffectSpec]:
-    """The new effects, and those found earlier from data (they carry a sigma) whose channels are here to move them."""
-    names = {effect.name for effect in chosen}
-
-    def movable(effect: EffectSpec) -> bool:
-        channels = [c for c in effect_named(effect.name).channels if c != "time_s"]
-        return bool(effect.std) and all(all(c in r and moves(r[c]) for r in records) for c in channels)
-
-    return [effect for effect in spec.effects if effect.name in names or movable(effect)]
-
-
-def _lost(spec: ModelSpec, better: ModelSpec) -> set[str]:
-    """Effects of the model whose size was known and is not any more: these data do not tell it, so it stays."""
-
-    def known(effect: EffectSpec, name: str) -> bool:
-        return effect.std.get(name, 0.0) < abs(effect.parameters[name])
-
-    pairs = [(old, new) for old, new in zip(spec.effects, better.effects, strict=False) if old.std]
-    return {
-        old.name
-        for old, new in pairs
-        if any(known(old, p.name) and not known(new, p.name) for p in effect_named(old.name).parameters if p.amplitude)
-    }
-
-
-def _held_out(spec: ModelSpec, better: ModelSpec, evidence: Evidence, n_before: int) -> float:
-    """Error on held-back blocks, the amplitudes of the new effects estimated on the other blocks each time."""
-    output_n = evidence.output(better)
-    columns = []
-    for i in range(n_before, len(better.effects)):
-        without = msgspec.structs.replace(better, effects=[e for j, e in enumerate(better.effects) if j != i])
-        size = _amplitude(better.effects[i])
-        columns.append((output_n - evidence.output(without)) / size)
-    table = np.column_stack(columns) if columns else np.empty((len(output_n), 0))
-    white, starts = evidence.white_n2(better), start_of(spec, evidence)
-    gram = block_gram(evidence, evidence.reference_n - output_n, table, [], white, starts)
-    return held_out_fit(gram, range(1, 1 + table.shape[1]), [BESIDE] * table.shape[1]).rmse
-
-
-def _amplitude(effect: EffectSpec) -> float:
-    sizes = [abs(effect.parameters[p.name]) for p in effect_named(effect.name).parameters if p.amplitude]
-    return max(max(sizes), 1e-12)
-
-
-def _settled(spec: ModelSpec, after_n: float, evidence: Evidence) -> bool:
-    """Whether little enough is left to be the model's own; else the rest would absorb what is still missing."""
-    own_n = own_error_n(spec, evidence, evidence.output(spec))
-    return own_n is None or after_n <= LITTLE * own_n
-
-
-def _gently(spec: ModelSpec, evidence: Evidence) -> tuple[ModelSpec, float]:
-    """A ridge step of curves and linear block, of the strength that predicts held-back blocks best."""
-    residual = evidence.reference_n - evidence.output(spec)
-    present = evidence.jacobian(spec)
-    gram = block_gram(evidence, residual, present, [], evidence.white_n2(spec), start_of(spec, evidence))
-    n = present.shape[1]
-    fits = [held_out_fit(gram, range(1, 1 + n), [ridge] * n) for ridge in RIDGES]
-    best = min(fits, key=lambda fit: fit.mse)
-    vector = pack(spec, base_patterns(spec))
-    moved = unpack(spec, vector.at(vector.values + best.beta))
-    real = evidence.rmse_n(moved)
-    linear = held_out_fit(gram, [], []).rmse
-    return moved, best.rmse if real < linear else float("inf")
-
-
-def _finished(
+def _written(
     parent: ModelSpec,
-    spec: ModelSpec,
     name: str,
-    chosen: Sequence[Effect],
+    base: Base,
+    rows: Sequence[Record],
+    nothing: Joint,
+    fit: Joint,
+    segments: Sequence[Segment],
     records: Sequence[Recording],
-    errors: tuple[float, float],
-    evidence: Evidence,
 ) -> ModelSpec:
-    """Name, ledger, provenance and witness of the new model."""
+    """The fit as an artifact: tables, effects, posterior, error map, ledger, provenance and witness."""
+    core = spec_of(fit.solution, segments, name)
+    effects, posterior = list(core.effects), kept(fit.solution)
+    for term, effect in specs_of(base, fit):
+        if term.effect.name == FRICTION and effects and effects[0].name == FRICTION:
+            effects[0] = _sum(effects[0], effect)
+            added = np.array([effect.parameters[w] for w in WEIGHTS]) / base.scale
+            mean = np.array(posterior.mean)
+            mean[-len(added) :] += added
+            posterior = msgspec.structs.replace(posterior, mean=[float(v) for v in mean])
+        else:
+            effects.append(effect)
     entry = LedgerEntry(
-        added=_words(chosen),
-        rmse_before_n=errors[0],
-        rmse_after_n=errors[1],
+        added=", ".join(fit.words),
+        rmse_before_n=base.scale * float(np.sqrt(nothing.mse)),
+        rmse_after_n=base.scale * float(np.sqrt(fit.mse)),
         data=", ".join(record.name for record in records),
         parent_sha256=hashlib.sha256(write_model(parent).encode()).hexdigest(),
     )
-    provenance = dict(parent.provenance) | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records]}
     draft = msgspec.structs.replace(
-        spec, name=name, ledger=[*parent.ledger, entry], provenance=provenance, witness=None
+        core,
+        structure=parent.structure,
+        valid=_wider(parent.valid, core.valid),
+        effects=effects,
+        posterior=posterior,
+        provenance=dict(parent.provenance) | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records]},
+        ledger=[*parent.ledger, entry],
     )
-    return msgspec.structs.replace(draft, witness=witness_rows(draft, 1.0 / evidence.segments[0].dt_s))
+    begun = [begun_at(s, r.before) for s, r in zip(segments, rows, strict=True)]
+    draft = _for_flight(draft, fit, begun)
+    draft = msgspec.structs.replace(draft, error=_errors(draft, fit, begun))
+    return msgspec.structs.replace(draft, witness=witness_rows(draft, 1.0 / segments[0].dt_s))
 
 
-def _words(effects: Sequence[Effect]) -> str:
-    return ", ".join(effect.word for effect in effects)
+def _errors(spec: ModelSpec, fit: Joint, segments: Sequence[Segment]) -> ErrorMap:
+    """By region, enlarged to what blocks held back show."""
+    held_back = float(np.sqrt(fit.mse / fit.solution.mean_square))
+    found = error_map(lateness(spec)[0], segments)
+    return msgspec.structs.replace(found, std_n=[[held_back * std for std in row] for row in found.std_n])
+
+
+def _sum(one: EffectSpec, other: EffectSpec) -> EffectSpec:
+    """Two sets of stops on the same radii as one."""
+    weights = {w: one.parameters[w] + other.parameters[w] for w in WEIGHTS}
+    std = {w: float(np.hypot(one.std.get(w, 0.0), other.std.get(w, 0.0))) for w in WEIGHTS if weights[w] > 0.0}
+    return EffectSpec(one.name, {"travel_mm": one.parameters["travel_mm"]} | weights, std)
+
+
+def _wider(one: ValidRange, other: ValidRange) -> ValidRange:
+    def span(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+        return min(a[0], b[0]), max(a[1], b[1])
+
+    rates = [r for r in (one.rate_mm_s, other.rate_mm_s) if r is not None]
+    rate = (0.0, max(r[1] for r in rates)) if rates else None
+    return ValidRange(span(one.deformation_mm, other.deformation_mm), span(one.force_n, other.force_n), rate)
+
+
+def _for_flight(spec: ModelSpec, fit: Joint, segments: Sequence[Segment]) -> ModelSpec:
+    """The best of the starts of what matters only in flight: how a late reading is extrapolated."""
+    for i, present in enumerate(spec.effects):
+        effect = effect_named(present.name)
+        if effect.ahead_s is None or effect.word not in fit.words:
+            continue
+        fixed = [p for p in effect.parameters if not p.estimate]
+        trials = []
+        for values in itertools.product(*(p.starts for p in fixed)):
+            named = dict(zip([p.name for p in fixed], values, strict=True))
+            moved = msgspec.structs.replace(present, parameters=dict(present.parameters) | named)
+            trials.append(msgspec.structs.replace(spec, effects=[*spec.effects[:i], moved, *spec.effects[i + 1 :]]))
+        spec = min(trials, key=lambda one: rms(_in_flight(one, segments)))
+    return spec
+
+
+def _in_flight(spec: ModelSpec, segments: Sequence[Segment]) -> Any:
+    return np.concatenate([s.force_n - simulate_in_flight(spec, s) for s in segments])
 
 
 def _tell(progress: Progress | None, share: float, what: str) -> None:

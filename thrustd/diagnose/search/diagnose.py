@@ -3,32 +3,51 @@
     report = diagnose(spec, [recording])
     report.verdict            ("axial_inertia",) or ("none",) or ("unknown",)
 
-The statistics are explained in docs/diagnosis.md; the steps are selection (rounds), verdict, estimates, look-alikes.
+Core, friction and effects are estimated together, the core under what its bench said of it (`joint`); sets of effects
+compete on blocks of time held back (`ranking`), and so do free curves of every channel, which know no physics: where
+one of these leaves less than every known law, the verdict is `unknown`.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
+from thrustd.core.blas import one_thread
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import referenced
+from thrustd.diagnose.search.base import Base, base_of, records_of
 from thrustd.diagnose.search.candidates import NotJudged, judgeable
-from thrustd.diagnose.search.dependence import Dependence, channels_of, drawn
+from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
-from thrustd.diagnose.search.estimates import ParameterEstimate, estimated
-from thrustd.diagnose.search.evidence import Evidence, gather
-from thrustd.diagnose.search.look_alikes import advice_for, look_alikes
-from thrustd.diagnose.search.selection import Progress, Round, Scored
-from thrustd.diagnose.search.verdict import Judgement, judge
+from thrustd.diagnose.search.evidence import simulate
+from thrustd.diagnose.search.joint import Joint
+from thrustd.diagnose.search.library import combined, rig_of
+from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_floor, floor_of, gained, rank
+from thrustd.diagnose.search.records import stretches
+from thrustd.diagnose.search.screen import Followed, Looked, followed, table_of
+from thrustd.diagnose.search.told import estimates_of
+from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.table import FRICTION
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
+from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
-POOR = 1.5  # squared error over what the artifact promises, from which re-identification is advised
+FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
+OUTDOES = 0.8  # of what the best set leaves above the floor: less than this by one free curve, and the law is another
+FAINT = 0.1  # of the floor squared: less above it is not looked into
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    words: tuple[str, ...]
+    fit: Joint
+    channels: tuple[Followed, ...]  # what the rest follows, best first
 
 
 def diagnose(
@@ -47,141 +66,171 @@ def diagnose(
     for record in records:
         check_recording(record, spec)
     check_length(records, spec)
-    evidence = gather(spec, records)
-    check_not_own_output(records[0], evidence.output(spec), evidence.reference_n)
-    present = [effect_named(effect.name).word for effect in spec.effects]
-    effects, not_judged = judgeable([*shelf().values(), *extra], spec, records, present)
-    judgement = judge(spec, evidence, effects, _scaled(progress, 0.0, 0.85))
-    reports, after_n = _candidates(judgement, evidence)
+    segments = stretches(spec, records)
+    output = np.concatenate([simulate(spec, segment) for segment in segments])
+    check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
+    present = [effect_named(effect.name).word for effect in spec.effects if effect.name != FRICTION]
+    effects, not_judged = judgeable([*shelf().values(), *extra], records, present)
+    with one_thread():
+        base = base_of(spec, segments)
+        rows = records_of(base, spec, segments)
+        ranked = rank(base, rows, effects, rig_of(rows, base, spec), progress)
+        verdict = judge(base, rows, ranked)
     if progress is not None:
         progress(1.0, "done")
-    first = judgement.rounds[0]
-    return DiagnoseReport(
-        name or spec.name,
-        tuple(record.name for record in records),
-        judgement.verdict,
-        tuple(reports),
-        tuple(_drawn(judgement, evidence)),
-        tuple(not_judged),
-        tuple(_advice(judgement, reports, not_judged)),
-        first.before.rmse,
-        after_n,
-        judgement.own_n,
-        judgement.promised,
-    )
+    return _report(name or spec.name, records, base, rows, ranked, verdict, not_judged)
 
 
-def _candidates(judgement: Judgement, evidence: Evidence) -> tuple[list[CandidateReport], float]:
-    """Reports of the effects found, then of the rest as the first look saw them."""
-    first = judgement.rounds[0]
-    numbers: list[ParameterEstimate] = []
-    if judgement.found:
-        assert judgement.spec is not None  # whoever found something has a model with it
-        _, numbers = estimated(judgement.spec, judgement.added, evidence, rest_too=judgement.deep)
-    reports = []
-    for i, scored in enumerate(judgement.found):
-        own = tuple(n for n in numbers if n.effect == scored.candidate.word)
-        reports.append(_report(scored, _seen(judgement, i), judgement, own, True))
-    words = {r.effect for r in reports}
-    reports += [_report(s, first, judgement, _rough(s), False) for s in first.scored if s.candidate.word not in words]
-    return reports, _after_n(judgement)
+def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
+    """The best set, `none`, or `unknown` where one free curve does better than every law."""
+    best, floor = ranked.best, floor_of(ranked.best, base) ** 2
+    words = best.words or ("none",)
+    if at_floor(best, base):
+        return Verdict(words, best, ())
+    table = table_of(base, best, records)
+    left = table.mse()
+    above = best.mse - floor
+    rest = [c for c in followed(table, curve_sigma(records)) if left - c.mse > FOLLOWS * above]
+    first = [c for c in ranked.channels if c.mse < left - (1 - OUTDOES) * above]
+    own = {channel for term in best.terms for channel in term.effect.channels}
+    strange = [c for c in first if not set(c.parts) & own]
+    if above > FAINT * floor and (strange or (not best.terms and rest)):
+        return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])
+    return Verdict(words, best, tuple(rest)[:3])
 
 
-def _seen(judgement: Judgement, i: int) -> Round:
-    """The round in which effect i of the verdict was found."""
-    scored = judgement.found[i]
-    return next((r for r in judgement.rounds if any(s is scored for s in r.scored)), judgement.rounds[0])
-
-
-def _after_n(judgement: Judgement) -> float:
-    if judgement.deep:
-        return judgement.found[0].fit.rmse
-    return judgement.rounds[-1].before.rmse if judgement.found else judgement.rounds[0].before.rmse
+def curve_sigma(records: Sequence[Record]) -> float:
+    return UNKNOWN_SIGMA * float(np.ptp(np.concatenate([record.d for record in records])))
 
 
 def _report(
-    scored: Scored, seen: Round, judgement: Judgement, numbers: tuple[ParameterEstimate, ...], in_verdict: bool
-) -> CandidateReport:
-    after = scored.fit
-    removed = 100 * (1 - after.mse / scored.before.mse) if scored.before.mse > 0 else 0.0
-    better = int(np.count_nonzero(after.sse < scored.before.sse))
-    alike = look_alikes(scored, seen.scored, judgement.own_n) if scored.gain > 0 else ()
-    others = [s.candidate.word for s in judgement.found if s is not scored and seen is not judgement.rounds[0]]
-    evidence = (
-        f"{scored.candidate.word} removes {removed:.0f} % of the squared error on held-back blocks"
-        f" ({newtons(scored.before.rmse)} -> {newtons(after.rmse)} N){_beside(others)},"
-        f" better in {better} of {len(after.sse)} blocks,"
-        f" {scored.t:.1f} standard errors"
-        + (", looking ahead in the record; in flight it can only be extrapolated" if scored.late_s > 0.0 else "")
-    )
-    return CandidateReport(
-        scored.candidate.word,
-        scored.candidate.effect.name,
-        scored.before.rmse,
-        after.rmse,
-        numbers,
-        alike,
-        evidence,
-        in_verdict,
-    )
-
-
-def _beside(others: Sequence[str]) -> str:
-    return f" beside {' and '.join(others)}" if others else ""
-
-
-def _rough(scored: Scored) -> tuple[ParameterEstimate, ...]:
-    """Amplitudes of the linear fit; their sigma from the gain in standard errors."""
-    candidate = scored.candidate
-    cards = {p.name: p for p in candidate.effect.parameters}
-    values = (
-        scored.fit.beta[-len(candidate.amplitudes) :] if len(scored.fit.beta) else [0.0] * len(candidate.amplitudes)
-    )
-    sure = max(abs(scored.t), 0.5)
-    return tuple(
-        ParameterEstimate(candidate.word, key, float(v), abs(float(v)) / sure, cards[key].unit, cards[key].expected)
-        for key, v in zip(candidate.amplitudes, values, strict=True)
+    name: str,
+    recordings: Sequence[Recording],
+    base: Base,
+    rows: Sequence[Record],
+    ranked: Ranked,
+    verdict: Verdict,
+    not_judged: Sequence[NotJudged],
+) -> DiagnoseReport:
+    scale, floor = base.scale, floor_of(verdict.fit, base)
+    candidates = _candidates(base, ranked, verdict)
+    alike = next((c.separable_from for c in candidates if c.in_verdict), ())
+    return DiagnoseReport(
+        name,
+        tuple(record.name for record in recordings),
+        verdict.words,
+        tuple(candidates),
+        tuple(_drawn(base, rows, verdict)),
+        tuple(not_judged),
+        tuple(_advice(base, ranked, verdict, alike, not_judged)),
+        scale * float(np.sqrt(ranked.nothing.mse)),
+        scale * float(np.sqrt(verdict.fit.mse)),
+        scale * floor,
+        base.promised is not None,
+        _grade(ranked, verdict, alike),
+        at_floor(verdict.fit, base),
     )
 
 
-def _drawn(judgement: Judgement, evidence: Evidence) -> list[Dependence]:
-    seen = judgement.rounds[-1] if judgement.found else judgement.rounds[0]
-    columns = channels_of(evidence, seen.output_n)
-    before = seen.before_curves.rmse
-    return [drawn(n, columns[n], seen.residual_n, before, seen.curves[n].rmse) for n in judgement.channels]
+def _grade(ranked: Ranked, verdict: Verdict, alike: Sequence[str]) -> str:
+    """strong: no other set comes near; cannot be told: another does as well; weak: something is left."""
+    if alike:
+        return "cannot be told"
+    return "weak" if verdict.channels and verdict.words != ("unknown",) else "strong"
 
 
-def _advice(judgement: Judgement, reports: Sequence[CandidateReport], not_judged: Sequence[NotJudged]) -> list[str]:
-    advice = []
-    for i, scored in enumerate(judgement.found):
-        alike = next(r.separable_from for r in reports if r.effect == scored.candidate.word)
-        advice += advice_for(scored, alike, _seen(judgement, i).scored)
-    if judgement.verdict == ("unknown",):
-        advice += [
-            f"no known effect explains how the residual follows {name}: look at its picture, then try an expression,"
-            f' for example --effect "k * {name}"'
-            for name in judgement.channels
-        ]
-    first = judgement.rounds[0]
-    if judgement.verdict == ("none",) and judgement.promised and first.before.mse > POOR * judgement.own_n**2:
-        advice.append(
-            f"no effect is missing, yet the model is {first.before.rmse:.0f} N wrong where its identification promises"
-            f" {judgement.own_n:.0f} N: identify it again with data that cover this operation"
+def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
+    """Effects of the verdict, then every other by what it would leave alone."""
+    scale, nothing, best = base.scale, ranked.nothing, verdict.fit
+    before, after = scale * float(np.sqrt(nothing.mse)), scale * float(np.sqrt(best.mse))
+    numbers = estimates_of(base, best)
+    alike = look_alikes(best, ranked.fits)
+    found = []
+    for term in best.terms:
+        word = term.effect.word
+        own = tuple(n for n in numbers if n.effect == word)
+        found.append(
+            CandidateReport(word, term.effect.name, before, after, own, alike, _said(best, nothing, scale), True)
         )
-    if judgement.deep:
-        advice.append("the effect is in the identification data too: identify again with it in the structure")
-    return list(dict.fromkeys(advice + _not_judged(not_judged)))
+    single = {fit.words[0]: fit for fit in reversed(ranked.fits) if len(fit.terms) == 1}
+    seen = {report.effect for report in found}
+    for looked in ranked.looked:
+        word = looked.term.effect.word
+        if word in seen:
+            continue
+        seen.add(word)
+        found.append(_other(base, looked, single.get(word), nothing))
+    return found[: len(best.terms)] + sorted(found[len(best.terms) :], key=lambda c: c.rmse_after_n)
 
 
-def _not_judged(not_judged: Sequence[NotJudged]) -> list[str]:
-    """One line per reason, with the effects it holds for."""
+def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint) -> CandidateReport:
+    """An effect alone: estimated whole, or as the linear look saw it."""
+    scale = base.scale
+    mse = fit.mse if fit is not None else nothing.mse * (1.0 - max(looked.removes, 0.0))
+    numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
+    name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
+    before = scale * float(np.sqrt(nothing.mse))
+    after = min(before, scale * float(np.sqrt(mse)))
+    said = f"{looked.term.effect.word} alone would leave {newtons(after)} N" + ("" if fit else ", at a linear look")
+    return CandidateReport(looked.term.effect.word, name, before, after, numbers, (), said, False)
+
+
+def _said(best: Joint, nothing: Joint, scale: float) -> str:
+    fall = nothing.block_mse - best.block_mse
+    removed = 100 * (1 - best.mse / nothing.mse)
+    return (
+        f"{' and '.join(best.words)} removes {removed:.0f} % of the squared error on held-back blocks"
+        f" ({newtons(scale * nothing.mse**0.5)} -> {newtons(scale * best.mse**0.5)} N),"
+        f" better in {int(np.count_nonzero(fall > 0))} of {len(fall)} blocks"
+    )
+
+
+def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:
+    """Other sets of no more members that held-back blocks do not tell from the best."""
+    found = []
+    for fit in fits:
+        if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and not gained(fit, best):
+            found.append("+".join(fit.words))
+    return tuple(dict.fromkeys(found))
+
+
+def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Dependence]:
+    """Pictures of what the rest follows."""
+    missed = np.concatenate(verdict.fit.solution.normal.residuals) * base.scale
+    before = base.scale * float(np.sqrt(verdict.fit.mse))
+    found = []
+    for one in verdict.channels:
+        column = np.concatenate([combined(record.channels)[one.channel][0] for record in rows])
+        after = base.scale * float(np.sqrt(max(verdict.fit.mse - one.removed, 0.0)))
+        found.append(drawn(one.channel, _thin(column), _thin(missed), before, after))
+    return found
+
+
+def _thin(column: Floats) -> Floats:
+    return column[:: max(1, len(column) // 100_000)]
+
+
+def _advice(
+    base: Base, ranked: Ranked, verdict: Verdict, alike: Sequence[str], not_judged: Sequence[NotJudged]
+) -> list[str]:
+    floor, left = base.scale * floor_of(verdict.fit, base), base.scale * float(np.sqrt(verdict.fit.mse))
+    names = ", ".join(one.channel for one in verdict.channels)
+    advice = []
+    if verdict.words == ("unknown",):
+        advice += [
+            f"no known effect explains how the residual follows {one.channel}: look at its picture, then try an"
+            f' expression, for example --effect "k * ({one.channel})"'
+            for one in verdict.channels
+        ]
+    elif not at_floor(verdict.fit, base):
+        along = f", structure along {names}" if names else ""
+        advice.append(f"{newtons(left)} N left, floor about {newtons(floor)} N{along}: something else too")
+    if alike:
+        advice.append(f"these data do not tell {' and '.join(verdict.words)} from {' or '.join(alike)}")
+        tests = {term.effect.word: term.effect.separating_test for fit in ranked.fits for term in fit.terms}
+        words = dict.fromkeys([*verdict.words, *(word for one in alike for word in one.split("+"))])
+        advice += [f"{word} alone would show so: {tests[word]}" for word in words if word in tests]
     reasons: dict[str, list[str]] = {}
     for one in not_judged:
         reasons.setdefault(one.reason, []).append(one.effect)
-    return [f"not judged: {', '.join(effects)}: {reason}" for reason, effects in sorted(reasons.items())]
-
-
-def _scaled(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda share, what: progress(begin + (end - begin) * share, what)
+    return advice + [f"not judged: {', '.join(effects)}: {reason}" for reason, effects in sorted(reasons.items())]

@@ -9,7 +9,7 @@ from rich.table import Table
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.candidates import NotJudged
 from thrustd.diagnose.search.dependence import Dependence
-from thrustd.diagnose.search.estimates import ParameterEstimate
+from thrustd.diagnose.search.told import ParameterEstimate
 
 SHOWN = 8  # candidates in the table
 WORTH = 0.99  # of the error before: who leaves more than that removes nothing
@@ -55,7 +55,9 @@ class DiagnoseReport:
     rmse_before_n: float
     rmse_after_n: float  # with all effects of the verdict
     own_error_n: float  # what the model leaves where nothing is missing
-    promised: bool  # by its identification (else the best that anything reached here)
+    promised: bool  # by its identification (else told by the residual's fast end alone)
+    grade: str = "strong"  # of the verdict: strong, weak (something is left), cannot be told
+    at_floor: bool = True
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -70,10 +72,15 @@ class DiagnoseReport:
             "rmse_after_n": self.rmse_after_n,
             "own_error_n": self.own_error_n,
             "own_error_promised": self.promised,
+            "grade": self.grade,
+            "floor_n": self.own_error_n,
+            "at_floor": self.at_floor,
         }
 
     def print(self, console: Console) -> None:
-        console.print(f"[bold]Verdict on {self.model}:[/bold] {', '.join(self.verdict)}", highlight=False)
+        console.print(
+            f"[bold]Verdict on {self.model}:[/bold] {', '.join(self.verdict)} ({self.grade})", highlight=False
+        )
         console.print(f"  {_yardstick(self)}", highlight=False)
         for candidate in self.candidates:
             if candidate.in_verdict:
@@ -109,8 +116,7 @@ def _yardstick(report: DiagnoseReport) -> str:
     fall = f"{newtons(report.rmse_before_n)} N"
     if any(c.in_verdict for c in report.candidates):
         fall += f" -> {newtons(report.rmse_after_n)} N with {' and '.join(report.verdict)}"
-    source = "the identification promises" if report.promised else "the best that anything reached is"
-    return f"error on held-back blocks, start-up aside: {fall}; {source} {newtons(report.own_error_n)} N here"
+    return f"error on held-back blocks: {fall}; the floor is about {newtons(report.own_error_n)} N"
 
 
 def _table(report: DiagnoseReport) -> Table:

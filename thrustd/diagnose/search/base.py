@@ -1,0 +1,167 @@
+"""What a model already knows, as the prior of a joint regression: its core, its friction, the effects it carries.
+
+An artifact of `identify` carries its posterior. Any other model is asked: its own output over these records, with the
+error that it promises as noise, is the record it was learnt from.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import msgspec
+import numpy as np
+
+from thrustd.diagnose.search.evidence import simulate
+from thrustd.identify.first_state import level_before
+from thrustd.identify.regression.posterior import information_of, point_of, shape_of
+from thrustd.identify.regression.regress import regress
+from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.table import FRICTION
+from thrustd.identify.regression.terms import Term, at_start
+from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effects import effect_named
+from thrustd.model.stage import Floats, jit
+
+STATE_OF = "seconds since start "
+NEVER_S = 1e15
+STATE = 0.3  # of the output's spread: what a lag may be away from rest when a record begins
+UNSURE = 0.02  # of the output's spread: error of a model that promises none
+KNOWN = 0.1  # of its size: an effect that carries no sigma
+
+
+@dataclass(frozen=True, slots=True)
+class Base:
+    """Shape and prior (mean point, information) of the core, and terms for the effects that the model has."""
+
+    shape: Shape
+    point: Point
+    information: Floats  # (n, n)
+    noise_variance: float  # in units of the shape's output scale
+    promised: float | None  # rms of its residual at identification, the same units
+
+    @property
+    def scale(self) -> float:
+        return self.shape.output_scale
+
+
+def base_of(spec: ModelSpec, segments: Sequence[Segment]) -> Base:
+    """Prior of a joint regression on these segments; what the lags remember at their starts is part of it."""
+    stored = spec.posterior
+    if stored is not None:
+        scale = stored.output_scale
+        bare = shape_of(stored), point_of(stored), information_of(stored)
+        noise, promised = (stored.noise_n / scale) ** 2, stored.rmse_n / scale
+        present = [effect for effect in spec.effects if effect.name != FRICTION]
+    else:
+        core = msgspec.structs.replace(spec, effects=[], witness=None)
+        told = [replace(s, force_n=simulate(core, s)) for s in segments]
+        found = regress(told)
+        scale = found.shape.output_scale
+        promised = _promised(spec, segments) / scale
+        noise = max(promised**2, found.noise_variance)
+        bare = found.shape, found.point, found.information * (found.noise_variance / noise)
+        present = list(spec.effects)
+    shape, point, information = _pruned(*bare)
+    terms = tuple(_present(effect) for effect in present)
+    if np.any(point.gain != 0.0):
+        terms += tuple(_state(k, point, shape.output_scale) for k in range(len(segments)))
+    if not terms:
+        return Base(shape, point, information, noise, promised)
+    count = sum(len(term.free) for term in terms)
+    wide = np.zeros((shape.n + count, shape.n + count))
+    wide[: shape.n, : shape.n] = information
+    full = replace(shape, terms=terms)
+    return Base(full, replace(point, terms=np.zeros(count)), wide, noise, promised)
+
+
+def _promised(spec: ModelSpec, segments: Sequence[Segment]) -> float:
+    if spec.error is not None:
+        return float(np.median(spec.error.std_n))
+    return UNSURE * float(np.nanstd(np.concatenate([s.force_n for s in segments])))
+
+
+def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Point, Floats]:
+    """Without lags and friction that the data did not need: what grew since is `relaxation`, `hysteresis`."""
+    kept, where = point.gain != 0.0, shape.parts()
+    mask = np.ones(shape.n, bool)
+    mask[where["gain"]] = kept
+    rubs = bool(np.any(point.stops > 0.0))
+    mask[where["stops"]] = rubs
+    nothing = np.zeros(0)
+    smaller = replace(shape, taus_s=np.exp(point.log_tau[kept]), radii=shape.radii if rubs else nothing)
+    stops = point.stops if rubs else nothing
+    found = replace(point, gain=point.gain[kept], log_tau=point.log_tau[kept], stops=stops, terms=nothing)
+    return smaller, found, information[np.ix_(mask, mask)]
+
+
+def _present(spec: EffectSpec) -> Term:
+    """An effect of the model as a term around its value; its sigma is the prior's."""
+    effect = effect_named(spec.name)
+    values = effect.neutral() | spec.parameters
+    std = {
+        p.name: max(spec.std.get(p.name, 0.0), 1e-6 * abs(p.starts[0])) or KNOWN * abs(values[p.name])
+        for p in effect.parameters
+        if p.amplitude
+    }
+    return Term(effect, values, std, centre={name: values[name] for name in std}, shapes=False)
+
+
+@jit
+def _state_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    """v plus what n lags still remember u[0] seconds after the start: c[:n] time constants, c[n:] sizes."""
+    n = c.size // 2
+    for i in range(n):
+        v += c[n + i] * np.exp(-u[0] / c[i])
+    return v
+
+
+def _state(number: int, point: Point, scale: float) -> Term:
+    """The state of the relaxation when record `number` begins, beside rest: linear, one number per lag."""
+    taus = np.exp(point.log_tau)
+    names = [f"lag_{i}" for i in range(len(taus))]
+    effect = Effect(
+        name=f"{STATE_OF}{number}",
+        title="state at the start",
+        site="force",
+        channels=(f"{STATE_OF}{number}",),
+        parameters=tuple(Parameter(name, "N", 0.0, -1e12, 1e12, (1.0,), "") for name in names),
+        step=_state_step,
+        prepare=lambda p, dt_s: np.concatenate((taus, [p[name] for name in names])),
+        n_state=0,
+        equation="",
+        source="",
+        separating_test="",
+    )
+    sizes = {name: STATE * scale * abs(float(g)) for name, g in zip(names, point.gain, strict=True)}
+    return at_start(effect, sizes, {})
+
+
+def is_state(term: Term) -> bool:
+    """Of a record's start, no effect of the mount."""
+    return term.effect.name.startswith(STATE_OF)
+
+
+def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list[Record]:
+    """Segments as the regression reads them, each begun where its first stretch says."""
+
+    def run(segment: Segment) -> Floats:
+        return simulate(spec, segment)
+
+    return [
+        Record(
+            s.inputs[DEFORMATION],
+            s.force_n / base.scale,
+            s.dt_s,
+            level_before(run, s),
+            {name: np.ascontiguousarray(column) for name, column in s.inputs.items()}
+            | {"time_s": s.time_s}
+            | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))},
+        )
+        for i, s in enumerate(segments)
+    ]
+
+
+def _since(segment: Segment, own: bool) -> Floats:
+    return np.arange(len(segment), dtype=np.float64) * segment.dt_s if own else np.full(len(segment), NEVER_S)

@@ -1,0 +1,136 @@
+"""One joint fit: core, friction and chosen effects on the new records, the core under what the bench said of it.
+
+What a fit is worth is told by blocks of time held back: with the normal equations of every block at hand, the estimate
+without a group of blocks and the error on them follow from the linearisation at the optimum, without another pass.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from thrustd.diagnose.search.base import Base
+from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.solve import Mask, Solution, bounded, noise_level, prior_of, solve
+from thrustd.identify.regression.sweep import Record, columns
+from thrustd.identify.regression.terms import Term
+from thrustd.model.stage import Floats
+
+BLOCKS = 48  # of equal length over all records
+FOLDS = 6  # groups of blocks held back in turn
+BEGIN = 0.02  # of its prior's sigma: where an amplitude begins, so that its shape can move
+ITERATIONS = 12
+WORSE = 1.3  # times the bench's noise: from there on the noise is that of these records
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A fit and its error on held-back blocks. Everything in units of the base's output scale."""
+
+    terms: tuple[Term, ...]  # the new ones
+    solution: Solution
+    block_mse: Floats  # (n_blocks,) held back
+    block_size: Floats  # (n_blocks,) samples
+
+    @property
+    def mse(self) -> float:
+        return float(np.sum(self.block_mse * self.block_size) / np.sum(self.block_size))
+
+    @property
+    def plateau(self) -> float:
+        """Level of the residual's spectrum at its fast end, as an rms: the noise of the instruments alone."""
+        steps = np.concatenate([np.diff(r) for r in self.solution.normal.residuals])
+        return float(np.sqrt(np.nanmean(steps**2) / 2.0))
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(term.effect.word for term in self.terms))
+
+
+def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], start: Floats | None = None) -> Joint:
+    """Everything together. `start`: numbers of the new terms to begin with."""
+    shape = replace(base.shape, terms=(*base.shape.terms, *terms))
+    count = sum(len(term.free) for term in terms)
+    begin = start if start is not None else np.full(count, BEGIN)
+    point = replace(base.point, terms=np.concatenate((base.point.terms, begin)))
+    prior = _prior(base, shape)
+    found = solve(shape, point, records, {}, ITERATIONS, prior=prior, noise_variance=base.noise_variance)
+    level = noise_level(found.normal.residuals)
+    if level > WORSE * base.noise_variance:
+        found = solve(shape, found.point, records, {}, ITERATIONS, prior=prior, noise_variance=level)
+    mse, size = held_back(found, records, prior)
+    return Joint(tuple(terms), found, mse, size)
+
+
+def _prior(base: Base, shape: Shape) -> tuple[Floats, Floats]:
+    """Mean and information of everything: the base's own, nothing about new terms beyond their sigma."""
+    n = base.shape.n
+    mean, matrix = np.zeros(shape.n), np.zeros((shape.n, shape.n))
+    mean[:n], matrix[:n, :n] = base.point.vector(base.shape), base.information
+    return mean, matrix
+
+
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """Normal equations block by block: J'J (b, n, n), J'r (b, n), r'r (b,), samples (b,)."""
+
+    matrix: Floats
+    right: Floats
+    squares: Floats
+    size: Floats
+
+
+def block_equations(shape: Shape, point: Point, records: Sequence[Record], n_blocks: int = BLOCKS) -> Blocks:
+    total = sum(map(len, records))
+    edges = np.arange(1, n_blocks) * total // n_blocks
+    n = shape.n
+    found = Blocks(np.zeros((n_blocks, n, n)), np.zeros((n_blocks, n)), np.zeros(n_blocks), np.zeros(n_blocks))
+    passed = 0
+    for record in records:
+        for part, rows, out in columns(shape, point, record):
+            missed = record.y[part] - out
+            begin = passed + part.start
+            inside = edges[(edges > begin) & (edges < begin + len(missed))] - begin
+            for piece in (slice(a, b) for a, b in pairwise([0, *inside, len(missed)])):
+                b = int(np.searchsorted(edges, begin + piece.start, side="right"))
+                _add(found, b, rows[piece], missed[piece])
+        passed += len(record)
+    return found
+
+
+def _add(blocks: Blocks, b: int, rows: Floats, missed: Floats) -> None:
+    good = np.isfinite(missed)
+    if not good.all():
+        rows, missed = rows[good], missed[good]
+    blocks.matrix[b] += rows.T @ rows
+    blocks.right[b] += rows.T @ missed
+    blocks.squares[b] += float(missed @ missed)
+    blocks.size[b] += len(missed)
+
+
+def held_back(found: Solution, records: Sequence[Record], prior: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Mean square error (n_blocks,) of every block when its group is left out of the estimate, and samples."""
+    blocks = block_equations(found.shape, found.point, records)
+    vector = found.point.vector(found.shape)
+    matrix = prior_of(found.shape, found.precisions) + prior[1]
+    pull = prior_of(found.shape, found.precisions) @ vector + prior[1] @ (vector - prior[0])
+    squares = held_back_squares(blocks, vector, matrix, pull, found.noise_variance, found.shape.positive())
+    return squares / np.maximum(blocks.size, 1.0), blocks.size
+
+
+def held_back_squares(
+    blocks: Blocks, vector: Floats, prior: Floats, pull: Floats, noise: float, positive: Mask
+) -> Floats:
+    """Sum of squares per block, by the linearisation at `vector`; pull: gradient of the prior there."""
+    squares = np.empty(len(blocks.size))
+    whole, right = blocks.matrix.sum(axis=0), blocks.right.sum(axis=0)
+    for fold in range(FOLDS):
+        mine = np.arange(len(squares)) % FOLDS == fold
+        information = (whole - blocks.matrix[mine].sum(axis=0)) / noise + prior
+        gradient = (right - blocks.right[mine].sum(axis=0)) / noise - pull
+        new, _ = bounded(information, gradient + information @ vector, positive)
+        step = new - vector
+        for b in np.flatnonzero(mine):
+            squares[b] = blocks.squares[b] - 2 * step @ blocks.right[b] + step @ blocks.matrix[b] @ step
+    return np.maximum(squares, 0.0)

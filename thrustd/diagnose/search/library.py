@@ -1,0 +1,155 @@
+"""Every absent effect as terms of a joint regression, with priors; and free curves of channels, which know no physics.
+
+Priors are what is known of a rig before it is measured: an amplitude's sigma is a few times what is typical, or what
+the rig's file says (a calibrated transducer's scale is right to half a per cent). Shapes begin at each of their starts;
+deformations go with the travel of the record where that is of another order of magnitude.
+"""
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from thrustd.diagnose.search.base import STATE_OF, Base
+from thrustd.diagnose.search.candidates import moves, order_of
+from thrustd.identify.regression.stops import N_STOPS
+from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.table import travel_of
+from thrustd.identify.regression.terms import Term, at_start
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
+from thrustd.model.stage import Floats, jit
+
+TYPICAL = 5.0  # times its start: one sigma of an amplitude nothing more is known of
+TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
+FRICTION = 0.02  # of the force's spread: sigma of the weight of one stop
+SIGMAS: Mapping[str, float] = {"sensor_scale.scale_error": 0.005}  # of rigs whose file says nothing else
+KNOTS = 6  # of a free curve
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """What is known of the rig before it is measured."""
+
+    sigmas: Mapping[str, float]  # by effect.parameter
+    travel: float
+    spread_n: float
+    reference_degc: float | None
+    begins_s: float
+    force_factor: float  # force spread over PH-LAB's
+    hysteresis_travel: float
+
+
+def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec) -> Rig:
+    """From the records, and what the model's identification tells."""
+    d = np.concatenate([record.d for record in records])
+    y = np.concatenate([record.y for record in records]) * base.scale
+    told = spec.provenance.get("mean_temperature_degC")
+    warm = records[0].channels.get("temperature_degC")
+    first = float(np.mean(warm[: max(1, round(60.0 / records[0].dt_s))])) if warm is not None else None
+    return Rig(
+        SIGMAS,
+        float(np.ptp(d)),
+        float(np.nanstd(y)),
+        float(told) if isinstance(told, int | float) else first,
+        float(records[0].channels["time_s"][0]),
+        order_of(float(np.nanmax(y) - np.nanmin(y)), 6000.0),
+        travel_of(base.shape),
+    )
+
+
+def laws(effects: Iterable[Effect]) -> list[Effect]:
+    """Without those that another contains: every loop that obeys Masing's rule is a sum of stops."""
+    return [effect for effect in effects if effect.word != STOPS.word or effect is STOPS]
+
+
+def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
+    """One per combination of starts of the shape parameters."""
+    std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
+    shape = [p for p in effect.parameters if not p.amplitude]
+    for values in itertools.product(*(_starts(effect, p, rig) for p in shape)):
+        yield at_start(effect, std, dict(zip([p.name for p in shape], values, strict=True)))
+
+
+def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
+    told = rig.sigmas.get(f"{effect.word}.{p.name}")
+    if told is not None:
+        return told
+    if effect is STOPS:
+        return FRICTION * rig.spread_n * 16 / N_STOPS
+    size = TYPICAL * abs(p.starts[0])
+    if p.unit == "mm" or p.unit.startswith("mm/"):
+        size *= order_of(rig.travel, TRAVEL_MM)
+    if p.unit == "N" or p.unit.startswith("N "):
+        size *= rig.force_factor
+    return size
+
+
+def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
+    anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
+    anchors["reference_degc"] = rig.reference_degc
+    told = anchors.get(p.name)
+    if told is not None and not (p.estimate and effect is not STOPS):
+        return (float(np.clip(told, p.low, p.high)),)
+    starts = p.starts if p.estimate else p.starts[:1]
+    factor = order_of(rig.travel, TRAVEL_MM) if p.unit == "mm" else 1.0
+    return tuple(float(np.clip(factor * s, p.low, p.high)) for s in starts)
+
+
+@jit
+def _curve_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    """v plus a broken line of the channel u[0] through the knots c[:n] with heights c[n:]."""
+    n = c.size // 2
+    at = min(max(u[0], c[0]), c[n - 1])
+    i = 0
+    while i < n - 2 and at > c[i + 1]:
+        i += 1
+    share = (at - c[i]) / (c[i + 1] - c[i])
+    return v + (1.0 - share) * c[n + i] + share * c[n + i + 1]
+
+
+def free_curve(channel: str, column: Floats, sigma_mm: float) -> Term | None:
+    """A bias of the deformation that is any broken line of a channel; None where that has too few levels."""
+    knots = np.unique(np.quantile(column, np.linspace(0.005, 0.995, KNOTS)))
+    if len(knots) < 3 or not moves(column):
+        return None
+    names = [f"height_{i}" for i in range(len(knots))]
+    effect = Effect(
+        name=f"curve of {channel}",
+        title=f"a bias that follows {channel}",
+        site="deformation",
+        channels=(channel,),
+        parameters=tuple(Parameter(name, "mm", 0.0, -1e9, 1e9, (sigma_mm,), "height") for name in names),
+        step=_curve_step,
+        prepare=lambda p, dt_s: np.concatenate((knots, [p[name] for name in names])),
+        n_state=0,
+        equation="x + curve(channel)",
+        source="",
+        separating_test="",
+    )
+    return at_start(effect, dict.fromkeys(names, sigma_mm), {})
+
+
+OWN = ("deformation_mm", "force_N", "time_s")  # what the model reads itself; the clock stands for whatever went on
+
+
+def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[Floats, tuple[str, ...]]]:
+    """Every moving channel, and differences and products of two, with the channels that each is made of."""
+    single = {name: column for name, column in channels.items() if _strange(name) and moves(column)}
+    found: dict[str, tuple[Floats, tuple[str, ...]]] = {name: (column, (name,)) for name, column in single.items()}
+    for (a, x), (b, y) in itertools.combinations(single.items(), 2):
+        if _unit(a) == _unit(b):
+            found[f"{b} - {a}"] = (y - x, (a, b))
+        found[f"{a} * {b}"] = (x * y, (a, b))
+    return found
+
+
+def _strange(name: str) -> bool:
+    """Whether the model does not read it anyway."""
+    return name not in OWN and not name.startswith(STATE_OF)
+
+
+def _unit(name: str) -> str:
+    return name.partition("_")[2]

@@ -1,0 +1,125 @@
+"""Which set of effects: sets grow from the best few, every one re-estimated whole, judged on blocks held back.
+
+Three sets are carried on at every size (a beam), so that a pair whose members say little alone is not lost behind the
+best single; what a member no longer explains beside the others is taken out again.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
+from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.screen import Followed, Looked, followed, screened, table_of
+from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.terms import Term
+from thrustd.model.effect import Effect
+from thrustd.model.stage import Floats
+
+MOST = 3  # effects in a set
+BEAM = 2  # sets carried on
+TRIED = 3  # candidates estimated whole per set
+SURE = 3.0  # standard errors over blocks by which a gain has to be told from chance
+WORTH = 0.03  # of the squared error: less is not worth an effect
+SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
+AT_FLOOR = 1.05  # times the floor
+UNKNOWN_SIGMA = 0.02  # of the travel: a free curve's heights
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Ranked:
+    """Fits by what they leave on held-back blocks. `first`: the linear look at every effect, and at every channel."""
+
+    nothing: Joint
+    best: Joint
+    fits: tuple[Joint, ...]  # every set estimated whole, best first
+    looked: tuple[Looked, ...]
+    channels: tuple[Followed, ...]
+
+
+def rank(
+    base: Base, records: Sequence[Record], effects: Sequence[Effect], rig: Rig, progress: Progress | None = None
+) -> Ranked:
+    """Judge every set that grows from nothing."""
+    nothing = joint_fit(base, records, ())
+    terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
+    first = table_of(base, nothing, records)
+    looked = screened(first, terms)
+    channels = followed(first, UNKNOWN_SIGMA * rig.travel)
+    fits, best, beam = [nothing], nothing, [nothing]
+    for size in range(MOST):
+        if at_floor(best, base):
+            break
+        grown = []
+        for member in beam:
+            seen = looked if member is nothing else screened(table_of(base, member, records), _beside(member, terms))
+            for one in leading(seen):
+                _tell(progress, size, one.term.effect.word)
+                grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one)))
+        fits += grown
+        better = [fit for fit in grown if gained(best, fit)]
+        if not better:
+            break
+        beam = sorted(better, key=lambda fit: fit.mse)[:BEAM]
+        best = beam[0]
+    best = pruned(base, records, best)
+    ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
+    return Ranked(nothing, best, ordered, tuple(looked), tuple(channels))
+
+
+def at_floor(fit: Joint, base: Base) -> bool:
+    """Nothing is left: the error is that of the instruments, or what the identification left."""
+    return bool(fit.mse < (AT_FLOOR * floor_of(fit, base)) ** 2)
+
+
+def floor_of(fit: Joint, base: Base) -> float:
+    """Rms that nothing could go below: the fast end of the residual's spectrum, or what was left at identification."""
+    return min(fit.plateau, base.promised if base.promised is not None else np.inf)
+
+
+def leading(looked: Sequence[Looked], least: float = SAYS) -> list[Looked]:
+    """The best few that say anything, the best shape of each effect."""
+    found: dict[str, Looked] = {}
+    for one in looked:
+        if one.removes > least:
+            found.setdefault(one.term.effect.name, one)
+    return list(found.values())[:TRIED]
+
+
+def _beside(member: Joint, terms: Sequence[Term]) -> list[Term]:
+    return [term for term in terms if term.effect.word not in member.words]
+
+
+def begin_of(base: Base, member: Joint, one: Looked) -> Floats:
+    """Where the set was, and the newcomer nearly neutral."""
+    known = member.solution.point.terms[base.shape.sizes["terms"] :]
+    return np.concatenate((known, [BEGIN if p.amplitude else 0.0 for p in one.term.free]))
+
+
+def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
+    """Whether a larger set leaves clearly less on held-back blocks."""
+    fall = (before.block_mse - after.block_mse) * before.block_size
+    error = float(np.std(fall)) * np.sqrt(len(fall))
+    return before.mse - after.mse > worth * after.mse and float(fall.sum()) > SURE * error
+
+
+def pruned(base: Base, records: Sequence[Record], best: Joint) -> Joint:
+    """Without the members that the others explain as well."""
+    while len(best.terms) > 1:
+        fewer = [
+            joint_fit(base, records, [term for term in best.terms if term is not left_out]) for left_out in best.terms
+        ]
+        smaller = min(fewer, key=lambda fit: fit.mse)
+        if gained(smaller, best):
+            return best
+        best = smaller
+    return best
+
+
+def _tell(progress: Progress | None, size: int, what: str) -> None:
+    if progress is not None:
+        progress(1.0 - 0.5 ** (size + 1), what)

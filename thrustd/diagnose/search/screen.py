@@ -1,0 +1,184 @@
+"""A first look at every candidate: what it would remove if its influence were linear, on rows that are means.
+
+Columns are difference quotients of whole free runs at a typical amplitude, beside the gradient of the core: a candidate
+is judged by what it explains that the core cannot absorb under its prior, on blocks held back.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares
+from thrustd.diagnose.search.library import combined, free_curve
+from thrustd.identify.regression.solve import Mask, prior_of
+from thrustd.identify.regression.sweep import Record, columns, simulate
+from thrustd.identify.regression.terms import Term
+from thrustd.model.stage import Floats
+
+ROWS = 12_000  # of the table at most
+PROBE = 0.2  # of an amplitude's sigma: typical
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Thin rows of one fit: gradient (n, p), residual (n,), block of every row."""
+
+    gradient: Floats
+    residual: Floats
+    block: NDArray[np.intp]
+    width: int
+    fit: Joint
+    base: Base
+    records: Sequence[Record]
+
+    def mse(self) -> float:
+        """Mean square on held-back blocks as it is."""
+        return self.squares(np.empty((len(self.residual), 0)), np.zeros(0, bool))
+
+    def squares(self, extra: Floats, positive: Mask) -> float:
+        """Mean square on held-back blocks with further columns (n, k) of prior N(0, 1)."""
+        found, base = self.fit.solution, self.base
+        rows = np.column_stack((self.gradient, extra))
+        p, n = self.gradient.shape[1], base.shape.n
+        blocks = _blocks(rows, self.residual, self.block)
+        prior = np.eye(rows.shape[1])
+        prior[:p, :p] = prior_of(found.shape, found.precisions)
+        prior[:n, :n] += base.information
+        vector = np.concatenate((found.point.vector(found.shape), np.zeros(extra.shape[1])))
+        away = vector.copy()
+        away[:n] -= base.point.vector(base.shape)
+        pull = prior @ away
+        free = np.concatenate((found.shape.positive(), positive))
+        noise = found.noise_variance / self.width
+        squares = held_back_squares(blocks, vector, prior, pull, noise, free)
+        return float(squares.sum() / blocks.size.sum())
+
+
+def _blocks(rows: Floats, residual: Floats, block: NDArray[np.intp]) -> Blocks:
+    ends = np.searchsorted(block, np.arange(BLOCKS + 1))
+    parts = [slice(a, b) for a, b in pairwise(ends)]
+    return Blocks(
+        np.array([rows[s].T @ rows[s] for s in parts]),
+        np.array([rows[s].T @ residual[s] for s in parts]),
+        np.array([float(residual[s] @ residual[s]) for s in parts]),
+        np.array([float(s.stop - s.start) for s in parts]),
+    )
+
+
+def table_of(base: Base, fit: Joint, records: Sequence[Record]) -> Table:
+    total = sum(map(len, records))
+    width = max(1, -(-total // ROWS))
+    shape, point = fit.solution.shape, fit.solution.point
+    gradients, residuals = [], []
+    for record in records:
+        whole = np.empty((len(record), shape.n))
+        missed = np.empty(len(record))
+        for part, rows, out in columns(shape, point, record):
+            whole[part], missed[part] = rows, record.y[part] - out
+        good = np.isfinite(missed)
+        gradients.append(_means(np.where(good[:, None], whole, 0.0), width))
+        residuals.append(_means(np.where(good, missed, 0.0), width))
+    gradient, residual = np.concatenate(gradients), np.concatenate(residuals)
+    block = np.arange(len(residual)) * BLOCKS // len(residual)
+    return Table(gradient, residual, block, width, fit, base, records)
+
+
+def _means(table: Floats, width: int) -> Floats:
+    m = len(table) // width * width
+    means: Floats = table[:m].reshape(-1, width, *table.shape[1:]).mean(axis=1)
+    return means
+
+
+@dataclass(frozen=True, slots=True)
+class Looked:
+    """A candidate and its mean square on held-back blocks, linearised."""
+
+    term: Term
+    mse: float
+    before: float  # without it
+
+    @property
+    def removes(self) -> float:
+        """Share of the squared error."""
+        return 1.0 - self.mse / self.before if self.before > 0.0 else 0.0
+
+
+def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
+    """Best first."""
+    plain = _outputs(table, ())
+    before = table.mse()
+    found = []
+    for term in terms:
+        extra, positive = _probed(table, term, plain)
+        found.append(Looked(term, table.squares(extra, positive), before))
+    return sorted(found, key=lambda looked: looked.mse)
+
+
+def _probed(table: Table, term: Term, plain: list[Floats]) -> tuple[Floats, Mask]:
+    """Thin columns (n, k) of the amplitudes of a term, and which of them cannot be negative."""
+    still = replace(term, shapes=False)
+    flags = np.array(still.positive(), bool)
+    extra = []
+    for i in range(len(still.free)):
+        numbers = np.zeros(len(still.free))
+        numbers[i] = PROBE
+        outputs = _outputs(table, (still,), numbers)
+        thin = [_means((a - b) / PROBE, table.width) for a, b in zip(outputs, plain, strict=True)]
+        extra.append(np.nan_to_num(np.concatenate(thin)))
+    return np.column_stack(extra), flags
+
+
+def _outputs(table: Table, more: tuple[Term, ...], numbers: Floats | None = None) -> list[Floats]:
+    found = table.fit.solution
+    shape = replace(found.shape, terms=(*found.shape.terms, *more))
+    point = replace(found.point, terms=np.concatenate((found.point.terms, [] if numbers is None else numbers)))
+    return [simulate(shape, point, record) for record in table.records]
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """A channel, or two of them combined, and what a free curve of it leaves."""
+
+    channel: str
+    parts: tuple[str, ...]  # channels that it is made of
+    mse: float
+    removed: float  # of the mean square, beside what was there
+
+
+def followed(table: Table, sigma_mm: float) -> list[Followed]:
+    """Free curves of every channel, of differences and products of two: a bias of the deformation. Best first.
+
+    The influence of a bias is taken as the local slope of the force: no run per curve.
+    """
+    names = combined(table.records[0].channels)
+    plain, before = _outputs(table, ()), table.mse()
+    slope = [_slope(table, record, out, sigma_mm) for record, out in zip(table.records, plain, strict=True)]
+    found = []
+    for name, (_, parts) in names.items():
+        columns_of = [combined(record.channels)[name][0] for record in table.records]
+        term = free_curve(name, np.concatenate(columns_of), sigma_mm)
+        if term is None:
+            continue
+        hats = [_hats(term, column) * s[:, None] for column, s in zip(columns_of, slope, strict=True)]
+        extra = np.concatenate([_means(part, table.width) for part in hats])
+        mse = table.squares(extra, np.zeros(extra.shape[1], bool))
+        found.append(Followed(name, parts, mse, before - mse))
+    return sorted(found, key=lambda one: one.mse)
+
+
+def _slope(table: Table, record: Record, plain: Floats, sigma_mm: float) -> Floats:
+    """Force per sigma of deformation (n,), at rest."""
+    found = table.fit.solution
+    pushed = replace(record, d=record.d + PROBE * sigma_mm, before=record.before + PROBE * sigma_mm)
+    return np.asarray((simulate(found.shape, found.point, pushed) - plain) / PROBE, float)
+
+
+def _hats(term: Term, column: Floats) -> Floats:
+    """Basis (n, k) of the broken line of a free curve."""
+    count = len(term.free)
+    knots = term.effect.prepare(term.effect.neutral(), 1.0)[:count]
+    return np.column_stack([np.interp(column, knots, np.eye(count)[i]) for i in range(count)])

@@ -1,0 +1,73 @@
+"""Parameters of effects as a joint fit tells them, with one sigma each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from thrustd.diagnose.search.base import Base, is_state
+from thrustd.diagnose.search.joint import Joint
+from thrustd.identify.regression.table import std_of
+from thrustd.identify.regression.terms import Term, split
+from thrustd.model.artifact import EffectSpec
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterEstimate:
+    """One number with one sigma."""
+
+    effect: str
+    name: str
+    value: float
+    std: float
+    unit: str
+    expected: str
+    bound: str = ""  # "lower" or "upper" where it ended on one
+
+    @property
+    def sentence(self) -> str:
+        unit = f" {self.unit}" if self.unit not in ("", "-") else ""
+        tail = f" (on PH-LAB {self.expected})" if self.expected else ""
+        tail += ": these data do not tell it" if self.std >= abs(self.value) > 0 else ""
+        tail += f"; it is on its {self.bound} bound" if self.bound else ""
+        return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.std:.2g}{unit}{tail}"
+
+    def to_json(self) -> dict[str, Any]:
+        found = {"value": self.value, "std": self.std, "unit": self.unit, "expected": self.expected}
+        return found | ({"bound": self.bound} if self.bound else {})
+
+
+def specs_of(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
+    """Every effect of a fit, those that the model had first, with values and sigmas in units."""
+    found = fit.solution
+    where = found.shape.parts()["terms"]
+    std = std_of(found)[where]
+    terms = found.shape.terms
+    parts = zip(terms, split(terms, found.point.terms), split(terms, std), strict=True)
+    told = [(term, v, sigma) for term, v, sigma in parts if not is_state(term)]
+    return [(term, EffectSpec(term.effect.name, term.values(v), term.sigma(v, sigma))) for term, v, sigma in told]
+
+
+def estimates_of(base: Base, fit: Joint) -> list[ParameterEstimate]:
+    """The numbers of the new effects; elements of friction that carry nothing are left out."""
+    known = sum(not is_state(term) for term in base.shape.terms)
+    new = specs_of(base, fit)[known:]
+    return [line for term, spec in new for line in _lines(term, spec)]
+
+
+def _lines(term: Term, spec: EffectSpec) -> Sequence[ParameterEstimate]:
+    lines = []
+    many = sum(p.amplitude for p in term.free) > 2
+    for p in term.free:
+        value = spec.parameters[p.name]
+        if many and value == p.neutral:
+            continue
+        bound = "lower" if value <= p.low and p.low != p.neutral else "upper" if value >= p.high else ""
+        std = spec.std.get(p.name, float("nan"))
+        lines.append(ParameterEstimate(term.effect.word, p.name, value, _finite(std), p.unit, p.expected, bound))
+    return lines
+
+
+def _finite(value: float) -> float:
+    return float(value) if np.isfinite(value) else 0.0

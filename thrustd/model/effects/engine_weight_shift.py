@@ -1,0 +1,63 @@
+"""Engine weight seen by the transducer: normal load moves the reading, in proportion to it and by a couple.
+
+    deformation of the mount = x * (1 + stretch_1_g (n - 1)) + shift_mm_g (n - 1),    n = accel_z_g
+
+The weight that hangs on the isolators takes part of the deformation that the same thrust would make (thesis 12.1.2:
+5 um less for 500 N at 6 kN: the reading has to be stretched), and where the centre of gravity lies off the line of the
+mounts it is a couple: one mount is loaded, the other unloaded, whatever the thrust. A variant of `engine_weight`, which
+puts the same on the force. Positive stretch: more weight, smaller reading. Left out: lateral acceleration.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    more = u[0] - 1.0
+    return v * (1.0 + c[0] * more) + c[1] * more
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    return np.array([p["stretch_1_g"], p["shift_mm_g"]])
+
+
+EFFECT = Effect(
+    name="engine_weight_shift",
+    title="engine weight that moves the reading",
+    site="deformation",
+    channels=("accel_z_g",),
+    parameters=(
+        Parameter(
+            "stretch_1_g",
+            "1/g",
+            0.0,
+            -0.5,
+            0.5,
+            (0.01,),
+            "share by which the reading is too small per g of normal load",
+            expected="0.01: 5 um for 500 N at 1.1 mm",
+        ),
+        Parameter(
+            "shift_mm_g",
+            "mm/g",
+            0.0,
+            -5.0,
+            5.0,
+            (0.01,),
+            "deformation hidden by the couple of the weight, per g",
+            expected="by the offset of the centre of gravity",
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=0,
+    equation="x_mount = x (1 + a (n - 1)) + b (n - 1)",
+    source="thesis section 12.1.2",
+    separating_test="weights on the bench, or turns at constant N1: 1 to 2 g at idle (couple), at full thrust (both)",
+    variant_of="engine_weight",
+)

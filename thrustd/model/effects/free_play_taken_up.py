@@ -1,0 +1,71 @@
+"""Free play that the load takes up: a joint that is loose when unloaded and tight above a certain load.
+
+    deformation of the mount = x - gap_mm * s,    s = clip((x - taken_up_mm) / width_mm + 1/2, 0, 1),    x = reading
+
+While the joint closes, the transducer moves by the gap and the rubber hardly: a flat stretch in the curve of force over
+reading, at the same reading in both directions. No hysteresis: what is left of it is `free_play`, of which this is a
+variant. gap_mm positive: the reading exceeds the rubber's deformation. Left out: the elasticity of the contact.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    return v - c[0] * min(max((v - c[1]) / c[2] + 0.5, 0.0), 1.0)
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    return np.array([p["gap_mm"], p["taken_up_mm"], p["width_mm"]])
+
+
+EFFECT = Effect(
+    name="free_play_taken_up",
+    title="free play that is taken up at a load",
+    site="deformation",
+    channels=(),
+    parameters=(
+        Parameter(
+            "gap_mm",
+            "mm",
+            0.0,
+            -10.0,
+            10.0,
+            (0.02,),
+            "travel of the joint from loose to tight",
+            expected="0 for a bonded rubber mount; up to 0.1 mm in a worn bolt",
+        ),
+        Parameter(
+            "taken_up_mm",
+            "mm",
+            0.3,
+            -1000.0,
+            1000.0,
+            (0.15, 0.25, 0.35, 0.5, 0.65, 0.8, 0.95),
+            "reading at which the joint is half closed",
+            amplitude=False,
+        ),
+        Parameter(
+            "width_mm",
+            "mm",
+            0.1,
+            1e-4,
+            1000.0,
+            (0.15, 0.05),
+            "readings between open and closed",
+            amplitude=False,
+        ),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=0,
+    equation="x_mount = x - g clip((x - x_0) / b + 1/2, 0, 1)",
+    source="Nordin & Gutman, Automatica 38 (2002) 1633; Brokate & Sprekels, Hysteresis and Phase Transitions, 1996",
+    separating_test="load slowly from zero through the suspected load and back: the force stands still while x moves",
+    variant_of="free_play",
+)
