@@ -156,7 +156,8 @@ def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit
         before, after = (scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {before:.4g} N before and"
-            f" {after:.4g} N after on held-back blocks, expected clearly less; no model written"
+            f" {after:.4g} N after on held-back blocks, expected clearly less:"
+            " these data are explained best with none of it; no model written"
         )
 
 

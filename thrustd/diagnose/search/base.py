@@ -24,6 +24,7 @@ from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats, jit
 
+FRICTIONLESS = 1e-3  # of the output's spread: friction that flies with no model
 STATE_OF = "seconds since start "
 NEVER_S = 1e15
 STATE = 0.3  # of the output's spread: what a lag may be away from rest when a record begins
@@ -87,7 +88,7 @@ def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Poi
     kept, where = point.gain != 0.0, shape.parts()
     mask = np.ones(shape.n, bool)
     mask[where["gain"]] = kept
-    rubs = bool(np.any(point.stops > 0.0))
+    rubs = float(point.stops.sum()) > FRICTIONLESS
     mask[where["stops"]] = rubs
     nothing = np.zeros(0)
     smaller = replace(shape, taus_s=np.exp(point.log_tau[kept]), radii=shape.radii if rubs else nothing)

@@ -149,9 +149,8 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
     for term in best.terms:
         word = term.effect.word
         own = tuple(n for n in numbers if n.effect == word)
-        found.append(
-            CandidateReport(word, term.effect.name, before, after, own, alike, _said(best, nothing, scale), True)
-        )
+        said = _said(best, nothing, scale, term.effect)
+        found.append(CandidateReport(word, term.effect.name, before, after, own, alike, said, True))
     single = {fit.words[0]: fit for fit in reversed(ranked.fits) if len(fit.terms) == 1}
     seen = {report.effect for report in found}
     for looked in ranked.looked:
@@ -175,13 +174,16 @@ def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint) -> Can
     return CandidateReport(looked.term.effect.word, name, before, after, numbers, (), said, False)
 
 
-def _said(best: Joint, nothing: Joint, scale: float) -> str:
+def _said(best: Joint, nothing: Joint, scale: float, effect: Effect) -> str:
+    others = [word for word in best.words if word != effect.word]
+    beside = f" beside {' and '.join(others)}" if others else ""
     fall = nothing.block_mse - best.block_mse
     removed = 100 * (1 - best.mse / nothing.mse)
     return (
-        f"{' and '.join(best.words)} removes {removed:.0f} % of the squared error on held-back blocks"
+        f"{effect.word}{beside} removes {removed:.0f} % of the squared error on held-back blocks"
         f" ({newtons(scale * nothing.mse**0.5)} -> {newtons(scale * best.mse**0.5)} N),"
         f" better in {int(np.count_nonzero(fall > 0))} of {len(fall)} blocks"
+        + (", looking ahead in the record; in flight it can only be extrapolated" if effect.ahead_s else "")
     )
 
 

@@ -20,10 +20,12 @@ from thrustd.identify.regression.terms import Term, at_start
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
+from thrustd.model.expression import is_expression
 from thrustd.model.stage import Floats, jit
 
 TYPICAL = 5.0  # times its start: one sigma of an amplitude nothing more is known of
 TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
+WIDE = 1e4  # the same where it is of a user's formula
 FRICTION = 0.02  # of the force's spread: sigma of the weight of one stop
 SIGMAS: Mapping[str, float] = {"sensor_scale.scale_error": 0.005}  # of rigs whose file says nothing else
 KNOTS = 6  # of a free curve
@@ -79,7 +81,7 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
         return told
     if effect is STOPS:
         return FRICTION * rig.spread_n * 16 / N_STOPS
-    size = TYPICAL * abs(p.starts[0])
+    size = (WIDE if is_expression(effect.name) else TYPICAL) * abs(p.starts[0])
     if p.unit == "mm" or p.unit.startswith("mm/"):
         size *= order_of(rig.travel, TRAVEL_MM)
     if p.unit == "N" or p.unit.startswith("N "):

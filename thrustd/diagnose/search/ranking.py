@@ -12,7 +12,7 @@ import numpy as np
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, terms_of
-from thrustd.diagnose.search.screen import Followed, Looked, followed, screened, table_of
+from thrustd.diagnose.search.screen import Followed, Looked, followed, screened, screened_pairs, table_of
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
@@ -23,6 +23,7 @@ BEAM = 2  # sets carried on
 TRIED = 3  # candidates estimated whole per set
 SURE = 3.0  # standard errors over blocks by which a gain has to be told from chance
 WORTH = 0.03  # of the squared error: less is not worth an effect
+NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 AT_FLOOR = 1.05  # times the floor
 UNKNOWN_SIGMA = 0.02  # of the travel: a free curve's heights
@@ -60,15 +61,26 @@ def rank(
             for one in leading(seen):
                 _tell(progress, size, one.term.effect.word)
                 grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one)))
+        if size == 0 and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
+            pairs = [one for one in screened_pairs(first, singles(looked)) if one.removes > SAYS]
+            start = [[BEGIN if p.amplitude else 0.0 for p in term.free] for one in pairs[:1] for term in one.terms]
+            grown += [joint_fit(base, records, one.terms, np.concatenate(start)) for one in pairs[:1]]
         fits += grown
         better = [fit for fit in grown if gained(best, fit)]
         if not better:
             break
-        beam = sorted(better, key=lambda fit: fit.mse)[:BEAM]
-        best = beam[0]
+        best = simplest(better)
+        beam = [best, *(fit for fit in sorted(better, key=lambda fit: fit.mse) if fit is not best)][:BEAM]
     best = pruned(base, records, best)
     ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
     return Ranked(nothing, best, ordered, tuple(looked), tuple(channels))
+
+
+def simplest(fits: Sequence[Joint]) -> Joint:
+    """The one with the fewest numbers of those that held-back blocks do not tell from the best."""
+    best = min(fits, key=lambda fit: fit.mse)
+    near = [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best)]
+    return min(near, key=lambda fit: (sum(len(term.free) for term in fit.terms), fit.mse))
 
 
 def at_floor(fit: Joint, base: Base) -> bool:
@@ -88,6 +100,14 @@ def leading(looked: Sequence[Looked], least: float = SAYS) -> list[Looked]:
         if one.removes > least:
             found.setdefault(one.term.effect.name, one)
     return list(found.values())[:TRIED]
+
+
+def singles(looked: Sequence[Looked]) -> list[Term]:
+    """The best shape of each effect."""
+    found: dict[str, Term] = {}
+    for one in looked:
+        found.setdefault(one.term.effect.name, one.term)
+    return list(found.values())
 
 
 def _beside(member: Joint, terms: Sequence[Term]) -> list[Term]:

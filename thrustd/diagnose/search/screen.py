@@ -6,7 +6,7 @@ is judged by what it explains that the core cannot absorb under its prior, on bl
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,6 +116,26 @@ def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
         extra, positive = _probed(table, term, plain)
         found.append(Looked(term, table.squares(extra, positive), before))
     return sorted(found, key=lambda looked: looked.mse)
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two candidates together, linearised."""
+
+    terms: tuple[Term, Term]
+    removes: float  # share of the squared error on held-back blocks
+
+
+def screened_pairs(table: Table, terms: Sequence[Term]) -> list[Pair]:
+    """Best first."""
+    plain, before = _outputs(table, ()), table.mse()
+    probed = [_probed(table, term, plain) for term in terms]
+    found = []
+    for (i, (one, flags)), (j, (other, more)) in combinations(enumerate(probed), 2):
+        if terms[i].effect.word != terms[j].effect.word:
+            mse = table.squares(np.column_stack((one, other)), np.concatenate((flags, more)))
+            found.append(Pair((terms[i], terms[j]), 1.0 - mse / before))
+    return sorted(found, key=lambda pair: -pair.removes)
 
 
 def _probed(table: Table, term: Term, plain: list[Floats]) -> tuple[Floats, Mask]:

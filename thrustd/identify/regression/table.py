@@ -45,7 +45,8 @@ def spec_of(found: Solution, segments: Sequence[Segment], name: str, wanted: int
         return x + bent + scale * point.offset
 
     reach = (shape.h_grid.low * scale, shape.h_grid.high * scale) if shape.h_grid else (0.0, scale)
-    effects = [friction_of(found)] if np.any(point.stops > 0.0) else []
+    rubs = float(point.stops.sum()) > WITHIN * float(np.sqrt(found.mean_square))
+    effects = [friction_of(found)] if rubs else []
     return ModelSpec(
         schema="thrustd-model/1",
         name=name,
