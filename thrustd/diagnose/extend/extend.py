@@ -50,6 +50,8 @@ from thrustd.model.effects import effect_named, shelf
 from thrustd.model.effects.hysteresis_stops import WEIGHTS
 from thrustd.records.recording import Recording
 
+LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
+
 
 @dataclass(frozen=True, slots=True)
 class ExtendReport:
@@ -152,7 +154,7 @@ def _fitted(
 
 
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, scale: float) -> None:
-    if not gained(nothing, fit, worth=0.0):
+    if not gained(nothing, fit, worth=LEAST):
         before, after = (scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {before:.4g} N before and"

@@ -85,14 +85,16 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     """The best set, `none`, or `unknown` where one free curve does better than every law."""
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     words = best.words or ("none",)
+    table = table_of(base, best, records)
+    left, own = table.mse(), {channel for term in best.terms for channel in term.effect.channels}
+    alone = [c for c in ranked.channels if c.mse <= left and not set(c.parts) & own]
+    if len(best.terms) > 1 and alone:  # one curve instead of several laws
+        return Verdict(("unknown",), ranked.nothing, tuple(alone)[:3])
     if at_floor(best, base):
         return Verdict(words, best, ())
-    table = table_of(base, best, records)
-    left = table.mse()
     above = best.mse - floor
     rest = [c for c in followed(table, curve_sigma(records)) if left - c.mse > FOLLOWS * above]
     first = [c for c in ranked.channels if c.mse < left - (1 - OUTDOES) * above]
-    own = {channel for term in best.terms for channel in term.effect.channels}
     strange = [c for c in first if not set(c.parts) & own]
     if above > FAINT * floor and (strange or (not best.terms and rest)):
         return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])

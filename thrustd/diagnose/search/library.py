@@ -29,6 +29,7 @@ WIDE = 1e4  # the same where it is of a user's formula
 FRICTION = 0.02  # of the force's spread: sigma of the weight of one stop
 SIGMAS: Mapping[str, float] = {"sensor_scale.scale_error": 0.005}  # of rigs whose file says nothing else
 KNOTS = 6  # of a free curve
+CONTAINED = ("hysteresis_prandtl_ishlinskii",)  # by `hysteresis_stops`
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +64,8 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec) -> Rig:
 
 
 def laws(effects: Iterable[Effect]) -> list[Effect]:
-    """Without those that another contains: every loop that obeys Masing's rule is a sum of stops."""
-    return [effect for effect in effects if effect.word != STOPS.word or effect is STOPS]
+    """Without those that another contains: stops of free weights are every sum of stops."""
+    return [effect for effect in effects if effect.name not in CONTAINED]
 
 
 def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:

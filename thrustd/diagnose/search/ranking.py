@@ -23,6 +23,7 @@ BEAM = 2  # sets carried on
 TRIED = 3  # candidates estimated whole per set
 SURE = 3.0  # standard errors over blocks by which a gain has to be told from chance
 WORTH = 0.03  # of the squared error: less is not worth an effect
+LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 AT_FLOOR = 1.05  # times the floor
@@ -63,10 +64,11 @@ def rank(
                 grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one)))
         if size == 0 and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
             pairs = [one for one in screened_pairs(first, singles(looked)) if one.removes > SAYS]
-            start = [[BEGIN if p.amplitude else 0.0 for p in term.free] for one in pairs[:1] for term in one.terms]
+            start = [begin_at(term) for one in pairs[:1] for term in one.terms]
             grown += [joint_fit(base, records, one.terms, np.concatenate(start)) for one in pairs[:1]]
         fits += grown
-        better = [fit for fit in grown if gained(best, fit)]
+        known = LAW * (nothing.mse - best.mse)  # what the laws found so far may leave by not holding exactly
+        better = [fit for fit in grown if gained(best, fit) and best.mse - fit.mse > known]
         if not better:
             break
         best = simplest(better)
@@ -117,7 +119,12 @@ def _beside(member: Joint, terms: Sequence[Term]) -> list[Term]:
 def begin_of(base: Base, member: Joint, one: Looked) -> Floats:
     """Where the set was, and the newcomer nearly neutral."""
     known = member.solution.point.terms[base.shape.sizes["terms"] :]
-    return np.concatenate((known, [BEGIN if p.amplitude else 0.0 for p in one.term.free]))
+    return np.concatenate((known, begin_at(one.term)))
+
+
+def begin_at(term: Term) -> list[float]:
+    """Nearly neutral amplitudes, a tenth of typical, and shapes at their starts."""
+    return [min(BEGIN, 0.1 * abs(p.starts[0]) / term.std[p.name]) if p.amplitude else 0.0 for p in term.free]
 
 
 def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:

@@ -20,6 +20,7 @@ from thrustd.identify.regression.terms import Term
 from thrustd.model.stage import Floats
 
 ROWS = 12_000  # of the table at most
+GAIN = 0.1  # sigma of a free curve that multiplies the force
 PROBE = 0.2  # of an amplitude's sigma: typical
 
 
@@ -170,7 +171,7 @@ class Followed:
 
 
 def followed(table: Table, sigma_mm: float) -> list[Followed]:
-    """Free curves of every channel, of differences and products of two: a bias of the deformation. Best first.
+    """Free curves of every channel, of differences and products of two: a bias or a gain. Best first.
 
     The influence of a bias is taken as the local slope of the force: no run per curve.
     """
@@ -183,9 +184,14 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
         term = free_curve(name, np.concatenate(columns_of), sigma_mm)
         if term is None:
             continue
-        hats = [_hats(term, column) * s[:, None] for column, s in zip(columns_of, slope, strict=True)]
-        extra = np.concatenate([_means(part, table.width) for part in hats])
-        mse = table.squares(extra, np.zeros(extra.shape[1], bool))
+        hats = [_hats(term, column) for column in columns_of]
+        none = np.zeros(len(term.free), bool)
+        mse = min(
+            table.squares(
+                np.concatenate([_means(h * w[:, None], table.width) for h, w in zip(hats, weight, strict=True)]), none
+            )
+            for weight in (slope, [GAIN * out for out in plain])
+        )
         found.append(Followed(name, parts, mse, before - mse))
     return sorted(found, key=lambda one: one.mse)
 
