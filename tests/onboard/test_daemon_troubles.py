@@ -44,6 +44,7 @@ def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
 
 
 def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tmp_path):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup children would ignore it, as they should
     config = reliable_aircraft(tmp_path)
     config.write_text(f"{config.read_text()}[realtime]\nfifo_priority = 5\n")
     with ServiceManager(tmp_path / "notify") as manager:
