@@ -30,9 +30,7 @@ check: .venv/ready ## format, lint, types; Python and JavaScript
 bench: .venv/ready ## speed and memory, measured here
 	$(BIN)/python -m benchmarks
 
-fusion: .venv/ready ## the fusion, fault and coverage tables: recorded flights flown by the twin, scripted ones without them
-	$(BIN)/python -m benchmarks.fusion_table
-	$(BIN)/python -m benchmarks.fusion_faults
+fusion: .venv/ready ## error and band of healthy aircraft that nothing was chosen on: recorded flights flown by the twin
 	$(BIN)/python -m benchmarks.fusion_ensemble
 
 integrity: .venv/ready ## faults at every moment of a flight, three aircraft, and the hostile aircraft: is it ever confidently wrong?

@@ -16,19 +16,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from benchmarks.fusion_faults import AIRBORNE_MACH
-from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, fly_through, installation
-from benchmarks.fusion_table import score
+from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, Flown, fly_through, installation, refiltered
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.installation.installation import Installation
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 
 RESULTS = Path("out/fusion_ensemble.jsonl")
-GROUND_S = 120.0
+RUNNING_N1_PCT = 20.0
+SETTLE_S = 30.0
+TRANSIENT_PCT_S = 0.5
+AFTER_S = 15.0  # a transient is N1 that moves, and this long after it
+AIRBORNE_MACH, GROUND_S = 0.18, 120.0
 DRAWS = 10_000
 HALVES = ("steady", "transients")
 CONDITIONS = (
@@ -51,6 +55,41 @@ class Engine(NamedTuple):
     faults: list[str]  # of the aircraft
 
 
+def transient(flown: Flown) -> npt.NDArray[np.bool_]:
+    """(n,) where the throttle moves or has just moved."""
+    moving = np.abs(np.gradient(flown.n1_pct, flown.time_s)) > TRANSIENT_PCT_S
+    width = round(AFTER_S * 10)
+    return np.convolve(moving, np.ones(width))[: len(moving)] > 0
+
+
+def oracle(mount_error: Array, brochure_error: Array) -> float:
+    """RMSE of the best fixed weighting of both routes after the truth took their biases away."""
+    m, b = mount_error - mount_error.mean(), brochure_error - brochure_error.mean()
+    weight = np.clip(np.sum(b * (b - m)) / np.sum((b - m) ** 2), 0.0, 1.0)
+    return rms(weight * m + (1 - weight) * b)
+
+
+def score(flown: Flown, name: str, faults: list[str]) -> Engine:
+    """Where the engine runs, half a minute after the start."""
+    truth = flown.truth_n
+    used = (flown.n1_pct > RUNNING_N1_PCT) & (flown.time_s > flown.time_s[0] + SETTLE_S)
+    moving = transient(flown)
+    mount, brochure = flown.column("mount_n") - truth, flown.column("brochure_n") - truth
+    both = used & np.isfinite(mount + brochure)
+    bands = {
+        "fused": (flown.column("thrust_n"), flown.column("thrust_std_n")),
+        "mount only": refiltered(flown, True, False),
+        "brochure only": refiltered(flown, False, True),
+    }
+    coverage = {}
+    for route, (thrust, std) in bands.items():
+        inside = np.abs(thrust - truth) <= SIGMAS_95 * std
+        coverage[route] = (100 * float(inside[used & ~moving].mean()), 100 * float(inside[used & moving].mean()))
+    fused_rmse = rms((bands["fused"][0] - truth)[used])
+    best_rmse = oracle(mount[both], brochure[both])
+    return Engine(name, rms(mount[both]), rms(brochure[both]), fused_rmse, best_rmse, coverage, faults)
+
+
 def part(name: str, seconds: float) -> Recording | None:
     """Of a recording, around its take-off; None = it is not at hand."""
     if not (PH_LAB / name).exists():
@@ -64,8 +103,8 @@ def engines(place: Installation, name: str, seed: int, seconds: float, condition
     start, flown = condition in CONDITIONS[1:3], condition in CONDITIONS[2:]
     flight = fly_through(place, name, part(name, seconds), seed, scripted_s=seconds, engine_start=start, flown=flown)
     faults = [f"{fault.where} {fault.kind}" for fault in flight.faults if fault.active and fault.kind != "tare"]
-    scores = [score(flown, f"{name} {seed} {side}") for side, flown in zip(ENGINES, flight.engines, strict=True)]
-    return [Engine(*s[:6], faults) for s in scores]
+    sides = zip(ENGINES, flight.engines, strict=True)
+    return [score(flown, f"{name} {seed} {side}", faults) for side, flown in sides]
 
 
 def share(inside_pct: Array) -> str:

@@ -1,7 +1,5 @@
-"""Twin flights through the unchanged pipeline, in memory: what the fusion table is made of."""
+"""Twin flights through the unchanged pipeline, in memory."""
 
-from array import array
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,15 +9,11 @@ import numpy.typing as npt
 from thrustd.brochure.hand_over import LAG_S, HandOver, movement_n
 from thrustd.brochure.rate import smooth_rate
 from thrustd.core.types import Estimate, Fault, Status
-from thrustd.fusion.consistency import Innovations
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings
-from thrustd.fusion.smoother import smooth
 from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.installation.installation import CONFIG, Installation, installation_from_files, read_installation
-from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
-from thrustd.twin.faults import SensorFault
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
 
 ROOT = Path(__file__).parents[1]
@@ -38,7 +32,6 @@ class Flown(NamedTuple):
     truth_n: Array
     n1_pct: Array
     estimates: list[Estimate]
-    innovations: Innovations  # of every fused step
 
     def column(self, name: str) -> Array:
         return np.array([getattr(estimate, name) for estimate in self.estimates], dtype=np.float64)
@@ -48,7 +41,6 @@ class Flight(NamedTuple):
     name: str
     engines: tuple[Flown, ...]
     faults: list[Fault]
-    start_s: float
 
 
 def installation(folder: Path = ROOT / "deploy") -> Installation:
@@ -58,22 +50,11 @@ def installation(folder: Path = ROOT / "deploy") -> Installation:
     return installation_from_files({**shipped.files, CONFIG: text.encode()}, "ph-lab.toml at 100 Hz")
 
 
-def profiles(seconds: float) -> Iterator[tuple[str, Recording | None]]:
-    """Three real recordings, or (None = scripted) three scripted flights when they are not at hand."""
-    for number, name in enumerate(FLIGHTS):
-        path = PH_LAB / name
-        record = read_recording(path) if path.exists() else None
-        if record is not None and seconds < record.duration_s:
-            record = record.window(record.time_s[0], record.time_s[0] + seconds)
-        yield (name if record is not None else f"scripted {number}"), record
-
-
 def fly_through(
     place: Installation,
     name: str,
     record: Recording | None,
     seed: int,
-    faults: tuple[SensorFault, ...] = (),
     scripted_s: float = 1200.0,
     engine_start: bool = False,
     flown: bool = False,
@@ -88,42 +69,24 @@ def fly_through(
         profile, airframe = scripted_flight(scripted_s, seed)
     pipeline = place.pipeline()
     kept: tuple[list[Estimate], ...] = ([], [])
-    every: tuple[Every, ...] = (Every(), Every())
     reported: list[Fault] = []
     count = 0
-    items = fly(profile, airframe, place.parts().can_table, seed, faults=faults, flown=flown)
+    items = fly(profile, airframe, place.parts().can_table, seed, flown=flown)
     for output in pipeline.follow(item for item in items if not isinstance(item, Truth)):
         if isinstance(output, Estimate):
             count += 1
-            every[output.engine].take(output)
             if (count - 1) // 2 % EVERY == 0:
                 kept[output.engine].append(output)
         elif isinstance(output, Fault):
             reported.append(output)
-    return Flight(
-        name, tuple(_flown(profile, e, kept[e], every[e]) for e in range(2)), reported, float(profile.time_s[0])
-    )
+    return Flight(name, tuple(_flown(profile, e, kept[e]) for e in range(2)), reported)
 
 
-class Every:
-    """What is kept of every fused step of one engine."""
-
-    def __init__(self) -> None:
-        self._rows = array("d")
-
-    def take(self, e: Estimate) -> None:
-        self._rows.extend((e.nis, e.brochure_nis, e.innovation_n, e.brochure_innovation_n, e.status))
-
-    def innovations(self) -> Innovations:
-        nis, brochure_nis, mount_n, brochure_n, status = np.array(self._rows).reshape(-1, 5).T
-        return Innovations(nis, brochure_nis, mount_n, brochure_n, status.astype(np.int64))
-
-
-def _flown(profile: Recording, engine: int, estimates: list[Estimate], every: Every) -> Flown:
+def _flown(profile: Recording, engine: int, estimates: list[Estimate]) -> Flown:
     time_s = np.array([estimate.t_ns for estimate in estimates]) * 1e-9
     side = ENGINES[engine]
     lines = [np.interp(time_s, profile.time_s, profile[f"{name}_{side}"]) for name in ("thrust_N", "n1_pct")]
-    return Flown(time_s, lines[0], lines[1], estimates, every.innovations())
+    return Flown(time_s, lines[0], lines[1], estimates)
 
 
 def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Array, Array]:
@@ -131,14 +94,6 @@ def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Array, Array]
     thrust_filter, rows = _steps(flown, mount, brochure)
     outputs = [thrust_filter.step(inputs.row()) for inputs in rows]
     return np.array([o.thrust_n for o in outputs]), np.array([o.thrust_std_n for o in outputs])
-
-
-def smoothed(flown: Flown) -> tuple[Array, Array]:
-    """(filtered, smoothed) thrust of the same 10 Hz filter."""
-    thrust_filter, rows = _steps(flown, True, True)
-    tape = thrust_filter.keep()
-    filtered = [thrust_filter.step(inputs.row()).thrust_n for inputs in rows]
-    return np.array(filtered), smooth(tape).thrust_n
 
 
 def _steps(flown: Flown, mount: bool, brochure: bool) -> tuple[ThrustFilter, list[FusionInputs]]:
