@@ -61,3 +61,13 @@ class Effect:
     def stage(self, parameters: Mapping[str, float], dt_s: float) -> Stage:
         """The effect as a stage of a chain at one sample period."""
         return Stage(self.name, self.step, self.prepare(parameters, dt_s), self.n_state, self.channels, self.initial)
+
+
+def begin_at_channel(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    """An effect at rest whose first state is the last value of its channel."""
+    x[0] = u[0]
+
+
+def begin_at_signal(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    """An effect at rest whose first state is the last value of the running signal."""
+    x[0] = v

@@ -33,16 +33,10 @@ EFFECT = Effect(
     site="force",
     channels=("accel_x_g",),
     parameters=(
-        Parameter(
-            "mass_kg",
-            "kg",
-            0.0,
-            -1000.0,
-            1000.0,
-            (186.5,),
-            "engine mass carried by this mount",
-            expected="172 kg on an upper, 201 kg on a lower mount, of an engine's 373; less where the model holds part",
-        ),
+        Parameter("mass_kg", "kg", neutral=0.0, low=-1000.0, high=1000.0, starts=(186.5,),
+                  meaning="engine mass carried by this mount",
+                  expected="172 kg on an upper, 201 kg on a lower mount, of an engine's 373; "
+                  "less where the model holds part"),
     ),
     step=step,
     prepare=prepare,
@@ -50,4 +44,4 @@ EFFECT = Effect(
     equation="F = F_mount + m g0 f_x",
     source="Newton; mass from thesis section 4.3.2",
     separating_test="hold thrust constant and pitch up and down (+-10 deg), or a level acceleration at fixed N1",
-)
+)  # fmt: skip

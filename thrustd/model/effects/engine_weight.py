@@ -33,16 +33,9 @@ EFFECT = Effect(
     site="gain",
     channels=("accel_z_g",),
     parameters=(
-        Parameter(
-            "stiffening_1_n",
-            "1/N",
-            0.0,
-            -1e-3,
-            1e-3,
-            (1e-5,),
-            "relative stiffening per newton of engine weight",
-            expected="1e-5 1/N (5 um less at 6 kN per 500 N)",
-        ),
+        Parameter("stiffening_1_n", "1/N", neutral=0.0, low=-1e-3, high=1e-3, starts=(1e-5,),
+                  meaning="relative stiffening per newton of engine weight",
+                  expected="1e-5 1/N (5 um less at 6 kN per 500 N)"),
     ),
     step=step,
     prepare=prepare,
@@ -50,4 +43,4 @@ EFFECT = Effect(
     equation="F = F_core (1 + k W_1g (f_z - 1))",
     source="thesis section 12.1.2 and eq. 4.5",
     separating_test="steady turns at 1.5 to 2 g or a push-over at constant thrust",
-)
+)  # fmt: skip

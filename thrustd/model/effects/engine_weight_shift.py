@@ -32,26 +32,12 @@ EFFECT = Effect(
     site="deformation",
     channels=("accel_z_g",),
     parameters=(
-        Parameter(
-            "stretch_1_g",
-            "1/g",
-            0.0,
-            -0.5,
-            0.5,
-            (0.01,),
-            "share by which the reading is too small per g of normal load",
-            expected="0.01: 5 um for 500 N at 1.1 mm",
-        ),
-        Parameter(
-            "shift_mm_g",
-            "mm/g",
-            0.0,
-            -5.0,
-            5.0,
-            (0.01,),
-            "deformation hidden by the couple of the weight, per g",
-            expected="by the offset of the centre of gravity",
-        ),
+        Parameter("stretch_1_g", "1/g", neutral=0.0, low=-0.5, high=0.5, starts=(0.01,),
+                  meaning="share by which the reading is too small per g of normal load",
+                  expected="0.01: 5 um for 500 N at 1.1 mm"),
+        Parameter("shift_mm_g", "mm/g", neutral=0.0, low=-5.0, high=5.0, starts=(0.01,),
+                  meaning="deformation hidden by the couple of the weight, per g",
+                  expected="by the offset of the centre of gravity"),
     ),
     step=step,
     prepare=prepare,
@@ -60,4 +46,4 @@ EFFECT = Effect(
     source="thesis section 12.1.2",
     separating_test="weights on the bench, or turns at constant N1: 1 to 2 g at idle (couple), at full thrust (both)",
     variant_of="engine_weight",
-)
+)  # fmt: skip

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_signal
 from thrustd.model.stage import Floats, jit
 
 
@@ -29,36 +29,17 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([0.5 * p["gap_mm"], 1.0 / p["travel_mm"]])
 
 
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = v
-
-
 EFFECT = Effect(
     name="free_play",
     title="free play in the load path",
     site="deformation",
     channels=(),
     parameters=(
-        Parameter(
-            "gap_mm",
-            "mm",
-            0.0,
-            -10.0,
-            10.0,
-            (0.02,),
-            "total gap; negative: lost motion of the LVDT",
-            expected="0 for a bonded rubber mount; up to 0.05 mm in worn bolts",
-        ),
-        Parameter(
-            "travel_mm",
-            "mm",
-            0.01,
-            0.0005,
-            10.0,
-            (0.002, 0.01, 0.03),
-            "deformation over which the joint crosses half its gap",
-            amplitude=False,
-        ),
+        Parameter("gap_mm", "mm", neutral=0.0, low=-10.0, high=10.0, starts=(0.02,),
+                  meaning="total gap; negative: lost motion of the LVDT",
+                  expected="0 for a bonded rubber mount; up to 0.05 mm in worn bolts"),
+        Parameter("travel_mm", "mm", neutral=0.01, low=0.0005, high=10.0, starts=(0.002, 0.01, 0.03),
+                  meaning="deformation over which the joint crosses half its gap", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -71,5 +52,5 @@ EFFECT = Effect(
     separating_test=(
         "reverse slowly by less than the suspected gap at 1 and at 5 kN: the reading moves, the force does not"
     ),
-    initial=initial,
-)
+    initial=begin_at_signal,
+)  # fmt: skip

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_channel
 from thrustd.model.stage import Floats, jit
 
 
@@ -38,9 +38,10 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["friction_n"], p["yield_mm"]])
 
 
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = u[0]
-
+FRICTION_N = Parameter(
+    "friction_n", "N", neutral=0.0, low=0.0, high=1e6, starts=(50.0,),
+    meaning="friction force, half the width of the loop", expected="positive; 30 to 150 N: 1 to 2 % of full load",
+)  # fmt: skip
 
 EFFECT = Effect(
     name="hysteresis",
@@ -48,26 +49,9 @@ EFFECT = Effect(
     site="force",
     channels=("deformation_mm",),
     parameters=(
-        Parameter(
-            "friction_n",
-            "N",
-            0.0,
-            0.0,
-            1e6,
-            (50.0,),
-            "friction force, half the width of the loop",
-            expected="positive; 30 to 150 N: 1 to 2 % of full load",
-        ),
-        Parameter(
-            "yield_mm",
-            "mm",
-            0.03,
-            0.0005,
-            50.0,
-            (0.01, 0.03, 0.1, 0.3),
-            "deformation over which the loop turns over",
-            amplitude=False,
-        ),
+        FRICTION_N,
+        Parameter("yield_mm", "mm", neutral=0.03, low=0.0005, high=50.0, starts=(0.01, 0.03, 0.1, 0.3),
+                  meaning="deformation over which the loop turns over", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -75,5 +59,5 @@ EFFECT = Effect(
     equation="F = F_core + F_f z,  dz/dx = (1 - |z| (1 + sgn(z dx)) / 2) / x_y",
     source="Wen, J. Eng. Mech. 102 (1976) 249; Ikhouane & Rodellar, Systems with Hysteresis, 2007",
     separating_test="slow triangles (0.001 and 0.01 Hz) of two amplitudes: a loop of the same width at both speeds",
-    initial=initial,
-)
+    initial=begin_at_channel,
+)  # fmt: skip

@@ -14,7 +14,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_channel
+from thrustd.model.effects.hysteresis import FRICTION_N
 from thrustd.model.stage import Floats, jit
 
 
@@ -31,46 +32,17 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["friction_n"], p["slip_mm_s"], decay, (1.0 - decay) / dt_s])
 
 
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = u[0]
-
-
 EFFECT = Effect(
     name="hysteresis_coulomb",
     title="dry friction in the direction of motion (Coulomb)",
     site="force",
     channels=("deformation_mm",),
     parameters=(
-        Parameter(
-            "friction_n",
-            "N",
-            0.0,
-            0.0,
-            1e6,
-            (50.0,),
-            "friction force, half the width of the loop",
-            expected="positive; 30 to 150 N: 1 to 2 % of full load",
-        ),
-        Parameter(
-            "slip_mm_s",
-            "mm/s",
-            0.002,
-            0.0002,
-            0.02,
-            (0.0006, 0.004),
-            "rate of deformation at which it slides",
-            amplitude=False,
-        ),
-        Parameter(
-            "filter_s",
-            "s",
-            0.3,
-            0.02,
-            3.0,
-            (0.3,),
-            "low-pass of the rate, and again of the friction",
-            amplitude=False,
-        ),
+        FRICTION_N,
+        Parameter("slip_mm_s", "mm/s", neutral=0.002, low=0.0002, high=0.02, starts=(0.0006, 0.004),
+                  meaning="rate of deformation at which it slides", amplitude=False),
+        Parameter("filter_s", "s", neutral=0.3, low=0.02, high=3.0, starts=(0.3,),
+                  meaning="low-pass of the rate, and again of the friction", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -78,6 +50,6 @@ EFFECT = Effect(
     equation="F = F_core + F_f tanh(dx/dt / v_s), low-passed",
     source="Threlfall, Mechanism and Machine Theory 13 (1978) 475; Andersson et al., Tribology Int. 40 (2007) 580",
     separating_test="triangles with a hold of a minute at each end: this friction goes in the hold, the others stay",
-    initial=initial,
+    initial=begin_at_channel,
     variant_of="hysteresis",
-)
+)  # fmt: skip

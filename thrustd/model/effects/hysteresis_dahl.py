@@ -14,7 +14,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_channel
+from thrustd.model.effects.hysteresis import FRICTION_N
 from thrustd.model.stage import Floats, jit
 
 USUAL = 1e-3  # so near to 1 the power law is an exponential
@@ -41,46 +42,18 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["friction_n"], p["yield_mm"], power if abs(power) > USUAL else 0.0])
 
 
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = u[0]
-
-
 EFFECT = Effect(
     name="hysteresis_dahl",
     title="dry friction that yields by a power law (Dahl)",
     site="force",
     channels=("deformation_mm",),
     parameters=(
-        Parameter(
-            "friction_n",
-            "N",
-            0.0,
-            0.0,
-            1e6,
-            (50.0,),
-            "friction force, half the width of the loop",
-            expected="positive; 30 to 150 N: 1 to 2 % of full load",
-        ),
-        Parameter(
-            "yield_mm",
-            "mm",
-            0.03,
-            0.0005,
-            50.0,
-            (0.01, 0.03, 0.1),
-            "deformation over which it would turn over at its rate in the middle of the loop",
-            amplitude=False,
-        ),
-        Parameter(
-            "exponent",
-            "-",
-            1.0,
-            0.2,
-            4.0,
-            (1.2,),
-            "how it lets go: below 1 at once, above 1 for long",
-            amplitude=False,
-        ),
+        FRICTION_N,
+        Parameter("yield_mm", "mm", neutral=0.03, low=0.0005, high=50.0, starts=(0.01, 0.03, 0.1),
+                  meaning="deformation over which it would turn over at its rate in the middle of the loop",
+                  amplitude=False),
+        Parameter("exponent", "-", neutral=1.0, low=0.2, high=4.0, starts=(1.2,),
+                  meaning="how it lets go: below 1 at once, above 1 for long", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -88,6 +61,6 @@ EFFECT = Effect(
     equation="F = F_core + F_f z,  dz/dx = |1 - sgn(dx) z|^i / x_y",
     source="Dahl, A solid friction model, Aerospace Corp. TOR-0158(3107-18)-1, 1968; AIAA J. 14 (1976) 1675",
     separating_test="slow triangles (0.001 and 0.01 Hz) of two amplitudes: a loop of the same width at both speeds",
-    initial=initial,
+    initial=begin_at_channel,
     variant_of="hysteresis",
-)
+)  # fmt: skip

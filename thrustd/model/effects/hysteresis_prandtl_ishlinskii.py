@@ -14,6 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effects.hysteresis import FRICTION_N
 from thrustd.model.stage import Floats, jit
 
 N_STOPS = 8
@@ -48,26 +49,9 @@ EFFECT = Effect(
     site="force",
     channels=("deformation_mm",),
     parameters=(
-        Parameter(
-            "friction_n",
-            "N",
-            0.0,
-            0.0,
-            1e6,
-            (50.0,),
-            "friction force, half the width of the loop",
-            expected="positive; 30 to 150 N: 1 to 2 % of full load",
-        ),
-        Parameter(
-            "spread_mm",
-            "mm",
-            0.1,
-            0.001,
-            50.0,
-            (0.03, 0.1, 0.3, 0.8),
-            "deformation at which the last element slips",
-            amplitude=False,
-        ),
+        FRICTION_N,
+        Parameter("spread_mm", "mm", neutral=0.1, low=0.001, high=50.0, starts=(0.03, 0.1, 0.3, 0.8),
+                  meaning="deformation at which the last element slips", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -77,4 +61,4 @@ EFFECT = Effect(
     separating_test="slow triangles of several amplitudes: small cycles make small loops",
     initial=initial,
     variant_of="hysteresis",
-)
+)  # fmt: skip

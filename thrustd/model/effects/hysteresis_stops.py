@@ -59,28 +59,12 @@ EFFECT = Effect(
     site="force",
     channels=("deformation_mm",),
     parameters=(
-        Parameter(
-            "travel_mm",
-            "mm",
-            1.0,
-            1e-6,
-            1e6,
-            (1.0,),
-            "deformation that the radii are shares of",
-            amplitude=False,
-            estimate=False,
-        ),
+        Parameter("travel_mm", "mm", neutral=1.0, low=1e-6, high=1e6, starts=(1.0,),
+                  meaning="deformation that the radii are shares of", amplitude=False, estimate=False),
         *(
-            Parameter(
-                name,
-                "N",
-                0.0,
-                0.0,
-                1e9,
-                (5.0,),
-                f"force of the element that slips after {share:.2g} of the travel",
-                expected="positive; all of them 1 to 3 % of full load",
-            )
+            Parameter(name, "N", neutral=0.0, low=0.0, high=1e9, starts=(5.0,),
+                      meaning=f"force of the element that slips after {share:.2g} of the travel",
+                      expected="positive; all of them 1 to 3 % of full load")
             for name, share in zip(WEIGHTS, SHARES, strict=True)
         ),
     ),
@@ -92,4 +76,4 @@ EFFECT = Effect(
     separating_test="slow triangles of several amplitudes: small cycles make small loops",
     initial=initial,
     variant_of="hysteresis",
-)
+)  # fmt: skip

@@ -18,8 +18,6 @@ import numpy as np
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
-BETA = 0.1  # Ogden & Roxburgh's beta
-
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
@@ -42,37 +40,13 @@ EFFECT = Effect(
     site="gain",
     channels=("deformation_mm",),
     parameters=(
-        Parameter(
-            "softening",
-            "-",
-            0.0,
-            0.0,
-            0.9,
-            (0.05,),
-            "relative loss of stiffness far below the largest deformation (1/r)",
-            expected="0.02 to 0.2 for filled rubber, 0 when preconditioned",
-        ),
-        Parameter(
-            "m_mm",
-            "mm",
-            0.3,
-            0.02,
-            5.0,
-            (0.3, 0.1, 1.0),
-            "how far below the maximum it takes full effect",
-            amplitude=False,
-        ),
-        Parameter(
-            "known_max_mm",
-            "mm",
-            0.0,
-            0.0,
-            10.0,
-            (0.0,),
-            "largest deformation before the recording",
-            amplitude=False,
-            estimate=False,
-        ),
+        Parameter("softening", "-", neutral=0.0, low=0.0, high=0.9, starts=(0.05,),
+                  meaning="relative loss of stiffness far below the largest deformation (1/r)",
+                  expected="0.02 to 0.2 for filled rubber, 0 when preconditioned"),
+        Parameter("m_mm", "mm", neutral=0.3, low=0.02, high=5.0, starts=(0.3, 0.1, 1.0),
+                  meaning="how far below the maximum it takes full effect", amplitude=False),
+        Parameter("known_max_mm", "mm", neutral=0.0, low=0.0, high=10.0, starts=(0.0,),
+                  meaning="largest deformation before the recording", amplitude=False, estimate=False),
     ),
     step=step,
     prepare=prepare,
@@ -84,4 +58,4 @@ EFFECT = Effect(
         "last follows the virgin curve"
     ),
     initial=initial,
-)
+)  # fmt: skip

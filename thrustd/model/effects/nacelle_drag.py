@@ -31,16 +31,9 @@ EFFECT = Effect(
     site="force",
     channels=("dynamic_pressure_Pa",),
     parameters=(
-        Parameter(
-            "drag_area_m2",
-            "m2",
-            0.0,
-            -0.5,
-            0.5,
-            (0.02,),
-            "drag area on this mount",
-            expected="about 0.02 m2: c_D 0.035 of 1.2 m2, shared by two mounts",
-        ),
+        Parameter("drag_area_m2", "m2", neutral=0.0, low=-0.5, high=0.5, starts=(0.02,),
+                  meaning="drag area on this mount",
+                  expected="about 0.02 m2: c_D 0.035 of 1.2 m2, shared by two mounts"),
     ),
     step=step,
     prepare=prepare,
@@ -48,4 +41,4 @@ EFFECT = Effect(
     equation="F = F_mount + (c_D A) q",
     source="Hoerner, Fluid-Dynamic Drag, ch. 9 and 13",
     separating_test="level acceleration from 130 to 250 kt at constant N1, inertia known from accel_x_g",
-)
+)  # fmt: skip

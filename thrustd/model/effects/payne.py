@@ -33,37 +33,13 @@ EFFECT = Effect(
     site="gain",
     channels=("vibration_mm_s",),
     parameters=(
-        Parameter(
-            "softening",
-            "-",
-            0.0,
-            0.0,
-            0.9,
-            (0.03,),
-            "relative loss of stiffness under full vibration",
-            expected="0 to 0.3 for filled rubber sheared along the vibration",
-        ),
-        Parameter(
-            "vibration_c_mm_s",
-            "mm/s",
-            10.0,
-            0.05,
-            1000.0,
-            (30.0, 10.0, 3.0, 100.0),
-            "vibration that breaks half of the network",
-            amplitude=False,
-        ),
-        Parameter(
-            "exponent_m",
-            "-",
-            0.6,
-            0.3,
-            1.2,
-            (0.6,),
-            "Kraus exponent m",
-            amplitude=False,
-            estimate=False,
-        ),
+        Parameter("softening", "-", neutral=0.0, low=0.0, high=0.9, starts=(0.03,),
+                  meaning="relative loss of stiffness under full vibration",
+                  expected="0 to 0.3 for filled rubber sheared along the vibration"),
+        Parameter("vibration_c_mm_s", "mm/s", neutral=10.0, low=0.05, high=1000.0, starts=(30.0, 10.0, 3.0, 100.0),
+                  meaning="vibration that breaks half of the network", amplitude=False),
+        Parameter("exponent_m", "-", neutral=0.6, low=0.3, high=1.2, starts=(0.6,),
+                  meaning="Kraus exponent m", amplitude=False, estimate=False),
     ),
     step=step,
     prepare=prepare,
@@ -73,4 +49,4 @@ EFFECT = Effect(
     separating_test=(
         "vibrate (0, 10, 50, 100 mm/s) at two constant forces (0 and 5 kN): no change at 0, a proportional one at 5 kN"
     ),
-)
+)  # fmt: skip

@@ -44,16 +44,9 @@ EFFECT = Effect(
     site="gain",
     channels=(),
     parameters=tuple(
-        Parameter(
-            name,
-            "-",
-            0.0,
-            0.0,
-            2.0,
-            (0.02,),
-            f"share of the force that relaxes with {tau:.2g} s",
-            expected="0.01 to 0.1 for filled natural rubber",
-        )
+        Parameter(name, "-", neutral=0.0, low=0.0, high=2.0, starts=(0.02,),
+                  meaning=f"share of the force that relaxes with {tau:.2g} s",
+                  expected="0.01 to 0.1 for filled natural rubber")
         for name, tau in zip(GAINS, TAUS_S, strict=True)
     ),
     step=step,
@@ -63,4 +56,4 @@ EFFECT = Effect(
     source="Tschoegl, The Phenomenological Theory of Linear Viscoelastic Behavior, 1989, ch. 4",
     separating_test="steps between two levels, each held for 30 min: the force falls while the deformation is held",
     initial=initial,
-)
+)  # fmt: skip

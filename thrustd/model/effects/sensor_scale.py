@@ -31,16 +31,8 @@ EFFECT = Effect(
     site="deformation",
     channels=(),
     parameters=(
-        Parameter(
-            "scale_error",
-            "-",
-            0.0,
-            -0.5,
-            0.5,
-            (0.02,),
-            "relative excess of the reading",
-            expected="within 0.005 for a calibrated LVDT",
-        ),
+        Parameter("scale_error", "-", neutral=0.0, low=-0.5, high=0.5, starts=(0.02,),
+                  meaning="relative excess of the reading", expected="within 0.005 for a calibrated LVDT"),
     ),
     step=step,
     prepare=prepare,
@@ -48,4 +40,4 @@ EFFECT = Effect(
     equation="x = x_read / (1 + e)",
     source="Nyce, Linear Position Sensors, ch. 3",
     separating_test="calibrate the LVDT against gauge blocks (0, 0.5, 1 mm) without load",
-)
+)  # fmt: skip

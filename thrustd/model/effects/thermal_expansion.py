@@ -32,27 +32,10 @@ EFFECT = Effect(
     site="deformation",
     channels=("temperature_degC",),
     parameters=(
-        Parameter(
-            "expansion_mm_k",
-            "mm/K",
-            0.0,
-            -0.1,
-            0.1,
-            (0.003,),
-            "reading per kelvin at constant force",
-            expected="0.0095 mm/K on the thesis rig",
-        ),
-        Parameter(
-            "reference_degc",
-            "degC",
-            20.0,
-            -60.0,
-            150.0,
-            (20.0,),
-            "temperature at which the model was identified",
-            amplitude=False,
-            estimate=False,
-        ),
+        Parameter("expansion_mm_k", "mm/K", neutral=0.0, low=-0.1, high=0.1, starts=(0.003,),
+                  meaning="reading per kelvin at constant force", expected="0.0095 mm/K on the thesis rig"),
+        Parameter("reference_degc", "degC", neutral=20.0, low=-60.0, high=150.0, starts=(20.0,),
+                  meaning="temperature at which the model was identified", amplitude=False, estimate=False),
     ),
     step=step,
     prepare=prepare,
@@ -60,4 +43,4 @@ EFFECT = Effect(
     equation="x = x_read - a (T - T_ref)",
     source="thesis section 12.2: 0.0095 mm/K on the rig",
     separating_test="warm the mount by 20 K at two constant forces (0 and 5 kN): the same shift in mm at both",
-)
+)  # fmt: skip

@@ -32,27 +32,11 @@ EFFECT = Effect(
     site="gain",
     channels=("temperature_degC",),
     parameters=(
-        Parameter(
-            "stiffness_1_k",
-            "1/K",
-            0.0,
-            -0.03,
-            0.03,
-            (-0.003,),
-            "relative stiffness per kelvin",
-            expected="0 to -0.011 1/K (30 % stiffer at -7 degC); unmeasurable from 30 to 80 degC in the thesis",
-        ),
-        Parameter(
-            "reference_degc",
-            "degC",
-            20.0,
-            -60.0,
-            150.0,
-            (20.0,),
-            "temperature at which the model was identified",
-            amplitude=False,
-            estimate=False,
-        ),
+        Parameter("stiffness_1_k", "1/K", neutral=0.0, low=-0.03, high=0.03, starts=(-0.003,),
+                  meaning="relative stiffness per kelvin",
+                  expected="0 to -0.011 1/K (30 % stiffer at -7 degC); unmeasurable from 30 to 80 degC in the thesis"),
+        Parameter("reference_degc", "degC", neutral=20.0, low=-60.0, high=150.0, starts=(20.0,),
+                  meaning="temperature at which the model was identified", amplitude=False, estimate=False),
     ),
     step=step,
     prepare=prepare,
@@ -62,4 +46,4 @@ EFFECT = Effect(
     separating_test=(
         "warm the mount by 20 K at two constant forces (0 and 5 kN): no change at 0, a proportional one at 5 kN"
     ),
-)
+)  # fmt: skip

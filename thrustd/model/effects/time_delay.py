@@ -56,27 +56,11 @@ EFFECT = Effect(
     site="deformation",
     channels=(),
     parameters=(
-        Parameter(
-            "delay_s",
-            "s",
-            0.0,
-            -20.0,
-            5.0,
-            (0.1, -0.1),
-            "lateness of the deformation reading",
-            expected="below 0.02 s: one frame of the ADC and its filter",
-        ),
-        Parameter(
-            "filter_s",
-            "s",
-            0.05,
-            0.005,
-            10.0,
-            (0.1, 0.02, 0.05, 0.2, 0.4, 0.8, 1.6),
-            "low-pass of the rate where the reading is late, in flight",
-            amplitude=False,
-            estimate=False,
-        ),
+        Parameter("delay_s", "s", neutral=0.0, low=-20.0, high=5.0, starts=(0.1, -0.1),
+                  meaning="lateness of the deformation reading",
+                  expected="below 0.02 s: one frame of the ADC and its filter"),
+        Parameter("filter_s", "s", neutral=0.05, low=0.005, high=10.0, starts=(0.1, 0.02, 0.05, 0.2, 0.4, 0.8, 1.6),
+                  meaning="low-pass of the rate where the reading is late, in flight", amplitude=False, estimate=False),
     ),
     step=step,
     prepare=prepare,
@@ -86,4 +70,4 @@ EFFECT = Effect(
     separating_test="one sharp step of force with both channels sampled at 1 kHz: read the shift",
     initial=initial,
     ahead_s=lambda p: max(p["delay_s"], 0.0),
-)
+)  # fmt: skip

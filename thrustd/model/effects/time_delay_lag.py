@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_signal
 from thrustd.model.stage import Floats, jit
 
 
@@ -27,36 +27,16 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["delay_s"], decay, (1.0 - decay) / dt_s])
 
 
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = v
-
-
 EFFECT = Effect(
     name="time_delay_lag",
     title="lateness of the deformation signal by a filter",
     site="deformation",
     channels=(),
     parameters=(
-        Parameter(
-            "delay_s",
-            "s",
-            0.0,
-            0.0,
-            5.0,
-            (0.1,),
-            "time constant of the filter",
-            expected="below 0.02 s: one frame of the ADC and its filter",
-        ),
-        Parameter(
-            "filter_s",
-            "s",
-            0.05,
-            0.005,
-            10.0,
-            (0.02, 0.1),
-            "low-pass of the rate",
-            amplitude=False,
-        ),
+        Parameter("delay_s", "s", neutral=0.0, low=0.0, high=5.0, starts=(0.1,),
+                  meaning="time constant of the filter", expected="below 0.02 s: one frame of the ADC and its filter"),
+        Parameter("filter_s", "s", neutral=0.05, low=0.005, high=10.0, starts=(0.02, 0.1),
+                  meaning="low-pass of the rate", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -64,6 +44,6 @@ EFFECT = Effect(
     equation="x = x_read + T dx_read/dt",
     source="Astrom & Wittenmark, Computer-Controlled Systems, ch. 2",
     separating_test="one sharp step of force with both channels sampled at 1 kHz: read the time constant",
-    initial=initial,
+    initial=begin_at_signal,
     variant_of="time_delay",
-)
+)  # fmt: skip

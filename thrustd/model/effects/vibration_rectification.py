@@ -31,26 +31,10 @@ EFFECT = Effect(
     site="deformation",
     channels=("vibration_mm_s",),
     parameters=(
-        Parameter(
-            "shift_mm",
-            "mm",
-            0.0,
-            -5.0,
-            5.0,
-            (0.01,),
-            "shift at 100 mm/s",
-            expected="0: the thesis saw none",
-        ),
-        Parameter(
-            "exponent",
-            "-",
-            2.0,
-            1.0,
-            2.0,
-            (2.0, 1.0),
-            "power of the vibration",
-            amplitude=False,
-        ),
+        Parameter("shift_mm", "mm", neutral=0.0, low=-5.0, high=5.0, starts=(0.01,),
+                  meaning="shift at 100 mm/s", expected="0: the thesis saw none"),
+        Parameter("exponent", "-", neutral=2.0, low=1.0, high=2.0, starts=(2.0, 1.0),
+                  meaning="power of the vibration", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -58,4 +42,4 @@ EFFECT = Effect(
     equation="x = x_read - s (V / 100 mm/s)^p",
     source="second-order expansion of the static curve; thesis section 12.1.1",
     separating_test="vibrate (0, 50, 100 mm/s) at two constant forces: the same shift in mm at both",
-)
+)  # fmt: skip

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_channel
 from thrustd.model.stage import Floats, jit
 
 
@@ -28,36 +28,16 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["damping_n_s_mm"], decay, (1.0 - decay) / dt_s])
 
 
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = u[0]
-
-
 EFFECT = Effect(
     name="viscous_damping",
     title="viscous damping beside the spring",
     site="force",
     channels=("deformation_mm",),
     parameters=(
-        Parameter(
-            "damping_n_s_mm",
-            "N s/mm",
-            0.0,
-            0.0,
-            100000.0,
-            (500.0,),
-            "force per rate of deformation",
-            expected="positive: a dashpot takes energy out",
-        ),
-        Parameter(
-            "filter_s",
-            "s",
-            0.05,
-            0.005,
-            10.0,
-            (0.02, 0.1, 0.5),
-            "low-pass of the rate",
-            amplitude=False,
-        ),
+        Parameter("damping_n_s_mm", "N s/mm", neutral=0.0, low=0.0, high=100000.0, starts=(500.0,),
+                  meaning="force per rate of deformation", expected="positive: a dashpot takes energy out"),
+        Parameter("filter_s", "s", neutral=0.05, low=0.005, high=10.0, starts=(0.02, 0.1, 0.5),
+                  meaning="low-pass of the rate", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -65,5 +45,5 @@ EFFECT = Effect(
     equation="F = F_core + c dx/dt",
     source="Brinson & Brinson, Polymer Engineering Science and Viscoelasticity, ch. 5; thesis eq. 13.3",
     separating_test="sine sweeps of one amplitude from 0.01 to 1 Hz: the force in quadrature grows with frequency",
-    initial=initial,
-)
+    initial=begin_at_channel,
+)  # fmt: skip

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_channel
 from thrustd.model.stage import Floats, jit
 
 
@@ -29,46 +29,18 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["damping_n"], decay, (1.0 - decay) / dt_s, p["exponent"]])
 
 
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = u[0]
-
-
 EFFECT = Effect(
     name="viscous_damping_power",
     title="viscous damping with a power of the rate",
     site="force",
     channels=("deformation_mm",),
     parameters=(
-        Parameter(
-            "damping_n",
-            "N",
-            0.0,
-            0.0,
-            100000.0,
-            (500.0,),
-            "force at 1 mm/s",
-            expected="positive: a dashpot takes energy out",
-        ),
-        Parameter(
-            "exponent",
-            "-",
-            1.0,
-            0.2,
-            3.0,
-            (0.5, 0.8, 1.2, 1.7),
-            "1: a dashpot, 2: an orifice",
-            amplitude=False,
-        ),
-        Parameter(
-            "filter_s",
-            "s",
-            0.05,
-            0.005,
-            10.0,
-            (0.05,),
-            "low-pass of the rate",
-            amplitude=False,
-        ),
+        Parameter("damping_n", "N", neutral=0.0, low=0.0, high=100000.0, starts=(500.0,),
+                  meaning="force at 1 mm/s", expected="positive: a dashpot takes energy out"),
+        Parameter("exponent", "-", neutral=1.0, low=0.2, high=3.0, starts=(0.5, 0.8, 1.2, 1.7),
+                  meaning="1: a dashpot, 2: an orifice", amplitude=False),
+        Parameter("filter_s", "s", neutral=0.05, low=0.005, high=10.0, starts=(0.05,),
+                  meaning="low-pass of the rate", amplitude=False),
     ),
     step=step,
     prepare=prepare,
@@ -76,6 +48,6 @@ EFFECT = Effect(
     equation="F = F_core + F_1 sgn(dx/dt) |dx/dt|^p",
     source="Makris & Constantinou, J. Struct. Eng. 117 (1991) 2708; Dixon, The Shock Absorber Handbook, 2007, ch. 5",
     separating_test="sine sweeps of one amplitude from 0.01 to 1 Hz: the force in quadrature grows with a power of it",
-    initial=initial,
+    initial=begin_at_channel,
     variant_of="viscous_damping",
-)
+)  # fmt: skip
