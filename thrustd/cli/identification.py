@@ -1,6 +1,7 @@
 """Verbs that make models and decks: identify, plan-test, compile, brochure."""
 
 import argparse
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -60,10 +61,15 @@ def add_verbs(verbs: Verbs) -> None:
 
     compile_ = add_verb(
         verbs, "compile", compile_verb, "discretise a model for a sample rate and prove it against its artifact",
-        "thrustd compile models/left-upper.json --rate 1000",
+        "thrustd compile models/left-upper.json --rate 1000\n"
+        "  thrustd compile models/left-upper.json --rate 1000 --c mount.c",
     )  # fmt: skip
     compile_.add_argument("model", type=Path, help="model artifact (.json)")
     compile_.add_argument("--rate", type=float, required=True, metavar="HZ", help="sample rate of the ADC")
+    compile_.add_argument("--c", type=file_type(".c"), metavar="FILE", help="write it as one C99 file, too")
+    compile_.add_argument(
+        "--prefix", default="mount", help="begins every name in the C file (default mount: mount_init, mount_step)"
+    )
     add_json(compile_)
 
     brochure = add_verb(
@@ -137,11 +143,14 @@ def plan_verb(arguments: argparse.Namespace) -> int:
 def compile_verb(arguments: argparse.Namespace) -> int:
     import numpy as np
 
+    from thrustd.model.c_model import c_source
     from thrustd.model.compile import compile_model, rate_difference_n
 
     (spec,) = read_models([arguments.model]).values()
     if not 1 <= arguments.rate <= 100_000:
         raise UsageError(f"--rate {arguments.rate:g}: expected 1 to 100000 Hz")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", arguments.prefix):
+        raise UsageError(f"--prefix {arguments.prefix}: expected the beginning of a name in C, such as left_upper")
     assert spec.witness is not None  # read_models refuses a model without
     own, other = compile_model(spec, spec.witness.rate_hz), compile_model(spec, arguments.rate)
     difference_n = rate_difference_n(own, other)
@@ -153,6 +162,9 @@ def compile_verb(arguments: argparse.Namespace) -> int:
         "channels": list(dict.fromkeys(other.channels)),
         "worst_difference_between_rates_n": difference_n,
     }
+    if arguments.c is not None:
+        write_text(arguments.c, c_source(other, arguments.prefix))
+        note(f"written: {arguments.c} ({arguments.prefix}_init, {arguments.prefix}_step)")
     if arguments.json:
         print_json(report)
     else:

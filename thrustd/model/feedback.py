@@ -62,32 +62,39 @@ def feedback_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return y
 
 
-def _at_rest(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    """The state that a constant input holds, found by going half way towards what it drives the modes to."""
-    n = int(c[0])
-    full = 3 + 2 * (n + 1) + n * (n + 2)
-    rows = c[full : full + n * (n + 3)].reshape(n, n + 3)
-    remaining = np.linalg.pinv(np.eye(n) - rows[:, :n], rcond=1e-15)  # a mode that never settles stays where it is
-    x[0] = v
-    x[1 : 1 + n] = remaining @ (rows[:, n] + rows[:, n + 1]) * v
-    _relax(x, c, u, v, remaining)
-
-
 @jit
-def _relax(x: Floats, c: Floats, u: Floats, v: float, remaining: Floats) -> None:
-    """Half of what is left towards rest, so many times; ends early where nothing moves any more."""
-    n = remaining.shape[0]
-    before = np.empty(n)
+def _at_rest(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    """The state that a constant input holds, found by going half way towards what it drives the modes to.
+
+    Behind the tables of the step, c holds `_settled`: n rows of what is left to go, and n places without products.
+    """
+    n = int(c[0])
+    left, before = c.size - n * (n + 1), x.size - n
+    x[0] = v
+    for i in range(n):
+        x[1 + i] = c[left + n * n + i] * v
     for _ in range(_SETTLING):
-        before[:] = x[1 : 1 + n]
+        largest = 0.0
+        for i in range(n):
+            x[before + i] = x[1 + i]
         feedback_step(x, c, u, v)
-        moved = x[1 : 1 + n] - before
-        if not np.any(moved):
+        for i in range(n):
+            moved = x[1 + i]
+            x[1 + i] = x[before + i]
+            x[before + i] = moved - x[before + i]
+            largest = max(largest, abs(x[before + i]))
+        if largest == 0.0:  # nothing moves any more
             return
         for i in range(n):
-            x[1 + i] = before[i]
             for k in range(n):
-                x[1 + i] += 0.5 * remaining[i, k] * moved[k]
+                x[1 + i] += 0.5 * c[left + i * n + k] * x[before + k]
+
+
+def _settled(modes: list[tuple[complex, complex]], dt_s: float) -> Floats:
+    """Flat (n (n + 1),): all that a mode still goes per step of moving (n, n), where unit input alone takes it (n,)."""
+    a, b0, b1 = _matrices(modes, dt_s)
+    left = np.linalg.pinv(np.eye(len(a)) - a, rcond=1e-15)  # a mode that never settles stays where it is
+    return np.concatenate((left.ravel(), left @ (b0 + b1)))
 
 
 def feedback(
@@ -109,9 +116,15 @@ def feedback(
     n, pairs = len(a), _pairs(len(a) + 1, degree)
     gains = [part for pole, gain in modes for part in ((gain.real, -gain.imag) if pole.imag else (gain.real,))]
     held = _held(modes, into, dt_s)
-    table = (half.ravel(), np.column_stack((a, b0, b1, gains)).ravel(), held.ravel(), pairs.ravel())
+    table = (
+        half.ravel(),
+        np.column_stack((a, b0, b1, gains)).ravel(),
+        held.ravel(),
+        pairs.ravel(),
+        _settled(modes, dt_s),
+    )
     c = np.concatenate(([n, len(pairs), direct], *box, *table))
-    return Stage(name, feedback_step, c, 2 + 2 * n + len(pairs), initial=_at_rest)
+    return Stage(name, feedback_step, c, 2 + 3 * n + len(pairs), initial=_at_rest)
 
 
 def _pairs(n: int, degree: int) -> Floats:
