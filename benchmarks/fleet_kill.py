@@ -15,7 +15,8 @@ from pathlib import Path
 from distributed import Client
 
 from tests.conftest import small_aircraft
-from thrustd.fleet.fleet import ReplayJob, Row, local, run_fleet
+from thrustd.fleet.fleet import ReplayJob, local, run_fleet
+from thrustd.records.rows import Row
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 

@@ -8,7 +8,8 @@ import pytest
 
 from tests.conftest import small_aircraft
 from thrustd.core.errors import UsageError
-from thrustd.fleet.fleet import ReplayJob, at, local, run_fleet, write_table
+from thrustd.fleet.fleet import ReplayJob, at, local, run_fleet
+from thrustd.records.rows import write_rows
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
@@ -54,7 +55,7 @@ def test_killing_a_worker_midway_loses_nothing(files, alone, tmp_path):
     assert repr([row for row in rows if not row["error"]]) == repr(alone)  # NaN is not equal to itself
     broken = [row for row in rows if row["error"]]
     assert [row["file"] for row in broken] == [str(file) for file in files if file.stem == "broken"]
-    write_table(rows, tmp_path / "table.parquet")
+    write_rows(rows, tmp_path / "table.parquet")
     table = pq.read_table(tmp_path / "table.parquet").to_pylist()
     assert len(table) == len(rows)
     assert repr([row["rmse_n"] for row in table if not row["error"]]) == repr([row["rmse_n"] for row in alone])

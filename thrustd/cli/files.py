@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 DECK = "models/brochure/jt15d-4.json"
 HIL = "deploy/hil.toml"
 CONFIGURATION = "deploy/ph-lab.toml"
-OUTPUTS = "out", "smooth", "picture", "table", "c"  # arguments that name a file to write
+OUTPUTS = "out", "smooth", "picture", "table", "c", "report"  # arguments that name a file to write
 
 
 def check_outputs(arguments: Mapping[str, Any]) -> None:

@@ -33,11 +33,13 @@ def add_verbs(verbs: Verbs) -> None:
 
 def fleet_verb(arguments: argparse.Namespace) -> int:
     try:
-        from thrustd.fleet.fleet import at, local, run_fleet, write_table
+        from thrustd.fleet.fleet import at, local, run_fleet
     except ModuleNotFoundError as problem:
         raise UsageError(
             f"thrustd fleet: {problem.name} is not installed, expected: pip install 'thrustd[fleet]'"
         ) from None
+    from thrustd.records.rows import write_rows
+
     if not 1 <= arguments.processes <= 1024:
         raise UsageError(f"--processes {arguments.processes}: expected 1 to 1024")
     if arguments.out is not None:
@@ -45,7 +47,7 @@ def fleet_verb(arguments: argparse.Namespace) -> int:
     workers = at(arguments.scheduler) if arguments.scheduler else local(arguments.processes)
     with progress(f"fleet {arguments.job}") as advance:
         rows = run_fleet(_job(arguments), [file.absolute() for file in arguments.files], workers, advance)
-    write_table(rows, arguments.table)
+    write_rows(rows, arguments.table)
     errors = [row for row in rows if row["error"]]
     for row in errors:
         note(f"{row['error']}")

@@ -14,15 +14,13 @@ from typing import Any
 
 import dask
 import msgspec
-import pyarrow as pa
-import pyarrow.parquet as pq
 from distributed import Client, LocalCluster, as_completed
 
 from thrustd.core.errors import ModelError, RecordingError, ThrustdError, UsageError
+from thrustd.records.rows import Row
 from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
-Row = dict[str, Any]
 Job = Callable[[str], list[Row]]
 RETRIES = 2  # of a file whose worker failed in another way than dying
 DEATHS = 20  # of workers, that one file may survive: it is seldom the file's fault
@@ -139,14 +137,6 @@ def at(address: str) -> Iterator[Client]:
         raise UsageError(f"--scheduler {address}: cannot be reached: {problem}") from None
     with client:
         yield client
-
-
-def write_table(rows: Sequence[Row], path: Path) -> None:
-    """All rows as Parquet, whole or not at all; a value that a row does not have is null."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    table = pa.Table.from_pydict({name: [row.get(name) for row in rows] for name in names})
-    with whole_file(path, RecordingError) as part:
-        pq.write_table(table, part)
 
 
 def _flat(row: dict[str, Any], prefix: str = "") -> Row:

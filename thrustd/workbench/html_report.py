@@ -1,6 +1,5 @@
 """A self-contained HTML report of the latest answers: tables, sentences, ledger and pictures in one file."""
 
-import base64
 import html
 import secrets
 from collections.abc import Callable, Iterable, Mapping
@@ -10,11 +9,11 @@ from typing import Any
 
 import msgspec
 
-from thrustd import __version__
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.comparison import Comparison
 from thrustd.model.artifact import ModelSpec
+from thrustd.sinks.html_page import head, picture, table
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.folder import Folder
@@ -22,10 +21,7 @@ from thrustd.workbench.session import read_session
 
 Progress = Callable[[float, str], None]
 
-STYLE = """body{font:14px/1.5 system-ui,sans-serif;max-width:1000px;margin:32px auto;padding:0 20px;color:#16202b}
-table{border-collapse:collapse;margin:8px 0 20px}td,th{border-bottom:1px solid #d5dae1;padding:4px 14px 4px 0;
-text-align:left}td.n,th.n{text-align:right}img{max-width:100%;margin:6px 0}h1{font-size:22px}h2{font-size:17px;
-margin-top:28px}.faint{color:#667383}"""
+WORDS = "Free runs: the model sees deformation and channels, never the reference. Residual = measured - model."
 
 
 def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -38,7 +34,11 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     records = marked_recordings(folder, names)
     spec = folder.model(session.model)
     found = compare({session.model: spec}, records, progress=lambda share, note: progress(0.3 * share, note))
-    parts = [_head(arguments.get("title") or session.model), _numbers(found.comparisons), _ledger(found.comparisons[0])]
+    parts = [
+        head(arguments.get("title") or session.model, WORDS),
+        _numbers(found.comparisons),
+        _ledger(found.comparisons[0]),
+    ]
     parts += [_effects(spec), _diagnosis(folder, session.model)]
     for i, comparison in enumerate(found.comparisons):
         progress(0.35 + 0.6 * i / len(found.comparisons), f"pictures of {comparison.recording}")
@@ -51,27 +51,6 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     return {"report": number}
 
 
-def _head(title: str) -> str:
-    shown = html.escape(title)
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{shown}</title><style>{STYLE}</style>'
-        f'<h1>{shown}</h1><p class="faint">thrustd {__version__}. Free runs: the model sees deformation and channels,'
-        " never the reference. Residual = measured - model.</p>"
-    )
-
-
-def _table(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """First column text, the others numbers."""
-    top = "".join(f"<th{' class=n' if i else ''}>{html.escape(h)}</th>" for i, h in enumerate(heads))
-    body = "".join(
-        "<tr>"
-        + "".join(f"<td{' class=n' if i else ''}>{html.escape(str(c))}</td>" for i, c in enumerate(row))
-        + "</tr>"
-        for row in rows
-    )
-    return f"<table><tr>{top}</tr>{body}</table>"
-
-
 def _numbers(comparisons: Iterable[Comparison]) -> str:
     rows = [
         [c.recording, f"{c.rmse_n:.1f}", f"{c.mae_n:.1f}", f"{c.bias_n:+.1f}", f"{c.fit_pct:.2f}", f"{c.worst_n:+.0f}",
@@ -79,14 +58,14 @@ def _numbers(comparisons: Iterable[Comparison]) -> str:
         for c in comparisons
     ]  # fmt: skip
     heads = ("Recording", "RMSE N", "mean |error| N", "bias N", "fit %", "worst N", "at s")
-    return "<h2>How wrong: measured minus model</h2>" + _table(heads, rows)
+    return "<h2>How wrong: measured minus model</h2>" + table(heads, rows)
 
 
 def _ledger(c: Comparison) -> str:
     if not c.ledger:
         return ""
     rows = [(f"+ {e.added}", f"{e.rmse_before_n:.1f}", f"{e.rmse_after_n:.1f}", e.data) for e in c.ledger]
-    return "<h2>Error ledger</h2>" + _table(("Added", "before N", "after N", "held-back blocks of"), rows)
+    return "<h2>Error ledger</h2>" + table(("Added", "before N", "after N", "held-back blocks of"), rows)
 
 
 def _effects(spec: ModelSpec) -> str:
@@ -98,7 +77,7 @@ def _effects(spec: ModelSpec) -> str:
         for e in spec.effects
         for name, value in e.parameters.items()
     ]
-    return "<h2>Effects in the model</h2>" + _table(("Effect", "parameter", "value", "one sigma"), rows)
+    return "<h2>Effects in the model</h2>" + table(("Effect", "parameter", "value", "one sigma"), rows)
 
 
 def _diagnosis(folder: Folder, model: str) -> str:
@@ -112,7 +91,7 @@ def _diagnosis(folder: Folder, model: str) -> str:
     verdict = html.escape(", ".join(answer["verdict"]))
     advice = "".join(f"<p>{html.escape(line)}</p>" for line in answer["advice"])
     heads = ("Candidate", "before N", "after N", "looks like")
-    return f"<h2>What is missing: {verdict}</h2>" + _table(heads, rows) + advice
+    return f"<h2>What is missing: {verdict}</h2>" + table(heads, rows) + advice
 
 
 def _latest_diagnosis(folder: Folder, model: str) -> dict[str, Any] | None:
@@ -129,11 +108,6 @@ def _comparison(c: Comparison) -> str:
 
     words = "".join(f"<li>{html.escape(failure.sentence)}</li>" for failure in c.where_it_fails)
     with TemporaryDirectory() as scratch:
-        pictures = "".join(_picture(path) for path in comparison_pictures(c, Path(scratch)))
+        pictures = "".join(picture(path.read_bytes(), path.stem) for path in comparison_pictures(c, Path(scratch)))
     where = f"<ol>{words}</ol>" if words else "<p>Nowhere in particular: the error is spread as evenly as the time.</p>"
     return f"<h2>{html.escape(c.recording)}: where it fails</h2>{where}{pictures}"
-
-
-def _picture(path: Path) -> str:
-    content = base64.b64encode(path.read_bytes()).decode()
-    return f'<img alt="{html.escape(path.stem)}" src="data:image/png;base64,{content}">'

@@ -1,0 +1,127 @@
+"""Test points: found where the flight is steady, their means right and their uncertainty honest."""
+
+import json
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from tests.cli.test_bad_input import refused
+from tests.conftest import PH_LAB
+from tests.flighttest.scene import BIAS_STD_N, CHANGE_S, ENGINES, HOLD_S, correlated, made_flight
+from thrustd.__main__ import main
+from thrustd.core.measures import SIGMAS_95
+from thrustd.flighttest.flight import read_flight
+from thrustd.flighttest.points import find_points
+from thrustd.flighttest.uncertainty import mean_of
+from thrustd.records.files import write_recording
+
+FLIGHT = PH_LAB / "ftis_20180312_ref.npz"
+SHEET = PH_LAB / "datasheet_20180312_ref.csv"
+POUND_PER_HOUR_KG_S = 0.45359237 / 3600
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "made.csv"
+    write_recording(made_flight(), path)
+    return path
+
+
+@pytest.mark.parametrize(("tau", "n"), [(0.1, 60), (2.0, 60), (5.0, 120), (15.0, 600)])
+def test_the_random_part_holds_the_mean_of_correlated_noise(tau, n):
+    rng = np.random.default_rng(1)
+    means = [mean_of(correlated(rng, n, tau)) for _ in range(400)]
+    assert 0.91 <= np.mean([abs(mean.mean) <= mean.random_u95 for mean in means]) <= 0.985
+
+
+def test_the_systematic_part_does_not_average_out():
+    rng = np.random.default_rng(2)
+    short, long = (mean_of(100 + rng.standard_normal(n), 3.0) for n in (50, 5000))
+    assert short.systematic_u95 == long.systematic_u95 == SIGMAS_95 * 3.0
+    assert long.random_u95 < 0.2 * short.random_u95
+    assert long.u95 == pytest.approx(SIGMAS_95 * 3.0, rel=0.01)
+
+
+def test_every_level_is_a_point_and_no_change_is_in_one(log):
+    found = find_points(read_flight(log))
+    assert found.thrust == "fused" and len(found.points) == 3
+    for place, (point, mach) in enumerate(zip(found.points, (0.25, 0.35, 0.45), strict=True)):
+        begin_s = place * (HOLD_S + CHANGE_S)
+        assert point.steady and begin_s - 2 <= point.start_s < point.end_s <= begin_s + HOLD_S + 2
+        assert point.end_s - point.start_s > HOLD_S - 3
+        assert point.values["mach"].mean == pytest.approx(mach, abs=1e-4)
+        for number, engine in enumerate(ENGINES):
+            thrust = point.values[f"thrust_N_{engine}"]
+            assert abs(thrust.mean - (1000 + 5000 * mach + 100 * number)) < 2 * thrust.random_u95 + 1
+            assert thrust.systematic_u95 == pytest.approx(SIGMAS_95 * BIAS_STD_N)
+            tsfc = point.values[f"tsfc_g_kN_s_{engine}"]
+            assert tsfc.mean == pytest.approx(1e6 * (0.02 + 2e-5 * thrust.mean) / thrust.mean, rel=1e-3)
+
+
+def test_marks_of_a_file_and_of_a_channel(log, tmp_path, capsys):
+    marks = tmp_path / "marks.csv"
+    marks.write_text("start_s,end_s,name\n5,50,level\n40,90,moving\n")
+    assert main(["points", str(log), "--marks", str(marks), "--json"]) == 0
+    first, second = json.loads(capsys.readouterr().out)["points"]
+    assert (first["name"], first["moved"]) == ("level", []) and "mach" in second["moved"]
+    record = made_flight()
+    number = np.where((record.time_s > 80) & (record.time_s < 120), 4.0, 0.0)
+    write_recording(record.with_channels(mark=number), log)
+    assert main(["points", str(log), "--json"]) == 0  # the log marks its points: no search
+    (point,) = json.loads(capsys.readouterr().out)["points"]
+    assert 79 <= point["start_s"] <= 82 and 119 <= point["end_s"] <= 122
+    assert main(["points", str(log), "--auto", "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["points"]) == 3
+
+
+def test_table_page_and_json_say_the_same(log, tmp_path, capsys):
+    table, page = tmp_path / "points.parquet", tmp_path / "points.html"
+    assert main(["points", str(log), "-o", str(table), "--report", str(page), "--json"]) == 0
+    points = json.loads(capsys.readouterr().out)["points"]
+    rows = pq.read_table(table).to_pylist()
+    said = [point["values"]["thrust_N_left"]["mean"] for point in points]
+    assert [row["thrust_N_left"] for row in rows] == said
+    assert all(f">{value:.0f}<" in page.read_text() for value in said)
+    assert main(["points", str(log)]) == 0
+    assert "altitude_m 35" in capsys.readouterr().out.replace("\n", " ")  # the limits are printed
+
+
+def test_what_cannot_be_used_is_one_line(log, tmp_path, capsys):
+    assert "no steady window" in refused(capsys, "points", log, "--limit", "least_s=500")
+    assert "--limit moch=1" in refused(capsys, "points", log, "--limit", "moch=1")
+    marks = tmp_path / "marks.csv"
+    marks.write_text("start_s,end_s\n50,5\n")
+    assert "data row 1" in refused(capsys, "points", log, "--marks", marks)
+    marks.write_text("start_s,end_s\n5000,5100\n")
+    out = tmp_path / "points.csv"
+    assert "no samples" in refused(capsys, "points", log, "--marks", marks, "-o", out)
+    assert not out.exists()
+    assert ".csv or .parquet" in refused(capsys, "points", log, "-o", tmp_path / "points.txt")
+    record = made_flight()
+    write_recording(record.select([name for name in record.channels if name != "mach"]), log)
+    assert "no air data" in refused(capsys, "points", log)
+
+
+def sheet_fuel():
+    """(left, right) kg/s of the level points as the crew wrote them."""
+    rows = [line.split(",") for line in SHEET.read_text().splitlines() if line.startswith("clcd1,")]
+    return np.array([[float(row[9]), float(row[10])] for row in rows]) * POUND_PER_HOUR_KG_S
+
+
+@pytest.mark.skipif(not FLIGHT.exists(), reason="no PH-LAB recordings here")
+def test_points_of_a_recorded_flight_agree_with_its_data_sheet():
+    flight = read_flight(FLIGHT)
+    marked = find_points(flight, marks="measurement_running").points
+    found = find_points(flight).points
+    sheet = sheet_fuel()
+    level = [marked[place] for place in (1, 2, 3, 4, 6, 7)]  # the first two marks are a trial and its repetition
+    for point, written in zip(level, sheet, strict=True):
+        assert point.steady
+        said = [point.values[f"fuel_flow_kg_s_{engine}"].mean for engine in ENGINES]
+        assert said == pytest.approx(written, rel=0.01)
+        same = [p for p in found if p.start_s <= point.start_s + 5 and p.end_s >= point.end_s - 5]
+        assert len(same) == 1  # one found window holds the marked one
+        for engine in ENGINES:
+            name = f"thrust_N_{engine}"
+            assert same[0].values[name].mean == pytest.approx(point.values[name].mean, rel=0.01)

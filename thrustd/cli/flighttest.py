@@ -1,0 +1,119 @@
+"""Verbs of a flight test: points."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, progress
+from thrustd.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from thrustd.core.steady import SteadyLimits
+    from thrustd.flighttest.flight import Flight
+    from thrustd.flighttest.points import TestPoints
+
+
+def add_verbs(verbs: Verbs) -> None:
+    points = add_verb(
+        verbs, "points", points_verb, "test points of a flight: steady windows with thrust, fuel flow and their U95",
+        "thrustd points out/estimates.mcap -o points.csv --report points.html\n"
+        "  thrustd points flight.npz --marks measurement_running\n"
+        "  thrustd points out/estimates.mcap --auto --limit mach=0.01 --limit least_s=60",
+    )  # fmt: skip
+    points.add_argument(
+        "log", type=Path, help="estimate log, raw log (replayed first) or recording with N1 and air data"
+    )
+    how = points.add_mutually_exclusive_group()
+    how.add_argument("--auto", action="store_true", help="find them by the limits (default where the log marks none)")
+    how.add_argument(
+        "--marks", metavar="CSV|CHANNEL", help="windows of a CSV (start_s, end_s), or wherever a channel is above 0"
+    )
+    add_limits(points)
+    points.add_argument("--deck", type=Path, help="brochure deck for recordings without estimates")
+    points.add_argument("-o", "--out", type=Path, help="table to write (.csv or .parquet)")
+    points.add_argument("--report", type=Path, help="page to write (.html): table, picture")
+    add_json(points)
+
+
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--limit", action="append", default=[], metavar="NAME=VALUE",
+        help="another limit: mach, altitude_m, n1_pct, accel_x_g, load_factor_g, least_n1_pct, least_s",
+    )  # fmt: skip
+
+
+def limits_of(arguments: argparse.Namespace) -> "SteadyLimits":
+    """The defaults with what `--limit` changes."""
+    import msgspec
+
+    from thrustd.core.steady import SteadyLimits
+
+    known = msgspec.to_builtins(SteadyLimits())
+    for text in arguments.limit:
+        name, _, value = text.partition("=")
+        if name not in known:
+            raise UsageError(f"--limit {text}: expected NAME=VALUE, NAME one of {', '.join(known)}")
+        try:
+            known[name] = float(value)
+        except ValueError:
+            raise UsageError(f"--limit {text}: expected a number behind =") from None
+        if not 0 < known[name] < 1e6:
+            raise UsageError(f"--limit {text}: expected above 0")
+    return SteadyLimits(**known)
+
+
+def points_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.flighttest.flight import read_flight
+    from thrustd.flighttest.points_report import write_page
+    from thrustd.records.rows import TYPES, write_rows
+
+    if arguments.out is not None and arguments.out.suffix.lower() not in TYPES:
+        raise UsageError(f"{arguments.out}: expected a name that ends in {' or '.join(TYPES)}")
+    limits = limits_of(arguments)
+    with progress(f"points of {arguments.log.name}"):
+        flight = read_flight(arguments.log, arguments.deck)
+        found = _points(flight, limits, arguments)
+    if arguments.out is not None:
+        write_rows(found.rows(), arguments.out)
+    if arguments.report is not None:
+        write_page(flight, found, arguments.report)
+    if arguments.json:
+        print_json(found)
+    else:
+        _print_points(found)
+    return 0
+
+
+def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namespace) -> "TestPoints":
+    from thrustd.flighttest.points import find_points
+    from thrustd.flighttest.windows import MARK, read_windows
+
+    marks = arguments.marks
+    if marks is not None and marks.lower().endswith(".csv"):
+        return find_points(flight, limits, read_windows(Path(marks)))
+    if marks is None and not arguments.auto and MARK in flight.record:
+        marks = MARK
+    return find_points(flight, limits, marks=marks)
+
+
+def _print_points(found: "TestPoints") -> None:
+    from thrustd.flighttest.points_report import HEADS, limits_line, table_rows, unsteady
+
+    screen = console()
+    whose = "fused thrust" if found.thrust == "fused" else "no estimates in it: the brochure's thrust alone"
+    screen.print(f"{found.flight}: {len(found.points)} test points; {whose}", highlight=False)
+    screen.print(_table(HEADS, table_rows(found)))
+    for line in (*unsteady(found), limits_line(found)):
+        screen.print(line, highlight=False)
+
+
+def _table(heads: tuple[str, ...], rows: list[list[str]]) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for number, heading in enumerate(heads):
+        shown.add_column(heading, justify="left" if number == 0 else "right")
+    for row in rows:
+        shown.add_row(*row)
+    return shown

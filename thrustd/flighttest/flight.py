@@ -1,0 +1,115 @@
+"""A flight as the uses of thrust read it: means of a second, thrust of every engine with its sigma.
+
+    thrust_N_<engine>, thrust_std_N_<engine>       fused; where there is none, the brochure's
+    brochure_N_<engine>, brochure_std_N_<engine>   the brochure alone
+    status_<engine>                                bits of the estimate at that second
+
+Everything else is called as in the log. A raw log is replayed first; a recording without estimates (an FTIS export, a
+CSV with N1, fuel flow and air data) has the brochure's thrust, from the deck.
+"""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+
+from thrustd.brochure.deck import Deck
+from thrustd.brochure.deck_curves import DeckInputs
+from thrustd.core.columns import Floats
+from thrustd.core.errors import RecordingError
+from thrustd.installation.shipped import shipped
+from thrustd.records.files import read_recording
+from thrustd.records.recording import Recording, make_recording
+from thrustd.sources.plain_file import TEXT_BYTES, read_plain
+
+DECK = "models/brochure/jt15d-4.json"
+AIR = "mach", "pressure_altitude_m", "sat_degC"
+SECOND_HZ = 1.0
+ESTIMATE = {
+    "thrust_N": "estimate_thrust_n", "thrust_std_N": "estimate_thrust_std_n", "mount_N": "estimate_mount_n",
+    "brochure_N": "estimate_brochure_n", "brochure_std_N": "estimate_brochure_std_n", "status": "estimate_status",
+    "load_share": "estimate_load_share", "thrust_rate_N_s": "estimate_thrust_rate_n_s",
+}  # fmt: skip
+
+
+class Flight(NamedTuple):
+    """One flight; `fused`: its thrust is that of an estimate log, else the brochure's alone."""
+
+    record: Recording
+    engines: tuple[str, ...]
+    fused: bool
+
+    @property
+    def name(self) -> str:
+        return self.record.name
+
+    def per_second(self) -> "Flight":
+        """Means of a second; the status of an engine is the newest of it."""
+        held = [name for name in self.record.channels if name.startswith("status_")]
+        even = self.record.resample(SECOND_HZ) if self.record.sample_hz > SECOND_HZ * 1.5 else self.record
+        at = np.searchsorted(self.record.time_s, even.time_s, side="right") - 1
+        columns = {name: self.record[name][at] for name in held}
+        return self._replace(record=even.with_channels(**columns) if columns else even)
+
+
+def read_flight(path: Path | str, deck: Path | None = None) -> Flight:
+    """Any log or recording with N1 and air data; RecordingError, one line, when it lacks them."""
+    path = Path(path)
+    record = read_recording(path, digest=False)
+    if "raw events" in " ".join(record.notes):
+        record = _replayed(path)
+    engines = tuple(name.removeprefix("n1_pct_") for name in record.channels if name.startswith("n1_pct_"))
+    _check(record, engines)
+    fused = all(f"estimate_thrust_n_{engine}" in record for engine in engines)
+    renamed = _named(record, engines) if fused else _by_deck(record, engines, deck or shipped(DECK, "--deck"))
+    return Flight(renamed, engines, fused)
+
+
+def _replayed(path: Path) -> Recording:
+    from thrustd.replay.replay import replay
+
+    with TemporaryDirectory() as folder:
+        log = Path(folder) / path.name
+        replay(path, log)
+        return read_recording(log, digest=False)
+
+
+def _check(record: Recording, engines: tuple[str, ...]) -> None:
+    if not engines:
+        raise RecordingError(f"{record.name}: no column n1_pct_<engine>; expected the fan speed of every engine")
+    for name in AIR:
+        if name not in record or not np.isfinite(record[name]).any():
+            raise RecordingError(f"{record.name}: no air data: no values of {name}; expected {', '.join(AIR)}")
+
+
+def _named(record: Recording, engines: tuple[str, ...]) -> Recording:
+    """Estimates under the names of this module; the truth of a simulated flight as truth_N_<engine>."""
+    columns = {"time_s": record.time_s, **record.channels}
+    for engine in engines:
+        truth = columns.pop(f"thrust_N_{engine}", None)
+        if truth is not None:
+            columns[f"truth_N_{engine}"] = truth
+        for ours, theirs in ESTIMATE.items():
+            columns[f"{ours}_{engine}"] = columns.pop(f"{theirs}_{engine}")
+    return make_recording(record.name, columns, record.metadata, record.sha256, record.notes)
+
+
+def _by_deck(record: Recording, engines: tuple[str, ...], deck_path: Path) -> Recording:
+    deck = Deck.from_json(read_plain(deck_path, TEXT_BYTES, RecordingError).decode(), str(deck_path))
+    columns: dict[str, Floats] = {}
+    for number, engine in enumerate(engines):
+        thrust_n, std_n = _deck_thrust(record, deck, number, engine)
+        for name in ("thrust", "brochure"):
+            columns |= {f"{name}_N_{engine}": thrust_n, f"{name}_std_N_{engine}": std_n}
+    return record.with_channels(**columns)
+
+
+def _deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> tuple[Floats, Floats]:
+    nothing = np.full(len(record), np.nan)
+    n1_pct = record[f"n1_pct_{engine}"]
+    fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))
+    rate = np.gradient(n1_pct, record.time_s) if len(record) > 1 else np.zeros(1)
+    rows = np.column_stack((fuel, n1_pct, n2, *(record[name] for name in AIR), rate))
+    found = [deck.estimate(DeckInputs(*row), number) for row in rows.tolist()]
+    return np.array([one.thrust_n for one in found]), np.array([one.std_n for one in found])

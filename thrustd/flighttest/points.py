@@ -1,0 +1,140 @@
+"""Test points: what a steady window says of thrust, fuel and the air around, each mean with its 95 % uncertainty.
+
+    corrected:  F / delta_t,   W_f / (delta_t sqrt(theta_t)),   N1 / sqrt(theta_t)      (Walsh & Fletcher, ch. 4)
+    TSFC = W_f / F,  g/(kN s)
+
+delta_t, theta_t: total pressure over 101325 Pa, total temperature over 288.15 K.
+"""
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+
+from thrustd.core.atmosphere import ZERO_CELSIUS_K, total_pressure_ratio, total_temperature_ratio
+from thrustd.core.columns import Floats
+from thrustd.core.steady import SteadyLimits
+from thrustd.core.types import Status
+from thrustd.flighttest.flight import Flight
+from thrustd.flighttest.uncertainty import Mean, mean_of
+from thrustd.flighttest.windows import Window, marked_windows, spans, steady_windows, watched
+from thrustd.records.recording import Recording
+from thrustd.records.rows import Row
+
+AIRCRAFT = "mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_z_g", "pitch_deg", "aoa_deg"
+MICRO = 1e6  # kg/(N s) -> g/(kN s)
+OFTEN = 0.1  # a status bit that is on for this share of a point is told
+KEPT = Status.CHANNEL_OPEN | Status.WIRE_FAULT | Status.LINK_LOST  # of the installation, not of the estimate
+TELLING = Status(~int(KEPT) & sum(map(int, Status)))
+
+
+class Point(msgspec.Struct, frozen=True):
+    """One test point."""
+
+    name: str
+    start_s: float
+    end_s: float
+    moved: list[str]  # channels that are outside their limits
+    spans: dict[str, float]  # largest minus smallest in the window, by channel
+    values: dict[str, Mean]  # by channel, engine's name behind it
+    status: dict[str, list[str]]  # by engine: bits that were on for a tenth of the time or more
+
+    @property
+    def steady(self) -> bool:
+        """Inside all limits."""
+        return not self.moved
+
+    def row(self) -> Row:
+        """Flat, for tables: `NAME`, `NAME_u95`, and of the thrust `NAME_random_u95`, `NAME_systematic_u95`."""
+        row: Row = {"point": self.name, "start_s": self.start_s, "end_s": self.end_s, "steady": self.steady}
+        for name, value in self.values.items():
+            row |= {name: value.mean, f"{name}_u95": value.u95}
+            if value.systematic_u95:
+                row |= {f"{name}_random_u95": value.random_u95, f"{name}_systematic_u95": value.systematic_u95}
+        return row | {f"status_{engine}": " ".join(bits) for engine, bits in self.status.items()}
+
+
+class TestPoints(msgspec.Struct, frozen=True):
+    """All points of a flight."""
+
+    __test__ = False  # no test of pytest's
+
+    flight: str
+    thrust: str  # fused, or brochure where there is no estimate
+    engines: tuple[str, ...]
+    limits: SteadyLimits
+    points: list[Point]
+
+    def rows(self) -> list[Row]:
+        return [{"flight": self.flight} | point.row() for point in self.points]
+
+
+def find_points(
+    flight: Flight,
+    limits: SteadyLimits | None = None,
+    windows: Sequence[Window] | None = None,
+    marks: str | None = None,
+) -> TestPoints:
+    """Of windows that are given, of the channel `marks`, or found by the limits.
+
+    RecordingError when there is no steady window, or no sample inside one that was given.
+    """
+    limits = limits or SteadyLimits()
+    if windows is None and marks:
+        windows = marked_windows(flight, marks)
+    flight = flight.per_second()
+    if windows is None:
+        windows = steady_windows(flight, limits)
+    allowed = {name: quantity.limit for name, quantity in watched(flight, limits).items()}
+    points = [_point(flight, window, allowed) for window in windows]
+    return TestPoints(flight.name, "fused" if flight.fused else "brochure", flight.engines, limits, points)
+
+
+def _point(flight: Flight, window: Window, allowed: dict[str, float]) -> Point:
+    part = flight.record.window(window.start_s, window.end_s)
+    values = {name: mean_of(part[name]) for name in AIRCRAFT if name in part}
+    for engine in flight.engines:
+        values |= {f"{name}_{engine}": value for name, value in _engine(part, engine).items()}
+    found = spans(flight, window, list(allowed))
+    moved = [name for name, limit in allowed.items() if not found[name] <= limit]
+    status = {engine: bits for engine in flight.engines if (bits := _status(part, engine))}
+    return Point(window.name, window.start_s, window.end_s, moved, found, values, status)
+
+
+def _engine(part: Recording, engine: str) -> dict[str, Mean]:
+    static_k = part["sat_degC"] + ZERO_CELSIUS_K
+    delta = total_pressure_ratio(part["mach"], part["pressure_altitude_m"])
+    theta = total_temperature_ratio(part["mach"], static_k)
+    thrust_n, n1_pct = part[f"thrust_N_{engine}"], part[f"n1_pct_{engine}"]
+    std_n = float(np.nanmean(part[f"thrust_std_N_{engine}"])) if np.isfinite(thrust_n).any() else np.nan
+    found = {
+        "thrust_N": mean_of(thrust_n, std_n),
+        "thrust_corrected_N": _scaled(thrust_n / delta, thrust_n, std_n),
+        "n1_pct": mean_of(n1_pct),
+        "n1_corrected_pct": mean_of(n1_pct / np.sqrt(theta)),
+    }
+    brochure_n = part[f"brochure_N_{engine}"]
+    if np.isfinite(brochure_n).any():
+        found["brochure_N"] = mean_of(brochure_n, float(np.nanmean(part[f"brochure_std_N_{engine}"])))
+    fuel = part.channels.get(f"fuel_flow_kg_s_{engine}")
+    if fuel is not None:
+        found["fuel_flow_kg_s"] = mean_of(fuel)
+        found["fuel_flow_corrected_kg_s"] = mean_of(fuel / (delta * np.sqrt(theta)))
+        found["tsfc_g_kN_s"] = _scaled(MICRO * fuel / thrust_n, thrust_n, std_n)
+    for name in ("n2_pct", "load_share"):
+        if f"{name}_{engine}" in part:
+            found[name] = mean_of(part[f"{name}_{engine}"])
+    return found
+
+
+def _scaled(values: Floats, thrust_n: Floats, std_n: float) -> Mean:
+    """Of something in proportion to the thrust, or to its reciprocal: as many per cent uncertain."""
+    return mean_of(values, abs(float(np.nanmean(values)) / float(np.nanmean(thrust_n))) * std_n)
+
+
+def _status(part: Recording, engine: str) -> list[str]:
+    words = part.channels.get(f"status_{engine}")
+    if words is None or not np.isfinite(words).any():
+        return []
+    bits = np.nan_to_num(words).astype(np.int64)
+    return [str(bit.name).lower() for bit in TELLING if np.mean(bits & int(bit) != 0) >= OFTEN]

@@ -1,0 +1,131 @@
+"""Test points as a table, a picture and a page."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
+
+from thrustd.flighttest.flight import Flight
+from thrustd.flighttest.points import Point, TestPoints
+from thrustd.flighttest.uncertainty import Mean
+from thrustd.sinks.html_page import drawing, head, section, sentences, table
+from thrustd.sinks.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = "#0072b2", "#e69f00", "#007a59", "#555555"  # Okabe & Ito
+WORDS = (
+    "Means of steady windows with their 95 % uncertainty. r: random, samples that repeat one another counted once. "
+    "s: systematic, the thrust's own band, the same in the whole window. Other sensors' systematic part is not known."
+)
+HEADS = ("point", "from s", "s", "Mach", "alt m", "engine", "thrust N", "r", "s", "fuel g/s", "TSFC g/kNs", "u95",
+         "N1 %", "F/delta N", "N1/rt(th)")  # fmt: skip
+
+
+def table_rows(found: TestPoints) -> list[list[str]]:
+    """A row per point and engine, under HEADS."""
+    return [_row(point, engine, not number) for point in found.points for number, engine in enumerate(found.engines)]
+
+
+def limits_line(found: TestPoints) -> str:
+    """The limits, in one sentence."""
+    limits = ", ".join(f"{name} {value:g}" for name, value in msgspec.to_builtins(found.limits).items())
+    return f"limits (largest minus smallest one-second mean in a point): {limits}"
+
+
+def unsteady(found: TestPoints) -> list[str]:
+    """Of points that were given and do not hold the limits, and of estimates that doubt something: a sentence each."""
+    lines = []
+    for point in found.points:
+        if not point.steady:
+            moved = ", ".join(f"{name} by {span:.3g}" for name, span in point.spans.items() if name in point.moved)
+            lines.append(f"* point {point.name} is not steady: moved in {moved}")
+        lines += [f"point {point.name}, {engine}: {', '.join(bits)}" for engine, bits in point.status.items()]
+    return lines
+
+
+def write_page(flight: Flight, found: TestPoints, path: Path) -> None:
+    """HTML with table and picture, whole or not at all."""
+    lines = [f"thrust: {found.thrust}", limits_line(found), *unsteady(found)]
+    parts = [
+        head(f"Test points of {found.flight}", WORDS),
+        section("Points", table(HEADS, table_rows(found)), sentences(lines)),
+        section("Where they are", drawing(figure(flight, found), "points")),
+    ]
+    with whole_file(path) as part:
+        part.write_text("".join(parts), encoding="utf-8")
+
+
+def figure(flight: Flight, found: TestPoints) -> "Figure":
+    """Thrust, N1 and altitude over time with the points shaded; corrected thrust over corrected N1."""
+    from matplotlib.figure import Figure
+
+    drawn = Figure(figsize=(11, 9), layout="constrained")
+    grid = drawn.add_gridspec(3, 2, width_ratios=(2, 1))
+    record = flight.per_second().record
+    first = None
+    for row, (name, label) in enumerate(
+        (("thrust_N", "thrust, N"), ("n1_pct", "N1, %"), ("pressure_altitude_m", "altitude, m"))
+    ):
+        axis = first = drawn.add_subplot(grid[row, 0], sharex=first)
+        columns = [name] if name in record else [f"{name}_{engine}" for engine in found.engines]
+        for column, colour in zip(columns, COLOURS, strict=False):
+            axis.plot(record.time_s, record[column], lw=0.8, color=colour, label=column)
+        for point in found.points:
+            axis.axvspan(point.start_s, point.end_s, color="#56b4e9" if point.steady else "#d55e00", alpha=0.3, lw=0)
+        axis.set_ylabel(label)
+        axis.legend(fontsize=7, loc="upper right")
+    axis.set_xlabel("time, s")
+    _against(drawn.add_subplot(grid[:2, 1]), found, "n1_corrected_pct", "thrust_corrected_N")
+    _against(drawn.add_subplot(grid[2, 1]), found, "thrust_N", "tsfc_g_kN_s")
+    drawn.suptitle(f"{found.flight}: {len(found.points)} test points ({found.thrust} thrust)", x=0.01, ha="left")
+    return drawn
+
+
+def _against(axis: "Axes", found: TestPoints, x: str, y: str) -> None:
+    for engine, colour in zip(found.engines, COLOURS, strict=False):
+        pairs = [(p.values[f"{x}_{engine}"], p.values[f"{y}_{engine}"]) for p in found.points
+                 if f"{y}_{engine}" in p.values]  # fmt: skip
+        if pairs:
+            xs, ys = zip(*pairs, strict=True)
+            across, up, bars = _column(xs, _mean), _column(ys, _mean), _column(ys, _u95)
+            axis.errorbar(across, up, bars, fmt="o", ms=4, lw=1, color=colour, label=engine)
+    axis.set_xlabel(x)
+    axis.set_ylabel(y)
+    axis.grid(alpha=0.3, lw=0.5)
+    axis.legend(fontsize=7)
+
+
+def _column(values: Iterable[Mean], part: Callable[[Mean], float]) -> "np.typing.NDArray[np.float64]":
+    return np.array([part(value) for value in values])
+
+
+def _mean(value: Mean) -> float:
+    return value.mean
+
+
+def _u95(value: Mean) -> float:
+    return value.u95
+
+
+def _row(point: Point, engine: str, first: bool) -> list[str]:
+    value = point.values
+    air = f"{value['mach'].mean:.3f}", f"{value['pressure_altitude_m'].mean:.0f}"
+    about = [
+        point.name + ("" if point.steady else "*"),
+        f"{point.start_s:.0f}",
+        f"{point.end_s - point.start_s:.0f}",
+        *air,
+    ]
+    thrust = value[f"thrust_N_{engine}"]
+    numbers = [f"{thrust.mean:.0f}", f"{thrust.random_u95:.0f}", f"{thrust.systematic_u95:.0f}"]
+    fuel, tsfc = (value.get(f"{name}_{engine}") for name in ("fuel_flow_kg_s", "tsfc_g_kN_s"))
+    numbers.append("-" if fuel is None else f"{1e3 * fuel.mean:.2f}")
+    numbers += ["-", "-"] if tsfc is None else [f"{tsfc.mean:.2f}", f"{tsfc.u95:.2f}"]
+    rest = (("n1_pct", 2), ("thrust_corrected_N", 0), ("n1_corrected_pct", 2))
+    numbers += [f"{value[f'{name}_{engine}'].mean:.{digits}f}" for name, digits in rest]
+    return [*(about if first else [""] * len(about)), engine, *numbers]
