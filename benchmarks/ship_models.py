@@ -101,7 +101,7 @@ def ship(name: str, mount: MountPhysics, seed: int, hours: float, folder: Path) 
     thermal = [EffectSpec(effect, effect_named(effect).neutral()) for effect in THERMAL]
     warm = msgspec.structs.replace(core, name=name, structure=STRUCTURE, effects=[*core.effects, *thermal])
     which = [f"{effect}.{parameter}" for effect, parameter in THERMAL.items()]
-    warm = estimate(warm, [*records.chamber, records.fit[0]], which).spec
+    warm = estimate(warm, segments_for(warm, [*records.chamber, records.fit[0]]), which).spec
     options: dict[str, str | float] = {"structure": STRUCTURE, "bench": "simulated (thrustd.twin)"}
     whole = msgspec.structs.replace(warm, effects=[*warm.effects, *installed(name)])
     fit, held_out = ([at_rest(r) for r in part] for part in ([*records.fit, *records.chamber], records.held_out))

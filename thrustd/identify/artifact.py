@@ -9,12 +9,12 @@ import msgspec
 import numpy as np
 
 from thrustd.core.signals import CATALOGUE
+from thrustd.identify.covariance import coloured
 from thrustd.identify.error_map import error_map
-from thrustd.identify.estimate import EstimateSettings, estimate_segments
 from thrustd.identify.first_state import begun_at, level_of, levels_of
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
-from thrustd.identify.sensitivity import residuals, segments_for
+from thrustd.identify.sensitivity import jacobian, residuals, segments_for
 from thrustd.model.artifact import ModelSpec, Witness
 from thrustd.model.compile import model_stages, witness_of
 from thrustd.model.stage import Floats
@@ -59,9 +59,10 @@ def parameter_std(spec: ModelSpec, segments: Sequence[Segment]) -> dict[str, flo
     names = [name for name in pack(spec).names if name not in fixed and name.partition(".")[0] in CORE]
     total = sum(len(segment) for segment in segments)
     part = head(max(segments, key=len), STD_SAMPLES)
-    result = estimate_segments(spec, [part], names, EstimateSettings(max_iterations=0))
-    shrink = float(np.sqrt(len(part) / total))
-    return {name: float(std) * shrink for name, std in zip(result.names, result.std, strict=True)}
+    vector = pack(spec, names)
+    variance = np.diag(coloured(*jacobian(spec, part, vector)))
+    std = np.sqrt(np.maximum(variance, 0.0) * len(part) / total)
+    return dict(zip(vector.names, map(float, std), strict=True))
 
 
 CORE = ("input_curve", "linear", "output_curve", "output_linear")

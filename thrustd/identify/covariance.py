@@ -9,52 +9,43 @@ The double sum is taken on means over `n` consecutive samples (few thousand rows
 a mean is treated as white. R is tapered to zero (Bartlett) over a tenth of the record, which keeps the sum positive.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from thrustd.core.errors import ModelError
 from thrustd.model.stage import Floats
 
-ROWS = 20_000  # means kept per segment at most
+ROWS = 20_000  # means kept at most
 TAPER = 0.1  # of the record
 
 
-@dataclass(slots=True)
-class ColouredSum:
-    """Collects means of sensitivities and residual of one segment, block by block."""
+def coloured(residual: Floats, columns: Floats) -> Floats:
+    """Covariance (p, p) of parameters with sensitivities columns (n, p) and this residual (n,), NaN without weight."""
+    there = np.isfinite(residual)
+    kept, weighted = np.where(there, residual, 0.0), columns * there[:, None]
+    width = max(1, -(-len(kept) // ROWS))
+    white = 0.0 if width == 1 else float(kept @ kept) / max(1, int(there.sum())) / width
+    m = len(kept) // width * width
+    table = np.column_stack((weighted[:m], kept[:m]))
+    means = table.reshape(-1, width, table.shape[1]).mean(axis=1)
+    return covariance(weighted.T @ weighted, width**2 * _middle(means[:, :-1], means[:, -1]), white)
 
-    width: int  # samples per mean
-    means: list[Floats] = field(default_factory=list)  # rows (n_parameters + 1,): J and residual
 
-    @staticmethod
-    def for_length(n: int) -> "ColouredSum":
-        return ColouredSum(max(1, -(-n // ROWS)))
-
-    def add(self, residual: Floats, columns: Floats) -> None:
-        """One block; residual (m,), columns (m, n_parameters). A rest shorter than a mean is left out."""
-        m = len(residual) // self.width * self.width
-        table = np.column_stack((columns[:m], residual[:m]))
-        self.means.append(table.reshape(-1, self.width, table.shape[1]).mean(axis=1))
-
-    def middle(self) -> Floats:
-        """sum_i sum_j s_i R(i - j) s_j' of the collected means, (n_parameters, n_parameters)."""
-        table = np.concatenate(self.means)
-        sensitivity, residual = table[:, :-1], table[:, -1]
-        n = len(residual)
-        size = 1 << (2 * n - 1).bit_length()
-        power = np.abs(np.fft.rfft(residual, size)) ** 2
-        correlation = np.fft.irfft(power, size)[:n] / n
-        span = max(2, int(TAPER * n))
-        kernel = np.zeros(size)
-        kernel[:span] = correlation[:span] * (1 - np.arange(span) / span)
-        kernel[-span + 1 :] = kernel[1:span][::-1]
-        spectrum = np.maximum(np.fft.rfft(kernel).real, 0.0)
-        coloured = np.empty_like(sensitivity)
-        for i in range(sensitivity.shape[1]):
-            coloured[:, i] = np.fft.irfft(np.fft.rfft(sensitivity[:, i], size) * spectrum, size)[:n]
-        product = sensitivity.T @ coloured
-        return self.width**2 * (product + product.T) / 2
+def _middle(sensitivity: Floats, residual: Floats) -> Floats:
+    """sum_i sum_j s_i R(i - j) s_j' (p, p) of sensitivities (n, p)."""
+    n = len(residual)
+    size = 1 << (2 * n - 1).bit_length()
+    power = np.abs(np.fft.rfft(residual, size)) ** 2
+    correlation = np.fft.irfft(power, size)[:n] / n
+    span = max(2, int(TAPER * n))
+    kernel = np.zeros(size)
+    kernel[:span] = correlation[:span] * (1 - np.arange(span) / span)
+    kernel[-span + 1 :] = kernel[1:span][::-1]
+    spectrum = np.maximum(np.fft.rfft(kernel).real, 0.0)
+    smooth = np.empty_like(sensitivity)
+    for i in range(sensitivity.shape[1]):
+        smooth[:, i] = np.fft.irfft(np.fft.rfft(sensitivity[:, i], size) * spectrum, size)[:n]
+    product = sensitivity.T @ smooth
+    return np.asarray((product + product.T) / 2, float)
 
 
 def covariance(information: Floats, middle: Floats, white_variance: float) -> Floats:

@@ -19,6 +19,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.identify.levenberg import search
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.model.stage import Floats
 
@@ -28,7 +29,7 @@ Samples = NDArray[np.intp]
 SHARE, FEWEST, LONGEST = 0.1, 30, 20_000  # of the record, samples: the stretch that tells the state
 HELD = (1, 8192, 2048, 512, 128, 64, 32, 16, 8, 4, 2, 1)  # samples per level, the oldest first: there the model rests
 SHORT = 128  # samples; levels held for longer than this serve stretches that are longer
-ITERATIONS = 6
+ITERATIONS, DONE = 12, 1e-4  # steps, relative fall of the squares that ends them
 REACH = 0.25  # of the input's range: so far beyond it may the past have been
 STEP = 1e-3  # of the input's range
 SETTLING = 0.05  # of a segment that starts at rest: that is a guess
@@ -147,29 +148,26 @@ def _searched(
     residual: Callable[[Floats], Floats], begin: Floats, rest: Floats, bounds: tuple[float, float], noise: float
 ) -> tuple[Floats, float]:
     """Levels and the sum of squares there, looked for from `begin`; the nearer to `rest` the better."""
-    levels, found = begin, residual(begin)
+    first = residual(begin)
     spread = bounds[1] - bounds[0] or 1.0
-    prior = max(noise, 1e-12 * float(found @ found)) / spread**2
-    damping, cost = 1e-3, float(found @ found) + prior * float((levels - rest) @ (levels - rest))
-    for _ in range(ITERATIONS):
-        columns = np.column_stack([(residual(levels + STEP * spread * e) - found) / (STEP * spread)
-                                   for e in np.eye(len(levels))])  # fmt: skip
-        if not np.isfinite(columns).all():
-            break
+    prior = max(noise, 1e-12 * float(first @ first)) / spread**2
+    nudge = STEP * spread
+
+    def cost(levels: Floats) -> float:
+        missed = residual(levels)
+        total = float(missed @ missed) + prior * float((levels - rest) @ (levels - rest))
+        return total if np.isfinite(total) else np.inf
+
+    def normal(levels: Floats) -> tuple[Floats, Floats]:
+        missed = residual(levels)
+        columns = np.column_stack([(missed - residual(levels + nudge * e)) / nudge for e in np.eye(len(levels))])
         matrix = columns.T @ columns + prior * np.eye(len(levels))
-        right = -columns.T @ found - prior * (levels - rest)
-        step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), right)
-        trial = np.clip(levels + step, *bounds)
-        tried = residual(trial)
-        total = float(tried @ tried) + prior * float((trial - rest) @ (trial - rest))
-        if not total < cost:
-            damping = max(damping, 1e-4) * 100
-            continue
-        done = total > (1 - 1e-4) * cost
-        levels, found, cost, damping = trial, tried, total, damping / 10
-        if done:
-            break
-    return levels, float(found @ found)
+        return matrix, columns.T @ missed - prior * (levels - rest)
+
+    low, high = (np.full(len(begin), bound) for bound in bounds)
+    levels = search(begin, cost, normal, (low, high), ITERATIONS, DONE)
+    missed = residual(levels)
+    return levels, float(missed @ missed)
 
 
 def _held(stretch: int) -> Samples:

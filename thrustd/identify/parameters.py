@@ -110,11 +110,6 @@ def parameter_places(spec: ModelSpec) -> dict[str, _Place]:
     return places
 
 
-def effect_labels(spec: ModelSpec) -> tuple[str, ...]:
-    """The prefix of each effect's parameters, in the order of the artifact."""
-    return tuple(label for label, _ in _labelled(spec))
-
-
 def _labelled(spec: ModelSpec) -> list[tuple[str, EffectSpec]]:
     seen: dict[str, int] = {}
     labelled = []

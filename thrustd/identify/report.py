@@ -8,12 +8,12 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from thrustd.core.measures import percents, rms
 from thrustd.identify.first_state import Levels, from_level, level_of, simulated
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import Fitted, schwarz
 from thrustd.model.stage import Floats
 
-OPERATING_N = 2000.0  # the thesis counts errors in percent above this force
 ABOVE = 4  # its place in the table
 RUNAWAY = 100.0  # times the range of the data: further out a free run is called unstable
 
@@ -70,13 +70,10 @@ def _runs(fitted: Fitted, segment: Segment, level: float) -> tuple[Floats, Float
 
 
 def _errors(error: Floats, rested: Floats, force: Floats) -> Errors:
-    rmse = float(np.sqrt(np.mean(error**2)))
-    above = force > OPERATING_N
-    share = 100 * float(np.mean(np.abs(error[above]) / force[above])) if above.any() else nan
-    spread = float(np.std(force))
+    rmse, above, spread = rms(error), percents(error, force), float(np.std(force))
+    share = float(above.mean()) if above.size else nan
     fit = 100 * (1 - rmse / spread) if spread > 0 else nan
-    from_rest = float(np.sqrt(np.mean(rested**2)))
-    return Errors(rmse, from_rest, share, fit, float(np.max(np.abs(error))), True, len(error))
+    return Errors(rmse, rms(rested), share, fit, float(np.max(np.abs(error))), True, len(error))
 
 
 def information(errors: Errors, n_parameters: int) -> tuple[float, float]:

@@ -16,7 +16,6 @@ from thrustd.records.recording import Recording
 DEFORMATION = "deformation_mm"
 FORCE = "force_N"
 SHORTEST = 20  # samples; a shorter stretch tells nothing about dynamics
-STRETCHES = 4  # of every segment, when not all of it is looked at
 BRIDGE = 5  # missing samples bridged by a straight line
 COARSE, FAST, MOST_FINE = 3.0, 0.05, 30  # longest step over the 5 % shortest; samples per sample at most
 UNEVEN = 0.02  # a step that differs more than this from the median step asks for resampling
@@ -128,24 +127,6 @@ def bridged(column: Floats) -> Floats:
 def head(segment: Segment, samples: int) -> Segment:
     """The first samples of a segment."""
     return _part(segment, 0, samples)
-
-
-def tail(segment: Segment, begin: int) -> Segment:
-    """What follows the first `begin` samples of a segment."""
-    return _part(segment, begin, len(segment) - begin)
-
-
-def excerpts(segments: Sequence[Segment], samples: int) -> list[Segment]:
-    """Stretches spread evenly over the segments, `samples` in all; the segments themselves where they are no longer."""
-    share = samples / sum(map(len, segments))
-    return [part for segment in segments for part in _stretches(segment, share)] if share < 1 else list(segments)
-
-
-def _stretches(segment: Segment, share: float) -> list[Segment]:
-    n = max(SHORTEST, round(share * len(segment) / STRETCHES))
-    if n * STRETCHES >= len(segment):
-        return [segment]
-    return [_part(segment, round(place), n) for place in np.linspace(0, len(segment) - n, STRETCHES)]
 
 
 def _part(segment: Segment, begin: int, samples: int) -> Segment:

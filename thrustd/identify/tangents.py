@@ -23,25 +23,18 @@ def carries(stage: Stage) -> bool:
     return not stage.channels and (stage.n_state == 0 or stage.step is sections_step)
 
 
-def start_of(stage: Stage, v: float, entering: Floats) -> tuple[Floats, Floats]:
-    """State of the changes (n_state, n) in a stage at rest with signal v, and what of them leaves it (n,)."""
-    if stage.n_state == 0:
-        return np.empty((0, len(entering))), entering * _slopes(stage, np.array([v]))[0]
-    states = np.array([stage.start(np.empty(0), value) for value in (0.0, 1.0)])
-    x = np.outer(states[1] - states[0], entering)
-    first = entering[None, :].copy()
-    _filter(x.copy(), stage.c, first, len(entering))
-    return x, first[0]
+def carry(stage: Stage, v: Floats, columns: Floats, count: int) -> None:
+    """The first `count` columns (n_samples, n), which enter the stage beside v (n_samples,), become what leaves it.
 
-
-def carry(stage: Stage, x: Floats, v: Floats, columns: Floats, count: int) -> None:
-    """The first `count` columns (n_samples, n), which enter the stage beside v (n_samples,), become what leaves it."""
+    The stage and its changes are at rest on the first sample.
+    """
     if count == 0:
         return
     if stage.n_state == 0:
         columns[:, :count] *= _slopes(stage, v)[:, None]
-    else:
-        _filter(x, stage.c, columns, count)
+        return
+    states = [stage.start(np.empty(0), value) for value in (0.0, 1.0)]
+    _filter(np.outer(states[1] - states[0], columns[0, :count]), stage.c, columns, count)
 
 
 def _slopes(stage: Stage, v: Floats) -> Floats:
@@ -76,15 +69,12 @@ def fed_back(stage: Stage) -> int:
     return int(stage.c[0] * stage.c[1]) if stage.step is feedback_step else 0
 
 
-def fed_start(stage: Stage, x: Floats, v: float) -> tuple[Floats, Floats]:
-    """Changes of the states at rest x (n, n_numbers) with these numbers, and of the output (n_numbers,)."""
+def fed_start(stage: Stage, x: Floats, v: float) -> Floats:
+    """Changes of the states at rest x with these numbers (n, n_numbers)."""
     n, m = int(stage.c[0]), int(stage.c[1])
     rest, added = np.zeros((n, n)), np.zeros((n, n * m))
     _linearised(x, stage.c, v, np.empty(n + 1 + m), np.zeros((n + 1 + m, n)), rest, added)
-    s = np.asarray(np.linalg.lstsq(np.eye(n) - rest, added, rcond=1e-12)[0], float)
-    first = np.empty((1, n * m))
-    fed_columns(x.copy(), stage.c, s.copy(), np.array([v]), first, 0)
-    return s, first[0]
+    return np.asarray(np.linalg.lstsq(np.eye(n) - rest, added, rcond=1e-12)[0], float)
 
 
 @jit

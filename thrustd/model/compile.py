@@ -61,6 +61,13 @@ def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
     return (*placed["deformation"], *core, *placed["gain"], *placed["force"])
 
 
+def free_run(stages: tuple[Stage, ...], columns: Mapping[str, Floats], v: Floats) -> Floats:
+    """v (n,) through these stages over a whole block, at rest on its first sample; columns (n,) by channel."""
+    for stage in stages:
+        v = stage.from_rest(columns, v)
+    return v
+
+
 def _parameters(effect: Effect, given: Mapping[str, float]) -> dict[str, float]:
     known = {p.name: p for p in effect.parameters}
     for name, value in given.items():

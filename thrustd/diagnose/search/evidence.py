@@ -3,7 +3,6 @@
 A record allows to look ahead, a flight does not.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import msgspec
@@ -11,9 +10,9 @@ import numpy as np
 
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.compile import model_stages
+from thrustd.model.compile import free_run, model_stages
 from thrustd.model.effects import effect_named
-from thrustd.model.stage import Floats, Stage
+from thrustd.model.stage import Floats
 
 
 def lateness(spec: ModelSpec) -> tuple[ModelSpec, float]:
@@ -43,12 +42,4 @@ def simulate(spec: ModelSpec, segment: Segment) -> Floats:
 
 def simulate_in_flight(spec: ModelSpec, segment: Segment) -> Floats:
     """The same as every sample comes in (n,): a late reading can only be extrapolated."""
-    v = segment.inputs["deformation_mm"]
-    for stage in model_stages(spec, segment.dt_s):
-        v = run_stage(stage, segment.inputs, v)
-    return v
-
-
-def run_stage(stage: Stage, inputs: Mapping[str, Floats], v: Floats) -> Floats:
-    """One stage over a whole segment, started at rest on the first sample."""
-    return stage.from_rest(inputs, np.ascontiguousarray(v))
+    return free_run(model_stages(spec, segment.dt_s), segment.inputs, segment.inputs["deformation_mm"])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from thrustd.identify.estimate import EstimateSettings, estimate_segments
+from thrustd.identify.estimate import estimate
 from thrustd.identify.first_state import begun
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import Segment
@@ -54,8 +54,7 @@ class Bench:
     def estimated(self, spec: ModelSpec, iterations: int) -> ModelSpec:
         """Twice: the past is another once the model is."""
         for count in (iterations // 2, iterations - iterations // 2):
-            settings = EstimateSettings(count, 1e-4, prior_std=gentle(spec), uncertainty=False)
-            spec = estimate_segments(spec, self._begun(spec), self.which, settings).spec
+            spec = estimate(spec, self._begun(spec), self.which, count, 1e-4, gentle(spec)).spec
         return spec
 
     def _begun(self, spec: ModelSpec) -> list[Segment]:

@@ -11,7 +11,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 
-from thrustd.identify.estimate import EstimateSettings, estimate_segments
+from thrustd.identify.estimate import estimate
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment, thinned
 from thrustd.identify.sensitivity import residuals
@@ -72,9 +72,8 @@ def with_effect(core: ModelSpec, name: str, segments: list[Segment]) -> ModelSpe
     """The core with one effect, from the best of its starting values."""
     effect = effect_named(name)
     which = [*_estimated(effect), _heights("output_curve", core.output_curve)]
-    settings = EstimateSettings(max_iterations=3, tolerance=1e-3, uncertainty=False)
-    trials = [estimate_segments(_added(core, effect, start), segments, which, settings) for start in _starts(effect)]
-    best = min(trials, key=lambda result: result.rmse_after)
+    trials = [estimate(_added(core, effect, start), segments, which, 3, 1e-3) for start in _starts(effect)]
+    best = min(trials, key=lambda result: result.rmse_n)
     return _together(best.spec, name, segments)
 
 
@@ -83,7 +82,7 @@ def _together(spec: ModelSpec, name: str, segments: list[Segment]) -> ModelSpec:
     curves = [_heights("input_curve", spec.input_curve), _heights("output_curve", spec.output_curve)]
     gains = [f"linear.real.{i}.gain" for i in range(len(spec.linear.real_modes))]
     wide = [*_estimated(effect_named(name)), *curves, *gains]
-    return estimate_segments(spec, segments, wide, EstimateSettings(ITERATIONS, 1e-4, uncertainty=False)).spec
+    return estimate(spec, segments, wide, ITERATIONS, 1e-4).spec
 
 
 def _estimated(effect: Effect) -> list[str]:
