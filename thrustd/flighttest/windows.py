@@ -16,6 +16,7 @@ from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 MARK = "mark"  # channel of the catalogue: number of the point while it is flown, 0 between points
 MARK_COLUMNS = "start_s", "end_s"
+SLIP_S = 4.0  # a channel that is above 0 for less marks nothing: a slip, or the edge of a filtered channel
 
 
 class Window(NamedTuple):
@@ -65,9 +66,9 @@ def marked_windows(flight: Flight, column: str = MARK) -> list[Window]:
     numbers = np.nan_to_num(np.rint(flight.record[column]))
     edges = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
     time_s = [*flight.record.time_s.tolist(), float(flight.record.time_s[-1])]
-    found = [(a, b) for a, b in pairwise(edges) if numbers[a] > 0]
+    found = [(a, b) for a, b in pairwise(edges) if numbers[a] > 0 and time_s[b] - time_s[a] >= SLIP_S]
     if not found:
-        raise RecordingError(f"{flight.name}: {column!r} marks no point: it is never above 0")
+        raise RecordingError(f"{flight.name}: {column!r} marks no point: it is never above 0 for {SLIP_S:g} s")
     several = len({numbers[a] for a, _ in found}) > 1
     return [
         Window(time_s[a], time_s[b], f"{numbers[a]:g}" if several else str(i + 1)) for i, (a, b) in enumerate(found)
