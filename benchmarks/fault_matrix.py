@@ -25,6 +25,7 @@ import numpy.typing as npt
 from rich.progress import track
 
 from benchmarks.damage import CASES, CONTRADICTIONS, Case, whole_frames
+from benchmarks.fusion_flights import follow
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Estimate, Event, Fault, Status
 from thrustd.installation.installation import Installation, read_installation
@@ -80,7 +81,7 @@ class Flown(NamedTuple):
 
 def flown(pipeline: Pipeline, events: Iterable[Event], engines: int) -> Flown:
     result = Flown(tuple([] for _ in range(engines)), [])
-    for output in pipeline.follow(events):
+    for output in follow(pipeline, events):
         if isinstance(output, Estimate):
             result.estimates[output.engine].append(output)
         elif isinstance(output, Fault):

@@ -1,5 +1,7 @@
 """Twin flights through the unchanged pipeline, in memory."""
 
+from collections.abc import Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,21 +10,31 @@ import numpy.typing as npt
 
 from thrustd.brochure.hand_over import LAG_S, HandOver, movement_n
 from thrustd.brochure.rate import smooth_rate
-from thrustd.core.types import Estimate, Fault, Status
+from thrustd.core.types import Estimate, Event, Fault, Output, Status
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.installation.installation import CONFIG, Installation, installation_from_files, read_installation
+from thrustd.pipeline.pipeline import Pipeline
 from thrustd.records.recording import Recording
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
+from thrustd.wire.event_batch import EventBatch
 
 ROOT = Path(__file__).parents[1]
 PH_LAB = ROOT.parent / "shared" / "data" / "ph_lab"
 FLIGHTS = ("ftis_20180312_ref.npz", "ftis_20190312_1014.npz", "ftis_20190312_pm.npz")
 ENGINES = ("left", "right")
 ADC_HZ = 100.0
+TOGETHER = 256  # events that are worked on at once
 FUSED_HZ, EVERY = 50.0, 5  # keep one fused step in so many: 10 Hz
 Array = npt.NDArray[np.float64]
+
+
+def follow(pipeline: Pipeline, events: Iterable[Event]) -> Iterator[Output]:
+    """Outputs of a stream of events."""
+    stream = iter(events)
+    while together := tuple(islice(stream, TOGETHER)):
+        yield from pipeline.take(EventBatch.of(together))
 
 
 class Flown(NamedTuple):
@@ -72,7 +84,7 @@ def fly_through(
     reported: list[Fault] = []
     count = 0
     items = fly(profile, airframe, place.parts().can_table, seed, flown=flown)
-    for output in pipeline.follow(item for item in items if not isinstance(item, Truth)):
+    for output in follow(pipeline, (item for item in items if not isinstance(item, Truth))):
         if isinstance(output, Estimate):
             count += 1
             if (count - 1) // 2 % EVERY == 0:

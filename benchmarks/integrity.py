@@ -29,7 +29,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.fusion_flights import ENGINES, installation
+from benchmarks.fusion_flights import ENGINES, follow, installation
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
 from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
 from thrustd.core.types import Estimate, Event, Fault, Status
@@ -71,7 +71,7 @@ def fly(pipeline: Pipeline, events: Iterable[Event]) -> tuple[list[list[Estimate
     estimates: list[list[Estimate]] = [[], []]
     faults: list[Fault] = []
     count = [0, 0]
-    for output in pipeline.follow(events):
+    for output in follow(pipeline, events):
         if isinstance(output, Estimate):
             if count[output.engine] % EVERY == 0:
                 estimates[output.engine].append(output)

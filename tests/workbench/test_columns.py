@@ -6,8 +6,8 @@ import struct
 import numpy as np
 import pytest
 
-from thrustd.records.files import write_recording
-from thrustd.records.marks import Mark, read_marked, read_marks, write_marks
+from thrustd.records.files import read_recording, write_recording
+from thrustd.records.marks import Mark, read_marks, without_excluded, write_marks
 from thrustd.records.recording import make_recording
 from thrustd.workbench.columns import forget_old, open_columns, write_columns
 from thrustd.workbench.exporting import window_csv
@@ -90,7 +90,7 @@ def test_excluded_marks_take_the_reference_away(tmp_path):
     write_recording(record(1000), path)
     write_marks(path, (Mark(1.0, 2.0, "bump", True), Mark(3.0, 4.0, "look here", False)))
     assert read_marks(path)[0].label == "bump"
-    force_n = read_marked(path)["force_N"]
+    force_n = without_excluded(read_recording(path), read_marks(path))["force_N"]
     assert np.isnan(force_n[100:201]).all() and np.isfinite(force_n[201:]).all()
     write_marks(path, ())
     assert [p.name for p in tmp_path.iterdir()] == ["r.csv"]

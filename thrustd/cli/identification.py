@@ -14,6 +14,13 @@ from thrustd.installation.shipped import shipped
 
 
 def add_verbs(verbs: Verbs) -> None:
+    _add_identify(verbs)
+    _add_plan(verbs)
+    _add_compile(verbs)
+    _add_brochure(verbs)
+
+
+def _add_identify(verbs: Verbs) -> None:
     identify = add_verb(
         verbs, "identify", identify_verb, "estimate models from bench records, score them on other records",
         "thrustd identify bench.csv --validate other.csv -o mount.json\n"
@@ -42,6 +49,8 @@ def add_verbs(verbs: Verbs) -> None:
     )
     add_json(identify)
 
+
+def _add_plan(verbs: Verbs) -> None:
     plan = add_verb(
         verbs, "plan-test", plan_verb, "write a bench programme for the rig",
         "thrustd plan-test multisine --hours 2 -o out/programme.csv",
@@ -59,6 +68,8 @@ def add_verbs(verbs: Verbs) -> None:
     plan.add_argument("--high", type=float, default=6500.0, metavar="N", help="largest force (default 6500)")
     plan.add_argument("--seed", type=seed, default=0, help="draws levels, times and phases (default 0)")
 
+
+def _add_compile(verbs: Verbs) -> None:
     compile_ = add_verb(
         verbs, "compile", compile_verb, "discretise a model for a sample rate and prove it against its artifact",
         "thrustd compile models/left-upper.json --rate 1000\n"
@@ -72,6 +83,8 @@ def add_verbs(verbs: Verbs) -> None:
     )
     add_json(compile_)
 
+
+def _add_brochure(verbs: Verbs) -> None:
     brochure = add_verb(
         verbs, "brochure", brochure_verb, "fit the per-engine curves of a brochure deck to recorded flights",
         "thrustd brochure fit flight1.npz flight2.npz -o models/brochure/my-engines.json",

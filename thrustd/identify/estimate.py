@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thrustd.core.errors import RecordingError
+from thrustd.core.measures import rms
 from thrustd.identify.levenberg import search
 from thrustd.identify.parameters import pack, unpack
 from thrustd.identify.segments import Segment
@@ -62,5 +63,4 @@ def estimate(
     with np.errstate(over="ignore", invalid="ignore"):
         found = search(start.values, cost, normal, (start.low, start.high), iterations, tolerance)
     best = unpack(spec, start.at(found))
-    squares = np.concatenate([residuals(best, segment) ** 2 for segment in segments])
-    return Estimated(best, float(np.sqrt(np.nanmean(squares))))
+    return Estimated(best, rms(np.concatenate([residuals(best, segment) for segment in segments])))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import cast
 
 import msgspec
 import numpy as np
@@ -86,22 +87,26 @@ def identify(
         then = "others were tried" if beside else "`thrustd diagnose` looks for an absent effect, --all tries others"
         warnings.append(f"{USUAL} leaves more than {100 - EXPLAINED_PCT:g} % of the output unexplained: {then}")
     warnings += [f"{score.structure}: {fitted.note}" for fitted, score in results if fitted.note]
-    usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
-    if not usable:
-        why = "".join(f"; {score.structure}: {fitted.note}" for fitted, score in results if fitted.note)
-        why += "".join(f"; {line}" for line in check_apart(train, validate))
-        raise RecordingError(f"{chosen[0].name}: no structure gave a stable model that an artifact can hold{why}")
-    fitted, best = min(usable, key=lambda result: result[1].validation.rmse_n)
+    fitted, best = _best(results, check_apart(train, validate))
     if not validate and fitted.again is not None:  # judged on what was held back; what flies has seen all of it
         fitted = fitted.again(_segments(structure_named(best.structure), train))
-    assert fitted.spec is not None
     worse = useless(best, fitting)
     warnings = [*worse, *warnings, *(f"{best.structure}: {line}" for line in fitted.warnings)]
     options: dict[str, str | float] = {"structure": best.structure}
-    options |= {key: wish for key, wish in (("order", fits.wish.order), ("segments", fits.wish.segments)) if wish}
-    spec = finished(msgspec.structs.replace(fitted.spec, name=name), fitting, held_out, options)
+    options |= {key: wish for key in ("order", "segments") if (wish := getattr(fits.wish, key))}
+    spec = finished(msgspec.structs.replace(cast(ModelSpec, fitted.spec), name=name), fitting, held_out, options)
     scores = tuple(score for _, score in results)
     return Identified(spec, scores, tuple(dict.fromkeys(warnings)), usable=not worse)
+
+
+def _best(results: Sequence[tuple[Fitted, Score]], apart: Sequence[str]) -> tuple[Fitted, Score]:
+    """The stable artifact with the least error on data not fitted to; RecordingError where there is none."""
+    usable = [(f, s) for f, s in results if f.spec is not None and s.validation.stable]
+    if not usable:
+        notes = [f"{score.structure}: {fitted.note}" for fitted, score in results if fitted.note]
+        why = "; ".join(("no structure gave a stable model that an artifact can hold", *notes, *apart))
+        raise RecordingError(f"{results[0][1].structure}: {why}")
+    return min(usable, key=lambda result: result[1].validation.rmse_n)
 
 
 def useless(best: Score, fitting: Sequence[Recording]) -> list[str]:

@@ -84,10 +84,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
                 recorder.wake()  # not earlier: its thread would hold up these estimates
             heart.take_time(counts.heard_ns)  # nor would the state that it saves
 
-        gc.collect()
-        gc.freeze()  # the models and tables stay: no collection walks them in flight
-        gc.enable()
-        sys.setswitchinterval(SWITCH_S)
+        _settle()
         service.say(f"READY=1\nSTATUS={heart.status()}")
         say(
             f"ready, recording to {recorder.path}" if recorder is not None and recorder.path else "ready, not recording"
@@ -97,6 +94,14 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         run(map(EventBatch.of, heard), pipeline, record, listen)
         service.say("STOPPING=1")
     return 0
+
+
+def _settle() -> None:
+    """The last thing before READY."""
+    gc.collect()
+    gc.freeze()  # the models and tables stay: no collection walks them in flight
+    gc.enable()
+    sys.setswitchinterval(SWITCH_S)
 
 
 def start_pipeline(shell: Shell) -> tuple[Pipeline, WarmStart | None]:

@@ -8,9 +8,8 @@
 Time is data: the pipeline reads only `event.t_ns`. Nothing that arrives can stop it.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from math import nan
 from typing import Any, Final
 
@@ -48,7 +47,6 @@ EARLY_SAMPLES = 1.5
 CLOCK_OFF = 0.005  # a crystal that is this far off is broken; its samples are good
 CHECK_EVERY_NS = 1_000_000_000  # what ages takes flights
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
-TOGETHER = 256  # events that `follow` takes at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,12 +119,6 @@ class Pipeline:
         The sample before the one that does is not waited with: then only that one is left to work on.
         """
         return self._intake.next_step_ns() - self._early_ns
-
-    def follow(self, events: Iterable[Event]) -> Iterator[Output]:
-        """Outputs of a stream of events that may wait for a few more; `take` costs less for many."""
-        stream = iter(events)
-        while together := tuple(islice(stream, TOGETHER)):
-            yield from self.take(EventBatch.of(together))
 
     def tapes(self) -> tuple[Tape, ...]:
         """One per engine: every fused step from now on, for `fusion.smoother.smooth`."""

@@ -12,7 +12,6 @@ import msgspec
 import numpy as np
 
 from thrustd.core.errors import RecordingError
-from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
@@ -71,9 +70,3 @@ def without_excluded(record: Recording, marks: tuple[Mark, ...]) -> Recording:
     if not np.isfinite(force_n).any():
         raise RecordingError(f"{record.name}: every sample with {REFERENCE} is marked as excluded")
     return replace(record, channels={**record.channels, REFERENCE: force_n})
-
-
-def read_marked(path: Path | str) -> Recording:
-    """The recording as its marks say it should be used."""
-    path = Path(path)
-    return without_excluded(read_recording(path), read_marks(path))

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from itertools import chain, pairwise
 from math import isfinite, nan
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 
@@ -18,7 +19,7 @@ from thrustd.pipeline.loop import run
 from thrustd.replay.means import EngineMeans
 from thrustd.replay.picture import FlightPicture
 from thrustd.replay.score import FlightScore, Score, Truth
-from thrustd.sinks.mcap_log import new_log
+from thrustd.sinks.mcap_log import LogWriter, new_log
 from thrustd.sources.log_run import LogRun
 from thrustd.sources.mcap_log import Hear, LogFile
 from thrustd.sources.mcap_walk import LogMessage
@@ -77,42 +78,53 @@ def replay(
     pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
     score = flight_score(installation)
     tapes = pipeline.tapes() if smoothed is not None else ()
+    engines = installation.config.aircraft.engines
     with ExitStack() as opened:
         writer = opened.enter_context(new_log(out, _header(installation, log.header))) if out is not None else None
-
-        def hear(messages: Sequence[LogMessage]) -> None:
-            if writer is not None:
-                writer.copy(messages)
-            for truth in truth_of(messages):
-                score.hear(truth)
-
-        def take(outputs: Sequence[Output]) -> None:
-            if writer is not None:  # one after the other, each with its own in the processor's memory
-                writer.write_outputs(outputs)
-            before = score.estimates
-            for output in outputs:
-                score.take(output)
-            if picture is not None:
-                _draw(picture, installation.config.aircraft.engines, score, outputs)
-            if score.estimates // PROGRESS_EVERY > before // PROGRESS_EVERY:
-                advance(log.position_bytes / max(log.size_bytes, 1))
-
-        batches = _batches(log, truth_topics(score.names), hear, pace)
+        listener = _Listener(log, engines, score, writer, picture, advance)
+        batches = _batches(log, truth_topics(score.names), listener.hear, pace)
         gc.freeze()  # the models and tables stay: no collection walks them meanwhile
         opened.callback(gc.unfreeze)
-        run(batches, pipeline, _already_recorded, take)
+        run(batches, pipeline, _already_recorded, listener.take)
     summary = _summary(log, score)
     if smoothed is not None:
-        summary = _smooth(smoothed, dict(zip(installation.config.aircraft.engines, tapes, strict=True)), log, summary)
+        summary = _smooth(smoothed, dict(zip(engines, tapes, strict=True)), log, summary)
     advance(1.0)
     return summary
 
 
-def _draw(picture: FlightPicture, engines: Sequence[str], score: FlightScore, outputs: Sequence[Output]) -> None:
-    for estimate in outputs:
-        if isinstance(estimate, Estimate):
-            name = engines[estimate.engine]
-            picture.take(name, estimate, score.truth_n(name, estimate.t_ns))
+class _Listener(NamedTuple):
+    """Who hears what the log says was true, and what the pipeline says."""
+
+    log: LogRun
+    engines: Sequence[str]
+    score: FlightScore
+    writer: LogWriter | None
+    picture: FlightPicture | None
+    advance: Callable[[float], None]
+
+    def hear(self, messages: Sequence[LogMessage]) -> None:
+        if self.writer is not None:
+            self.writer.copy(messages)
+        for truth in truth_of(messages):
+            self.score.hear(truth)
+
+    def take(self, outputs: Sequence[Output]) -> None:
+        if self.writer is not None:  # one after the other, each with its own in the processor's memory
+            self.writer.write_outputs(outputs)
+        before = self.score.estimates
+        for output in outputs:
+            self.score.take(output)
+        if self.picture is not None:
+            self.draw(self.picture, outputs)
+        if self.score.estimates // PROGRESS_EVERY > before // PROGRESS_EVERY:
+            self.advance(self.log.position_bytes / max(self.log.size_bytes, 1))
+
+    def draw(self, picture: FlightPicture, outputs: Sequence[Output]) -> None:
+        for estimate in outputs:
+            if isinstance(estimate, Estimate):
+                name = self.engines[estimate.engine]
+                picture.take(name, estimate, self.score.truth_n(name, estimate.t_ns))
 
 
 def _smooth(path: Path, tapes: Mapping[str, Tape], log: LogRun, summary: ReplaySummary) -> ReplaySummary:

@@ -28,7 +28,6 @@ class CanTx:
         send: Callable[[int, bytes], None],
         report: Callable[[Fault], None],
     ) -> None:
-        self.failed_messages = 0
         self._encoder = CanEncoder(table, node_id)
         self._period_ns = round(1e9 / rate_hz)
         self._send = send
@@ -68,7 +67,6 @@ class CanTx:
                 raise ValueError("no number to send")
             self._send(*self._encoder.encode(signal, engine, value))
         except (OSError, ValueError, OverflowError, KeyError):
-            self.failed_messages += 1
             self._untold += 1
             if self._told_ns is None or t_ns - self._told_ns >= TELL_NS:
                 self._report(Fault(t_ns, WHERE, "not_sent", count=self._untold))

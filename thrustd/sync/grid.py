@@ -5,22 +5,9 @@ from math import nan
 import numpy as np
 
 from thrustd.core.columns import MOUNT_STATE, Bytes, Floats, Integers
-from thrustd.sync.align import TIME_FIRST, Decoded, Memory, align, to_ns
+from thrustd.sync.align import TIME_FIRST, Decoded, Memory, align
 from thrustd.sync.hold import Hold
 from thrustd.sync.memory import CLOCK, GRID, MOUNT
-
-
-class ClockMap:
-    """ADC device time -> our monotonic time: the smallest delay seen lately is the true offset."""
-
-    __slots__ = ("memory",)
-
-    def __init__(self) -> None:
-        self.memory = np.zeros(1, CLOCK)
-
-    def to_ns(self, arrival_ns: int, device_time_us: int) -> int:
-        """Monotonic time of a sample; never later than its arrival."""
-        return int(to_ns(self.memory, arrival_ns, device_time_us))
 
 
 class Grid:
@@ -54,7 +41,7 @@ class Grid:
         self.channels, self.unmeasured_s = np.zeros(shape), np.full(shape, nan)  # for how long not; NaN: it is measured
         self.own = np.zeros(shape, np.bool_)  # channels that are the mount's own deformation
         self.waiting_u, self.waiting_mm = np.zeros((n_mounts, most, n_channels)), np.zeros((n_mounts, most))
-        self._clock = ClockMap().memory
+        self._clock = np.zeros(1, CLOCK)
         self._memory = Memory(
             self.place, self.state, self._clock, hold.held, hold.heard, listeners, self.mounts, self.channels,
             self.unmeasured_s, self.own, self.waiting_u, self.waiting_mm,
