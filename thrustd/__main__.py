@@ -10,7 +10,18 @@ from typing import NoReturn
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy at its start: matrices here are small, threads spin
 
 from thrustd import __version__
-from thrustd.cli import data, diagnosis, fleet, flight, flighttest, identification, simulate, status, workbench
+from thrustd.cli import (
+    commissioning,
+    data,
+    diagnosis,
+    fleet,
+    flight,
+    flighttest,
+    identification,
+    simulate,
+    status,
+    workbench,
+)
 from thrustd.cli.files import check_outputs
 from thrustd.cli.verb import Parser, note
 from thrustd.core.errors import ThrustdError, one_line
@@ -20,7 +31,18 @@ def parser() -> Parser:
     top = Parser(prog="thrustd", description="In-flight jet thrust from the deformation of the engine mounts.")
     top.add_argument("--version", action="version", version=f"thrustd {__version__}")
     verbs = top.add_subparsers(title="verbs", metavar="VERB", required=True, parser_class=Parser)
-    for group in (flight, status, simulate, flighttest, data, identification, diagnosis, fleet, workbench):
+    for group in (
+        flight,
+        status,
+        simulate,
+        flighttest,
+        data,
+        identification,
+        commissioning,
+        diagnosis,
+        fleet,
+        workbench,
+    ):
         group.add_verbs(verbs)
     return top
 

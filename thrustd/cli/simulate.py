@@ -27,6 +27,17 @@ def add_verbs(verbs: Verbs) -> None:
     parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
     parser.add_argument("--recording", type=Path, help="fly this real recording instead of a scripted flight")
     parser.add_argument("--engine-start", action="store_true", help="with --recording: start its engines first")
+    parser.add_argument(
+        "--tethered", action="store_true", help="a static run held by a load cell; its record beside the log, -cell.csv"
+    )
+    parser.add_argument(
+        "--installation", choices=("plain", "statics", "hostile"), default="plain",
+        help="statics: weight and thrust as rigid-body statics share them out; hostile: what no model knows",
+    )  # fmt: skip
+    parser.add_argument(
+        "--knob", action="append", default=[], metavar="NAME=VALUE",
+        help="one thing that the models do not know, e.g. drag_m2=0.04; may be repeated",
+    )  # fmt: skip
     parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
     parser.add_argument("--programme", type=Path, metavar="CSV", help="bench record of this programme of plan-test")
     parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record (default 8)")
@@ -64,13 +75,38 @@ def _profile(arguments: argparse.Namespace) -> tuple[Any, Any]:
     from thrustd.records.files import read_recording
     from thrustd.twin.flight import recorded_flight, scripted_flight
 
+    knobs = _knobs(arguments)
     if arguments.recording is not None:
-        return recorded_flight(read_recording(arguments.recording), arguments.seed, arguments.engine_start)
+        return recorded_flight(read_recording(arguments.recording), arguments.seed, arguments.engine_start, knobs)
     if arguments.engine_start:
         raise UsageError("--engine-start: expected with --recording; a scripted flight starts its engines itself")
     if not 0.1 <= arguments.minutes <= 6000:
         raise UsageError(f"--minutes {arguments.minutes:g}: expected 0.1 to 6000")
-    return scripted_flight(arguments.minutes * 60.0, arguments.seed)
+    return scripted_flight(arguments.minutes * 60.0, arguments.seed, knobs)
+
+
+def _knobs(arguments: argparse.Namespace) -> Any:
+    """The installation asked for, and every knob that was given on top of it."""
+    from thrustd.twin.installation import PLAIN, hostile
+
+    knobs = hostile(arguments.seed) if arguments.installation == "hostile" else PLAIN
+    knobs = knobs._replace(statics=arguments.installation == "statics")
+    for given in arguments.knob:
+        name, _, text = given.partition("=")
+        if name not in knobs._fields or name == "statics":
+            raise UsageError(f"--knob {given}: expected NAME=VALUE with a name of {', '.join(knobs._fields[1:])}")
+        try:
+            values = tuple(float(part) for part in text.split(","))
+        except ValueError:
+            raise UsageError(f"--knob {given}: expected a number, or several with commas") from None
+        there = getattr(knobs, name)
+        size = len(there) if isinstance(there, tuple) else 1
+        if len(values) not in (1, size):
+            raise UsageError(f"--knob {given}: {len(values)} numbers, expected {size}")
+        whole = values * size if len(values) == 1 else values
+        changed: dict[str, Any] = {name: whole if isinstance(there, tuple) else whole[0]}
+        knobs = knobs._replace(**changed)
+    return knobs
 
 
 def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -82,12 +118,23 @@ def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
         raise UsageError(f"{arguments.out}: expected a name that ends in .mcap for a flight log")
     installation = read_installation(arguments.config or shipped(HIL, "--config"))
     installation.parts()  # its files go into the log: what a replay would refuse is refused now
-    profile, airframe = _profile(arguments)
+    profile, airframe = _static_run(arguments) if arguments.tethered else _profile(arguments)
     table = installation.can_table(ICD_INPUT_ROWS)
     rates = Rates(adc_hz=installation.config.adc.sample_hz)
     with progress(f"simulate {profile.name}"):
         write_flight(arguments.out, profile, airframe, table, installation.log_header(), arguments.seed, rates)
     return {"log": str(arguments.out), "minutes": round(profile.duration_s / 60, 2), "profile": profile.name}
+
+
+def _static_run(arguments: argparse.Namespace) -> tuple[Any, Any]:
+    from thrustd.records.files import write_recording
+    from thrustd.twin.airframe import draw_airframe
+    from thrustd.twin.static_run import static_run
+
+    airframe = draw_airframe(arguments.seed, _knobs(arguments))
+    profile, cell = static_run(arguments.seed, airframe.healths)
+    write_recording(cell, arguments.out.with_name(f"{arguments.out.stem}-cell.csv"))
+    return profile, airframe
 
 
 def _bench(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -127,6 +127,7 @@ class Config(Section, frozen=True):
     adc: Adc
     can: Can
     deck: str  # brochure deck, relative to the configuration file
+    calibration: str | None = None  # of the mounts in this aircraft, relative to the configuration file
     steps: Steps = Steps()
     fusion: dict[str, Any] = {}
     log: Log | None = None

@@ -55,6 +55,10 @@ FAULT_KINDS: dict[str, FaultKind] = {
         "not a fault: before the first engine start the mounts were asked for their zeros",
         Status.ENGINE_OFF, of_engine=True,
     ),
+    "tare_refused": FaultKind(
+        "before the first engine start a mount showed more than a zero: it flies with none measured",
+        Status.SENSOR_DOUBTED, 10.0, of_engine=False,
+    ),
     # the machine
     "overrun": FaultKind("events or log items shed, the oldest first: something is too slow", Status.OVERLOAD),
     "not_recorded": FaultKind(

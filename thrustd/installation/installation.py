@@ -14,13 +14,15 @@ import msgspec
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import DATA, AircraftData, read_aircraft
-from thrustd.core.config import Config, read_config, section
+from thrustd.core.calibration import Calibration, read_calibration
+from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.installation.shipped import shipped
 from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
+from thrustd.model.calibrated import calibrated
 from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
 from thrustd.pipeline.pipeline import DERIVED, Parts, Pipeline
 from thrustd.sources.plain_file import read_plain
@@ -67,13 +69,31 @@ class Installation:
         deck = Deck.from_json(self._text(config.deck), self._place(config.deck))
         table = self.can_table(_rows(config, self.where))
         heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
-        models = []
+        calibration, models = self.calibration(), []
         for mount in config.mount:
-            model = self._model(mount.model)
+            model = self._model(mount, calibration)
             scopes = {"engine": config.aircraft.engines.index(mount.engine), "mount": config.mount.index(mount)}
             _check_channels(model, heard, scopes, self._place(mount.model))
             models.append(model)
-        return Parts(tuple(models), deck, table, self.aircraft())
+        mounts = tuple(calibration.of(mount.name) for mount in config.mount) if calibration is not None else ()
+        return Parts(tuple(models), deck, table, self.aircraft(), mounts)
+
+    def calibrated_by(self, text: str, name: str = "calibration.toml") -> "Installation":
+        """The same with another calibration file, of this name in the configuration."""
+        config = msgspec.structs.replace(self.config, calibration=name)
+        return Installation(config, {**self.files, name: text.encode()}, self.where)
+
+    def calibration(self) -> Calibration | None:
+        """What was measured of the mounts in this aircraft; None: nothing was."""
+        name = self.config.calibration
+        if name is None:
+            return None
+        found = read_calibration(self._text(name), self._place(name))
+        known = [mount.name for mount in self.config.mount]
+        for mount in found.mount:
+            if mount not in known:
+                raise ConfigError(f"{self._place(name)}: mount.{mount}: expected one of {', '.join(known)}")
+        return found
 
     def aircraft(self) -> AircraftData:
         name = self.config.aircraft.data or DATA
@@ -116,9 +136,12 @@ class Installation:
             **about,
         )
 
-    def _model(self, name: str) -> CompiledModel:
-        spec = read_proven_model(self.files[name], self._place(name))
-        _check_units(spec, self._place(name))
+    def _model(self, mount: Mount, calibration: Calibration | None) -> CompiledModel:
+        where = self._place(mount.model)
+        spec = read_proven_model(self.files[mount.model], where)
+        _check_units(spec, where)
+        if calibration is not None:
+            spec = calibrated(spec, calibration.of(mount.name), where)
         return compile_model(spec, self.config.adc.sample_hz)
 
     def _text(self, name: str) -> str:
@@ -194,6 +217,7 @@ def _shipped_data() -> bytes:
 def _complete(config: Config, content: bytes, fetch: Callable[[str], bytes], where: str) -> Installation:
     models = [mount.model for mount in config.mount]
     names = [config.deck, config.can.dbc, *models, config.aircraft.data or DATA]
+    names += [config.calibration] if config.calibration is not None else []
     return Installation(config, {CONFIG: content, **{name: fetch(name) for name in names}}, where)
 
 

@@ -10,6 +10,7 @@ from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
 
 import numpy as np
 
+from thrustd.core.calibration import MountCalibration
 from thrustd.core.signals import CATALOGUE, Signal
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.compile import CompiledModel
@@ -25,15 +26,22 @@ JUST_S = 2.0  # found so lately: what is known by now was known then
 LEAST_SHARE = 0.2  # of one of two mounts
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
 NO_STATE = np.zeros(0)  # before the first sample
+NOTHING_MEASURED = MountCalibration()
 
 
 class MountRoute:
     """Steps one mount's model over the samples that the grid has gathered. Mutable."""
 
     def __init__(
-        self, model: CompiledModel, bridge_samples: int, grid: Grid, number: int, settings: FusionSettings
+        self,
+        model: CompiledModel,
+        bridge_samples: int,
+        grid: Grid,
+        number: int,
+        settings: FusionSettings,
+        measured: MountCalibration = NOTHING_MEASURED,
     ) -> None:
-        """Mount `number` of `grid`."""
+        """Mount `number` of `grid`; `measured`: what is known of it in this aircraft."""
         self.model = model
         self.signals = model.channels[1:]
         mine = number, slice(len(self.signals))
@@ -54,10 +62,8 @@ class MountRoute:
         self._mount["high_mm"] = min(high_mm + margin_mm, catalogue.high)
         self._means, self._zero_mm, self._tare_std_n = np.zeros(1, MEANS), 0.0, settings.tare_std_n
         self._means["lagged_n"], self._means["period_s"] = nan, self._period_s
-        self._means["zero_std_mm"], self._means["stiffness_std"] = (
-            settings.mount_zero_std_mm,
-            settings.mount_stiffness_std,
-        )
+        self._means["stiffness_std"] = measured.gain_std or settings.mount_stiffness_std
+        self._shift(measured.zero_mm, measured.zero_std_mm or settings.mount_zero_std_mm)
         self._means["friction_std_n"] = settings.mount_friction_std_n
         self._means["low_mm"], self._means["high_mm"], self._means["stiffness_n_mm"] = low_mm, high_mm, self._chords()
         waiting_u, waiting_mm = grid.waiting_u[number], grid.waiting_mm[number]
@@ -96,34 +102,41 @@ class MountRoute:
         if self._unseen.branched and isfinite(deformation_mm := self.state["deformation_mm"].item()):
             self._doubt(self._unseen.friction_std_n(self._inputs(deformation_mm)))
 
-    def tare(self) -> None:
+    def tare(self) -> bool:
         """The engine stands and has not run: what the mount's transducer shows is its zero.
 
         As good a measurement of it as the model is without a load; what it says is taken off every sample from now on:
         g = P / (P + R),   zero += g shown,   P <- (1 - g) P     (scalar Kalman filter)
-        Far more than a zero is what the friction holds since the last flight, and says nothing of the zero.
+        Far more than a zero is what the friction holds since the last flight, and says nothing of the zero. -> whether
+        it was taken.
         """
         shown_n = float(self._means["lagged_n"][0])
         if self._state is None or not isfinite(shown_n):
-            return
+            return False
         k_n_mm = self._means["stiffness_n_mm"].item(0)
         row = self._inputs(self._deformation_mm)
         if self._unseen.branched:  # it began between two branches: what a mount at rest would have shown
             shown_n += resting_n(self.model, row) - self.model.step(self._state.copy(), row[1:], row.item(0))
         shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
         if not isfinite(shown_mm) or not k_n_mm > 0.0:  # a curve that is flat at rest says nothing of a zero
-            return
+            return False
         model_n, half_n = cells(self.model.spec.error)[2].item(0), self._tare_std_n / 2.0  # two mounts carry it
         known_mm = hypot(model_n, half_n) / k_n_mm
         std_mm = self._means["zero_std_mm"].item(0)
-        if abs(shown_mm) <= ZERO_SIGMAS * hypot(std_mm, known_mm):
+        plausible = abs(shown_mm) <= ZERO_SIGMAS * hypot(std_mm, known_mm)
+        if plausible:
             gain = std_mm**2 / (std_mm**2 + known_mm**2)
             self._shift(self._zero_mm + gain * shown_mm, sqrt(1.0 - gain) * std_mm)
             self._mount["deformation_mm"] -= gain * shown_mm
         elif shown_mm > 0.0:
             self._fell_from = 0.0
-        self._state, self._means["lagged_n"] = None, nan
-        self._start(self._deformation_mm, 0, rested=self._fell_from is None)
+        self._begin_anew(rested=self._fell_from is None)
+        return plausible
+
+    def rest(self) -> None:
+        """Its engine is off and nothing is left of an earlier load: begin anew from there."""
+        if self._state is not None:
+            self._begin_anew(rested=True)
 
     def snapshot(self) -> dict[str, list[float]]:
         """Everything a warm restart needs, as plain numbers; empty before the first sample."""
@@ -195,6 +208,10 @@ class MountRoute:
         """`state` may be wrong by these, too, and the other mount as well."""
         self.state["std_n"] = hypot(self.state["std_n"], *stds_n)
         self.state["common_n"] = hypot(self.state["common_n"], *stds_n)
+
+    def _begin_anew(self, rested: bool) -> None:
+        self._state, self._means["lagged_n"] = None, nan
+        self._start(self._deformation_mm, 0, rested=rested)
 
     def _present(self) -> Floats:
         return NO_STATE if self._state is None else self._state

@@ -25,6 +25,7 @@ from math import copysign, exp, hypot, isfinite, nan, sqrt
 
 import numpy as np
 
+from thrustd.core.calibration import LARGEST_ZERO_MM
 from thrustd.model.compile import CompiledModel
 from thrustd.model.stage import Floats
 
@@ -34,7 +35,6 @@ IDLE, CRUISE, TAKE_OFF = 0.1, 0.4, 0.75  # of the identified deformation
 BRANCH_STD = 1.0 / sqrt(2.0)  # of half the width between the two branches: near one of them is likelier than midway
 TURNED_BACK = 0.3  # of the way between the branches, at most: what creep and a throttle at idle undo of a descent
 REST_S = 1.0  # what a load that falls at once leaves in dampers is gone by then
-LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
 SOLVED_MM = 1e-7
 SAME_N = 1.0  # branches that are no further apart are one
 Rows = Callable[[float], Floats]  # deformation, mm -> a row of the model's inputs

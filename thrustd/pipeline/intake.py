@@ -6,10 +6,11 @@
 What comes out does not depend on how events were batched.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from thrustd.core.calibration import MountCalibration
 from thrustd.core.columns import SEQUENCE, SLOT, Flags, Integers
 from thrustd.core.config import Config
 from thrustd.core.signals import CATALOGUE
@@ -38,7 +39,12 @@ class Intake:
     """Mutable. `take` is its life; between two of its words whoever listens makes the fused step that is due."""
 
     def __init__(
-        self, config: Config, models: tuple[CompiledModel, ...], can_table: CanTable, settings: FusionSettings
+        self,
+        config: Config,
+        models: tuple[CompiledModel, ...],
+        can_table: CanTable,
+        settings: FusionSettings,
+        calibrations: Sequence[MountCalibration] = (),
     ) -> None:
         self._config = config
         self._adc = AdcDecoder(config.adc.channels, config.adc.sample_hz)
@@ -49,8 +55,11 @@ class Intake:
         self._grid = self._new_grid(models)
         self._fused_ns = self._grid.state["fused_ns"]
         bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
+        known = calibrations or [MountCalibration()] * len(models)
+        self._service_s = [3600.0 * mount.service_h for mount in known]
         self.routes = tuple(
-            MountRoute(model, bridge, self._grid, number, settings) for number, model in enumerate(models)
+            MountRoute(model, bridge, self._grid, number, settings, known[number])
+            for number, model in enumerate(models)
         )
         self.states = self._grid.states  # MOUNT_STATE by mount, of the last fused step
         self._left_out: dict[tuple[str, ...], tuple[Flags, Flags]] = {}  # kinds not of the bus, not of the ADC
@@ -113,6 +122,11 @@ class Intake:
         """A value for the models' effects; NaN = not measured any more, they go back to the resting value."""
         for mount, position in self._listeners.get(sensor, ()):
             self.routes[mount].set_channel(position, value)
+
+    def tell_time(self, since_start_s: float) -> None:
+        """The mounts' own clocks: seconds in service, which go on over power cycles."""
+        for mount, position in self._listeners.get(("time_s", 0), ()):
+            self.routes[mount].set_channel(position, self._service_s[mount] + since_start_s)
 
     def believe(self, all_but: frozenset[Sensor]) -> None:
         """Readings that models hear from now on."""

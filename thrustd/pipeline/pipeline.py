@@ -19,6 +19,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.source import BrochureRoute
 from thrustd.core.aircraft import AircraftData
 from thrustd.core.atmosphere import dynamic_pressure_pa
+from thrustd.core.calibration import MountCalibration
 from thrustd.core.config import Config, section
 from thrustd.core.types import Event, Fault, MountOutput, Output
 from thrustd.fusion.fusion_inputs import INPUTS
@@ -57,6 +58,7 @@ class Parts:
     deck: Deck
     can_table: CanTable
     aircraft: AircraftData
+    calibrations: tuple[MountCalibration, ...] = ()  # by mount; empty: nothing was measured
 
 
 class Pipeline:
@@ -66,7 +68,7 @@ class Pipeline:
         engines = config.aircraft.engines
         settings = section(config.fusion, FusionSettings, "fusion")
         check_settings(settings, "fusion")
-        self._intake = Intake(config, parts.models, parts.can_table, settings)
+        self._intake = Intake(config, parts.models, parts.can_table, settings, parts.calibrations)
         self._hold, self._routes = self._intake.hold, self._intake.routes
         self._layout = Layout(
             tuple(mount.name for mount in config.mount),
@@ -186,7 +188,7 @@ class Pipeline:
             outputs.append(estimates[e])
             if thrust_filter.tares:
                 self._report(Fault(t_ns, self._layout.engine_names[e], "tare"), outputs)
-                self._tare(e)
+                self._tare(e, t_ns, outputs)
         outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
         if t_ns - self._checked_ns >= CHECK_EVERY_NS:
             self._checked_ns = t_ns
@@ -211,7 +213,7 @@ class Pipeline:
             if fault.active:
                 self._intake.tell(self._hold.slots[place], nan)
         if self._time_wanted:
-            self._intake.tell(("time_s", 0), (t_ns - self._start_ns) * 1e-9)
+            self._intake.tell_time((t_ns - self._start_ns) * 1e-9)
         if self._pressure_wanted:
             air = [self._inputs.readings.item(place) for place in self._air]
             self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*air))
@@ -233,10 +235,10 @@ class Pipeline:
             self._excluded = verdict.excluded
             self._intake.believe(verdict.excluded)
 
-    def _tare(self, engine: int) -> None:
+    def _tare(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
         for mount in self._layout.mounts_of_engine[engine]:
-            if ("deformation_mm", mount) not in self._excluded:
-                self._routes[mount].tare()
+            if ("deformation_mm", mount) not in self._excluded and not self._routes[mount].tare():
+                self._report(Fault(t_ns, self._layout.mount_names[mount], "tare_refused"), outputs)
 
     def _tell(self, t_ns: int, dt_s: float, verdict: MonitorVerdict) -> None:
         """What the filters are told, a row of INPUTS each."""

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
-from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.recording import Recording
-from thrustd.twin.engine import ENGINE_MASS_KG, Health, draw_health
+from thrustd.twin.engine import Health, draw_health
 from thrustd.twin.fast import FloatArray
+from thrustd.twin.installation import PLAIN, Knobs, carried_parts
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics, MountState, advance, at_rest
 from thrustd.twin.sensors import Lvdt
 
@@ -34,14 +34,15 @@ class Airframe(NamedTuple):
     mounts: tuple[MountPhysics, ...]  # in the order of MOUNTS
     lvdts: tuple[Lvdt, ...]
     upper_share: tuple[float, ...]  # per engine
+    knobs: Knobs = PLAIN
 
 
-def draw_airframe(seed: int) -> Airframe:
+def draw_airframe(seed: int, knobs: Knobs = PLAIN) -> Airframe:
     """The aircraft of one seed: stiffness 0.3 %, LVDT zero 4 um, share 0.5 % (one sigma each)."""
     rng = np.random.default_rng([seed, 3])
     mounts = []
     for nominal in (UPPER, LOWER, UPPER, LOWER):
-        factor = 1 + 0.003 * rng.standard_normal()
+        factor = (1 + 0.003 * rng.standard_normal()) * (1 + knobs.stiffness)
         mounts.append(
             nominal._replace(
                 stiffness_n_mm=nominal.stiffness_n_mm * factor,
@@ -54,6 +55,7 @@ def draw_airframe(seed: int) -> Airframe:
         mounts=tuple(mounts),
         lvdts=tuple(Lvdt(zero_mm=float(0.004 * rng.standard_normal())) for _ in MOUNTS),
         upper_share=tuple(float(UPPER_SHARE * (1 + 0.005 * rng.standard_normal())) for _ in ENGINES),
+        knobs=knobs,
     )
 
 
@@ -63,9 +65,12 @@ def thrust_shares_n(airframe: Airframe, thrust_n: FloatArray) -> FloatArray:
     return np.stack((upper * thrust_n, (1 - upper) * thrust_n), axis=1).reshape(4, -1)
 
 
-def carried_n(airframe: Airframe, thrust_n: FloatArray, accel_x_g: FloatArray) -> FloatArray:
-    """What each mount really carries (4, n), from thrust (2, n) and specific force (n,)."""
-    return thrust_shares_n(airframe, thrust_n - ENGINE_MASS_KG * STANDARD_GRAVITY_M_S2 * accel_x_g)
+def carried_n(
+    airframe: Airframe, thrust_n: FloatArray, accel_g: FloatArray, pressure_pa: FloatArray | float = 0.0
+) -> FloatArray:
+    """What each mount really carries (4, n), from thrust (2, n), specific force (3, n) and dynamic pressure (n,)."""
+    pairs = zip(airframe.upper_share, thrust_n, strict=True)
+    return np.vstack([carried_parts(share, airframe.knobs, one_n, accel_g, pressure_pa) for share, one_n in pairs])
 
 
 def settled(airframe: Airframe, carried_at_start_n: FloatArray, flown: bool = False) -> tuple[MountState, ...]:
@@ -82,6 +87,19 @@ def settled(airframe: Airframe, carried_at_start_n: FloatArray, flown: bool = Fa
             rise = np.minimum(np.arange(1, seconds + 1) / 10.0, 1.0)
             advance(mount, state, rise * float(force_n), 1.0)
     return states
+
+
+def rigged_mm(airframe: Airframe) -> list[float]:
+    """What the transducers were set to zero at (4,): mounts under the engine's weight alone, for a long time."""
+    if not airframe.knobs.statics:
+        return [0.0] * len(MOUNTS)
+    still = np.zeros((len(ENGINES), 1)), np.array([[0.0], [0.0], [1.0]])
+    loads_n = carried_n(airframe, *still)[:, 0]
+    states = settled(airframe, loads_n)
+    return [
+        float(advance(mount, state, np.array([load_n]), 1.0)[0])
+        for mount, state, load_n in zip(airframe.mounts, states, loads_n, strict=True)
+    ]
 
 
 def mount_temperature_degc(profile: Recording, engine: str) -> FloatArray:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import CHANNEL_FAULT
 from thrustd.core.types import Event, Frame
 from thrustd.records.recording import Recording
@@ -26,11 +27,13 @@ from thrustd.twin.airframe import (
     carried_n,
     draw_airframe,
     mount_temperature_degc,
+    rigged_mm,
     settled,
     thrust_shares_n,
 )
 from thrustd.twin.fast import FloatArray
 from thrustd.twin.faults import Breaker, SensorFault
+from thrustd.twin.installation import PLAIN, Knobs, felt_g, seen_mm
 from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading, to_counts
 from thrustd.twin.streams import AdcStream, CanStream, TickStream
@@ -84,15 +87,17 @@ class Truth(NamedTuple):
 RATES = Rates()
 
 
-def scripted_flight(seconds: float, seed: int) -> tuple[Recording, Airframe]:
+def scripted_flight(seconds: float, seed: int, knobs: Knobs = PLAIN) -> tuple[Recording, Airframe]:
     """Profile and airframe of a scripted flight."""
-    airframe = draw_airframe(seed)
+    airframe = draw_airframe(seed, knobs)
     return scripted(seconds, seed, airframe.healths), airframe
 
 
-def recorded_flight(record: Recording, seed: int, engine_start: bool = False) -> tuple[Recording, Airframe]:
+def recorded_flight(
+    record: Recording, seed: int, engine_start: bool = False, knobs: Knobs = PLAIN
+) -> tuple[Recording, Airframe]:
     """Profile and airframe of a flight along a real recording, or from the start of its engines on."""
-    airframe = draw_airframe(seed)
+    airframe = draw_airframe(seed, knobs)
     return as_flown(record, airframe.healths, engine_start), airframe
 
 
@@ -150,7 +155,7 @@ class _Flight:
         self._airframe, self._rates, self._origin_ns = airframe, rates, origin_ns
         self._start_s = float(profile.time_s[0])
         self._duration_s = profile.duration_s
-        self._lines = _lines(profile)
+        self._lines = _lines(profile, airframe.knobs)
         self._rng = np.random.default_rng([seed, 5])
         self._breaker = Breaker(faults, seed)
         self._adc = AdcStream(origin_ns, self._rng)
@@ -160,8 +165,8 @@ class _Flight:
             (quantity, CanStream(quantity.signal, quantity.number, encoder, origin_ns, self._rng))
             for quantity in _quantities(rates, self._lines)
         ]
-        thrust_n, accel_g = self._thrust_n(profile.time_s[:1]), self._line("accel_x_g", profile.time_s[:1])
-        self._states = settled(airframe, carried_n(airframe, thrust_n, accel_g)[:, 0], flown)
+        self._states = settled(airframe, self._loads_n(profile.time_s[:1])[:, 0], flown)
+        self._rigged_mm = rigged_mm(airframe)
 
     def events(self) -> Iterator[Event | Truth]:
         """Block by block; what arrives after a block's end waits for the next."""
@@ -181,7 +186,7 @@ class _Flight:
         items += self._ticks.block(self._grid(begin_s, end_s, self._rates.tick_hz))
         for quantity, stream in self._can:
             sample_s = self._grid(begin_s, end_s, quantity.rate_hz, quantity.phase)
-            values = self._line(quantity.line, sample_s)
+            values = self._line(f"felt_{quantity.line}" if quantity.line in ACCEL_SIGNALS else quantity.line, sample_s)
             values = values + NOISE[quantity.signal] * self._rng.standard_normal(len(sample_s))
             since_s = sample_s - self._start_s
             items += stream.block(sample_s, self._breaker.apply(quantity.signal, quantity.number, since_s, values))
@@ -198,10 +203,14 @@ class _Flight:
     def _thrust_n(self, sample_s: FloatArray) -> FloatArray:
         return np.stack([self._line(f"thrust_N_{engine}", sample_s) for engine in ENGINES])
 
+    def _loads_n(self, sample_s: FloatArray) -> FloatArray:
+        accel_g = np.stack([self._line(name, sample_s) for name in ACCEL_SIGNALS])
+        pressure_pa = self._line("dynamic_pressure_Pa", sample_s)
+        return carried_n(self._airframe, self._thrust_n(sample_s), accel_g, pressure_pa)
+
     def _mounts(self, sample_s: FloatArray) -> list[Frame]:
         """Load the mounts, read the LVDTs, send the frames."""
-        accel_z_g = self._line("accel_z_g", sample_s)
-        loads_n = carried_n(self._airframe, self._thrust_n(sample_s), self._line("accel_x_g", sample_s))
+        accel_z_g, loads_n = self._line("accel_z_g", sample_s), self._loads_n(sample_s)
         counts = np.empty((len(sample_s), len(MOUNTS)), dtype=np.int32)
         for number, mount in enumerate(self._airframe.mounts):
             warm_degc = self._line(f"temperature_degC_{ENGINES[number // 2]}", sample_s)
@@ -210,7 +219,8 @@ class _Flight:
             )
             since_s = sample_s - self._start_s
             lvdt = self._airframe.lvdts[number]
-            read_mm = lvdt_reading(lvdt, true_mm, self._rng)
+            seen = seen_mm(number, true_mm - self._rigged_mm[number], warm_degc, self._airframe.knobs)
+            read_mm = lvdt_reading(lvdt, seen, self._rng)
             read_mm = self._breaker.apply("deformation_mm", number, since_s, read_mm)
             counts[:, number] = np.where(np.isnan(read_mm), CHANNEL_FAULT, to_counts(lvdt, np.nan_to_num(read_mm)))
         return self._adc.block(sample_s, counts)
@@ -237,13 +247,26 @@ class Quantity(NamedTuple):
     phase: float  # of a sample, so that not everything is sent at once
 
 
-def _lines(profile: Recording) -> dict[str, PchipInterpolator]:
+def _lines(profile: Recording, knobs: Knobs) -> dict[str, PchipInterpolator]:
     """Every column as a smooth, monotone line between its samples, the mounts' surroundings added."""
     columns = {name: column for name, column in profile.channels.items() if np.isfinite(column).all()}
+    air = zip(profile["mach"].tolist(), profile["pressure_altitude_m"].tolist(), strict=True)
+    columns["dynamic_pressure_Pa"] = np.array([dynamic_pressure_pa(*each) for each in air])
+    accel_g = np.stack([columns[name] for name in ACCEL_SIGNALS])
+    felt = felt_g(accel_g, _rates_deg_s(profile), profile.time_s, knobs)
+    columns |= {f"felt_{name}": row for name, row in zip(ACCEL_SIGNALS, felt, strict=True)}
     for engine in ENGINES:
         columns[f"temperature_degC_{engine}"] = mount_temperature_degc(profile, engine)
         columns[f"vibration_mm_s_{engine}"] = 1.0 + 9.0 * np.clip(profile[f"n1_pct_{engine}"] / 100, 0, 1.2) ** 2
     return {name: PchipInterpolator(profile.time_s, column) for name, column in columns.items()}
+
+
+def _rates_deg_s(profile: Recording) -> FloatArray:
+    """Pitch, roll and yaw rate (3, n): as recorded, else pitch's own slope and none."""
+    still = np.zeros(len(profile))
+    pitching = np.gradient(profile["pitch_deg"], profile.time_s) if "pitch_deg" in profile else still
+    names = ("pitch_rate_deg_s", "roll_rate_deg_s", "yaw_rate_deg_s")
+    return np.stack([profile[name] if name in profile else (pitching, still, still)[i] for i, name in enumerate(names)])
 
 
 def _quantities(rates: Rates, lines: dict[str, PchipInterpolator]) -> list[Quantity]:

@@ -1,0 +1,160 @@
+"""Zeros, gains, curves and hours on the aircraft: what is found, what is refused, and that a flight uses it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from thrustd.__main__ import main
+from thrustd.commission.zero import recalibrate_by
+from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
+from thrustd.core.errors import ConfigError, ThrustdError
+from thrustd.installation.installation import read_installation
+from thrustd.installation.shipped import shipped
+from thrustd.twin.airframe import MOUNTS, draw_airframe
+from thrustd.twin.installation import PLAIN
+from thrustd.twin.mount import LOWER, UPPER
+
+from .conftest import SEED
+
+
+def said(capsys):
+    return json.loads(capsys.readouterr().out.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def calibrated(static_run, tmp_path_factory):
+    path = tmp_path_factory.mktemp("cal") / "calibration.toml"
+    assert main(["zero", str(static_run), "-o", str(path), "--date", "2026-11-22"]) == 0
+    zeroed = read_calibration(path.read_text(), "zeroed")
+    cell = str(static_run.with_name("run-cell.csv"))
+    assert main(["calibrate", "tether", str(static_run), "--cell", cell, "-o", str(path), "--date", "2026-11-23"]) == 0
+    return zeroed, read_calibration(path.read_text(), "tethered")
+
+
+def test_zeros_hold_the_truth_within_three_sigma(calibrated):
+    truth = [lvdt.zero_mm + 0.012 for lvdt in draw_airframe(SEED).lvdts]
+    for name, zero_mm in zip(MOUNTS, truth, strict=True):
+        found = calibrated[0].of(name)
+        assert abs(found.zero_mm - zero_mm) < 3 * found.zero_std_mm < 0.01, name
+
+
+def test_the_tethered_run_finds_gains_and_halves_their_band(calibrated):
+    mounts = draw_airframe(SEED, PLAIN._replace(stiffness=0.02)).mounts
+    pairs = zip(mounts, (UPPER, LOWER) * 2, strict=True)
+    stiffer = [mount.stiffness_n_mm / nominal.stiffness_n_mm for mount, nominal in pairs]
+    for engine in range(2):  # one engine's two mounts move together: their mean is what a run can tell
+        both = [calibrated[1].of(MOUNTS[2 * engine + k]) for k in range(2)]
+        truth = np.mean(stiffer[2 * engine : 2 * engine + 2])
+        assert abs(np.mean([mount.gain for mount in both]) - truth) < 3 * both[0].gain_std < 0.015
+    assert calibrated[1].tethered == "2026-11-23"
+    assert len(calibrated[1].of("left_upper").zeros) == 2
+
+
+def test_a_record_in_kilonewtons_is_one_line_and_writes_nothing(static_run, tmp_path, capsys):
+    table = np.loadtxt(static_run.with_name("run-cell.csv"), delimiter=",", skiprows=1)
+    table[:, 1] /= 1000
+    np.savetxt(tmp_path / "cell.csv", table, delimiter=",", header="time_s,force_N", comments="")
+    out, cell = tmp_path / "calibration.toml", str(tmp_path / "cell.csv")
+    assert main(["calibrate", "tether", str(static_run), "--cell", cell, "-o", str(out)]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("thrustd:")]
+    assert "is it kN?" in line and "expected N" in line
+    assert not out.exists()
+
+
+def test_what_is_no_zero_is_refused_aloud(tmp_path, capsys):
+    log, out = tmp_path / "pushed.mcap", tmp_path / "calibration.toml"
+    pushed = "zero_mm=0.0,0.0,0.09,0.0"
+    assert main(["simulate", "--minutes", "0.5", "--seed", "3", "--knob", pushed, "-o", str(log)]) == 0
+    assert main(["zero", str(log), "-o", str(out)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(":")[0] for line in lines if "refused" in line] == ["right_upper"]
+    assert set(read_calibration(out.read_text(), "x").mount) == {"left_upper", "left_lower", "right_lower"}
+    assert main(["replay", str(log), "--json"]) == 0
+    faults = said(capsys)["faults"]
+    assert faults["right_upper tare_refused"] == 1 and faults["left tare"] == 1
+    assert not any("tare_refused" in name for name in faults if "right_upper" not in name)
+
+
+def test_a_log_that_begins_with_engines_running_has_no_zeros(static_run, tmp_path, capsys):
+    log = str(shipped("replay_logs/throttle-steps.mcap", "log"))
+    status = main(["zero", log, "-o", str(tmp_path / "c.toml")])
+    if status:  # one that begins with engines off would have zeros
+        assert "engines off" in capsys.readouterr().err
+        assert not (tmp_path / "c.toml").exists()
+
+
+def with_calibration(tmp_path, calibration):
+    """The shipped bench configuration in a folder of its own, with this calibration beside it."""
+    installation = read_installation(shipped("deploy/hil.toml", "config"))
+    return installation.calibrated_by(write_calibration(calibration))
+
+
+def test_a_flight_takes_zero_gain_and_hours_from_the_file(tmp_path):
+    mount = MountCalibration(zeros=(Zero(on="2026-01-01", mm=0.02, std_mm=0.001),), gain=1.05, service_h=3.0)
+    place = with_calibration(tmp_path, Calibration(on="2026-01-01", mount={"left_upper": mount}))
+    plain, own = read_installation(place.where).parts().models[0], place.parts().models[0]
+    row = np.zeros(len(plain.channels))
+    row[0] = 0.5
+    stiff = [np.ptp(model.simulate(np.outer([0.1, 0.9], row > 0))) for model in (plain, own)]
+    assert stiff[1] > 1.04 * stiff[0]
+    pipeline = place.pipeline()
+    assert pipeline._routes[0]._zero_mm == 0.02  # what a tare would take off is off already
+    assert pipeline._routes[0]._means["zero_std_mm"][0] == 0.001
+    assert pipeline._intake._service_s == [10800.0, 0.0, 0.0, 0.0]
+
+
+def test_a_curve_of_gauge_blocks_straightens_the_transducer(tmp_path, capsys):
+    blocks = np.repeat([0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2], 5)
+    read = blocks + 0.02 * np.sin(2.5 * blocks) + np.random.default_rng(1).normal(0, 1e-4, len(blocks))
+    table = np.column_stack((np.arange(len(blocks)), blocks, read))
+    np.savetxt(tmp_path / "b.csv", table, delimiter=",", header="time_s,gauge_mm,deformation_mm", comments="")
+    out = tmp_path / "c.toml"
+    command = ["calibrate", "blocks", str(tmp_path / "b.csv"), "--mount", "left_upper", "-o", str(out)]
+    assert main(command) == 0
+    place = with_calibration(tmp_path, read_calibration(out.read_text(), "c"))
+    plain, own = read_installation(place.where).parts().models[0], place.parts().models[0]
+    for true_mm in (0.15, 0.5, 1.0):
+        rows = [np.zeros((1, len(plain.channels))) for _ in range(2)]
+        rows[0][:, 0], rows[1][:, 0] = true_mm, true_mm + 0.02 * np.sin(2.5 * true_mm)
+        for row in rows:  # friction is asked for the reading; it does not see the curve
+            row[:, 1:] = [true_mm if name == "deformation_mm" else 0.0 for name in plain.channels[1:]]
+        assert abs(plain.simulate(rows[0])[0] - own.simulate(rows[1])[0]) < 10.0
+    table[:, 2] *= 1000  # in um
+    np.savetxt(tmp_path / "b.csv", table, delimiter=",", header="time_s,gauge_mm,deformation_mm", comments="")
+    assert main(command) == 2
+    assert "was it mm?" in capsys.readouterr().err
+
+
+def test_hours_are_counted_once_per_run(static_run, tmp_path, capsys):
+    out = str(tmp_path / "c.toml")
+    assert main(["calibrate", "hours", str(static_run), "-o", out]) == 0
+    hours = read_calibration((tmp_path / "c.toml").read_text(), "c").of("left_upper").service_h
+    assert 0.15 < hours < 0.22  # 12.7 minutes, half a minute of them off
+    assert main(["calibrate", "hours", str(static_run), "-o", out]) == 2
+    assert "counted already" in capsys.readouterr().err
+
+
+def test_the_file_is_read_as_it_was_written_and_refuses_what_no_mount_has():
+    zeros = tuple(Zero(on=f"2026-01-{day:02d}", mm=0.001 * day, std_mm=0.0005) for day in (1, 11, 21))
+    mount = MountCalibration(zeros=zeros, read_mm=(0.0, 1.0), true_mm=(0.0, 1.01), gain_std=0.002, service_h=2.5)
+    whole = Calibration(on="2026-01-21", mount={"left_upper": mount}, runs=("a", "b"))
+    assert read_calibration(write_calibration(whole), "c") == whole
+    for text in (
+        'on = "2026-01-01"\n[mount.x]\nzeros = [{on = "2026-01-01", mm = 0.3, std_mm = 0.001}]',
+        "on = 1",
+        "[[",
+    ):
+        with pytest.raises(ConfigError, match=r"^c: "):
+            read_calibration(text, "c")
+    with pytest.raises(ThrustdError, match=r"mount\.nobody: expected one of left_upper"):
+        with_calibration(None, Calibration(on="2026-01-01", mount={"nobody": mount})).parts()
+
+
+def test_a_zero_that_walks_away_has_a_date():
+    def after(rate_um_day):
+        zeros = [Zero(on=f"2026-01-{day:02d}", mm=0.001 * rate_um_day * day, std_mm=0.001) for day in (1, 8, 15, 22)]
+        return recalibrate_by(Calibration(on="2026-01-22", mount={"left_upper": MountCalibration(zeros=tuple(zeros))}))
+
+    assert after(0.0) is None
+    assert "2026-01-25" < after(1.0) < "2026-02-20"  # 28 um to go at 1 um a day, two sigma faster

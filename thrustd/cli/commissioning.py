@@ -1,0 +1,194 @@
+"""Verbs of an aircraft's first days: zero, calibrate."""
+
+import argparse
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from thrustd.cli.files import read_text, write_text
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
+from thrustd.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from thrustd.core.calibration import Calibration
+    from thrustd.installation.installation import Installation
+    from thrustd.records.recording import Recording
+
+DAYS = datetime(2000, 1, 1, tzinfo=UTC).timestamp()  # a clock before that was never set
+
+
+def add_verbs(verbs: Verbs) -> None:
+    zero = add_verb(
+        verbs, "zero", zero_verb, "zeros of the transducers from a log with the engines off, into a calibration file",
+        "thrustd zero before-start.mcap -o my/calibration.toml",
+    )  # fmt: skip
+    zero.add_argument("log", type=Path, help="log of `thrustd run` that begins with the engines off")
+    _add_file(zero)
+
+    calibrate = add_verb(
+        verbs, "calibrate", calibrate_verb, "calibrate mounts: gauge blocks, a tethered static run, hours in service",
+        "thrustd calibrate blocks blocks.csv --mount left_upper -o my/calibration.toml\n"
+        "  thrustd calibrate tether run.mcap --cell cell.csv -o my/calibration.toml\n"
+        "  thrustd calibrate hours flight1.mcap flight2.mcap -o my/calibration.toml",
+    )  # fmt: skip
+    calibrate.add_argument("what", choices=("blocks", "tether", "hours"))
+    calibrate.add_argument("files", type=Path, nargs="+", help="record of the blocks, or logs of `thrustd run`")
+    calibrate.add_argument("--mount", help="blocks: which mount's transducer")
+    calibrate.add_argument("--cell", type=Path, help="tether: record of the load cell (time_s, force_N)")
+    _add_file(calibrate)
+
+
+def _add_file(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o", "--out", type=file_type(".toml"), required=True, help="calibration file to write, or to bring up to date"
+    )
+    parser.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
+    parser.add_argument("--date", type=date.fromisoformat, help="of the measurement (default: the log's, else today)")
+    add_json(parser)
+
+
+def zero_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.zero import with_zeros, zeros
+
+    flight, installation, on = _flight(arguments, arguments.log)
+    found = zeros(flight, installation)
+    refused = [each for each in found if each.refused]
+    calibration = with_zeros(_known(arguments), found, on)
+    if len(refused) < len(found):
+        _write(arguments, calibration)
+    if arguments.json:
+        print_json({"date": str(on), "zeros": found, "recalibrate_by": calibration.recalibrate_by})
+    else:
+        for each in found:
+            said = f"refused: {each.refused}" if each.refused else ""
+            said = said or f"{1e3 * each.zero_mm:+.1f} +- {1960 * each.std_mm:.1f} um, {each.before_n:+.0f} N until now"
+            print(f"{each.mount}: {said}")
+        if calibration.recalibrate_by is not None:
+            print(f"recalibrate by {calibration.recalibrate_by}: the zeros walk away")
+    return 1 if refused else 0
+
+
+def calibrate_verb(arguments: argparse.Namespace) -> int:
+    return {"blocks": _blocks, "tether": _tether, "hours": _hours}[arguments.what](arguments)
+
+
+def _blocks(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.gauge_blocks import block_curve, with_curve
+    from thrustd.records.files import read_recording
+
+    if arguments.mount is None:
+        raise UsageError("calibrate blocks: --mount is missing; expected the mount's name in the configuration")
+    curve = block_curve(read_recording(_only(arguments)))
+    _write(arguments, with_curve(_known_or_new(arguments), arguments.mount, curve))
+    if arguments.json:
+        print_json({"mount": arguments.mount, "curve": curve})
+    else:
+        said = f"{len(curve.read_mm)} blocks, {curve.true_mm[0]:g} to {curve.true_mm[-1]:g} mm"
+        off = f"up to {1e3 * curve.largest_mm:.1f} um off a line, +- {1960 * curve.std_mm:.1f} um"
+        print(f"{arguments.mount}: {said}; {off}")
+    return 0
+
+
+def _tether(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.tether import fit_tether, with_tether
+    from thrustd.records.files import read_recording
+
+    if arguments.cell is None:
+        raise UsageError("calibrate tether: --cell is missing; expected the load cell's record (time_s, force_N)")
+    cell = read_recording(arguments.cell)
+    flight, installation, on = _flight(arguments, _only(arguments))
+    fit = fit_tether(flight, cell, installation)
+    old = _known(arguments) or installation.calibration() or _new(on)
+    _write(arguments, with_tether(old, fit, on))
+    if arguments.json:
+        print_json({"date": str(on), "fit": fit})
+        return 0
+    _print_tether(fit)
+    return 0
+
+
+def _print_tether(fit: Any) -> None:
+    from rich.table import Table
+
+    table = Table("number", "value", "95 %", "told by the run", title="tethered static run")
+    for each in fit.numbers:
+        digits = 1 if each.unit == "um" else 4
+        told = "yes" if each.told else "no, its prior"
+        unit = "" if each.unit == "-" else f" {each.unit}"
+        table.add_row(each.what, f"{each.value:.{digits}f}{unit}", f"+- {each.half_width:.{digits}f}", told)
+    console().print(table)
+    print(f"cell minus all mounts: {fit.before_n:.0f} -> {fit.after_n:.0f} N RMS; cell's clock {fit.lag_s:+.1f} s")
+    for name, force_n, before_n, after_n in fit.bands_n:
+        print(f"{name} at {force_n:.0f} N: +- {1.96 * before_n:.0f} -> {1.96 * after_n:.0f} N by gain and zero")
+
+
+def _hours(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.service import with_hours
+
+    calibration = None
+    for path in arguments.files:
+        flight, installation, on = _flight(arguments, path)
+        calibration = with_hours(calibration or _known(arguments) or _new(on), flight, installation.config)
+    assert calibration is not None
+    _write(arguments, calibration)
+    hours = {name: mount.service_h for name, mount in calibration.mount.items()}
+    if arguments.json:
+        print_json({"service_h": hours})
+    else:
+        print("\n".join(f"{name}: {value:.2f} h in service" for name, value in hours.items()))
+    return 0
+
+
+def _only(arguments: argparse.Namespace) -> Path:
+    if len(arguments.files) != 1:
+        raise UsageError(f"calibrate {arguments.what}: {len(arguments.files)} files; expected one")
+    path: Path = arguments.files[0]
+    return path
+
+
+def _flight(arguments: argparse.Namespace, path: Path) -> "tuple[Recording, Installation, str]":
+    """Columns of a log's events, its installation, its day."""
+    from thrustd.installation.installation import read_installation
+    from thrustd.replay.columns import flight_columns
+    from thrustd.replay.replay import open_installation
+    from thrustd.sources.log_run import LogRun, run_paths
+
+    config = read_installation(arguments.config) if arguments.config else None
+    log = LogRun(run_paths(path))
+    installation = open_installation(log, config)
+    if (known := _known(arguments)) is not None:
+        from thrustd.core.calibration import write_calibration
+
+        installation = installation.calibrated_by(write_calibration(known), str(arguments.out))
+    with progress(f"read {path.name}") as advance:
+        flight = flight_columns(log, installation, advance)
+    began_s = log.header.epoch_offset_ns * 1e-9 + float(flight.time_s[0])
+    day = datetime.fromtimestamp(began_s if began_s > DAYS else datetime.now(UTC).timestamp(), UTC).date()
+    return flight, installation, str(arguments.date or day)
+
+
+def _known(arguments: argparse.Namespace) -> "Calibration | None":
+    """What the file says so far."""
+    from thrustd.core.calibration import read_calibration
+
+    path: Path = arguments.out
+    return read_calibration(read_text(path), str(path)) if path.exists() else None
+
+
+def _known_or_new(arguments: argparse.Namespace) -> "Calibration":
+    return _known(arguments) or _new(str(arguments.date or datetime.now(UTC).date()))
+
+
+def _new(on: str) -> "Calibration":
+    from thrustd.core.calibration import Calibration
+
+    return Calibration(on=on)
+
+
+def _write(arguments: argparse.Namespace, calibration: "Calibration") -> None:
+    from thrustd.core.calibration import read_calibration, write_calibration
+
+    text = write_calibration(calibration)
+    read_calibration(text, str(arguments.out))  # nothing is written that a flight would refuse
+    write_text(arguments.out, text)
+    note(f'written: {arguments.out} (in the configuration: calibration = "{arguments.out.name}")')

@@ -1,0 +1,231 @@
+"""A tethered static run: the aircraft pulls on one load cell, both engines' mounts are fitted to it together.
+
+    cell = sum over mounts of (1 + G_e + s_m) f_m - k_m z_m  + c      f_m: force of the mount's model
+
+G_e   what the installation does to an engine's whole load (brackets, lines): prior 3 %
+s_m   one mount against its bench: prior `fusion.mount_stiffness_std`
+z_m   what is left of its transducer's zero: prior its calibration's sigma, else `fusion.mount_zero_std_mm`
+c     zero of the cell with the wheels' friction: prior 50 N
+
+Bayesian linear regression (Bishop, Pattern Recognition and Machine Learning, ch. 3.3); the noise that counts is slow,
+so its variance is that of means of ten seconds. What the run does not tell apart stays at its prior: two mounts of one
+engine move together, so their difference does.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from thrustd.core.calibration import Calibration, MountCalibration, Zero
+from thrustd.core.config import section
+from thrustd.core.errors import RecordingError
+from thrustd.fusion.settings import FusionSettings
+from thrustd.installation.installation import Installation
+from thrustd.records.recording import Recording
+
+ENGINE_STD, CELL_ZERO_N = 0.03, 50.0
+SLOW_S = 10.0
+LAGS_S = np.arange(-3.0, 3.01, 0.1)  # the cell's clock against the log's
+UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
+RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is another unit or another load path
+LEAST_RANGE_N, LEAST_S = 1000.0, 60.0
+BANDS_N = (1500.0, 3000.0, 5000.0)  # of a mount
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """One number with its 95 % interval; `told` by the run, or else left at its prior."""
+
+    what: str
+    unit: str
+    value: float
+    half_width: float
+    prior_half_width: float
+
+    @property
+    def told(self) -> bool:
+        return self.half_width < 0.7 * self.prior_half_width
+
+
+@dataclass(frozen=True, slots=True)
+class TetherFit:
+    gains: dict[str, tuple[float, float]]  # by mount: factor, sigma
+    zeros_mm: dict[str, tuple[float, float]]  # by mount: what is left of its zero, sigma
+    numbers: list[Fitted]
+    before_n: float  # RMS of cell minus models
+    after_n: float
+    lag_s: float
+    bands_n: list[tuple[str, float, float, float]]  # mount, force, sigma before and after
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """What the regression sees."""
+
+    mounts: list[str]
+    engines: list[str]
+    engine_of: list[int]
+    force_n: Floats  # (n, mounts)
+    slope_n_mm: Floats  # (n, mounts)
+    rate_hz: float
+
+
+def fit_tether(flight: Recording, cell: Recording, installation: Installation) -> TetherFit:
+    """`flight`: columns of `flight_columns`; `cell`: time_s and force_N. RecordingError when they do not fit."""
+    run = _run(flight, installation)
+    design, prior = _design(run), _prior(run, installation)
+    base_n = run.force_n.sum(axis=1)
+    trials = [(lag, _at(cell, flight.time_s + lag)) for lag in LAGS_S.tolist()]
+    trials = [(lag, cell_n) for lag, cell_n in trials if np.isfinite(cell_n).sum() > LEAST_S * run.rate_hz]
+    if not trials:
+        span = f"{flight.time_s[0]:.0f} to {flight.time_s[-1]:.0f} s"
+        raise RecordingError(
+            f"{cell.name}: less than {LEAST_S:g} s within the log's {span}; expected one clock for both"
+        )
+    _check_unit(cell, base_n, trials[len(trials) // 2][1])
+    fits = [(lag, cell_n, *_fit(design, prior, base_n, cell_n, run.rate_hz)) for lag, cell_n in trials]
+    lag, cell_n, mean, covariance, after_n = min(fits, key=lambda fit: fit[4])
+    good = np.isfinite(cell_n) & np.isfinite(base_n)
+    before_n = float(np.sqrt(np.mean((cell_n - base_n)[good] ** 2)))
+    return _told(run, installation, prior, mean, covariance, before_n, after_n, lag)
+
+
+def _run(flight: Recording, installation: Installation) -> _Run:
+    config = installation.config
+    mounts = [mount.name for mount in config.mount]
+    models = installation.parts().models
+    force_n = np.column_stack([flight[f"model_N_{name}"] for name in mounts])
+    slopes = np.empty_like(force_n)
+    for i, (name, model) in enumerate(zip(mounts, models, strict=True)):
+        low, high = model.spec.valid.deformation_mm
+        slopes[:, i] = (model.spec.valid.force_n[1] - model.spec.valid.force_n[0]) / (high - low)
+        if np.nanmax(np.abs(force_n[:, i])) < LEAST_RANGE_N:
+            raise RecordingError(f"{flight.name}: {name} never carries {LEAST_RANGE_N:g} N, expected a run")
+    engines = list(config.aircraft.engines)
+    return _Run(mounts, engines, [engines.index(m.engine) for m in config.mount], force_n, slopes, flight.sample_hz)
+
+
+def _design(run: _Run) -> Floats:
+    """Columns of G (engines), s (mounts), z (mounts), c."""
+    of_engine = np.column_stack(
+        [run.force_n[:, np.array(run.engine_of) == e].sum(axis=1) for e in range(len(run.engines))]
+    )
+    return np.column_stack((of_engine, run.force_n, -run.slope_n_mm, np.ones(len(run.force_n))))
+
+
+def _prior(run: _Run, installation: Installation) -> Floats:
+    """One sigma of every column's number."""
+    settings = section(installation.config.fusion, FusionSettings, "fusion")
+    known = installation.calibration()
+    zero = [(known.of(name).zero_std_mm if known else None) or settings.mount_zero_std_mm for name in run.mounts]
+    stiffness = [settings.mount_stiffness_std] * len(run.mounts)
+    return np.array([ENGINE_STD] * len(run.engines) + stiffness + zero + [CELL_ZERO_N])
+
+
+def _at(cell: Recording, at_s: Floats) -> Floats:
+    force_n = cell["force_N"]
+    good = np.isfinite(force_n)
+    return np.asarray(np.interp(at_s, cell.time_s[good], force_n[good], left=np.nan, right=np.nan))
+
+
+def _check_unit(cell: Recording, base_n: Floats, cell_n: Floats) -> None:
+    good = np.isfinite(cell_n) & np.isfinite(base_n)
+    spans = [float(np.ptp(np.percentile(each[good], (1, 99)))) for each in (cell_n, base_n)]
+    ratio = spans[0] / max(spans[1], 1e-9)
+    if not RATIO[0] < ratio < RATIO[1]:
+        near = next(
+            (f" is it {unit}?" for unit, one in UNITS.items() if one / 1.5 < ratio < 1.5 * one),
+            "",
+        )
+        raise RecordingError(
+            f"{cell.name}: force_N spans {spans[0]:.4g}, the models of all mounts {spans[1]:.4g} N;{near} expected N"
+        )
+
+
+def _fit(design: Floats, prior: Floats, base_n: Floats, cell_n: Floats, rate_hz: float) -> tuple[Floats, Floats, float]:
+    """Mean, covariance, RMS of what is left."""
+    good = np.isfinite(cell_n) & np.isfinite(design).all(axis=1)
+    a, y = design[good], (cell_n - base_n)[good]
+    n_slow = max(round(SLOW_S * rate_hz), 1)
+    variance = float(np.var(y))
+    mean, left = np.zeros(len(prior)), y
+    covariance: Floats = np.diag(prior**2)
+    for _ in range(5):
+        covariance = np.asarray(np.linalg.inv(a.T @ a / variance + np.diag(1 / prior**2)))
+        mean = np.asarray(covariance @ (a.T @ y) / variance)
+        left = y - a @ mean
+        blocks = left[: len(left) // n_slow * n_slow].reshape(-1, n_slow).mean(axis=1)
+        variance = max(float(np.var(left)), n_slow * float(np.mean(blocks**2)), 1.0)
+    return mean, covariance, float(np.sqrt(np.mean(left**2)))
+
+
+def _told(
+    run: _Run, installation: Installation, prior: Floats, mean: Floats, covariance: Floats, before_n: float,
+    after_n: float, lag_s: float,
+) -> TetherFit:  # fmt: skip
+    n_e, n_m = len(run.engines), len(run.mounts)
+    gains, zeros, numbers = {}, {}, []
+    for i, name in enumerate(run.mounts):
+        row = np.zeros(len(mean))
+        row[run.engine_of[i]] = row[n_e + i] = 1.0
+        gains[name] = 1.0 + float(row @ mean), sqrt(float(row @ covariance @ row))
+        k = n_e + n_m + i
+        zeros[name] = float(mean[k]), sqrt(float(covariance[k, k]))
+        wide = sqrt(float(row**2 @ prior**2))
+        numbers.append(Fitted(f"gain {name}", "-", gains[name][0], 1.96 * gains[name][1], 1.96 * wide))
+        numbers.append(Fitted(f"zero {name}", "um", 1e3 * zeros[name][0], 1960 * zeros[name][1], 1960 * prior[k]))
+    numbers += [_share(run, e, mean, covariance, prior) for e in range(n_e) if run.engine_of.count(e) == 2]
+    return TetherFit(gains, zeros, numbers, before_n, after_n, lag_s, _bands(run, installation, gains, zeros))
+
+
+def _share(run: _Run, engine: int, mean: Floats, covariance: Floats, prior: Floats) -> Fitted:
+    """Of the upper mount in its engine's load, at the run's highest power."""
+    upper, lower = (i for i, e in enumerate(run.engine_of) if e == engine)
+    top = np.nanpercentile(run.force_n, 95, axis=0)
+    a, b = float(top[upper]), float(top[lower])
+    n_e = len(run.engines)
+    a_now, b_now = a * (1 + mean[engine] + mean[n_e + upper]), b * (1 + mean[engine] + mean[n_e + lower])
+    row = np.zeros(len(mean))
+    row[n_e + upper], row[n_e + lower] = a_now * b_now / (a_now + b_now) ** 2, -a_now * b_now / (a_now + b_now) ** 2
+    spread, wide = sqrt(float(row @ covariance @ row)), sqrt(float(row**2 @ prior**2))
+    return Fitted(f"share of {run.mounts[upper]}", "-", a_now / (a_now + b_now), 1.96 * spread, 1.96 * wide)
+
+
+def _bands(
+    run: _Run, installation: Installation, gains: dict[str, tuple[float, float]], zeros: dict[str, tuple[float, float]]
+) -> list[tuple[str, float, float, float]]:
+    """One sigma of every mount's force before and after, model and friction aside."""
+    settings = section(installation.config.fusion, FusionSettings, "fusion")
+    known = installation.calibration()
+    rows = []
+    for i, name in enumerate(run.mounts):
+        old = known.of(name) if known else MountCalibration()
+        k = float(np.nanmedian(run.slope_n_mm[:, i]))
+        for force_n in BANDS_N:
+            gain_std, zero_std = old.gain_std or ENGINE_STD, old.zero_std_mm or settings.mount_zero_std_mm
+            before, after = (
+                sqrt((gain * force_n) ** 2 + (k * zero) ** 2)
+                for gain, zero in ((gain_std, zero_std), (gains[name][1], zeros[name][1]))
+            )
+            rows.append((name, force_n, before, after))
+    return rows
+
+
+def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibration:
+    """The file with the run's gains and zeros."""
+    mounts = dict(calibration.mount)
+    for name, (factor, gain_std) in fit.gains.items():
+        old = mounts.get(name, MountCalibration())
+        left_mm, std_mm = fit.zeros_mm[name]
+        zero = Zero(on=on, mm=round(old.zero_mm + left_mm, 6), std_mm=max(round(std_mm, 6), 1e-6))
+        mounts[name] = msgspec.structs.replace(
+            old,
+            gain=round(old.gain * factor, 6),
+            gain_std=round(gain_std, 6),
+            zeros=(*(kept for kept in old.zeros if kept.on != on), zero),
+        )
+    return msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)

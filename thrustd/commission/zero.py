@@ -1,0 +1,189 @@
+"""The zeros of all transducers from a stretch with the engines off, each with its sigma; what is no zero is refused.
+
+    model at rest (d0; temperature, accelerations as recorded) = 0 N of thrust share,      zero = mean reading - d0
+    sigma^2 = (model^2 + friction^2 + (share m g0 0.002)^2) / k^2 + noise of the mean^2
+
+Only what was before the first engine start counts: afterwards friction holds a part of the last load. The noise is that
+of means of a second, which is where slow noise shows.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import date, timedelta
+from math import hypot, isfinite, sqrt
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq
+
+from thrustd.core.aircraft import place_of
+from thrustd.core.calibration import LARGEST_ZERO_MM, Calibration, MountCalibration, Zero
+from thrustd.core.config import section
+from thrustd.core.errors import RecordingError
+from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
+from thrustd.fusion.settings import FusionSettings
+from thrustd.installation.installation import Installation
+from thrustd.model.compile import CompiledModel
+from thrustd.model.region_error import cells
+from thrustd.mounts.start import resting_n
+from thrustd.records.recording import Recording
+
+LEAST_S = 10.0  # of engines off
+STANDS_MACH = 0.05
+LEVEL_G = 0.002  # one sigma of the longitudinal acceleration
+MOVES_MM = 0.002  # from the first half to the second: the mount is not at rest
+SHAKES_MM = 0.005  # one sigma of a second's means: somebody works on the aircraft
+KEPT = 20  # zeros in the file
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MountZero:
+    """What one mount showed."""
+
+    mount: str
+    zero_mm: float
+    std_mm: float
+    before_n: float  # what the zero costs in force when it is not taken off
+    refused: str = ""  # why it is none
+
+
+def zeros(record: Recording, installation: Installation) -> list[MountZero]:
+    """One per mount of the configuration; RecordingError where the engines are never off."""
+    config = installation.config
+    still = standing(record, list(config.aircraft.engines))
+    models = installation.parts().models
+    return [_zero(record.rows(still), installation, i, model) for i, model in enumerate(models)]
+
+
+def standing(record: Recording, engines: list[str]) -> slice:
+    """Rows before the first engine start, aircraft at rest; RecordingError says what is missing."""
+    off_pct = FusionSettings().engine_off_n1_pct
+    speeds = np.array([record[f"n1_pct_{engine}"] for engine in engines])
+    off = np.all(np.nan_to_num(speeds, nan=0.0) < off_pct, axis=0) & np.isfinite(speeds).any(axis=0)
+    if "mach" in record:
+        off &= ~(record["mach"] > STANDS_MACH)
+    known = np.flatnonzero(np.isfinite(speeds).all(axis=0))
+    if not known.size or not off[known[0]]:
+        raise RecordingError(f"{record.name}: begins with an engine running; expected {LEAST_S:g} s with engines off")
+    first = int(known[0])
+    running = np.flatnonzero(~off[first:])
+    last = first + int(running[0]) if running.size else len(record)
+    found_s = float(record.time_s[last - 1] - record.time_s[first])
+    if found_s < LEAST_S:
+        raise RecordingError(f"{record.name}: {found_s:.1f} s with engines off; expected {LEAST_S:g} s at least")
+    return slice(first, last)
+
+
+def _zero(record: Recording, installation: Installation, number: int, model: CompiledModel) -> MountZero:
+    mount = installation.config.mount[number]
+    column = record[f"deformation_mm_{mount.name}"]
+    shown = column[np.isfinite(column)]
+    if len(shown) < max(3, len(column) // 2):
+        return MountZero(mount.name, np.nan, np.nan, np.nan, "its transducer says nothing")
+    row = _row(record, model, mount.name)
+
+    def at_rest_n(mm: float) -> float:
+        return resting_n(model, row(mm))
+
+    low, high = model.spec.valid.deformation_mm
+    ends = low - 0.2 * (high - low), high
+    if not at_rest_n(ends[0]) < 0.0 < at_rest_n(ends[1]):
+        return MountZero(mount.name, np.nan, np.nan, np.nan, "its model never shows 0 N: was it made for this mount?")
+    loose_mm = float(brentq(at_rest_n, *ends))
+    k_n_mm = (at_rest_n(loose_mm + 0.01) - at_rest_n(loose_mm)) / 0.01
+    place = place_of(mount.name, installation.config, installation.aircraft())
+    settings = section(installation.config.fusion, FusionSettings, "fusion")
+    model_n = cells(model.spec.error)[2].item(0)
+    level_n = place.share * installation.aircraft().engine_mass_kg * STANDARD_GRAVITY_M_S2 * LEVEL_G
+    noise_mm = _seconds_std(column, record.sample_hz)
+    force_n = hypot(model_n, settings.mount_friction_std_n, level_n)
+    already_mm = installation_zero(installation, mount.name)
+    zero_mm = float(np.mean(shown)) - loose_mm + already_mm
+    found = MountZero(
+        mount.name,
+        zero_mm,
+        hypot(force_n / k_n_mm, noise_mm / sqrt(record.duration_s)),
+        k_n_mm * (zero_mm - already_mm),
+    )
+    return _judged(found, shown, noise_mm, k_n_mm)
+
+
+def installation_zero(installation: Installation, mount: str) -> float:
+    """What is taken off its readings already."""
+    calibration = installation.calibration()
+    return calibration.of(mount).zero_mm if calibration is not None else 0.0
+
+
+def _judged(found: MountZero, shown: Floats, noise_mm: float, k_n_mm: float) -> MountZero:
+    half = len(shown) // 2
+    moved_mm = float(np.mean(shown[half:]) - np.mean(shown[:half]))
+    why = ""
+    if abs(found.zero_mm) > LARGEST_ZERO_MM:
+        why = (
+            f"{found.zero_mm:+.3f} mm ({k_n_mm * found.zero_mm:+.0f} N) is no zero, at most {LARGEST_ZERO_MM} mm is: "
+            "something pushes (tow bar, wind, a cover), the transducer is loose, or the model is of another mount"
+        )
+    elif abs(moved_mm) > MOVES_MM:
+        why = f"it moved by {1e3 * moved_mm:+.1f} um meanwhile, expected rest ({1e3 * MOVES_MM:g} um)"
+    elif noise_mm > SHAKES_MM:
+        why = f"it shakes, {1e3 * noise_mm:.1f} um; expected at most {1e3 * SHAKES_MM:g} um with nobody on the aircraft"
+    return MountZero(found.mount, found.zero_mm, found.std_mm, found.before_n, why)
+
+
+def _row(record: Recording, model: CompiledModel, mount: str) -> Callable[[float], Floats]:
+    """A row of the model's inputs at rest, by deformation; what was not recorded is at its resting value."""
+    held = []
+    for name in model.channels[1:]:
+        column = next((record[each] for each in (f"{name}_{mount}", name) if each in record), np.array([np.nan]))
+        mean = float(np.mean(column[np.isfinite(column)])) if np.isfinite(column).any() else np.nan
+        held.append(mean if isfinite(mean) else CATALOGUE[name].rest)
+    own = np.array([name == "deformation_mm" for name in model.channels[1:]], bool)
+
+    def row(deformation_mm: float) -> Floats:
+        return np.concatenate(([deformation_mm], np.where(own, deformation_mm, held)))
+
+    return row
+
+
+def _seconds_std(column: Floats, sample_hz: float) -> float:
+    """One sigma of means of a second, between neighbours: a slow drift does not count."""
+    n = max(round(sample_hz), 1)
+    means = np.nanmean(column[: len(column) // n * n].reshape(-1, n), axis=1)
+    return float(np.nanstd(np.diff(means)) / sqrt(2)) if len(means) > 2 else 0.0
+
+
+def with_zeros(known: Calibration | None, found: list[MountZero], on: str) -> Calibration:
+    """The file with these zeros behind those it has; refused ones are left out."""
+    old = known or Calibration(on=on)
+    mounts = dict(old.mount)
+    for each in found:
+        if not each.refused:
+            mount = mounts.get(each.mount, MountCalibration())
+            zero = Zero(on=on, mm=round(each.zero_mm, 6), std_mm=max(round(each.std_mm, 6), 1e-6))
+            before = [kept for kept in mount.zeros if kept.on != on]
+            mounts[each.mount] = msgspec.structs.replace(mount, zeros=(*before, zero)[-KEPT:])
+    changed = msgspec.structs.replace(old, on=on, mount=mounts)
+    return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
+
+
+def recalibrate_by(calibration: Calibration) -> str | None:
+    """When the trend of the zeros of some mount, with two sigma, has used up its largest zero; None: no trend shows."""
+    dates = [day for mount in calibration.mount.values() if (day := _leaves(mount.zeros)) is not None]
+    return str(min(dates)) if dates else None
+
+
+def _leaves(found: tuple[Zero, ...]) -> date | None:
+    if len(found) < 3 or found[-1].on == found[0].on:
+        return None
+    dates = [date.fromisoformat(zero.on) for zero in found]
+    days = np.array([(day - dates[0]).days for day in dates], float)
+    mm, weight = np.array([zero.mm for zero in found]), 1 / np.array([zero.std_mm for zero in found])
+    line, covariance = np.polyfit(days, mm, 1, w=weight, cov="unscaled")
+    rate = float(line[0])
+    if abs(rate) < 2 * sqrt(covariance[0, 0]):
+        return None
+    fastest = abs(rate) + 2 * sqrt(covariance[0, 0])
+    left = max(LARGEST_ZERO_MM - abs(mm[-1]), 0.0) / fastest
+    return dates[-1] + timedelta(days=min(int(left), 36500))

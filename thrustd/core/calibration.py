@@ -1,0 +1,102 @@
+"""What was measured of the mounts where they are: zeros, transducers' curves, gains, hours. A dated file.
+
+    reading r -> deformation  d = curve(r) - curve(zero)          curve: gauge blocks, piecewise linear
+    force of the model        F -> gain F                         tethered static run
+
+`thrustd zero` and `thrustd calibrate` write it; a configuration names it (`calibration = "calibration.toml"`), `run`
+and `replay` read it, and it is in every log. What was not measured keeps the defaults of `[fusion]`.
+"""
+
+import tomllib
+from itertools import pairwise
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from thrustd.core.config import Section, section
+from thrustd.core.errors import ConfigError
+
+LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
+Day = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]  # ISO 8601
+Std = Annotated[float, Meta(gt=0, le=10)]
+
+
+class Zero(Section, frozen=True):
+    """One look at an unloaded mount."""
+
+    on: Day
+    mm: Annotated[float, Meta(ge=-100, le=100)]  # what the transducer showed beyond what the model says of no thrust
+    std_mm: Std
+
+
+class MountCalibration(Section, frozen=True):
+    """Of one mount, as it is installed."""
+
+    zeros: tuple[Zero, ...] = ()  # the oldest first
+    read_mm: tuple[float, ...] = ()  # gauge blocks: what the transducer shows
+    true_mm: tuple[float, ...] = ()  # and what they are
+    curve_std_mm: Std | None = None
+    gain: Annotated[float, Meta(gt=0.5, lt=2)] = 1.0  # force in the aircraft over force of the model
+    gain_std: Std | None = None
+    service_h: Annotated[float, Meta(ge=0, le=1e6)] = 0.0  # with its engine running, before the next flight
+
+    @property
+    def zero_mm(self) -> float:
+        return self.zeros[-1].mm if self.zeros else 0.0
+
+    @property
+    def zero_std_mm(self) -> float | None:
+        return self.zeros[-1].std_mm if self.zeros else None
+
+
+class Calibration(Section, frozen=True):
+    """The file."""
+
+    on: Day  # of the last change
+    mount: dict[str, MountCalibration] = msgspec.field(default_factory=dict)  # by name in the configuration
+    runs: tuple[str, ...] = ()  # whose hours are counted
+    tethered: Day | None = None
+    recalibrate_by: Day | None = None  # when the trend of some zero leaves what the band allows
+
+    def of(self, mount: str) -> MountCalibration:
+        return self.mount.get(mount, MountCalibration())
+
+
+def read_calibration(text: str, where: str) -> Calibration:
+    """Parse and check; ConfigError, one line that begins with `where`."""
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise ConfigError(f"{where}: not TOML: {problem}") from None
+    found = section(table, Calibration, where)
+    for name, mount in found.mount.items():
+        _check(mount, f"{where}: mount.{name}")
+    return found
+
+
+def _check(mount: MountCalibration, where: str) -> None:
+    if len(mount.read_mm) != len(mount.true_mm) or len(mount.read_mm) == 1:
+        raise ConfigError(f"{where}: {len(mount.read_mm)} read_mm and {len(mount.true_mm)} true_mm, expected as many")
+    for name, values in (("read_mm", mount.read_mm), ("true_mm", mount.true_mm)):
+        if any(later <= earlier for earlier, later in pairwise(values)):
+            raise ConfigError(f"{where}.{name}: {values}, expected increasing values")
+    if any(abs(zero.mm) > LARGEST_ZERO_MM for zero in mount.zeros):
+        largest = max(mount.zeros, key=lambda zero: abs(zero.mm))
+        raise ConfigError(f"{where}.zeros: {largest.mm} mm, expected at most {LARGEST_ZERO_MM} mm: more is no zero")
+
+
+def write_calibration(calibration: Calibration) -> str:
+    """The text of the file."""
+    lines = ["# Written by `thrustd zero` and `thrustd calibrate`.", f'on = "{calibration.on}"']
+    lines += [f'{name} = "{value}"' for name in ("tethered", "recalibrate_by") if (value := getattr(calibration, name))]
+    lines += [f"runs = {list(calibration.runs)}".replace("'", '"')] if calibration.runs else []
+    for name, mount in calibration.mount.items():
+        lines += ["", f"[mount.{name}]"]
+        rows = [f'{{ on = "{zero.on}", mm = {zero.mm:.6f}, std_mm = {zero.std_mm:.6f} }}' for zero in mount.zeros]
+        lines += [f"zeros = [{', '.join(rows)}]"] if rows else []
+        lines += [f"{key} = {list(value)}" for key in ("read_mm", "true_mm") if (value := getattr(mount, key))]
+        for key in ("curve_std_mm", "gain", "gain_std", "service_h"):
+            value = getattr(mount, key)
+            lines += [f"{key} = {value!r}"] if value is not None else []
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,63 @@
+"""A model as one calibrated mount has it: the transducer's curve before its input curve, the gain behind its output.
+
+Both curves are piecewise linear, so the composition is one again, exactly: nothing is added to the chain.
+"""
+
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from thrustd.core.calibration import MountCalibration
+from thrustd.core.errors import ModelError
+from thrustd.model.artifact import Curve, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
+from thrustd.model.stage import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """Piecewise linear, its end segments go on."""
+
+    x: Floats
+    y: Floats
+
+    def __call__(self, x: Floats) -> Floats:
+        i = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.x) - 2)
+        slope = (self.y[i + 1] - self.y[i]) / (self.x[i + 1] - self.x[i])
+        return np.asarray(self.y[i] + slope * (x - self.x[i]))
+
+
+def calibrated(spec: ModelSpec, mount: MountCalibration, where: str) -> ModelSpec:
+    """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured."""
+    if mount.read_mm:
+        spec = _behind_curve(spec, mount, where)
+    if mount.gain != 1.0:
+        low, high = spec.valid.force_n
+        spec = msgspec.structs.replace(
+            spec,
+            output_curve=_scaled(spec.output_curve, mount.gain),
+            valid=msgspec.structs.replace(spec.valid, force_n=(low * mount.gain, high * mount.gain)),
+        )
+    return spec
+
+
+def _scaled(curve: Curve, gain: float) -> Curve:
+    if isinstance(curve, PiecewiseLinear):
+        return PiecewiseLinear(curve.x, [gain * y for y in curve.y])
+    return Polynomial(curve.centre, curve.scale, [gain * value for value in curve.coefficients])
+
+
+def _behind_curve(spec: ModelSpec, mount: MountCalibration, where: str) -> ModelSpec:
+    """curve(r + zero) - curve(zero), in front of the input curve."""
+    inner = spec.input_curve
+    if not isinstance(inner, PiecewiseLinear):
+        raise ModelError(f"{where}: its input curve is a polynomial; a transducer's curve needs a piecewise-linear one")
+    read, true = np.array(mount.read_mm), np.array(mount.true_mm)
+    zero = np.array([mount.zero_mm])
+    forward = _Line(read - zero, true - _Line(read, true)(zero))
+    back = _Line(forward.y, forward.x)
+    knots = np.union1d(forward.x, back(np.array(inner.x)))
+    low, high = back(np.array(spec.valid.deformation_mm)).tolist()
+    curve = PiecewiseLinear(knots.tolist(), _Line(np.array(inner.x), np.array(inner.y))(forward(knots)).tolist())
+    valid = ValidRange((low, high), spec.valid.force_n, spec.valid.rate_mm_s)
+    return msgspec.structs.replace(spec, input_curve=curve, valid=valid)

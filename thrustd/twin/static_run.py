@@ -1,0 +1,58 @@
+"""A tethered static run: the aircraft stands, held by a load cell, and its engines are run up, apart and together."""
+
+import numpy as np
+
+from thrustd.core.atmosphere import ZERO_CELSIUS_K
+from thrustd.records.recording import Recording, make_recording
+from thrustd.twin.engine import (
+    IDLE_N1_PCT,
+    Health,
+    fuel_lead_kg_s,
+    spool_rate_pct_s,
+    steady_fuel_kg_s,
+    steady_n2_pct,
+    true_thrust_n,
+)
+from thrustd.twin.fast import FloatArray
+
+HZ = 20.0
+OFF_S, HOLD_S = 30.0, 40.0
+LEVELS_PCT = (50.0, 65.0, 80.0, 92.0, 70.0, IDLE_N1_PCT)
+TOGETHER_PCT = (60.0, 85.0, 96.0, 75.0, IDLE_N1_PCT)
+CELL_STD_N, CELL_ZERO_N = 15.0, 20.0  # noise; zero and wheels
+
+
+def static_run(seed: int, healths: tuple[Health, ...]) -> tuple[Recording, Recording]:
+    """Profile of the aircraft, and the load cell's record: left engine in steps, right engine in steps, then both."""
+    rng = np.random.default_rng([seed, 8])
+    idle = IDLE_N1_PCT
+    phases = [(OFF_S, 0.0, 0.0), (20.0, idle, 0.0), (30.0, idle, idle)]
+    phases += [(HOLD_S, level, idle) for level in LEVELS_PCT] + [(HOLD_S, idle, level) for level in LEVELS_PCT]
+    phases += [(HOLD_S, level, level) for level in TOGETHER_PCT]
+    wanted = np.repeat(np.array(phases)[:, 1:], [round(phase[0] * HZ) for phase in phases], axis=0)
+    time_s = np.arange(len(wanted)) / HZ
+    still = np.zeros(len(time_s))
+    static_k = still + float(rng.uniform(278.0, 298.0))
+    columns = {
+        "time_s": time_s, "mach": still, "pressure_altitude_m": still, "sat_degC": static_k - ZERO_CELSIUS_K,
+        "tat_degC": static_k - ZERO_CELSIUS_K, "accel_x_g": still, "accel_y_g": still, "accel_z_g": still + 1.0,
+        "pitch_deg": still,
+    }  # fmt: skip
+    for number, (side, health) in enumerate(zip(("left", "right"), healths, strict=True)):
+        n1_pct = _spooled(wanted[:, number])
+        fuel = health.fuel_factor * fuel_lead_kg_s(n1_pct, time_s, steady_fuel_kg_s(n1_pct, still, still, static_k))
+        columns[f"n1_pct_{side}"], columns[f"fuel_flow_kg_s_{side}"] = n1_pct, fuel
+        columns[f"n2_pct_{side}"] = steady_n2_pct(n1_pct, still, static_k)
+        columns[f"thrust_N_{side}"] = true_thrust_n(time_s, n1_pct, still, still, static_k, health, health.fuel_factor)
+    profile = make_recording(f"static_seed{seed}", columns, {"source": "twin static run", "seed": str(seed)})
+    pull_n = profile["thrust_N_left"] + profile["thrust_N_right"]
+    cell_n = pull_n + CELL_ZERO_N * rng.standard_normal() + CELL_STD_N * rng.standard_normal(len(time_s))
+    return profile, make_recording(f"cell_seed{seed}", {"time_s": time_s, "force_N": cell_n})
+
+
+def _spooled(wanted_pct: FloatArray) -> FloatArray:
+    n1_pct, now = np.empty_like(wanted_pct), 0.0
+    for i, wanted in enumerate(wanted_pct.tolist()):
+        now += spool_rate_pct_s(now, wanted, 0.0) / HZ
+        n1_pct[i] = now
+    return n1_pct
