@@ -1,16 +1,20 @@
-"""Verbs of a flight test: points."""
+"""Verbs of a flight test: points, performance."""
 
 import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from thrustd.cli.files import read_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, progress
 from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
     from thrustd.core.steady import SteadyLimits
     from thrustd.flighttest.flight import Flight
+    from thrustd.flighttest.performance import Performance
     from thrustd.flighttest.points import TestPoints
+
+AIRCRAFT = "deploy/citation-ii.toml"
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -29,10 +33,37 @@ def add_verbs(verbs: Verbs) -> None:
         "--marks", metavar="CSV|CHANNEL", help="windows of a CSV (start_s, end_s), or wherever a channel is above 0"
     )
     add_limits(points)
-    points.add_argument("--deck", type=Path, help="brochure deck for recordings without estimates")
-    points.add_argument("-o", "--out", type=Path, help="table to write (.csv or .parquet)")
-    points.add_argument("--report", type=Path, help="page to write (.html): table, picture")
-    add_json(points)
+    add_outputs(points)
+
+    performance = add_verb(
+        verbs, "performance", performance_verb, "drag polar of flights: C_D0, Oswald's e, L/D with intervals",
+        "thrustd performance out/estimates.mcap --mass-sheet mass.toml --report polar.html\n"
+        "  thrustd performance flights/*.npz -o points.parquet      (recordings with a column mass_kg)",
+    )  # fmt: skip
+    performance.add_argument("log", type=Path, nargs="+", help="estimate logs, raw logs or recordings")
+    performance.add_argument(
+        "--mass-sheet", type=Path, action="append", default=[], metavar="TOML",
+        help="empty_kg, payload_kg, fuel_kg, std_kg; one per log, or one for all",
+    )  # fmt: skip
+    performance.add_argument("--aircraft", type=Path, help=f"wing and what is known of it (default {AIRCRAFT})")
+    performance.add_argument("--marks", metavar="CHANNEL", help="use the windows in which this channel is above 0")
+    add_limits(performance)
+    add_outputs(performance)
+
+
+def add_outputs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--deck", type=Path, help="brochure deck for recordings without estimates")
+    parser.add_argument("-o", "--out", type=Path, help="table to write (.csv or .parquet)")
+    parser.add_argument("--report", type=Path, help="page to write (.html): table, picture")
+    add_json(parser)
+
+
+def check_table(out: Path | None) -> None:
+    """Before any work."""
+    from thrustd.records.rows import TYPES
+
+    if out is not None and out.suffix.lower() not in TYPES:
+        raise UsageError(f"{out}: expected a name that ends in {' or '.join(TYPES)}")
 
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
@@ -65,10 +96,9 @@ def limits_of(arguments: argparse.Namespace) -> "SteadyLimits":
 def points_verb(arguments: argparse.Namespace) -> int:
     from thrustd.flighttest.flight import read_flight
     from thrustd.flighttest.points_report import write_page
-    from thrustd.records.rows import TYPES, write_rows
+    from thrustd.records.rows import write_rows
 
-    if arguments.out is not None and arguments.out.suffix.lower() not in TYPES:
-        raise UsageError(f"{arguments.out}: expected a name that ends in {' or '.join(TYPES)}")
+    check_table(arguments.out)
     limits = limits_of(arguments)
     with progress(f"points of {arguments.log.name}"):
         flight = read_flight(arguments.log, arguments.deck)
@@ -94,6 +124,64 @@ def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namesp
     if marks is None and not arguments.auto and MARK in flight.record:
         marks = MARK
     return find_points(flight, limits, marks=marks)
+
+
+def performance_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.flighttest.performance_report import (
+        POINT_HEADS,
+        POLAR_HEADS,
+        lines,
+        point_rows,
+        polar_rows,
+        write_page,
+    )
+    from thrustd.records.rows import write_rows
+
+    check_table(arguments.out)
+    found, known = _performance(arguments)
+    if arguments.out is not None:
+        write_rows(found.rows(), arguments.out)
+    if arguments.report is not None:
+        write_page(found, known, arguments.report)
+    if arguments.json:
+        print_json(found)
+        return 0
+    screen = console()
+    screen.print(_table(POINT_HEADS, point_rows(found)))
+    screen.print(_table(POLAR_HEADS, polar_rows(found)))
+    for line in lines(found, known):
+        screen.print(line, highlight=False)
+    return 0
+
+
+def _performance(arguments: argparse.Namespace) -> "tuple[Performance, tuple[str, ...]]":
+    from thrustd.core.aircraft import read_aircraft
+    from thrustd.flighttest.flight import read_flight
+    from thrustd.flighttest.flown import flown
+    from thrustd.flighttest.mass_sheet import read_mass_sheet
+    from thrustd.flighttest.performance import performance
+    from thrustd.installation.shipped import shipped
+
+    limits = limits_of(arguments)
+    where = arguments.aircraft or shipped(AIRCRAFT, "--aircraft")
+    wing = read_aircraft(read_text(where), str(where)).wing
+    if wing is None:
+        raise UsageError(f"{where}: no [wing]; expected area_m2, span_m and accel_x_std_g")
+    sheets = [read_mass_sheet(path) for path in arguments.mass_sheet]
+    if len(sheets) not in (0, 1, len(arguments.log)):
+        raise UsageError(
+            f"--mass-sheet: {len(sheets)} given for {len(arguments.log)} logs; expected one per log, or one"
+        )
+    flights, notes, fused = [], [], True
+    with progress("performance") as advance:
+        for number, path in enumerate(arguments.log):
+            flight = read_flight(path, arguments.deck)
+            sheet = sheets[number % len(sheets)] if sheets else None
+            flights.append(flown(flight, wing, sheet, limits, arguments.marks))
+            notes += [f"{flight.name}: {note}" for note in flight.record.notes if "derived" in note]
+            fused = fused and flight.fused
+            advance((number + 1) / len(arguments.log))
+        return performance(flights, wing.aspect_ratio, fused, notes), wing.known
 
 
 def _print_points(found: "TestPoints") -> None:

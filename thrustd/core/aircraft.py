@@ -29,6 +29,19 @@ class SensorLimits(Section, frozen=True):
     moves: Annotated[float, Meta(gt=0)] = inf
 
 
+class Wing(Section, frozen=True):
+    """What lift and drag coefficients are made of; the file says where each number is from."""
+
+    area_m2: Positive
+    span_m: Positive
+    accel_x_std_g: Positive  # one sigma of the zero of the longitudinal accelerometer against pitch and flight path
+    known: tuple[str, ...] = ()  # polars of others, with their source, to print beside ours
+
+    @property
+    def aspect_ratio(self) -> float:
+        return self.span_m**2 / self.area_m2
+
+
 class AircraftData(Section, frozen=True):
     """One type of aircraft."""
 
@@ -36,6 +49,7 @@ class AircraftData(Section, frozen=True):
     engine_mass_kg: Positive
     spring_n_mm: Annotated[list[Positive], Meta(min_length=1, max_length=2)]  # of an engine's mounts, in their order
     limits: dict[str, SensorLimits]  # by signal
+    wing: Wing | None = None  # for the drag polar; nothing that flies needs it
 
     def share(self, place: int, mounts: int) -> float:
         """What mount `place` of an engine's `mounts` carries of its thrust: they move together."""

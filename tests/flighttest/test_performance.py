@@ -1,0 +1,155 @@
+"""The drag polar: what was put in comes out, inside its interval, whatever the source of the error."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.cli.test_bad_input import refused
+from tests.conftest import PH_LAB, ROOT
+from thrustd.__main__ import main
+from thrustd.core.aircraft import Wing, read_aircraft
+from thrustd.core.errors import RecordingError
+from thrustd.core.steady import SteadyLimits
+from thrustd.flighttest.flight import Flight, read_flight
+from thrustd.flighttest.flown import flown
+from thrustd.flighttest.performance import performance
+from thrustd.flighttest.polar import PolarPoints, fit_polar
+from thrustd.records.files import write_recording
+from thrustd.twin.airframe import draw_airframe
+from thrustd.twin.level_points import Polar, level_points
+
+AIRCRAFT = ROOT / "deploy" / "citation-ii.toml"
+ENGINES = ("left", "right")
+TRUE = Polar()
+SHEET = "empty_kg = 4157.2\npayload_kg = 695.0\nfuel_kg = 1837.0\nstd_kg = 30.0\n"
+
+
+@pytest.fixture(scope="module")
+def wing():
+    found = read_aircraft(AIRCRAFT.read_text(), "citation-ii.toml").wing
+    assert isinstance(found, Wing)
+    return found
+
+
+@pytest.fixture(scope="module")
+def profile():
+    return level_points(3, draw_airframe(3).healths, TRUE)
+
+
+def estimated(profile, bias_n=(0.0, 0.0), std_n=40.0, accel_zero_g=0.0):
+    """The profile as a flight with estimates that are off by a constant per engine."""
+    columns = {"accel_x_g": profile["accel_x_g"] + accel_zero_g}
+    n = len(profile)
+    for engine, off in zip(ENGINES, bias_n, strict=True):
+        thrust_n = profile[f"thrust_N_{engine}"]
+        columns |= {f"thrust_N_{engine}": thrust_n + off, f"thrust_std_N_{engine}": np.full(n, std_n)}
+        columns |= {f"brochure_N_{engine}": 1.03 * thrust_n, f"brochure_std_N_{engine}": np.full(n, 120.0)}
+    return Flight(profile.with_channels(**columns), ENGINES, True)
+
+
+def polars(flight, wing):
+    found = performance([flown(flight, wing, None, SteadyLimits())], wing.aspect_ratio, True)
+    return {polar.of: polar for polar in found.polars}
+
+
+def test_the_true_polar_is_in_a_narrow_interval(profile, wing):
+    found = polars(estimated(profile, (60.0, -20.0)), wing)
+    for of in ("fused thrust, accelerometer", "fused thrust, energy height"):
+        polar = found[of]
+        assert polar.points == 7
+        assert polar.zero_lift_drag.value == pytest.approx(TRUE.zero_lift, rel=0.03)
+        assert polar.zero_lift_drag.low <= TRUE.zero_lift <= polar.zero_lift_drag.high
+        assert polar.oswald.low <= 1 / (np.pi * wing.aspect_ratio * TRUE.factor) <= polar.oswald.high
+        assert polar.zero_lift_drag.high - polar.zero_lift_drag.low < 0.08 * TRUE.zero_lift
+    brochure = found["brochure thrust, accelerometer"].zero_lift_drag
+    assert brochure.value > 1.015 * TRUE.zero_lift and brochure.low <= TRUE.zero_lift <= brochure.high
+
+
+def test_a_wider_thrust_band_is_a_wider_interval_and_the_budget_says_so(profile, wing):
+    narrow, wide = (
+        polars(estimated(profile, std_n=std_n), wing)["fused thrust, accelerometer"] for std_n in (20.0, 80.0)
+    )
+    assert wide.budget_zero_lift_drag["thrust"] == pytest.approx(4 * narrow.budget_zero_lift_drag["thrust"], rel=0.1)
+    assert wide.zero_lift_drag.systematic_u95 > 2.5 * narrow.zero_lift_drag.systematic_u95
+
+
+def test_the_zero_of_the_accelerometer_is_found_against_air_data(profile, wing):
+    point = flown(estimated(profile, accel_zero_g=0.004), wing, None, SteadyLimits())
+    assert abs(point.zero.mean_g - 0.004) < 2.5 * point.zero.std_g
+    polar = polars(estimated(profile, accel_zero_g=0.004), wing)["fused thrust, accelerometer"]
+    assert polar.zero_lift_drag.low <= TRUE.zero_lift <= polar.zero_lift_drag.high
+
+
+def test_turns_are_left_out(profile, wing):
+    flight = estimated(profile)
+    turning = slice(0, 60 * 20)
+    accel_z = flight.record["accel_z_g"].copy()
+    accel_z[turning] += 0.2
+    point = flown(flight._replace(record=flight.record.with_channels(accel_z_g=accel_z)), wing, None, SteadyLimits())
+    assert point.why.tolist().count(1) == 1 and point.used.sum() >= 6
+
+
+def test_total_least_squares_on_a_line_with_errors_on_both_sides():
+    rng = np.random.default_rng(5)
+    hits, slopes = 0, []
+    for _ in range(40):
+        true = np.linspace(0.05, 0.9, 12)
+        lift2 = true + 0.04 * rng.standard_normal(12)
+        drag = 0.02 + 0.05 * true + 0.0005 * rng.standard_normal(12)
+        polar = fit_polar(PolarPoints(lift2, np.full(12, 0.04), drag, np.full(12, 0.0005)))
+        slopes.append(polar.factor)
+        hits += abs(polar.zero_lift - 0.02) < 2.23 * np.sqrt(polar.covariance[0, 0])
+    assert np.mean(slopes) == pytest.approx(0.05, rel=0.02)  # ordinary least squares would be 2 % low at 0.04
+    assert hits >= 34
+
+
+@pytest.mark.parametrize(("n", "top"), [(3, 0.9), (8, 0.06)])
+def test_points_that_make_no_polar(n, top):
+    lift2 = np.linspace(0.05, top, n)
+    with pytest.raises(RecordingError, match="no drag polar"):
+        fit_polar(PolarPoints(lift2, np.full(n, 0.01), 0.02 + 0.05 * lift2, np.full(n, 1e-4)))
+
+
+def test_the_verb_and_its_files(profile, tmp_path, capsys):
+    log = tmp_path / "flight.parquet"
+    write_recording(replace(profile, name="flight"), log)  # thrust_N is the truth: the verb asks the deck
+    page, table = tmp_path / "polar.html", tmp_path / "points.csv"
+    assert main(["performance", str(log), "--report", str(page), "-o", str(table), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["polars"][0]["of"] == "brochure thrust, accelerometer"
+    interval = said["polars"][0]["zero_lift_drag"]
+    assert interval["low"] <= TRUE.zero_lift <= interval["high"]
+    assert f"{interval['value']:.4f}" in page.read_text() and table.read_text().count("\n") == 8
+    assert main(["performance", str(log)]) == 0
+    assert "known: C_D0 0.04" in capsys.readouterr().out
+
+
+def test_what_cannot_be_used_is_one_line(profile, tmp_path, capsys):
+    log, sheet = tmp_path / "flight.parquet", tmp_path / "mass.toml"
+    bare = profile.select([name for name in profile.channels if name != "mass_kg"])
+    write_recording(bare, log)
+    assert "no mass" in refused(capsys, "performance", log)
+    sheet.write_text("empty_kg = 4157\n")
+    assert "payload_kg" in refused(capsys, "performance", log, "--mass-sheet", sheet)
+    sheet.write_text(SHEET.replace("1837", "20"))
+    assert "burns" in refused(capsys, "performance", log, "--mass-sheet", sheet)
+    sheet.write_text(SHEET)
+    assert main(["performance", str(log), "--mass-sheet", str(sheet), "--json"]) == 0
+    capsys.readouterr()
+    write_recording(bare.select([name for name in bare.channels if name != "pitch_deg"]), log)
+    assert "neither pitch_deg nor aoa_deg" in refused(capsys, "performance", log, "--mass-sheet", sheet)
+
+
+@pytest.mark.skipif(not PH_LAB.exists(), reason="no PH-LAB recordings here")
+def test_recorded_flights_agree_with_one_another(wing):
+    names = ("openap_phlab_20170320_08", "openap_phlab_20170320_12", "openap_phlab_undated")
+    found = []
+    for name in names:
+        one = flown(read_flight(PH_LAB / f"{name}.npz"), wing, None, SteadyLimits())
+        found.append(performance([one], wing.aspect_ratio, False).polars[0])
+    values = [polar.zero_lift_drag.value for polar in found]
+    assert max(values) - min(values) < 0.0025  # students' flight tests of the aircraft: 0.020 to 0.023
+    assert all(polar.zero_lift_drag.low < 0.0209 < polar.zero_lift_drag.high for polar in found)
+    assert all(polar.oswald.low < 0.80 < polar.oswald.high for polar in found)

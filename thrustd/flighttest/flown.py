@@ -1,0 +1,141 @@
+"""The points of one flight for a drag polar: means of its steady, straight windows, and what is not sure about them.
+
+The accelerometer's zero against pitch is one constant of a flight. Air data tell it, as well as the air was still: with
+prior sigma s_0 (the aircraft's file) and the difference d of the two excess thrusts over n points, spread s_d,
+
+    zero = d s_0^2 / (s_0^2 + s_d^2 / n),   sigma = s_0 (s_d / sqrt(n)) / sqrt(s_0^2 + s_d^2 / n)
+"""
+
+from math import hypot, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from thrustd.core.aircraft import Wing
+from thrustd.core.columns import Flags, Floats
+from thrustd.core.errors import RecordingError
+from thrustd.core.measures import SIGMAS_95
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
+from thrustd.core.steady import SteadyLimits
+from thrustd.flighttest.aerodynamics import Motion, coefficients, motion_of
+from thrustd.flighttest.flight import Flight
+from thrustd.flighttest.mass_sheet import MassSheet, mass_of
+from thrustd.flighttest.uncertainty import mean_of
+from thrustd.flighttest.windows import Window, marked_windows, steady_windows
+
+STRAIGHT_G = 0.05  # load factor within 1 +- this: no turn, no pull-up
+SLOWEST_MACH = 0.1  # below: on the ground
+APART = 3.0  # sigmas that accelerometer and air data may differ in a point, of their usual difference
+LEAST_APART_G = 0.003  # never less than this: a gust
+MAD_SIGMA = 1.4826  # median absolute deviation -> sigma of a normal distribution
+LEFT_OUT = "", "turns", "on the ground", "air data disagree"
+
+
+class Zero(NamedTuple):
+    """The accelerometer's zero against pitch and path in one flight."""
+
+    mean_g: float
+    std_g: float
+    difference_g: float  # median of accelerometer minus air data
+
+
+class Flown(NamedTuple):
+    """Per point, each (n,)."""
+
+    name: str
+    engines: tuple[str, ...]
+    windows: list[Window]
+    mach: Floats
+    altitude_m: Floats
+    alpha_rad: Floats
+    area_pa_m2: Floats  # q S
+    weight_n: Floats
+    load_g: Floats
+    excess_g: Floats  # by accelerometer, its zero taken out
+    energy_g: Floats
+    excess_std_g: Floats  # random part
+    energy_std_g: Floats
+    lift2_std: Floats  # random part of C_L^2
+    thrust_n: dict[str, Floats]  # fused or brochure -> all engines together
+    thrust_std_n: dict[str, Floats]  # of each engine (n, engines): systematic
+    thrust_random_n: dict[str, Floats]
+    mass_std: float  # relative
+    zero: Zero
+    why: Floats  # place in LEFT_OUT
+
+    @property
+    def used(self) -> Flags:
+        return np.asarray(self.why == 0)
+
+
+def flown(
+    flight: Flight, wing: Wing, sheet: MassSheet | None, limits: SteadyLimits, marks: str | None = None,
+    windows: list[Window] | None = None,
+) -> Flown:  # fmt: skip
+    """RecordingError without mass, air data, accelerations or a steady, straight window."""
+    if windows is None and marks:
+        windows = marked_windows(flight, marks)
+    flight = flight.per_second()
+    mass_kg, mass_std_kg = mass_of(flight, sheet)
+    motion = motion_of(flight, wing)
+    windows = windows or steady_windows(flight, limits)
+    rows = [_rows(flight, window) for window in windows]
+    return _point_means(flight, motion, mass_kg, mass_std_kg, wing, windows, rows)
+
+
+def _rows(flight: Flight, window: Window) -> slice:
+    first, last = np.searchsorted(flight.record.time_s, (window.start_s, window.end_s))
+    if first == last:
+        raise RecordingError(f"{flight.name}: no samples from {window.start_s:g} to {window.end_s:g} s")
+    return slice(int(first), int(last))
+
+
+def _point_means(
+    flight: Flight, motion: Motion, mass_kg: Floats, mass_std_kg: float, wing: Wing, windows: list[Window],
+    rows: list[slice],
+) -> Flown:  # fmt: skip
+    record = flight.record
+
+    def means(column: Floats) -> Floats:
+        return np.array([float(np.mean(column[part])) for part in rows])
+
+    def randoms(column: Floats) -> Floats:
+        return np.array([mean_of(column[part]).random_u95 / SIGMAS_95 for part in rows])
+
+    sums = {
+        kind: np.asarray(np.sum([record[f"{kind}_N_{engine}"] for engine in flight.engines], axis=0))
+        for kind in ("thrust", "brochure")
+    }
+    stds = {
+        kind: np.column_stack([means(record[f"{kind}_std_N_{engine}"]) for engine in flight.engines]) for kind in sums
+    }
+    load, energy, excess = means(motion.load_g), means(motion.energy_g), means(motion.excess_g)
+    mach = means(record["mach"])
+    zero, why = _judge(excess - energy, load, mach, wing)
+    lift = coefficients(motion, sums["thrust"], mass_kg, motion.excess_g).lift
+    found = Flown(
+        flight.name, flight.engines, windows, mach, means(record["pressure_altitude_m"]), means(motion.alpha_rad),
+        means(motion.area_pa_m2), means(mass_kg) * STANDARD_GRAVITY_M_S2, load, excess - zero.mean_g, energy,
+        randoms(motion.excess_g), randoms(motion.energy_g), randoms(lift * lift),
+        {kind: means(total) for kind, total in sums.items()}, stds,
+        {kind: randoms(total) for kind, total in sums.items()}, mass_std_kg / float(mass_kg.mean()), zero, why,
+    )  # fmt: skip
+    if not found.used.any():
+        raise RecordingError(f"{flight.name}: no steady window in straight flight; expected other --limit or --marks")
+    return found
+
+
+def _judge(difference_g: Floats, load_g: Floats, mach: Floats, wing: Wing) -> tuple[Zero, Floats]:
+    """The accelerometer's zero, and why points are left out."""
+    why = np.where(~(mach > SLOWEST_MACH), 2, np.where(abs(load_g - 1.0) > STRAIGHT_G, 1, 0))
+    flying = (why == 0) & np.isfinite(difference_g)
+    if not flying.any():
+        return Zero(0.0, wing.accel_x_std_g, 0.0), why
+    middle = float(np.median(difference_g[flying]))
+    spread = MAD_SIGMA * float(np.median(abs(difference_g[flying] - middle)))
+    why[flying & (abs(difference_g - middle) > max(APART * spread, LEAST_APART_G))] = 3
+    why[~np.isfinite(difference_g)] = 2
+    of_mean = max(spread, LEAST_APART_G / APART) / sqrt(flying.sum())
+    prior = wing.accel_x_std_g
+    mean = middle * prior**2 / (prior**2 + of_mean**2)
+    return Zero(mean, prior * of_mean / hypot(prior, of_mean), middle), why

@@ -1,0 +1,205 @@
+"""Drag polar of one or more flights: C_D0, e and L/D with intervals, and what each doubt costs.
+
+Three answers side by side: the thrust of the log with the accelerometer's excess thrust, the same with the excess
+thrust of air data (energy height), and brochure thrust alone. Random errors are in the fit; every systematic source is
+then shifted by one sigma and the polar fitted again, so the budget shows where the interval comes from. The fused
+thrust of an engine is off by a constant of its own in each flight, a deck by the same for all.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import hypot, sqrt
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from scipy.special import stdtrit
+
+from thrustd.core.columns import Floats
+from thrustd.core.measures import SIGMAS_95
+from thrustd.flighttest.flown import LEFT_OUT, Flown
+from thrustd.flighttest.polar import Polar, PolarPoints, fit_polar
+from thrustd.records.rows import Row
+
+
+class Interval(msgspec.Struct, frozen=True):
+    """A number with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    random_u95: float
+    systematic_u95: float
+
+
+class PolarResult(msgspec.Struct, frozen=True):
+    """One polar."""
+
+    of: str
+    zero_lift_drag: Interval  # C_D0
+    oswald: Interval  # e
+    best_lift_to_drag: Interval
+    scatter: float  # C_D between points, beyond what each says of itself
+    points: int
+    budget_zero_lift_drag: dict[str, float]  # source -> change of C_D0 by one sigma of it
+
+
+class PerformancePoint(msgspec.Struct, frozen=True):
+    """One steady window."""
+
+    flight: str
+    name: str
+    start_s: float
+    end_s: float
+    mach: float
+    altitude_m: float
+    weight_n: float
+    thrust_n: float
+    brochure_n: float
+    lift: float  # C_L
+    drag: float  # C_D
+    energy_minus_accel_n: float  # excess thrust by air data minus by accelerometer (its zero taken out)
+    thrust_error_n: float  # thrust minus what the polar and the excess thrust ask for
+    left_out: str  # empty, or why
+
+
+class Performance(msgspec.Struct, frozen=True):
+    """Everything."""
+
+    polars: list[PolarResult]
+    points: list[PerformancePoint]
+    accelerometer_zero_g: dict[str, list[float]]  # flight -> zero, its sigma
+    notes: list[str]
+
+    def rows(self) -> list[Row]:
+        return [dict(msgspec.to_builtins(point)) for point in self.points]
+
+
+class Way(NamedTuple):
+    """Which thrust and which excess thrust."""
+
+    name: str
+    thrust: str
+    energy: bool
+    together: bool  # errors of the engines are one error, of all flights too
+
+
+class Shift(NamedTuple):
+    """One systematic source, by one sigma; None = all flights together."""
+
+    source: str
+    flight: int | None
+    engine: int | None
+
+
+def performance(flights: Sequence[Flown], aspect_ratio: float, fused: bool, notes: Sequence[str] = ()) -> Performance:
+    """RecordingError when the points do not make a polar."""
+    first = "fused" if fused else "brochure"
+    ways = [Way(f"{first} thrust, accelerometer", "thrust", False, not fused),
+            Way(f"{first} thrust, energy height", "thrust", True, not fused)]  # fmt: skip
+    if fused:
+        ways.append(Way("brochure thrust, accelerometer", "brochure", False, True))
+    results = [_result(flights, way, aspect_ratio) for way in ways]
+    best = fit_polar(_points(flights, ways[0]))
+    points = [point for one in flights for point in _told(one, ways[0], best)]
+    zeros = {one.name: [one.zero.mean_g, one.zero.std_g] for one in flights}
+    return Performance(results, points, zeros, list(notes))
+
+
+def _result(flights: Sequence[Flown], way: Way, aspect_ratio: float) -> PolarResult:
+    base = fit_polar(_points(flights, way))
+    at = _numbers(base, aspect_ratio)
+    moved: dict[str, Floats] = {}
+    for shift in _shifts(flights, way):
+        change = _numbers(fit_polar(_points(flights, way, shift)), aspect_ratio) - at
+        moved[shift.source] = np.hypot(moved.get(shift.source, 0.0), change)
+    systematic = SIGMAS_95 * np.sqrt(sum(change**2 for change in moved.values()))
+    random = float(stdtrit(max(base.points - 2, 1), 0.975)) * _spread(base, aspect_ratio)
+    zero_lift, oswald, ratio = (
+        Interval(value, value - hypot(r, s), value + hypot(r, s), r, s)
+        for value, r, s in zip(at.tolist(), random.tolist(), systematic.tolist(), strict=True)
+    )
+    budget = {source: float(change[0]) for source, change in moved.items()}
+    budget["random"] = float(random[0]) / SIGMAS_95
+    return PolarResult(way.name, zero_lift, oswald, ratio, base.scatter, base.points, budget)
+
+
+def _numbers(polar: Polar, aspect_ratio: float) -> Floats:
+    """C_D0, e, largest L/D."""
+    return np.array((polar.zero_lift, polar.efficiency(aspect_ratio), polar.best_ratio))
+
+
+def _spread(polar: Polar, aspect_ratio: float) -> Floats:
+    """One sigma of `_numbers` from the random covariance."""
+    zero_lift, factor = polar.zero_lift, polar.factor
+    slopes = np.array((
+        (1.0, 0.0),
+        (0.0, -polar.efficiency(aspect_ratio) / factor),
+        (-polar.best_ratio / (2 * zero_lift), -polar.best_ratio / (2 * factor)),
+    ))  # fmt: skip
+    return np.asarray(np.sqrt(np.diag(slopes @ polar.covariance @ slopes.T)))
+
+
+def _shifts(flights: Sequence[Flown], way: Way) -> Iterator[Shift]:
+    if way.together:
+        yield Shift("thrust", None, None)
+    for number, one in enumerate(flights):
+        if not way.together:
+            yield from (Shift("thrust", number, engine) for engine in range(len(one.engines)))
+        yield Shift("mass", number, None)
+        if not way.energy:
+            yield Shift("accelerometer zero", number, None)
+
+
+def _points(flights: Sequence[Flown], way: Way, shift: Shift | None = None) -> PolarPoints:
+    """The points that are used of all flights, one source shifted by one sigma."""
+    parts = []
+    for number, one in enumerate(flights):
+        mine = shift is not None and shift.flight in (None, number)
+        parts.append(np.array(_flight_points(one, way, shift if mine else None))[:, one.used])
+    return PolarPoints(*np.concatenate(parts, axis=1))
+
+
+def _flight_points(one: Flown, way: Way, shift: Shift | None) -> PolarPoints:
+    thrust_n, weight_n = one.thrust_n[way.thrust], one.weight_n
+    excess_g = one.energy_g if way.energy else one.excess_g
+    excess_std_g = one.energy_std_g if way.energy else one.excess_std_g
+    if shift is not None:
+        stds_n = one.thrust_std_n[way.thrust]
+        if shift.source == "thrust":
+            thrust_n = thrust_n + (stds_n.sum(axis=1) if shift.engine is None else stds_n[:, shift.engine])
+        elif shift.source == "mass":
+            weight_n = weight_n * (1.0 + one.mass_std)
+        else:
+            excess_g = excess_g + one.zero.std_g
+    lift = (weight_n * one.load_g - thrust_n * np.sin(one.alpha_rad)) / one.area_pa_m2
+    drag = (thrust_n * np.cos(one.alpha_rad) - weight_n * excess_g) / one.area_pa_m2
+    drag_std = np.hypot(one.thrust_random_n[way.thrust], weight_n * excess_std_g) / one.area_pa_m2
+    return PolarPoints(lift * lift, one.lift2_std, drag, drag_std)
+
+
+def _told(one: Flown, way: Way, polar: Polar) -> Iterator[PerformancePoint]:
+    points = _flight_points(one, way, None)
+    error_n = (points.drag - polar.drag(points.lift2)) * one.area_pa_m2 / np.cos(one.alpha_rad)
+    for i, window in enumerate(one.windows):
+        yield PerformancePoint(
+            flight=one.name,
+            name=window.name,
+            start_s=window.start_s,
+            end_s=window.end_s,
+            mach=float(one.mach[i]),
+            altitude_m=float(one.altitude_m[i]),
+            weight_n=float(one.weight_n[i]),
+            thrust_n=float(one.thrust_n["thrust"][i]),
+            brochure_n=float(one.thrust_n["brochure"][i]),
+            lift=float(np.sqrt(points.lift2[i])),
+            drag=float(points.drag[i]),
+            energy_minus_accel_n=float(one.weight_n[i] * (one.energy_g[i] - one.excess_g[i])),
+            thrust_error_n=float(error_n[i]),
+            left_out=LEFT_OUT[int(one.why[i])],
+        )
+
+
+def rms_difference_n(points: Sequence[PerformancePoint]) -> float:
+    """Excess thrust by air data against accelerometer over the points that are used."""
+    used = [point.energy_minus_accel_n for point in points if not point.left_out]
+    return sqrt(float(np.mean(np.square(used))))

@@ -1,0 +1,116 @@
+"""A drag polar as tables, sentences, a picture and a page."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from thrustd.flighttest.performance import Interval, Performance, PerformancePoint, PolarResult, rms_difference_n
+from thrustd.sinks.html_page import drawing, head, section, sentences, table
+from thrustd.sinks.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COLOURS = "#0072b2", "#007a59", "#e69f00"  # Okabe & Ito
+WORDS = (
+    "C_D = C_D0 + C_L^2 / (pi A e), total least squares over steady, straight windows. 95 % intervals: random errors "
+    "in the fit, every systematic source shifted by one sigma and fitted again."
+)
+COLUMNS = (
+    "error N: thrust minus what polar and excess thrust ask for; air-acc N: excess thrust, air data minus accelerometer"
+)
+POLAR_HEADS = "polar", "points", "C_D0", "95 %", "e", "95 %", "L/D max", "95 %"
+POINT_HEADS = ("flight", "point", "from s", "s", "Mach", "alt m", "C_L", "C_D", "thrust N", "error N", "air-acc N",
+               "left out")  # fmt: skip
+
+
+def polar_rows(found: Performance) -> list[list[str]]:
+    """Under POLAR_HEADS."""
+    return [
+        [polar.of, f"{polar.points}", *_shown(polar.zero_lift_drag, 4), *_shown(polar.oswald, 3),
+         *_shown(polar.best_lift_to_drag, 1)]
+        for polar in found.polars
+    ]  # fmt: skip
+
+
+def point_rows(found: Performance) -> list[list[str]]:
+    """Under POINT_HEADS."""
+    first = {name: points[0] for name, points in _by_flight(found.points)}
+    return [
+        [p.flight if first[p.flight] is p else "", p.name, f"{p.start_s:.0f}", f"{p.end_s - p.start_s:.0f}",
+         f"{p.mach:.3f}", f"{p.altitude_m:.0f}", f"{p.lift:.3f}", f"{p.drag:.4f}", f"{p.thrust_n:.0f}",
+         f"{p.thrust_error_n:+.0f}", f"{p.energy_minus_accel_n:+.0f}", p.left_out]
+        for p in found.points
+    ]  # fmt: skip
+
+
+def lines(found: Performance, known: Sequence[str]) -> list[str]:
+    """What has to be said beside the tables."""
+    said = [COLUMNS, *(_budget(polar) for polar in found.polars)]
+    said.append(
+        f"excess thrust, air data against accelerometer: {rms_difference_n(found.points):.0f} N rms over the points"
+    )
+    for flight, (zero_g, std_g) in found.accelerometer_zero_g.items():
+        said.append(f"{flight}: accelerometer zero {1e3 * zero_g:+.2f} +- {1e3 * std_g:.2f} mg, taken out")
+    return [*said, *(f"known: {line}" for line in known), *found.notes]
+
+
+def write_page(found: Performance, known: Sequence[str], path: Path) -> None:
+    """HTML, whole or not at all."""
+    parts = [
+        head("Drag polar", WORDS),
+        section("Polars", table(POLAR_HEADS, polar_rows(found)), sentences(lines(found, known))),
+        section("Picture", drawing(figure(found), "drag polar")),
+        section("Points", table(POINT_HEADS, point_rows(found))),
+    ]
+    with whole_file(path) as part:
+        part.write_text("".join(parts), encoding="utf-8")
+
+
+def figure(found: Performance) -> "Figure":
+    """C_D over C_L^2 with the polars; thrust error and excess thrust check over thrust."""
+    from matplotlib.figure import Figure
+
+    drawn = Figure(figsize=(11, 5), layout="constrained")
+    left, right = drawn.subplots(1, 2)
+    for flight, points in _by_flight(found.points):
+        used = [p for p in points if not p.left_out]
+        left.plot([p.lift**2 for p in used], [p.drag for p in used], "o", ms=4, label=flight)
+        right.plot(
+            [p.thrust_n for p in used], [p.thrust_error_n for p in used], "o", ms=4, label=f"{flight}: thrust error"
+        )
+        right.plot([p.thrust_n for p in used], [p.energy_minus_accel_n for p in used], "x", ms=4, color="#999999")
+    out = [p for p in found.points if p.left_out and np.isfinite(p.drag)]
+    top = max((p.lift**2 for p in found.points if not p.left_out), default=1.0)
+    left.plot([p.lift**2 for p in out], [p.drag for p in out], "x", color="#999999", ms=5, label="left out")
+    grid = np.linspace(0.0, 1.05 * top, 50)
+    for polar, colour in zip(found.polars, COLOURS, strict=False):
+        drag = (
+            polar.zero_lift_drag.value
+            + (1 / (4 * polar.zero_lift_drag.value * polar.best_lift_to_drag.value**2)) * grid
+        )
+        left.plot(grid, drag, color=colour, lw=1.2, label=polar.of)
+    left.set(xlabel="C_L^2", ylabel="C_D", xlim=(0, 1.05 * top), ylim=(0, None))
+    right.plot([], [], "x", color="#999999", label="air data minus accelerometer")
+    right.axhline(0.0, color="black", lw=0.5)
+    right.set(xlabel="thrust of all engines, N", ylabel="N")
+    for axis in (left, right):
+        axis.grid(alpha=0.3, lw=0.5)
+        axis.legend(fontsize=7)
+    return drawn
+
+
+def _by_flight(points: Sequence[PerformancePoint]) -> Iterator[tuple[str, list[PerformancePoint]]]:
+    for flight in dict.fromkeys(p.flight for p in points):
+        yield flight, [p for p in points if p.flight == flight]
+
+
+def _shown(interval: Interval, digits: int) -> tuple[str, str]:
+    return f"{interval.value:.{digits}f}", f"{interval.low:.{digits}f} to {interval.high:.{digits}f}"
+
+
+def _budget(polar: PolarResult) -> str:
+    parts = ", ".join(f"{source} {abs(change):.5f}" for source, change in polar.budget_zero_lift_drag.items())
+    return f"{polar.of}: one sigma of C_D0 by source: {parts}; scatter between points {polar.scatter:.4f}"
