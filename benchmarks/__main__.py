@@ -3,7 +3,7 @@
 import sys
 from importlib import import_module
 
-SHORT = ("bench_model", "bench_flight", "bench_live", "bench_wire", "bench_log", "bench_identify", "bench_zoom")
+SHORT = ("bench_model", "bench_flight", "bench_live", "bench_identify", "bench_zoom")
 
 
 def main() -> None:
