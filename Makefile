@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
 
-.PHONY: help demo test check bench blind fusion integrity thesis clean
+.PHONY: help demo test check site bench blind fusion integrity thesis clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -26,6 +26,9 @@ check: .venv/ready ## format, lint, types; Python and JavaScript
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/biome ci --colors=off
+
+site: .venv/ready ## the pages as a site in out/site; a broken link fails
+	$(BIN)/mkdocs build --quiet
 
 bench: .venv/ready ## speed and memory, measured here
 	$(BIN)/python -m benchmarks
