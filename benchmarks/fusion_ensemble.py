@@ -3,7 +3,7 @@
 The zero and stiffness of an engine's mounts and its deviation from the deck stay for a whole flight: one engine is
 inside its band nearly always or hardly ever. So a band is that of an ensemble: many twin aircraft that nothing was
 tuned on fly the recordings in turn, from GROUND_S before they are airborne: as flown, with the engines idling; behind
-a start of the engines on mounts that are new, so that they are tared; on mounts that hold what the last flight left in
+a start of the engines on new mounts, whose zeros are calibrated; on mounts that hold what the last flight left in
 their friction, so that they cannot be; and as flown on such mounts. An engine counts as one draw, whatever the
 length of its flight; the interval behind a share is where 95 % of the shares lie when the engines are drawn anew, with
 replacement, from those that flew (cluster bootstrap: Efron & Tibshirani, An Introduction to the Bootstrap, ch. 8).
@@ -51,7 +51,7 @@ class Engine(NamedTuple):
     brochure_rmse: float
     fused_rmse: float
     oracle_rmse: float
-    coverage: dict[str, tuple[float, float]]  # route -> (steady, transients)
+    coverage: dict[str, tuple[float, float]]  # source -> (steady, transients)
     faults: list[str]  # of the aircraft
 
 
@@ -63,7 +63,7 @@ def transient(flown: Flown) -> npt.NDArray[np.bool_]:
 
 
 def oracle(mount_error: Array, brochure_error: Array) -> float:
-    """RMSE of the best fixed weighting of both routes after the truth took their biases away."""
+    """RMSE of the best fixed weighting of both sources after the truth took their biases away."""
     m, b = mount_error - mount_error.mean(), brochure_error - brochure_error.mean()
     weight = np.clip(np.sum(b * (b - m)) / np.sum((b - m) ** 2), 0.0, 1.0)
     return rms(weight * m + (1 - weight) * b)
@@ -82,9 +82,9 @@ def score(flown: Flown, name: str, faults: list[str]) -> Engine:
         "brochure only": refiltered(flown, False, True),
     }
     coverage = {}
-    for route, (thrust, std) in bands.items():
+    for source, (thrust, std) in bands.items():
         inside = np.abs(thrust - truth) <= SIGMAS_95 * std
-        coverage[route] = (100 * float(inside[used & ~moving].mean()), 100 * float(inside[used & moving].mean()))
+        coverage[source] = (100 * float(inside[used & ~moving].mean()), 100 * float(inside[used & moving].mean()))
     fused_rmse = rms((bands["fused"][0] - truth)[used])
     best_rmse = oracle(mount[both], brochure[both])
     return Engine(name, rms(mount[both]), rms(brochure[both]), fused_rmse, best_rmse, coverage, faults)
@@ -102,7 +102,7 @@ def part(name: str, seconds: float) -> Recording | None:
 def engines(place: Installation, name: str, seed: int, seconds: float, condition: str) -> list[Engine]:
     start, flown = condition in CONDITIONS[1:3], condition in CONDITIONS[2:]
     flight = fly_through(place, name, part(name, seconds), seed, scripted_s=seconds, engine_start=start, flown=flown)
-    faults = [f"{fault.where} {fault.kind}" for fault in flight.faults if fault.active and fault.kind != "tare"]
+    faults = [f"{fault.where} {fault.kind}" for fault in flight.faults if fault.active and fault.kind != "zero"]
     sides = zip(ENGINES, flight.engines, strict=True)
     return [score(flown, f"{name} {seed} {side}", faults) for side, flown in sides]
 
@@ -115,10 +115,10 @@ def share(inside_pct: Array) -> str:
 
 
 def coverage_table(flown: list[Engine]) -> Table:
-    grid = Table("route", *HALVES, title=f"truth inside the 95 % band, {len(flown)} engines; 95 % of it if drawn anew")
-    for route in flown[0].coverage:
-        inside = np.array([engine.coverage[route] for engine in flown])
-        grid.add_row(route, *(share(half) for half in inside.T))
+    grid = Table("source", *HALVES, title=f"truth inside the 95 % band, {len(flown)} engines; 95 % of it if drawn anew")
+    for source in flown[0].coverage:
+        inside = np.array([engine.coverage[source] for engine in flown])
+        grid.add_row(source, *(share(half) for half in inside.T))
     return grid
 
 
@@ -145,7 +145,7 @@ def keep(key: str, seed: int, flown: list[Engine]) -> None:
 
 
 def told(flown: list[Engine]) -> list[str]:
-    """In words: fused beside the better route and beside the best fixed weight, and what was reported."""
+    """In words: fused beside the better source and beside the best fixed weight, and what was reported."""
     excess_n = np.array([e.fused_rmse - min(e.mount_rmse, e.brochure_rmse) for e in flown])
     ratio = np.array([e.fused_rmse / e.oracle_rmse for e in flown])
     reported = sorted({fault for e in flown for fault in e.faults})
@@ -154,7 +154,7 @@ def told(flown: list[Engine]) -> list[str]:
         f"; the others {np.median(worse_n):.1f} N worse (median), at most {worse_n.max():.1f} N" if worse_n.size else ""
     )
     return [
-        f"fused better than the better route, or equal (0.5 N): {len(flown) - worse_n.size} of {len(flown)}{others}",
+        f"fused better than the better source, or equal (0.5 N): {len(flown) - worse_n.size} of {len(flown)}{others}",
         f"fused / best fixed weight: {np.median(ratio):.2f} (median engine)",
         f"reported by healthy sensors: {reported or 'nothing'}",
     ]
@@ -180,7 +180,7 @@ def main() -> None:
                 keep(key, seed, done[seed])
             flown += done[seed]
         console.print(f"[b]{condition}[/b]", coverage_table(flown), error_table(flown), *told(flown), sep="\n")
-    console.print("* of both routes, with biases removed and weight chosen by the truth: nobody has that in flight")
+    console.print("* of both sources, with biases removed and weight chosen by the truth: nobody has that in flight")
 
 
 if __name__ == "__main__":

@@ -102,7 +102,7 @@ def _flown(profile: Recording, engine: int, estimates: list[Estimate]) -> Flown:
 
 
 def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Array, Array]:
-    """(thrust, one sigma) when one route is taken away, at 10 Hz."""
+    """(thrust, one sigma) when one source is taken away, at 10 Hz."""
     thrust_filter, rows = _steps(flown, mount, brochure)
     outputs = [thrust_filter.step(inputs.row()) for inputs in rows]
     return np.array([o.thrust_n for o in outputs]), np.array([o.thrust_std_n for o in outputs])

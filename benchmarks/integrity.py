@@ -104,7 +104,7 @@ def judge(flown: Flight, case: Case, begin_ns: int, estimates: list[list[Estimat
         ))  # fmt: skip
         if told.any():
             told_s = min(told_s, time_s[int(np.argmax(told))] - begin_ns * 1e-9)
-    reports = [fault for fault in faults if fault.active and fault.kind != "tare"]
+    reports = [fault for fault in faults if fault.active and fault.kind != "zero"]
     named = [fault for fault in reports if fault.where in case.who]
     bias, rms, silent_pct, longest, in_band, std = zip(*figures, strict=True)
     return Row(

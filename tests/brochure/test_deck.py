@@ -1,4 +1,4 @@
-"""The shipped deck over the whole envelope, its reference points, its routes, and decks that are refused."""
+"""The shipped deck over the whole envelope, its reference points, its sources, and decks that are refused."""
 
 import json
 from math import isnan, nan
@@ -114,13 +114,13 @@ def test_the_band_is_that_of_fuel_flow():
 
 def test_routes_by_what_is_there():
     both = inputs(0.06, 70.0, 80.0)
-    assert DECK.estimate(both, 0).route == "fuel_flow"
-    assert DECK.estimate(both._replace(n1_rate_pct_s=5.0), 0).route == "n1"
+    assert DECK.estimate(both, 0).source == "fuel_flow"
+    assert DECK.estimate(both._replace(n1_rate_pct_s=5.0), 0).source == "n1"
     assert DECK.estimate(both._replace(n1_rate_pct_s=5.0), 0).transient
-    assert DECK.estimate(both._replace(fuel_flow_kg_s=nan), 0).route == "n1"
-    assert DECK.estimate(both._replace(n1_pct=nan), 0).route == "fuel_flow"
+    assert DECK.estimate(both._replace(fuel_flow_kg_s=nan), 0).source == "n1"
+    assert DECK.estimate(both._replace(n1_pct=nan), 0).source == "fuel_flow"
     nothing = DECK.estimate(both._replace(n1_pct=nan, fuel_flow_kg_s=nan), 0)
-    assert nothing.route == "none"
+    assert nothing.source == "none"
     assert isnan(nothing.thrust_n)
     assert isnan(DECK.estimate(both._replace(mach=nan), 0).thrust_n)
     assert isnan(DECK.estimate(both._replace(pressure_altitude_m=nan), 0).thrust_n)
@@ -135,7 +135,7 @@ def test_missing_temperature_is_isa_with_a_wider_band():
 
 def test_unknown_engine_has_the_fuel_route_only():
     estimate = DECK.estimate(inputs(0.06, 70.0, 80.0), 5)
-    assert estimate.route == "fuel_flow"
+    assert estimate.source == "fuel_flow"
     assert isnan(estimate.n1_thrust_n)
 
 

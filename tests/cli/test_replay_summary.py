@@ -3,12 +3,12 @@
 import pytest
 
 from thrustd.cli.replay_summary import largest_n, print_summary
-from thrustd.replay.means import EngineMeans, RouteMean
+from thrustd.replay.means import EngineMeans, SourceMean
 from thrustd.replay.replay import ReplaySummary
 from thrustd.replay.score import Score
 
 ENGINE = EngineMeans(
-    {"fused": RouteMean(100.0, 4748.7, 31.0, 0.0), "brochure": RouteMean(98.3, 4634.2, 225.0, 1114.0)},
+    {"fused": SourceMean(100.0, 4748.7, 31.0, 0.0), "brochure": SourceMean(98.3, 4634.2, 225.0, 1114.0)},
     {"transient": 14.3, "mount_rejected": 0.01},
 )
 SCORES = {"left": {"fused": Score(100, 37.8, -22.6, 0.5, 700.0, 97.8)}}

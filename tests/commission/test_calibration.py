@@ -72,8 +72,8 @@ def test_what_is_no_zero_is_refused_aloud(tmp_path, capsys):
     assert set(read_calibration(out.read_text(), "x").mount) == {"left_upper", "left_lower", "right_lower"}
     assert main(["replay", str(log), "--json"]) == 0
     faults = said(capsys)["faults"]
-    assert faults["right_upper tare_refused"] == 1 and faults["left tare"] == 1
-    assert not any("tare_refused" in name for name in faults if "right_upper" not in name)
+    assert faults["right_upper zero_refused"] == 1 and faults["left zero"] == 1
+    assert not any("zero_refused" in name for name in faults if "right_upper" not in name)
 
 
 def test_a_log_that_begins_with_engines_running_has_no_zeros(static_run, tmp_path, capsys):
@@ -99,7 +99,7 @@ def test_a_flight_takes_zero_gain_and_hours_from_the_file(tmp_path):
     stiff = [np.ptp(model.simulate(np.outer([0.1, 0.9], row > 0))) for model in (plain, own)]
     assert stiff[1] > 1.04 * stiff[0]
     pipeline = place.pipeline()
-    assert pipeline._routes[0]._zero_mm == 0.02  # what a tare would take off is off already
+    assert pipeline._routes[0]._zero_mm == 0.02  # what a calibration would take off is off already
     assert pipeline._routes[0]._means["zero_std_mm"][0] == 0.001
     assert pipeline._intake._service_s == [10800.0, 0.0, 0.0, 0.0]
 

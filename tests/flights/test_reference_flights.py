@@ -53,7 +53,7 @@ def test_replaying_the_estimate_log_scores_against_the_truth(tmp_path):
         assert summary.scores[engine]["smoothed"].n == pytest.approx(fused.n, abs=20)
         assert np.isfinite(read_recording(smoothed)[f"thrust_N_{engine}"]).all()
     squares = {
-        route: [summary.scores[e][route].rmse_n ** 2 for e in ("left", "right")] for route in ("fused", "smoothed")
+        source: [summary.scores[e][source].rmse_n ** 2 for e in ("left", "right")] for source in ("fused", "smoothed")
     }
     assert sum(squares["smoothed"]) < sum(squares["fused"])
     assert summary.missing_events == 0

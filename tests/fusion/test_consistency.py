@@ -27,10 +27,10 @@ def flight(mount_sigma=1.0, brochure_sigma=1.0, status=0, rho=0.0):
 
 def test_right_noises_have_an_nis_of_one_and_nothing_left():
     found = consistency(flight())
-    for route, measured in (("mount", N), ("brochure", N // EVERY)):
-        assert found[route].nis == pytest.approx(1.0, abs=0.06)
-        assert abs(found[route].whiteness) < 0.05
-        assert found[route].measurements == measured
+    for source, measured in (("mount", N), ("brochure", N // EVERY)):
+        assert found[source].nis == pytest.approx(1.0, abs=0.06)
+        assert abs(found[source].whiteness) < 0.05
+        assert found[source].measurements == measured
 
 
 @pytest.mark.parametrize(("sigma", "nis"), [(2.0, 4.0), (0.5, 0.25)])

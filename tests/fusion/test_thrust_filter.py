@@ -1,4 +1,4 @@
-"""The thrust filter on signals whose truth is known: bands, gates, tare, poison, memory."""
+"""The thrust filter on signals whose truth is known: bands, gates, zeros, poison, memory."""
 
 from math import inf, nan, sqrt
 
@@ -248,12 +248,12 @@ def test_a_throttle_that_nobody_watched_is_in_the_first_band_after_a_pause(moved
     assert seen[0].thrust_std_n < 0.1 * blind.thrust_std_n
 
 
-def test_engine_off_is_a_thrust_of_zero_and_a_tare_before_it_runs_for_the_first_time():
-    thrust_filter, tares = ThrustFilter(FusionSettings(), 1), []
+def test_engine_off_is_a_thrust_of_zero_and_a_zero_before_it_runs_for_the_first_time():
+    thrust_filter, calibrated = ThrustFilter(FusionSettings(), 1), []
     for k in range(600):
         estimate = thrust_filter.step(inputs(k, 85.0, nan, n1_pct=0.0 if k < 300 or k > 400 else 30.0))
-        tares.append(thrust_filter.tares)
-    assert sum(tares) == 1
+        calibrated.append(thrust_filter.calibrates)
+    assert sum(calibrated) == 1
     assert estimate.status & Status.ENGINE_OFF
     assert abs(estimate.thrust_n) < 20.0
     assert estimate.mount_bias_n == pytest.approx(85.0, abs=25.0)

@@ -85,22 +85,22 @@ def test_flight_is_the_ground_simulation_bit_for_bit_whatever_channels_the_effec
 
 
 @pytest.mark.parametrize("zero_mm", [-0.009, 0.006, 0.011])
-def test_a_tare_takes_the_zero_off_at_every_load_and_the_band_knows(precise, zero_mm):
+def test_a_zero_takes_the_zero_off_at_every_load_and_the_band_knows(precise, zero_mm):
     true_mm = np.concatenate([np.zeros(300), np.linspace(0.0, 0.9, 300), np.full(100, 0.9)])
-    right, wrong, tared = Bench(precise), Bench(precise), Bench(precise)
+    right, wrong, calibrated = Bench(precise), Bench(precise), Bench(precise)
     for k, mm in enumerate(true_mm):
-        right_n, wrong_n, tared_n = (each.fused(1 / RATE_HZ)["force_n"] for each in (right, wrong, tared))
-        for each, zero in ((right, 0.0), (wrong, zero_mm), (tared, zero_mm)):
+        right_n, wrong_n, calibrated_n = (each.fused(1 / RATE_HZ)["force_n"] for each in (right, wrong, calibrated))
+        for each, zero in ((right, 0.0), (wrong, zero_mm), (calibrated, zero_mm)):
             each.take(k, mm + zero)
         if k == 299:
-            tared.fused(1 / RATE_HZ)
-            tared.route.tare()
-            assert not tared.route._unseen.branched  # nothing is left to doubt in its friction
-            before, other = tared.route.snapshot(), Bench(precise)
+            calibrated.fused(1 / RATE_HZ)
+            calibrated.route.calibrate()
+            assert not calibrated.route._unseen.branched  # nothing is left to doubt in its friction
+            before, other = calibrated.route.snapshot(), Bench(precise)
             assert other.route.restore(before) and other.route.snapshot() == before
     assert abs(wrong_n - right_n) > 20.0
-    assert abs(tared_n - right_n) < 0.1 * abs(wrong_n - right_n)
-    assert tared.route.state["std_n"] < 0.8 * wrong.route.state["std_n"]
+    assert abs(calibrated_n - right_n) < 0.1 * abs(wrong_n - right_n)
+    assert calibrated.route.state["std_n"] < 0.8 * wrong.route.state["std_n"]
 
 
 def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
@@ -115,7 +115,7 @@ def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
     for k, n in enumerate(flown(found, taxi_mm, 0.0 * taxi_mm)):
         said_n.append(n)
         if k == 300:
-            found.route.tare()
+            found.route.calibrate()
     new_n = precise.simulate(precise.inputs({"deformation_mm": taxi_mm[:1], "accel_x_g": np.zeros(1)}))[0]
     assert abs(said_n[2999]) < 0.6 * new_n
     assert said_n[-1] == pytest.approx(true_n, abs=20.0)
@@ -126,16 +126,16 @@ def test_what_is_too_large_for_a_zero_is_none(model, shown_mm):
     bench = Bench(model)
     bench.started(0, shown_mm)
     before = bench.route.snapshot()
-    bench.route.tare()
+    bench.route.calibrate()
     assert bench.route.snapshot() == before
 
 
-def test_a_curve_that_is_flat_at_rest_is_not_tared_and_stops_nobody(model):
+def test_a_curve_that_is_flat_at_rest_is_not_calibrated_and_stops_nobody(model):
     bench = Bench(model)
     bench.started(0, 0.005)
     bench.route._means["stiffness_n_mm"][0, 0] = 0.0
     before = bench.route.snapshot()
-    bench.route.tare()
+    bench.route.calibrate()
     assert bench.route.snapshot() == before
 
 

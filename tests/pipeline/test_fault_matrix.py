@@ -45,8 +45,8 @@ def test_the_flight_goes_on_says_so_and_recovers(flight, case, moment_s):
     assert not verdict.still_flagged
 
 
-def test_the_good_flight_has_no_fault_but_the_tare(flight):
-    assert {fault.kind for fault in flight[3].faults} <= {"tare"}
+def test_the_good_flight_has_no_fault_but_the_zero(flight):
+    assert {fault.kind for fault in flight[3].faults} <= {"zero"}
 
 
 def test_frames_in_pieces_become_whole():

@@ -27,22 +27,22 @@ def test_means_and_shares_are_of_all_estimates():
     flags = np.where(np.arange(n) % 2, int(Status.TRANSIENT | Status.ONE_MOUNT), 0)
     found = means_of(estimate(5000.0 + i % 2, *row) for i, row in enumerate(zip(stds, mounts, flags, strict=True)))
     assert found.status_pct == {"transient": 50.0, "one_mount": 50.0}
-    fused, mount = found.routes["fused"], found.routes["mount"]
+    fused, mount = found.sources["fused"], found.sources["mount"]
     assert (fused.mean_n, fused.known_pct, fused.farthest_n) == (5000.5, 100.0, 0.0)
     assert fused.std_n == pytest.approx(np.median(stds), rel=0.012)
     assert (mount.mean_n, mount.known_pct, mount.farthest_n) == (5100.0, 75.0, 100.0)
 
 
 def test_a_route_that_never_spoke_is_left_out():
-    assert set(means_of([estimate(1.0)] * 3).routes) == {"fused", "brochure"}
+    assert set(means_of([estimate(1.0)] * 3).sources) == {"fused", "brochure"}
 
 
 def test_nothing_is_no_engine():
-    assert means_of([]).routes == {}
+    assert means_of([]).sources == {}
 
 
 def test_the_trend_is_of_steady_thrust_and_both_routes():
-    """Mounts 2 % above the brochure; what is idle, moves or lacks a route does not count."""
+    """Mounts 2 % above the brochure; what is idle, moves or lacks a source does not count."""
     steady = [estimate(5050.0, mount_n=5100.0)] * 300
     unfit = [
         estimate(5050.0, mount_n=9000.0, status=int(Status.TRANSIENT)),

@@ -36,11 +36,11 @@ def test_with_a_truth_every_estimate_is_set_against_it():
     (above, below, near), legend = drawn(
         picture_of(np.full(100, 5000.0), truth_n=4990.0), {"left": {"fused": 10.4, "mount": 20.0}}
     )
-    assert {"fused", "mount route", "brochure route", "truth"} <= set(legend)
+    assert {"fused", "mount source", "brochure source", "truth"} <= set(legend)
     assert "95 % band of fused (of differences: around zero)" in legend
     assert below.get_title(loc="left") == "estimate minus truth; largest: fused 10 N, mount 20 N"
     assert set(line_of(below, "fused")) == set(line_of(near, "fused")) == {10.0}
-    assert "brochure route" not in [line.get_label() for line in near.lines]
+    assert "brochure source" not in [line.get_label() for line in near.lines]
     assert near.get_ylim()[1] < below.get_ylim()[1]
     assert set(line_of(above, "truth")) == {4990.0}
 
@@ -48,9 +48,9 @@ def test_with_a_truth_every_estimate_is_set_against_it():
 def test_without_a_truth_the_routes_are_set_against_fused():
     (_, below, _), legend = drawn(picture_of(np.full(100, 5000.0)), {"left": {"brochure": 200.0}})
     assert "truth" not in legend
-    assert below.get_title(loc="left") == "route minus fused (no truth is known); largest: brochure 200 N"
-    assert set(line_of(below, "mount route")) == {10.0}
-    assert set(line_of(below, "brochure route")) == {200.0}
+    assert below.get_title(loc="left") == "source minus fused (no truth is known); largest: brochure 200 N"
+    assert set(line_of(below, "mount source")) == {10.0}
+    assert set(line_of(below, "brochure source")) == {200.0}
     assert below.get_ylim()[1] > 200.0
 
 
@@ -66,8 +66,8 @@ def test_what_the_axis_cuts_off_has_a_mark():
 @pytest.mark.parametrize(
     ("bit", "words"),
     [
-        (Status.MOUNT_FAILED, "mount route lost or not believed"),
-        (Status.BROCHURE_LOST, "brochure route lost or not believed"),
+        (Status.MOUNT_FAILED, "mount source lost or not believed"),
+        (Status.BROCHURE_LOST, "brochure source lost or not believed"),
         (Status.ONE_MOUNT, "thrust of one mount alone"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Engines and routes against each other."""
+"""Engines and sources against each other."""
 
 from math import isnan, nan
 
@@ -14,9 +14,9 @@ def estimate(engine, thrust_n, mount_n=nan, brochure_n=nan):
 
 def test_each_engine_is_told_what_its_routes_and_the_others_say():
     left, right = cross_checks([estimate(0, 5000.0, 5100.0, 4900.0), estimate(1, 4800.0, 4850.0)])
-    assert (left.t_ns, left.engine, left.route_residual_n, left.asymmetry_n) == (7, 0, 200.0, 200.0)
+    assert (left.t_ns, left.engine, left.source_residual_n, left.asymmetry_n) == (7, 0, 200.0, 200.0)
     assert (right.engine, right.asymmetry_n) == (1, -200.0)
-    assert isnan(right.route_residual_n)
+    assert isnan(right.source_residual_n)
 
 
 def test_of_three_engines_each_is_compared_with_the_mean_of_the_others():
@@ -27,4 +27,4 @@ def test_of_three_engines_each_is_compared_with_the_mean_of_the_others():
 def test_a_single_engine_has_nobody_to_be_compared_with():
     (alone,) = cross_checks([estimate(0, 5000.0, 5100.0, 4900.0)])
     assert isnan(alone.asymmetry_n)
-    assert alone.route_residual_n == 200.0
+    assert alone.source_residual_n == 200.0

@@ -5,7 +5,7 @@ With the total-pressure and total-temperature ratios  delta_t = p_t / 101325 Pa,
     w  = fuel flow / (delta_t sqrt(theta_t))            corrected fuel flow [kg/s]
     n  = N1 / sqrt(theta_t)                             corrected fan speed [%]
     F  = delta_t * G(w, M)                              net thrust [N],   G(w, M) in thrustd.brochure.deck_data
-    w  = exp(H_engine(n) + k M) theta_t^e               the N1 route: the fuel flow which the fan speed stands for
+    w  = exp(H_engine(n) + k M) theta_t^e               the N1 source: the fuel flow which the fan speed stands for
 
 G is fitted to the brochure program's own pairs and to static reference points, H to flights (see
 `thrustd.brochure.fit.deck_fit`). Outside the fitted region `extrapolating` is set and the band widens.
@@ -21,7 +21,7 @@ from thrustd.brochure.deck_curves import DeckInputs, DeckNumbers, estimate, rati
 from thrustd.brochure.deck_data import DeckData, check_deck, curve_numbers, spread_numbers, surface_numbers
 from thrustd.core.errors import DeckError
 
-Route = Literal["fuel_flow", "n1", "none"]
+Source = Literal["fuel_flow", "n1", "none"]
 
 
 class DeckEstimate(NamedTuple):
@@ -29,10 +29,10 @@ class DeckEstimate(NamedTuple):
 
     thrust_n: float
     std_n: float
-    route: Route  # the one that weighs most; "none" = no estimate, thrust and std are NaN
+    source: Source  # the one that weighs most; "none" = no estimate, thrust and std are NaN
     extrapolating: bool
     transient: bool
-    fuel_flow_thrust_n: float  # each route alone, NaN when its input is missing
+    fuel_flow_thrust_n: float  # each source alone, NaN when its input is missing
     n1_thrust_n: float
     n2_thrust_n: float
 
@@ -58,8 +58,8 @@ class Deck:
     def estimate(self, inputs: DeckInputs, engine: int) -> DeckEstimate:
         """Thrust of `engine` with its spread; ISA stands in for a missing temperature, other NaN mean "none"."""
         thrust_n, std_n, weight_n1, outside, transient, *routes_n = estimate(self.numbers(engine), inputs)
-        route: Route = "none" if not isfinite(weight_n1) else "n1" if weight_n1 > 0.5 else "fuel_flow"
-        return DeckEstimate(thrust_n, std_n, route, outside, transient, *routes_n)
+        source: Source = "none" if not isfinite(weight_n1) else "n1" if weight_n1 > 0.5 else "fuel_flow"
+        return DeckEstimate(thrust_n, std_n, source, outside, transient, *routes_n)
 
     def numbers(self, engine: int) -> DeckNumbers:
         """What `deck_curves.estimate` reads of the deck for one engine."""

@@ -55,7 +55,7 @@ class SpoolCurve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mach_slope: Finite
     temperature_exponent: Finite
     fitted_pct: Range
-    relative_std: Positive  # thrust, against the fuel-flow route on flights left out of the fit
+    relative_std: Positive  # thrust, against the fuel-flow source on flights left out of the fit
 
 
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -54,7 +54,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class HandOver:
-    """Mutable: the learnt difference between both routes of one engine."""
+    """Mutable: the learnt difference between both sources of one engine."""
 
     __slots__ = ("row",)
 

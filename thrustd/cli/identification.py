@@ -204,7 +204,7 @@ def brochure_verb(arguments: argparse.Namespace) -> int:
         return 0
     from rich.table import Table
 
-    table = Table("engine", "flight left out", "error of N1 route, %", "N2, %", title="leave one flight out")
+    table = Table("engine", "flight left out", "error of N1 source, %", "N2, %", title="leave one flight out")
     for row in rows:
         n2 = row["n2_left_out_error_pct"]
         table.add_row(

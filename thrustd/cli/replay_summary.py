@@ -35,11 +35,11 @@ def print_summary(summary: "ReplaySummary") -> None:
 
 
 def largest_n(summary: "ReplaySummary") -> dict[str, dict[str, float]]:
-    """By engine and route: the largest error where a truth is known, else the largest distance from fused."""
+    """By engine and source: the largest error where a truth is known, else the largest distance from fused."""
     if summary.scores:
-        return {name: {route: s.worst_n for route, s in routes.items()} for name, routes in summary.scores.items()}
+        return {name: {source: s.worst_n for source, s in sources.items()} for name, sources in summary.scores.items()}
     return {
-        name: {route: mean.farthest_n for route, mean in engine.routes.items() if route != "fused"}
+        name: {source: mean.farthest_n for source, mean in engine.sources.items() if source != "fused"}
         for name, engine in summary.engines.items()
     }
 
@@ -48,14 +48,14 @@ def _scores(summary: "ReplaySummary") -> "Table":
     from rich.table import Table
 
     table = Table(title="error: estimate minus truth")
-    for heading in ("", "route"):
+    for heading in ("", "source"):
         table.add_column(heading)
     for heading in ("RMSE N", "bias N", "mean |error| % above 2 kN per mount", "worst |error| N", "truth in 95 % band"):
         table.add_column(heading, justify="right")
-    for name, routes in summary.scores.items():
-        for route, s in routes.items():
+    for name, sources in summary.scores.items():
+        for source, s in sources.items():
             table.add_row(
-                name, route, f"{s.rmse_n:.1f}", f"{s.bias_n:+.1f}", f"{s.mae_pct_above_2kn:.2f}",
+                name, source, f"{s.rmse_n:.1f}", f"{s.bias_n:+.1f}", f"{s.mae_pct_above_2kn:.2f}",
                 f"{s.worst_n:.0f}", f"{s.inside_95_pct:.1f} %",
             )  # fmt: skip
     return table
@@ -65,14 +65,14 @@ def _means(summary: "ReplaySummary") -> "Table":
     from rich.table import Table
 
     table = Table(title="no truth is known of this flight")
-    for heading in ("", "route"):
+    for heading in ("", "source"):
         table.add_column(heading)
     for heading in ("there, % of the time", "mean thrust N", "one sigma N (median)", "largest distance from fused N"):
         table.add_column(heading, justify="right")
     for name, engine in summary.engines.items():
-        for route, mean in engine.routes.items():
-            apart = "-" if route == "fused" else f"{mean.farthest_n:.0f}"
-            table.add_row(name, route, f"{mean.known_pct:.1f}", f"{mean.mean_n:.1f}", f"{mean.std_n:.1f}", apart)
+        for source, mean in engine.sources.items():
+            apart = "-" if source == "fused" else f"{mean.farthest_n:.0f}"
+            table.add_row(name, source, f"{mean.known_pct:.1f}", f"{mean.mean_n:.1f}", f"{mean.std_n:.1f}", apart)
     return table
 
 

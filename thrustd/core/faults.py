@@ -1,7 +1,7 @@
 """Every kind of fault, in one table: what it means, which status bit says so, and for how long.
 
 `Fault.where` says what is concerned: "adc", "adc[1]" (a channel), "can[Engine1_N1]" (a message), "n1_pct[0]" (a
-signal), "left_upper" (a mount), "mount[left]" (a route of an engine), "log", "checkpoint", ...
+signal), "left_upper" (a mount), "mount[left]" (a source of an engine), "log", "checkpoint", ...
 """
 
 from math import inf
@@ -39,7 +39,7 @@ FAULT_KINDS: dict[str, FaultKind] = {
     # readings
     "out_of_range": FaultKind("no number, or outside the catalogue's range; it does not count", Status.OUT_OF_RANGE),
     "stale": FaultKind("no reading within the time its channel allows", Status.SIGNAL_STALE, UNTIL_OVER),
-    # sensors and routes that are not believed
+    # sensors and sources that are not believed
     "dead": FaultKind("a sensor that was there is silent for good", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
     "stuck": FaultKind(
         "a sensor repeats itself although the others move", Status.SENSOR_DOUBTED | Status.STUCK, UNTIL_OVER, True
@@ -48,14 +48,14 @@ FAULT_KINDS: dict[str, FaultKind] = {
     "offset": FaultKind("a sensor jumped away from what the others say", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
     "drift": FaultKind("a sensor left what the others say, little by little", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
     "failed": FaultKind(
-        "a route of an engine is not believed until it agrees again",
+        "a source of an engine is not believed until it agrees again",
         Status.MOUNT_FAILED | Status.BROCHURE_FAILED, UNTIL_OVER, True,
     ),
-    "tare": FaultKind(
-        "not a fault: before the first engine start the mounts were asked for their zeros",
+    "zero": FaultKind(
+        "not a fault: before the first engine start the zeros of the transducers were calibrated",
         Status.ENGINE_OFF, of_engine=True,
     ),
-    "tare_refused": FaultKind(
+    "zero_refused": FaultKind(
         "before the first engine start a mount showed more than a zero: it flies with none measured",
         Status.SENSOR_DOUBTED, 10.0, of_engine=False,
     ),

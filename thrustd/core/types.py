@@ -43,7 +43,7 @@ class Fault(NamedTuple):
 
 
 class Status(IntFlag):
-    """Why an estimate is what it is. 0 = both routes healthy and inside their valid range."""
+    """Why an estimate is what it is. 0 = both sources healthy and inside their valid range."""
 
     MOUNT_LOST = 1 << 0  # no fresh mount measurement
     BROCHURE_LOST = 1 << 1  # no fresh brochure measurement
@@ -53,13 +53,13 @@ class Status(IntFlag):
     BROCHURE_FAILED = 1 << 5  # declared failed until it agrees again
     MODEL_EXTRAPOLATING = 1 << 6  # deformation outside the model's valid range
     DECK_EXTRAPOLATING = 1 << 7  # outside the brochure deck's fitted region
-    TRANSIENT = 1 << 8  # throttle moving: brochure route down-weighted
+    TRANSIENT = 1 << 8  # throttle moving: brochure source down-weighted
     GAP = 1 << 9  # ADC samples were lost; linear blocks stepped through or re-initialised
     ONE_MOUNT = 1 << 10  # engine thrust scaled from one mount
     ENGINE_OFF = 1 << 11  # N1 below 5 %: zero thrust
     LOAD_FACTOR_STALE = 1 << 12  # accelerations missing: g-load corrections at rest values
     CONVERGING = 1 << 13  # just started or restarted: band still wide
-    STUCK = 1 << 14  # a sensor repeats itself although the other route moves
+    STUCK = 1 << 14  # a sensor repeats itself although the other source moves
     OUT_OF_RANGE = 1 << 15  # a reading was outside the catalogue's range
     MOUNTS_DISAGREE = 1 << 16  # load share between the two mounts of an engine is implausible
     # about the installation: the estimate itself may be as good as ever (see `pipeline.fault_status`)
@@ -94,9 +94,9 @@ class Estimate(NamedTuple):
     thrust_n: float
     thrust_std_n: float
     thrust_rate_n_s: float
-    mount_n: float  # mount route alone, bias included; NaN when there is none
+    mount_n: float  # mount source alone, bias included; NaN when there is none
     mount_std_n: float
-    brochure_n: float  # brochure route alone; NaN when there is none
+    brochure_n: float  # brochure source alone; NaN when there is none
     brochure_std_n: float
     innovation_n: float  # mount measurement minus prediction
     brochure_innovation_n: float
@@ -113,7 +113,7 @@ class CrossCheck(NamedTuple):
 
     t_ns: int
     engine: int
-    route_residual_n: float  # mount route minus brochure route; NaN without either
+    source_residual_n: float  # mount source minus brochure source; NaN without either
     asymmetry_n: float  # fused thrust minus the other engines' mean; NaN of a single engine
 
 

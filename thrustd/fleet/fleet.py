@@ -29,7 +29,7 @@ CONNECT_S = 20
 
 @dataclass(frozen=True, slots=True)
 class ReplayJob:
-    """Replay a log; a row per engine or mount and route with its error against the truth, where there is one."""
+    """Replay a log; a row per engine or mount and source with its error against the truth, where there is one."""
 
     out: str = ""  # folder for the estimate logs; empty = none
 
@@ -49,9 +49,9 @@ class ReplayJob:
         for name, engine in summary.engines.items():  # side by side for all flights: how they change
             flight |= {f"{name}_residual_pct": engine.residual_pct, f"{name}_load_share": engine.load_share}
         scores = [
-            {"of": name, "route": route, **msgspec.to_builtins(score)}
-            for name, routes in summary.scores.items()
-            for route, score in routes.items()
+            {"of": name, "source": source, **msgspec.to_builtins(score)}
+            for name, sources in summary.scores.items()
+            for source, score in sources.items()
         ]
         return [flight | score for score in scores or [{}]]
 

@@ -1,9 +1,9 @@
-"""Is the filter as sure as it should be? Two figures from the innovations of a flight, per route.
+"""Is the filter as sure as it should be? Two figures from the innovations of a flight, per source.
 
     NIS        mean of nu^2 / S over the accepted measurements: 1 when the noises are right, more when too small
     whiteness  lag-1 autocorrelation of nu: 0 when nothing that lasts is left over, 1 for a slow error without state
 
-An estimate's `nis` is the mean over the routes it has just used: where both were, the mounts' is 2 nis - brochure_nis.
+An estimate's `nis` is the mean over the sources it has just used: where both were, the mounts' is 2 nis - brochure_nis.
 Reference: Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, sec. 5.4.
 """
 
@@ -37,7 +37,7 @@ class Consistency(NamedTuple):
 
 
 class Innovations(NamedTuple):
-    """Columns of one engine's estimates at every fused step, all (n,); NaN where a route was not measured."""
+    """Columns of one engine's estimates at every fused step, all (n,); NaN where a source was not measured."""
 
     nis: Array
     brochure_nis: Array
@@ -47,7 +47,7 @@ class Innovations(NamedTuple):
 
 
 def consistency(innovations: Innovations) -> dict[str, Consistency]:
-    """By route, over the steady part of the flight."""
+    """By source, over the steady part of the flight."""
     steady = (innovations.status & LEFT_OUT) == 0
     nis, brochure_nis, mount_n, brochure_n = (column[steady] for column in innovations[:4])
     mount_nis = np.where(np.isfinite(brochure_nis), 2.0 * nis - brochure_nis, nis)

@@ -15,15 +15,15 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     thrust_rate_std_n_s: float = 15.0  # steady flight: 12 to 17
     thrust_rate_tau_s: float = 1.3
     throttle_rate_gain_n_per_pct: float = 600.0  # twice the thrust per per cent of N1 at high power, JT15D-4
-    surprise_rate_n_s: float = 600.0  # after one route was gated out
-    agreed_surprise_rate_n_s: float = 4000.0  # after every route that speaks was: the thrust moves before N1 says so
+    surprise_rate_n_s: float = 600.0  # after one source was gated out
+    agreed_surprise_rate_n_s: float = 4000.0  # after every source that speaks was: the thrust moves before N1 says so
     # white noise of one measurement
     mount_noise_std_n: float = 5.2  # of the longitudinal acceleration: 373 kg times 0.002 g / sqrt 2
     brochure_noise_std_n: float = 5.0  # of fuel flow and N1 behind the hand-over
-    # slow errors of both routes: how large, how long they last, and the thrust movement after which they are others
-    mount_zero_std_mm: float = 0.004  # one transducer in the aircraft: a tare takes it off
+    # slow errors of both sources: how large, how long they last, and the thrust movement after which they are others
+    mount_zero_std_mm: float = 0.004  # one transducer in the aircraft: calibrating the zero takes it off
     mount_stiffness_std: float = 0.003  # of one mount against its bench, relative
-    mount_friction_std_n: float = 8.0  # the same; sigma of the mounts' route: all three and the model's error map
+    mount_friction_std_n: float = 8.0  # the same; sigma of the mounts' source: all three and the model's error map
     mount_error_tau_s: float = 600.0
     brochure_bias_std: float = 0.02  # engine against deck, relative: 95 % of them are within 4 %
     brochure_bias_tau_s: float = 7200.0
@@ -34,7 +34,7 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     # engine off
     engine_off_n1_pct: float = 5.0
     engine_off_after_s: float = 3.0
-    tare_std_n: float = 10.0
+    engine_off_std_n: float = 10.0
     converging_std_n: float = 400.0  # band wider than this: still converging
 
 

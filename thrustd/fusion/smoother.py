@@ -1,6 +1,6 @@
 """Smoothing of one engine's flight, for after the landing: Rauch-Tung-Striebel, and what the filter considers stays.
 
-The errors of both routes e = [h, c, d] come back with the thrust: what was learnt of them later, at another
+The errors of both sources e = [h, c, d] come back with the thrust: what was learnt of them later, at another
 thrust, is no news of now. So thrust and rate m = [T, r] are smoothed given the errors as they were filtered. With
 B = P_me P_ee^-1, and A = P_mm - B P_em of the covariance of m left when e is known, and B', A' of the predicted one:
 

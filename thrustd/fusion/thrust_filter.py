@@ -4,7 +4,7 @@ State  x = [T, r, h, c, d], see `dynamics`. Measurements, each a scalar update b
 
     mount     y = T - age r + h + v                  sigma_h: the mounts' error in this region
     brochure  y = T - age r + s c + d + v            sigma_d: the deck's spread, the engine's own taken out
-    tare      0 = T + v                              engine off (N1 < 5 %): what the mounts show is their error
+    zero      0 = T + v                              engine off (N1 < 5 %): what the mounts show is their error
 
 s is the brochure thrust in steps of 5 %. The errors are learnt only from the difference of two measurements:
 the first of an instant moves T and r alone (Schmidt-Kalman), else a thrust that moves would teach the filter an error
@@ -104,13 +104,13 @@ class ThrustFilter:
         p += np.outer(way, way)
 
     @property
-    def tares(self) -> bool:
+    def calibrates(self) -> bool:
         """At this step the mounts are to be asked for their zeros."""
-        return bool(self._memory["tare"].item())
+        return bool(self._memory["calibrated_now"].item())
 
     def snapshot(self) -> dict[str, list[float]]:
         """The whole state as plain numbers."""
-        clock = [float(self._memory[name].item()) for name in ("t_ns", "off_s", "tared")]
+        clock = [float(self._memory[name].item()) for name in ("t_ns", "off_s", "calibrated")]
         parts = self._x, self._p, self._memory["sizes"]
         return {"clock": clock, "now": [number for part in parts for number in part.ravel().tolist()]}
 
@@ -126,6 +126,6 @@ class ThrustFilter:
             return False
         self._x[:, 0], self._p[:] = now[:N_STATE], covariance
         memory["sizes"] = now[END_P:]
-        t_ns, memory["off_s"], tared = state["clock"]
-        memory["t_ns"], memory["tared"] = int(t_ns), bool(tared)
+        t_ns, memory["off_s"], calibrated = state["clock"]
+        memory["t_ns"], memory["calibrated"] = int(t_ns), bool(calibrated)
         return True

@@ -1,6 +1,6 @@
 """One step of a thrust filter as compiled code.
 
-    predict -> [tare] -> mounts -> brochure -> [both moved: mounts, brochure again]
+    predict -> [zero] -> mounts -> brochure -> [both moved: mounts, brochure again]
 
 Every measurement is weighed, then taken or left. What that decides is said in `thrust_filter`, the equations of the
 filter in `kalman`.
@@ -54,8 +54,8 @@ FILTER = np.dtype(
         ("used", np.bool_),
         ("last_used", np.bool_),
         ("off", np.bool_),
-        ("tared", np.bool_),  # or there will be no tare: it ran
-        ("tare", np.bool_),  # at this step
+        ("calibrated", np.bool_),  # or never: it ran
+        ("calibrated_now", np.bool_),  # at this step
         ("anchored", np.bool_),  # a measurement of this instant has said where T is: the next teaches the errors
         ("taken", np.bool_),  # the measurement that was weighed
     ],
@@ -70,7 +70,7 @@ def _begin(m: Any, t: Any, s: Any) -> None:
     m.t_ns = t.t_ns
     m.anchored = False
     m.mount_nu_n = m.mount_nis = m.nu_n = m.nis = nan
-    m.mount_used = m.used = m.tare = False
+    m.mount_used = m.used = m.calibrated_now = False
     if m.dt_s > PAUSE_S:
         m.surprise_n_s = max(m.surprise_n_s, s.surprise_rate_n_s)
 
@@ -91,20 +91,20 @@ def _take(m: Any, x: Matrix, p: Matrix) -> None:
 
 
 @compiled
-def _tare(m: Any, t: Any, s: Any) -> None:
+def _zero(m: Any, t: Any, s: Any) -> None:
     """Once the engine is off there is no thrust. Before it ran for the first time what the mounts show is their zeros.
 
-    What a flight leaves in their friction and creep is as large as a zero: there is no other tare.
+    What a flight leaves in their friction and creep is as large as a zero: nothing else calibrates it.
     """
     turning = not t.n1_pct < s.engine_off_n1_pct  # NaN counts as turning
     m.off_s = 0.0 if turning else m.off_s + m.dt_s
     m.off = m.off_s >= s.engine_off_after_s
-    m.tare = m.off and not m.tared and isfinite(t.mount_n)
-    m.tared |= m.off or t.n1_pct >= s.engine_off_n1_pct
+    m.calibrated_now = m.off and not m.calibrated and isfinite(t.mount_n)
+    m.calibrated |= m.off or t.n1_pct >= s.engine_off_n1_pct
     if m.off:
         m.h[0] = 0.0
         m.h[0, THRUST] = 1.0
-        m.z, m.r, m.taken = 0.0, s.tare_std_n**2, True
+        m.z, m.r, m.taken = 0.0, s.engine_off_std_n**2, True
 
 
 @compiled
@@ -187,7 +187,7 @@ def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> None:
     _begin(m, t, s)
     _lay_out_motion(m, t, s, min(m.dt_s, MAX_STEP_S), x[RATE, 0])
     predict(x, p, m.f, m.q, m.work[0])
-    _tare(m, t, s)
+    _zero(m, t, s)
     _take(m, x, p)
     _mounts(m, t, s, x, p)  # before the brochure: they are what knows where the thrust is while the throttle moves
     _take(m, x, p)

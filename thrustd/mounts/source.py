@@ -3,7 +3,7 @@
 bridged    up to `bridge_samples` missing: the model steps through them on a straight line
 doubted    up to LONGEST_GAP_S: the same, and the band says how wrong the slow modes may be
 restarted  longer, and the first sample of all: see `mounts.start`
-tared      before the engine runs for the first time: what its transducer shows is taken off its samples
+zero       before the engine runs for the first time: what its transducer shows is taken off its samples
 """
 
 from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
@@ -60,7 +60,7 @@ class MountRoute:
         margin_mm, catalogue = BEYOND * (high_mm - low_mm), CATALOGUE["deformation_mm"]
         self._mount["low_mm"] = max(low_mm - margin_mm, catalogue.low)
         self._mount["high_mm"] = min(high_mm + margin_mm, catalogue.high)
-        self._means, self._zero_mm, self._tare_std_n = np.zeros(1, MEANS), 0.0, settings.tare_std_n
+        self._means, self._zero_mm, self._engine_off_std_n = np.zeros(1, MEANS), 0.0, settings.engine_off_std_n
         self._means["lagged_n"], self._means["period_s"] = nan, self._period_s
         self._means["stiffness_std"] = measured.gain_std or settings.mount_stiffness_std
         self._shift(measured.zero_mm, measured.zero_std_mm or settings.mount_zero_std_mm)
@@ -102,7 +102,7 @@ class MountRoute:
         if self._unseen.branched and isfinite(deformation_mm := self.state["deformation_mm"].item()):
             self._doubt(self._unseen.friction_std_n(self._inputs(deformation_mm)))
 
-    def tare(self) -> bool:
+    def calibrate(self) -> bool:
         """The engine stands and has not run: what the mount's transducer shows is its zero.
 
         As good a measurement of it as the model is without a load; what it says is taken off every sample from now on:
@@ -120,7 +120,7 @@ class MountRoute:
         shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
         if not isfinite(shown_mm) or not k_n_mm > 0.0:  # a curve that is flat at rest says nothing of a zero
             return False
-        model_n, half_n = cells(self.model.spec.error)[2].item(0), self._tare_std_n / 2.0  # two mounts carry it
+        model_n, half_n = cells(self.model.spec.error)[2].item(0), self._engine_off_std_n / 2.0  # two mounts carry it
         known_mm = hypot(model_n, half_n) / k_n_mm
         std_mm = self._means["zero_std_mm"].item(0)
         plausible = abs(shown_mm) <= ZERO_SIGMAS * hypot(std_mm, known_mm)

@@ -14,7 +14,7 @@ stepped on beside it until the mount has moved far enough for both to be the sam
 An engine that idles on the ground was started on new mounts, or on mounts that hold what the last flight left in their
 friction, or it has just landed: both branches. Where the aircraft flies it came down from a cruise some minutes ago:
 friction is that of a load that fell, or has turned back a little since, and the modes are on their way from the cruise.
-One that stood and was tared begins anew, and nothing is left in its friction.
+One that stood while its zero was calibrated begins anew, and nothing is left in its friction.
 
 Zero. A mount that carries nothing shows a force all the same: its model at rest would show none where its transducer
 stood by that zero lower. Unless it is what the friction holds since the last flight.

@@ -186,9 +186,9 @@ class Pipeline:
         for e, thrust_filter in enumerate(self._filters):
             estimates.append(thrust_filter.step(self._told_of[e], bank.rows[e], bank.found.item(e)))
             outputs.append(estimates[e])
-            if thrust_filter.tares:
-                self._report(Fault(t_ns, self._layout.engine_names[e], "tare"), outputs)
-                self._tare(e, t_ns, outputs)
+            if thrust_filter.calibrates:
+                self._report(Fault(t_ns, self._layout.engine_names[e], "zero"), outputs)
+                self._calibrate(e, t_ns, outputs)
         outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
         if t_ns - self._checked_ns >= CHECK_EVERY_NS:
             self._checked_ns = t_ns
@@ -235,10 +235,10 @@ class Pipeline:
             self._excluded = verdict.excluded
             self._intake.believe(verdict.excluded)
 
-    def _tare(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
+    def _calibrate(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
         for mount in self._layout.mounts_of_engine[engine]:
-            if ("deformation_mm", mount) not in self._excluded and not self._routes[mount].tare():
-                self._report(Fault(t_ns, self._layout.mount_names[mount], "tare_refused"), outputs)
+            if ("deformation_mm", mount) not in self._excluded and not self._routes[mount].calibrate():
+                self._report(Fault(t_ns, self._layout.mount_names[mount], "zero_refused"), outputs)
 
     def _tell(self, t_ns: int, dt_s: float, verdict: MonitorVerdict) -> None:
         """What the filters are told, a row of INPUTS each."""

@@ -1,6 +1,6 @@
 """A flight's raw events as columns, without an estimate: what every sensor said, at the fused steps.
 
-deformation_mm_left_upper     mean of a mount's samples since the last step, no tare taken off
+deformation_mm_left_upper     mean of a mount's samples since the last step, no zero taken off
 n1_pct_left, mach, ...        held readings, NaN where stale
 dynamic_pressure_Pa           from Mach and pressure altitude
 model_N_left_upper            what the mount's model makes of it; from rest where the log begins with engines off

@@ -10,7 +10,7 @@ from thrustd.core.columns import Integers
 from thrustd.core.measures import OPERATING_N
 from thrustd.core.types import Estimate, Status
 
-ENGINE_ROUTES = "fused", "mount", "brochure"
+ENGINE_SOURCES = "fused", "mount", "brochure"
 TOGETHER = 512  # estimates of one engine are counted at once
 UNFIT = int(
     Status.TRANSIENT | Status.ONE_MOUNT | Status.ENGINE_OFF | Status.CONVERGING | Status.GAP | Status.SENSOR_DOUBTED
@@ -22,8 +22,8 @@ STD_EDGES_N = np.geomspace(0.1, 1e5, 691)  # bins of 2 %: a median takes no memo
 BITS = np.array([int(bit) for bit in Status])
 
 
-class RouteMean(msgspec.Struct, frozen=True):
-    """One route over a whole flight."""
+class SourceMean(msgspec.Struct, frozen=True):
+    """One source over a whole flight."""
 
     known_pct: float  # share of the estimates in which it had a value
     mean_n: float
@@ -34,9 +34,9 @@ class RouteMean(msgspec.Struct, frozen=True):
 class EngineMeans(msgspec.Struct, frozen=True):
     """One engine over a whole flight."""
 
-    routes: dict[str, RouteMean]  # those that ever had a value
+    sources: dict[str, SourceMean]  # those that ever had a value
     status_pct: dict[str, float]  # share of the estimates with each status bit that was ever on
-    # steady, above 2 kN, both routes and both mounts believed; NaN where there was no such time:
+    # steady, above 2 kN, both sources and both mounts believed; NaN where there was no such time:
     residual_pct: float = nan  # mounts minus brochure, of the brochure's thrust: it falls while an engine wears
     load_share: float = nan  # upper mount's part, -: it moves when a mount or a transducer does
 
@@ -47,16 +47,16 @@ class FlightMeans:
     __slots__ = ("_bits", "_farthest", "_known", "_n", "_rows", "_stds", "_sum", "_trend")
 
     def __init__(self) -> None:
-        self._rows = array("d")  # what was not counted yet: value and one sigma of each route, status, load share
+        self._rows = array("d")  # what was not counted yet: value and one sigma of each source, status, load share
         self._n = 0
-        self._known, self._sum, self._farthest = np.zeros((3, len(ENGINE_ROUTES)))
-        self._stds = np.zeros((len(ENGINE_ROUTES), len(STD_EDGES_N) + 1), np.int64)
+        self._known, self._sum, self._farthest = np.zeros((3, len(ENGINE_SOURCES)))
+        self._stds = np.zeros((len(ENGINE_SOURCES), len(STD_EDGES_N) + 1), np.int64)
         self._bits = np.zeros(len(BITS), np.int64)
         self._trend = np.zeros(4)  # sums of residual, brochure thrust and load share, and how many
 
     def take(self, e: Estimate) -> None:
-        routes = e.thrust_n, e.thrust_std_n, e.mount_n, e.mount_std_n, e.brochure_n, e.brochure_std_n
-        self._rows.extend((*routes, e.status, e.load_share))
+        sources = e.thrust_n, e.thrust_std_n, e.mount_n, e.mount_std_n, e.brochure_n, e.brochure_std_n
+        self._rows.extend((*sources, e.status, e.load_share))
         if len(self._rows) >= TOGETHER * COLUMNS:
             self._count()
 
@@ -66,9 +66,9 @@ class FlightMeans:
         n = max(self._n, 1)
         return EngineMeans(
             {
-                route: RouteMean(100 * known / n, total / known, _median(stds), farthest)
-                for route, known, total, stds, farthest in zip(
-                    ENGINE_ROUTES, self._known.tolist(), self._sum.tolist(), self._stds, self._farthest.tolist(),
+                source: SourceMean(100 * known / n, total / known, _median(stds), farthest)
+                for source, known, total, stds, farthest in zip(
+                    ENGINE_SOURCES, self._known.tolist(), self._sum.tolist(), self._stds, self._farthest.tolist(),
                     strict=True,
                 )
                 if known

@@ -1,6 +1,6 @@
-"""The picture of a flight, per engine: thrust and both routes, how far they are off, and the same near zero.
+"""The picture of a flight, per engine: thrust and both sources, how far they are off, and the same near zero.
 
-Off the truth where one is known, as in a simulated flight; else both routes off the fused thrust.
+Off the truth where one is known, as in a simulated flight; else both sources off the fused thrust.
 """
 
 from collections.abc import Mapping
@@ -23,10 +23,10 @@ MAX_POINTS = 4000  # per engine: more than a picture has columns
 # Okabe & Ito: safe for colour-blind readers
 BLUE, SKY, ORANGE, GREEN, GREY = "#0072b2", "#56b4e9", "#e69f00", "#007a59", "#555555"
 COLOURS = {"fused": SKY, "mount": GREEN, "brochure": ORANGE}
-WIDTHS = {"fused": 2.8, "mount": 0.9, "brochure": 0.9}  # a route that agrees is seen on the fused line
+WIDTHS = {"fused": 2.8, "mount": 0.9, "brochure": 0.9}  # a source that agrees is seen on the fused line
 WASHES = (  # behind the lines while the status says so
-    (Status.MOUNT_LOST | Status.MOUNT_FAILED, GREEN, "mount route lost or not believed"),
-    (Status.BROCHURE_LOST | Status.BROCHURE_FAILED, ORANGE, "brochure route lost or not believed"),
+    (Status.MOUNT_LOST | Status.MOUNT_FAILED, GREEN, "mount source lost or not believed"),
+    (Status.BROCHURE_LOST | Status.BROCHURE_FAILED, ORANGE, "brochure source lost or not believed"),
     (Status.ONE_MOUNT, GREY, "thrust of one mount alone"),
 )
 BEYOND = "beyond the axis"
@@ -72,7 +72,7 @@ class FlightPicture:
     def take(self, name: str, e: Estimate, truth_n: float = nan) -> None:
         """One estimate of the engine called `name` and the truth at its time."""
         if name not in self.tracks and not (isfinite(e.mount_n) or isfinite(e.brochure_n)):
-            return  # before a route has spoken nobody knows anything
+            return  # before a source has spoken nobody knows anything
         if self._start_ns < 0:
             self._start_ns = e.t_ns
         t_s = (e.t_ns - self._start_ns) * 1e-9
@@ -85,7 +85,7 @@ class FlightPicture:
             self.figure(title, largest_n).savefig(part, dpi=110, format="png")
 
     def figure(self, title: str, largest_n: Mapping[str, Mapping[str, float]]) -> "Figure":
-        """Three rows, one column per engine; `largest_n`: by engine and route, of the differences."""
+        """Three rows, one column per engine; `largest_n`: by engine and source, of the differences."""
         from matplotlib.figure import Figure  # takes a second
 
         curves = {name: Curves.of(track.points) for name, track in self.tracks.items()}
@@ -98,7 +98,7 @@ class FlightPicture:
                 c.draw(axis, row, limits[row])
             column[THRUST].set_title(f"{name} engine", loc="left")
             said_n = largest_n.get(name, {})
-            largest = ", ".join(f"{route} {said_n[route]:.0f} N" for route in COLOURS if route in said_n)
+            largest = ", ".join(f"{source} {said_n[source]:.0f} N" for source in COLOURS if source in said_n)
             column[OFF].set_title(f"{c.difference}; largest: {largest or 'none'}", loc="left", fontsize=10, pad=8)
             column[NEAR].set_title("the same without the brochure", loc="left", fontsize=10, pad=8)
             column[NEAR].set_xlabel("time, s")
@@ -116,7 +116,7 @@ class Curves(NamedTuple):
     """What is drawn of one engine, each (n,)."""
 
     t_s: Floats
-    routes: dict[str, Floats]  # N, fused first
+    sources: dict[str, Floats]  # N, fused first
     band_n: Floats
     status: Floats
     truth_n: Floats
@@ -133,22 +133,22 @@ class Curves(NamedTuple):
 
     @property
     def difference(self) -> str:
-        return "estimate minus truth" if self.judged else "route minus fused (no truth is known)"
+        return "estimate minus truth" if self.judged else "source minus fused (no truth is known)"
 
     def differences(self) -> dict[str, Floats]:
-        zero = self.truth_n if self.judged else self.routes["fused"]
-        return {name: line - zero for name, line in self.routes.items() if self.judged or name != "fused"}
+        zero = self.truth_n if self.judged else self.sources["fused"]
+        return {name: line - zero for name, line in self.sources.items() if self.judged or name != "fused"}
 
     def lines(self, row: int) -> dict[str, Floats]:
-        """What a row shows, by route."""
-        lines = self.routes if row == THRUST else self.differences()
+        """What a row shows, by source."""
+        lines = self.sources if row == THRUST else self.differences()
         return {name: line for name, line in lines.items() if row != NEAR or name != "brochure"}
 
     def reach(self, row: int) -> Limits:
         """Of its axis: all of fused and truth, all but spikes of the rest; of differences the start left out."""
         if row == THRUST:
-            trimmed = [_trimmed(line, 0.2) for line in self.routes.values()]
-            shown = np.concatenate((self.routes["fused"], self.truth_n, *trimmed))
+            trimmed = [_trimmed(line, 0.2) for line in self.sources.values()]
+            shown = np.concatenate((self.sources["fused"], self.truth_n, *trimmed))
             return float(np.nanmin(shown)), float(np.nanmax(shown))
         settled = self.t_s > self.t_s[0] + 0.02 * (self.t_s[-1] - self.t_s[0])
         lines = [abs(line[settled]) for line in (*self.lines(row).values(), self.band_n)]
@@ -157,13 +157,13 @@ class Curves(NamedTuple):
 
     def draw(self, axis: "Axes", row: int, limits: Limits) -> None:
         """One row; what its axis cuts off gets a mark."""
-        middle = self.routes["fused"] if row == THRUST else 0.0
+        middle = self.sources["fused"] if row == THRUST else 0.0
         axis.fill_between(
             self.t_s, middle - self.band_n, middle + self.band_n, color=BLUE, alpha=0.25, lw=0,
             label="95 % band of fused (of differences: around zero)",
         )  # fmt: skip
         for name, line in self.lines(row).items():
-            colour, label = COLOURS[name], name if name == "fused" else f"{name} route"
+            colour, label = COLOURS[name], name if name == "fused" else f"{name} source"
             axis.plot(self.t_s, line, color=colour, lw=WIDTHS[name], label=label)
             _mark_beyond(axis, self.t_s, line, limits, colour, 4.0 + WIDTHS[name])
         axis.set_ylim(*limits)

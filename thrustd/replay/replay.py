@@ -41,7 +41,7 @@ class ReplaySummary(msgspec.Struct, frozen=True):
     damage: str  # what is lost of a damaged log, in words; empty of a whole one
     estimates: int
     engines: dict[str, EngineMeans]  # what the estimates say of themselves
-    scores: dict[str, dict[str, Score]]  # engine or mount -> route -> estimate against truth; empty without truth
+    scores: dict[str, dict[str, Score]]  # engine or mount -> source -> estimate against truth; empty without truth
     faults: dict[str, int]  # "where kind" -> count
     error: str = "estimate minus truth"  # what `scores` are of
 
@@ -133,8 +133,8 @@ def _smooth(path: Path, tapes: Mapping[str, Tape], log: LogRun, summary: ReplayS
 
     groups = log.groups(truth_topics(tuple(tapes)))
     scores = write_smoothed(path, tapes, [truth for messages in groups for truth in truth_of(messages)])
-    routes = {name: summary.scores.get(name, {}) | scores.get(name, {}) for name in (*summary.scores, *scores)}
-    return msgspec.structs.replace(summary, scores=routes)
+    sources = {name: summary.scores.get(name, {}) | scores.get(name, {}) for name in (*summary.scores, *scores)}
+    return msgspec.structs.replace(summary, scores=sources)
 
 
 def _already_recorded(batch: EventBatch) -> None:

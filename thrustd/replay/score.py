@@ -15,9 +15,9 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.core.measures import OPERATING_N, SIGMAS_95, percents
 from thrustd.core.types import Estimate, Fault, MountOutput, Output
-from thrustd.replay.means import ENGINE_ROUTES, TOGETHER, EngineMeans, FlightMeans
+from thrustd.replay.means import ENGINE_SOURCES, TOGETHER, EngineMeans, FlightMeans
 
-MOUNT_ROUTES = ("mount",)
+MOUNT_SOURCES = ("mount",)
 
 
 class ErrorSums:
@@ -87,11 +87,11 @@ class FlightScore:
         self._above_n = dict.fromkeys(mounts, OPERATING_N) | {
             name: OPERATING_N * n for name, n in zip(engines, n_mounts_of, strict=True)
         }
-        # by name, what was not counted yet, row after row: time, then value and one sigma of each route
+        # by name, what was not counted yet, row after row: time, then value and one sigma of each source
         self._rows = {name: array("d") for name in self.names}
         self._truth: dict[str, tuple[array[float], array[float]]] = {}  # by name: times and values
         self._means = tuple(FlightMeans() for _ in engines)
-        self._heard: set[int] = set()  # engines of which a route has spoken: before, nobody knows anything
+        self._heard: set[int] = set()  # engines of which a source has spoken: before, nobody knows anything
         self.faults: Counter[tuple[str, str]] = Counter()
         self.estimates = 0
         self.first_ns = self.last_ns = -1
@@ -135,12 +135,12 @@ class FlightScore:
         return {name: means.means() for name, means in zip(self._engines, self._means, strict=True)}
 
     def scores(self) -> dict[str, dict[str, Score]]:
-        """By engine or mount name: route -> score."""
+        """By engine or mount name: source -> score."""
         for name in self._truth:
             self._count(name)
         table: dict[str, dict[str, Score]] = {}
-        for (name, route), sums in sorted(self._sums.items()):
-            table.setdefault(name, {})[route] = sums.score()
+        for (name, source), sums in sorted(self._sums.items()):
+            table.setdefault(name, {})[source] = sums.score()
         return table
 
     def _take_estimate(self, e: Estimate) -> None:
@@ -148,14 +148,14 @@ class FlightScore:
             self._heard.add(e.engine)
         name = self._engines[e.engine]
         if e.engine in self._heard and name in self._truth:
-            routes = e.thrust_n, e.thrust_std_n, e.mount_n, e.mount_std_n, e.brochure_n, e.brochure_std_n
-            self._rows[name].extend((e.t_ns, *routes))
+            sources = e.thrust_n, e.thrust_std_n, e.mount_n, e.mount_std_n, e.brochure_n, e.brochure_std_n
+            self._rows[name].extend((e.t_ns, *sources))
 
     def _width(self, name: str) -> int:
-        return 1 + 2 * len(self._routes(name))
+        return 1 + 2 * len(self._sources(name))
 
-    def _routes(self, name: str) -> tuple[str, ...]:
-        return ENGINE_ROUTES if name in self._engines else MOUNT_ROUTES
+    def _sources(self, name: str) -> tuple[str, ...]:
+        return ENGINE_SOURCES if name in self._engines else MOUNT_SOURCES
 
     def _count(self, name: str) -> None:
         """Everything of which the truth is known by now; what is later waits for it."""
@@ -169,7 +169,7 @@ class FlightScore:
         self._truth[name] = array("d", times_ns[first:].tobytes()), array("d", values_n[first:].tobytes())
         asked_ns, *columns = rows[:n].T
         truth_n = np.interp(asked_ns, times_ns, values_n, nan, nan)
-        for route, value_n, std_n in zip(self._routes(name), columns[::2], columns[1::2], strict=True):
+        for source, value_n, std_n in zip(self._sources(name), columns[::2], columns[1::2], strict=True):
             if (np.isfinite(value_n) & np.isfinite(truth_n)).any():
-                sums = self._sums.setdefault((name, route), ErrorSums())
+                sums = self._sums.setdefault((name, source), ErrorSums())
                 sums.add(value_n, std_n, truth_n, self._above_n[name])

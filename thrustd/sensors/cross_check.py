@@ -1,6 +1,6 @@
-"""The engines and the routes of one step against each other.
+"""The engines and the sources of one step against each other.
 
-    route residual  mounts minus brochure            an engine that wears burns more fuel for its thrust: it falls
+    source residual  mounts minus brochure            an engine that wears burns more fuel for its thrust: it falls
     asymmetry       thrust minus the others' mean    of engines at the same throttle
 
 The mounts' load share stands in the estimate.

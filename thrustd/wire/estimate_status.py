@@ -18,7 +18,7 @@ BITS = (  # bit of the word, any of these bits of the estimate
 
 
 def status_word(status: int) -> int:
-    """Valid: some route carries the estimate (or the engine is off), and it has found its thrust."""
+    """Valid: some source carries the estimate (or the engine is off), and it has found its thrust."""
     carried = status & Status.ENGINE_OFF or not (status & _MOUNTS_OUT and status & _BROCHURE_OUT)
     word = VALID if carried and not status & _STARTING else 0
     for bit, any_of in BITS:

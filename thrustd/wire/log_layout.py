@@ -96,7 +96,7 @@ class MountMessage(msgspec.Struct, frozen=True):
 class CrossCheckMessage(msgspec.Struct, frozen=True):
     t_ns: int
     engine: int
-    route_residual_n: float
+    source_residual_n: float
     asymmetry_n: float
 
 

@@ -1,4 +1,4 @@
-"""`thrustd compare ESTIMATE_LOG`: NIS and whiteness per engine and route; logs without estimates are refused."""
+"""`thrustd compare ESTIMATE_LOG`: NIS and whiteness per engine and source; logs without estimates are refused."""
 
 import json
 
@@ -27,9 +27,9 @@ def test_every_engine_and_route_has_its_figures(logs, capsys):
     assert main(["compare", str(logs[1]), "--json"]) == 0
     engines = json.loads(capsys.readouterr().out)["innovations"]["estimates.mcap"]
     assert set(engines) == {"left", "right"}
-    for routes in engines.values():
-        assert set(routes) == {"mount", "brochure"}
-        for figures in routes.values():
+    for sources in engines.values():
+        assert set(sources) == {"mount", "brochure"}
+        for figures in sources.values():
             assert figures["measurements"] > 50
             assert figures["nis"] >= 0.0
             assert -1.0 <= figures["whiteness"] <= 1.0

@@ -1,7 +1,7 @@
 """`thrustd brochure fit`: the spool curves of a brochure deck from recorded flights, so that wear is a re-fit.
 
 In steady flight the fuel flow says what thrust a fan speed stands for (`spool_curves`). The thrust error of the N1
-route is taken against the fuel-flow route, on each flight with that flight left out of the fit.
+source is taken against the fuel-flow source, on each flight with that flight left out of the fit.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ LeftOut = dict[tuple[int, str], float]  # (engine, flight) -> relative thrust er
 
 
 class BrochureFit(NamedTuple):
-    """The new deck, the errors of its spool routes on flights left out, and what could not be used."""
+    """The new deck, the errors of its spool sources on flights left out, and what could not be used."""
 
     data: DeckData
     left_out: LeftOut
@@ -70,7 +70,7 @@ def brochure_fit(flights: Sequence[Path], base: DeckData) -> BrochureFit:
 
 
 def _n1_samples(record: Recording, remarks: list[str]) -> list[Steady]:
-    """Of the route that thrust comes from: one engine at least."""
+    """Of the source that thrust comes from: one engine at least."""
     why: list[str] = []
     found = steady_samples(record, "n1", why)
     if not found:
@@ -145,7 +145,7 @@ def _steady(record: Recording, n1_pct: Array) -> Mask:
 
 
 def thrust_error(s: Steady, curve: SpoolCurve, surface: ThrustSurface) -> float:
-    """RMS of a spool route against the fuel-flow route, relative, where thrust is above 1000 N."""
+    """RMS of a spool source against the fuel-flow source, relative, where thrust is above 1000 N."""
     errors = []
     for n1, log_flow, mach, delta, log_theta in zip(*s[2:], strict=True):
         predicted = hermite(curve, n1) + curve.mach_slope * mach + curve.temperature_exponent * log_theta

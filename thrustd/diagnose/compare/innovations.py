@@ -1,4 +1,4 @@
-"""Compare an estimate log with itself: what the filter expected of each route, and what it got.
+"""Compare an estimate log with itself: what the filter expected of each source, and what it got.
 
     report = innovations([Path("out/flight.mcap")])
     report.to_json();  report.print(console)
@@ -37,7 +37,7 @@ class _Row(msgspec.Struct):
 
 @dataclass(frozen=True, slots=True)
 class InnovationReport:
-    """log -> engine -> route -> figures."""
+    """log -> engine -> source -> figures."""
 
     logs: dict[str, dict[str, dict[str, Consistency]]]
 
@@ -45,24 +45,24 @@ class InnovationReport:
         return {
             "innovations": {
                 log: {
-                    engine: {route: figures._asdict() for route, figures in routes.items()}
-                    for engine, routes in engines.items()
+                    engine: {source: figures._asdict() for source, figures in sources.items()}
+                    for engine, sources in engines.items()
                 }
                 for log, engines in self.logs.items()
             }
         }
 
     def print(self, console: Console) -> None:
-        """One row per engine and route."""
+        """One row per engine and source."""
         table = Table(title="Innovations in steady flight")
-        for heading in ("log", "engine", "route"):
+        for heading in ("log", "engine", "source"):
             table.add_column(heading)
         for heading in ("measurements", "NIS (1: noises right)", "whiteness (0: nothing left)"):
             table.add_column(heading, justify="right")
         for log, engines in self.logs.items():
-            for engine, routes in engines.items():
-                for route, c in routes.items():
-                    table.add_row(log, engine, route, str(c.measurements), f"{c.nis:.3f}", f"{c.whiteness:.2f}")
+            for engine, sources in engines.items():
+                for source, c in sources.items():
+                    table.add_row(log, engine, source, str(c.measurements), f"{c.nis:.3f}", f"{c.whiteness:.2f}")
         console.print(table)
 
 

@@ -1,4 +1,4 @@
-// One engine: fused thrust with its band, both routes, what the estimator says of its sensors.
+// One engine: fused thrust with its band, both sources, what the estimator says of its sensors.
 import { h } from "./dom.js";
 import { newtons, signed, signedNewtons } from "./format.js";
 import { store } from "./store.js";
@@ -14,9 +14,9 @@ const GRAVE = [
 ];
 const SIGMAS = 1.96; // 95 % of a normal distribution
 const UNSETTLED_N = 2000; // one sigma before the first measurement: a band that wide says nothing
-export const ROUTES = [
-  ["mount_n", "mount route", "--s2", 1],
-  ["brochure_n", "brochure route", "--s3", 1],
+export const SOURCES = [
+  ["mount_n", "mount source", "--s2", 1],
+  ["brochure_n", "brochure source", "--s3", 1],
 ];
 export const FUSED = ["thrust_n", "fused", "--s1", 1.8];
 const words = (name) => name.toLowerCase().replaceAll("_", " ");
@@ -25,7 +25,7 @@ export class EngineTile {
   constructor(name) {
     this.thrust = h("b", {}, "–");
     this.band = h("span", { class: "quiet" });
-    this.routes = ["fused", "mount route", "brochure route"].map((title) => ({
+    this.sources = ["fused", "mount source", "brochure source"].map((title) => ({
       title,
       value: h("b", {}, "–"),
       more: h("span", {}),
@@ -38,8 +38,8 @@ export class EngineTile {
       h("div", { class: "body big" }, this.thrust, h("span", { class: "quiet" }, "N net thrust, forward +")),
       h(
         "div",
-        { class: "routes" },
-        this.routes.map((r) => h("div", {}, h("span", {}, r.title), r.value, r.more)),
+        { class: "sources" },
+        this.sources.map((r) => h("div", {}, h("span", {}, r.title), r.value, r.more)),
       ),
       this.lamps,
     );
@@ -53,16 +53,16 @@ export class EngineTile {
     this.band.textContent = settled
       ? `95 %: ${newtons(e.thrust_n - width).replace(" N", "")} to ${newtons(e.thrust_n + width)}`
       : "no measurement yet";
-    const route = (value, std, bias) =>
+    const source = (value, std, bias) =>
       Number.isFinite(value) && value !== null
         ? [newtons(value), `± ${newtons(SIGMAS * std)}\nbias ${bias}`]
         : ["no measurement", `bias ${bias}`];
     const said = [
       [settled ? `± ${newtons(width)}` : "–", `rate ${signedNewtons(e.thrust_rate_n_s)}/s`],
-      route(e.mount_n, e.mount_std_n, signedNewtons(e.mount_bias_n)),
-      route(e.brochure_n, e.brochure_std_n, `${signed(100 * e.brochure_bias, 2)} %`),
+      source(e.mount_n, e.mount_std_n, signedNewtons(e.mount_bias_n)),
+      source(e.brochure_n, e.brochure_std_n, `${signed(100 * e.brochure_bias, 2)} %`),
     ];
-    this.routes.forEach((r, i) => {
+    this.sources.forEach((r, i) => {
       r.value.textContent = said[i][0];
       r.more.textContent = said[i][1];
     });
@@ -75,7 +75,7 @@ export class EngineTile {
     this.lamps.replaceChildren(
       ...(on.length
         ? on.map((name) => h("span", { class: `lamp ${GRAVE.includes(name) ? "fail" : "on"}` }, words(name)))
-        : [h("span", { class: "lamp ok" }, "both routes healthy, inside the valid range")]),
+        : [h("span", { class: "lamp ok" }, "both sources healthy, inside the valid range")]),
     );
   }
 }
@@ -97,11 +97,11 @@ export const FIELDS = [
 export const edge = (sign, thrust_n, std_n) =>
   thrust_n === null || std_n === null || std_n > UNSETTLED_N ? null : thrust_n + sign * SIGMAS * std_n;
 
-// the panel of a sheet: fused thrust with its 95 % band, both routes, and the truth where a simulated flight has one
+// the panel of a sheet: fused thrust with its 95 % band, both sources, and the truth where a simulated flight has one
 export function thrustPanel(engine, channels, height) {
   const one = ([field, label, color, width]) => ({ channel: `estimate_${field}_${engine}`, label, color, width });
   const fused = one(FUSED),
-    lines = ROUTES.map(one);
+    lines = SOURCES.map(one);
   const truth = [`thrust_N_${engine}`, `truth_thrust_n_${engine}`].find((c) => channels.has(c));
   if (truth) lines.push({ channel: truth, label: "truth", color: "--measured", width: 1 });
   const side = (sign, thrust, std) => thrust.map((v, i) => edge(sign, v, std[i]));

@@ -1,19 +1,19 @@
-// A strip chart of one engine that grows while the daemon writes: the last minutes, band and both routes.
+// A strip chart of one engine that grows while the daemon writes: the last minutes, band and both sources.
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h, panel } from "./dom.js";
-import { edge, FUSED, ROUTES } from "./engine.js";
+import { edge, FUSED, SOURCES } from "./engine.js";
 import { px } from "./scale.js";
 import { timeAxis, valueAxis } from "./time_axes.js";
 
 const SPAN_S = 300;
 const HEIGHT = px(210);
-const LINES = [...ROUTES, FUSED]; // the fused line in front
+const LINES = [...SOURCES, FUSED]; // the fused line in front
 
 export class LiveStrip {
   constructor(name) {
     this.data = [[], [], [], ...LINES.map(() => [])];
     this.box = h("div", {});
-    const keys = [FUSED, ...ROUTES].map(([, label, color]) => {
+    const keys = [FUSED, ...SOURCES].map(([, label, color]) => {
       const mark = h("i");
       mark.style.borderTopColor = `var(${color})`;
       return h("span", { class: "key" }, mark, label);

@@ -76,7 +76,7 @@ export function flight(root) {
         h(
           "p",
           {},
-          "Fused net thrust of both engines with its 95 % band, the mount and the brochure route, and the state of the sensors.",
+          "Fused net thrust of both engines with its 95 % band, the mount and the brochure source, and the state of the sensors.",
         ),
       ),
       found.length ? tools : null,
