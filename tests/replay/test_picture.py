@@ -66,8 +66,8 @@ def test_what_the_axis_cuts_off_has_a_mark():
 @pytest.mark.parametrize(
     ("bit", "words"),
     [
-        (Status.MOUNT_FAILED, "mount source lost or not believed"),
-        (Status.BROCHURE_LOST, "brochure source lost or not believed"),
+        (Status.MOUNT_FAILED, "mount source lost or excluded"),
+        (Status.BROCHURE_LOST, "brochure source lost or excluded"),
         (Status.ONE_MOUNT, "thrust of one mount alone"),
     ],
 )

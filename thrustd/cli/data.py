@@ -23,21 +23,25 @@ def add_verbs(verbs: Verbs) -> None:
         '  thrustd convert rig.csv --time "t [s]" --rename "Load [kN]=force_N*1000" --rename x=deformation_mm -o b.csv',
     )  # fmt: skip
     convert.add_argument("input", type=Path, help="recording or flight log")
-    convert.add_argument("-o", "--out", type=Path, required=True)
-    convert.add_argument("--time", metavar="COLUMN", default="time_s", help="seconds, rising (default time_s)")
-    convert.add_argument("--sampled", type=float, metavar="HZ", help="samples per second, for files without a time")
+    convert.add_argument("-o", "--out", type=Path, required=True, help="file to write; its ending says the type")
+    convert.add_argument(
+        "--time", metavar="COLUMN", default="time_s", help="column of time in seconds (default time_s)"
+    )
+    convert.add_argument(
+        "--sampled", type=float, metavar="HZ", help="samples per second, for files without a time column"
+    )
     convert.add_argument(
         "--rename", action="append", default=[], metavar="THEIRS=OURS",
-        help="column under another name, OURS*FACTOR+OFFSET where its unit is another; may be repeated",
+        help="rename a column; OURS*FACTOR+OFFSET converts its unit; may be repeated",
     )  # fmt: skip
     convert.add_argument("--rate", type=float, metavar="HZ", help="resample onto a uniform grid")
     convert.add_argument(
-        "--salvage", action="store_true", help="of a damaged MCAP file take what is whole, and say the rest"
+        "--salvage", action="store_true", help="read the intact parts of a damaged MCAP file and report what is lost"
     )
     add_json(convert)
 
     info = add_verb(
-        verbs, "info", info_verb, "say what a file is: recording, flight log, model, deck or configuration",
+        verbs, "info", info_verb, "describe a file: recording, flight log, model, deck or configuration",
         "thrustd info models/left-upper.json",
     )  # fmt: skip
     info.add_argument("file", type=Path, help="any file that thrustd reads, or the folder of a run")

@@ -31,21 +31,23 @@ def add_verbs(verbs: Verbs) -> None:
         help="models (.json) and recordings; estimate logs (.mcap) alone: NIS and whiteness of the innovations",
     )
     _add_reference(compare)
-    compare.add_argument("--load-cell-std", type=float, metavar="N", help="noise of the reference, one sigma")
-    compare.add_argument("--pictures", type=Path, metavar="FOLDER", help="write the pictures here")
+    compare.add_argument("--load-cell-std", type=float, metavar="N", help="noise of the reference, one sigma, N")
+    compare.add_argument("--pictures", type=Path, metavar="FOLDER", help="folder for the pictures")
     add_json(compare)
 
     diagnose = add_verb(
-        verbs, "diagnose", diagnose_verb, "find the absent effect that explains what a model leaves",
+        verbs, "diagnose", diagnose_verb, "find the missing effect that explains what a model leaves unexplained",
         "thrustd diagnose mount.json measured.csv",
     )  # fmt: skip
     _add_model_and_data(diagnose)
-    _add_effects(diagnose, "judge this effect as well (a name or an expression over channels); may be repeated")
-    diagnose.add_argument("--pictures", type=Path, metavar="FOLDER", help="draw the dependence that is left here")
+    _add_effects(diagnose, "also judge this effect: a name or an expression over channels; may be repeated")
+    diagnose.add_argument(
+        "--pictures", type=Path, metavar="FOLDER", help="folder for pictures of the remaining dependence"
+    )
     add_json(diagnose)
 
     extend = add_verb(
-        verbs, "extend", extend_verb, "add an effect to a model and estimate it; refused unless held-back error falls",
+        verbs, "extend", extend_verb, "add an effect and estimate it; refused unless the error on held-back data falls",
         "thrustd extend mount.json measured.csv --effect axial_inertia -o better.json\n"
         "  thrustd extend mount.json --given axial_inertia.mass_kg=171.7 -o better.json",
     )  # fmt: skip
@@ -53,7 +55,7 @@ def add_verbs(verbs: Verbs) -> None:
     _add_effects(extend, "effect to add: a name or an expression over channels; may be repeated")
     extend.add_argument(
         "--given", action="append", default=[], metavar="EFFECT.PARAMETER=VALUE",
-        help="effect of known size, put in as it is; may be repeated",
+        help="add an effect of known size without estimating it; may be repeated",
     )  # fmt: skip
     extend.add_argument("-o", "--out", type=file_type(".json"), required=True, help="model to write")
     add_json(extend)

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 def add_verbs(verbs: Verbs) -> None:
     fleet = add_verb(
-        verbs, "fleet", fleet_verb, "replay, compare or identify many files, one table for all",
+        verbs, "fleet", fleet_verb, "replay, compare or identify many files into one table",
         "thrustd fleet replay flights/*.mcap -o table.parquet\n"
         "  thrustd fleet compare bench/*.csv --model models/left-upper.json -o table.parquet\n"
         "  thrustd fleet identify bench/*.csv --out models/ -o table.parquet --scheduler tcp://10.0.0.5:8786",
     )  # fmt: skip
     fleet.add_argument("job", choices=("replay", "compare", "identify"))
-    fleet.add_argument("files", type=Path, nargs="+")
+    fleet.add_argument("files", type=Path, nargs="+", help="flight logs (replay) or recordings")
     fleet.add_argument("-o", "--table", type=file_type(".parquet"), required=True, help="table to write (Parquet)")
     fleet.add_argument("--model", type=Path, action="append", default=[], help="with compare: model artifact")
     fleet.add_argument("--structure", action="append", default=[], help="with identify: structure (default hw-pwl)")

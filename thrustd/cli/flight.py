@@ -27,12 +27,10 @@ def add_verbs(verbs: Verbs) -> None:
     )
     replay.add_argument("-o", "--out", type=file_type(".mcap"), help="estimate log to write (MCAP)")
     replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
-    replay.add_argument("--speed", type=float, help="play at this multiple of real time; default: as fast as it goes")
+    replay.add_argument("--speed", type=float, help="multiple of real time (default: as fast as possible)")
+    replay.add_argument("--smooth", type=Path, metavar="CSV", help="write the smoothed thrust of every step (CSV)")
     replay.add_argument(
-        "--smooth", type=Path, metavar="CSV", help="write the thrust as the whole flight, seen from its end, says it"
-    )
-    replay.add_argument(
-        "--salvage", action="store_true", help="of a damaged log replay what is whole, and say the rest"
+        "--salvage", action="store_true", help="replay the intact parts of a damaged log and report what is lost"
     )
     replay.add_argument("--picture", type=Path, help="PNG of thrust, band and error over time")
     add_json(replay)
@@ -48,7 +46,10 @@ def add_verbs(verbs: Verbs) -> None:
 
 def _add_trust(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--trust", type=Path, metavar="KEY", help="public key (PEM) by whose holder CONFIG.sig has to be; else refuse"
+        "--trust",
+        type=Path,
+        metavar="KEY",
+        help="refuse a configuration whose CONFIG.sig was not made with this public key (PEM)",
     )
 
 

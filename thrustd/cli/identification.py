@@ -28,11 +28,16 @@ def _add_identify(verbs: Verbs) -> None:
         "  thrustd identify tanks.csv --rate 0.25 --input pump_V --output level_V -o tanks.json",
     )  # fmt: skip
     identify.add_argument("records", type=Path, nargs="+", help="bench records with deformation_mm and force_N")
-    identify.add_argument("--validate", type=Path, nargs="+", default=[], help="records that are not fitted to")
+    identify.add_argument(
+        "--validate", type=Path, nargs="+", default=[], help="records to judge the model on; it is not fitted to them"
+    )
     identify.add_argument("-o", "--out", type=file_type(".json"), required=True, help="model artifact to write")
     add_roles(identify)
     identify.add_argument(
-        "--validate-columns", nargs=2, metavar=("INPUT", "OUTPUT"), help="where records to validate name them otherwise"
+        "--validate-columns",
+        nargs=2,
+        metavar=("INPUT", "OUTPUT"),
+        help="input and output columns of the --validate records, if named differently",
     )
     identify.add_argument(
         "--structure",
@@ -45,7 +50,7 @@ def _add_identify(verbs: Verbs) -> None:
         "--order", default="auto", help="poles of the linear block (default auto: as many as the data show)"
     )
     identify.add_argument(
-        "--segments", type=int, help="of both curves (default: as many as keep within a tenth of the noise)"
+        "--segments", type=int, help="segments of both curves (default: as many as stay within a tenth of the noise)"
     )
     add_json(identify)
 
@@ -71,15 +76,15 @@ def _add_plan(verbs: Verbs) -> None:
 
 def _add_compile(verbs: Verbs) -> None:
     compile_ = add_verb(
-        verbs, "compile", compile_verb, "discretise a model for a sample rate and prove it against its artifact",
+        verbs, "compile", compile_verb, "prepare a model for a sample rate and prove it against its witness rows",
         "thrustd compile models/left-upper.json --rate 1000\n"
         "  thrustd compile models/left-upper.json --rate 1000 --c mount.c",
     )  # fmt: skip
     compile_.add_argument("model", type=Path, help="model artifact (.json)")
     compile_.add_argument("--rate", type=float, required=True, metavar="HZ", help="sample rate of the ADC")
-    compile_.add_argument("--c", type=file_type(".c"), metavar="FILE", help="write it as one C99 file, too")
+    compile_.add_argument("--c", type=file_type(".c"), metavar="FILE", help="also write the model as one C99 file")
     compile_.add_argument(
-        "--prefix", default="mount", help="begins every name in the C file (default mount: mount_init, mount_step)"
+        "--prefix", default="mount", help="prefix of every name in the C file (default mount: mount_init, mount_step)"
     )
     add_json(compile_)
 

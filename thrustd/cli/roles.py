@@ -23,15 +23,17 @@ def add_roles(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="COLUMN",
         default=MOUNT_COLUMNS[1],
-        help=f"what it gives; any unit, sign and scale (default {MOUNT_COLUMNS[1]})",
+        help=f"what the model gives, in any unit, sign and scale (default {MOUNT_COLUMNS[1]})",
     )
-    parser.add_argument("--time", metavar="COLUMN", default="time_s", help="seconds, rising (default time_s)")
-    parser.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time")
+    parser.add_argument("--time", metavar="COLUMN", default="time_s", help="column of time in seconds (default time_s)")
+    parser.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time column")
 
 
 def add_trust(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--trust-units", action="store_true", help="columns are in the units of their names, whatever their size"
+        "--trust-units",
+        action="store_true",
+        help="take the units from the column names, whatever the size of the values",
     )
 
 

@@ -16,7 +16,7 @@ BENCH_KINDS = ("steps", "sine", "multisine", "weight")
 
 def add_verbs(verbs: Verbs) -> None:
     parser = add_verb(
-        verbs, "simulate", simulate_verb, "let the twin make a flight (or, with --bench / --hide, other records)",
+        verbs, "simulate", simulate_verb, "simulate a flight, a bench record or a hidden effect with the twin",
         "thrustd simulate --minutes 10 --seed 7 -o out/flight.mcap\n"
         "  thrustd simulate --recording flight.npz --seed 7 -o out/flight.mcap\n"
         "  thrustd simulate --hil deploy/hil.toml --log out/flight.mcap",
@@ -25,8 +25,8 @@ def add_verbs(verbs: Verbs) -> None:
     parser.add_argument("--seed", type=seed, default=1, help="draws engines, mounts, sensors and profile (default 1)")
     parser.add_argument("--config", type=Path, help=f"installation to simulate (default: the shipped {HIL})")
     parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
-    parser.add_argument("--recording", type=Path, help="fly this real recording instead of a scripted flight")
-    parser.add_argument("--engine-start", action="store_true", help="with --recording: start its engines first")
+    parser.add_argument("--recording", type=Path, help="fly this recording instead of a scripted flight")
+    parser.add_argument("--engine-start", action="store_true", help="with --recording: put an engine start in front")
     parser.add_argument(
         "--tethered", action="store_true", help="a static run held by a load cell; its record beside the log, -cell.csv"
     )
@@ -39,15 +39,25 @@ def add_verbs(verbs: Verbs) -> None:
         help="one thing that the models do not know, e.g. drag_m2=0.04; may be repeated",
     )  # fmt: skip
     parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
-    parser.add_argument("--programme", type=Path, metavar="CSV", help="bench record of this programme of plan-test")
+    parser.add_argument(
+        "--programme", type=Path, metavar="CSV", help="make a bench record of this programme of plan-test"
+    )
     parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record (default 8)")
     parser.add_argument("--mount", choices=("upper", "lower"), default="upper", help="isolator on the bench")
     parser.add_argument(
         "--room", type=float, default=20.0, metavar="DEGC", help="temperature of the bench (default 20)"
     )
-    parser.add_argument("--hide", metavar="EFFECT[,EFFECT]", help="bench, measured and held-out record with an effect")
-    parser.add_argument("--strength", type=float, default=3.0, help="size of the hidden effect, x the model's error")
-    parser.add_argument("--hil", type=Path, metavar="CONFIG", help="play in real time on the wires CONFIG listens to")
+    parser.add_argument(
+        "--hide",
+        metavar="EFFECT[,EFFECT]",
+        help="make a bench, a measured and a held-out record with these effects in the last two",
+    )
+    parser.add_argument(
+        "--strength", type=float, default=3.0, help="size of the hidden effect, as a multiple of the model's error"
+    )
+    parser.add_argument(
+        "--hil", type=Path, metavar="CONFIG", help="play in real time on the wires of this configuration"
+    )
     parser.add_argument("--log", type=Path, help="with --hil: play this log instead of a new flight")
     parser.add_argument("--speed", type=float, default=1.0, help="with --hil: multiple of real time (default 1)")
     add_json(parser)

@@ -18,10 +18,10 @@ TIMEOUT_S = 5.0
 
 def add_verbs(verbs: Verbs) -> None:
     status = add_verb(
-        verbs, "status", status_verb, "what the running process says about itself, refreshed every second",
+        verbs, "status", status_verb, "show the state of the running process, refreshed every second",
         "thrustd status deploy/ph-lab.toml",
     )  # fmt: skip
-    status.add_argument("config", type=Path, help="configuration of the running process: says the port")
+    status.add_argument("config", type=Path, help="configuration of the running process")
     status.add_argument("--once", action="store_true", help="print once and stop")
     add_json(status)
 

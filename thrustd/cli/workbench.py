@@ -8,7 +8,7 @@ from thrustd.cli.verb import Verbs, add_verb, note
 
 def add_verbs(verbs: Verbs) -> None:
     parser = add_verb(
-        verbs, "workbench", workbench_verb, "open a local page on a folder: where a model fails and what is missing",
+        verbs, "workbench", workbench_verb, "open a local page on a folder: where a model fails, what is missing",
         "thrustd workbench measurements/",
     )  # fmt: skip
     parser.add_argument("folder", type=Path, nargs="?", default=Path(), help="recordings and models (default: here)")

@@ -39,7 +39,7 @@ FAULT_KINDS: dict[str, FaultKind] = {
     # readings
     "out_of_range": FaultKind("no number, or outside the catalogue's range; it does not count", Status.OUT_OF_RANGE),
     "stale": FaultKind("no reading within the time its channel allows", Status.SIGNAL_STALE, UNTIL_OVER),
-    # sensors and sources that are not believed
+    # sensors and thrust sources that are excluded
     "dead": FaultKind("a sensor that was there is silent for good", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
     "stuck": FaultKind(
         "a sensor repeats itself although the others move", Status.SENSOR_DOUBTED | Status.STUCK, UNTIL_OVER, True
@@ -48,7 +48,7 @@ FAULT_KINDS: dict[str, FaultKind] = {
     "offset": FaultKind("a sensor jumped away from what the others say", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
     "drift": FaultKind("a sensor left what the others say, little by little", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
     "failed": FaultKind(
-        "a source of an engine is not believed until it agrees again",
+        "a thrust source of an engine is excluded until it agrees again",
         Status.MOUNT_FAILED | Status.BROCHURE_FAILED, UNTIL_OVER, True,
     ),
     "zero": FaultKind(

@@ -25,8 +25,8 @@ BLUE, SKY, ORANGE, GREEN, GREY = "#0072b2", "#56b4e9", "#e69f00", "#007a59", "#5
 COLOURS = {"fused": SKY, "mount": GREEN, "brochure": ORANGE}
 WIDTHS = {"fused": 2.8, "mount": 0.9, "brochure": 0.9}  # a source that agrees is seen on the fused line
 WASHES = (  # behind the lines while the status says so
-    (Status.MOUNT_LOST | Status.MOUNT_FAILED, GREEN, "mount source lost or not believed"),
-    (Status.BROCHURE_LOST | Status.BROCHURE_FAILED, ORANGE, "brochure source lost or not believed"),
+    (Status.MOUNT_LOST | Status.MOUNT_FAILED, GREEN, "mount source lost or excluded"),
+    (Status.BROCHURE_LOST | Status.BROCHURE_FAILED, ORANGE, "brochure source lost or excluded"),
     (Status.ONE_MOUNT, GREY, "thrust of one mount alone"),
 )
 BEYOND = "beyond the axis"
