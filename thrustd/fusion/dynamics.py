@@ -74,28 +74,25 @@ def _slow_std(std_n: float, else_n: float) -> float:
 
 
 @compiled
-def move(
-    f: Matrix, q: Matrix, sizes: Matrix, s: Any, dt_s: float, rate_n_s: float, n1_rate_pct_s: float,
-    surprise_n_s: float, mount_std_n: float, brochure_n: float, brochure_std_n: float,
-) -> None:  # fmt: skip
-    """Write F and Q, each (5, 5), of a step of `dt_s`; f and q are those of the step before, or unity and zeros.
+def move(m: Any, t: Any, s: Any, dt_s: float, rate_n_s: float) -> None:
+    """Write F and Q, each (5, 5), of a step of `dt_s` with a thrust that moves by `rate_n_s`.
 
-    `s`: settings; the thrust moves by `rate_n_s` now, the throttle moves N1 by `n1_rate_pct_s`; `surprise_n_s`: a rate
-    unseen; sigma of the mounts, brochure thrust and its sigma: NaN of a silent route.
+    `m`: FILTER, whose f and q are those of the step before, or unity and zeros; `t`: INPUTS; `s`: SETTINGS.
     """
+    f, q, sizes, brochure_std_n, n1_rate_pct_s = m.f, m.q, m.sizes, t.brochure_std_n, t.n1_rate_pct_s
     if isfinite(brochure_std_n):
-        scale_n = max(abs(brochure_n), SCALE_FLOOR_N)
+        scale_n = max(abs(t.brochure_n), SCALE_FLOOR_N)
         if abs(scale_n - sizes[SCALE_N]) > SCALE_STEP * sizes[SCALE_N]:
             sizes[SCALE_N] = scale_n
     n1_rate_pct_s = abs(n1_rate_pct_s) if isfinite(n1_rate_pct_s) else UNKNOWN_RATE_PCT_S
-    moving = max(s.throttle_rate_gain_n_per_pct * n1_rate_pct_s, surprise_n_s)
+    moving = max(s.throttle_rate_gain_n_per_pct * n1_rate_pct_s, m.surprise_n_s)
     var = sqrt(s.thrust_rate_std_n_s**2 + moving * moving) ** 2
     moving_n_s = max(abs(rate_n_s), s.throttle_rate_gain_n_per_pct / 4.0 * n1_rate_pct_s)
     moved = max(moving_n_s - IDLE_RATE_N_S, 0.0) * dt_s / s.forget_after_n
     tau = s.thrust_rate_tau_s
     u = dt_s / tau
     a = exp(-u)
-    sigma_h = _slow_std(mount_std_n, 0.0)
+    sigma_h = _slow_std(t.mount_std_n, 0.0)
     sigma_d = _slow_std(brochure_std_n, s.brochure_bias_std * sizes[SCALE_N])
     keep_engine = exp(-dt_s / s.brochure_bias_tau_s)
     keep_h, q_h = _follow(sizes, MOUNT_N2, sigma_h, exp(-dt_s / s.mount_error_tau_s - moved), dt_s, inf)

@@ -174,18 +174,11 @@ def _follow_a_move(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
         _take(m, x, p)
 
 
-@compiled
-def _lay_out_motion(m: Any, t: Any, s: Any, dt_s: float, rate_n_s: float) -> None:
-    """F and Q of a step of `dt_s` with a thrust that moves by `rate_n_s`."""
-    routes = t.mount_std_n, t.brochure_n, t.brochure_std_n
-    move(m.f, m.q, m.sizes, s, dt_s, rate_n_s, t.n1_rate_pct_s, m.surprise_n_s, *routes)
-
-
 def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> None:
     """x (n, 1) and p (n, n) to the instant of what was told, in place."""
     m, t, s = memory[0], told[0], settings[0]
     _begin(m, t, s)
-    _lay_out_motion(m, t, s, min(m.dt_s, MAX_STEP_S), x[RATE, 0])
+    move(m, t, s, min(m.dt_s, MAX_STEP_S), x[RATE, 0])
     predict(x, p, m.f, m.q, m.work[0])
     _zero(m, t, s)
     _take(m, x, p)
