@@ -1,13 +1,14 @@
-"""Verbs of an aircraft's first days: zero, calibrate."""
+"""Verbs of an aircraft's first days: commission, zero, calibrate."""
 
 import argparse
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import read_text, write_text
+from thrustd.cli.files import CONFIGURATION, read_text, write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
+from thrustd.installation.shipped import shipped
 
 if TYPE_CHECKING:
     from thrustd.core.calibration import Calibration
@@ -18,6 +19,27 @@ DAYS = datetime(2000, 1, 1, tzinfo=UTC).timestamp()  # a clock before that was n
 
 
 def add_verbs(verbs: Verbs) -> None:
+    new = add_verb(
+        verbs, "commission", commission_verb, "make an aircraft's folder from its records: models, deck, report",
+        "thrustd commission --bench upper=b1.parquet lower=b2.parquet --weight w.parquet \\\n"
+        "    --chamber cold.parquet hot.parquet --flights f1.npz f2.npz --aircraft ph-lab.toml -o aircraft/",
+    )  # fmt: skip
+    new.add_argument(
+        "--bench",
+        nargs="+",
+        required=True,
+        metavar="MOUNT=FILE",
+        help="of every mount; upper= stands for both engines'",
+    )
+    new.add_argument("--weight", type=Path, nargs="+", default=[], help="record of one mount with accel_z_g moving")
+    new.add_argument("--chamber", type=Path, nargs="+", default=[], help="records of one mount, cold and hot")
+    new.add_argument("--flights", type=Path, nargs="+", default=[], help="with fuel flow, N1 and air data: the deck")
+    new.add_argument(
+        "--aircraft", type=Path, help=f"configuration to start from (default: the shipped {CONFIGURATION})"
+    )
+    new.add_argument("-o", "--out", type=Path, required=True, help="folder to make")
+    add_json(new)
+
     zero = add_verb(
         verbs, "zero", zero_verb, "zeros of the transducers from a log with the engines off, into a calibration file",
         "thrustd zero before-start.mcap -o my/calibration.toml",
@@ -45,6 +67,29 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
     parser.add_argument("--date", type=date.fromisoformat, help="of the measurement (default: the log's, else today)")
     add_json(parser)
+
+
+def commission_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.commission import commission, summary_lines
+    from thrustd.commission.pieces import read_pieces
+    from thrustd.commission.report import write_report
+    from thrustd.installation.installation import read_installation
+
+    config = arguments.aircraft or shipped(CONFIGURATION, "--aircraft")
+    installation = read_installation(config)
+    given = arguments.bench, arguments.weight, arguments.chamber, arguments.flights
+    with progress("commission") as advance:
+        pieces = read_pieces(*given, installation)
+        done = commission(pieces, installation, config, arguments.out, lambda share, what: advance(share))
+    write_report(done)
+    if arguments.json:
+        mounts = {name: {"unseen_n": one.unseen_n, "notes": one.lines} for name, one in done.mounts.items()}
+        missing = [piece.piece for piece in done.missing]
+        print_json({"folder": str(done.folder), "config": str(done.config), "mounts": mounts, "missing": missing})
+    else:
+        print("\n".join(summary_lines(done)))
+    note(f"written: {done.config}, {done.folder / 'report.html'}")
+    return 0
 
 
 def zero_verb(arguments: argparse.Namespace) -> int:

@@ -24,6 +24,7 @@ from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
 from thrustd.model.calibrated import calibrated
 from thrustd.model.compile import CompiledModel, compile_model, read_proven_model
+from thrustd.model.effects import effect_named
 from thrustd.pipeline.pipeline import DERIVED, Parts, Pipeline
 from thrustd.sources.plain_file import read_plain
 from thrustd.wire.adc_frames import encode
@@ -111,7 +112,8 @@ class Installation:
         lines = []
         for mount in self.config.mount:
             spec = read_model(self.files[mount.model], self._place(mount.model))
-            absent = [name for name in LOAD_FACTORS if name not in {effect.name for effect in spec.effects}]
+            words = {effect_named(effect.name).word for effect in spec.effects}
+            absent = [name for name in LOAD_FACTORS if name not in words]
             if absent:
                 named = " and no ".join(absent)
                 lines.append(f"{mount.name}: {mount.model} has no {named}: the engine's load factor counts as thrust")

@@ -1,0 +1,95 @@
+"""From an aircraft's records to a folder that flies, or one line and no folder."""
+
+import json
+
+import numpy as np
+import pytest
+
+from thrustd.__main__ import main
+from thrustd.installation.installation import read_installation
+from thrustd.installation.shipped import shipped
+from thrustd.records.files import write_recording
+from thrustd.records.recording import make_recording
+from thrustd.twin.bench import step_bench, weight_bench
+from thrustd.twin.mount import LOWER, UPPER
+
+
+@pytest.fixture(scope="module")
+def records(tmp_path_factory):
+    """Half an hour of bench for an upper and a lower mount, weight steps on the upper one."""
+    folder = tmp_path_factory.mktemp("records")
+    made = {
+        "upper": step_bench(0.5, 61, UPPER), "lower": step_bench(0.5, 62, LOWER), "weight": weight_bench(0.3, 63, UPPER)
+    }  # fmt: skip
+    for name, record in made.items():
+        write_recording(record.resample(10.0), folder / f"{name}.parquet")
+    return folder
+
+
+def given(records, upper="upper", lower="lower", more=()):
+    bench = [f"upper={records / upper}.parquet", f"lower={records / lower}.parquet"]
+    config = str(shipped("deploy/hil.toml", "config"))
+    return ["commission", "--bench", *bench, "--aircraft", config, *more]
+
+
+@pytest.fixture(scope="module")
+def folder(records, tmp_path_factory):
+    out = tmp_path_factory.mktemp("made") / "aircraft"
+    assert main([*given(records, more=["--weight", f"{records / 'weight'}.parquet"]), "-o", str(out)]) == 0
+    return out
+
+
+def test_the_folder_flies_and_replays(folder, capsys):
+    installation = read_installation(folder / "hil.toml")
+    words = [line for line in installation.uncorrected()]
+    assert words == [] and [mount.model for mount in installation.config.mount] == [
+        f"models/{name}.json" for name in ("left_upper", "left_lower", "right_upper", "right_lower")
+    ]
+    log = folder.parent / "flight.mcap"
+    config = str(folder / "hil.toml")
+    assert main(["simulate", "--minutes", "4", "--seed", "5", "--config", config, "-o", str(log)]) == 0
+    capsys.readouterr()
+    assert main(["replay", str(log), "--json"]) == 0
+    scores = json.loads(capsys.readouterr().out)["scores"]
+    assert max(scores[engine]["fused"]["rmse_n"] for engine in ("left", "right")) < 120.0
+
+
+def test_what_is_missing_is_said_and_in_the_band(folder):
+    page = (folder / "report.html").read_text()
+    assert "chamber: what temperature does" in page and "two flights" in page
+    assert "weight: what normal load does" not in page
+    fusion = read_installation(folder / "hil.toml").config.fusion
+    assert fusion["mount_stiffness_std"] == pytest.approx(np.hypot(0.003, 0.006), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ({"upper": "lower", "lower": "upper"}, "each other's"),
+        ({"upper": "upper", "lower": "upper"}, "two of the same place"),
+        ({"upper": "weight", "lower": "nothing"}, "nothing.parquet"),
+    ],
+)
+def test_a_bench_of_the_wrong_mount_is_one_line_and_no_folder(records, tmp_path, capsys, places, words):
+    assert main([*given(records, **places), "-o", str(tmp_path / "out")]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.strip()]
+    assert line.startswith("thrustd:") and words in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_flights_without_fuel_flow_and_records_that_do_not_move_are_refused_before_any_work(records, tmp_path, capsys):
+    time_s = np.arange(100.0)
+    flight = make_recording("dry", {"time_s": time_s, "n1_pct_left": time_s, "mach": 0 * time_s})
+    write_recording(flight, tmp_path / "dry.csv")
+    still = ["--weight", f"{records / 'upper'}.parquet"]
+    for more, word in ((["--flights", str(tmp_path / "dry.csv")], "fuel_flow_kg_s"), (still, "hardly moves")):
+        assert main([*given(records, more=more), "-o", str(tmp_path / "out")]) == 2
+        assert word in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_is_there_is_left_alone(records, tmp_path, capsys):
+    (tmp_path / "mine.txt").write_text("x")
+    assert main([*given(records), "-o", str(tmp_path)]) == 2
+    assert "is there already" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]

@@ -1,0 +1,159 @@
+"""From an aircraft's records to a folder that flies: models, deck, configuration, report. Whole or not at all.
+
+    bench -> identify -> weight -> temperature -> mass -> compile -> check          flights -> deck
+
+What is missing is said with what it costs, and the cost goes into the band: `fusion.mount_stiffness_std` of the
+folder's configuration is the root of the sum of squares of the default and of every missing piece.
+"""
+
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import hypot
+from pathlib import Path
+
+import msgspec
+
+from thrustd.brochure.fit.deck_fit import fit_deck_file, report_lines
+from thrustd.commission.mount_models import Made, mount_models
+from thrustd.commission.pieces import Pieces
+from thrustd.core.config import section
+from thrustd.core.errors import ConfigError, UsageError
+from thrustd.fusion.settings import FusionSettings
+from thrustd.installation.installation import Installation, read_installation
+from thrustd.model.artifact import write_model
+
+MOUNT_N = 3000.0  # of a mount in cruise: where a cost is told
+WEIGHT_STD, THERMAL_STD = 0.005, 0.006  # 1.5 g without the weight's stiffening; 30 K from the bench at 2e-4 1/K
+DECK_STD = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """A piece that was not brought."""
+
+    piece: str
+    costs: str
+    std: float  # of the force, relative, one sigma
+
+
+@dataclass(frozen=True, slots=True)
+class Commissioned:
+    """What is in the folder."""
+
+    folder: Path
+    config: Path
+    mounts: dict[str, Made]
+    deck_rows: list[dict[str, object]]
+    remarks: tuple[str, ...]
+    missing: list[Missing]
+    stiffness_std: float
+
+
+def commission(
+    pieces: Pieces, installation: Installation, config: Path, out: Path, told: Callable[[float, str], None]
+) -> Commissioned:
+    """`config`: the aircraft's configuration that `installation` was read from; `out`: a folder that is not there."""
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UsageError(f"{out}: is there already; expected the name of a new or empty folder")
+    made = mount_models(pieces, installation, lambda share, what: told(0.9 * share, what))
+    missing = _missing(pieces)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
+        folder = Path(draft) / out.name
+        told(0.92, "deck")
+        rows, remarks = _write(folder, pieces, installation, made)
+        settings = section(installation.config.fusion, FusionSettings, str(config))
+        std = hypot(settings.mount_stiffness_std, *(piece.std for piece in missing))
+        target = folder / config.name
+        target.write_text(_configured(config.read_text(), installation, made, std, config))
+        told(0.97, "check")
+        read_installation(target).pipeline()
+        if out.exists():
+            out.rmdir()
+        shutil.move(folder, out)
+    told(1.0, "done")
+    return Commissioned(out, out / config.name, made, rows, remarks, missing, std)
+
+
+def _missing(pieces: Pieces) -> list[Missing]:
+    """What was not brought, and what that costs."""
+    found = []
+    if not pieces.weight:
+        cost = f"{WEIGHT_STD * MOUNT_N:.0f} N of {MOUNT_N:.0f} N on a mount at 1.5 g"
+        found.append(Missing("weight: what normal load does", cost, WEIGHT_STD))
+    if not pieces.chamber:
+        cost = f"{THERMAL_STD * MOUNT_N:.0f} N of {MOUNT_N:.0f} N on a mount 30 K from the bench"
+        found.append(Missing("chamber: what temperature does", cost, THERMAL_STD))
+    if len(pieces.flights) < 2:
+        cost = f"the deck of the base, within {100 * DECK_STD:g} % of an engine (its band says so)"
+        found.append(Missing("two flights: these engines' own deck", cost, 0.0))
+    return found
+
+
+def _write(
+    folder: Path, pieces: Pieces, installation: Installation, made: dict[str, Made]
+) -> tuple[list[dict[str, object]], tuple[str, ...]]:
+    """Every file but the configuration; -> what the deck's fit said."""
+    (folder / "models").mkdir(parents=True)
+    for mount, one in made.items():
+        (folder / "models" / f"{mount}.json").write_text(write_model(one.spec))
+    names = installation.config
+    for name in (names.can.dbc, names.aircraft.data):
+        if name is not None:
+            (folder / Path(name).name).write_bytes(installation.files[name])
+    if names.calibration is not None:
+        (folder / Path(names.calibration).name).write_bytes(installation.files[names.calibration])
+    base, deck = folder / ".base.json", folder / "deck.json"
+    base.write_bytes(installation.files[names.deck])
+    if len(pieces.flights) < 2:
+        base.rename(deck)
+        return [], ()
+    fit = fit_deck_file(pieces.flights, deck, base, None)
+    base.unlink()
+    return list(report_lines(fit)), tuple(fit.remarks)
+
+
+def _configured(text: str, installation: Installation, made: dict[str, Made], std: float, where: Path) -> str:
+    """The configuration with the folder's own names and sigma in it, its comments kept; ConfigError if that fails."""
+    config = installation.config
+    own = {"deck": "deck.json", "dbc": Path(config.can.dbc).name}
+    own |= {"data": Path(config.aircraft.data).name} if config.aircraft.data is not None else {}
+    own |= {"calibration": Path(config.calibration).name} if config.calibration is not None else {}
+    for key, name in own.items():
+        text = re.sub(rf"(?m)^([ \t]*{key}[ \t]*=[ \t]*)([\"'])[^\"'\n]*\2", rf'\g<1>"{name}"', text)
+    models = iter(f"models/{mount.name}.json" for mount in config.mount)
+    text = re.sub(r"(?m)^([ \t]*model[ \t]*=[ \t]*)([\"'])[^\"'\n]*\2", lambda m: f'{m[1]}"{next(models)}"', text)
+    line = f"mount_stiffness_std = {std:.5f} # with what was not measured, see report.html"
+    if re.search(r"(?m)^\[fusion\]", text) is None:
+        text = f"{text.rstrip()}\n\n[fusion]\n{line}\n"
+    elif re.search(r"(?m)^[ \t]*mount_stiffness_std", text):
+        text = re.sub(r"(?m)^[ \t]*mount_stiffness_std.*$", line, text)
+    else:
+        text = re.sub(r"(?m)^\[fusion\].*$", lambda m: f"{m[0]}\n{line}", text)
+    _check(text, installation, made, where)
+    return text
+
+
+def _check(text: str, installation: Installation, made: dict[str, Made], where: Path) -> None:
+    """Every name is in place, everything else as it was."""
+    from thrustd.core.config import read_config
+
+    new, old = read_config(text, str(where)), installation.config
+    wanted = [f"models/{mount}.json" for mount in (each.name for each in old.mount)]
+    ours = msgspec.structs.replace(new, deck=old.deck, mount=old.mount, can=old.can, aircraft=old.aircraft)
+    same = msgspec.structs.replace(ours, fusion=old.fusion, calibration=old.calibration) == old
+    if [mount.model for mount in new.mount] != wanted or new.deck != "deck.json" or not same:
+        raise ConfigError(f"{where}: its names cannot be put in; expected deck, dbc and model on lines of their own")
+
+
+def summary_lines(done: Commissioned) -> Sequence[str]:
+    """What a terminal is told."""
+    lines = [
+        f"{mount}: {one.unseen_n:.1f} N on data not used ({one.train_n:.1f} N on its own)"
+        for mount, one in done.mounts.items()
+    ]
+    lines += [f"missing: {piece.piece}; costs {piece.costs}" for piece in done.missing]
+    return lines

@@ -1,0 +1,115 @@
+"""From benches to the models of all mounts: identified, then what weight, temperature and mass do to them.
+
+A weight or chamber record is of one mount. It goes to the model that it fits best; what is estimated there is given to
+the others, which are of the same rubber. Nothing is looked for that no record moves.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import msgspec
+import numpy as np
+
+from thrustd.commission.pieces import Pieces
+from thrustd.commission.places import check_places
+from thrustd.core.aircraft import place_of
+from thrustd.core.errors import ModelError, RecordingError
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.extend.given import with_given
+from thrustd.diagnose.search.evidence import simulate
+from thrustd.diagnose.search.records import stretches
+from thrustd.identify.identify import identify
+from thrustd.installation.installation import Installation
+from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.records.recording import Recording
+
+WEIGHT, THERMAL = ("engine_weight",), ("thermal_stiffness", "thermal_expansion")
+Told = Callable[[float, str], None]  # share done, what is under way
+
+
+@dataclass(slots=True)
+class Made:
+    """One mount's model on its way, and what to tell of it."""
+
+    spec: ModelSpec
+    train_n: float
+    unseen_n: float  # on data not used
+    benches: list[str]
+    lines: list[str] = field(default_factory=list)
+
+
+def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict[str, Made]:
+    """By mount; mounts that share their benches share the work."""
+    made: dict[str, Made] = {}
+    steps = (
+        len({id(records[0]) for records in pieces.bench.values()}) + len(pieces.weight[:1]) + len(pieces.chamber[:1])
+    )
+    done: dict[int, Made] = {}
+    for mount, records in pieces.bench.items():
+        key = id(records[0])
+        if key not in done:
+            told(len(done) / steps, f"identify {mount}")
+            done[key] = _identified(mount, records)
+        one = done[key]
+        spec = msgspec.structs.replace(one.spec, name=mount.replace("_", "-"))
+        made[mount] = Made(spec, one.train_n, one.unseen_n, one.benches)
+    check_places({mount: one.spec for mount, one in made.items()}, installation)
+    at = len(done) / steps
+    for records, effects, word in ((pieces.weight, WEIGHT, "weight"), (pieces.chamber, THERMAL, "temperature")):
+        if records:
+            told(at, word)
+            _learn(made, records, effects, word)
+            at += 1 / steps
+    for mount, one in made.items():
+        _hang(one, mount, installation)
+    return made
+
+
+def _identified(mount: str, records: Sequence[Recording]) -> Made:
+    found = identify(records, name=mount.replace("_", "-"))
+    if not found.usable:
+        raise RecordingError(f"--bench {mount}: {found.warnings[0]}")
+    best = min((s for s in found.scores if s.validation.stable), key=lambda s: s.validation.rmse_n)
+    one = Made(found.spec, best.train.rmse_n, best.validation.rmse_n, [record.name for record in records])
+    one.lines += found.warnings
+    return one
+
+
+def _learn(made: dict[str, Made], records: Sequence[Recording], effects: Sequence[str], word: str) -> None:
+    """Estimate on the mount that the records are of, give to the others."""
+    errors = {mount: _rms_n(one.spec, records) for mount, one in made.items()}
+    owner = min(errors, key=lambda mount: errors[mount])
+    one = made[owner]
+    known = {effect.name for effect in one.spec.effects}
+    try:
+        report = extend(one.spec, records, effects, name=one.spec.name)
+    except ModelError as problem:
+        for each in made.values():
+            each.lines.append(f"{word}: {problem}")
+        return
+    one.spec = report.spec
+    said = f"{', '.join(report.effects)}: {report.rmse_before_n:.1f} -> {report.rmse_after_n:.1f} N on held-back blocks"
+    one.lines.append(f"{word}: {said} of {', '.join(record.name for record in records)}")
+    new = [effect for effect in report.spec.effects if effect.name not in known]
+    for mount, other in made.items():
+        if mount != owner:
+            other.spec = _given(other.spec, new)
+            other.lines.append(f"{word}: as measured on {owner}")
+
+
+def _given(spec: ModelSpec, effects: Sequence[EffectSpec]) -> ModelSpec:
+    there = {effect.name for effect in spec.effects}
+    return with_given(spec, {effect.name: effect.parameters for effect in effects if effect.name not in there})
+
+
+def _rms_n(spec: ModelSpec, records: Sequence[Recording]) -> float:
+    parts = [segment.force_n - simulate(spec, segment) for segment in stretches(spec, records)]
+    return float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2)))
+
+
+def _hang(one: Made, mount: str, installation: Installation) -> None:
+    """Put in the mass that the mount carries, from the aircraft's file."""
+    aircraft = installation.aircraft()
+    mass_kg = place_of(mount, installation.config, aircraft).share * aircraft.engine_mass_kg
+    one.spec = with_given(one.spec, {"axial_inertia": {"mass_kg": round(mass_kg, 1)}})
+    one.lines.append(f"mass: {mass_kg:.1f} of {aircraft.engine_mass_kg:g} kg, as its spring rate says")

@@ -1,0 +1,87 @@
+"""What a team brings to `commission`, read and judged before any work: benches by mount, weight, chamber, flights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from thrustd.core.errors import RecordingError, UsageError
+from thrustd.installation.installation import Installation
+from thrustd.records.files import read_recording
+from thrustd.records.recording import Recording
+
+EXTEND_HZ = 4.0  # weight and temperature act slowly: fewer samples say as much of them
+BENCH_HZ = 20.0
+LEVEL_G = {"accel_x_g": 0.0, "accel_z_g": 1.0}  # a bench stands still
+DECK_NEEDS = ("n1_pct", "fuel_flow_kg_s")
+
+
+@dataclass(frozen=True, slots=True)
+class Pieces:
+    """Records by what they are of; a key of `bench` is a mount of the configuration."""
+
+    bench: dict[str, list[Recording]]
+    weight: list[Recording]
+    chamber: list[Recording]
+    flights: list[Path]
+
+
+def read_pieces(
+    bench: Sequence[str],
+    weight: Sequence[Path],
+    chamber: Sequence[Path],
+    flights: Sequence[Path],
+    installation: Installation,
+) -> Pieces:
+    """UsageError or RecordingError, one line, when something is not what it is given as."""
+    mounts = [mount.name for mount in installation.config.mount]
+    paths = _paths(bench, mounts)
+    read = {path: _bench(path) for path in dict.fromkeys(path for several in paths.values() for path in several)}
+    records = {mount: [read[path] for path in several] for mount, several in paths.items()}
+    for path in flights:
+        _check_flight(path)
+    slow = [[_bench(path, EXTEND_HZ) for path in several] for several in (weight, chamber)]
+    for record in slow[0]:
+        _check_moves(record, "accel_z_g", 0.2, "--weight")
+    for record in slow[1]:
+        _check_moves(record, "temperature_degC", 0.0, "--chamber")
+    return Pieces(records, slow[0], slow[1], list(flights))
+
+
+def _paths(bench: Sequence[str], mounts: Sequence[str]) -> dict[str, list[Path]]:
+    """PLACE=FILE, files of one place with commas: by mount; `upper` stands for every mount whose name ends so."""
+    found: dict[str, list[Path]] = {}
+    for given in bench:
+        place, equals, names = given.partition("=")
+        mine = [mount for mount in mounts if mount == place or mount.endswith(f"_{place}")]
+        if not equals or not mine:
+            raise UsageError(f"--bench {given}: expected MOUNT=FILE with a mount of {', '.join(mounts)}, or its ending")
+        for mount in mine:
+            found.setdefault(mount, []).extend(Path(name) for name in names.split(","))
+    if missing := [mount for mount in mounts if mount not in found]:
+        raise UsageError(f"--bench: nothing for {', '.join(missing)}; expected a bench record of every mount")
+    return found
+
+
+def _bench(path: Path, rate_hz: float = BENCH_HZ) -> Recording:
+    record = read_recording(path)
+    for name in ("deformation_mm", "force_N"):
+        record[name]
+    level = {name: g for name, g in LEVEL_G.items() if name not in record}
+    record = record.with_channels(**{name: np.full(len(record), g) for name, g in level.items()})
+    return record.resample(rate_hz) if record.sample_hz > 1.5 * rate_hz else record
+
+
+def _check_moves(record: Recording, channel: str, least: float, option: str) -> None:
+    if not np.nanstd(record[channel]) > least:
+        raise RecordingError(f"{record.name}: {channel} hardly moves; expected a record for {option}")
+
+
+def _check_flight(path: Path) -> None:
+    record = read_recording(path)
+    for name in DECK_NEEDS:
+        if not any(column.startswith(f"{name}_") and np.isfinite(record[column]).any() for column in record.channels):
+            raise RecordingError(
+                f"{path.name}: no {name}_left or {name}_right; expected a flight with fuel flow and N1"
+            )

@@ -1,0 +1,73 @@
+"""The report of `commission`: every model, its error on data not used, what was left out and what it costs."""
+
+from collections.abc import Sequence
+
+from thrustd.commission.commission import Commissioned
+from thrustd.commission.mount_models import Made
+from thrustd.sinks.html_page import head, section, sentences, table
+from thrustd.sinks.whole_file import whole_file
+
+WORDS = (
+    "Free runs: a model sees deformation and channels, never the force. Errors are RMS on data that nothing was fitted "
+    "to, unless they say otherwise."
+)
+NEXT = (
+    "thrustd check {config}: configuration, files, witness rows.",
+    "With the engines off: thrustd zero LOG -o {folder}/calibration.toml.",
+    "Held by a load cell: thrustd calibrate tether LOG --cell CELL -o {folder}/calibration.toml.",
+    'Then put calibration = "calibration.toml" into the configuration.',
+)
+
+
+def write_report(done: Commissioned) -> None:
+    """report.html in the folder."""
+    parts = [head(f"{done.folder.name}: commissioned", WORDS), _models(done.mounts), _effects(done.mounts)]
+    parts += [_deck(done.deck_rows, done.remarks), _missing(done)]
+    parts += [
+        section(
+            "What happened",
+            *(sentences(f"{mount}: {line}" for line in one.lines) for mount, one in done.mounts.items()),
+        )
+    ]
+    said = (line.format(config=done.config, folder=done.folder) for line in NEXT)
+    parts += [section("What is next", sentences(said))]
+    with whole_file(done.folder / "report.html") as part:
+        part.write_text("".join(parts), encoding="utf-8")
+
+
+def _models(mounts: dict[str, Made]) -> str:
+    rows = [
+        (mount, f"{one.unseen_n:.1f}", f"{one.train_n:.1f}", _span(one.spec.valid.force_n), ", ".join(one.benches))
+        for mount, one in mounts.items()
+    ]
+    return section("Models", table(("Mount", "on data not used, N", "on its own, N", "identified, N", "benches"), rows))
+
+
+def _span(limits: Sequence[float]) -> str:
+    return f"{limits[0]:.0f} to {limits[1]:.0f}"
+
+
+def _effects(mounts: dict[str, Made]) -> str:
+    rows = [
+        (f"{mount}: {effect.name}", name, f"{value:.4g}", f"{effect.std[name]:.2g}" if name in effect.std else "given")
+        for mount, one in mounts.items()
+        for effect in one.spec.effects
+        if not effect.name.startswith("hysteresis")
+        for name, value in effect.parameters.items()
+    ]
+    return section("Effects", table(("Mount and effect", "parameter", "value", "one sigma"), rows))
+
+
+def _deck(rows: Sequence[dict[str, object]], remarks: Sequence[str]) -> str:
+    if not rows:
+        return section("Deck", sentences(["The base deck, unchanged: fewer than two flights were given."]))
+    told = [(f"{row['engine']}", f"{row['flight']}", f"{row['n1_left_out_error_pct']:.2f}") for row in rows]
+    return section("Deck", table(("Engine", "flight left out", "error by N1, %"), told), sentences(remarks))
+
+
+def _missing(done: Commissioned) -> str:
+    rows = [(piece.piece, piece.costs, f"{100 * piece.std:.2f}") for piece in done.missing]
+    band = f"Stiffness sigma in the band: {100 * done.stiffness_std:.2f} % of a mount's force."
+    none = [] if rows else ["Nothing was left out."]
+    shown = table(("Not brought", "costs", "in the band, % of force"), rows) if rows else ""
+    return section("Left out", shown, sentences([*none, band]))
