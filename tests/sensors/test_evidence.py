@@ -7,6 +7,7 @@ from thrustd.sensors import evidence
 from thrustd.sensors.past import COUNTS, DECK_N, MACH, N_SOURCES, OWN_N, SAID, T_S, WIDTH, no_past, remember
 
 SHARE = 0.46
+INSTALLED = 200.0, 0.03, 0.03, 30.0
 
 
 def said_of(thrust_n, fault, rng):
@@ -27,7 +28,7 @@ def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
         row[OWN_N : OWN_N + 2] = 30.0
         assert remember(past, 0, row, SHARE)
         if past["n"][0] > 2 and k % 5 == 0:
-            evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, lead, out)
+            evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, lead, INSTALLED, out)
             lead = int(out[:, 0].argmax()) if out[:, 0].max() > 0.95 else lead
             found.append(out.copy())
     return np.array(found)

@@ -131,6 +131,15 @@ def reports(change, seconds=80.0, start_s=65.0):
     return found
 
 
+def test_an_acceleration_that_pitch_and_airspeed_contradict_is_named_though_every_thrust_agrees():
+    def off(read, since_s):
+        read["accel_x_g", 0] -= 0.002 * min(since_s, 30.0)  # 110 N of an engine's thrust, less than its deck is known
+
+    found = reports(off, 80.0, 20.0)
+    assert found and found[0][1].startswith("accel_x_g[0]")
+    assert {word.split()[0] for _, word in found} == {"accel_x_g[0]"}
+
+
 @pytest.mark.parametrize(("name", "size"), [("n1_pct", 2.5), ("n2_pct", -2.0), ("fuel_flow_kg_s", 0.005)])
 def test_a_small_jump_that_the_engine_does_not_share_is_named(name, size):
     def jump(read, since_s):

@@ -14,6 +14,7 @@ from thrustd.core.errors import ConfigError, RecordingError
 
 DATA = "citation-ii.toml"  # for configurations that name none
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
+NotNegative = Annotated[float, Meta(ge=0, le=1e6)]
 
 
 class SensorLimits(Section, frozen=True):
@@ -42,6 +43,26 @@ class Wing(Section, frozen=True):
         return self.span_m**2 / self.area_m2
 
 
+class InstallationErrors(Section, frozen=True):
+    """What an installation may do to the mounts of an engine that no bench has shown; one sigma each.
+
+    Nobody corrects it, so it is in every band. Who has measured a part of it on an aircraft states what is left.
+    """
+
+    zero_n: NotNegative  # transducers' zeros after a tare, weight of a canted mount
+    scale: NotNegative  # of the transducers' line
+    drag_m2: NotNegative  # what the mounts carry of the nacelle's drag, over dynamic pressure
+    rest_n: NotNegative
+
+    def sizes(self) -> tuple[float, float, float, float]:
+        return self.zero_n, self.scale, self.drag_m2, self.rest_n
+
+
+UNKNOWN = InstallationErrors(
+    zero_n=200.0, scale=0.03, drag_m2=0.03, rest_n=30.0
+)  # of files, and logs, that say nothing
+
+
 class AircraftData(Section, frozen=True):
     """One type of aircraft."""
 
@@ -50,6 +71,7 @@ class AircraftData(Section, frozen=True):
     spring_n_mm: Annotated[list[Positive], Meta(min_length=1, max_length=2)]  # of an engine's mounts, in their order
     limits: dict[str, SensorLimits]  # by signal
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
+    installation: InstallationErrors = UNKNOWN
 
     def share(self, place: int, mounts: int) -> float:
         """What mount `place` of an engine's `mounts` carries of its thrust: they move together."""

@@ -40,12 +40,13 @@ def _brochure_bits(there: bool, rejected: bool, off: bool) -> int:
 
 
 def _row(
-    memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: int, hypotheses: Matrix, lead: int
-) -> tuple[Any, ...]:
+    memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: int, hypotheses: Matrix, lead: int,
+    uncorrected_n: float,
+) -> tuple[Any, ...]:  # fmt: skip
     """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
 
     A measurement that was gated out while its route is believed says that one of both is wrong: the band holds what
-    it says, too.
+    it says, too; and what nobody corrected (see `sensors.evidence`).
     """
     m, t, s = memory[0], told[0], settings[0]
     status = t.status
@@ -69,6 +70,7 @@ def _row(
         nis = (m.mount_nis + m.nis) / 2
     deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.sizes[SCALE_N], SCALE_FLOOR_N)
     thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), hypotheses, lead)
+    std_n = sqrt(std_n**2 + uncorrected_n**2)
     return (
         t.t_ns, engine, thrust_n, std_n, x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
         t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[MOUNT, 0], deviation, t.load_share, status,
@@ -79,4 +81,4 @@ def _row(
 _F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
 _ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
-estimate_row: Any = entry(compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, _TABLE, _I), "numpy"))
+estimate_row: Any = entry(compiled(_row, _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, _TABLE, _I, _F), "numpy"))

@@ -70,14 +70,15 @@ class ThrustFilter:
         self._tape = Tape()
         return self._tape
 
-    def step(self, told: Any, hypotheses: Matrix = ALONE, lead: int = 0) -> Estimate:
+    def step(self, told: Any, hypotheses: Matrix = ALONE, lead: int = 0, uncorrected_n: float = 0.0) -> Estimate:
         """Predict to `t_ns`, weigh what is there, return the estimate. `told`: see `FusionInputs.row`.
 
-        `hypotheses` (n, 3) of who is at fault, see `mixture`; `lead`: the one that was believed of what is told.
+        `hypotheses` (n, 3) of who is at fault, see `mixture`; `lead`: the one that was believed of what is told;
+        `uncorrected_n`: one sigma of what neither of them knows.
         """
         what = self._memory, told, self._settings, self._x, self._p
         go_on(*what)
-        row = estimate_row(*what, self._engine, hypotheses, lead)
+        row = estimate_row(*what, self._engine, hypotheses, lead, uncorrected_n)
         if self._tape is not None:
             self._tape.write(told["t_ns"].item(), self._x, self._p, self._memory["f"][0], self._memory["q"][0])
         estimate: Estimate = tuple.__new__(Estimate, row)

@@ -181,10 +181,11 @@ class Pipeline:
         self._tell(t_ns, dt_s, verdict)
         estimates, bank = [], self._monitor.bank
         if verdict.changed >= 0:
-            thrust_n, std_n = bank.leading[verdict.changed].tolist()
+            thrust_n, std_n, _ = bank.leading[verdict.changed].tolist()
             self._filters[verdict.changed].begin_anew(thrust_n, std_n, self._told_of[verdict.changed])
         for e, thrust_filter in enumerate(self._filters):
-            estimates.append(thrust_filter.step(self._told_of[e], bank.rows[e], bank.found.item(e)))
+            weighed = bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e)
+            estimates.append(thrust_filter.step(self._told_of[e], *weighed))
             outputs.append(estimates[e])
             if thrust_filter.calibrates:
                 self._report(Fault(t_ns, self._layout.engine_names[e], "zero"), outputs)

@@ -16,7 +16,8 @@ import numpy as np
 
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry
-from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL, weigh
+from thrustd.sensors.errors import Installed
+from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL, uncorrected_n2, weigh
 from thrustd.sensors.past import (
     COMMON_N,
     COUNTS,
@@ -37,28 +38,34 @@ EVERY_LOOKS = 2
 FOUND, OVER = 0.98, 0.2
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
 SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4))
+OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
 TURNING_N1_PCT, STARTED_S = 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
+UNCORRECTED_N = 2  # beside the thrust that leads and its sigma
 P, SHIFT_N, STD_N = range(3)  # of a hypothesis: probability, thrust minus that of the one that leads, its sigma
 
 
 class Bank:
     """Mutable; `snapshot` / `restore` for the checkpoint."""
 
-    def __init__(self, mounts: Integers, spools: Integers, air: tuple[int, int], shares: Floats) -> None:
+    def __init__(
+        self, mounts: Integers, spools: Integers, air: tuple[int, int], shares: Floats, installed: Installed
+    ) -> None:
         """By engine (n, 2) its mounts, the upper one first, -1 for none; places of N1 and N2, Mach and altitude.
 
         `shares` (n,): of the upper mounts. An engine that has not two mounts has only the hypothesis that all is well.
+        `installed`: see `errors`.
         """
         n = len(mounts)
         self._past, self.found = no_past(n), np.zeros(n, np.int64)
         self.rows = np.zeros((n, N_HYPOTHESES, 3))  # P, SHIFT_N, STD_N
         self.rows[:, WELL, P] = 1.0
-        self.leading = np.full((n, 2), np.nan)  # thrust and its sigma by the one that leads
+        self.leading = np.full((n, 3), np.nan)  # thrust and its sigma by the one that leads; what is uncorrected, N
+        self.leading[:, UNCORRECTED_N] = 0.0
         self._turn = np.zeros(1, np.int64)
         judged = (mounts >= 0).sum(axis=1) == 2
         layout = np.ascontiguousarray(mounts[:, :2]), spools, judged
-        self._work = self._past, self._turn, self.found, self.rows, self.leading, *layout, *air, shares
+        self._work = self._past, self._turn, self.found, self.rows, self.leading, *layout, *air, shares, OFF, installed
 
     def look(self, t_ns: int, readings: Floats, states: Any, routes_n: Floats, believed: Flags) -> int:
         """Weigh the engine whose turn it is. -> which one's leading hypothesis changed, or -1.
@@ -149,9 +156,8 @@ def _lead(found: int, out: Floats) -> int:
 
 def _look_at(
     past: Any, turn: Integers, found: Integers, hypotheses: Floats, leading: Floats, mounts: Integers, spools: Integers,
-    judged: Flags, mach: int, altitude: int, shares: Floats, t_s: float, readings: Floats, states: Any,
-    routes_n: Floats,
-    believed: Flags,
+    judged: Flags, mach: int, altitude: int, shares: Floats, off: Floats, installed: Installed, t_s: float,
+    readings: Floats, states: Any, routes_n: Floats, believed: Flags,
 ) -> int:  # fmt: skip
     turn[0] = (turn[0] + 1) % (EVERY_LOOKS * len(found))
     e = turn[0] // EVERY_LOOKS
@@ -160,7 +166,7 @@ def _look_at(
     turns = readings[spools[e, 0]] > TURNING_N1_PCT or readings[spools[e, 1]] > TURNING_N1_PCT
     row, out = np.empty(WIDTH), np.empty((N_HYPOTHESES, 3))
     if not (judged[e] and turns):
-        past[e].n, past[e].since_s = 0, nan
+        past[e].n, past[e].since_s, leading[e, UNCORRECTED_N] = 0, nan, 0.0
         return -1
     if not isfinite(past[e].since_s):
         past[e].since_s = t_s
@@ -169,10 +175,11 @@ def _look_at(
     _row(row, t_s, e, mounts, (readings[mach], readings[altitude]), states, routes_n, believed)
     if not remember(past, e, row, shares[e]) or past[e].n < 2:
         return -1
-    weigh(past[e].rows, past[e].n, shares[e], found[e], out)
+    weigh(past[e].rows, past[e].n, shares[e], found[e], installed, out)
     lead = _lead(found[e], out)
     changed, found[e] = lead != found[e], lead
-    leading[e, 0], leading[e, 1] = out[lead, 1], sqrt(out[lead, 2])
+    more_n2 = uncorrected_n2(past[e].rows, past[e].n, shares[e], off[lead], installed, out[lead, 1:])
+    leading[e] = out[lead, 1], sqrt(out[lead, 2]), sqrt(more_n2)
     for which in range(N_HYPOTHESES):
         hypotheses[e, which, P] = out[which, 0]
         hypotheses[e, which, SHIFT_N] = out[which, 1] - out[lead, 1]
@@ -187,8 +194,8 @@ _look: Any = entry(
         _look_at,
         numba.int64(
             numba.from_dtype(PAST)[::1], _I, _I, numba.float64[:, :, ::1], _TABLE, _PLACES, _PLACES,
-            numba.boolean[::1], numba.int64, numba.int64, _ROW, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1],
-            _TABLE, _FLAGS,
+            numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE, vars(numba.types)["UniTuple"](_F, 4), _F, _ROW,
+            numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS,
         ),
     )
 )  # fmt: skip

@@ -6,7 +6,11 @@
     lag       of a thrust that moves; a fuel flow that leads it; mounts that see a cut before any spool is read
 
 Each is a Gaussian process, exp(-time / its own - travel / its reach), with its prior sigma: nothing is learnt beyond.
-Sizes: docs/fusion.md.
+What no bench shows of an installation acts on both mounts alike: a zero (or a cant), a scale, the drag of a nacelle.
+
+    a(r1, r2) = zero^2 + scale^2 F1 F2 + drag^2 q1 q2 + rest^2 [r1 = r2]
+
+Sizes: docs/fusion.md, those of the installation: the aircraft's file.
 """
 
 from math import exp, log, sqrt
@@ -27,11 +31,14 @@ from thrustd.sensors.past import (
     N1,
     N_SOURCES,
     OWN_N,
+    PRESSURE_PA,
     RATE_N_S,
     T_S,
 )  # fmt: skip
 
 Parts = tuple[float, float, float, float, float]
+Installed = tuple[float, float, float, float]  # zero N, scale -, drag m2, rest N: one sigma each, of an engine
+AS_ON_THE_BENCH = 0.0, 0.0, 0.0, 0.0
 THRUST_N2 = 1e7  # prior variance of the thrust of a row: anything
 SILENT_N2 = 1e9
 # errors of all that is well; mounts' sigmas and the deck's come with the row
@@ -83,13 +90,26 @@ def _add_lag(rows: Floats, a: int, b: int, block: Floats) -> None:
 
 
 @compiled
-def covariance(rows: Floats, n: int, parts: Parts) -> Floats:
+def installed_n2(rows: Floats, a: int, b: int, installed: Installed) -> float:
+    """Covariance of what an installation does to both mounts of an engine in two rows."""
+    zero_n, scale, drag_m2, rest_n = installed
+    of_load_n2 = scale * scale * abs(rows[a, LEVEL_N] * rows[b, LEVEL_N])
+    of_air_n2 = drag_m2 * drag_m2 * rows[a, PRESSURE_PA] * rows[b, PRESSURE_PA]
+    return zero_n * zero_n + of_load_n2 + of_air_n2 + (rest_n * rest_n if a == b else 0.0)
+
+
+@compiled
+def covariance(rows: Floats, n: int, parts: Parts, installed: Installed) -> Floats:
     """Of all that n rows say, (5 n, 5 n); the thrust of a row, of which a source shows its part, may be anything."""
     c, block = np.empty((n * N_SOURCES, n * N_SOURCES)), np.empty((N_SOURCES, N_SOURCES))
     for a in range(n):
         for b in range(a + 1):
             _fill_pair(rows, a, b, block)
             _add_lag(rows, a, b, block)
+            of_both_n2 = installed_n2(rows, a, b, installed)
+            for i in range(2):
+                for j in range(2):
+                    block[i, j] += parts[i] * parts[j] * of_both_n2
             for i in range(N_SOURCES):
                 for j in range(N_SOURCES):
                     if rows[a, COUNTS + i] == 0.0 or rows[b, COUNTS + j] == 0.0:

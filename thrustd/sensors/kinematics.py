@@ -3,28 +3,37 @@
     dV/dt = g (f_x - b - sin theta)          V: airspeed, b: what the accelerometer shows too much     (body x axis)
 
 A Kalman filter for V and b with Mach's airspeed as its measurement: in steady flight b is known to 0.003 g within some
-10 s, beside 0.008 g of mounting. What a turn adds (w q - v r) goes with |n_z - 1|, and is doubt for a while. More than
-FOUND sigmas is a fault of the accelerometer; three recorded flights never came to four, in turns and stalls.
+10 s, beside 0.008 g of mounting. Slower than FLYING_MACH it is no airspeed yet: an aircraft that taxis or stands goes
+at 0 +- 10 m/s, for some 10 s at a time. What a turn adds (w q - v r) goes with |n_z - 1|, and is doubt for a while.
+More than FOUND sigmas is a fault of the accelerometer; what is beyond one is in the band before that.
 Reference: Klein & Morelli, Aircraft System Identification, sec. 3.3 and 10.1 (kinematic consistency).
 """
 
+from collections.abc import Callable, Sequence
 from math import exp, isfinite, nan, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
+from thrustd.sensors.monitor_inputs import Sensor
+
+ACCELERATION: Sensor = ("accel_x_g", 0)
+TAKEN: tuple[Sensor, ...] = (ACCELERATION, ("accel_z_g", 0), ("pitch_deg", 0), ("mach", 0), ("sat_degC", 0))
 
 AIRSPEED_STD_M_S, TURBULENCE_M_S2 = 0.3, 0.02
 WANDER_G = 1e-3  # of b, per root of a second
-MOUNTING_G, START_G = 0.008, 0.02
+MOUNTING_G, START_G, START_M_S = 0.008, 0.02, 10.0
 OF_A_TURN, TURN_NOISE, TURN_FADES_S = 0.1, 0.3, 40.0
-FLYING_MACH = 0.2  # slower: Mach is no airspeed yet
+FLYING_MACH, TAXI_M_S, TAXI_S = 0.2, 10.0, 10.0
 FOUND, OVER = 5.0, 2.0  # sigmas
-SETTLED_S = 20.0  # the climb-out rotates
+SETTLED_S, LASTS_S = 20.0, 4.0  # by then a Mach number or a pitch that drifts is known by its own watch
 SOUND_M_S = 20.0468  # of the root of the temperature
-BALANCE = np.dtype([(name, np.float64) for name in ("v", "b", "p_vv", "p_vb", "p_bb", "turn", "since_s", "found")])
+BALANCE = np.dtype(
+    [(name, np.float64) for name in ("v", "b", "p_vv", "p_vb", "p_bb", "turn", "since_s", "found", "excess_g", "odd_s")]
+)
 
 
 def no_balance() -> Any:
@@ -36,17 +45,18 @@ def no_balance() -> Any:
 
 @compiled
 def _begin(m: Any, v: float) -> None:
-    m.v, m.b, m.p_vv, m.p_vb, m.p_bb, m.since_s = v, 0.0, 1.0, 0.0, START_G**2, 0.0
+    m.v, m.b, m.p_vv, m.p_vb, m.p_bb, m.since_s = v, 0.0, START_M_S**2, 0.0, START_G**2, 0.0
 
 
 @compiled
-def _step(m: Any, v: float, f_x_g: float, pitch_deg: float, turn: float, dt_s: float) -> None:
+def _step(m: Any, v: float, f_x_g: float, pitch_deg: float, turn: float, variance: float, dt_s: float) -> None:
+    """`variance`: of the airspeed v, m2/s2."""
     g = STANDARD_GRAVITY_M_S2
     m.v += dt_s * g * (f_x_g - sin(radians(pitch_deg)) - m.b)
     m.p_vv += dt_s * (-2.0 * g * m.p_vb + dt_s * g * g * m.p_bb + (TURBULENCE_M_S2 + TURN_NOISE * g * turn) ** 2)
     m.p_vb -= dt_s * g * m.p_bb
     m.p_bb += dt_s * WANDER_G**2
-    s, nu = m.p_vv + AIRSPEED_STD_M_S**2, v - m.v
+    s, nu = m.p_vv + variance, v - m.v
     k_v, k_b = m.p_vv / s, m.p_vb / s
     m.v, m.b = m.v + k_v * nu, m.b + k_b * nu
     m.p_bb -= k_b * m.p_vb
@@ -57,21 +67,57 @@ def _step(m: Any, v: float, f_x_g: float, pitch_deg: float, turn: float, dt_s: f
 def _balance(
     balance: Any, f_x_g: float, f_z_g: float, pitch_deg: float, mach: float, sat_degc: float, dt_s: float
 ) -> bool:
-    """The accelerometer is at fault. NaN readings, and slow flight, say nothing."""
+    """The accelerometer is at fault. NaN readings say nothing."""
     m = balance[0]
     v = mach * SOUND_M_S * sqrt(max((sat_degc if isfinite(sat_degc) else 0.0) + 273.15, 100.0))
-    if not (mach > FLYING_MACH and isfinite(f_x_g + f_z_g + pitch_deg) and dt_s > 0.0):
+    if not (isfinite(mach + f_x_g + f_z_g + pitch_deg) and dt_s > 0.0):
         m.v = nan
         return bool(m.found)
     turn = abs(f_z_g - 1.0)
     m.turn = max(turn, m.turn * exp(-dt_s / TURN_FADES_S))
     if not isfinite(m.v) or dt_s > 1.0:
         _begin(m, v)
-    _step(m, v, f_x_g, pitch_deg, turn, dt_s)
+    variance = AIRSPEED_STD_M_S**2 if mach > FLYING_MACH else TAXI_M_S**2 * (1.0 + 2.0 * TAXI_S / dt_s)
+    _step(m, v, f_x_g, pitch_deg, turn, variance, dt_s)
     if m.since_s > SETTLED_S:
-        sigmas = abs(m.b) / sqrt(m.p_bb + MOUNTING_G**2 + (OF_A_TURN * m.turn) ** 2)
-        m.found = sigmas > (OVER if m.found else FOUND)
+        variance_g2 = m.p_bb + MOUNTING_G**2 + (OF_A_TURN * m.turn) ** 2
+        odd = abs(m.b) > (OVER if m.found else FOUND) * sqrt(variance_g2)
+        m.odd_s = m.odd_s + dt_s if odd else 0.0
+        m.found = odd and (m.found or m.odd_s > LASTS_S)
+        m.excess_g = sqrt(max(m.b**2 - variance_g2, 0.0))  # of b beyond what is known of it
     return bool(m.found)
 
 
 balance_of: Any = compiled(_balance)
+
+
+class Accelerometer:
+    """Is it believed? Mutable; `snapshot` / `restore` for the checkpoint."""
+
+    def __init__(self, place: Callable[[Sensor], int], engine_mass_kg: float) -> None:
+        """`place`: of a sensor among the readings."""
+        self._taken = [(sensor, place(sensor)) for sensor in TAKEN]
+        self._balance, self._weight_n = no_balance(), engine_mass_kg * STANDARD_GRAVITY_M_S2
+        self.off = False
+
+    def look(self, readings: Floats, trusts: Callable[[Sensor], bool] | None, dt_s: float) -> None:
+        """`trusts`: what the sensors' own watches say; None: all is well."""
+        taken = [
+            readings.item(at) if sensor == ACCELERATION or trusts is None or trusts(sensor) else nan
+            for sensor, at in self._taken
+        ]
+        self.off = balance_of(self._balance, *taken, dt_s)
+
+    @property
+    def error_n(self) -> float:
+        """What it may do to an engine's thrust before it is found."""
+        return 0.0 if self.off else float(self._weight_n * self._balance["excess_g"].item())
+
+    def snapshot(self) -> list[float]:
+        return [0.0 if value != value else value for value in self._balance[0].tolist()]
+
+    def restore(self, numbers: Sequence[float]) -> None:
+        """ValueError or TypeError when these are no numbers of this kind."""
+        self._balance[0] = tuple(float(value) for value in numbers)
+        self._balance["v"] = nan
+        self.off = bool(self._balance["found"].item())

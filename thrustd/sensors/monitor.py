@@ -16,7 +16,7 @@ Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.whe
 """
 
 from collections.abc import Sequence
-from math import isfinite, nan
+from math import hypot, isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,10 +24,10 @@ import numpy as np
 from thrustd.core.aircraft import AircraftData
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.types import Fault, Status
-from thrustd.sensors.bank import SOURCES_OFF, Bank
+from thrustd.sensors.bank import SOURCES_OFF, UNCORRECTED_N, Bank
 from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, WELL
-from thrustd.sensors.kinematics import balance_of, no_balance
+from thrustd.sensors.kinematics import ACCELERATION, Accelerometer
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
 from thrustd.sensors.past import N_SOURCES
@@ -41,7 +41,6 @@ NAMED_AFTER_S = 1.2  # by then the sensor's own watch knows whether it is noisy;
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))
-ACCELERATION: Sensor = ("accel_x_g", 0)  # what all mounts share
 ROUTES_OFF = {MOUNTS_OFF: "mount", BROCHURE_OFF: "brochure"}  # faults of a whole route
 
 
@@ -80,16 +79,14 @@ class Monitor:
             spools,
             (place(("mach", 0)), place(("pressure_altitude_m", 0))),
             self._combiner.shares,
+            aircraft.installation.sizes(),
         )
         self._believed = np.ones((len(engines), N_SOURCES), np.bool_)
         self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]
         self._sat_since_m = nan  # altitude where SAT last moved
         self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
         self._sat_stuck = False
-        self._balance = no_balance()
-        self._accel_off = False  # by pitch and airspeed
-        balanced = ("accel_x_g", "accel_z_g", "pitch_deg", "mach", "sat_degC")
-        self._balanced = [((name, 0), place((name, 0))) for name in balanced]
+        self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
         self._statuses = [0 for _ in engines]  # as of the last look
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._failed = [""] * len(layout.mounts_of_engine)  # route faults that were reported
@@ -118,6 +115,10 @@ class Monitor:
         """The sensors that are not believed now."""
         return self._excluded
 
+    def uncorrected_n(self, engine: int) -> float:
+        """What the engine's thrust may be wrong by beside its hypotheses, one sigma: installation and accelerometer."""
+        return hypot(self.bank.leading.item(engine, UNCORRECTED_N), self._accelerometer.error_n)
+
     def snapshot(self) -> dict[str, Any]:
         """Everything a warm restart needs, JSON-able."""
         return {
@@ -128,7 +129,7 @@ class Monitor:
             "kinds": _rows(self._kinds),
             "failed": self._failed,
             "excluded": sorted(map(list, self._excluded)),
-            "balance": [0.0 if value != value else value for value in self._balance[0].tolist()],
+            "balance": self._accelerometer.snapshot(),
             "sat": [self._sat_since_m if isfinite(self._sat_since_m) else None, self._sat_stuck],
         }
 
@@ -141,9 +142,7 @@ class Monitor:
             self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
             self._failed = [str(kind) for kind in state["failed"]]
             self._excluded = frozenset((str(name), int(i)) for name, i in state["excluded"])
-            self._balance[0] = tuple(float(value) for value in state["balance"])
-            self._balance["v"] = nan
-            self._accel_off = bool(self._balance["found"].item())
+            self._accelerometer.restore(state["balance"])
             since_m, self._sat_stuck = state["sat"][0], bool(state["sat"][1])
             self._sat_since_m = nan if since_m is None else float(since_m)
         except (KeyError, IndexError, OverflowError, TypeError, ValueError):
@@ -181,7 +180,7 @@ class Monitor:
         if self._suspect:
             self._acquit_jumps()
         self._judge_temperature(inputs.readings.item(self._altitude))
-        self._balance_acceleration(inputs.readings, dt_s)
+        self._accelerometer.look(inputs.readings, self._watches.trusts if self._suspect else None, dt_s)
         self._believed[:] = True
         if self._suspect:
             for row, sensors in zip(self._believed, self._sources, strict=True):
@@ -215,13 +214,13 @@ class Monitor:
 
     def _judged(self) -> list[Sensor]:
         """By the bank and by what the aircraft does."""
-        if not (self._sat_stuck or self.bank.found.any()):
+        if not (self._sat_stuck or self._accelerometer.off or self.bank.found.any()):
             return []  # all is well
         judged: list[Sensor] = [("sat_degC", 0)] if self._sat_stuck else []
         for engine, found in enumerate(self.bank.found.tolist()):
             if found != BROCHURE_OFF:  # its sensors are well: it is the engine or the air data
                 judged += [self._sources[engine][source] for source in SOURCES_OFF[found]]
-        return [*judged, ACCELERATION] if self._accel_off or self._all_mounts_off() else judged
+        return [*judged, ACCELERATION] if self._accelerometer.off or self._all_mounts_off() else judged
 
     def _all_mounts_off(self) -> bool:
         """Of every engine: it is what they share."""
@@ -233,13 +232,6 @@ class Monitor:
             found if t_ns - since_ns >= NAMED_AFTER_S * 1e9 else WELL
             for found, since_ns in zip(self.bank.found.tolist(), self._found_ns, strict=True)
         ]
-
-    def _balance_acceleration(self, readings: Floats, dt_s: float) -> None:
-        believed = [
-            readings.item(at) if sensor == ACCELERATION or not self._suspect or self._watches.trusts(sensor) else nan
-            for sensor, at in self._balanced
-        ]
-        self._accel_off = balance_of(self._balance, *believed, dt_s)
 
     def _judge_temperature(self, altitude_m: float) -> None:
         """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
