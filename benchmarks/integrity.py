@@ -11,7 +11,8 @@ fault on, at 10 Hz:
     named      when a report names who is at fault, the last of the aircraft, s
     told       when the status of the engine first says so
 
-A case fails when it is silent for longer than SILENT_S. Rows are kept in out/integrity.jsonl with the key of a run.
+A case fails when it is silent for longer than SILENT_S. With `--key NAME` rows are kept in out/integrity.jsonl under
+that name, and those that are there are not flown again.
 """
 
 import argparse
@@ -29,7 +30,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.fusion_flights import ENGINES, follow, installation
+from benchmarks.fusion_flights import ENGINES, FLIGHTS, follow, installation
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
 from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
 from thrustd.core.types import Estimate, Event, Fault, Status
@@ -150,14 +151,22 @@ class Children:
 
 
 def campaign(
-    cases: tuple[Case, ...], aircraft: tuple[tuple[int, int], ...], seconds: float, jobs: int, said: Any
-) -> None:
+    cases: tuple[Case, ...], aircraft: tuple[tuple[int, int], ...], seconds: float, jobs: int, said: Any,
+    known: set[tuple[str, str, str]],
+) -> None:  # fmt: skip
+    """`known`: aircraft, fault and moment of what need not be flown."""
     place = installation()
     for number, seed in aircraft:
+        if all((Path(FLIGHTS[number]).stem, case.fault, case.moment) in known for case in cases):
+            continue
         flown = flight(place, number, seed, seconds)
         children, pipeline, at = Children(jobs, said), place.pipeline(), 0
         for moment, moment_s in sorted(flown.moments_s.items(), key=lambda item: item[1]):
-            mine = [case for case in cases if case.moment == moment]
+            mine = [
+                case
+                for case in cases
+                if case.moment == moment and (Path(flown.name).stem, case.fault, moment) not in known
+            ]
             if not mine:
                 continue
             first = int(np.searchsorted(flown.wire.t_ns, round(moment_s * S)))
@@ -187,6 +196,16 @@ def table(rows: list[Row]) -> Table:
     return grid
 
 
+def kept(key: str, cases: tuple[Case, ...]) -> list[Row]:
+    """What was flown of these cases under this name."""
+    if not key or not RESULTS.exists():
+        return []
+    wanted = {(case.fault, case.moment) for case in cases}
+    found = [json.loads(line) for line in RESULTS.read_text().splitlines()]
+    rows = [Row(**{name: row[name] for name in Row._fields}) for row in found if row["key"] == key]
+    return [row for row in rows if (row.fault, row.moment) in wanted]
+
+
 def _last(times_s: list[float | None]) -> str:
     known = [t for t in times_s if t is not None]
     part = "" if len(known) == len(times_s) else f" ({len(known)}/{len(times_s)})"
@@ -197,7 +216,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--short", action="store_true", help="one aircraft, a few cases")
     parser.add_argument("--only", default="", help="cases with this in 'fault, moment'")
-    parser.add_argument("--aircraft", type=int, default=len(FLOWN))
+    parser.add_argument("--aircraft", default="0,1,2", help="which of the three")
     parser.add_argument("--seconds", type=float, default=SECONDS)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--key", default="", help="rows are kept under this name")
@@ -208,7 +227,7 @@ def main() -> int:
         for case in (HEALTHY, *CASES, *AIRCRAFT)
         if arguments.only in f"{case.fault}, {case.moment}" and (case.short or not arguments.short)
     )
-    rows: list[Row] = []
+    rows = kept(arguments.key, wanted)
 
     def said(row: Row) -> None:
         rows.append(row)
@@ -219,7 +238,9 @@ def main() -> int:
                 file.write(json.dumps({"key": arguments.key, **row._asdict()}) + "\n")
 
     began = time.monotonic()
-    campaign(wanted, FLOWN[: 1 if arguments.short else arguments.aircraft], arguments.seconds, arguments.jobs, said)
+    flown = [FLOWN[int(number)] for number in ("0" if arguments.short else arguments.aircraft).split(",")]
+    known = {(Path(row.aircraft).stem, row.fault, row.moment) for row in rows}
+    campaign(wanted, tuple(flown), arguments.seconds, arguments.jobs, said, known)
     places = {(case.fault, case.moment): i for i, case in enumerate(wanted)}
     rows.sort(key=lambda row: places[row.fault, row.moment])
     console.print(table(rows))

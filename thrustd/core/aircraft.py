@@ -58,9 +58,7 @@ class InstallationErrors(Section, frozen=True):
         return self.zero_n, self.scale, self.drag_m2, self.rest_n
 
 
-UNKNOWN = InstallationErrors(
-    zero_n=200.0, scale=0.03, drag_m2=0.03, rest_n=30.0
-)  # of files, and logs, that say nothing
+UNKNOWN = InstallationErrors(zero_n=200.0, scale=0.03, drag_m2=0.04, rest_n=30.0)  # of files and logs that say nothing
 
 
 class AircraftData(Section, frozen=True):

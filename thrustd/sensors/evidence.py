@@ -14,7 +14,7 @@ summed over onsets (the newest row, the newest two, ... all) and sizes. Referenc
 Processes for Machine Learning, ch. 2.7 and A.3; Brown & Hwang, ch. 9.3 (multiple model adaptive estimation).
 """
 
-from math import exp, log
+from math import erfc, exp, log, sqrt
 
 import numpy as np
 
@@ -38,10 +38,13 @@ SIZES_N = (
     (400.0, 2000.0),
 )
 FAULT_S, LASTING_S, FAULT_REACH_N = 300.0, 20_000.0, 4000.0  # of a fault since its onset, of one that was always there
-# priors of a fault within the rows, and of one that was there before the first
-NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 5e-5)
-ALWAYS = (1e-3, 1e-3, 5e-2, 1e-3, 1e-3, 1e-3, 5e-3)
+# priors of a fault within the rows, and of one that was there before the first; an engine that loses thrust and keeps
+# its fuel flow and both its speeds is rarer than one that is shut down, 1e-5 an hour
+NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-6)
+ALWAYS = (1e-3, 1e-3, 5e-2, 1e-3, 1e-3, 1e-3, 1e-3)
 INSTALLED = 0.2  # one installation in five is off by what no bench shows
+LEAST_N, LEAST_P = -200.0, 1e-12  # ram drag of 10 kg/s at flight idle, less what is left of the gross thrust
+ROOT_3 = 3.0**0.5
 STAYS = 0.9  # prior of a fault that has been found
 
 
@@ -118,13 +121,19 @@ def _update(
 
 
 @compiled
+def _smooth(far: float) -> float:
+    """Matern's correlation of order 3/2: what drifts, sticks or is scaled has a slope; noise has the sensor's watch."""
+    return (1.0 + ROOT_3 * far) * exp(-ROOT_3 * far)
+
+
+@compiled
 def _fault_shape(rows: Floats, n: int, lasts_s: float) -> Floats:
     """Lower factor (n, n) of how what a fault does to one row goes with what it does to another."""
     shape = np.zeros((n, n))
     for i in range(n):
         for j in range(i + 1):
             apart_s, moved_n = abs(rows[i, T_S] - rows[j, T_S]), abs(rows[i, LEVEL_N] - rows[j, LEVEL_N])
-            shape[i, j] = exp(-apart_s / lasts_s - moved_n / FAULT_REACH_N)
+            shape[i, j] = _smooth(apart_s / lasts_s) * _smooth(moved_n / FAULT_REACH_N)
         shape[i, i] += 1e-6
     factor(shape, n)
     return shape
@@ -160,6 +169,12 @@ def _solve(rows: Floats, n: int, parts: Parts, installed: Installed, out: Floats
         explained_n2 += to_n2[s] * ac[s]
     out[WELL] = 0.0, thrust_n, max(THRUST_N2 - explained_n2, 1.0)
     return a, z, ac
+
+
+@compiled
+def _log_pushes(thrust_n: float, variance_n2: float) -> float:
+    """ln of the probability that this is a thrust: an engine that turns does not pull by more than its ram drag."""
+    return log(max(0.5 * erfc((LEAST_N - thrust_n) / sqrt(2.0 * variance_n2)), LEAST_P))
 
 
 @compiled
@@ -212,6 +227,7 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
     a, z, ac = _solve(rows, n, parts, AS_ON_THE_BENCH, out)
     out[WELL, 0] = 0.0 if found == WELL else log(1.0 - STAYS)
+    well = _log_pushes(out[WELL, 1], out[WELL, 2])
     fresh, lasting = _fault_shape(rows, n, FAULT_S), _fault_shape(rows, n, LASTING_S)
     installed = _installed_shape(rows, n, installed_as)
     logs, said = np.empty(2 * n), np.empty((2 * n, 2))
@@ -235,6 +251,8 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
             if which != found:
                 logs[at] += out[WELL, 0]  # a fault that was found leaves the others, too, less
             said[at, 0], said[at, 1] = out[WELL, 1] + moved_n, out[WELL, 2] + more_n2
+            logs[at] += _log_pushes(said[at, 0], said[at, 1])
         _sum_up(logs, said, out[which])
+    out[WELL, 0] += well
     out[:, 0] = np.exp(out[:, 0] - out[:, 0].max())
     out[:, 0] /= out[:, 0].sum()
