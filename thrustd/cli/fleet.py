@@ -1,33 +1,37 @@
-"""The verb fleet: replay, compare or identify hundreds of files on Dask, one table for all."""
+"""The verb fleet: replay, compare, identify or judge the health of hundreds of files on Dask, one table for all."""
 
 import argparse
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.cli.files import read_models
-from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, progress
+from thrustd.cli.files import read_deck, read_models
+from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, print_table, progress
 from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
     from thrustd.fleet.fleet import Job
+    from thrustd.records.rows import Row
 
 
 def add_verbs(verbs: Verbs) -> None:
     fleet = add_verb(
-        verbs, "fleet", fleet_verb, "replay, compare or identify many files into one table",
+        verbs, "fleet", fleet_verb, "replay, compare, identify or judge the health of many files into one table",
         "thrustd fleet replay flights/*.mcap -o table.parquet\n"
+        "  thrustd fleet health flights/*.mcap -o health.parquet --report health.html\n"
         "  thrustd fleet compare bench/*.csv --model models/left-upper.json -o table.parquet\n"
         "  thrustd fleet identify bench/*.csv --out models/ -o table.parquet --scheduler tcp://10.0.0.5:8786",
     )  # fmt: skip
-    fleet.add_argument("job", choices=("replay", "compare", "identify"))
-    fleet.add_argument("files", type=Path, nargs="+", help="flight logs (replay) or recordings")
+    fleet.add_argument("job", choices=("replay", "compare", "identify", "health"))
+    fleet.add_argument("files", type=Path, nargs="+", help="flight logs (replay, health) or recordings")
     fleet.add_argument("-o", "--table", type=file_type(".parquet"), required=True, help="table to write (Parquet)")
     fleet.add_argument("--model", type=Path, action="append", default=[], help="with compare: model artifact")
     fleet.add_argument("--structure", action="append", default=[], help="with identify: structure (default hw-pwl)")
     fleet.add_argument("--out", type=Path, help="folder for estimate logs (replay) or models (identify)")
     fleet.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="on this machine (default: cores)")
     fleet.add_argument("--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler")
+    fleet.add_argument("--deck", type=Path, help="with health: brochure deck (default: the shipped one)")
+    fleet.add_argument("--report", type=Path, help="with health: page to write (.html)")
     add_json(fleet)
 
 
@@ -51,6 +55,9 @@ def fleet_verb(arguments: argparse.Namespace) -> int:
     errors = [row for row in rows if row["error"]]
     for row in errors:
         note(f"{row['error']}")
+    if arguments.job == "health":
+        _tell_health(rows, arguments)
+        return 1 if errors else 0
     report = {"table": str(arguments.table), "files": len(arguments.files), "rows": len(rows), "errors": len(errors)}
     if arguments.json:
         print_json(report)
@@ -59,12 +66,32 @@ def fleet_verb(arguments: argparse.Namespace) -> int:
     return 1 if errors else 0
 
 
+def _tell_health(rows: "list[Row]", arguments: argparse.Namespace) -> None:
+    from thrustd.flighttest.fleet_health import fleet_health
+    from thrustd.flighttest.fleet_report import HEADS, lines, table_rows, write_page
+
+    found = fleet_health(rows)
+    if arguments.report is not None:
+        write_page(found, arguments.report)
+    if arguments.json:
+        print_json(found)
+        return
+    print_table(HEADS, table_rows(found))
+    for line in lines(found):
+        print(line)
+
+
 def _job(arguments: argparse.Namespace) -> "Job":
     from thrustd.fleet.fleet import CompareJob, IdentifyJob, ReplayJob
+    from thrustd.flighttest.health import HealthJob
 
     out = str(arguments.out.absolute()) if arguments.out is not None else ""
     if arguments.job == "replay":
         return ReplayJob(out)
+    if arguments.job == "health":
+        if arguments.deck is not None:
+            read_deck(arguments.deck)
+        return HealthJob(str(arguments.deck.absolute()) if arguments.deck is not None else "")
     if arguments.job == "compare":
         if not arguments.model:
             raise UsageError("thrustd fleet compare: --model is missing; expected at least one model artifact")

@@ -2,10 +2,10 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from thrustd.cli.files import read_text
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, print_table, progress
 from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
@@ -147,8 +147,8 @@ def performance_verb(arguments: argparse.Namespace) -> int:
         print_json(found)
         return 0
     screen = console()
-    screen.print(_table(POINT_HEADS, point_rows(found)))
-    screen.print(_table(POLAR_HEADS, polar_rows(found)))
+    print_table(POINT_HEADS, point_rows(found))
+    print_table(POLAR_HEADS, polar_rows(found))
     for line in lines(found, known):
         screen.print(line, highlight=False)
     return 0
@@ -190,18 +190,6 @@ def _print_points(found: "TestPoints") -> None:
     screen = console()
     whose = "fused thrust" if found.thrust == "fused" else "no estimates in it: the brochure's thrust alone"
     screen.print(f"{found.flight}: {len(found.points)} test points; {whose}", highlight=False)
-    screen.print(_table(HEADS, table_rows(found)))
+    print_table(HEADS, table_rows(found))
     for line in (*unsteady(found), limits_line(found)):
         screen.print(line, highlight=False)
-
-
-def _table(heads: tuple[str, ...], rows: list[list[str]]) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for number, heading in enumerate(heads):
-        shown.add_column(heading, justify="left" if number == 0 else "right")
-    for row in rows:
-        shown.add_row(*row)
-    return shown

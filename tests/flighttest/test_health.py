@@ -1,0 +1,132 @@
+"""Health over flights: a loss is named with its engine, a healthy fleet is not, conditions are no change."""
+
+import json
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from tests.flighttest.scene import ENGINES, made_flight
+from thrustd.__main__ import main
+from thrustd.brochure.deck import Deck
+from thrustd.flighttest.fleet_health import fleet_health
+from thrustd.flighttest.flight import DECK, read_flight
+from thrustd.flighttest.health import health_rows
+from thrustd.flighttest.trend import FEWEST, hours_to, judge
+from thrustd.installation.shipped import shipped
+from thrustd.records.files import write_recording
+
+HOURS = np.arange(1.0, 31.0)
+
+
+def test_a_trend_a_step_and_nothing():
+    rng = np.random.default_rng(3)
+    noise = 0.3 * rng.standard_normal(30)
+    trend = judge(HOURS, noise - 0.1 * HOURS)
+    assert trend.kind == "trend" and trend.slope_low <= -0.1 <= trend.slope_high
+    step = judge(HOURS, noise + np.where(HOURS > 12, 2.0, 0.0))
+    assert (step.kind, step.since_flight) == ("step", 13) and step.change == pytest.approx(2.0, abs=0.3)
+    assert judge(HOURS, noise).kind == "steady"
+    assert judge(HOURS, noise - 0.1 * HOURS, least=5.0).kind == "steady"  # too small to matter
+
+
+def test_healthy_series_are_not_named_however_often_one_looks():
+    rng = np.random.default_rng(4)
+    series = rng.standard_normal((60, 30))
+    named = [n for line in series for n in range(FEWEST, 31) if judge(HOURS[:n], line[:n]).changed]
+    assert len(named) <= 1
+
+
+def test_gaps_in_a_series_and_too_few_flights():
+    values = np.where(HOURS > 20, 5.0, 0.0) + 0.01 * np.sin(HOURS)
+    values[[2, 7]] = np.nan
+    assert judge(HOURS, values).since_flight == 21
+    few = judge(HOURS[:4], values[:4])
+    assert not few.changed and np.isnan(few.slope) and hours_to(1.0, few) == np.inf
+
+
+def rows_of_fleet(seed, loss_pct=0.0, flights=20, zero_um=0.0):
+    """Rows as `health_rows` makes them: other conditions on every flight, a deck that is wrong in them."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for flight in range(flights):
+        day = rng.uniform(-15, 15)
+        about = {
+            "file": f"{flight:02d}",
+            "flight": f"{flight:02d}",
+            "start_utc_s": 1e9 + 86400.0 * flight,
+            "hours": 1.5,
+        }
+        for engine in ENGINES:
+            zero_n = 25 * rng.standard_normal()
+            for _ in range(12):
+                n1, mach, altitude = rng.uniform(60, 95), rng.uniform(0.2, 0.5), rng.uniform(500, 5000)
+                thrust = 30 * (n1 - 40) * (1 + 0.2 * mach)
+                off = 2 * mach + 0.05 * (n1 - 75) + 0.1 * day - loss_pct * flight / 29 * (engine == "left")
+                rows.append(about | {
+                    "of": engine, "kind": "engine", "start_s": 0.0, "seconds": 30.0, "mach": mach,
+                    "pressure_altitude_m": altitude, "n1_corrected_pct": n1, "sat_degC": 15 - 0.0065 * altitude + day,
+                    "thrust_N": thrust, "thrust_at_n1_pct": off + 100 * zero_n / thrust + 0.1 * rng.standard_normal(),
+                    "fuel_at_n1_pct": off + 0.3 * rng.standard_normal(), "n2_at_n1_pct": 0.3 * rng.standard_normal(),
+                    "load_share": 0.46 + 0.001 * rng.standard_normal(),
+                })  # fmt: skip
+        rows.append(about | {"of": "left_upper", "kind": "mount", "zero_mm": 1e-3 * zero_um * flight / flights})
+    return rows
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_engine_that_loses_thrust_is_named_at_equal_conditions(seed):
+    changed = [one for one in fleet_health(rows_of_fleet(seed, 3.0)).changed if one.quantity == "thrust_at_n1_pct"]
+    assert changed and {one.engine for one in changed} == {"left"}
+    pair = next(one for one in changed if one.of == "left - right")
+    assert pair.trend.slope_low <= -3.0 / 29 / 1.5 <= pair.trend.slope_high
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_days_and_conditions_are_no_change(seed):
+    assert not fleet_health(rows_of_fleet(seed)).changed
+
+
+def test_a_mount_says_by_when_it_has_to_be_calibrated():
+    found = fleet_health(rows_of_fleet(1, zero_um=4.0))
+    zero = next(one for one in found.health if one.quantity == "zero_mm")
+    # 4 um in 20 flights of 1.5 h: 10 um in 75 h, that is 50 days at a flight a day
+    assert zero.recalibrate_in_h == pytest.approx(75.0, rel=0.1)
+    assert (zero.recalibrate_utc_s - 1e9) / 86400 == pytest.approx(47.5, rel=0.1)
+
+
+def test_rows_of_a_flight(tmp_path):
+    path = tmp_path / "made.csv"
+    off = made_flight()
+    still = off.time_s < 20  # engines off on the ground
+    columns = {f"n1_pct_{e}": np.where(still, 0.0, off[f"n1_pct_{e}"]) for e in ENGINES}
+    record = off.with_channels(
+        mach=np.where(still, 0.0, off["mach"]), deformation_mm_left_upper=np.where(still, 0.003, 0.5), **columns
+    )
+    write_recording(record, path)
+    deck = Deck.from_json(shipped(DECK, "").read_text(), "")
+    rows = health_rows(read_flight(path), deck)
+    points = [row for row in rows if row["kind"] == "engine"]
+    assert {row["of"] for row in points} == set(ENGINES) and len(points) >= 4
+    for row in points:
+        at_n1 = row["thrust_N"] / (1 + row["thrust_at_n1_pct"] / 100)
+        assert row["thrust_N"] == pytest.approx(1000 + 5000 * row["mach"] + 100 * (row["of"] == "right"), rel=0.01)
+        assert 500 < at_n1 < 8000
+    (mount,) = (row for row in rows if row["kind"] == "mount")
+    assert mount["of"] == "left_upper" and mount["zero_mm"] == pytest.approx(0.003)
+
+
+def test_the_verb(tmp_path, capsys):
+    for flight in range(2):
+        write_recording(made_flight(seed=flight), tmp_path / f"{flight}.csv")
+    write_recording(made_flight(machs=(0.3,)).window(0, 5), tmp_path / "short.csv")
+    table, page = tmp_path / "health.parquet", tmp_path / "health.html"
+    files = [str(path) for path in sorted(tmp_path.glob("*.csv"))]
+    arguments = ["fleet", "health", *files, "-o", str(table), "--report", str(page), "--json", "--processes", "1"]
+    assert main(arguments) == 1  # one file has no steady window: it is a row with its error
+    said = json.loads(capsys.readouterr().out)
+    assert len(said["flights"]) == 2 and {one["of"] for one in said["health"]} >= {*ENGINES, "left - right"}
+    assert all(one["trend"]["kind"] == "steady" for one in said["health"])
+    assert "Health over 2 flights" in page.read_text()
+    errors = [row["error"] for row in pq.read_table(table).to_pylist() if row["error"]]
+    assert len(errors) == 1 and "no steady window" in errors[0]

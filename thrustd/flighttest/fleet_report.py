@@ -1,0 +1,90 @@
+"""The health of engines and mounts as a table, sentences and a page with its trends."""
+
+from datetime import UTC, datetime
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from thrustd.flighttest.fleet_health import FleetHealth, Health
+from thrustd.sinks.html_page import drawing, head, section, sentences, table
+from thrustd.sinks.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WORDS = (
+    "Each flight at equal conditions (corrected N1, Mach, pressure), against the deck at the same N1. Change over all "
+    "hours; slope with its 95 % interval."
+)
+HEADS = "of", "quantity", "flights", "change", "slope per h", "95 %", "verdict"
+ACROSS = 4  # drawings in a row
+
+
+def table_rows(found: FleetHealth) -> list[list[str]]:
+    """Under HEADS."""
+    return [
+        [one.of, one.quantity, f"{one.trend.flights}", f"{one.trend.change:+.3g}", f"{one.trend.slope:+.3g}",
+         f"{one.trend.slope_low:+.2g} to {one.trend.slope_high:+.2g}", _verdict(one)]
+        for one in found.health
+    ]  # fmt: skip
+
+
+def lines(found: FleetHealth) -> list[str]:
+    """What changed, and when what has to be calibrated again."""
+    said = [f"{one.of}: {one.quantity} changed by {one.trend.change:+.2f} {_since(one)}" for one in found.changed]
+    said = said or [f"nothing changed over {len(found.flights)} flights"]
+    for one in found.health:
+        if isfinite(one.recalibrate_in_h):
+            said.append(f"{one.of} {one.quantity}: recalibrate by {one.recalibrate_in_h:.0f} service hours{_date(one)}")
+    return said
+
+
+def write_page(found: FleetHealth, path: Path) -> None:
+    """HTML, whole or not at all."""
+    parts = [
+        head(f"Health over {len(found.flights)} flights", WORDS),
+        section("What changed", sentences(lines(found)), table(HEADS, table_rows(found))),
+        section("Trends", drawing(figure(found), "trends")),
+    ]
+    with whole_file(path) as part:
+        part.write_text("".join(parts), encoding="utf-8")
+
+
+def figure(found: FleetHealth) -> "Figure":
+    """One small drawing per quantity, with its trend or step."""
+    from matplotlib.figure import Figure
+
+    down = max(-(-len(found.health) // ACROSS), 1)
+    drawn = Figure(figsize=(14, 2.6 * down), layout="constrained")
+    axes = drawn.subplots(down, ACROSS, squeeze=False).flat
+    for axis in axes:
+        axis.set_visible(False)
+    for axis, one in zip(axes, found.health, strict=False):
+        hours, values = np.array(one.hours), np.array(one.values)
+        axis.set_visible(True)
+        axis.plot(hours, values, "o", ms=3, color="#d55e00" if one.trend.changed else "#0072b2")
+        if one.trend.kind == "step":
+            axis.axvline(one.hours[one.trend.since_flight - 1], color="#d55e00", lw=1)
+        elif isfinite(one.trend.slope):
+            axis.plot(hours, np.nanmean(values) + one.trend.slope * (hours - hours.mean()), color="#555555", lw=1)
+        axis.set_title(f"{one.of}: {one.quantity}", fontsize=8)
+        axis.tick_params(labelsize=7)
+        axis.grid(alpha=0.3, lw=0.5)
+    drawn.supxlabel("service hours", fontsize=8)
+    return drawn
+
+
+def _verdict(one: Health) -> str:
+    return _since(one) if one.trend.changed else "too few flights" if not isfinite(one.trend.slope) else "steady"
+
+
+def _since(one: Health) -> str:
+    return f"step at flight {one.trend.since_flight}" if one.trend.kind == "step" else "trend"
+
+
+def _date(one: Health) -> str:
+    if not isfinite(one.recalibrate_utc_s) or one.recalibrate_utc_s > 7e9:
+        return ""
+    return f", {datetime.fromtimestamp(one.recalibrate_utc_s, UTC):%Y-%m-%d} at the present use"
