@@ -262,7 +262,7 @@ CASES = (
 
 DOUBTED = (
     Status.MOUNT_REJECTED | Status.BROCHURE_REJECTED | Status.MOUNT_FAILED | Status.BROCHURE_FAILED | Status.STUCK
-    | Status.MOUNTS_DISAGREE | Status.SENSOR_DOUBTED
+    | Status.MOUNTS_DISAGREE | Status.SENSOR_EXCLUDED
 )  # fmt: skip
 WRONG = kinds("offset", "drift", "stuck", "noisy", "failed")
 # valid messages inside every range that contradict the other sensors: believable one by one

@@ -44,7 +44,7 @@ EVERY = 5  # 50 Hz -> 10 Hz
 SETTLED_S = 1.0  # of a fault: a sample that is read now was taken before
 TOLD = int(
     Status.MOUNT_LOST | Status.MOUNT_FAILED | Status.BROCHURE_LOST | Status.BROCHURE_FAILED | Status.MOUNTS_DISAGREE
-    | Status.SENSOR_DOUBTED | Status.DISAGREE | Status.STUCK | Status.CHANNEL_OPEN | Status.WIRE_FAULT
+    | Status.SENSOR_EXCLUDED | Status.DISAGREE | Status.STUCK | Status.CHANNEL_OPEN | Status.WIRE_FAULT
     | Status.CONVERGING
 )  # fmt: skip
 

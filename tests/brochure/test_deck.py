@@ -112,7 +112,7 @@ def test_the_band_is_that_of_fuel_flow():
         assert here.std_n == pytest.approx((expected_n**2 + spread.floor_n**2 + more_n**2) ** 0.5, rel=0.01)
 
 
-def test_routes_by_what_is_there():
+def test_sources_by_what_is_there():
     both = inputs(0.06, 70.0, 80.0)
     assert DECK.estimate(both, 0).source == "fuel_flow"
     assert DECK.estimate(both._replace(n1_rate_pct_s=5.0), 0).source == "n1"
@@ -133,7 +133,7 @@ def test_missing_temperature_is_isa_with_a_wider_band():
     assert unknown.std_n > known.std_n
 
 
-def test_unknown_engine_has_the_fuel_route_only():
+def test_unknown_engine_has_the_fuel_source_only():
     estimate = DECK.estimate(inputs(0.06, 70.0, 80.0), 5)
     assert estimate.source == "fuel_flow"
     assert isnan(estimate.n1_thrust_n)

@@ -99,8 +99,8 @@ def test_a_flight_takes_zero_gain_and_hours_from_the_file(tmp_path):
     stiff = [np.ptp(model.simulate(np.outer([0.1, 0.9], row > 0))) for model in (plain, own)]
     assert stiff[1] > 1.04 * stiff[0]
     pipeline = place.pipeline()
-    assert pipeline._routes[0]._zero_mm == 0.02  # what a calibration would take off is off already
-    assert pipeline._routes[0]._means["zero_std_mm"][0] == 0.001
+    assert pipeline._sources[0]._zero_mm == 0.02  # what a calibration would take off is off already
+    assert pipeline._sources[0]._means["zero_std_mm"][0] == 0.001
     assert pipeline._intake._service_s == [10800.0, 0.0, 0.0, 0.0]
 
 

@@ -34,7 +34,7 @@ def test_right_noises_have_an_nis_of_one_and_nothing_left():
 
 
 @pytest.mark.parametrize(("sigma", "nis"), [(2.0, 4.0), (0.5, 0.25)])
-def test_each_route_has_its_own_nis(sigma, nis):
+def test_each_source_has_its_own_nis(sigma, nis):
     found = consistency(flight(brochure_sigma=sigma))
     assert found["brochure"].nis == pytest.approx(nis, rel=0.06)
     assert found["mount"].nis == pytest.approx(1.0, abs=0.06)
@@ -43,7 +43,7 @@ def test_each_route_has_its_own_nis(sigma, nis):
     assert found["brochure"].nis == pytest.approx(1.0, abs=0.06)
 
 
-def test_what_lasts_shows_in_the_whiteness_of_its_route_only():
+def test_what_lasts_shows_in_the_whiteness_of_its_source_only():
     found = consistency(flight(rho=0.8))
     assert found["mount"].whiteness == pytest.approx(0.8, abs=0.03)
     assert abs(found["brochure"].whiteness) < 0.05

@@ -8,7 +8,7 @@ from thrustd.core.columns import GOOD, MOUNT_STATE
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import EffectSpec, ErrorMap, LinearBlock, RealMode
 from thrustd.model.compile import compile_model
-from thrustd.mounts.source import MountRoute, upper_share
+from thrustd.mounts.source import MountSource, upper_share
 from thrustd.mounts.start import LOAD_AGE_S, Unseen
 from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sync import align
@@ -38,22 +38,22 @@ def precise():
 
 
 class Bench:
-    """A route, fed sample by sample through the grid as in flight."""
+    """A source, fed sample by sample through the grid as in flight."""
 
     def __init__(self, model):
         self._hold = Hold([("accel_x_g", 0)])
         listeners = np.array([[0, 0, model.channels.index("accel_x_g") - 1]])
         self._grid = Grid(1, len(model.channels) - 1, 10, self._hold, listeners)
         self._grid.mounts[0]["scale_mm"] = COUNT_MM
-        self.route = MountRoute(model, 50, self._grid, 0, FusionSettings())
+        self.source = MountSource(model, 50, self._grid, 0, FusionSettings())
 
     def started(self, k, mm):
         self.take(k, mm)
         return self.fused(1.0)
 
     def fused(self, dt_s):
-        self.route.fuse(dt_s)
-        return self.route.state.copy()
+        self.source.fuse(dt_s)
+        return self.source.state.copy()
 
     def take(self, k, mm, accel_x_g=0.0):
         readings, samples = np.array([[0, GOOD, 0, 1]]), np.array([[0, GOOD, k, k * 10_000, round(mm / COUNT_MM)]])
@@ -61,9 +61,9 @@ class Bench:
         self._grid.begin()
         while (stop := self._grid.align(t_ns, kind, readings, np.array([accel_x_g]), samples)) != align.DONE:
             if stop == align.CATCH_UP:
-                self.route.catch_up(k, float(self._grid.state["offered_mm"][0]))
+                self.source.catch_up(k, float(self._grid.state["offered_mm"][0]))
             if stop == align.FULL:
-                self.route.flush()
+                self.source.flush()
 
 
 def flown(bench, deformation_mm, accel_x_g):
@@ -94,13 +94,13 @@ def test_a_zero_takes_the_zero_off_at_every_load_and_the_band_knows(precise, zer
             each.take(k, mm + zero)
         if k == 299:
             calibrated.fused(1 / RATE_HZ)
-            calibrated.route.calibrate()
-            assert not calibrated.route._unseen.branched  # nothing is left to doubt in its friction
-            before, other = calibrated.route.snapshot(), Bench(precise)
-            assert other.route.restore(before) and other.route.snapshot() == before
+            calibrated.source.calibrate()
+            assert not calibrated.source._unseen.branched  # nothing is left to doubt in its friction
+            before, other = calibrated.source.snapshot(), Bench(precise)
+            assert other.source.restore(before) and other.source.snapshot() == before
     assert abs(wrong_n - right_n) > 20.0
     assert abs(calibrated_n - right_n) < 0.1 * abs(wrong_n - right_n)
-    assert calibrated.route.state["std_n"] < 0.8 * wrong.route.state["std_n"]
+    assert calibrated.source.state["std_n"] < 0.8 * wrong.source.state["std_n"]
 
 
 def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
@@ -115,7 +115,7 @@ def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
     for k, n in enumerate(flown(found, taxi_mm, 0.0 * taxi_mm)):
         said_n.append(n)
         if k == 300:
-            found.route.calibrate()
+            found.source.calibrate()
     new_n = precise.simulate(precise.inputs({"deformation_mm": taxi_mm[:1], "accel_x_g": np.zeros(1)}))[0]
     assert abs(said_n[2999]) < 0.6 * new_n
     assert said_n[-1] == pytest.approx(true_n, abs=20.0)
@@ -125,18 +125,18 @@ def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
 def test_what_is_too_large_for_a_zero_is_none(model, shown_mm):
     bench = Bench(model)
     bench.started(0, shown_mm)
-    before = bench.route.snapshot()
-    bench.route.calibrate()
-    assert bench.route.snapshot() == before
+    before = bench.source.snapshot()
+    bench.source.calibrate()
+    assert bench.source.snapshot() == before
 
 
 def test_a_curve_that_is_flat_at_rest_is_not_calibrated_and_stops_nobody(model):
     bench = Bench(model)
     bench.started(0, 0.005)
-    bench.route._means["stiffness_n_mm"][0, 0] = 0.0
-    before = bench.route.snapshot()
-    bench.route.calibrate()
-    assert bench.route.snapshot() == before
+    bench.source._means["stiffness_n_mm"][0, 0] = 0.0
+    before = bench.source.snapshot()
+    bench.source.calibrate()
+    assert bench.source.snapshot() == before
 
 
 @pytest.mark.parametrize("flown_mm", [0.0, 0.9])
@@ -149,7 +149,7 @@ def test_at_idle_on_the_ground_the_band_holds_new_mounts_and_those_that_have_flo
     found, stds_n, errors_n = Bench(precise), [], []
     for n, wanted_n in zip(flown(found, seen_mm, 0.0 * seen_mm), true_n, strict=True):
         errors_n.append(abs(n - wanted_n))
-        stds_n.append(float(found.route.state["std_n"]))
+        stds_n.append(float(found.source.state["std_n"]))
     assert errors_n[99] < 1.96 * stds_n[99]
     assert stds_n[-1] < 0.7 * stds_n[99]
     assert errors_n[-1] < 20.0
@@ -161,14 +161,14 @@ def test_idle_in_flight_is_a_load_that_fell(model):
     true_n = model.simulate(model.inputs({"deformation_mm": down_mm, "accel_x_g": 0.0 * down_mm}))[-1]
     late, whole = Bench(model), Bench(model)
     found_n = late.started(0, 0.05)["force_n"]
-    late.route.fly()
+    late.source.fly()
     late.take(1, 0.05)
     assert abs(late.fused(0.01)["force_n"] - true_n) < 0.3 * abs(found_n - true_n)
     for k in range(300):
         whole.take(k, 0.05)
-    before = whole.route.snapshot()
-    whole.route.fly()
-    assert whole.route.snapshot() == before
+    before = whole.source.snapshot()
+    whole.source.fly()
+    assert whole.source.snapshot() == before
 
 
 def test_a_mount_that_is_known_does_not_start_anew_because_somebody_says_that_the_aircraft_flies(model):
@@ -176,13 +176,13 @@ def test_a_mount_that_is_known_does_not_start_anew_because_somebody_says_that_th
     before, after = Bench(model), Bench(model)
     for k, mm in enumerate(np.linspace(0.3, 0.6, 200)):
         before.take(k, mm)
-    assert after.route.restore(before.route.snapshot())
-    after.route.resume(199, 0)
+    assert after.source.restore(before.source.snapshot())
+    after.source.resume(199, 0)
     for each in (before, after):
         each.take(200 + round(0.8 * RATE_HZ), 0.6)  # nobody has seen what was between
-        known = each.route.snapshot()
-        each.route.fly()
-        assert each.route.snapshot() == known
+        known = each.source.snapshot()
+        each.source.fly()
+        assert each.source.snapshot() == known
 
 
 def test_through_a_gap_the_effects_see_the_straight_line_too(model):
@@ -255,7 +255,7 @@ def test_a_start_under_load_does_not_know_the_branch_of_friction_until_the_throt
 def test_the_share_of_a_mount_is_that_of_its_curve_until_the_engine_pulls(model):
     """Minutes at idle with 4 um of zero on either mount leave it, minutes of climb with another share do not."""
     grid = Grid(2, 3, 10, Hold([("accel_x_g", 0)]), np.zeros((0, 3), np.int64))
-    pair = [MountRoute(model, 50, grid, number, FusionSettings()) for number in (0, 1)]
+    pair = [MountSource(model, 50, grid, number, FusionSettings()) for number in (0, 1)]
     assert upper_share(*pair) == pytest.approx(0.5)
     combiner, mounts, both = MountCombiner([(0, 1)], SPRINGS, [0.46]), np.zeros(2, MOUNT_STATE), np.ones(2, np.bool_)
     mounts["std_n"] = 10.0

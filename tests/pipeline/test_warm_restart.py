@@ -42,7 +42,7 @@ def flown():
 
 @pytest.fixture(scope="module")
 def flown_level():
-    """Mounts and engine agree all the while: nobody has a reason to doubt a route."""
+    """Mounts and engine agree all the while: nobody has a reason to doubt a source."""
     return interrupted(lambda t_s: (LEVELS_MM[0][1],) * 4)
 
 

@@ -33,7 +33,7 @@ def test_means_and_shares_are_of_all_estimates():
     assert (mount.mean_n, mount.known_pct, mount.farthest_n) == (5100.0, 75.0, 100.0)
 
 
-def test_a_route_that_never_spoke_is_left_out():
+def test_a_source_that_never_spoke_is_left_out():
     assert set(means_of([estimate(1.0)] * 3).sources) == {"fused", "brochure"}
 
 
@@ -41,7 +41,7 @@ def test_nothing_is_no_engine():
     assert means_of([]).sources == {}
 
 
-def test_the_trend_is_of_steady_thrust_and_both_routes():
+def test_the_trend_is_of_steady_thrust_and_both_sources():
     """Mounts 2 % above the brochure; what is idle, moves or lacks a source does not count."""
     steady = [estimate(5050.0, mount_n=5100.0)] * 300
     unfit = [

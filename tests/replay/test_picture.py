@@ -45,7 +45,7 @@ def test_with_a_truth_every_estimate_is_set_against_it():
     assert set(line_of(above, "truth")) == {4990.0}
 
 
-def test_without_a_truth_the_routes_are_set_against_fused():
+def test_without_a_truth_the_sources_are_set_against_fused():
     (_, below, _), legend = drawn(picture_of(np.full(100, 5000.0)), {"left": {"brochure": 200.0}})
     assert "truth" not in legend
     assert below.get_title(loc="left") == "source minus fused (no truth is known); largest: brochure 200 N"
@@ -87,7 +87,7 @@ def test_both_engines_have_the_same_axes_wide_enough_for_either():
     assert axes[0].get_ylim()[1] > 9000.0
 
 
-def test_a_long_flight_is_thinned_and_begins_when_a_route_speaks(tmp_path):
+def test_a_long_flight_is_thinned_and_begins_when_a_source_speaks(tmp_path):
     picture = picture_of(np.full(3 * MAX_POINTS, 5000.0))
     assert len(picture.tracks["left"].points) <= MAX_POINTS
     silent = Estimate(0, 0, 0.0, 4000.0, 0, nan, nan, nan, nan, 0, 0, 0, 0, 0, 0.5, 0)

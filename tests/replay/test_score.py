@@ -40,7 +40,7 @@ def test_percentages_count_only_above_two_kilonewton_per_mount():
     assert fused.mae_pct_above_2kn != fused.mae_pct_above_2kn  # 2 mounts: 4 kN
 
 
-def test_mounts_are_scored_by_name_and_missing_routes_are_left_out():
+def test_mounts_are_scored_by_name_and_missing_sources_are_left_out():
     truth = [(name, t, 2500.0) for t in (0, 100) for name in ("left_upper", "left")]
     score = score_of([estimate(50, 2500.0), MountOutput(50, 0, 0.5, 2450.0, 40.0)], truth)
     assert set(score.scores()) == {"left", "left_upper"}
@@ -48,7 +48,7 @@ def test_mounts_are_scored_by_name_and_missing_routes_are_left_out():
     assert score.scores()["left_upper"]["mount"].bias_n == -50.0
 
 
-def test_what_is_estimated_before_any_route_has_spoken_is_not_scored():
+def test_what_is_estimated_before_any_source_has_spoken_is_not_scored():
     truth = [("left", 0, 5000.0), ("left", 100, 5000.0)]
     outputs = [estimate(10, 0.0, 4000.0, brochure_n=nan), estimate(20, 5010.0), estimate(30, 5020.0, brochure_n=nan)]
     fused = score_of(outputs, truth).scores()["left"]["fused"]

@@ -12,7 +12,7 @@ def estimate(engine, thrust_n, mount_n=nan, brochure_n=nan):
     return Estimate(7, engine, thrust_n, 50, 0, mount_n, 60, brochure_n, 90, nan, nan, nan, 0, 0, 0.5, 0)
 
 
-def test_each_engine_is_told_what_its_routes_and_the_others_say():
+def test_each_engine_is_told_what_its_sources_and_the_others_say():
     left, right = cross_checks([estimate(0, 5000.0, 5100.0, 4900.0), estimate(1, 4800.0, 4850.0)])
     assert (left.t_ns, left.engine, left.source_residual_n, left.asymmetry_n) == (7, 0, 200.0, 200.0)
     assert (right.engine, right.asymmetry_n) == (1, -200.0)

@@ -59,7 +59,7 @@ def test_nothing_is_sent_before_a_thrust_is_found_and_a_clock_that_goes_back_sil
 @pytest.mark.parametrize(("status", "word"), [
     (Status(0), 0b1), (Status.CONVERGING, 0b1000_0000), (Status.MOUNT_LOST, 0b11),
     (Status.MOUNT_LOST | Status.BROCHURE_LOST, 0b10), (Status.ENGINE_OFF, 0b1), (Status.DISAGREE, 0b101),
-    (Status.SENSOR_DOUBTED, 0b1001), (Status.NOT_RECORDING, 0b1_0001), (Status.DECK_EXTRAPOLATING, 0b10_0001),
+    (Status.SENSOR_EXCLUDED, 0b1001), (Status.NOT_RECORDING, 0b1_0001), (Status.DECK_EXTRAPOLATING, 0b10_0001),
     (Status.TRANSIENT, 0b100_0001),
 ])  # fmt: skip
 def test_the_bits_of_the_status(status: Status, word: int) -> None:

@@ -30,7 +30,7 @@ ENGINE = np.dtype(
 )
 
 
-class BrochureRoute:
+class BrochureSource:
     """Mutable; only what the hand-over has learnt outlives a restart."""
 
     def __init__(self, deck: Deck, engine: int, place: Callable[[str, int], int]) -> None:
@@ -44,12 +44,12 @@ class BrochureRoute:
             self._engine[name] = place(signal, 0)
         self._work = self._engine, deck.numbers(engine)
 
-    def look(self, dt_s: float, readings: Floats, routes_n: Floats) -> None:
+    def look(self, dt_s: float, readings: Floats, deck_n: Floats) -> None:
         """Readings dt_s after the last ones; NaN = missing or stale.
 
-        -> `routes_n` (4,): thrust by fuel flow, N1 and N2, sigma of the deck.
+        -> `deck_n` (4,): thrust by fuel flow, N1 and N2, sigma of the deck.
         """
-        _look(*self._work, dt_s, readings, routes_n)
+        _look(*self._work, dt_s, readings, deck_n)
 
     def tell(self, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:
         """Brochure and N1 into `told`, a row of fusion's INPUTS; `fewer`: readings are left out that were looked at."""
@@ -66,11 +66,11 @@ def _ask(e: Any, deck: DeckNumbers, readings: Floats) -> None:
     _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n = estimate(deck, given)
 
 
-def _look_at(engine: Any, deck: DeckNumbers, dt_s: float, readings: Floats, routes_n: Floats) -> None:
+def _look_at(engine: Any, deck: DeckNumbers, dt_s: float, readings: Floats, deck_n: Floats) -> None:
     e = engine[0]
     e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
     _ask(e, deck, readings)
-    routes_n[0], routes_n[1], routes_n[2], routes_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
+    deck_n[0], deck_n[1], deck_n[2], deck_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
 
 
 def _tell_filter(

@@ -40,13 +40,13 @@ FAULT_KINDS: dict[str, FaultKind] = {
     "out_of_range": FaultKind("no number, or outside the catalogue's range; it does not count", Status.OUT_OF_RANGE),
     "stale": FaultKind("no reading within the time its channel allows", Status.SIGNAL_STALE, UNTIL_OVER),
     # sensors and thrust sources that are excluded
-    "dead": FaultKind("a sensor that was there is silent for good", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
+    "dead": FaultKind("a sensor that was there is silent for good", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
     "stuck": FaultKind(
-        "a sensor repeats itself although the others move", Status.SENSOR_DOUBTED | Status.STUCK, UNTIL_OVER, True
+        "a sensor repeats itself although the others move", Status.SENSOR_EXCLUDED | Status.STUCK, UNTIL_OVER, True
     ),
-    "noisy": FaultKind("a sensor scatters far more than it used to", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
-    "offset": FaultKind("a sensor jumped away from what the others say", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
-    "drift": FaultKind("a sensor left what the others say, little by little", Status.SENSOR_DOUBTED, UNTIL_OVER, True),
+    "noisy": FaultKind("a sensor scatters far more than it used to", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
+    "offset": FaultKind("a sensor jumped away from what the others say", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
+    "drift": FaultKind("a sensor left what the others say, little by little", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
     "failed": FaultKind(
         "a thrust source of an engine is excluded until it agrees again",
         Status.MOUNT_FAILED | Status.BROCHURE_FAILED, UNTIL_OVER, True,
@@ -57,7 +57,7 @@ FAULT_KINDS: dict[str, FaultKind] = {
     ),
     "zero_refused": FaultKind(
         "before the first engine start a mount showed more than a zero: it flies with none measured",
-        Status.SENSOR_DOUBTED, 10.0, of_engine=False,
+        Status.SENSOR_EXCLUDED, 10.0, of_engine=False,
     ),
     # the machine
     "overrun": FaultKind("events or log items shed, the oldest first: something is too slow", Status.OVERLOAD),

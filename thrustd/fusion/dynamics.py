@@ -30,7 +30,7 @@ DOUBT_ENDS = 0.1
 FALLS_BELOW, RISES_ABOVE = 0.8, 1.1  # of v: less is the noise of the readings, and the error would be learnt from it
 SHAPE_SETTLE_S = 10.0  # fuel flow has said anew where N1's line is; what a throttle left in the mounts is not over
 START_ERROR_N = 60.0  # h and d, before the first measurement says its own
-LEAST_ERROR_N = 10.0  # of h and d: no route is exact, and a state known exactly makes covariances singular
+LEAST_ERROR_N = 10.0  # of h and d: no source is exact, and a state known exactly makes covariances singular
 IDLE_RATE_N_S = 60.0  # the filter's rate is never still: less than this is no movement
 UNKNOWN_RATE_PCT_S = 1.0  # nobody says whether the throttle moves: it may
 SCALE_FLOOR_N = 500.0  # relative errors of the brochure are taken of at least this much thrust
@@ -40,7 +40,7 @@ MOUNT_N2, SHAPE_N2, SCALE_N = range(3)  # a row of sizes: variances of h and d w
 
 @compiled
 def _follow(sizes: Matrix, which: int, std_n: float, keep: float, dt_s: float, settle_s: float) -> tuple[float, float]:
-    """(a, q) of a slow error over a step, while its sigma changes with the region; NaN = the route is silent.
+    """(a, q) of a slow error over a step, while its sigma changes with the region; NaN = the source is silent.
 
         v' = max(sigma^2, a^2 v + (1 - a^2) sigma^2),     q = v' - a^2 v
 
@@ -69,7 +69,7 @@ def _follow(sizes: Matrix, which: int, std_n: float, keep: float, dt_s: float, s
 
 @compiled
 def _slow_std(std_n: float, else_n: float) -> float:
-    """What is left of a route's sigma beside another error; NaN of a silent route."""
+    """What is left of a source's sigma beside another error; NaN of a silent source."""
     return sqrt(max(std_n**2 - else_n**2, LEAST_ERROR_N**2)) if isfinite(std_n) else nan
 
 

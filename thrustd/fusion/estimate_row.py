@@ -45,7 +45,7 @@ def _row(
 ) -> tuple[Any, ...]:  # fmt: skip
     """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
 
-    A measurement that was gated out while its route is believed says that one of both is wrong: the band holds what
+    A measurement that was gated out while its source is believed says that one of both is wrong: the band holds what
     it says, too; and what nobody corrected (see `sensors.evidence`).
     """
     m, t, s = memory[0], told[0], settings[0]

@@ -45,7 +45,7 @@ INPUTS = np.dtype([(name, _KINDS[hint]) for name, hint in get_type_hints(FusionI
 
 @compiled
 def silence(t: Any) -> None:
-    """A route whose force or sigma is no number of this world says nothing."""
+    """A source whose force or sigma is no number of this world says nothing."""
     if not (abs(t.mount_n) < ABSURD_N and 0.0 < t.mount_std_n < ABSURD_N):
         t.mount_n = t.mount_std_n = nan
     lag, age = 0.0 <= t.brochure_lag_n < ABSURD_N, 0.0 <= t.brochure_age_s < ABSURD_AGE_S

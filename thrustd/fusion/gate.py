@@ -56,7 +56,7 @@ def surprise_n_s(s: Any, mount: Any, brochure: Any) -> float:
     """Rate that the thrust may have had, N/s, when a measurement was gated out.
 
     When nobody else holds the thrust where it was, the thrust moved: before N1, read ten times a second, says so.
-    When the other route holds it, a sensor lies and its gate stays shut. A route: (innovation, used).
+    When the other source holds it, a sensor lies and its gate stays shut. A source: (innovation, used).
     """
     mount_odd, brochure_odd = isfinite(mount[0]) and not mount[1], isfinite(brochure[0]) and not brochure[1]
     if not mount_odd and not brochure_odd:

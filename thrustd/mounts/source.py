@@ -29,7 +29,7 @@ NO_STATE = np.zeros(0)  # before the first sample
 NOTHING_MEASURED = MountCalibration()
 
 
-class MountRoute:
+class MountSource:
     """Steps one mount's model over the samples that the grid has gathered. Mutable."""
 
     def __init__(
@@ -258,10 +258,10 @@ class MountRoute:
         return parts
 
 
-def upper_share(upper: MountRoute, lower: MountRoute) -> float:
+def upper_share(upper: MountSource, lower: MountSource) -> float:
     """What the upper mount carries of their load, by the models: both move together."""
-    together_mm = 0.5 * min(route.model.spec.valid.deformation_mm[1] for route in (upper, lower))
-    upper_n, lower_n = (route.rests_at_n(together_mm) for route in (upper, lower))
+    together_mm = 0.5 * min(source.model.spec.valid.deformation_mm[1] for source in (upper, lower))
+    upper_n, lower_n = (source.rests_at_n(together_mm) for source in (upper, lower))
     return min(max(upper_n / (upper_n + lower_n), LEAST_SHARE), 1.0 - LEAST_SHARE) if upper_n + lower_n > 0.0 else 0.5
 
 

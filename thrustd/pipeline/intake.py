@@ -1,7 +1,7 @@
 """From batches of events to samples in the models and readings in the hold; faults, and instants for fused steps.
 
     bus columns -> CanDecoder -> readings ─┐
-    serial columns -> AdcDecoder -> samples ┴─ Grid.align, in the order of arrival -> hold, mount routes
+    serial columns -> AdcDecoder -> samples ┴─ Grid.align, in the order of arrival -> hold, mount sources
 
 What comes out does not depend on how events were batched.
 """
@@ -17,7 +17,7 @@ from thrustd.core.signals import CATALOGUE
 from thrustd.core.types import Fault
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.compile import CompiledModel
-from thrustd.mounts.source import MountRoute
+from thrustd.mounts.source import MountSource
 from thrustd.sync import align
 from thrustd.sync.grid import Grid
 from thrustd.sync.hold import Hold
@@ -57,8 +57,8 @@ class Intake:
         bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
         known = calibrations or [MountCalibration()] * len(models)
         self._service_s = [3600.0 * mount.service_h for mount in known]
-        self.routes = tuple(
-            MountRoute(model, bridge, self._grid, number, settings, known[number])
+        self.sources = tuple(
+            MountSource(model, bridge, self._grid, number, settings, known[number])
             for number, model in enumerate(models)
         )
         self.states = self._grid.states  # MOUNT_STATE by mount, of the last fused step
@@ -107,12 +107,12 @@ class Intake:
                 yield from self._faults(stop, batch, readings, samples)
             elif stop == align.CATCH_UP:
                 *_, sample, mount = grid.place.tolist()
-                self.routes[mount].catch_up(samples.item(sample, SEQUENCE), grid.state["offered_mm"].item())
+                self.sources[mount].catch_up(samples.item(sample, SEQUENCE), grid.state["offered_mm"].item())
             elif stop == align.RESUME:
                 self._resume(*self.sample)
             else:  # no more room for samples
-                for route in self.routes:
-                    route.flush()
+                for source in self.sources:
+                    source.flush()
 
     def is_wanted(self, sensor: Sensor) -> bool:
         """Some model listens to it."""
@@ -121,12 +121,12 @@ class Intake:
     def tell(self, sensor: Sensor, value: float) -> None:
         """A value for the models' effects; NaN = not measured any more, they go back to the resting value."""
         for mount, position in self._listeners.get(sensor, ()):
-            self.routes[mount].set_channel(position, value)
+            self.sources[mount].set_channel(position, value)
 
     def tell_time(self, since_start_s: float) -> None:
         """The mounts' own clocks: seconds in service, which go on over power cycles."""
         for mount, position in self._listeners.get(("time_s", 0), ()):
-            self.routes[mount].set_channel(position, self._service_s[mount] + since_start_s)
+            self.sources[mount].set_channel(position, self._service_s[mount] + since_start_s)
 
     def believe(self, all_but: frozenset[Sensor]) -> None:
         """Readings that models hear from now on."""
@@ -162,8 +162,8 @@ class Intake:
         sample_hz = self._config.adc.sample_hz
         missing = max(round((t_ns - saved_ns) * 1e-9 * sample_hz) - 1, 0)
         if saved_ns >= 0 and missing <= LONGEST_PAUSE_S * sample_hz:
-            for route in self.routes:
-                route.resume(last, sequence - missing - 1 - last)
+            for source in self.sources:
+                source.resume(last, sequence - missing - 1 - last)
 
     def _new_grid(self, models: tuple[CompiledModel, ...]) -> Grid:
         steps, adc = self._config.steps, self._config.adc

@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from thrustd.brochure.deck import Deck
-from thrustd.brochure.source import BrochureRoute
+from thrustd.brochure.source import BrochureSource
 from thrustd.core.aircraft import AircraftData
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import MountCalibration
@@ -69,7 +69,7 @@ class Pipeline:
         settings = section(config.fusion, FusionSettings, "fusion")
         check_settings(settings, "fusion")
         self._intake = Intake(config, parts.models, parts.can_table, settings, parts.calibrations)
-        self._hold, self._routes = self._intake.hold, self._intake.routes
+        self._hold, self._sources = self._intake.hold, self._intake.sources
         self._layout = Layout(
             tuple(mount.name for mount in config.mount),
             tuple(config.mounts_of(engine) for engine in engines),
@@ -77,21 +77,21 @@ class Pipeline:
         )
         self._states = self._intake.states
         self._inputs = StepInputs(self._layout, self._hold, self._states)
-        pairs = [[self._routes[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
+        pairs = [[self._sources[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
         self._monitor = Monitor(self._layout, parts.aircraft, [upper_share(pair[0], pair[-1]) for pair in pairs])
         self._filters = tuple(ThrustFilter(settings, e, 0.5 / config.steps.estimate_hz) for e in range(len(engines)))
         place, numbers = self._inputs.place, range(len(engines))
-        self._brochures = tuple(BrochureRoute(parts.deck, e, place) for e in numbers)
+        self._brochures = tuple(BrochureSource(parts.deck, e, place) for e in numbers)
         self._time_wanted, self._pressure_wanted = [self._intake.is_wanted((name, 0)) for name in DERIVED]
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         dynamic_pressure_pa(0.0, 0.0)  # compiled now, not in flight
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
-        self._routes_n = np.zeros((len(engines), 4))  # brochure thrust by fuel flow, N1 and N2, sigma of the deck
+        self._deck_n = np.zeros((len(engines), 4))  # brochure thrust by fuel flow, N1 and N2, sigma of the deck
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
         self._told_of = [self._told[e : e + 1] for e in numbers]
         self._mounts_said = self._states.view(np.float64).reshape(len(self._states), -1)[:, :3]  # as MountOutput has it
         self._mounts_of = mounts_table(self._layout.mounts_of_engine)
-        self._hand_overs = tuple(route.hand_over for route in self._brochures)
+        self._hand_overs = tuple(source.hand_over for source in self._brochures)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
         self._read_ns = self._start_ns = self._looked_ns = self._read_due_ns = self._checked_ns = -1
@@ -131,7 +131,7 @@ class Pipeline:
         memory: dict[str, Any] = {
             "t_ns": [self._intake.fused_ns, self._start_ns],
             "sample": self._intake.sample,
-            "mounts": [route.snapshot() for route in self._routes],
+            "mounts": [source.snapshot() for source in self._sources],
             "filters": [thrust_filter.snapshot() for thrust_filter in self._filters],
             "hand_overs": [hand_over.snapshot() for hand_over in self._hand_overs],
             "monitor": self._monitor.snapshot(),
@@ -144,11 +144,11 @@ class Pipeline:
 
         Only for a fresh pipeline; False when it is no such snapshot: throw this pipeline away then.
         """
-        memory = read_memory(snapshot, len(self._routes), len(self._filters), shift_ns)
+        memory = read_memory(snapshot, len(self._sources), len(self._filters), shift_ns)
         if memory is None:
             return False
         self._intake.fused_ns, self._start_ns = memory.t_ns
-        restored = all([route.restore(state) for route, state in zip(self._routes, memory.mounts, strict=True)])
+        restored = all([source.restore(state) for source, state in zip(self._sources, memory.mounts, strict=True)])
         restored &= all([part.restore(state) for part, state in zip(self._filters, memory.filters, strict=True)])
         restored &= all([part.restore(state) for part, state in zip(self._hand_overs, memory.hand_overs, strict=True)])
         restored &= self._monitor.restore(memory.monitor, shift_ns) and self._hold.restore(memory.hold, shift_ns)
@@ -170,13 +170,13 @@ class Pipeline:
         dt_s = (t_ns - self._looked_ns) * 1e-9 if self._looked_ns >= 0 else 0.0
         self._looked_ns = t_ns
         self._refresh(t_ns, self._inputs.look(t_ns), outputs)
-        for route in self._routes:
-            route.fuse((t_ns - since_ns) * 1e-9)
+        for source in self._sources:
+            source.fuse((t_ns - since_ns) * 1e-9)
         self._inputs.measure()
-        readings, routes_n = self._inputs.readings, self._routes_n
+        readings, deck_n = self._inputs.readings, self._deck_n
         for e, brochure in enumerate(self._brochures):
-            brochure.look(dt_s, readings, routes_n[e])
-        verdict = self._monitor.step(MonitorInputs(t_ns, readings, self._states, routes_n))
+            brochure.look(dt_s, readings, deck_n[e])
+        verdict = self._monitor.step(MonitorInputs(t_ns, readings, self._states, deck_n))
         self._exclude(verdict, t_ns, outputs)
         self._tell(t_ns, dt_s, verdict)
         estimates, bank = [], self._monitor.bank
@@ -220,8 +220,8 @@ class Pipeline:
             self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*air))
         if not self._flying and self._inputs.readings[self._air[0]] > FLYING_MACH:
             self._flying = True
-            for route in self._routes:
-                route.fly()
+            for source in self._sources:
+                source.fly()
         every_ns = self._readings_every_ns
         if t_ns >= self._read_due_ns - every_ns // 4:  # steps at this rate jitter
             outputs.extend(self._hold.readings(self._read_ns))
@@ -238,7 +238,7 @@ class Pipeline:
 
     def _calibrate(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
         for mount in self._layout.mounts_of_engine[engine]:
-            if ("deformation_mm", mount) not in self._excluded and not self._routes[mount].calibrate():
+            if ("deformation_mm", mount) not in self._excluded and not self._sources[mount].calibrate():
                 self._report(Fault(t_ns, self._layout.mount_names[mount], "zero_refused"), outputs)
 
     def _tell(self, t_ns: int, dt_s: float, verdict: MonitorVerdict) -> None:

@@ -53,7 +53,7 @@ def _tell_filters(
     told: Any, t_ns: int, status: Integers, engines: Any, mounts_of: Integers, mounts: Any, readings: Floats,
     loads: Integers,
 ) -> None:  # fmt: skip
-    """INPUTS by engine: all but its brochure route. `loads`: where load factors are among the readings."""
+    """INPUTS by engine: all but its brochure source. `loads`: where load factors are among the readings."""
     loaded = True
     for place in loads:
         loaded &= isfinite(readings[place])

@@ -40,12 +40,12 @@ def flight_columns(
             values = [intake.hold.value(due, *slot) for slot in slots]
             for sensor in [slot for slot in slots if intake.is_wanted(slot)]:
                 intake.tell(sensor, intake.hold.value(due, *sensor))
-            for route in intake.routes:
-                route.fuse((due - last_ns) * 1e-9 if last_ns >= 0 else 0.0)
+            for source in intake.sources:
+                source.fuse((due - last_ns) * 1e-9 if last_ns >= 0 else 0.0)
             if resting:  # friction holds nothing before the first engine start
                 resting = not any(values[speed] > settings.engine_off_n1_pct for speed in speeds)
-                for route in intake.routes if resting and len(rows) == RESTS_AFTER else ():
-                    route.rest()
+                for source in intake.sources if resting and len(rows) == RESTS_AFTER else ():
+                    source.rest()
             said = [(state["deformation_mm"], state["force_n"]) for state in intake.states]
             rows.append((due * 1e-9, *values, *(number for pair in said for number in pair)))
             last_ns = intake.fused_ns = due

@@ -13,7 +13,7 @@ from thrustd.core.types import Estimate, Status
 ENGINE_SOURCES = "fused", "mount", "brochure"
 TOGETHER = 512  # estimates of one engine are counted at once
 UNFIT = int(
-    Status.TRANSIENT | Status.ONE_MOUNT | Status.ENGINE_OFF | Status.CONVERGING | Status.GAP | Status.SENSOR_DOUBTED
+    Status.TRANSIENT | Status.ONE_MOUNT | Status.ENGINE_OFF | Status.CONVERGING | Status.GAP | Status.SENSOR_EXCLUDED
     | Status.LOAD_FACTOR_STALE | Status.MOUNT_REJECTED | Status.BROCHURE_REJECTED | Status.MOUNT_FAILED
     | Status.BROCHURE_FAILED
 )  # fmt: skip

@@ -67,13 +67,13 @@ class Bank:
         layout = np.ascontiguousarray(mounts[:, :2]), spools, judged
         self._work = self._past, self._turn, self.found, self.rows, self.leading, *layout, *air, shares, OFF, installed
 
-    def look(self, t_ns: int, readings: Floats, states: Any, routes_n: Floats, believed: Flags) -> int:
+    def look(self, t_ns: int, readings: Floats, states: Any, deck_n: Floats, believed: Flags) -> int:
         """Weigh the engine whose turn it is. -> which one's leading hypothesis changed, or -1.
 
-        `states`: MOUNT_STATE by mount; `routes_n` (n, 4): thrust by fuel flow, N1, N2, sigma of the deck; `believed`
+        `states`: MOUNT_STATE by mount; `deck_n` (n, 4): thrust by fuel flow, N1, N2, sigma of the deck; `believed`
         (n, 5): by the sensors' own watches.
         """
-        return int(_look(*self._work, t_ns * 1e-9, readings, states, routes_n, believed))
+        return int(_look(*self._work, t_ns * 1e-9, readings, states, deck_n, believed))
 
     def disagree(self, engine: int) -> bool:
         """Nothing tells who is right."""
@@ -125,16 +125,16 @@ def _row(
     mounts: Integers,
     air: tuple[float, float],
     states: Any,
-    routes_n: Floats,
+    deck_n: Floats,
     believed: Flags,
 ) -> None:
     row[:] = 0.0
-    row[T_S], row[MACH], row[DECK_N] = t_s, air[0] if isfinite(air[0]) else 0.0, routes_n[e, 3]
+    row[T_S], row[MACH], row[DECK_N] = t_s, air[0] if isfinite(air[0]) else 0.0, deck_n[e, 3]
     row[PRESSURE_PA] = 70_927.5 * row[MACH] ** 2 * exp(-(air[1] if isfinite(air[1]) else 0.0) / SCALE_HEIGHT_M)
     if not isfinite(row[DECK_N]):
         row[DECK_N] = 200.0
     for i in range(N_SOURCES):
-        said_n = states[mounts[e, i]].force_n if i < 2 else routes_n[e, i - 2]
+        said_n = states[mounts[e, i]].force_n if i < 2 else deck_n[e, i - 2]
         row[SAID + i], row[COUNTS + i] = said_n, 1.0 if believed[e, i] else 0.0
     for i in range(2):
         state = states[mounts[e, i]]
@@ -157,7 +157,7 @@ def _lead(found: int, out: Floats) -> int:
 def _look_at(
     past: Any, turn: Integers, found: Integers, hypotheses: Floats, leading: Floats, mounts: Integers, spools: Integers,
     judged: Flags, mach: int, altitude: int, shares: Floats, off: Floats, installed: Installed, t_s: float,
-    readings: Floats, states: Any, routes_n: Floats, believed: Flags,
+    readings: Floats, states: Any, deck_n: Floats, believed: Flags,
 ) -> int:  # fmt: skip
     turn[0] = (turn[0] + 1) % (EVERY_LOOKS * len(found))
     e = turn[0] // EVERY_LOOKS
@@ -172,7 +172,7 @@ def _look_at(
         past[e].since_s = t_s
     if t_s - past[e].since_s < STARTED_S:
         return -1
-    _row(row, t_s, e, mounts, (readings[mach], readings[altitude]), states, routes_n, believed)
+    _row(row, t_s, e, mounts, (readings[mach], readings[altitude]), states, deck_n, believed)
     if not remember(past, e, row, shares[e]) or past[e].n < 2:
         return -1
     weigh(past[e].rows, past[e].n, shares[e], found[e], installed, out)

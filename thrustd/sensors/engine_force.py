@@ -29,7 +29,7 @@ PUSH_TAU_S = 0.5
 NO_MOUNT = -1
 
 
-ENGINE_MOUNTS = np.dtype(  # one engine's mount route at one step
+ENGINE_MOUNTS = np.dtype(  # one engine's mount source at one step
     [
         ("force_n", np.float64),  # NaN: no mount is believed
         ("std_n", np.float64),

@@ -41,14 +41,14 @@ NAMED_AFTER_S = 1.2  # by then the sensor's own watch knows whether it is noisy;
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))
-ROUTES_OFF = {MOUNTS_OFF: "mount", BROCHURE_OFF: "brochure"}  # faults of a whole route
+WHOLE_OFF = {MOUNTS_OFF: "mount", BROCHURE_OFF: "brochure"}  # faults of a whole thrust source
 
 
 class MonitorVerdict(NamedTuple):
     excluded: frozenset[Sensor]
     mounts: Any  # ENGINE_MOUNTS by engine, good until the next step
     faults: Sequence[Fault]  # changes at this step: "stuck", "stuck_over", ...
-    status: Sequence[int]  # Status bits by engine (SENSOR_DOUBTED, STUCK, MOUNTS_DISAGREE, ...)
+    status: Sequence[int]  # Status bits by engine (SENSOR_EXCLUDED, STUCK, MOUNTS_DISAGREE, ...)
     changed: int  # the engine of which another hypothesis leads from this step on; -1: none
 
 
@@ -89,7 +89,7 @@ class Monitor:
         self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
         self._statuses = [0 for _ in engines]  # as of the last look
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
-        self._failed = [""] * len(layout.mounts_of_engine)  # route faults that were reported
+        self._failed = [""] * len(layout.mounts_of_engine)  # faults of thrust sources that were reported
         self._found_ns = [0] * len(layout.mounts_of_engine)  # when the hypothesis that leads began to
         self._excluded = NOBODY
         self._t_ns = self._watched_ns = -1
@@ -148,7 +148,7 @@ class Monitor:
         except (KeyError, IndexError, OverflowError, TypeError, ValueError):
             return False
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._excluded}
-        restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *ROUTES_OFF.values()}
+        restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *WHOLE_OFF.values()}
         self._watches.forget_last_values()
         self._statuses = list(map(self._status, range(len(self._sources))))
         return restored
@@ -162,7 +162,7 @@ class Monitor:
         mine = self._mine[engine]
         doubted = {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
         doubted |= {sensor: "" for sensor in self._judged() if sensor in mine and sensor not in doubted}
-        status = Status.SENSOR_DOUBTED if doubted else Status(0)
+        status = Status.SENSOR_EXCLUDED if doubted else Status(0)
         if "stuck" in doubted.values():
             status |= Status.STUCK
         if any(name == "deformation_mm" for name, _ in doubted):
@@ -170,7 +170,7 @@ class Monitor:
         if self.bank.disagree(engine):
             status |= Status.DISAGREE
         found = self.bank.found.item(engine)
-        if found in ROUTES_OFF:
+        if found in WHOLE_OFF:
             status |= Status.MOUNT_FAILED if found == MOUNTS_OFF else Status.BROCHURE_FAILED
         return int(status)
 
@@ -187,7 +187,7 @@ class Monitor:
                 row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_SOURCES]]
             self._believed[:, :2] &= self._watches.trusts(ACCELERATION)
             self._believed[:, 2:] &= all([self._watches.trusts(sensor) for sensor in AIR])
-        changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.routes_n, self._believed)
+        changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._believed)
         if changed >= 0:
             self._found_ns[changed] = inputs.t_ns
         self._excluded = self._all_out()
@@ -255,7 +255,7 @@ class Monitor:
                     self._watches[name, engine].acquit()
 
     def _changes(self, t_ns: int) -> list[Fault]:
-        faults = self._route_changes(t_ns)
+        faults = self._whole_changes(t_ns)
         judged = self._judged()
         if not (self._suspect or judged or self._kinds):
             return faults
@@ -282,11 +282,11 @@ class Monitor:
         resting = "stuck" if watch.resting_s > RESTING_S else "drift"
         return "offset" if watch.jumped_lately else resting
 
-    def _route_changes(self, t_ns: int) -> list[Fault]:
+    def _whole_changes(self, t_ns: int) -> list[Fault]:
         faults: list[Fault] = []
         for engine, found in enumerate(self._nameable(t_ns)):
-            route, before = ROUTES_OFF.get(found, ""), self._failed[engine]
-            if route == before:
+            whole, before = WHOLE_OFF.get(found, ""), self._failed[engine]
+            if whole == before:
                 continue
             shared = self._all_mounts_off() or not self._watches.trusts(ACCELERATION)
             if found == MOUNTS_OFF and shared and not before:
@@ -294,9 +294,9 @@ class Monitor:
             name = self._layout.engine_names[engine]
             if before:
                 faults.append(Fault(t_ns, f"{before}[{name}]", "failed", active=False))
-            if route:
-                faults.append(Fault(t_ns, f"{route}[{name}]", "failed"))
-            self._failed[engine] = route
+            if whole:
+                faults.append(Fault(t_ns, f"{whole}[{name}]", "failed"))
+            self._failed[engine] = whole
         return faults
 
     def _where(self, sensor: Sensor) -> str:

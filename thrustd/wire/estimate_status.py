@@ -9,7 +9,7 @@ VALID, DEGRADED = 1 << 0, 1 << 1
 BITS = (  # bit of the word, any of these bits of the estimate
     (DEGRADED, _MOUNTS_OUT | _BROCHURE_OUT | Status.ONE_MOUNT),
     (1 << 2, Status.DISAGREE),
-    (1 << 3, Status.SENSOR_DOUBTED | Status.STUCK | Status.MOUNTS_DISAGREE | Status.CHANNEL_OPEN),
+    (1 << 3, Status.SENSOR_EXCLUDED | Status.STUCK | Status.MOUNTS_DISAGREE | Status.CHANNEL_OPEN),
     (1 << 4, Status.NOT_RECORDING),
     (1 << 5, Status.MODEL_EXTRAPOLATING | Status.DECK_EXTRAPOLATING),
     (1 << 6, Status.TRANSIENT),

@@ -23,7 +23,7 @@ def logs(tmp_path_factory):
     return raw, estimated
 
 
-def test_every_engine_and_route_has_its_figures(logs, capsys):
+def test_every_engine_and_source_has_its_figures(logs, capsys):
     assert main(["compare", str(logs[1]), "--json"]) == 0
     engines = json.loads(capsys.readouterr().out)["innovations"]["estimates.mcap"]
     assert set(engines) == {"left", "right"}
