@@ -21,7 +21,7 @@ import multiprocessing as mp
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,6 +34,7 @@ from benchmarks.fusion_flights import ENGINES, FLIGHTS, follow, installation
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
 from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
 from thrustd.core.types import Estimate, Event, Fault, Status
+from thrustd.installation.installation import Installation
 from thrustd.pipeline.pipeline import Pipeline
 
 RESULTS = Path("out/integrity.jsonl")
@@ -150,31 +151,19 @@ class Children:
             self._reap()
 
 
-def campaign(
-    cases: tuple[Case, ...], aircraft: tuple[tuple[int, int], ...], seconds: float, jobs: int, said: Any,
-    known: set[tuple[str, str, str]],
-) -> None:  # fmt: skip
-    """`known`: aircraft, fault and moment of what need not be flown."""
-    place = installation()
-    for number, seed in aircraft:
-        if all((Path(FLIGHTS[number]).stem, case.fault, case.moment) in known for case in cases):
+def campaign(place: Installation, flown: Flight, cases: Iterable[Case], jobs: int, said: Callable[[Row], None]) -> None:
+    """All cases with one aircraft, each with a copy of the pipeline that has flown up to its moment."""
+    children, pipeline, at = Children(jobs, said), place.pipeline(), 0
+    for moment, moment_s in sorted(flown.moments_s.items(), key=lambda item: item[1]):
+        mine = [case for case in cases if case.moment == moment]
+        if not mine:
             continue
-        flown = flight(place, number, seed, seconds)
-        children, pipeline, at = Children(jobs, said), place.pipeline(), 0
-        for moment, moment_s in sorted(flown.moments_s.items(), key=lambda item: item[1]):
-            mine = [
-                case
-                for case in cases
-                if case.moment == moment and (Path(flown.name).stem, case.fault, moment) not in known
-            ]
-            if not mine:
-                continue
-            first = int(np.searchsorted(flown.wire.t_ns, round(moment_s * S)))
-            fly(pipeline, whole(flown, at, first))
-            at = first
-            for case in mine:
-                children.start(flown, case, pipeline, first)
-            children.drain()
+        first = int(np.searchsorted(flown.wire.t_ns, round(moment_s * S)))
+        fly(pipeline, whole(flown, at, first))
+        at = first
+        for case in mine:
+            children.start(flown, case, pipeline, first)
+        children.drain()
 
 
 def table(rows: list[Row]) -> Table:
@@ -238,9 +227,12 @@ def main() -> int:
                 file.write(json.dumps({"key": arguments.key, **row._asdict()}) + "\n")
 
     began = time.monotonic()
-    flown = [FLOWN[int(number)] for number in ("0" if arguments.short else arguments.aircraft).split(",")]
-    known = {(Path(row.aircraft).stem, row.fault, row.moment) for row in rows}
-    campaign(wanted, tuple(flown), arguments.seconds, arguments.jobs, said, known)
+    place, known = installation(), {(Path(row.aircraft).stem, row.fault, row.moment) for row in rows}
+    for number, seed in [FLOWN[int(n)] for n in ("0" if arguments.short else arguments.aircraft).split(",")]:
+        name = Path(FLIGHTS[number]).stem
+        left = [case for case in wanted if (name, case.fault, case.moment) not in known]
+        if left:
+            campaign(place, flight(place, number, seed, arguments.seconds), left, arguments.jobs, said)
     places = {(case.fault, case.moment): i for i, case in enumerate(wanted)}
     rows.sort(key=lambda row: places[row.fault, row.moment])
     console.print(table(rows))

@@ -15,6 +15,7 @@ from thrustd.core.types import Event, Frame, Tick
 from thrustd.installation.installation import Installation
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
+from thrustd.twin.airframe import Airframe
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
 from thrustd.twin.sensors import COUNT_LIMIT, COUNT_MM
 from thrustd.wire.adc_frames import AdcDecoder, encode
@@ -55,6 +56,10 @@ def flight(place: Installation, number: int, seed: int, seconds: float) -> Fligh
         profile, airframe = recorded_flight(record.window(start_s, start_s + seconds), seed, engine_start=True)
     else:
         profile, airframe = scripted_flight(seconds, seed)
+    return on_the_wire(place, profile, airframe, seed)
+
+
+def on_the_wire(place: Installation, profile: Recording, airframe: Airframe, seed: int) -> Flight:
     table = place.parts().can_table
     encoder = CanEncoder(table, 0)
     idents = {

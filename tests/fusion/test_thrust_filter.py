@@ -172,6 +172,16 @@ def test_a_route_that_jumps_is_rejected_and_the_band_holds_both(route):
     assert abs(estimate.thrust_n - before.thrust_n) < before.thrust_std_n
 
 
+def test_no_error_is_learnt_beyond_three_sigma_of_its_prior():
+    """Mounts and brochure drift apart by 4 kN in ten minutes, slowly enough for every gate."""
+    thrust_filter, _ = settled()
+    for k in range(300, 6300):
+        apart_n = 4000.0 * (k - 300) / 6000
+        estimate = thrust_filter.step(inputs(k, 5000.0 - apart_n / 2, 5000.0 + apart_n / 2))
+        assert abs(estimate.mount_bias_n) <= 3.0 * MOUNT_STD_N + 1e-6
+        assert abs(thrust_filter._x[ENGINE, 0]) <= 3.0 * S.brochure_bias_std + 1e-9
+
+
 @pytest.mark.parametrize("pushed", [True, False])
 def test_a_jump_of_the_mounts_is_in_the_band_of_the_very_estimate_that_sees_it(pushed):
     """Before N1 or the deck say anything: with both mounts pushed it is believed, else both explanations are held."""

@@ -109,6 +109,13 @@ def test_each_fault_is_named_in_time_and_nothing_else(sensor, kind):
     assert all(out <= {sensor} | also for out in excluded)
 
 
+@pytest.mark.parametrize("sensor", [("deformation_mm", 0), ("fuel_flow_kg_s", 1), ("accel_x_g", 0)])
+def test_a_sensor_that_was_stuck_and_works_again_is_believed_again(sensor):
+    found, excluded = fly(sensor, "stuck", seconds=130.0)
+    assert [word.split()[1:] for _, word in found] == [["stuck"], ["stuck", "over"]]
+    assert any(sensor in out for out in excluded) and not excluded[-1]
+
+
 def cruise(k, rng):
     """Readings of a steady cruise at step k of 0.1 s."""
     read = {}

@@ -34,11 +34,10 @@ from thrustd.fusion.dynamics import (
 from thrustd.fusion.estimate_row import estimate_row
 from thrustd.fusion.settings import FusionSettings, settings_row
 from thrustd.fusion.smoother import Tape
-from thrustd.fusion.thrust_step import FILTER, NEVER_NS, go_on
+from thrustd.fusion.thrust_step import BOUND, FILTER, NEVER_NS, go_on
 
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
-BOUND = 3.0  # of its prior sigma: an error is no larger
 END_P = N_STATE + N_STATE**2  # in a row of x, P and three sizes
 ALONE = np.array([[1.0, 0.0, 0.0]])  # the only hypothesis: all is well
 

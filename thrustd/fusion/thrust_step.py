@@ -6,14 +6,26 @@ Every measurement is weighed, then taken or left. What that decides is said in `
 filter in `kalman`.
 """
 
-from math import isfinite, nan
+from math import isfinite, nan, sqrt
 from typing import Any
 
 import numba
 import numpy as np
 
 from thrustd.core.jit import compiled, entry
-from thrustd.fusion.dynamics import ENGINE, MOUNT, N_STATE, RATE, SCALE_N, SHAPE, THRUST, Matrix, move
+from thrustd.fusion.dynamics import (
+    ENGINE,
+    MOUNT,
+    MOUNT_N2,
+    N_STATE,
+    RATE,
+    SCALE_N,
+    SHAPE,
+    SHAPE_N2,
+    THRUST,
+    Matrix,
+    move,
+)
 from thrustd.fusion.fusion_inputs import INPUTS, silence
 from thrustd.fusion.gate import agree_on_a_move, judge, surprise_n_s
 from thrustd.fusion.kalman import predict, update
@@ -24,6 +36,7 @@ MAX_STEP_S = 10.0  # longer silences are predicted as this long: the band is as 
 OFF_DOUBT_N = 150.0
 STILL_TO_COME = 2.0  # of a move that began within the step that a mean is taken over
 NEVER_NS = -1
+BOUND = 3.0  # of its prior sigma: an error is no larger
 
 FILTER = np.dtype(
     [
@@ -174,6 +187,17 @@ def _follow_a_move(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
         _take(m, x, p)
 
 
+@compiled
+def _bound(m: Any, s: Any, x: Matrix) -> None:
+    """No error is larger than three sigmas of its own prior: what does not fit is a fault of somebody (`sensors`)."""
+    for place, size in (
+        (MOUNT, sqrt(m.sizes[MOUNT_N2])),
+        (ENGINE, s.brochure_bias_std),
+        (SHAPE, sqrt(m.sizes[SHAPE_N2])),
+    ):
+        x[place, 0] = min(max(x[place, 0], -BOUND * size), BOUND * size)
+
+
 def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> None:
     """x (n, 1) and p (n, n) to the instant of what was told, in place."""
     m, t, s = memory[0], told[0], settings[0]
@@ -188,6 +212,9 @@ def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> None:
     _take(m, x, p)
     if _moved(m, t, s):
         _follow_a_move(m, t, s, x, p)
+    _bound(m, s, x)
+    if m.off:  # whatever the mounts show
+        x[THRUST, 0] = x[RATE, 0] = 0.0
     m.surprise_n_s = surprise_n_s(s, (m.mount_nu_n, m.mount_used), (m.last_nu_n, m.last_used))
 
 

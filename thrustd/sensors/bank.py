@@ -8,7 +8,7 @@ that it stays, so agreement that says nothing (a throttle that opens every toler
 """
 
 from collections.abc import Sequence
-from math import exp, isfinite, nan, sqrt
+from math import exp, hypot, isfinite, nan, sqrt
 from typing import Any
 
 import numba
@@ -39,7 +39,7 @@ FOUND, OVER = 0.98, 0.2
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
 SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4))
 OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
-TURNING_N1_PCT, STARTED_S = 20.0, 15.0  # before that an engine starts: no deck says anything of it
+OFF_N1_PCT, TURNING_N1_PCT, STARTED_S = 5.0, 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
 UNCORRECTED_N = 2  # beside the thrust that leads and its sigma
 P, SHIFT_N, STD_N = range(3)  # of a hypothesis: probability, thrust minus that of the one that leads, its sigma
@@ -163,14 +163,17 @@ def _look_at(
     e = turn[0] // EVERY_LOOKS
     if turn[0] % EVERY_LOOKS:
         return -1
-    turns = readings[spools[e, 0]] > TURNING_N1_PCT or readings[spools[e, 1]] > TURNING_N1_PCT
+    fastest_pct = 0.0
+    for spool in spools[e]:
+        if readings[spool] > fastest_pct:  # NaN is not
+            fastest_pct = readings[spool]
     row, out = np.empty(WIDTH), np.empty((N_HYPOTHESES, 3))
-    if not (judged[e] and turns):
-        past[e].n, past[e].since_s, leading[e, UNCORRECTED_N] = 0, nan, 0.0
-        return -1
-    if not isfinite(past[e].since_s):
+    if not fastest_pct > TURNING_N1_PCT:
+        past[e].n, past[e].since_s = 0, nan
+    elif not isfinite(past[e].since_s):
         past[e].since_s = t_s
-    if t_s - past[e].since_s < STARTED_S:
+    if not (judged[e] and t_s - past[e].since_s >= STARTED_S):
+        leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed[0], installed[3])
         return -1
     _row(row, t_s, e, mounts, (readings[mach], readings[altitude]), states, deck_n, believed)
     if not remember(past, e, row, shares[e]) or past[e].n < 2:

@@ -39,7 +39,7 @@ from thrustd.sensors.past import (
 Parts = tuple[float, float, float, float, float]
 Installed = tuple[float, float, float, float]  # zero N, scale -, drag m2, rest N: one sigma each, of an engine
 AS_ON_THE_BENCH = 0.0, 0.0, 0.0, 0.0
-THRUST_N2 = 1e7  # prior variance of the thrust of a row: anything
+THRUST_N2 = 1e9  # prior variance of the thrust of a row: anything, and no thrust is likelier than another
 SILENT_N2 = 1e9
 # errors of all that is well; mounts' sigmas and the deck's come with the row
 REST_S, REACH_N = 600.0, 3000.0  # as the filter's: friction and the deck's shape are others at another thrust

@@ -184,6 +184,8 @@ def _prior(which: int, m: int, size: int, n: int, found: int) -> float:
         return STAYS / (2 * n)
     if which == MOUNTS_OFF and m == n:
         return INSTALLED if size == 0 else 0.5 * ALWAYS[which - 1]
+    if which == BROCHURE_OFF and size == 1:  # an engine is not that much unlike its deck
+        return 0.5 * NEW[which - 1] / n
     return 0.5 * ALWAYS[which - 1] if m == n else 0.5 * NEW[which - 1] / (n - 1)
 
 

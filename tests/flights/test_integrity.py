@@ -1,0 +1,56 @@
+"""The campaign's short form, on a scripted flight: never confidently wrong. The long one is `make integrity`."""
+
+import pytest
+
+from benchmarks.fusion_flights import installation
+from benchmarks.integrity import SILENT_S, campaign
+from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY
+from benchmarks.integrity_flight import on_the_wire
+from thrustd.twin.flight import scripted_flight
+
+SECONDS, SEED, JOBS = 700.0, 34, 2
+FLOWN = {
+    ("one LVDT -10 %", "take-off roll"),
+    ("both -10 %", "take-off roll"),
+    ("accel_x halves", "take-off roll"),
+    ("both step +0.1 mm", "cruise"),
+    ("both halve", "cruise"),
+    ("both LVDTs of an engine drift -0.02 mm/min", "cruise"),
+    ("one LVDT +0.1 mm", "throttle up"),
+    ("accel_x turns its sign", "cruise"),
+    ("fuel flow drifts 5 %/min", "cruise"),
+    ("ADC clock 1 % slow", "cruise"),
+    ("hostile: nacelle drag 0.04 m2", "begin"),
+    ("hostile: zero -0.03 mm", "begin"),
+}
+JUMPS = {"both step +0.1 mm", "both halve", "one LVDT +0.1 mm"}
+
+
+@pytest.fixture(scope="module")
+def rows():
+    place, found = installation(), []
+    flown = on_the_wire(place, *scripted_flight(SECONDS, SEED), SEED)
+    cases = [case for case in (HEALTHY, *CASES, *AIRCRAFT) if (case.fault, case.moment) in FLOWN or case is HEALTHY]
+    campaign(place, flown, cases, JOBS, found.append)
+    return found
+
+
+def test_no_fault_is_confidently_wrong_for_longer_than_five_seconds(rows):
+    assert {(row.fault, row.moment) for row in rows} >= FLOWN
+    assert {row.fault: row.longest_s for row in rows if row.longest_s > SILENT_S} == {}
+
+
+def test_what_jumps_is_named_at_once_and_nobody_else(rows):
+    jumps = [row for row in rows if row.fault in JUMPS]
+    assert len(jumps) == len(JUMPS)
+    assert all(row.named_s is not None and row.named_s < 4.0 and not row.accused for row in jumps)
+
+
+def test_a_healthy_aircraft_is_accused_of_nothing_and_keeps_its_thrust(rows):
+    healthy = next(row for row in rows if row.fault == "healthy")
+    assert set(healthy.accused) <= {"pitch_deg[0] offset"}  # the script rotates within one step
+    assert healthy.rms_n < 60.0 and healthy.in_band_pct > 95.0
+
+
+def test_an_installation_that_errs_is_inside_the_band_or_flagged(rows):
+    assert all(row.in_band_pct > 90.0 for row in rows if row.fault.startswith("hostile"))
