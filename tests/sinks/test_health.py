@@ -176,7 +176,7 @@ def test_the_service_manager_hears_thrust_and_troubles(heart):
     counts = heart[-1]
     assert heart[0].status() == "no estimate yet"
     counts.write_output(estimate(0, 1, status=int(Status.NOT_RECORDING | Status.LINK_LOST)))
-    assert heart[0].status() == "right 5000 +- 80 N; link lost; not recording"
+    assert heart[0].status() == "right 5000 +- 80 N; degraded: link lost, not recording"
 
 
 OURS = {word: kind for word, kind in FAULT_KINDS.items() if not kind.of_engine}

@@ -4,9 +4,15 @@ import argparse
 import gc
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from thrustd.installation.installation import Installation
+
+LONGEST_LIVE_S = 3600.0
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -40,6 +46,12 @@ def add_verbs(verbs: Verbs) -> None:
     )
     check.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
     _add_trust(check)
+    check.add_argument(
+        "--live",
+        type=float,
+        metavar="SECONDS",
+        help="listen to port and bus this long: do the sensors contradict each other?",
+    )
     check.add_argument("--manifest", action="store_true", help="print what is to be signed, and nothing else")
     add_json(check)
 
@@ -71,15 +83,33 @@ def check_verb(arguments: argparse.Namespace) -> int:
     CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
     SerialPort(adc.port, adc.baud, queue.put)
     hashes = installation.hashes()
+    found = _listen(arguments, installation) if arguments.live is not None else []
     if arguments.json:
-        print_json({"config": str(arguments.config), "ok": True, "sha256": hashes, "warnings": uncorrected})
-        return 0
+        said = {"sha256": hashes, "warnings": uncorrected, "findings": found}
+        print_json({"config": str(arguments.config), "ok": not found, **said})
+        return int(bool(found))
     for name, digest in hashes.items():
         print(f"{digest[:16]}  {name}")
     for line in uncorrected:
         print(f"warning: {line}")
-    print(f"{arguments.config}: ready to fly; whether port, bus and disk are there shows when it runs")
+    for line in found:
+        print(f"degraded: {line}")
+    if found:
+        print(f"{arguments.config}: not ready: {len(found)} found in {arguments.live:g} s")
+        return 1
+    heard = "" if arguments.live is not None else "; whether port, bus and disk are there shows when it runs"
+    print(f"{arguments.config}: ready to fly{heard}")
     return 0
+
+
+def _listen(arguments: argparse.Namespace, installation: "Installation") -> list[str]:
+    from thrustd.onboard.one_process import only_one
+    from thrustd.onboard.preflight import findings, hear
+
+    if not 0.0 < arguments.live <= LONGEST_LIVE_S:
+        raise UsageError(f"--live {arguments.live:g}: expected seconds above 0, {LONGEST_LIVE_S:g} at most")
+    with only_one(arguments.config):
+        return findings(hear(installation, arguments.live), installation.config.aircraft.engines)
 
 
 def replay_verb(arguments: argparse.Namespace) -> int:

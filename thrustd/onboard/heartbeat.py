@@ -13,7 +13,10 @@ from thrustd.sinks.health_counts import HealthCounts
 
 PERIOD_NS = 1_000_000_000
 CLOCK_STEP_NS = 100_000_000  # a slewed clock moves by 0.5 ms per second at most
-TROUBLES = Status.NOT_RECORDING | Status.LINK_LOST | Status.OVERLOAD | Status.NO_CHECKPOINT
+TROUBLES = (
+    Status.NOT_RECORDING | Status.LINK_LOST | Status.OVERLOAD | Status.NO_CHECKPOINT
+    | Status.DISAGREE | Status.SENSOR_EXCLUDED | Status.MOUNT_FAILED | Status.BROCHURE_FAILED
+)  # fmt: skip
 
 
 class ServiceManager:
@@ -66,7 +69,8 @@ class Heartbeat:
         for estimate in self._counts.latest.values():
             bits |= estimate.status
         troubles = [str(bit.name).lower().replace("_", " ") for bit in Status(bits) & TROUBLES]
-        return "; ".join([", ".join(thrusts) or "no estimate yet", *troubles])
+        degraded = [f"degraded: {', '.join(troubles)}"] if troubles else []
+        return "; ".join([", ".join(thrusts) or "no estimate yet", *degraded])
 
     def _watch_clock(self, now: Clocks) -> None:
         offset_ns = now.utc_ns - now.monotonic_ns

@@ -34,7 +34,7 @@ from thrustd.sensors.past import (
     remember,
 )
 
-EVERY_LOOKS = 2
+EVERY_LOOKS, UNCORRECTED_EVERY = 2, 4
 FOUND, OVER = 0.98, 0.2
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
 SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4))
@@ -108,6 +108,7 @@ class Bank:
             for found, rows, rates in read
         )
         if sane:
+            self._turn[0] = -1  # what nobody corrects is asked for at once
             for e, (found, rows, rates) in enumerate(read):
                 rows[:, T_S] += shift_ns * 1e-9
                 self.found[e], self._past["n"][e], self._past["rate_n_s"][e] = found, len(rows), rates
@@ -159,8 +160,8 @@ def _look_at(
     judged: Flags, mach: int, altitude: int, shares: Floats, off: Floats, installed: Installed, t_s: float,
     readings: Floats, states: Any, deck_n: Floats, believed: Flags,
 ) -> int:  # fmt: skip
-    turn[0] = (turn[0] + 1) % (EVERY_LOOKS * len(found))
-    e = turn[0] // EVERY_LOOKS
+    turn[0] = (turn[0] + 1) % (EVERY_LOOKS * len(found) * UNCORRECTED_EVERY)
+    e = turn[0] // EVERY_LOOKS % len(found)
     if turn[0] % EVERY_LOOKS:
         return -1
     fastest_pct = 0.0
@@ -181,8 +182,10 @@ def _look_at(
     weigh(past[e].rows, past[e].n, shares[e], found[e], installed, out)
     lead = _lead(found[e], out)
     changed, found[e] = lead != found[e], lead
-    more_n2 = uncorrected_n2(past[e].rows, past[e].n, shares[e], off[lead], installed, out[lead, 1:])
-    leading[e] = out[lead, 1], sqrt(out[lead, 2]), sqrt(more_n2)
+    leading[e, 0], leading[e, 1] = out[lead, 1], sqrt(out[lead, 2])
+    if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * len(found):
+        more_n2 = uncorrected_n2(past[e].rows, past[e].n, shares[e], off[lead], installed, out[lead, 1:])
+        leading[e, UNCORRECTED_N] = sqrt(more_n2)
     for which in range(N_HYPOTHESES):
         hypotheses[e, which, P] = out[which, 0]
         hypotheses[e, which, SHIFT_N] = out[which, 1] - out[lead, 1]

@@ -22,7 +22,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import AS_ON_THE_BENCH, THRUST_N2, Installed, Parts, covariance, installed_n2
 from thrustd.sensors.past import COUNTS, FUEL_FLOW, LEVEL_N, LOWER, N1, N2, N_SOURCES, SAID, T_S, UPPER
-from thrustd.sensors.positive import factor, inverse
+from thrustd.sensors.positive import factor, forward, inverse
 
 WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF = range(8)
 N_HYPOTHESES = 8
@@ -152,9 +152,9 @@ def _installed_shape(rows: Floats, n: int, installed: Installed) -> Floats:
 
 
 @compiled
-def _solve(rows: Floats, n: int, parts: Parts, installed: Installed, out: Floats) -> tuple[Floats, Floats, Floats]:
-    """All is well: A, z = A y and A c; its thrust and variance go into `out` (>= 1, 3)."""
-    a, size = inverse(covariance(rows, n, parts, installed)), n * N_SOURCES
+def _solve(rows: Floats, n: int, parts: Parts, out: Floats) -> tuple[Floats, Floats, Floats]:
+    """All is well: A, z = A y and A c; its thrust and variance go into `out`."""
+    a, size = inverse(covariance(rows, n, parts, AS_ON_THE_BENCH)), n * N_SOURCES
     z, ac, to_n2 = np.zeros(size), np.zeros(size), np.zeros(N_SOURCES)
     for s in range(N_SOURCES):
         to_n2[s] = parts[s] * THRUST_N2 if rows[0, COUNTS + s] != 0.0 else 0.0
@@ -212,12 +212,19 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
     The prior is not weighed against the bench's: agreement within the deck's own error proves no nacelle without
     drag. Reference: JCGM 100:2008 (GUM), F.2.4.5, uncorrected systematic effects.
     """
-    seen, out = rows[:n].copy(), np.empty((1, 3))
+    seen, parts, size = rows[:n].copy(), (share, 1.0 - share, 1.0, 1.0, 1.0), n * N_SOURCES
     for s in range(N_SOURCES):
         if off[s] != 0.0:
             seen[:, COUNTS + s] = 0.0
-    _solve(seen, n, (share, 1.0 - share, 1.0, 1.0, 1.0), installed, out)
-    return max(out[0, 2] + (out[0, 1] - said[0]) ** 2 - said[1], 0.0)
+    low, y, c = covariance(seen, n, parts, installed), np.zeros(size), np.zeros(size)
+    factor(low, size)
+    for i in range(size):
+        y[i] = seen[i // N_SOURCES, SAID + i % N_SOURCES]
+    for s in range(N_SOURCES):
+        c[s] = parts[s] * THRUST_N2 if seen[0, COUNTS + s] != 0.0 else 0.0
+    forward(low, y, size)
+    forward(low, c, size)
+    return max(THRUST_N2 - np.sum(c * c) + (np.sum(c * y) - said[0]) ** 2 - said[1], 0.0)
 
 
 @compiled
@@ -227,7 +234,7 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
     `found`: the hypothesis that led so far; a fault stays unless it is refuted.
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
-    a, z, ac = _solve(rows, n, parts, AS_ON_THE_BENCH, out)
+    a, z, ac = _solve(rows, n, parts, out)
     out[WELL, 0] = 0.0 if found == WELL else log(1.0 - STAYS)
     well = _log_pushes(out[WELL, 1], out[WELL, 2])
     fresh, lasting = _fault_shape(rows, n, FAULT_S), _fault_shape(rows, n, LASTING_S)

@@ -26,6 +26,15 @@ def factor(c: Floats, n: int) -> float:
 
 
 @compiled
+def forward(low: Floats, v: Floats, n: int) -> None:
+    """v <- L^-1 v with a lower factor."""
+    for i in range(n):
+        for k in range(i):
+            v[i] -= low[i, k] * v[k]
+        v[i] /= low[i, i]
+
+
+@compiled
 def inverse(c: Floats) -> Floats:
     """Of a positive matrix, which is used up."""
     n = len(c)

@@ -1,0 +1,74 @@
+"""Pre-flight: sensors that contradict each other on the ground, each in a line; a whole aircraft is ready."""
+
+import numpy as np
+import pytest
+
+from tests.conftest import small_aircraft
+from thrustd.core.types import Estimate, Fault, Reading, Status
+from thrustd.onboard.preflight import findings, standing
+
+ENGINES = "left", "right"
+PITCH_DEG = 1.5
+STANDING = {
+    ("mach", 0): 0.0,
+    ("pitch_deg", 0): PITCH_DEG,
+    ("accel_x_g", 0): float(np.sin(np.radians(PITCH_DEG))),
+    ("accel_z_g", 0): 1.0,
+    ("sat_degC", 0): 15.0,
+    ("tat_degC", 0): 15.5,
+    **{("n1_pct", e): 0.0 for e in (0, 1)},
+    **{("fuel_flow_kg_s", e): 0.0 for e in (0, 1)},
+}
+
+
+def estimate(engine, status=Status.ENGINE_OFF):
+    return Estimate(0, engine, 0.0, 4.0, 0.0, *[0.0] * 9, 0.46, int(status))
+
+
+def heard(readings, *more):
+    return [*(Reading(0, *sensor, value) for sensor, value in readings.items()), estimate(0), estimate(1), *more]
+
+
+def test_a_whole_aircraft_on_the_ground_is_ready():
+    assert findings(heard(STANDING), ENGINES) == []
+
+
+@pytest.mark.parametrize(
+    ("sensor", "off"),
+    [(("accel_x_g", 0), 0.1), (("accel_z_g", 0), -0.1), (("pitch_deg", 0), 6.0), (("tat_degC", 0), 10.0),
+     (("fuel_flow_kg_s", 1), 0.05)],
+)  # fmt: skip
+def test_sensors_that_contradict_each_other_on_the_ground_are_said(sensor, off):
+    [line] = findings(heard({**STANDING, sensor: STANDING[sensor] + off}), ENGINES)
+    assert "expected within" in line
+
+
+def test_an_aircraft_that_moves_or_runs_is_not_judged_as_if_it_stood():
+    wrong = {**STANDING, ("accel_x_g", 0): 0.3, ("tat_degC", 0): 40.0}
+    assert standing({**wrong, ("mach", 0): 0.3}, 2) == []
+    assert standing({**wrong, ("n1_pct", 0): 40.0}, 2) == []
+
+
+def test_what_was_reported_and_goes_on_is_said_and_what_is_over_is_not():
+    faults = [
+        Fault(0, "adc", "silent"),
+        Fault(1, "left_upper", "zero_refused"),
+        Fault(1, "left", "zero"),
+        Fault(2, "right_lower", "stuck"),
+        Fault(3, "right_lower", "stuck", active=False),
+    ]
+    lines = findings(heard(STANDING, *faults), ENGINES)
+    assert [line.split(": ")[:2] for line in lines] == [["adc", "silent"], ["left_upper", "zero_refused"]]
+
+
+def test_an_engine_whose_sources_disagree_or_that_nobody_hears_is_not_ready():
+    disagree = estimate(0, Status.DISAGREE | Status.TRANSIENT)
+    assert findings(heard(STANDING, disagree), ENGINES) == ["left: disagree"]
+    assert findings([estimate(0)], ENGINES) == ["right: no estimate"]
+
+
+def test_wires_that_are_silent_are_heard(tmp_path):
+    from thrustd.onboard.preflight import hear
+
+    lines = findings(hear(small_aircraft(), 0.5), ENGINES)
+    assert lines and all(": " in line for line in lines)

@@ -1,0 +1,89 @@
+"""Before a flight: what the sensors say of each other on the ground, heard for some seconds on the real wires.
+
+    always      nothing that was reported goes on; every engine has its mounts, and its brochure when it runs
+    standing    Mach < 0.05, N1 < 5 %:     f_x = sin theta,  f_z = cos theta,  TAT = SAT,  no fuel burns
+
+While an engine runs the bank of hypotheses weighs its sensors as in flight.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from math import cos, isfinite, nan, radians, sin
+from threading import Event as Flag
+
+from thrustd.core.faults import FAULT_KINDS, UNTIL_OVER
+from thrustd.core.types import Estimate, Fault, Output, Reading, Status
+from thrustd.installation.installation import Installation
+from thrustd.sources.can_bus import CanBus
+from thrustd.sources.merge import EventQueue, merged
+from thrustd.sources.serial_port import SerialPort
+from thrustd.sources.ticker import Ticker
+from thrustd.wire.event_batch import EventBatch
+
+STANDING_MACH, OFF_N1_PCT = 0.05, 5.0
+ACCELERATION_G = 0.05  # five times what an accelerometer and a pitch are mounted to
+STAGNATION_K, IDLE_FUEL_KG_S = 3.0, 0.01
+ONCE = ("zero_refused",)  # said once, and true for the flight
+BITS = Status.MOUNT_LOST | Status.MOUNT_FAILED | Status.BROCHURE_FAILED | Status.DISAGREE
+
+
+def hear(installation: Installation, seconds: float) -> Iterator[Output]:
+    """Outputs of the pipeline on the wires of this installation; nothing is recorded or sent."""
+    config, queue, stop = installation.config, EventQueue(), Flag()
+    pipeline, can = installation.pipeline(), config.can
+    bus = CanBus(can.interface, can.channel, can.bitrate, queue.put, where=f"{installation.where}: can")
+    adc = SerialPort(config.adc.port, config.adc.baud, queue.put)
+    begin_ns = -1
+    for events in merged(queue, (adc, bus, Ticker(config.steps.tick_hz, queue.put)), stop):
+        begin_ns = events[0].t_ns if begin_ns < 0 else begin_ns
+        yield from pipeline.take(EventBatch.of(events))
+        if events[-1].t_ns - begin_ns > seconds * 1e9:
+            stop.set()
+
+
+def findings(outputs: Iterable[Output], engines: Sequence[str]) -> list[str]:
+    """What speaks against a flight, a line each; none: ready."""
+    latest: dict[tuple[str, int], float] = {}
+    lasting: dict[tuple[str, str], None] = {}
+    status: dict[int, int] = {}
+    for output in outputs:
+        if isinstance(output, Reading):
+            latest[output.signal, output.index] = output.value
+        elif isinstance(output, Estimate):
+            status[output.engine] = output.status
+        elif isinstance(output, Fault) and not output.active:
+            lasting.pop((output.where, output.kind), None)
+        elif isinstance(output, Fault) and (FAULT_KINDS[output.kind].shows_s == UNTIL_OVER or output.kind in ONCE):
+            lasting[output.where, output.kind] = None
+    found = [f"{where}: {kind}: {FAULT_KINDS[kind].meaning}" for where, kind in lasting]
+    for number, name in enumerate(engines):
+        bits = Status(status.get(number, 0)) & BITS
+        found += [f"{name}: {str(bit.name).lower().replace('_', ' ')}" for bit in bits]
+        if number not in status:
+            found.append(f"{name}: no estimate")
+    return [*found, *standing(latest, len(engines))]
+
+
+def standing(latest: dict[tuple[str, int], float], engines: int) -> list[str]:
+    """Of an aircraft that stands with its engines off; nothing of any other. `latest`: readings by signal and index."""
+
+    def value(signal: str, index: int = 0) -> float:
+        return latest.get((signal, index), nan)
+
+    n1_pct = [value("n1_pct", engine) for engine in range(engines)]
+    if not (value("mach") < STANDING_MACH and all(n1 < OFF_N1_PCT for n1 in n1_pct)):
+        return []
+    pitch = radians(value("pitch_deg"))
+    asked = [
+        ("accel_x_g", value("accel_x_g") - sin(pitch), ACCELERATION_G, "g, against sin pitch"),
+        ("accel_z_g", value("accel_z_g") - cos(pitch), ACCELERATION_G, "g, against cos pitch"),
+        ("tat_degC", value("tat_degC") - value("sat_degC"), STAGNATION_K, "K, against SAT of an aircraft that stands"),
+    ]
+    asked += [
+        (f"fuel_flow_kg_s[{e}]", value("fuel_flow_kg_s", e), IDLE_FUEL_KG_S, "kg/s, of an engine that is off")
+        for e in range(engines)
+    ]
+    return [
+        f"{name}: off by {off:.3g} {of}, expected within {limit:g}"
+        for name, off, limit, of in asked
+        if isfinite(off) and abs(off) > limit
+    ]
