@@ -4,8 +4,8 @@
 
 Every fleet is an aircraft of the twin (engines, fuel) that flies thirty scripted flights, each on another day along
 another script. The loss is 2 % of thrust at equal N1, evenly over the thirty flights. To keep it to minutes the wires
-and the filter are left out: the thrust of the mounts is the true one plus what the fusion table measures of tared
-mounts, one constant of FLIGHT_N (one sigma) per engine and flight, drawn anew for every flight, and NOISE_N from second
+and the filter are left out: the thrust of the mounts is the true one plus what `make fusion` measures with calibrated
+zeros, one constant of FLIGHT_N (one sigma) per engine and flight, drawn anew for every flight, and NOISE_N from second
 to second. The judgement is made after every flight from the sixth on. Wanted: the engine named by flight 20, no healthy
 fleet ever.
 """

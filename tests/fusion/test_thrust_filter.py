@@ -72,7 +72,7 @@ def test_band_holds_the_truth(mount, brochure):
     assert 0.92 < np.mean(inside) < 0.99  # as many draws of a slow error: each outside costs up to one of them
 
 
-def test_fused_is_better_than_either_route():
+def test_fused_is_better_than_either_source():
     errors = {"fused": [], "mount": [], "brochure": []}
     for seed in range(24):
         estimates, truth, _, _ = flown(seed, 100.0)
@@ -156,13 +156,13 @@ def settled():
     return thrust_filter, estimate
 
 
-@pytest.mark.parametrize("route", ["mount", "brochure"])
-def test_a_route_that_jumps_is_rejected_and_the_band_holds_both(route):
+@pytest.mark.parametrize("source", ["mount", "brochure"])
+def test_a_source_that_jumps_is_rejected_and_the_band_holds_both(source):
     """Until others have said who is at fault; then the thrust is where they say it is."""
     thrust_filter, before = settled()
     for k in range(300, 450):
-        mount_n = 3000.0 + 5 * (-1) ** k + (900.0 if route == "mount" else 0.0)
-        estimate = thrust_filter.step(inputs(k, mount_n, 3050.0 + (900.0 if route == "brochure" else 0.0)))
+        mount_n = 3000.0 + 5 * (-1) ** k + (900.0 if source == "mount" else 0.0)
+        estimate = thrust_filter.step(inputs(k, mount_n, 3050.0 + (900.0 if source == "brochure" else 0.0)))
         assert estimate.status & (Status.MOUNT_REJECTED | Status.BROCHURE_REJECTED)
         assert abs(estimate.thrust_n - before.thrust_n) < 200.0
         assert abs(estimate.thrust_n - 3900.0) < 1.96 * estimate.thrust_std_n
@@ -238,7 +238,7 @@ def test_a_thrust_that_is_none_is_not_begun_from():
     assert thrust_filter.snapshot() == before
 
 
-def test_the_band_grows_when_a_route_goes():
+def test_the_band_grows_when_a_source_goes():
     thrust_filter, before = settled()
     for k in range(300, 2300):
         alone = thrust_filter.step(inputs(k, nan, 3050.0))

@@ -49,7 +49,7 @@ class InstallationErrors(Section, frozen=True):
     Nobody corrects it, so it is in every band. Who has measured a part of it on an aircraft states what is left.
     """
 
-    zero_n: NotNegative  # transducers' zeros after a tare, weight of a canted mount
+    zero_n: NotNegative  # transducers' zeros once calibrated, weight of a canted mount
     scale: NotNegative  # of the transducers' line
     drag_m2: NotNegative  # what the mounts carry of the nacelle's drag, over dynamic pressure
     rest_n: NotNegative

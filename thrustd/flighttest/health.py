@@ -31,7 +31,7 @@ from thrustd.sources.mcap_log import LogFile
 LIMITS = SteadyLimits(n1_pct=1.0, mach=0.02, altitude_m=150.0, accel_x_g=0.05, load_factor_g=0.3, least_s=10.0)
 LEAST_N1_PCT = 50.0  # below it thrust is small and a per cent of it says nothing
 OFF_N1_PCT = 2.0
-TARED_S = 5.0  # shortest engine-off stretch that tells a zero
+ZERO_S = 5.0  # shortest engine-off stretch that tells a zero
 
 
 class At(NamedTuple):
@@ -126,7 +126,7 @@ def _mounts(flight: Flight) -> list[Row]:
     rows: list[Row] = []
     for name in names:
         zero: Any = flight.record[name][off & np.isfinite(flight.record[name])]
-        known = len(zero) >= TARED_S * flight.record.sample_hz
+        known = len(zero) >= ZERO_S * flight.record.sample_hz
         rows.append({
             "of": name.removeprefix("deformation_mm_"), "kind": "mount",
             "zero_mm": float(np.median(zero)) if known else float("nan"),

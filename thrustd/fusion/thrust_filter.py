@@ -1,4 +1,4 @@
-"""One engine's thrust from two routes: a Kalman filter, its equations in `kalman`.
+"""One engine's thrust from two sources: a Kalman filter, its equations in `kalman`.
 
 State  x = [T, r, h, c, d], see `dynamics`. Measurements, each a scalar update behind its own gate:
 
@@ -84,7 +84,7 @@ class ThrustFilter:
         return estimate
 
     def begin_anew(self, thrust_n: float, std_n: float, told: Any) -> None:
-        """Somebody else is believed than so far: the thrust is this, and the routes' errors are what is left of them.
+        """Somebody else is believed than so far: the thrust is this, and the sources' errors are what is left of them.
 
         `told`: what the next `step` is. What is wrong with the thrust is wrong with the errors, to the other side:
         what led to it is not counted again.
@@ -96,8 +96,8 @@ class ThrustFilter:
         x[:], p[:] = 0.0, self._prior
         x[THRUST], x[RATE], way[THRUST] = thrust_n, rate_n_s, std_n
         p[THRUST, THRUST] = LEAST_ERROR_N**2
-        for place, size, route in ((MOUNT, MOUNT_N2, "mount_n"), (SHAPE, SHAPE_N2, "brochure_n")):
-            left_n, bound_n = told[route].item() - thrust_n, BOUND * sqrt(sizes.item(size))
+        for place, size, source in ((MOUNT, MOUNT_N2, "mount_n"), (SHAPE, SHAPE_N2, "brochure_n")):
+            left_n, bound_n = told[source].item() - thrust_n, BOUND * sqrt(sizes.item(size))
             p[place, place] = sizes[size]
             if abs(left_n) < bound_n + BOUND * std_n:
                 x[place], p[place, place], way[place] = min(max(left_n, -bound_n), bound_n), LEAST_ERROR_N**2, -std_n

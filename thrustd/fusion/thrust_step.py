@@ -56,7 +56,7 @@ FILTER = np.dtype(
         ("surprise_n_s", np.float64),
         ("mount_age_s", np.float64),
         ("step_n", np.float64),  # one sigma of what no N1 spoke of yet, over the step that a mean is taken over
-        ("moved_n", np.float64),  # a movement that both routes agree on
+        ("moved_n", np.float64),  # a movement that both sources agree on
         ("z", np.float64),
         ("mount_nu_n", np.float64),  # verdicts of this step
         ("mount_nis", np.float64),
@@ -170,13 +170,13 @@ def _open(p: Matrix, q: Matrix, moved_n: float) -> None:
 def _moved(m: Any, t: Any, s: Any) -> bool:
     m.moved_n = m.mount_nu_n
     push_n = 0.0 if t.mount_extrapolating else t.push_n  # no thrust of this engine does that
-    routes = m.mount_nu_n, m.nu_n, m.used
-    return not m.mount_used and agree_on_a_move(*routes, t.n1_rate_pct_s, s.throttle_rate_gain_n_per_pct, push_n)
+    sources = m.mount_nu_n, m.nu_n, m.used
+    return not m.mount_used and agree_on_a_move(*sources, t.n1_rate_pct_s, s.throttle_rate_gain_n_per_pct, push_n)
 
 
 @compiled
 def _follow_a_move(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
-    """Both routes say that the thrust is elsewhere than it was predicted."""
+    """Both sources say that the thrust is elsewhere than it was predicted."""
     _open(p, m.q, m.moved_n)
     _mounts(m, t, s, x, p)
     _take(m, x, p)
