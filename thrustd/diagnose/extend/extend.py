@@ -126,7 +126,7 @@ def extend(
         _check_better(spec, chosen, nothing, fit, base.scale)
         fit = pruned(base, rows, fit)
     _tell(progress, 0.9, "artifact")
-    written = _written(spec, name or spec.name, base, rows, nothing, fit, segments, records)
+    written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
     before, after = (base.scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
     return ExtendReport(written, fit.words, before, after, tuple(estimates_of(base, fit)), left_out)
@@ -147,7 +147,7 @@ def _fitted(
     for i, effect in enumerate(chosen):
         _tell(progress, 0.85 * i / len(chosen), effect.word)
         terms = [term for law in variants(effect) for term in terms_of(law, rig)]
-        looked = leading(screened(table_of(base, fit, rows), terms), least=-np.inf)
+        looked = leading(screened(table_of(base, fit), terms), least=-np.inf)
         tried = [joint_fit(base, rows, (*fit.terms, one.term), begin_of(base, fit, one)) for one in looked]
         fit = min(tried, key=lambda one: one.mse)
     return fit
@@ -167,7 +167,6 @@ def _written(
     parent: ModelSpec,
     name: str,
     base: Base,
-    rows: Sequence[Record],
     nothing: Joint,
     fit: Joint,
     segments: Sequence[Segment],
@@ -201,7 +200,7 @@ def _written(
         provenance=dict(parent.provenance) | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records]},
         ledger=[*parent.ledger, entry],
     )
-    begun = [begun_at(s, r.before) for s, r in zip(segments, rows, strict=True)]
+    begun = [begun_at(s, r.before) for s, r in zip(segments, fit.records, strict=True)]
     draft = _for_flight(draft, fit, begun)
     draft = msgspec.structs.replace(draft, error=_errors(draft, fit, begun))
     return msgspec.structs.replace(draft, witness=witness_rows(draft, 1.0 / segments[0].dt_s))

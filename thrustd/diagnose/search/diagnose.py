@@ -85,7 +85,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     """The best set, `none`, or `unknown` where one free curve does better than every law."""
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     words = best.words or ("none",)
-    table = table_of(base, best, records)
+    table = table_of(base, best)
     left, own = table.mse(), {channel for term in best.terms for channel in term.effect.channels}
     alone = [c for c in ranked.channels if c.mse <= left and not set(c.parts) & own]
     if len(best.terms) > 1 and alone:  # one curve instead of several laws

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from thrustd.diagnose.search.base import Base
+from thrustd.identify.regression.regress import begun_where
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Mask, Solution, bounded, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import Record, columns
@@ -29,6 +30,7 @@ class Joint:
     """A fit and its error on held-back blocks. Everything in units of the base's output scale."""
 
     terms: tuple[Term, ...]  # the new ones
+    records: tuple[Record, ...]  # each begun where this fit says
     solution: Solution
     block_mse: Floats  # (n_blocks,) held back
     block_size: Floats  # (n_blocks,) samples
@@ -56,11 +58,14 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     point = replace(base.point, terms=np.concatenate((base.point.terms, begin)))
     prior = _prior(base, shape)
     found = solve(shape, point, records, {}, ITERATIONS, prior=prior, noise_variance=base.noise_variance)
+    begun = [begun_where(found, record) for record in records]
     level = noise_level(found.normal.residuals)
-    if level > WORSE * base.noise_variance:
-        found = solve(shape, found.point, records, {}, ITERATIONS, prior=prior, noise_variance=level)
-    mse, size = held_back(found, records, prior)
-    return Joint(tuple(terms), found, mse, size)
+    moved = any(new.before != old.before for new, old in zip(begun, records, strict=True))
+    if moved or level > WORSE * base.noise_variance:
+        noise = level if level > WORSE * base.noise_variance else base.noise_variance
+        found = solve(shape, found.point, begun, {}, ITERATIONS, prior=prior, noise_variance=noise)
+    mse, size = held_back(found, begun, prior)
+    return Joint(tuple(terms), tuple(begun), found, mse, size)
 
 
 def _prior(base: Base, shape: Shape) -> tuple[Floats, Floats]:

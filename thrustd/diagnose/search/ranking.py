@@ -49,7 +49,7 @@ def rank(
     """Judge every set that grows from nothing."""
     nothing = joint_fit(base, records, ())
     terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
-    first = table_of(base, nothing, records)
+    first = table_of(base, nothing)
     looked = screened(first, terms)
     channels = followed(first, UNKNOWN_SIGMA * rig.travel)
     fits, best, beam = [nothing], nothing, [nothing]
@@ -58,7 +58,7 @@ def rank(
             break
         grown = []
         for member in beam:
-            seen = looked if member is nothing else screened(table_of(base, member, records), _beside(member, terms))
+            seen = looked if member is nothing else screened(table_of(base, member), _beside(member, terms))
             for one in leading(seen):
                 _tell(progress, size, one.term.effect.word)
                 grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one)))

@@ -70,7 +70,8 @@ def _blocks(rows: Floats, residual: Floats, block: NDArray[np.intp]) -> Blocks:
     )
 
 
-def table_of(base: Base, fit: Joint, records: Sequence[Record]) -> Table:
+def table_of(base: Base, fit: Joint) -> Table:
+    records = fit.records
     total = sum(map(len, records))
     width = max(1, -(-total // ROWS))
     shape, point = fit.solution.shape, fit.solution.point

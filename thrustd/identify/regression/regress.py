@@ -85,12 +85,11 @@ def first_point(shape: Shape, records: Sequence[Record]) -> Point:
 
 def begun_where(found: Solution, record: Record) -> Record:
     """Unloaded before the first sample, or settled at its load: whichever the first tenth follows."""
-    tenth = slice(0, max(2, len(record) // 10))
-    errors = {}
-    for before in (record.before, float(record.d[0])):
-        trial = head_of(record, tenth.stop, before)
-        errors[before] = float(np.nansum((trial.y - simulate(found.shape, found.point, trial)) ** 2))
-    settled = float(record.d[0])
-    if errors[settled] < BEGUN_BETTER * errors[record.before]:
-        return replace(record, before=settled)
-    return record
+    n, unloaded, settled = max(2, len(record) // 10), found.shape.zero, float(record.d[0])
+
+    def missed(before: float) -> float:
+        trial = head_of(record, n, before)
+        return float(np.nansum((trial.y - simulate(found.shape, found.point, trial)) ** 2))
+
+    before = settled if missed(settled) < BEGUN_BETTER * missed(unloaded) else unloaded
+    return record if before == record.before else replace(record, before=before)

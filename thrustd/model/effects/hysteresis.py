@@ -3,7 +3,9 @@
     force = core force + friction_n * z,    dz/dx = (1 - |z| (1 + sgn(z dx)) / 2) / yield_mm,    -1 < z < 1
 
 Bouc-Wen with A = 1 / yield, beta = gamma = 1 / (2 yield), n = 1, integrated exactly over one sample of dx (an
-exponential), so that no rate and no step size enters. Positive friction resists motion: a loop run clockwise in force
+exponential), so that no rate and no step size enters. Under a reading that trembles the equation forgets: every
+tremble back costs z a whole step, every one forth gives nearly nothing. So x is the reading with a play of deadband_mm
+around it, a few times the noise of the transducer; friction is late by that much. Positive friction resists motion: a loop run clockwise in force
 over deformation, half width friction_n. After a reversal the loop turns over within a few yield_mm. Prandtl-
 Ishlinskii and Preisach stand in files of their own as variants. Starts at z = 0: the first loading branch is the
 virgin one. Valid for one scale of friction; left out: many scales at once (see the variants), friction growing with
@@ -21,8 +23,9 @@ from thrustd.model.stage import Floats, jit
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    dx = u[0] - x[0]
-    x[0] = u[0]
+    away = u[0] - x[0]
+    dx = away - min(max(away, -c[2]), c[2])
+    x[0] += dx
     if dx != 0.0:
         sign = 1.0 if dx > 0.0 else -1.0
         q, h = sign * x[1], abs(dx) / c[1]
@@ -35,12 +38,17 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["friction_n"], p["yield_mm"]])
+    return np.array([p["friction_n"], p["yield_mm"], p["deadband_mm"]])
 
 
 FRICTION_N = Parameter(
     "friction_n", "N", neutral=0.0, low=0.0, high=1e6, starts=(50.0,),
     meaning="friction force, half the width of the loop", expected="positive; 30 to 150 N: 1 to 2 % of full load",
+)  # fmt: skip
+
+DEADBAND_MM = Parameter(
+    "deadband_mm", "mm", neutral=0.0, low=0.0, high=1.0, starts=(0.0,), amplitude=False, estimate=False,
+    meaning="play around the reading that keeps its noise out",
 )  # fmt: skip
 
 EFFECT = Effect(
@@ -52,6 +60,7 @@ EFFECT = Effect(
         FRICTION_N,
         Parameter("yield_mm", "mm", neutral=0.03, low=0.0005, high=50.0, starts=(0.01, 0.03, 0.1, 0.3),
                   meaning="deformation over which the loop turns over", amplitude=False),
+        DEADBAND_MM,
     ),
     step=step,
     prepare=prepare,

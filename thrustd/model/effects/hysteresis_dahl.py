@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from thrustd.model.effect import Effect, Parameter, begin_at_channel
-from thrustd.model.effects.hysteresis import FRICTION_N
+from thrustd.model.effects.hysteresis import DEADBAND_MM, FRICTION_N
 from thrustd.model.stage import Floats, jit
 
 USUAL = 1e-3  # so near to 1 the power law is an exponential
@@ -23,8 +23,9 @@ USUAL = 1e-3  # so near to 1 the power law is an exponential
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    dx = u[0] - x[0]
-    x[0] = u[0]
+    away = u[0] - x[0]
+    dx = away - min(max(away, -c[3]), c[3])
+    x[0] += dx
     if dx != 0.0:
         sign = 1.0 if dx > 0.0 else -1.0
         left = max(1.0 - sign * x[1], 1e-12)
@@ -39,7 +40,7 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     power = 1.0 - p["exponent"]
-    return np.array([p["friction_n"], p["yield_mm"], power if abs(power) > USUAL else 0.0])
+    return np.array([p["friction_n"], p["yield_mm"], power if abs(power) > USUAL else 0.0, p["deadband_mm"]])
 
 
 EFFECT = Effect(
@@ -54,6 +55,7 @@ EFFECT = Effect(
                   amplitude=False),
         Parameter("exponent", "-", neutral=1.0, low=0.2, high=4.0, starts=(1.2,),
                   meaning="how it lets go: below 1 at once, above 1 for long", amplitude=False),
+        DEADBAND_MM,
     ),
     step=step,
     prepare=prepare,
