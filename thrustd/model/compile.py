@@ -12,11 +12,12 @@ A row of inputs begins with deformation_mm, then the channels of the effects in 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from thrustd.core.errors import ModelError
 from thrustd.core.signals import CATALOGUE
-from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, Witness, read_model
+from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, RealMode, Witness, read_model
 from thrustd.model.curves import polynomial, pwl
 from thrustd.model.effect import SITES, Effect
 from thrustd.model.effects import effect_named
@@ -51,10 +52,13 @@ def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
     placed: dict[str, list[Stage]] = {site: [] for site in SITES}
     for chosen in spec.effects:
         effect = effect_named(chosen.name)
-        placed[effect.site].append(effect.stage(_parameters(effect, chosen.parameters), dt_s))
+        parameters = _parameters(effect, chosen.parameters)
+        if effect.lags is None or spec.linear.feedback is not None:
+            placed[effect.site].append(effect.stage(parameters, dt_s))
     core = [
         curve_stage("input_curve", spec.input_curve),
-        linear_stage(spec.linear, dt_s),
+        linear_stage(linear_of(spec), dt_s),
+        *placed["linear"],
         curve_stage("output_curve", spec.output_curve),
         *([linear_stage(spec.output_linear, dt_s, "output_linear")] if spec.output_linear is not None else []),
     ]
@@ -66,6 +70,23 @@ def free_run(stages: tuple[Stage, ...], columns: Mapping[str, Floats], v: Floats
     for stage in stages:
         v = stage.from_rest(columns, v)
     return v
+
+
+def linear_of(spec: ModelSpec) -> LinearBlock:
+    """The linear block with what effects add to its relaxation: w + sum g (w - lag w) beside its own.
+
+    A block with feedback stays as it is: there such an effect acts behind it.
+    """
+    block = spec.linear
+    if block.feedback is not None:
+        return block
+    for chosen in spec.effects:
+        effect = effect_named(chosen.name)
+        lags = effect.lags(_parameters(effect, chosen.parameters)) if effect.lags is not None else []
+        modes = [RealMode(tau_s, -gain) for tau_s, gain in lags if gain != 0.0]
+        direct = block.direct + sum(gain for _, gain in lags)
+        block = msgspec.structs.replace(block, direct=direct, real_modes=[*block.real_modes, *modes])
+    return block
 
 
 def _parameters(effect: Effect, given: Mapping[str, float]) -> dict[str, float]:

@@ -8,10 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from thrustd.model.linear import sections
 from thrustd.model.stage import Floats, Stage
 
-Site = Literal["deformation", "gain", "force"]
-SITES: tuple[Site, ...] = ("deformation", "gain", "force")  # in the order they act
+Site = Literal["deformation", "linear", "gain", "force"]
+SITES: tuple[Site, ...] = ("deformation", "linear", "gain", "force")  # in the order they act
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class Effect:
 
     name: str
     title: str  # in words
-    site: Site  # where it acts: on the deformation (mm), or on the force (N) as gain or addition
+    site: Site  # where it acts: on the deformation (mm), in the linear block, or on the force (N) as gain or addition
     channels: tuple[str, ...]  # what it reads (`u` of its step), canonical names
     parameters: tuple[Parameter, ...]
     step: Any  # compiled step(x, c, u, v) -> v
@@ -47,6 +48,7 @@ class Effect:
     separating_test: str  # the manoeuvre or bench test that shows it alone
     initial: Callable[[Floats, Floats, Floats, float], None] | None = None
     variant_of: str = ""  # another formulation of that effect; reports use that word
+    lags: Callable[[Mapping[str, float]], list[tuple[float, float]]] | None = None  # of a linear one: tau_s, gain
     ahead_s: Callable[[Mapping[str, float]], float] | None = None  # lateness of the reading: only a record can undo it
 
     @property
@@ -59,7 +61,10 @@ class Effect:
         return {p.name: p.neutral if p.amplitude else p.starts[0] for p in self.parameters}
 
     def stage(self, parameters: Mapping[str, float], dt_s: float) -> Stage:
-        """The effect as a stage of a chain at one sample period."""
+        """The effect as a stage of a chain at one sample period; a linear one alone, without the block it widens."""
+        if self.lags is not None:
+            lags = self.lags(parameters)
+            return sections(self.name, 1.0 + sum(g for _, g in lags), [(tau, -g) for tau, g in lags], [], dt_s)
         return Stage(self.name, self.step, self.prepare(parameters, dt_s), self.n_state, self.channels, self.initial)
 
 

@@ -26,7 +26,7 @@ from math import copysign, exp, hypot, isfinite, nan, sqrt
 import numpy as np
 
 from thrustd.core.calibration import LARGEST_ZERO_MM
-from thrustd.model.compile import CompiledModel
+from thrustd.model.compile import CompiledModel, linear_of
 from thrustd.model.stage import Floats
 
 LOAD_AGE_S = 3600.0  # A of a cold start: flights last one to three hours
@@ -109,7 +109,7 @@ class Unseen:
 
     def restore(self, doubts: Sequence[float], branches: Sequence[float], n_state: int) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none."""
-        sizes = len(doubts) in (0, 2 * len(self._model.spec.linear.real_modes)), len(branches) in (0, 2 * n_state)
+        sizes = len(doubts) in (0, 2 * len(linear_of(self._model.spec).real_modes)), len(branches) in (0, 2 * n_state)
         if not all(sizes) or not all(map(isfinite, [*doubts, *branches])) or min(doubts[1::2], default=1.0) <= 0.0:
             return False
         self.doubts, self._branches = np.reshape(doubts, (-1, 2)), np.reshape(branches, (-1, n_state))
@@ -119,7 +119,7 @@ class Unseen:
 def settle(model: CompiledModel, before: Floats, after: Floats, age_s: float) -> tuple[Floats, Floats]:
     """(`after` with its modes as far from `before` as they are on average, doubts); `after` is at rest."""
     output = next(stage for stage in model.stages if stage.name == "output_curve")
-    modes, linear = model.spec.linear.real_modes, _linear(model)
+    modes, linear = linear_of(model.spec).real_modes, _linear(model)
     w = float(after[linear.start])
     nearby = w + 1e-3 * max(abs(w), 1e-3)
     here, there = (output.once(np.zeros(0), np.zeros(0), v) for v in (w, nearby))

@@ -13,6 +13,9 @@ import numpy as np
 from thrustd.model.stage import Floats, jit
 
 
+BEYOND = 0.15  # of the data's span, on both sides
+
+
 class Grid(NamedTuple):
     """n coefficients on [low, high]."""
 
@@ -36,6 +39,17 @@ class Grid(NamedTuple):
             first = bspline(float(at), self.low, self.step, self.n, four)
             row[first : first + 4] = four[:4]
         return out
+
+
+def beyond(low: float, high: float, n: int) -> Grid:
+    """A grid that reaches past the data on both sides: there the curve goes on as the prior has it, with its bend."""
+    more = BEYOND * (high - low)
+    return Grid(low - more, high + more, n)
+
+
+def travel(grid: Grid) -> float:
+    """Span of the data that `beyond` made the grid for."""
+    return (grid.high - grid.low) / (1.0 + 2.0 * BEYOND)
 
 
 def roughness(n: int) -> Floats:

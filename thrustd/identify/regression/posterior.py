@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.stops import radii_of
@@ -46,7 +46,7 @@ def shape_of(posterior: Posterior) -> Shape:
         Grid(low, high, n),
         posterior.zero_mm,
         np.array(posterior.tau_s),
-        radii_of(high - low) if len(posterior.mean) > others else np.zeros(0),
+        radii_of(travel(Grid(low, high, n))) if len(posterior.mean) > others else np.zeros(0),
         posterior.output_scale,
         Grid(*posterior.output_grid) if posterior.output_grid else None,
         np.array(posterior.log_pole).reshape(-1, 2),

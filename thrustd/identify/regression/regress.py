@@ -14,7 +14,7 @@ import numpy as np
 
 from thrustd.core.blas import one_thread
 from thrustd.core.errors import RecordingError
-from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.stops import radii_of
@@ -25,7 +25,7 @@ from thrustd.model.stage import Floats
 KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer data
 LAGS = 20
 SLOWEST = 4.0  # times the longest record: slower is a constant
-FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "begin": 1.0}
+FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "offset": 1.0, "begin": 1.0}
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 
@@ -55,7 +55,7 @@ def prepared(segments: Sequence[Segment], **options: object) -> tuple[Shape, lis
     longest_s = max(len(segment) * segment.dt_s for segment in segments)
     taus_s = np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), LAGS)
     knots = KNOTS * (2 if len(y) > MANY else 1)
-    shape = Shape(Grid(low, high, knots), zero, taus_s, radii_of(high - low), scale, **options)  # type: ignore[arg-type]
+    shape = Shape(beyond(low, high, knots), zero, taus_s, radii_of(high - low), scale, **options)  # type: ignore[arg-type]
     records = [Record(x, s.force_n / scale, s.dt_s, zero) for x, s in zip(d, segments, strict=True)]
     return shape, records
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from thrustd.identify.regression.curve import Grid, roughness
 from thrustd.identify.regression.kernel import Core
-from thrustd.identify.regression.terms import Term, positives
+from thrustd.identify.regression.terms import Term, branches, positives
 from thrustd.model.linear import discretise_mode
 from thrustd.model.stage import Floats
 
@@ -63,8 +63,16 @@ class Shape:
 
     @property
     def n_core(self) -> int:
-        """Columns that the kernel fills."""
+        """Columns of the core."""
         return self.parts()["offset"].start
+
+    def own_columns(self, n_lags: int) -> NDArray[np.bool_]:
+        """Which of the kernel's columns are the core's, when it runs with n_lags real lags."""
+        n, m, each = self.f_grid.n, len(self.taus_s), 2 if self.move else 1
+        mask = np.ones(self.n_core + each * (n_lags - m), bool)
+        for k in range(each):
+            mask[n + k * n_lags + m : n + (k + 1) * n_lags] = False
+        return mask
 
     def positive(self) -> NDArray[np.bool_]:
         """Which numbers cannot be negative (n,)."""
@@ -125,11 +133,13 @@ class Point:
 
 
 def core_of(shape: Shape, point: Point, dt_s: float) -> Core:
-    """The kernel's numbers at one sample period."""
+    """The kernel's numbers at one sample period; branches of effects lie behind the lags of the core."""
     grid, h_grid = shape.f_grid, shape.h_grid
-    lag = np.array([discretise_mode(complex(-np.exp(-log)), dt_s, shape.hold) for log in point.log_tau])
+    added = branches(shape.terms, point.terms)
+    logs = np.concatenate((point.log_tau, [np.log(tau_s) for tau_s, _ in added]))
+    lag = np.array([discretise_mode(complex(-np.exp(-log)), dt_s, shape.hold) for log in logs])
     up, down = (
-        np.array([discretise_mode(complex(-np.exp(-log - turn)), dt_s, shape.hold) for log in point.log_tau])
+        np.array([discretise_mode(complex(-np.exp(-log - turn)), dt_s, shape.hold) for log in logs])
         for turn in (TURN, -TURN)
     )
     pair, turned = _pairs(point.log_pole, dt_s, shape.hold)
@@ -137,7 +147,7 @@ def core_of(shape: Shape, point: Point, dt_s: float) -> Core:
         point.f,
         grid.values(np.array([shape.zero]))[0],
         np.array([grid.low, grid.step]),
-        point.gain,
+        np.concatenate((point.gain, [gain for _, gain in added])),
         np.ascontiguousarray(lag.real).reshape(-1, 3),
         np.ascontiguousarray((up - down).real / (2 * TURN)).reshape(-1, 3),
         np.ascontiguousarray(point.pair_gain).reshape(-1, 2),

@@ -25,7 +25,15 @@ from thrustd.model.stage import Floats
 Mask = NDArray[np.bool_]
 Prior = tuple[Floats, Floats]  # mean (n,), precision (n, n)
 
-WIDEST = {"gain": 1e-8, "pair_gain": 1e-8, "h": 1e-4, "f": 1e-12, "stops": 1e-4, "begin": 1e-4}  # least precision
+WIDEST = {
+    "gain": 1e-8,
+    "pair_gain": 1e-8,
+    "h": 1e-4,
+    "f": 1e-12,
+    "stops": 1e-4,
+    "offset": 1e-6,
+    "begin": 1e-4,
+}  # least precision
 FLAT = 1e-9  # precision of what no prior holds, in units of the output scale
 POLE_STD = 0.5  # of the distance of neighbouring time constants: so far may a pole move
 LONGEST = 64  # blocks of a record at least, for the level of slow errors

@@ -81,13 +81,14 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice,
     whole = _with_terms(shape, point, record, v) if shape.terms else None
     memory, stops = begun_at(point, core, record), stops_at_rest(shape.radii, record.before)
     where, table = shape.parts(), np.empty((BLOCK, shape.n))
-    narrow, rub = np.zeros((BLOCK, shape.n_core)), np.empty((BLOCK, len(shape.radii)))
+    own = shape.own_columns(len(core.gain))
+    narrow, rub = np.zeros((BLOCK, len(own))), np.empty((BLOCK, len(shape.radii)))
     for part in blocks(len(record)):
         m = part.stop - part.start
         rows, out, slopes = table[:m], np.empty(m), np.zeros(m)
         run_with_columns(core, memory, v[part], np.isfinite(record.y[part]), out, slopes, narrow[:m])
         run_stops(shape.radii, stops, record.d[part], rub[:m])
-        rows[:, : shape.n_core] = narrow[:m]
+        rows[:, : shape.n_core] = narrow[:m][:, own]
         rows[:, where["offset"]] = 1.0
         out += point.offset
         if whole is not None:
@@ -108,7 +109,7 @@ def begun_at(point: Point, core: Core, record: Record) -> Memory:
     if record.place is not None and len(point.begin):
         m, p = len(point.gain), len(point.pair_gain)
         off = point.begin.reshape(-1, m + 2 * p)[record.place]
-        memory.lag[:] += off[:m]
+        memory.lag[:m] += off[:m]
         memory.pair[:] += off[m : m + p] + 1j * off[m + p :]
     return memory
 
@@ -122,7 +123,8 @@ def _fading(shape: Shape, point: Point, core: Core, record: Record, part: slice,
     steps = 1.0 + np.arange(part.start, part.start + len(slopes))[:, None]
     pairs = core.pair[:, 0] ** steps
     heavy = -(core.pair_gain[:, 0] + 1j * core.pair_gain[:, 1])
-    own = np.hstack((-core.gain * core.lag[:, 0] ** steps, (heavy * pairs).real, -(heavy * pairs).imag))
+    m = len(point.gain)
+    own = np.hstack((-core.gain[:m] * core.lag[:m, 0] ** steps, (heavy * pairs).real, -(heavy * pairs).imag))
     columns[:, record.place * each : (record.place + 1) * each] = slopes[:, None] * own
     return columns
 
@@ -157,8 +159,9 @@ def _with_terms(shape: Shape, point: Point, record: Record, v: Floats) -> _Whole
         numbers = point.terms.copy()
         numbers[i] += NUDGE
         moved = plain
-        if _touches_deformation(shape, i):
-            moved = _core_run(shape, point, record, deformed(shape.terms, numbers, seen))[0] * scale
+        if _touches_core(shape, i):
+            there = deformed(shape.terms, numbers, seen)
+            moved = _core_run(shape, replace(point, terms=numbers), record, there)[0] * scale
         table[:, i] = (pushed(shape.terms, numbers, seen, moved, rubbed, rest) - output) / (NUDGE * scale)
     return _Whole(output / scale, gain, table)
 
@@ -177,9 +180,9 @@ def _stop_columns(shape: Shape, point: Point, record: Record) -> dict[int, Float
     return found
 
 
-def _touches_deformation(shape: Shape, number: int) -> bool:
+def _touches_core(shape: Shape, number: int) -> bool:
     sites = [term.effect.site for term in shape.terms for _ in term.free]
-    return sites[number] == "deformation"
+    return sites[number] in ("deformation", "linear")
 
 
 def _core_run(shape: Shape, point: Point, record: Record, v: Floats) -> tuple[Floats, float]:

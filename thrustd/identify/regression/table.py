@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from thrustd.identify.error_map import rates_of
-from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.segments import DEFORMATION, Segment
@@ -111,7 +111,7 @@ def friction_of(found: Solution) -> EffectSpec:
 
 
 def travel_of(shape: Shape) -> float:
-    return float(shape.f_grid.high - shape.f_grid.low)
+    return float(travel(shape.f_grid))
 
 
 def std_of(found: Solution) -> Floats:

@@ -104,6 +104,16 @@ def pushed(terms: Sequence[Term], numbers: Floats, seen: Seen, force: Floats, ru
     return force
 
 
+def branches(terms: Sequence[Term], numbers: Floats) -> list[tuple[float, float]]:
+    """Time constants, s, and gains that effects add to the relaxation of the core."""
+    parts = [
+        term.effect.lags(term.values(own))
+        for term, own in zip(terms, split(terms, numbers), strict=True)
+        if term.effect.lags
+    ]
+    return [branch for part in parts for branch in part]
+
+
 def _run(term: Term, values: Mapping[str, float], seen: Seen, v: Floats, first: float) -> Floats:
     stage = term.effect.stage(values, seen.dt_s)
     names = stage.channels
