@@ -57,6 +57,7 @@ def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
             placed[effect.site].append(effect.stage(parameters, dt_s))
     core = [
         curve_stage("input_curve", spec.input_curve),
+        *placed["spring"],
         linear_stage(linear_of(spec), dt_s),
         *placed["linear"],
         curve_stage("output_curve", spec.output_curve),

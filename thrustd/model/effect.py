@@ -11,8 +11,8 @@ from typing import Any, Literal
 from thrustd.model.linear import sections
 from thrustd.model.stage import Floats, Stage
 
-Site = Literal["deformation", "linear", "gain", "force"]
-SITES: tuple[Site, ...] = ("deformation", "linear", "gain", "force")  # in the order they act
+Site = Literal["deformation", "spring", "linear", "gain", "force"]
+SITES: tuple[Site, ...] = ("deformation", "spring", "linear", "gain", "force")  # in the order they act
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,8 @@ class Effect:
 
     name: str
     title: str  # in words
-    site: Site  # where it acts: on the deformation (mm), in the linear block, or on the force (N) as gain or addition
+    site: Site  # where it acts: on the deformation (mm), on the force of the spring (N, as a
+    # factor) in front of the linear block, in that block, or on the force (N) as gain or addition
     channels: tuple[str, ...]  # what it reads (`u` of its step), canonical names
     parameters: tuple[Parameter, ...]
     step: Any  # compiled step(x, c, u, v) -> v

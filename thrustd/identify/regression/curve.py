@@ -12,7 +12,6 @@ import numpy as np
 
 from thrustd.model.stage import Floats, jit
 
-
 BEYOND = 0.15  # of the data's span, on both sides
 
 

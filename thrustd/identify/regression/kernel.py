@@ -1,10 +1,11 @@
 """The core of the model over a block of samples, with its exact gradient in the same recursion.
 
-    w = f(d),  x = w + sum_i g_i (w - L_i w) + sum_k Re[G_k conj(w - P_k w)],  y = x + h(x)
+    w = s f(d),  x = w + sum_i g_i (w - L_i w) + sum_k Re[G_k conj(w - P_k w)],  y = x + h(x)
 
-L_i: first-order lags of unit gain at rest; P_k: complex ones, a pair of poles each; f and h: splines (`curve`). One
-loop carries, beside the signals, every basis function of f through every lag: columns for f are exact, those for gains
-and poles come from the lags themselves. Coefficients of the lags: `thrustd.model.linear.discretise_mode`.
+s: what effects make of the spring, sample by sample; L_i: first-order lags of unit gain at rest; P_k: complex ones, a
+pair of poles each; f and h: splines (`curve`). One loop carries, beside the signals, every basis function of f
+through every lag: columns for f are exact, those for gains and poles come from the lags themselves. Coefficients of
+the lags: `thrustd.model.linear.discretise_mode`.
 """
 
 from typing import NamedTuple
@@ -49,24 +50,30 @@ class Memory(NamedTuple):
     pair: Complexes  # (p,)
     pair_move: Complexes  # (p, 2)
     pair_basis: Complexes  # (p, n_f)
+    spring: Floats  # (1,) s of the sample before
+    lag_spring: Floats  # (m,) s behind every lag
+    pair_spring: Complexes  # (p,)
 
 
-def at_rest(core: Core, d: float) -> Memory:
-    """Settled for ever at the input d."""
+def at_rest(core: Core, d: float, spring: float = 1.0) -> Memory:
+    """Settled for ever at the input d, with a spring of this relative stiffness."""
     m, p, n = len(core.gain), len(core.pair), len(core.f)
     basis, four = np.zeros(n), np.empty(8)
     first = bspline(d, core.f_place[0], core.f_place[1], n, four)
-    basis[first : first + 4] += four[:4]
-    w = float((basis - core.f_zero) @ core.f)
+    basis[first : first + 4] += spring * four[:4]
+    w = float((basis - spring * core.f_zero) @ core.f)
     still = np.tile(basis, (m, 1)), np.tile(basis, (p, 1)).astype(complex)
     lags, pairs = np.full(m, w), np.full(p, w + 0j)
-    touched = np.concatenate(([first], four[:4]))
-    return Memory(np.array([w]), touched, lags, np.zeros(m), still[0], pairs, np.zeros((p, 2), complex), still[1])
+    touched = np.concatenate(([first], spring * four[:4]))
+    springs = np.array([spring]), np.full(m, spring), np.full(p, spring + 0j)
+    return Memory(
+        np.array([w]), touched, lags, np.zeros(m), still[0], pairs, np.zeros((p, 2), complex), still[1], *springs
+    )
 
 
 @jit
-def run(core: Core, memory: Memory, d: Floats, y: Floats) -> None:
-    """Output (n,) for the input d (n,), without columns."""
+def run(core: Core, memory: Memory, d: Floats, spring: Floats, y: Floats) -> None:
+    """Output (n,) for the input d (n,) and the spring's relative stiffness (n,), without columns."""
     four = np.empty(8)
     n_f, n_h = core.f.size, core.h.size
     zero = 0.0
@@ -77,6 +84,7 @@ def run(core: Core, memory: Memory, d: Floats, y: Floats) -> None:
         w = -zero
         for q in range(4):
             w += four[q] * core.f[first + q]
+        w *= spring[k]
         before = memory.w[0]
         x = w
         for i in range(core.gain.size):
@@ -99,7 +107,7 @@ def run(core: Core, memory: Memory, d: Floats, y: Floats) -> None:
 
 @jit
 def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as the signal flows
-    core: Core, memory: Memory, d: Floats, counted: Bools, y: Floats, slopes: Floats, columns: Floats
+    core: Core, memory: Memory, d: Floats, spring: Floats, counted: Bools, y: Floats, slopes: Floats, columns: Floats
 ) -> None:
     """As `run`; where `counted` (n,), d y / d (f, gains, log tau, pair gains, log poles, h) into columns (n, n_columns)
     and d y / d x into slopes (n,), elsewhere these stay as they were.
@@ -123,18 +131,24 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
     at_pole = at_pair + 2 * p
     at_h = at_pole + (2 * p if core.move else 0)
     before_first, before_four = int(memory.touched[0]), memory.touched[1:].copy()
+    before_spring = memory.spring[0]
     for k in range(d.size):
         first = bspline(d[k], core.f_place[0], core.f_place[1], n_f, four)
-        w = -zero
+        now = spring[k]
+        w = -zero * now
         for q in range(4):
+            four[q] *= now
             w += four[q] * core.f[first + q]
         before, x, wanted = memory.w[0], total_gain * w, counted[k]
+        held = total_gain * now  # of what f is at zero, behind the relaxation
         for i in range(m):
             a, b0, b1, g = core.lag[i, 0], core.lag[i, 1], core.lag[i, 2], core.gain[i]
             old = memory.lag[i]
             s = a * old + b0 * before + b1 * w
             memory.lag[i] = s
             x -= g * s
+            memory.lag_spring[i] = a * memory.lag_spring[i] + b0 * before_spring + b1 * now
+            held -= g * memory.lag_spring[i]
             if core.move:
                 moved = a * memory.lag_move[i] + core.lag_move[i, 0] * old
                 moved += core.lag_move[i, 1] * before + core.lag_move[i, 2] * w
@@ -155,6 +169,9 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
             z = ca * old_z + cb0 * before + cb1 * w
             memory.pair[i] = z
             x += gi * z.imag - gr * z.real
+            swung = ca * memory.pair_spring[i] + cb0 * before_spring + cb1 * now
+            memory.pair_spring[i] = swung
+            held += gi * swung.imag - gr * swung.real
             if core.move:
                 for q in range(2):
                     turned = ca * memory.pair_move[i, q] + core.pair_move[i, q, 0] * old_z
@@ -169,7 +186,7 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
             for q in range(4):
                 line[before_first + q] += cb0 / turn * before_four[q]
                 line[first + q] += cb1 / turn * four[q]
-        before_first = first
+        before_first, before_spring = first, now
         for q in range(4):
             before_four[q] = four[q]
         memory.w[0] = w
@@ -191,7 +208,7 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
             continue
         slopes[k] = slope
         for j in range(n_f):
-            sens[j] = -core.f_zero[j]  # behind every lag too, for ever: it was there before the first sample
+            sens[j] = -held * core.f_zero[j]
         for q in range(4):
             sens[first + q] += total_gain * four[q]
         for i in range(m):
@@ -223,5 +240,6 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
     for i in range(p):
         for j in range(n_f):
             memory.pair_basis[i, j] *= pair_faded[i]
+    memory.spring[0] = before_spring
     memory.touched[0] = before_first
     memory.touched[1:] = before_four

@@ -13,7 +13,7 @@ from thrustd.identify.regression.kernel import Core, Memory, at_rest, run, run_w
 from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.stops import at_rest as stops_at_rest
 from thrustd.identify.regression.stops import radii_of, run_stops
-from thrustd.identify.regression.terms import NUDGE, Seen, deformed, pushed, split
+from thrustd.identify.regression.terms import NUDGE, Seen, deformed, pushed, split, sprung
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.stage import Floats
 
@@ -78,15 +78,16 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice,
     """Blocks: where they lie, derivatives (m, shape.n) and output (m,). The table is used again for the next block."""
     core = core_of(shape, point, record.dt_s)
     v = deformed(shape.terms, point.terms, record.seen) if shape.terms else record.d
+    spring, _ = sprung(shape.terms, point.terms, record.seen)
     whole = _with_terms(shape, point, record, v) if shape.terms else None
-    memory, stops = begun_at(point, core, record), stops_at_rest(shape.radii, record.before)
+    memory, stops = begun_at(shape, point, core, record), stops_at_rest(shape.radii, record.before)
     where, table = shape.parts(), np.empty((BLOCK, shape.n))
     own = shape.own_columns(len(core.gain))
     narrow, rub = np.zeros((BLOCK, len(own))), np.empty((BLOCK, len(shape.radii)))
     for part in blocks(len(record)):
         m = part.stop - part.start
         rows, out, slopes = table[:m], np.empty(m), np.zeros(m)
-        run_with_columns(core, memory, v[part], np.isfinite(record.y[part]), out, slopes, narrow[:m])
+        run_with_columns(core, memory, v[part], spring[part], np.isfinite(record.y[part]), out, slopes, narrow[:m])
         run_stops(shape.radii, stops, record.d[part], rub[:m])
         rows[:, : shape.n_core] = narrow[:m][:, own]
         rows[:, where["offset"]] = 1.0
@@ -103,9 +104,10 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice,
         yield part, rows, out
 
 
-def begun_at(point: Point, core: Core, record: Record) -> Memory:
+def begun_at(shape: Shape, point: Point, core: Core, record: Record) -> Memory:
     """Settled at the level before, or off it by the numbers that the point has for this record."""
-    memory = at_rest(core, record.before)
+    _, spring = sprung(shape.terms, point.terms, record.seen)
+    memory = at_rest(core, record.before, spring)
     if record.place is not None and len(point.begin):
         m, p = len(point.gain), len(point.pair_gain)
         off = point.begin.reshape(-1, m + 2 * p)[record.place]
@@ -182,15 +184,16 @@ def _stop_columns(shape: Shape, point: Point, record: Record) -> dict[int, Float
 
 def _touches_core(shape: Shape, number: int) -> bool:
     sites = [term.effect.site for term in shape.terms for _ in term.free]
-    return sites[number] in ("deformation", "linear")
+    return sites[number] in ("deformation", "spring", "linear")
 
 
 def _core_run(shape: Shape, point: Point, record: Record, v: Floats) -> tuple[Floats, float]:
     """Output of curves, relaxation and offset (n,), and the one at rest before the record begins."""
     core = core_of(shape, point, record.dt_s)
     still, out = np.empty(1), np.empty(len(record))
-    run(core, at_rest(core, record.before), np.array([record.before]), still)
-    run(core, begun_at(point, core, record), v, out)
+    spring, at_first = sprung(shape.terms, point.terms, record.seen)
+    run(core, at_rest(core, record.before, at_first), np.array([record.before]), np.array([at_first]), still)
+    run(core, begun_at(shape, point, core, record), v, spring, out)
     return out + point.offset, float(still[0]) + point.offset
 
 

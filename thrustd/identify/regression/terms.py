@@ -92,6 +92,17 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Floats:
     return v
 
 
+def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> tuple[Floats, float]:
+    """Relative stiffness of the spring (n,) as effects have it, and before the record begins."""
+    spring, first = np.ones(len(seen.d)), 1.0
+    for term, own in zip(terms, split(terms, numbers), strict=True):
+        if term.effect.site == "spring":
+            values = term.values(own)
+            spring = _run(term, values, seen, spring, 1.0)
+            first *= _before(term, values, seen)
+    return spring, first
+
+
 def pushed(terms: Sequence[Term], numbers: Floats, seen: Seen, force: Floats, rubbed: Floats, rest: float) -> Floats:
     """Force (n,) with the gains applied, then friction `rubbed` and every effect that adds; `rest`: force before."""
     parts = list(zip(terms, split(terms, numbers), strict=True))
@@ -114,15 +125,24 @@ def branches(terms: Sequence[Term], numbers: Floats) -> list[tuple[float, float]
     return [branch for part in parts for branch in part]
 
 
+def _before(term: Term, values: Mapping[str, float], seen: Seen) -> float:
+    """What the effect makes of 1 before the record begins."""
+    stage = term.effect.stage(values, seen.dt_s)
+    u = _begin(term, seen)
+    return stage.once(stage.start(u, 1.0), u, 1.0)
+
+
+def _begin(term: Term, seen: Seen) -> Floats:
+    """Inputs at rest before the first sample."""
+    level = {"deformation_mm": seen.before}
+    return np.array([level.get(name, seen.channels[name][0]) for name in term.effect.channels], float)
+
+
 def _run(term: Term, values: Mapping[str, float], seen: Seen, v: Floats, first: float) -> Floats:
     stage = term.effect.stage(values, seen.dt_s)
     names = stage.channels
     u = np.column_stack([seen.channels[name] for name in names]) if names else np.empty((len(v), 0))
-    begin = u[0].copy() if names else np.empty(0)
-    for i, name in enumerate(names):
-        if name == "deformation_mm":
-            begin[i] = seen.before
-    return stage.run(stage.start(begin, first), u, v)
+    return stage.run(stage.start(_begin(term, seen), first), u, v)
 
 
 def at_start(effect: Effect, std: Mapping[str, float], shape: Mapping[str, float]) -> Term:

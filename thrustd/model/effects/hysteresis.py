@@ -3,12 +3,12 @@
     force = core force + friction_n * z,    dz/dx = (1 - |z| (1 + sgn(z dx)) / 2) / yield_mm,    -1 < z < 1
 
 Bouc-Wen with A = 1 / yield, beta = gamma = 1 / (2 yield), n = 1, integrated exactly over one sample of dx (an
-exponential), so that no rate and no step size enters. Under a reading that trembles the equation forgets: every
-tremble back costs z a whole step, every one forth gives nearly nothing. So x is the reading with a play of deadband_mm
-around it, a few times the noise of the transducer; friction is late by that much. Positive friction resists motion: a loop run clockwise in force
-over deformation, half width friction_n. After a reversal the loop turns over within a few yield_mm. Prandtl-
-Ishlinskii and Preisach stand in files of their own as variants. Starts at z = 0: the first loading branch is the
-virgin one. Valid for one scale of friction; left out: many scales at once (see the variants), friction growing with
+exponential), so that no rate and no step size enters. Under a reading that trembles the equation forgets: every tremble
+back costs z a whole step, every one forth gives nearly nothing. So x is the reading with a play of deadband_mm around
+it, a few times the noise of the transducer; friction is late by that much. Positive friction resists motion: a loop run
+clockwise in force over deformation, half width friction_n. After a reversal the loop turns over within a few yield_mm.
+Prandtl-Ishlinskii and Preisach stand in files of their own as variants. Starts at z = 0: the first loading branch is
+the virgin one. Valid for one scale of friction; left out: many scales at once (see the variants), friction growing with
 load.
 """
 

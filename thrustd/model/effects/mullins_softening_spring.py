@@ -1,0 +1,49 @@
+"""Mullins softening of the spring alone: what relaxes follows the softened rubber, not the force.
+
+    w = f(x) * (1 - softening * (1 - exp(-(x_max - x) / m_mm))),    x_max = largest x so far
+
+A variant of `mullins_softening`, which softens the whole force: here the branches of the linear block see the
+softened spring, as in quasi-linear viscoelasticity with a damaged elastic response (Fung, Biomechanics, 1993, 7.6;
+Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153). On the way to a new maximum the spring is virgin; m_mm below it
+two thirds of the softening are there. known_max_mm tells what the mount had seen before. Left out: recovery.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect
+from thrustd.model.effects.mullins_softening import EFFECT as WHOLE
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    x[0] = max(x[0], u[0])
+    return v * (1.0 - c[0] * (1.0 - math.exp((u[0] - x[0]) / c[1])))
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    return np.array([p["softening"], p["m_mm"], p["known_max_mm"]])
+
+
+def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    x[0] = max(c[2], u[0])
+
+
+EFFECT = Effect(
+    name="mullins_softening_spring",
+    title="softening of the spring below the largest deformation so far (Mullins)",
+    site="spring",
+    channels=WHOLE.channels,
+    parameters=WHOLE.parameters,
+    step=step,
+    prepare=prepare,
+    n_state=1,
+    equation="w = f(x) (1 - s (1 - exp(-(x_max - x) / m)))",
+    source="Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153; Mullins, Rubber Chem. Technol. 42 (1969) 339",
+    separating_test=WHOLE.separating_test,
+    initial=initial,
+    variant_of="mullins_softening",
+)
