@@ -50,6 +50,7 @@ from thrustd.model.effects import effect_named, shelf
 from thrustd.model.effects.hysteresis_stops import WEIGHTS
 from thrustd.records.recording import Recording
 
+ASKED_FOR = 1.0  # standard errors by which what a person asks for has to be better on held-back blocks
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
 
 
@@ -154,7 +155,7 @@ def _fitted(
 
 
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, scale: float) -> None:
-    if not gained(nothing, fit, worth=LEAST):
+    if not gained(nothing, fit, worth=LEAST, sure=ASKED_FOR):
         before, after = (scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {before:.4g} N before and"
@@ -191,13 +192,16 @@ def _written(
         data=", ".join(record.name for record in records),
         parent_sha256=hashlib.sha256(write_model(parent).encode()).hexdigest(),
     )
+    seen_s = parent.provenance.get("longest_train_s", 0.0)
+    longest_s = max([float(seen_s), *(len(s) * s.dt_s for s in segments)])  # type: ignore[arg-type]
     draft = msgspec.structs.replace(
         core,
         structure=parent.structure,
         valid=_wider(parent.valid, core.valid),
         effects=effects,
         posterior=posterior,
-        provenance=dict(parent.provenance) | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records]},
+        provenance=dict(parent.provenance)
+        | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records], "longest_train_s": longest_s},
         ledger=[*parent.ledger, entry],
     )
     begun = [begun_at(s, r.before) for s, r in zip(segments, fit.records, strict=True)]

@@ -12,7 +12,7 @@ import numpy as np
 
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.first_state import level_before
-from thrustd.identify.regression.posterior import information_of, point_of, shape_of
+from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.regress import regress
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Record
@@ -59,10 +59,10 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment]) -> Base:
         core = msgspec.structs.replace(spec, effects=[], witness=None)
         told = [replace(s, force_n=simulate(core, s)) for s in segments]
         found = regress(told)
-        scale = found.shape.output_scale
+        stored, scale = kept(found), found.shape.output_scale
         promised = _promised(spec, segments) / scale
         noise = max(promised**2, found.noise_variance)
-        bare = found.shape, found.point, found.information * (found.noise_variance / noise)
+        bare = shape_of(stored), point_of(stored), information_of(stored) * (found.noise_variance / noise)
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
     terms = tuple(_present(effect) for effect in present)

@@ -69,7 +69,8 @@ def diagnose(
     segments = stretches(spec, records)
     output = np.concatenate([simulate(spec, segment) for segment in segments])
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
-    present = [effect_named(effect.name).word for effect in spec.effects if effect.name != FRICTION]
+    words = [effect_named(effect.name).word for effect in spec.effects]
+    present = [word for word in words if word != effect_named(FRICTION).word]  # friction grows
     effects, not_judged = judgeable([*shelf().values(), *extra], records, present)
     with one_thread():
         base = base_of(spec, segments)

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.base import Base, is_state
 from thrustd.identify.regression.regress import begun_where
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Mask, Solution, bounded, noise_level, prior_of, solve
@@ -58,7 +58,7 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     point = replace(base.point, terms=np.concatenate((base.point.terms, begin)))
     prior = _prior(base, shape)
     found = solve(shape, point, records, {}, ITERATIONS, prior=prior, noise_variance=base.noise_variance)
-    begun = [begun_where(found, record) for record in records]
+    begun = [begun_where(_stateless(found), record) for record in records]
     level = noise_level(found.normal.residuals)
     moved = any(new.before != old.before for new, old in zip(begun, records, strict=True))
     if moved or level > WORSE * base.noise_variance:
@@ -66,6 +66,12 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
         found = solve(shape, found.point, begun, {}, ITERATIONS, prior=prior, noise_variance=noise)
     mse, size = held_back(found, begun, prior)
     return Joint(tuple(terms), tuple(begun), found, mse, size)
+
+
+def _stateless(found: Solution) -> Solution:
+    """As if every record began at rest: states would hide that one began elsewhere."""
+    mask = np.concatenate([[0.0 if is_state(term) else 1.0] * len(term.free) for term in found.shape.terms] or [[]])
+    return replace(found, point=replace(found.point, terms=found.point.terms * mask))
 
 
 def _prior(base: Base, shape: Shape) -> tuple[Floats, Floats]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from thrustd.diagnose.search.base import STATE_OF, Base
 from thrustd.diagnose.search.candidates import moves, order_of
+from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.stops import N_STOPS
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import travel_of
@@ -29,7 +30,6 @@ WIDE = 1e4  # the same where it is of a user's formula
 FRICTION = 0.02  # of the force's spread: sigma of the weight of one stop
 SIGMAS: Mapping[str, float] = {"sensor_scale.scale_error": 0.005}  # of rigs whose file says nothing else
 KNOTS = 6  # of a free curve
-NOISE = 5.0  # sigmas that a reading hardly ever trembles by
 CONTAINED = ("hysteresis_prandtl_ishlinskii",)  # by `hysteresis_stops`
 
 
@@ -44,7 +44,7 @@ class Rig:
     begins_s: float
     force_factor: float  # force spread over PH-LAB's
     hysteresis_travel: float
-    tremble: float  # of the deformation from sample to sample, one sigma
+    play: float  # around the deformation, which keeps its noise out
 
 
 def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec) -> Rig:
@@ -62,14 +62,8 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec) -> Rig:
         float(records[0].channels["time_s"][0]),
         order_of(float(np.nanmax(y) - np.nanmin(y)), 6000.0),
         travel_of(base.shape),
-        max(tremble_of(record.d) for record in records),
+        max(play_of(record.d) for record in records),
     )
-
-
-def tremble_of(d: Floats) -> float:
-    """Noise of a reading, one sigma, from second differences in the calmest half of the record."""
-    bends = np.abs(np.diff(d, 2))
-    return float(np.quantile(bends, 0.25)) / (0.3186 * np.sqrt(6.0)) if len(bends) else 0.0
 
 
 def laws(effects: Iterable[Effect]) -> list[Effect]:
@@ -101,7 +95,7 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
 
 def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
-    anchors |= {"reference_degc": rig.reference_degc, "deadband_mm": NOISE * rig.tremble}
+    anchors |= {"reference_degc": rig.reference_degc, "deadband_mm": rig.play}
     told = anchors.get(p.name)
     if told is not None and not (p.estimate and effect is not STOPS):
         return (float(np.clip(told, p.low, p.high)),)

@@ -46,6 +46,7 @@ FAST_SHARE = 0.05  # of the input's power beyond
 ITERATIONS, PASSES = 40, 5  # at most; passes over millions of samples
 
 Kind = Literal["line", "cubic", "curve"]
+FREE = {name: strength for name, strength in FIRST.items() if name != "offset"}  # an output of any kind has any zero
 COEFFICIENTS: dict[Kind, int] = {"line": 4, "cubic": 4, "curve": KNOTS}
 
 
@@ -86,7 +87,7 @@ class Field:
 
     def general(self, hold: Hold = "foh") -> Trial:
         shape, records = general_shape(self.visible, self.asked, self.asked.hold or hold)
-        return self.solved(shape, linear_point(shape, records), FIRST)
+        return self.solved(shape, linear_point(shape, records), FREE)
 
     def solved(self, shape: Shape, start: Point, precisions: dict[str, float]) -> Trial:
         records = records_of(shape, self.visible)
@@ -94,7 +95,7 @@ class Field:
 
     def with_pair(self, trial: Trial) -> Trial:
         shape, point = with_best_pair(trial.found, records_of(trial.found.shape, self.visible))
-        return self.solved(shape, point, FIRST | {"f": trial.found.precisions["f"], "h": trial.found.precisions["h"]})
+        return self.solved(shape, point, FREE | {"f": trial.found.precisions["f"], "h": trial.found.precisions["h"]})
 
     def even(self, hold: Hold, pairs: int) -> Trial | None:
         """A curve behind that is the same for x and -x: begun at what lies in front of it (`even`)."""
@@ -112,7 +113,7 @@ class Field:
         for _ in range(pairs):
             inner = straight.with_pair(inner)
         shape, point = behind_even(inner.found, seen, hidden)
-        return self.solved(replace(shape, begun=len(self.visible)), point, FIRST)
+        return self.solved(replace(shape, begun=len(self.visible)), point, FREE)
 
     def _judged(self, found: Solution) -> Trial:
         blocks = []
@@ -153,7 +154,7 @@ def _explained(segments: Sequence[Segment], asked: Asked, progress: Progress | N
         best = _leaner(competing, best)
         return _ordered(resolved(best.found, segments, progress), segments, asked, progress)
     shape, records = general_shape(segments, asked, best.found.shape.hold)
-    found = solve(shape, linear_point(shape, records), records, FIRST, ITERATIONS, progress)
+    found = solve(shape, linear_point(shape, records), records, FREE, ITERATIONS, progress)
     return _ordered(found, segments, asked, progress)
 
 
@@ -177,7 +178,7 @@ def _ordered(found: Solution, segments: Sequence[Segment], asked: Asked, progres
         return few
     rest = _reduced(found, asked.order - 2, segments, progress)
     shape, point = with_best_pair(rest, records_for(rest, segments))
-    ringing = resolved(replace(rest, shape=shape, point=point, precisions=FIRST), segments, progress)
+    ringing = resolved(replace(rest, shape=shape, point=point, precisions=FREE), segments, progress)
     return min((few, ringing), key=lambda solution: solution.mean_square)
 
 
@@ -257,6 +258,7 @@ def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tupl
         zero=float(np.clip(0.0, *reach)),
         taus_s=np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), GENERAL_LAGS),
         radii=np.zeros(0),
+        terms=(),
         h_grid=None if asked.h == "line" else Grid(low - edge, high + edge, COEFFICIENTS[asked.h]),
         hold=hold,
         passive=False,

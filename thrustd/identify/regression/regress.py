@@ -1,10 +1,11 @@
 """The estimator: records -> posterior of a mount model (spline curve, one relaxation, friction, output curve).
 
-    w = f(d);   x = w + sum_i g_i (w - L_i w);   F = h(x) + offset + sum_i c_i stop_i(d)
+    w = f(d);   x = w + sum_i g_i (w - L_i w);   F = h(x) + offset + sum_i c_i stop_i(d) + F_f z(d)
 
-with f and h splines under a prior on their roughness, L_i first-order lags on a fixed log-spaced set of time constants
-from two samples to four times the longest record, and sixteen friction stops. Strengths of all priors and the level of
-the noise by evidence (`solve`); g_i >= 0 and c_i >= 0, because a mount dissipates.
+with f and h splines under a prior on their roughness, L_i first-order lags on a fixed log-spaced set of time
+constants from two samples to four times the longest record, sixteen friction stops, and one friction that yields
+(`friction`). Strengths of all priors and the level of the noise by evidence (`solve`); g_i >= 0 and c_i >= 0, because
+a mount dissipates.
 """
 
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.errors import RecordingError
 from thrustd.identify.regression.curve import beyond
+from thrustd.identify.regression.friction import BEGIN, yielding
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.stops import radii_of
@@ -33,11 +35,15 @@ def regress(segments: Sequence[Segment], progress: Progress | None = None, **sha
     """The most probable mount. RecordingError when the data cannot tell anything."""
     with one_thread():
         shape, records = prepared(segments, **shape_options)
-        found = solve(shape, first_point(shape, records), records, FIRST, progress=progress)
+        plain = replace(shape, terms=())  # what yields would hide where a record begins
+        found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
+        settled = [replace(record, before=float(record.d[0])) for record in records]
+        other = solve(plain, found.point, settled, FIRST, progress=progress)
+        if other.mean_square < found.mean_square:
+            found, records = other, settled
         begun = [begun_where(found, record) for record in records]
-        if any(new.before != old.before for new, old in zip(begun, records, strict=True)):
-            found = solve(shape, found.point, begun, found.precisions, progress=progress)
-        return found
+        start = replace(found.point, terms=first_point(shape, records).terms)
+        return solve(shape, start, begun, found.precisions, progress=progress)
 
 
 def prepared(segments: Sequence[Segment], **options: object) -> tuple[Shape, list[Record]]:
@@ -55,7 +61,8 @@ def prepared(segments: Sequence[Segment], **options: object) -> tuple[Shape, lis
     longest_s = max(len(segment) * segment.dt_s for segment in segments)
     taus_s = np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), LAGS)
     knots = KNOTS * (2 if len(y) > MANY else 1)
-    shape = Shape(beyond(low, high, knots), zero, taus_s, radii_of(high - low), scale, **options)  # type: ignore[arg-type]
+    own = {"terms": (yielding(d, scale),)} | options
+    shape = Shape(beyond(low, high, knots), zero, taus_s, radii_of(high - low), scale, **own)  # type: ignore[arg-type]
     records = [Record(x, s.force_n / scale, s.dt_s, zero) for x, s in zip(d, segments, strict=True)]
     return shape, records
 
@@ -78,18 +85,18 @@ def first_point(shape: Shape, records: Sequence[Record]) -> Point:
         nothing(shape.h_grid.n if shape.h_grid else 0),
         float(offset),
         nothing(len(shape.radii)),
-        nothing(shape.sizes["terms"]),
+        np.array([BEGIN if p.amplitude else 0.0 for term in shape.terms for p in term.free], float),
         nothing(shape.sizes["begin"]),
     )
 
 
 def begun_where(found: Solution, record: Record) -> Record:
-    """Unloaded before the first sample, or settled at its load: whichever the first tenth follows."""
+    """As it was, or the other of unloaded and settled where the first tenth follows that clearly better."""
     n, unloaded, settled = max(2, len(record) // 10), found.shape.zero, float(record.d[0])
 
     def missed(before: float) -> float:
         trial = head_of(record, n, before)
         return float(np.nansum((trial.y - simulate(found.shape, found.point, trial)) ** 2))
 
-    before = settled if missed(settled) < BEGUN_BETTER * missed(unloaded) else unloaded
-    return record if before == record.before else replace(record, before=before)
+    other = unloaded if record.before == settled else settled
+    return replace(record, before=other) if missed(other) < BEGUN_BETTER * missed(record.before) else record

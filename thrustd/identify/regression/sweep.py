@@ -14,6 +14,7 @@ from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.stops import at_rest as stops_at_rest
 from thrustd.identify.regression.stops import radii_of, run_stops
 from thrustd.identify.regression.terms import NUDGE, Seen, deformed, pushed, split, sprung
+from thrustd.identify.segments import DEFORMATION
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.stage import Floats
 
@@ -36,7 +37,7 @@ class Record:
 
     @property
     def seen(self) -> Seen:
-        return Seen(self.d, self.channels, self.dt_s, self.before)
+        return Seen(self.d, dict(self.channels) | {DEFORMATION: self.d}, self.dt_s, self.before)
 
 
 def head_of(record: Record, n: int, before: float) -> Record:

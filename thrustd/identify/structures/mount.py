@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import msgspec
 
+from thrustd.identify.regression.friction import yielding_of
 from thrustd.identify.regression.hypotheses import resolved
 from thrustd.identify.regression.posterior import kept
 from thrustd.identify.regression.solve import Progress, Solution
@@ -26,8 +27,10 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
 
 def fitted_from(found: Solution, segments: Sequence[Segment], wanted: int | None = None) -> Fitted:
     """A solution as a structure's result, ready to go on with more data; `wanted`: segments of its tables."""
+    spec, rubs = spec_of(found, segments, "mount", wanted), yielding_of(found)
+    posterior = kept(found) if found.shape.passive else None
     spec = msgspec.structs.replace(
-        spec_of(found, segments, "mount", wanted), posterior=kept(found) if found.shape.passive else None
+        spec, effects=[*spec.effects, *rubs], structure=NAME if rubs else spec.structure, posterior=posterior
     )
 
     def again(more: Sequence[Segment]) -> Fitted:
@@ -42,7 +45,7 @@ def never_excited(spec: ModelSpec) -> tuple[str, ...]:
     low, high = spec.valid.force_n
     if low <= UNSEEN * high:
         return ()
-    return (f"never excited below {low:.4g}: what the model says there is a straight line; flight idle lives there",)
+    return (f"never excited below {low:.4g}: what the model says there is extrapolated; flight idle lives there",)
 
 
 STRUCTURES = (Structure(NAME, "HW-PWL with Prandtl-Ishlinskii friction", "beyond", _fit),)

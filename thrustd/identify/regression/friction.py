@@ -1,0 +1,45 @@
+"""Friction that yields (Bouc-Wen) as a part of every mount, beside the stops: data without it leave it at nothing.
+
+Stops obey Masing's rule; real joints and fillers often do not: cycled gently they let go what they hold. One element
+whose force, and the deformation over which it turns over, are estimated with everything else says which it is.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from thrustd.identify.regression.solve import Solution
+from thrustd.identify.regression.table import WITHIN, std_of
+from thrustd.identify.regression.terms import Term, at_start, split
+from thrustd.model.artifact import EffectSpec
+from thrustd.model.effects.hysteresis import EFFECT
+from thrustd.model.stage import Floats
+
+SIZE = 0.1  # of the output's spread: one sigma of the friction
+YIELD = 0.1  # of the travel: where the deformation of the turn begins, one sigma is a factor of e
+BEGIN = 0.1  # of its sigma: where the friction begins, so that the deformation of the turn can move
+NOISE = 5.0  # sigmas that a reading hardly ever trembles by
+CALM, AT_CALM = 0.25, 0.3186  # share of Gaussian samples below so many sigmas
+
+
+def play_of(d: Floats) -> float:
+    """Play around a reading that keeps its noise out, from the smallest of its second differences."""
+    bends = np.abs(np.diff(d, 2))
+    return float(NOISE * np.quantile(bends, CALM) / (AT_CALM * np.sqrt(6.0))) if len(bends) else 0.0
+
+
+def yielding(d: Sequence[Floats], scale: float) -> Term:
+    """The element for these deformations and this spread of the output."""
+    travel = max(float(x.max()) for x in d) - min(float(x.min()) for x in d)
+    shape = {"yield_mm": YIELD * travel, "deadband_mm": max(map(play_of, d))}
+    return at_start(EFFECT, {"friction_n": SIZE * scale}, shape)
+
+
+def yielding_of(found: Solution) -> list[EffectSpec]:
+    """What of it the data found; nothing where that is a tenth of the noise."""
+    where = found.shape.parts()["terms"]
+    terms, numbers = found.shape.terms, found.point.terms
+    least = WITHIN * float(np.sqrt(found.mean_square)) * found.shape.output_scale
+    parts = zip(terms, split(terms, numbers), split(terms, std_of(found)[where]), strict=True)
+    told = [(term.values(own), term.sigma(own, std)) for term, own, std in parts if term.effect is EFFECT]
+    return [EffectSpec(EFFECT.name, values, std) for values, std in told if values["friction_n"] > least]
