@@ -29,6 +29,7 @@ class Parameter:
     amplitude: bool = True  # False: a shape parameter, without influence while the amplitudes are neutral
     expected: str = ""  # what physics says for PH-LAB, e.g. "172 kg on an upper mount"
     estimate: bool = True  # False: a reference value that stays fixed
+    e_folds: float = 3.0  # that a shape may move from where an estimation begins
 
 
 @dataclass(frozen=True, slots=True)

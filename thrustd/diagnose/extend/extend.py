@@ -33,7 +33,7 @@ from thrustd.diagnose.search.base import Base, base_of, records_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, rig_of, terms_of
-from thrustd.diagnose.search.ranking import Progress, begin_of, gained, leading, pruned
+from thrustd.diagnose.search.ranking import Progress, begin_of, leading, pruned
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.screen import screened, table_of
 from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, specs_of
@@ -42,7 +42,7 @@ from thrustd.identify.error_map import error_map
 from thrustd.identify.first_state import begun_at
 from thrustd.identify.regression.posterior import kept
 from thrustd.identify.regression.sweep import Record
-from thrustd.identify.regression.table import FRICTION, spec_of
+from thrustd.identify.regression.table import FRICTION, spec_of, std_of
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import EffectSpec, ErrorMap, LedgerEntry, ModelSpec, ValidRange, write_model
 from thrustd.model.effect import Effect
@@ -50,7 +50,7 @@ from thrustd.model.effects import effect_named, shelf
 from thrustd.model.effects.hysteresis_stops import WEIGHTS
 from thrustd.records.recording import Recording
 
-ASKED_FOR = 1.0  # standard errors by which what a person asks for has to be better on held-back blocks
+TOLD = 3.0  # sigmas from nothing that one amplitude has to be
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
 
 
@@ -112,7 +112,7 @@ def extend(
     for record in records:
         check_recording(record, spec)
     for effect in chosen:
-        if effect.word != effect_named(FRICTION).word:  # friction grows: its weights add up
+        if effect.word != effect_named(FRICTION).word:  # friction grows
             check_new(spec, effect, spec.name)
         check_channels(records, effect)
     check_length(records, spec)
@@ -154,8 +154,17 @@ def _fitted(
     return fit
 
 
+def told(fit: Joint) -> bool:
+    """Whether the data tell any amplitude of the new effects from nothing."""
+    found, count = fit.solution, sum(len(term.free) for term in fit.terms)
+    last = found.shape.parts()["terms"].stop
+    size, std = found.point.vector(found.shape)[last - count : last], std_of(found)[last - count : last]
+    amplitudes = np.array([p.amplitude for term in fit.terms for p in term.free], bool)
+    return bool(np.any(np.abs(size[amplitudes]) > TOLD * std[amplitudes]))
+
+
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, scale: float) -> None:
-    if not gained(nothing, fit, worth=LEAST, sure=ASKED_FOR):
+    if fit.mse > (1.0 - LEAST) * nothing.mse or not told(fit):
         before, after = (scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {before:.4g} N before and"

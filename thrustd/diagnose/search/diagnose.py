@@ -30,8 +30,8 @@ from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.screen import Followed, Looked, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
+from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.sweep import Record
-from thrustd.identify.regression.table import FRICTION
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
@@ -69,8 +69,7 @@ def diagnose(
     segments = stretches(spec, records)
     output = np.concatenate([simulate(spec, segment) for segment in segments])
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
-    words = [effect_named(effect.name).word for effect in spec.effects]
-    present = [word for word in words if word != effect_named(FRICTION).word]  # friction grows
+    present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
     effects, not_judged = judgeable([*shelf().values(), *extra], records, present)
     with one_thread():
         base = base_of(spec, segments)

@@ -127,11 +127,11 @@ def begin_at(term: Term) -> list[float]:
     return [min(BEGIN, 0.1 * abs(p.starts[0]) / term.std[p.name]) if p.amplitude else 0.0 for p in term.free]
 
 
-def gained(before: Joint, after: Joint, worth: float = WORTH, sure: float = SURE) -> bool:
+def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
     """Whether a larger set leaves clearly less on held-back blocks."""
     fall = (before.block_mse - after.block_mse) * before.block_size
     error = float(np.std(fall)) * np.sqrt(len(fall))
-    return before.mse - after.mse > worth * after.mse and float(fall.sum()) > sure * error
+    return before.mse - after.mse > worth * after.mse and float(fall.sum()) > SURE * error
 
 
 def pruned(base: Base, records: Sequence[Record], best: Joint) -> Joint:

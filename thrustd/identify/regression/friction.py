@@ -9,12 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from thrustd.identify.regression.solve import Solution
-from thrustd.identify.regression.table import WITHIN, std_of
+from thrustd.identify.regression.table import FRICTION, WITHIN, std_of
 from thrustd.identify.regression.terms import Term, at_start, split
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effects.hysteresis import EFFECT
 from thrustd.model.stage import Floats
 
+GROWS = (FRICTION, EFFECT.name)  # what `identify` finds by itself may be found once more, on top
 SIZE = 0.1  # of the output's spread: one sigma of the friction
 YIELD = 0.1  # of the travel: where the deformation of the turn begins, one sigma is a factor of e
 BEGIN = 0.1  # of its sigma: where the friction begins, so that the deformation of the turn can move

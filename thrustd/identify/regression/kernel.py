@@ -73,7 +73,7 @@ def at_rest(core: Core, d: float, spring: float = 1.0) -> Memory:
 
 @jit
 def run(core: Core, memory: Memory, d: Floats, spring: Floats, y: Floats) -> None:
-    """Output (n,) for the input d (n,) and the spring's relative stiffness (n,), without columns."""
+    """Output (n,) for the input d (n,) and the spring's relative stiffness (n,), or () where that is 1."""
     four = np.empty(8)
     n_f, n_h = core.f.size, core.h.size
     zero = 0.0
@@ -84,7 +84,8 @@ def run(core: Core, memory: Memory, d: Floats, spring: Floats, y: Floats) -> Non
         w = -zero
         for q in range(4):
             w += four[q] * core.f[first + q]
-        w *= spring[k]
+        if spring.size > 0:
+            w *= spring[k]
         before = memory.w[0]
         x = w
         for i in range(core.gain.size):
@@ -131,24 +132,25 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
     at_pole = at_pair + 2 * p
     at_h = at_pole + (2 * p if core.move else 0)
     before_first, before_four = int(memory.touched[0]), memory.touched[1:].copy()
-    before_spring = memory.spring[0]
+    before_spring, sprung = memory.spring[0], spring.size > 0
     for k in range(d.size):
         first = bspline(d[k], core.f_place[0], core.f_place[1], n_f, four)
-        now = spring[k]
+        now = spring[k] if sprung else 1.0
         w = -zero * now
         for q in range(4):
             four[q] *= now
             w += four[q] * core.f[first + q]
         before, x, wanted = memory.w[0], total_gain * w, counted[k]
-        held = total_gain * now  # of what f is at zero, behind the relaxation
+        held = total_gain * now if sprung else 1.0  # of what f is at zero, behind the relaxation
         for i in range(m):
             a, b0, b1, g = core.lag[i, 0], core.lag[i, 1], core.lag[i, 2], core.gain[i]
             old = memory.lag[i]
             s = a * old + b0 * before + b1 * w
             memory.lag[i] = s
             x -= g * s
-            memory.lag_spring[i] = a * memory.lag_spring[i] + b0 * before_spring + b1 * now
-            held -= g * memory.lag_spring[i]
+            if sprung:
+                memory.lag_spring[i] = a * memory.lag_spring[i] + b0 * before_spring + b1 * now
+                held -= g * memory.lag_spring[i]
             if core.move:
                 moved = a * memory.lag_move[i] + core.lag_move[i, 0] * old
                 moved += core.lag_move[i, 1] * before + core.lag_move[i, 2] * w
@@ -169,9 +171,10 @@ def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as 
             z = ca * old_z + cb0 * before + cb1 * w
             memory.pair[i] = z
             x += gi * z.imag - gr * z.real
-            swung = ca * memory.pair_spring[i] + cb0 * before_spring + cb1 * now
-            memory.pair_spring[i] = swung
-            held += gi * swung.imag - gr * swung.real
+            if sprung:
+                swung = ca * memory.pair_spring[i] + cb0 * before_spring + cb1 * now
+                memory.pair_spring[i] = swung
+                held += gi * swung.imag - gr * swung.real
             if core.move:
                 for q in range(2):
                     turned = ca * memory.pair_move[i, q] + core.pair_move[i, q, 0] * old_z

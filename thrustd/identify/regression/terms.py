@@ -16,7 +16,6 @@ from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats
 
 NUDGE = 1e-3  # of a number without dimension: step of the difference quotient
-FARTHEST = 3.0  # e-folds that a shape may move
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +42,7 @@ class Term:
             if p.amplitude:
                 value = self.centre.get(p.name, p.neutral) + self.std[p.name] * float(number)
             elif self.fixed[p.name] > 0.0:
-                value = self.fixed[p.name] * float(np.exp(np.clip(number, -FARTHEST, FARTHEST)))
+                value = self.fixed[p.name] * float(np.exp(np.clip(number, -p.e_folds, p.e_folds)))
             else:
                 value = self.fixed[p.name] + float(number)
             found[p.name] = float(np.clip(value, p.low, p.high))
@@ -93,7 +92,9 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Floats:
 
 
 def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> tuple[Floats, float]:
-    """Relative stiffness of the spring (n,) as effects have it, and before the record begins."""
+    """Relative stiffness of the spring (n,) as effects have it, () without any, and before the record begins."""
+    if not any(term.effect.site == "spring" for term in terms):
+        return np.empty(0), 1.0
     spring, first = np.ones(len(seen.d)), 1.0
     for term, own in zip(terms, split(terms, numbers), strict=True):
         if term.effect.site == "spring":

@@ -2,9 +2,10 @@
 
     deformation of the mount = x - gap_mm * s,    s = clip((x - taken_up_mm) / width_mm + 1/2, 0, 1),    x = reading
 
-While the joint closes, the transducer moves by the gap and the rubber hardly: a flat stretch in the curve of force over
-reading, at the same reading in both directions. No hysteresis: what is left of it is `free_play`, of which this is a
-variant. gap_mm positive: the reading exceeds the rubber's deformation. Left out: the elasticity of the contact.
+While the joint closes, the transducer moves by the gap and the rubber hardly: a flat stretch in the curve of force
+over reading, at the same reading in both directions. A gap that closes over most of the travel would be a scale:
+width_mm stays within a factor of e of its starts. No hysteresis: what is left of it is `free_play`, of which this is
+a variant. gap_mm positive: the reading exceeds the rubber's deformation. Left out: the elasticity of the contact.
 """
 
 from collections.abc import Mapping
@@ -37,7 +38,7 @@ EFFECT = Effect(
                   starts=(0.15, 0.25, 0.35, 0.5, 0.65, 0.8, 0.95),
                   meaning="reading at which the joint is half closed", amplitude=False),
         Parameter("width_mm", "mm", neutral=0.1, low=1e-4, high=1000.0, starts=(0.15, 0.05),
-                  meaning="readings between open and closed", amplitude=False),
+                  meaning="readings between open and closed", amplitude=False, e_folds=1.0),
     ),
     step=step,
     prepare=prepare,
