@@ -13,6 +13,7 @@ from thrustd import __version__
 from thrustd.cli import (
     commissioning,
     data,
+    demo,
     diagnosis,
     fleet,
     flight,
@@ -32,6 +33,7 @@ def parser() -> Parser:
     top.add_argument("--version", action="version", version=f"thrustd {__version__}")
     verbs = top.add_subparsers(title="verbs", metavar="VERB", required=True, parser_class=Parser)
     for group in (
+        demo,
         flight,
         status,
         simulate,

@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 
 from thrustd.__main__ import main
 from thrustd.core.errors import UsageError
+from thrustd.diagnose.compare import pictures
 from thrustd.diagnose.compare.pictures import dependence_picture
 from thrustd.replay.picture import FlightPicture
 
@@ -63,7 +64,7 @@ def test_a_picture_that_cannot_be_finished_leaves_the_one_before(tmp_path, capsy
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Figure, "savefig", full_disk)
-    monkeypatch.setattr("thrustd.diagnose.compare.pictures._draw_dependence", lambda *_: None)
+    monkeypatch.setattr(pictures, "_draw_dependence", lambda *_: None)
     assert "No space left" in refused(capsys, "effects", path)
     with pytest.raises(UsageError, match="No space left"):
         FlightPicture().save(path, "flight", {})

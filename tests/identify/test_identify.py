@@ -13,7 +13,7 @@ from thrustd.identify.regression.hypotheses import Asked
 from thrustd.identify.report import as_table, errors_of
 from thrustd.identify.segments import FORCE, segments_of, thinned
 from thrustd.identify.sensitivity import residuals
-from thrustd.identify.structures import shelf, structure_named
+from thrustd.identify.structures import shelf, static, structure_named
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure
 from thrustd.identify.structures.with_effects import with_effect
@@ -116,7 +116,7 @@ def test_a_structure_that_cannot_be_fitted_is_a_line_of_the_table_and_no_end_of_
         raise np.linalg.LinAlgError("Singular matrix")
 
     sick = Structure("static-pwl", "sick", "static", singular)
-    monkeypatch.setattr("thrustd.identify.structures.static.STRUCTURES", (shelf()["polynomial-ols"], sick))
+    monkeypatch.setattr(static, "STRUCTURES", (shelf()["polynomial-ols"], sick))
     found = identify([bench[0]], [bench[1]], ["polynomial-ols", "static-pwl"])
     assert found.spec.structure == "polynomial-ols"
     assert "static-pwl: could not be fitted: Singular matrix" in found.warnings

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
@@ -113,10 +113,10 @@ def _listen(arguments: argparse.Namespace, installation: "Installation") -> list
 
 
 def replay_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.cli.replay_summary import largest_n, print_summary
     from thrustd.installation.installation import read_installation
     from thrustd.replay.picture import FlightPicture
     from thrustd.replay.replay import replay
+    from thrustd.replay.summary_table import largest_n, print_summary
     from thrustd.sources.log_run import LogRun, run_paths
     from thrustd.sources.paced import paced
 
@@ -147,7 +147,7 @@ def replay_verb(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(summary)
     else:
-        print_summary(summary)
+        print_summary(summary, console())
     return 0
 
 

@@ -76,15 +76,9 @@ def console() -> "Console":
 
 def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """First column to the left, the others to the right."""
-    from rich import box
-    from rich.table import Table
+    from thrustd.records.shown import plain_table
 
-    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for number, heading in enumerate(heads):
-        shown.add_column(heading, justify="left" if number == 0 else "right")
-    for row in rows:
-        shown.add_row(*row)
-    console().print(shown)
+    console().print(plain_table(tuple(heads), rows))
 
 
 def note(text: str) -> None:

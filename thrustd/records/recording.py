@@ -8,12 +8,16 @@ name as suffix (`n1_pct_left`), mount channels the mount's (`deformation_mm_left
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE, Signal
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -53,7 +57,7 @@ SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Recording:
     """Columns of equal length; build it with `make_recording`, which checks them."""
 
@@ -66,6 +70,22 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    def __repr__(self) -> str:
+        from thrustd.records.shown import as_text, recording_table
+
+        return as_text(recording_table(self))
+
+    def _repr_html_(self) -> str:
+        from thrustd.records.shown import as_html, recording_table
+
+        return as_html(recording_table(self))
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """A column per channel (float64, unit in the name), the time as index."""
+        from thrustd.records.shown import as_frame
+
+        return as_frame({TIME: self.time_s, **self.channels}).set_index(TIME)
 
     def __contains__(self, channel: str) -> bool:
         return channel in self.channels

@@ -25,11 +25,12 @@ def before_after_pictures(comparisons: Sequence[Comparison], folder: Path) -> li
         if len(found) > 1:
             folder.mkdir(parents=True, exist_ok=True)
             paths.append(folder / f"{slug(recording)}-models.png")
-            save(_drawn(found), paths[-1])
+            save(before_after_figure(found), paths[-1])
     return paths
 
 
-def _drawn(found: Sequence[Comparison]) -> Figure:
+def before_after_figure(found: Sequence[Comparison]) -> Figure:
+    """Models side by side on one recording: residuals over time, over the deformation, by region."""
     figure = Figure(figsize=(max(10, 3.6 * len(found)), 10), layout="constrained")
     grid = figure.add_gridspec(3, len(found), height_ratios=(3, 4, 4))
     limit = max(float(np.nanquantile(np.abs(c.residual_n), SHARE)) for c in found) or 1.0

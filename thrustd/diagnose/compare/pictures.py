@@ -30,7 +30,7 @@ def comparison_pictures(comparison: Comparison, folder: Path) -> list[Path]:
     """All pictures of one comparison, as `<model>-<recording>-<what>.png`."""
     folder.mkdir(parents=True, exist_ok=True)
     drawings: dict[str, Callable[[Comparison], Figure]] = {
-        "history": _history,
+        "history": history_figure,
         "channels": _channels,
         "loop": _loop,
         "spectrum": _spectrum,
@@ -47,12 +47,16 @@ def comparison_pictures(comparison: Comparison, folder: Path) -> list[Path]:
 def dependence_picture(dependences: Sequence[Dependence], path: Path, roles: Roles | None = None) -> Path:
     """Residual against the channels that it follows."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    save(dependence_figure(dependences, roles), path)
+    return path
+
+
+def dependence_figure(dependences: Sequence[Dependence], roles: Roles | None = None) -> Figure:
     figure = Figure(figsize=(5 * len(dependences), 3.6), layout="constrained")
     axes = figure.subplots(1, len(dependences), squeeze=False)[0]
     for axis, dependence in zip(axes, dependences, strict=True):
         _draw_dependence(axis, dependence, roles or Roles())
-    save(figure, path)
-    return path
+    return figure
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -60,7 +64,8 @@ def save(figure: Figure, path: Path) -> None:
         figure.savefig(part, dpi=DPI, format="png")
 
 
-def _history(c: Comparison) -> Figure:
+def history_figure(c: Comparison) -> Figure:
+    """Measured and model over time, the residual below."""
     figure = Figure(figsize=(11, 6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     for column, colour, label in ((c.reference_n, MEASURED, "measured"), (c.model_n, MODEL, c.model)):

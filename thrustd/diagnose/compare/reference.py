@@ -33,16 +33,19 @@ def as_mount(record: Recording, place: MountPlace | None) -> Recording:
     if place is None:
         return record
     mount, plain = place.mount, dict(record.channels)
+    kept = {name for name in (FORCE, THRUST) if name in record}  # a reference of the user's own is not the log's truth
     for suffix in (place.engine, mount):
         for name in CATALOGUE:
-            if f"{name}_{suffix}" in record:
+            if f"{name}_{suffix}" in record and name not in kept:
                 plain[name] = record[f"{name}_{suffix}"]
+    taken = [name for name in sorted(kept) if f"{name}_{mount}" in record]
+    notes = tuple(f"{name}: the column of the file is kept, {name}_{mount} of the log is not used" for name in taken)
     if f"{DEFORMATION}_{mount}" not in record:
         known = sorted(n.removeprefix(DEFORMATION + "_") for n in record.channels if n.startswith(DEFORMATION + "_"))
         raw = not known and record.metadata.get("source") == FLIGHT_LOG
         has = ", ".join(known) or "none with a name" + (f"; {REPLAY_FIRST}" if raw else "")
         raise RecordingError(f"{record.name}: no mount '{mount}', it has {has}")
-    return replace(record, channels=plain)
+    return replace(record, channels=plain, notes=(*record.notes, *notes))
 
 
 def referenced(

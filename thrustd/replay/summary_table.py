@@ -3,17 +3,16 @@
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import console
 from thrustd.core.measures import OPERATING_N
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
     from thrustd.replay.replay import ReplaySummary
 
 
-def print_summary(summary: "ReplaySummary") -> None:
-    screen = console()
+def print_summary(summary: "ReplaySummary", screen: "Console") -> None:
     cut = ", log cut off: read up to the last whole chunk" if summary.cut else ""
     screen.print(
         f"{summary.log}: {summary.length_s / 60:.1f} min, {summary.events} events, "

@@ -1,8 +1,8 @@
 """What a replay prints with a truth and without one."""
 
 import pytest
-
 from thrustd.cli.replay_summary import largest_n, print_summary
+
 from thrustd.replay.means import EngineMeans, SourceMean
 from thrustd.replay.replay import ReplaySummary
 from thrustd.replay.score import Score
