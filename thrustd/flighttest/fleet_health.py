@@ -8,7 +8,7 @@ one regression,
 with g of second order, the same for all engines but for a constant: e is what an engine does at equal conditions, a per
 cent of its thrust. What the mounts' zero did in that flight is newtons, and is told from it by the small thrusts: its
 prior is ZERO_N. Points weigh with their length and their thrust squared. What day and deck do to both engines is not in
-their difference; when that changes, the engine is named whose own series moved further.
+their difference; when that changes, the engine is named that wears: less thrust at its N1, more fuel, more N2.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ class Health(msgspec.Struct, frozen=True):
     hours: list[float]  # service hours at the end of each flight
     values: list[float]  # at equal conditions, minus their mean
     trend: Trend
-    engine: str = ""  # whose change it is; of a difference, of the one that moved further
+    engine: str = ""  # whose change it is; of a difference, of the one that wears
     recalibrate_in_h: float = inf  # from the first flight, of mounts
     recalibrate_utc_s: float = float("nan")  # where the logs say when they were recorded
 
@@ -72,14 +72,15 @@ def fleet_health(rows: Sequence[Row]) -> FleetHealth:
         if len(engines) == 2 and quantity != "load_share":
             apart = effects[engines[0]] - effects[engines[1]]
             one = _health(f"{engines[0]} - {engines[1]}", quantity, hours, apart, least)
-            found.append(msgspec.structs.replace(one, engine=_whose(found[-2], found[-1])))
+            found.append(msgspec.structs.replace(one, engine=_whose(one, quantity, engines)))
     found = [_dated(one, SHARE_LIMIT, begun, files) if one.quantity == "load_share" else one for one in found]
     return FleetHealth(files, [*found, *_mounts(rows, files, hours, begun)])
 
 
-def _whose(one: Health, other: Health) -> str:
-    """The engine that moved further, along its trend."""
-    return max((one, other), key=lambda health: abs(np.nan_to_num(health.trend.slope))).of
+def _whose(apart: Health, quantity: str, engines: list[str]) -> str:
+    """Of a difference, the first engine minus the second, whose wear it is: wear adds no thrust and saves no fuel."""
+    falls = bool(np.nan_to_num(apart.trend.change) < 0.0)
+    return engines[0] if falls == (quantity == "thrust_at_n1_pct") else engines[1]
 
 
 def _effects(points: Sequence[Row], quantity: str, engines: list[str], files: list[str]) -> dict[str, Floats]:

@@ -14,7 +14,7 @@ from scipy.special import fdtrc, stdtrit
 
 from thrustd.core.columns import Floats
 
-ODDS = 2e-4
+ODDS = 1e-3
 FEWEST = 6  # flights before anything is said
 EDGE = 3  # flights on either side of a step
 TRIED = 2  # kinds of change

@@ -32,6 +32,7 @@ from thrustd.sinks.health_counts import HealthCounts
 from thrustd.sinks.health_page import HealthPage, Watched
 from thrustd.sinks.journal import Journal, say
 from thrustd.sinks.latest_file import LatestFile
+from thrustd.sinks.live_point import LivePoint
 from thrustd.sinks.live_view import LiveView
 from thrustd.sinks.log_recorder import LogRecorder, RecorderSettings
 from thrustd.sources.can_bus import CanBus
@@ -68,8 +69,10 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         adc = SerialPort(config.adc.port, config.adc.baud, queue.put)
         recorder, sinks = open_sinks(shell, bus, counts, log_folder, start)
         saver = open_checkpoint(shell, pipeline)
-        open_health(shell, counts, recorder, saver)
-        heart = Heartbeat(service, counts, tuple(config.aircraft.engines), clocks, queue.put, saver.save)
+        point = LivePoint(len(config.aircraft.engines))
+        sinks.append(point)
+        open_health(shell, counts, recorder, saver, point)
+        heart = Heartbeat(service, counts, tuple(config.aircraft.engines), clocks, queue.put, saver.save, point.words)
 
         def record(batch: EventBatch) -> None:
             if recorder is not None:
@@ -198,7 +201,9 @@ def open_live_view(shell: Shell, header: LogHeader) -> LiveView | None:
     return shell.opened.enter_context(closing(view))
 
 
-def open_health(shell: Shell, counts: HealthCounts, recorder: LogRecorder | None, saver: Saver) -> None:
+def open_health(
+    shell: Shell, counts: HealthCounts, recorder: LogRecorder | None, saver: Saver, point: LivePoint
+) -> None:
     config, hashes = shell.installation.config, shell.installation.hashes()
     if config.health is None:
         return
@@ -211,6 +216,7 @@ def open_health(shell: Shell, counts: HealthCounts, recorder: LogRecorder | None
         log_path=lambda: None if recorder is None else recorder.path,
         log_missing=lambda: (0, 0) if recorder is None else (recorder.dropped_items, recorder.lost_items),
         checkpoint_ns=lambda: saver.written_ns,
+        steady_s=lambda: float(point.steady_s),
     )
     try:
         shell.opened.enter_context(closing(HealthPage(counts, watched, config.health.port)))

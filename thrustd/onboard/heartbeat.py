@@ -42,10 +42,11 @@ class Heartbeat:
         clocks: Callable[[], Clocks],
         put: Callable[[Event], None],
         save: Callable[[Clocks], None],
+        point: Callable[[], str] = str,
     ) -> None:
-        """`put`: faults into the event stream; `save`: the state, with the time it is of."""
+        """`put`: faults into the event stream; `save`: the state, with the time it is of; `point`: of a test point."""
         self._service, self._counts, self._engines = service, counts, engines
-        self._clocks, self._put, self._save = clocks, put, save
+        self._clocks, self._put, self._save, self._point = clocks, put, save, point
         self._offset_ns: int | None = None  # calendar minus monotonic
         self._due_ns = 0
 
@@ -70,7 +71,8 @@ class Heartbeat:
             bits |= estimate.status
         troubles = [str(bit.name).lower().replace("_", " ") for bit in Status(bits) & TROUBLES]
         degraded = [f"degraded: {', '.join(troubles)}"] if troubles else []
-        return "; ".join([", ".join(thrusts) or "no estimate yet", *degraded])
+        point = [self._point()] if self._point() else []
+        return "; ".join([", ".join(thrusts) or "no estimate yet", *point, *degraded])
 
     def _watch_clock(self, now: Clocks) -> None:
         offset_ns = now.utc_ns - now.monotonic_ns

@@ -31,6 +31,7 @@ class Watched(NamedTuple):
     log_path: Callable[[], Path | None]
     log_missing: Callable[[], tuple[int, int]]  # items dropped for lack of speed, items lost with a file
     checkpoint_ns: Callable[[], int | None]  # when it was last written
+    steady_s: Callable[[], float] = float  # how long a test point has lasted
 
 
 class HealthCollector(Collector):
@@ -57,6 +58,7 @@ class HealthCollector(Collector):
         yield _histogram("thrustd_nis", "normalised innovation squared of what was believed", counts.nis)
         yield _gauge("thrustd_queue_events", "events waiting", {(): watched.queue_events()})
         yield _counter("thrustd_shed_events", "events shed for lack of speed", "", {"": watched.shed_events()})
+        yield _gauge("thrustd_steady_seconds", "how long a test point has lasted", {(): watched.steady_s()})
         yield from self._disk()
 
     def _estimates(self, names: dict[int, str]) -> Iterator[Metric]:
