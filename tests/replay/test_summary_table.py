@@ -1,11 +1,12 @@
 """What a replay prints with a truth and without one."""
 
 import pytest
-from thrustd.cli.replay_summary import largest_n, print_summary
+from rich.console import Console
 
 from thrustd.replay.means import EngineMeans, SourceMean
 from thrustd.replay.replay import ReplaySummary
 from thrustd.replay.score import Score
+from thrustd.replay.summary_table import largest_n, print_summary
 
 ENGINE = EngineMeans(
     {"fused": SourceMean(100.0, 4748.7, 31.0, 0.0), "brochure": SourceMean(98.3, 4634.2, 225.0, 1114.0)},
@@ -16,7 +17,7 @@ SCORES = {"left": {"fused": Score(100, 37.8, -22.6, 0.5, 700.0, 97.8)}}
 
 def printed(capsys, scores):
     summary = ReplaySummary("f.mcap", 60.0, 10, 0, False, "", 5, {"left": ENGINE}, scores, {})
-    print_summary(summary)
+    print_summary(summary, Console(width=120))
     return " ".join(capsys.readouterr().out.split()), largest_n(summary)
 
 

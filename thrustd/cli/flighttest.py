@@ -1,4 +1,4 @@
-"""Verbs of a flight test: points, performance."""
+"""Verbs of a flight test: points, performance, transients."""
 
 import argparse
 from pathlib import Path
@@ -49,6 +49,13 @@ def add_verbs(verbs: Verbs) -> None:
     performance.add_argument("--marks", metavar="CHANNEL", help="use the windows in which this channel is above 0")
     add_limits(performance)
     add_outputs(performance)
+
+    transients = add_verb(
+        verbs, "transients", transients_verb, "spool-ups, overshoot, flame-out and surge candidates of a flight",
+        "thrustd transients out/estimates.mcap --report transients.html",
+    )  # fmt: skip
+    transients.add_argument("log", type=Path, help="estimate log, raw log (replayed first) or recording with N1")
+    add_outputs(transients)
 
 
 def add_outputs(parser: argparse.ArgumentParser) -> None:
@@ -182,6 +189,31 @@ def _performance(arguments: argparse.Namespace) -> "tuple[Performance, tuple[str
             fused = fused and flight.fused
             advance((number + 1) / len(arguments.log))
         return performance(flights, wing.aspect_ratio, fused, notes), wing.known
+
+
+def transients_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.cli.files import read_deck
+    from thrustd.flighttest.flight import DECK, read_flight
+    from thrustd.flighttest.transients import find_transients
+    from thrustd.flighttest.transients_report import HEADS, table_rows, words, write_page
+    from thrustd.installation.shipped import shipped
+    from thrustd.records.rows import write_rows
+
+    check_table(arguments.out)
+    deck = read_deck(arguments.deck or shipped(DECK, "--deck"))
+    with progress(f"transients of {arguments.log.name}"):
+        flight = read_flight(arguments.log, arguments.deck)
+        found = find_transients(flight, deck)
+    if arguments.out is not None:
+        write_rows(found.rows(), arguments.out)
+    if arguments.report is not None:
+        write_page(flight, found, arguments.report)
+    if arguments.json:
+        print_json(found)
+    else:
+        print_table(HEADS, table_rows(found))
+        print(words(found))
+    return 0
 
 
 def _print_points(found: "TestPoints") -> None:

@@ -1,0 +1,183 @@
+"""Transients of the engines: spool-ups and -downs with time, overshoot and rate; flame-out and surge candidates.
+
+    throttle    N1 moves faster than MOVING_PCT_S, by LEAST_PCT or more; time until 95 % of the change, overshoot beyond
+                the level that it settles at, largest rate
+    flame-out   in the air: N1 falls below every idle, or the fuel is a fifth of what the fan speed stands for
+    surge       the thrust steps away from what N1 explains while N1 itself does not move: the change of F - F_deck(N1)
+                within half a second is beyond SIGMAS of its usual size in this flight and LEAST_SURGE of the largest
+
+F is the mounts' thrust. Where there is none nothing measures the thrust: no surge is looked for, and thrust changes are
+the fuel flow's. A candidate is a place to look at, not a verdict.
+"""
+
+from collections.abc import Iterator
+
+import msgspec
+import numpy as np
+from scipy.ndimage import median_filter
+
+from thrustd.brochure.deck import Deck
+from thrustd.brochure.deck_curves import DeckInputs
+from thrustd.core.columns import Flags, Floats
+from thrustd.core.errors import RecordingError
+from thrustd.flighttest.flight import Flight
+from thrustd.records.recording import Recording
+from thrustd.records.rows import Row
+
+MOVING_PCT_S, LEAST_PCT = 1.0, 5.0
+JOINED_S = 2.0  # pauses of the throttle shorter than this are one movement
+SETTLE_S = 4.0  # after it: the level that it settles at
+OUT_PCT, RUNNING_PCT = 20.0, 25.0  # N1
+STARVED, STARVED_S = 0.2, 3.0  # fuel flow's thrust over N1's; a cut throttle starves an engine for a second or two
+FLYING_MACH = 0.1
+SIGMAS, LEAST_SURGE = 8.0, 0.05
+QUIET_S = 5.0  # around a movement of the throttle nothing is called a surge
+HALF_S = 0.5
+MAD_SIGMA = 1.4826
+SLOWEST_HZ = 0.9
+
+
+class Transient(msgspec.Struct, frozen=True):
+    """One event; what does not apply to its kind is NaN."""
+
+    engine: str
+    kind: str  # spool up, spool down, flame-out candidate, surge candidate
+    start_s: float
+    seconds: float  # until 95 % of the change; of a candidate, how long it lasted
+    n1_from_pct: float
+    n1_to_pct: float
+    overshoot_pct: float  # of N1, beyond where it settles
+    largest_rate_pct_s: float
+    thrust_change_n: float
+
+
+class Transients(msgspec.Struct, frozen=True):
+    flight: str
+    events: list[Transient]
+
+    @property
+    def candidates(self) -> list[Transient]:
+        return [event for event in self.events if "candidate" in event.kind]
+
+    def rows(self) -> list[Row]:
+        return [{"flight": self.flight, **msgspec.to_builtins(event)} for event in self.events]
+
+
+def find_transients(flight: Flight, deck: Deck) -> Transients:
+    """Every event of a flight in order of time; RecordingError when it is sampled too slowly."""
+    record = flight.record
+    if record.sample_hz < SLOWEST_HZ:
+        raise RecordingError(f"{flight.name}: {record.sample_hz:g} Hz; transients need a sample a second or more")
+    events = [
+        event
+        for number, engine in enumerate(flight.engines)
+        for event in _engine(record, engine, number, deck, flight.fused)
+    ]
+    return Transients(flight.name, sorted(events, key=lambda event: event.start_s))
+
+
+def _engine(record: Recording, engine: str, number: int, deck: Deck, fused: bool) -> Iterator[Transient]:
+    time_s, n1_pct = record.time_s, record[f"n1_pct_{engine}"]
+    rate = _rate(time_s, n1_pct)
+    by_fuel_n, by_n1_n = _deck(record, engine, number, deck)
+    thrust_n = record[f"mount_N_{engine}"] if fused and f"mount_N_{engine}" in record else by_fuel_n
+    moves = _stretches(time_s, abs(rate) > MOVING_PCT_S, JOINED_S)
+    for first, last in moves:
+        event = _movement(record, engine, n1_pct, rate, thrust_n, first, last)
+        if event is not None:
+            yield event
+    flying = record["mach"] > FLYING_MACH
+    starved = flying & (n1_pct > RUNNING_PCT) & (by_fuel_n < STARVED * by_n1_n)
+    out = flying & (n1_pct < OUT_PCT) & (np.maximum.accumulate(np.nan_to_num(n1_pct)) > RUNNING_PCT)
+    for flags in (starved, out):
+        for first, last in _stretches(time_s, flags, STARVED_S):
+            if time_s[last] - time_s[first] >= STARVED_S:
+                yield _candidate("flame-out candidate", engine, time_s, n1_pct, thrust_n, first, last)
+    if not fused:
+        return
+    still = flying & ~_near(time_s, moves)
+    for first, last in _stretches(time_s, _surging(time_s, thrust_n - by_n1_n, still, thrust_n), JOINED_S):
+        yield _candidate("surge candidate", engine, time_s, n1_pct, thrust_n, first, last)
+
+
+def _movement(
+    record: Recording, engine: str, n1_pct: Floats, rate: Floats, thrust_n: Floats, first: int, last: int
+) -> Transient | None:
+    """None when it is too small to be one."""
+    time_s = record.time_s
+    until = int(np.searchsorted(time_s, time_s[last] + SETTLE_S))
+    rest = int(np.searchsorted(time_s, time_s[last] + SETTLE_S / 2))
+    settled = float(np.nanmedian(n1_pct[rest : until + 1] if rest <= until and rest < len(n1_pct) else n1_pct[last:]))
+    begun = float(n1_pct[max(first - 1, 0)])
+    change = settled - begun
+    if not abs(change) >= LEAST_PCT:
+        return None
+    travelled = (n1_pct[first : until + 1] - begun) / change
+    there = np.flatnonzero(travelled >= 0.95)
+    seconds = float(time_s[first + int(there[0])] - time_s[first]) if len(there) else float("nan")
+    overshoot = max(float(np.nanmax(travelled)) - 1.0, 0.0) * abs(change)
+    kind = "spool up" if change > 0 else "spool down"
+    fastest = float(np.nanmax(abs(rate[first : last + 1])))
+    thrust = float(np.nanmedian(thrust_n[last : until + 1]) - thrust_n[max(first - 1, 0)])
+    return Transient(engine, kind, float(time_s[first]), seconds, begun, settled, overshoot, fastest, thrust)
+
+
+def _candidate(
+    kind: str, engine: str, time_s: Floats, n1_pct: Floats, thrust_n: Floats, first: int, last: int
+) -> Transient:
+    nothing = float("nan")
+    before = max(first - 1, 0)
+    step = float(thrust_n[min(last, len(thrust_n) - 1)] - thrust_n[before])
+    lasted = float(time_s[last] - time_s[first])
+    return Transient(
+        engine, kind, float(time_s[first]), lasted, float(n1_pct[before]), float(n1_pct[last]), nothing, nothing, step
+    )
+
+
+def _surging(time_s: Floats, unexplained_n: Floats, still: Flags, thrust_n: Floats) -> Flags:
+    """Where the thrust that N1 does not explain steps."""
+    half = max(round(HALF_S / float(np.median(np.diff(time_s)))), 1)
+    calm_n = median_filter(np.nan_to_num(unexplained_n), 2 * (half // 2) + 1)
+    step_n = np.zeros(len(calm_n))
+    step_n[half:-half] = abs(calm_n[2 * half :] - calm_n[: -2 * half])
+    known = still & np.isfinite(unexplained_n)
+    if known.sum() < 10 * half:
+        return np.zeros(len(calm_n), bool)
+    usual = MAD_SIGMA * float(np.median(step_n[known]))  # steps are as often up as down
+    most = float(np.nanquantile(abs(thrust_n[known]), 0.99))
+    return np.asarray(known & (step_n > max(SIGMAS * usual, LEAST_SURGE * most)))
+
+
+def _deck(record: Recording, engine: str, number: int, deck: Deck) -> tuple[Floats, Floats]:
+    """Thrust (n,) by fuel flow and by N1."""
+    nothing = np.full(len(record), np.nan)
+    fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))
+    air = [record[name] for name in ("mach", "pressure_altitude_m", "sat_degC")]
+    rows = np.column_stack((fuel, record[f"n1_pct_{engine}"], n2, *air, np.zeros(len(record)))).tolist()
+    found = [deck.estimate(DeckInputs(*row), number) for row in rows]
+    return np.array([one.fuel_flow_thrust_n for one in found]), np.array([one.n1_thrust_n for one in found])
+
+
+def _rate(time_s: Floats, n1_pct: Floats) -> Floats:
+    """Per second, over a second around each sample."""
+    after, before = (np.interp(time_s + shift, time_s, n1_pct) for shift in (HALF_S, -HALF_S))
+    return np.asarray(after - before)
+
+
+def _near(time_s: Floats, moves: list[tuple[int, int]]) -> Flags:
+    near = np.zeros(len(time_s), bool)
+    for first, last in moves:
+        near |= (time_s > time_s[first] - QUIET_S) & (time_s < time_s[last] + QUIET_S)
+    return near
+
+
+def _stretches(time_s: Floats, on: Flags, joined_s: float) -> list[tuple[int, int]]:
+    """First and last sample of every stretch of true, shorter pauses bridged."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], on.astype(int), [0]))))
+    found: list[tuple[int, int]] = []
+    for first, behind in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if found and time_s[first] - time_s[found[-1][1]] < joined_s:
+            found[-1] = found[-1][0], behind - 1
+        else:
+            found.append((first, behind - 1))
+    return found

@@ -1,0 +1,77 @@
+"""Transients as a table, a picture and a page."""
+
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from thrustd.flighttest.flight import Flight
+from thrustd.flighttest.transients import Transients
+from thrustd.sinks.html_page import drawing, head, section, sentences, table
+from thrustd.sinks.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WORDS = (
+    "N1 moved by the throttle: time to 95 % of the change, overshoot, largest rate. Candidates are places to look at."
+)
+HEADS = "at s", "engine", "event", "N1 from", "to %", "s", "overshoot %", "%/s", "thrust N"
+COLOURS = "#0072b2", "#e69f00", "#007a59", "#555555"  # Okabe & Ito
+AROUND_S = 15.0
+MOST_DRAWN = 12
+
+
+def table_rows(found: Transients) -> list[list[str]]:
+    """Under HEADS."""
+    return [
+        [f"{e.start_s:.1f}", e.engine, e.kind, f"{e.n1_from_pct:.1f}", f"{e.n1_to_pct:.1f}", _number(e.seconds, ".1f"),
+         _number(e.overshoot_pct, ".2f"), _number(e.largest_rate_pct_s, ".1f"), _number(e.thrust_change_n, "+.0f")]
+        for e in found.events
+    ]  # fmt: skip
+
+
+def words(found: Transients) -> str:
+    """How many of each, in one sentence."""
+    kinds = dict.fromkeys(event.kind for event in found.events)
+    counts = ", ".join(f"{sum(e.kind == kind for e in found.events)} x {kind}" for kind in kinds)
+    return f"{found.flight}: {counts or 'no event'}; {len(found.candidates) or 'no'} candidates to look at"
+
+
+def write_page(flight: Flight, found: Transients, path: Path) -> None:
+    """HTML, whole or not at all."""
+    parts = [
+        head(f"Transients of {found.flight}", WORDS),
+        section("Events", sentences([words(found)]), table(HEADS, table_rows(found))),
+        section("Candidates and the largest movements", drawing(figure(flight, found), "transients")),
+    ]
+    with whole_file(path) as part:
+        part.write_text("".join(parts), encoding="utf-8")
+
+
+def figure(flight: Flight, found: Transients) -> "Figure":
+    """N1 of all engines around every candidate, then around the largest movements."""
+    from matplotlib.figure import Figure
+
+    largest = sorted(found.events, key=lambda e: (e not in found.candidates, -abs(e.n1_to_pct - e.n1_from_pct)))
+    shown = sorted(largest[:MOST_DRAWN], key=lambda e: e.start_s)
+    down = max(-(-len(shown) // 4), 1)
+    drawn = Figure(figsize=(14, 2.8 * down), layout="constrained")
+    axes = drawn.subplots(down, 4, squeeze=False).flat
+    record = flight.record
+    for axis in axes:
+        axis.set_visible(False)
+    for axis, event in zip(axes, shown, strict=False):
+        part = record.window(event.start_s - AROUND_S / 3, event.start_s + AROUND_S)
+        axis.set_visible(True)
+        for engine, colour in zip(flight.engines, COLOURS, strict=False):
+            axis.plot(part.time_s, part[f"n1_pct_{engine}"], color=colour, lw=1.2, label=engine)
+        axis.axvline(event.start_s, color="black", lw=0.6, ls="--")
+        axis.set_title(f"{event.engine}: {event.kind}", fontsize=8)
+        axis.tick_params(labelsize=7)
+        axis.grid(alpha=0.3, lw=0.5)
+    drawn.supylabel("N1, %", fontsize=8)
+    return drawn
+
+
+def _number(value: float, form: str) -> str:
+    return f"{value:{form}}" if isfinite(value) else "-"
