@@ -28,7 +28,7 @@ check: .venv/ready ## format, lint, types; Python and JavaScript
 	$(BIN)/biome ci --colors=off
 
 site: .venv/ready ## the pages as a site in out/site; a broken link fails
-	$(BIN)/mkdocs build --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 bench: .venv/ready ## speed and memory, measured here
 	$(BIN)/python -m benchmarks
