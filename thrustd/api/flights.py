@@ -45,9 +45,10 @@ class Replayed:
 
     def plot(self) -> "Figure":
         """Thrust of every engine with its band, errors or distances of the sources below."""
+        from thrustd.api.drawing import drawn
         from thrustd.replay.summary_table import largest_n
 
-        return self.picture.figure(self.summary.log, largest_n(self.summary))
+        return drawn(self.picture.figure(self.summary.log, largest_n(self.summary)))
 
     def show(self, console: "Console") -> None:
         from thrustd.replay.summary_table import print_summary
@@ -88,7 +89,9 @@ class Points:
         return as_frame(self.found.rows())
 
     def plot(self) -> "Figure":
-        return points_report.figure(self.flight, self.found)
+        from thrustd.api.drawing import drawn
+
+        return drawn(points_report.figure(self.flight, self.found))
 
     def show(self, console: "Console") -> None:
         console.print(plain_table(points_report.HEADS, points_report.table_rows(self.found)))
@@ -126,7 +129,9 @@ class DragPolar:
         return as_frame(self.found.rows())
 
     def plot(self) -> "Figure":
-        return performance_report.figure(self.found)
+        from thrustd.api.drawing import drawn
+
+        return drawn(performance_report.figure(self.found))
 
     def show(self, console: "Console") -> None:
         console.print(plain_table(performance_report.POLAR_HEADS, performance_report.polar_rows(self.found)))

@@ -65,11 +65,12 @@ class Diagnosis:
 
     def plot(self) -> "Figure":
         """What is left against the channels that it follows; UsageError when it follows none."""
+        from thrustd.api.drawing import drawn
         from thrustd.diagnose.compare.pictures import dependence_figure
 
         if not self.report.depends_on:
             raise UsageError(f"{self.report.model}: what is left follows no channel; nothing to draw")
-        return dependence_figure(self.report.depends_on)
+        return drawn(dependence_figure(self.report.depends_on))
 
     def __repr__(self) -> str:
         return as_text(self.report.print)
@@ -117,12 +118,13 @@ class Comparison:
 
     def plot(self) -> "Figure":
         """The first recording: one model with its residual, or several models side by side."""
+        from thrustd.api.drawing import drawn
         from thrustd.diagnose.compare.before_after import MOST_MODELS, before_after_figure
         from thrustd.diagnose.compare.pictures import history_figure
 
         first = self.report.comparisons[0].recording
         found = [c for c in self.report.comparisons if c.recording == first][:MOST_MODELS]
-        return before_after_figure(found) if len(found) > 1 else history_figure(found[0])
+        return drawn(before_after_figure(found) if len(found) > 1 else history_figure(found[0]))
 
     def pictures(self, folder: str | Path) -> list[Path]:
         """Every picture of every comparison as PNG; UsageError when one is there already."""

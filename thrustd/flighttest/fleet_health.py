@@ -21,13 +21,14 @@ import numpy as np
 from thrustd.core.atmosphere import SEA_LEVEL_PA, static_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.flighttest.trend import Trend, hours_to, judge
+from thrustd.flighttest.trend import ODDS, Trend, hours_to, judge
 from thrustd.records.rows import Row
 
 QUANTITIES = {"thrust_at_n1_pct": 0.5, "fuel_at_n1_pct": 1.0, "n2_at_n1_pct": 1.0, "load_share": 0.003}  # least change
 ZERO_LIMIT_MM = 0.01  # 50 N on a mount of 5 kN/mm
 SHARE_LIMIT = 0.005  # of the upper mount, 1 % of its stiffness
 ZERO_N = 25.0  # of an engine in one flight, one sigma: friction and creep of the mounts (docs/fusion.md)
+PAIR_ODDS = 2e-3  # of a difference: day and deck, which look like wear for a few flights, are not in it
 DAY_S = 86400.0
 
 
@@ -71,7 +72,7 @@ def fleet_health(rows: Sequence[Row]) -> FleetHealth:
         found += [_health(engine, quantity, hours, effects[engine], least) for engine in engines]
         if len(engines) == 2 and quantity != "load_share":
             apart = effects[engines[0]] - effects[engines[1]]
-            one = _health(f"{engines[0]} - {engines[1]}", quantity, hours, apart, least)
+            one = _health(f"{engines[0]} - {engines[1]}", quantity, hours, apart, least, PAIR_ODDS)
             found.append(msgspec.structs.replace(one, engine=_whose(one, quantity, engines)))
     found = [_dated(one, SHARE_LIMIT, begun, files) if one.quantity == "load_share" else one for one in found]
     return FleetHealth(files, [*found, *_mounts(rows, files, hours, begun)])
@@ -133,8 +134,8 @@ def _conditions(points: Sequence[Row]) -> Floats:
     return np.column_stack((*scaled, *squares))
 
 
-def _health(of: str, quantity: str, hours: Floats, values: Floats, least: float) -> Health:
-    return Health(of, quantity, hours.tolist(), values.tolist(), judge(hours, values, least), of)
+def _health(of: str, quantity: str, hours: Floats, values: Floats, least: float, odds: float = ODDS) -> Health:
+    return Health(of, quantity, hours.tolist(), values.tolist(), judge(hours, values, least, odds), of)
 
 
 def _mounts(rows: Sequence[Row], files: list[str], hours: Floats, begun: dict[str, float]) -> list[Health]:

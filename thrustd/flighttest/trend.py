@@ -14,7 +14,7 @@ from scipy.special import fdtrc, stdtrit
 
 from thrustd.core.columns import Floats
 
-ODDS = 1e-3
+ODDS = 2e-4
 FEWEST = 6  # flights before anything is said
 EDGE = 3  # flights on either side of a step
 TRIED = 2  # kinds of change
@@ -43,8 +43,9 @@ class Fit(NamedTuple):
     since: int
 
 
-def judge(hours: Floats, values: Floats, least: float = 0.0) -> Trend:
-    """Of series (n,) over service hours; `least`: smaller changes are not named. NaN values are left out."""
+def judge(hours: Floats, values: Floats, least: float = 0.0, odds: float = ODDS) -> Trend:
+    """Of series (n,) over service hours; `least`: smaller changes are not named; `odds` of a
+    false alarm in this look. NaN values are left out."""
     known = np.isfinite(values)
     hours, values = hours[known], values[known]
     n = len(values)
@@ -53,7 +54,7 @@ def judge(hours: Floats, values: Floats, least: float = 0.0) -> Trend:
     slope, half = _line(hours, values)
     found = min(_trend(hours, values), _step(values), key=lambda fit: fit.odds)
     kind = "steady"
-    if found.odds < ODDS and abs(found.change) >= least:
+    if found.odds < odds and abs(found.change) >= least:
         kind = "step" if found.since else "trend"
     since = int(np.flatnonzero(known)[found.since]) + 1 if kind == "step" else 0
     change = found.change if kind != "steady" else slope * float(np.ptp(hours))

@@ -23,14 +23,14 @@ Shown = Table | Callable[[Console], None]
 
 
 def as_text(what: Shown) -> str:
-    """A table, or what a function prints, without colours."""
+    """A table, or what a function prints, without colours, in a notebook too (whose kernel asks for them)."""
     page = StringIO()
-    _show(what, Console(file=page, width=WIDTH))
+    _show(what, Console(file=page, width=WIDTH, force_jupyter=False, force_terminal=False))
     return page.getvalue().rstrip()
 
 
 def as_html(what: Shown) -> str:
-    console = Console(file=StringIO(), width=WIDTH, record=True)
+    console = Console(file=StringIO(), width=WIDTH, record=True, force_jupyter=False)
     _show(what, console)
     return console.export_html(inline_styles=True, code_format=PAGE)
 
