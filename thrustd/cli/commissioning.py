@@ -1,4 +1,4 @@
-"""Verbs of an aircraft's first days: commission, zero, calibrate."""
+"""Verbs of an aircraft's first days: commission, zero, calibrate, budget."""
 
 import argparse
 from datetime import UTC, date, datetime
@@ -58,6 +58,17 @@ def add_verbs(verbs: Verbs) -> None:
     calibrate.add_argument("--mount", help="blocks: which mount's transducer")
     calibrate.add_argument("--cell", type=Path, help="tether: record of the load cell (time_s, force_N)")
     _add_file(calibrate)
+
+    budget = add_verb(
+        verbs, "budget", budget_verb, "what the band is made of in a stretch of a flight, systematic and random apart",
+        "thrustd budget flight.mcap --at 600 660",
+    )  # fmt: skip
+    budget.add_argument("log", type=Path, help="log with raw events (of `thrustd run`)")
+    budget.add_argument(
+        "--at", type=float, nargs=2, required=True, metavar=("T0", "T1"), help="seconds since the log's first estimate"
+    )
+    budget.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
+    add_json(budget)
 
 
 def _add_file(parser: argparse.ArgumentParser) -> None:
@@ -210,6 +221,38 @@ def _flight(arguments: argparse.Namespace, path: Path) -> "tuple[Recording, Inst
     began_s = log.header.epoch_offset_ns * 1e-9 + float(flight.time_s[0])
     day = datetime.fromtimestamp(began_s if began_s > DAYS else datetime.now(UTC).timestamp(), UTC).date()
     return flight, installation, str(arguments.date or day)
+
+
+def budget_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.budget import budgets
+    from thrustd.installation.installation import read_installation
+    from thrustd.replay.replay import open_installation
+    from thrustd.sources.log_run import LogRun, run_paths
+
+    begin_s, end_s = arguments.at
+    if not 0 <= begin_s < end_s:
+        raise UsageError(f"--at {begin_s:g} {end_s:g}: expected two times, the later one second")
+    config = read_installation(arguments.config) if arguments.config else None
+    log = LogRun(run_paths(arguments.log))
+    found = budgets(log, open_installation(log, config), begin_s, end_s)
+    if arguments.json:
+        print_json({"at": [begin_s, end_s], "engines": found})
+    else:
+        for each in found:
+            _print_budget(each)
+    return 0
+
+
+def _print_budget(budget: Any) -> None:
+    from rich.table import Table
+
+    table = Table("route", "term", "kind", "sigma, N", title=f"{budget.engine}: {budget.thrust_n:.0f} N")
+    for row in budget.rows:
+        table.add_row(row.route, row.term, row.kind, f"{row.std_n:.1f}")
+    console().print(table)
+    print(f"mounts: sum of systematic terms {budget.mounts_n:.1f} N, the filter used {budget.filter_n:.1f} N")
+    band = f"fused {budget.fused_n:.1f} N, band +- {1.96 * budget.fused_n:.0f} N"
+    print(f"brochure: sum of terms {budget.brochure_n:.1f} N; {band}")
 
 
 def _known(arguments: argparse.Namespace) -> "Calibration | None":

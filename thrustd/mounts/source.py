@@ -13,11 +13,12 @@ import numpy as np
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.signals import CATALOGUE, Signal
 from thrustd.fusion.settings import FusionSettings
+from thrustd.model.artifact import FORCE_RATE_TAU_S
 from thrustd.model.compile import CompiledModel
-from thrustd.model.region_error import cells
+from thrustd.model.region_error import cells, region_std_n
 from thrustd.model.stage import Floats
 from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Unseen, resting_n, zero_of
-from thrustd.mounts.step import CHORDS, MEANS, Cells, Held, Samples, add, fuse
+from thrustd.mounts.step import CHORDS, MEANS, TERMS, Cells, Held, Samples, add, fuse, terms_n
 from thrustd.sync.grid import Grid
 
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
@@ -101,6 +102,15 @@ class MountSource:
             self._doubt(*self._unmeasured())
         if self._unseen.branched and isfinite(deformation_mm := self.state["deformation_mm"].item()):
             self._doubt(self._unseen.friction_std_n(self._inputs(deformation_mm)))
+
+    def terms_n(self) -> dict[str, float]:
+        """What `state` may be wrong by, term by term, one sigma each, N; their squares add up to its `std_n`."""
+        means, state = self._means[0], self.state
+        force_n, rate_n_s = float(state["force_n"]), abs(float(state["force_n"] - means["lagged_n"])) / FORCE_RATE_TAU_S
+        model_n = region_std_n(*self._cells, force_n, rate_n_s)
+        known = dict(zip(TERMS, terms_n(means, model_n, float(state["deformation_mm"]), force_n), strict=True))
+        rest_n2 = float(state["std_n"]) ** 2 - sum(value**2 for value in known.values())
+        return known | {"creep, start, unmeasured channels": sqrt(max(rest_n2, 0.0))}
 
     def calibrate(self) -> bool:
         """The engine stands and has not run: what the mount's transducer shows is its zero.

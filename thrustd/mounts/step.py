@@ -23,6 +23,7 @@ from thrustd.sync.memory import MOUNT
 
 EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
 HELD_TAU_S = 1.0
+TERMS = ("calibration (model on held-out data)", "zero", "stiffness", "friction", "beyond the identified range")
 CHORDS = 8  # of the model's curve, over its range: shorter ones show the segments that it is made of
 
 MEANS = np.dtype(
@@ -54,12 +55,18 @@ def _stiffness_n_mm(m: Any, deformation_mm: float) -> float:
 
 
 @compiled
-def _variance_n2(m: Any, model_n: float, deformation_mm: float, force_n: float) -> float:
-    """`model_n`: one sigma of the model."""
+def terms_n(m: Any, model_n: float, deformation_mm: float, force_n: float) -> tuple[float, float, float, float, float]:
+    """One sigma each, N, as TERMS names them; `model_n`: of the model."""
     k = _stiffness_n_mm(m, deformation_mm)
     excess_mm = max(m.low_mm - deformation_mm, deformation_mm - m.high_mm, 0.0)
-    variance_n2 = model_n**2 + (k * m.zero_std_mm) ** 2 + (m.stiffness_std * force_n) ** 2 + m.friction_std_n**2
-    return variance_n2 + (EXTRAPOLATION_STD * k * excess_mm) ** 2
+    beyond_n = EXTRAPOLATION_STD * k * excess_mm
+    return model_n, k * m.zero_std_mm, m.stiffness_std * abs(force_n), m.friction_std_n, beyond_n
+
+
+@compiled
+def _variance_n2(m: Any, model_n: float, deformation_mm: float, force_n: float) -> float:
+    a, b, c, d, e = terms_n(m, model_n, deformation_mm, force_n)
+    return a**2 + b**2 + c**2 + d**2 + e**2
 
 
 class Samples(NamedTuple):

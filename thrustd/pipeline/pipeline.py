@@ -115,6 +115,10 @@ class Pipeline:
                 self._fuse(due, outputs)
         return outputs
 
+    def terms_n(self) -> list[dict[str, float]]:
+        """By mount, the terms of its sigma at the last fused step."""
+        return [route.terms_n() for route in self._routes]
+
     def quiet_until_ns(self) -> int:
         """Frames that arrive before this complete no fused step: whoever feeds may hand them over with later ones.
 
