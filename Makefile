@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
 
-.PHONY: help demo test check site bench blind fusion integrity thesis clean
+.PHONY: help demo test check site bench commission blind fusion integrity thesis clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -38,6 +38,9 @@ fusion: .venv/ready ## error and band of healthy aircraft that nothing was chose
 
 integrity: .venv/ready ## faults at every moment of a flight, three aircraft, and the hostile aircraft: is it ever confidently wrong?
 	$(BIN)/python -m benchmarks.integrity
+
+commission: .venv/ready ## a stranger's aircraft with a hostile installation: from bench records to a scored flight
+	$(BIN)/python -m benchmarks.commission
 
 blind: .venv/ready ## hide effects, find them, count: confusion matrix and fall of the error
 	$(BIN)/python -m benchmarks.blind

@@ -104,6 +104,16 @@ def test_a_flight_takes_zero_gain_and_hours_from_the_file(tmp_path):
     assert pipeline._intake._service_s == [10800.0, 0.0, 0.0, 0.0]
 
 
+def test_a_tethered_run_narrows_what_nobody_had_measured_of_the_installation(tmp_path):
+    zeros = (Zero(on="2026-01-01", mm=0.01, std_mm=0.002),)
+    mounts = {name: MountCalibration(zeros=zeros, gain=1.01, gain_std=0.004) for name in MOUNTS}
+    before = with_calibration(tmp_path, Calibration(on="2026-01-01", mount=mounts)).aircraft().installation
+    after = with_calibration(tmp_path, Calibration(on="2026-01-01", tethered="2026-01-01", mount=mounts))
+    left = after.aircraft().installation
+    assert (left.scale, left.drag_m2) == (0.004, before.drag_m2)
+    assert left.zero_n < 0.2 * before.zero_n
+
+
 def test_a_curve_of_gauge_blocks_straightens_the_transducer(tmp_path, capsys):
     blocks = np.repeat([0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2], 5)
     read = blocks + 0.02 * np.sin(2.5 * blocks) + np.random.default_rng(1).normal(0, 1e-4, len(blocks))

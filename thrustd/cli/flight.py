@@ -66,6 +66,7 @@ def _add_trust(parser: argparse.ArgumentParser) -> None:
 
 
 def check_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.core.statics import carried
     from thrustd.installation.installation import read_installation
     from thrustd.installation.signature import manifest
     from thrustd.sources.can_bus import CanBus
@@ -82,16 +83,20 @@ def check_verb(arguments: argparse.Namespace) -> int:
     where = f"{installation.where}: can"
     CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
     SerialPort(adc.port, adc.baud, queue.put)
-    hashes = installation.hashes()
+    hashes, statics = installation.hashes(), carried(installation.aircraft())
     found = _listen(arguments, installation) if arguments.live is not None else []
     if arguments.json:
-        said = {"sha256": hashes, "warnings": uncorrected, "findings": found}
+        said = {"statics": statics, "sha256": hashes, "warnings": uncorrected, "findings": found}
         print_json({"config": str(arguments.config), "ok": not found, **said})
         return int(bool(found))
     for name, digest in hashes.items():
         print(f"{digest[:16]}  {name}")
     for line in uncorrected:
         print(f"warning: {line}")
+    for each in statics:
+        if each.thrust_share:
+            one_g = f"{each.weight_n:+.0f} +- {1.96 * each.weight_std_n:.0f} N at 1 g"
+            print(f"{each.mount} mount by rigid-body statics: {100 * each.thrust_share:.0f} % of thrust, {one_g}")
     for line in found:
         print(f"degraded: {line}")
     if found:

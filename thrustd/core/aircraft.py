@@ -61,6 +61,14 @@ class InstallationErrors(Section, frozen=True):
 UNKNOWN = InstallationErrors(zero_n=200.0, scale=0.03, drag_m2=0.04, rest_n=30.0)  # of files and logs that say nothing
 
 
+class MountGeometry(Section, frozen=True):
+    """Where a mount is and how stiff in three directions: x forward, y inboard, z up from the centre of gravity."""
+
+    name: str
+    at_mm: tuple[float, float, float]
+    spring_n_mm: tuple[float, float, float]
+
+
 class AircraftData(Section, frozen=True):
     """One type of aircraft."""
 
@@ -68,6 +76,8 @@ class AircraftData(Section, frozen=True):
     engine_mass_kg: Positive
     spring_n_mm: Annotated[list[Positive], Meta(min_length=1, max_length=2)]  # of an engine's mounts, in their order
     limits: dict[str, SensorLimits]  # by signal
+    engine_mass_std_kg: Annotated[float, Meta(ge=0)] = 0.0
+    mounts: tuple[MountGeometry, ...] = ()  # of one engine, the front ones first; what they carry: `core.statics`
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
     installation: InstallationErrors = UNKNOWN
 

@@ -105,7 +105,7 @@ class Installation:
             raise ConfigError(
                 f"{self._place(name)}: spring_n_mm: {given} numbers, expected one for each of {most} mounts"
             )
-        return aircraft
+        return _as_tethered(aircraft, self.calibration())
 
     def uncorrected(self) -> list[str]:
         """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""
@@ -154,6 +154,18 @@ class Installation:
 
     def _place(self, name: str) -> str:
         return f"{self.where}: {name}"
+
+
+def _as_tethered(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:
+    """What a tethered static run leaves of the zeros and scales that nobody had measured."""
+    if calibration is None or calibration.tethered is None:
+        return aircraft
+    mounts, known = list(calibration.mount.values()), aircraft.installation
+    scale = max([mount.gain_std for mount in mounts if mount.gain_std is not None], default=known.scale)
+    zeros_mm = [mount.zero_std_mm for mount in mounts if mount.zero_std_mm is not None]
+    zero_n = sum(aircraft.spring_n_mm) * max(zeros_mm, default=1.0)
+    left = msgspec.structs.replace(known, scale=min(known.scale, scale), zero_n=min(known.zero_n, zero_n))
+    return msgspec.structs.replace(aircraft, installation=left)
 
 
 class WarmStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

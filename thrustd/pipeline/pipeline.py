@@ -117,7 +117,7 @@ class Pipeline:
 
     def terms_n(self) -> list[dict[str, float]]:
         """By mount, the terms of its sigma at the last fused step."""
-        return [route.terms_n() for route in self._routes]
+        return [source.terms_n() for source in self._sources]
 
     def quiet_until_ns(self) -> int:
         """Frames that arrive before this complete no fused step: whoever feeds may hand them over with later ones.

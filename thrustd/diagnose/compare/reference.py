@@ -13,6 +13,7 @@ import numpy as np
 from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.aircraft import MountPlace
+from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE
 from thrustd.identify.segments import DEFORMATION, FORCE
@@ -24,12 +25,22 @@ from thrustd.records.recording import TIME, Recording
 
 THRUST = "thrust_N"
 BROCHURE = "brochure"
+BROCHURE_MARK = "reference: brochure"  # a column of recordings whose reference is one
+OWN_OUTPUTS = ("estimate_", "mount_", "check_", "model_N", "thrust_N", "force_N_")  # of a flight log; its truth, too
 BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
 _BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")
 
 
+def is_own_output(column: str) -> bool:
+    """Made by thrustd, or what it is judged by: never an explanation."""
+    return column.startswith(OWN_OUTPUTS)
+
+
 def as_mount(record: Recording, place: MountPlace | None) -> Recording:
     """Columns of one mount and its engine under plain names: `deformation_mm_left_upper` -> `deformation_mm`."""
+    if {"mach", "pressure_altitude_m"} <= set(record.channels) and "dynamic_pressure_Pa" not in record:
+        air = zip(record["mach"].tolist(), record["pressure_altitude_m"].tolist(), strict=True)
+        record = record.with_channels(dynamic_pressure_Pa=np.array([dynamic_pressure_pa(*each) for each in air]))
     if place is None:
         return record
     mount, plain = place.mount, dict(record.channels)
@@ -89,9 +100,10 @@ def with_reference(
 ) -> Recording:
     """The recording with its reference as `force_N`; RecordingError in one line when there is none."""
     if against == BROCHURE:
-        return record.with_channels(**{FORCE: _share(record, place) * _brochure_n(record, deck, place)})
+        share_n = _share(record, place) * _brochure_n(record, deck, place)
+        return record.with_channels(**{FORCE: share_n, BROCHURE_MARK: np.ones(len(record))})
     if against and against != FORCE:
-        factor = _share(record, place) if against.startswith(THRUST) else 1.0
+        factor = _share(record, place) if "thrust" in against.lower() else 1.0  # of a whole engine
         return record.with_channels(**{FORCE: factor * record[against]})
     if FORCE in record:
         return record

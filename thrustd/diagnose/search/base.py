@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from thrustd.diagnose.search.evidence import simulate
+from thrustd.diagnose.search.reference_terms import MARK, REFERENCE_OF, reference_columns, reference_term
 from thrustd.identify.first_state import level_before
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.regress import regress
@@ -68,6 +69,8 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment]) -> Base:
     terms = tuple(_present(effect) for effect in present)
     if np.any(point.gain != 0.0):
         terms += tuple(_state(k, point, shape.output_scale) for k in range(len(segments)))
+    if MARK in segments[0].inputs:
+        terms += (reference_term(),)
     if not terms:
         return Base(shape, point, information, noise, promised)
     count = sum(len(term.free) for term in terms)
@@ -140,8 +143,8 @@ def _state(number: int, point: Point, scale: float) -> Term:
 
 
 def is_state(term: Term) -> bool:
-    """Of a record's start, no effect of the mount."""
-    return term.effect.name.startswith(STATE_OF)
+    """Of a record's start or of its reference, no effect of the mount."""
+    return term.effect.name.startswith((STATE_OF, REFERENCE_OF))
 
 
 def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list[Record]:
@@ -150,6 +153,9 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
     def run(segment: Segment) -> Floats:
         return simulate(spec, segment)
 
+    judged: list[dict[str, Floats]] = [{} for _ in segments]
+    if MARK in segments[0].inputs:
+        judged = reference_columns([run(s) for s in segments], [s.inputs for s in segments], [s.dt_s for s in segments])
     return [
         Record(
             s.inputs[DEFORMATION],
@@ -158,7 +164,8 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
             level_before(run, s),
             {name: np.ascontiguousarray(column) for name, column in s.inputs.items()}
             | {"time_s": s.time_s}
-            | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))},
+            | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))}
+            | judged[i],
         )
         for i, s in enumerate(segments)
     ]

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.base import STATE_OF, Base
 from thrustd.diagnose.search.candidates import moves, order_of
+from thrustd.diagnose.search.reference_terms import REFERENCE_OF
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.stops import N_STOPS
 from thrustd.identify.regression.sweep import Record
@@ -154,7 +156,7 @@ def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[Floats, tuple[st
 
 def _strange(name: str) -> bool:
     """Whether the model does not read it anyway."""
-    return name not in OWN and not name.startswith(STATE_OF)
+    return name not in OWN and not name.startswith((STATE_OF, REFERENCE_OF)) and not is_own_output(name)
 
 
 def _unit(name: str) -> str:
