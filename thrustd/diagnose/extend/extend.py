@@ -42,7 +42,7 @@ from thrustd.identify.error_map import error_map
 from thrustd.identify.first_state import begun_at
 from thrustd.identify.regression.posterior import kept
 from thrustd.identify.regression.sweep import Record
-from thrustd.identify.regression.table import FRICTION, spec_of, std_of
+from thrustd.identify.regression.table import FRICTION, spec_of
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import EffectSpec, ErrorMap, LedgerEntry, ModelSpec, ValidRange, write_model
 from thrustd.model.effect import Effect
@@ -158,7 +158,7 @@ def told(fit: Joint) -> bool:
     """Whether the data tell any amplitude of the new effects from nothing."""
     found, count = fit.solution, sum(len(term.free) for term in fit.terms)
     last = found.shape.parts()["terms"].stop
-    size, std = found.point.vector(found.shape)[last - count : last], std_of(found)[last - count : last]
+    size, std = found.point.vector(found.shape)[last - count : last], fit.std[last - count : last]
     amplitudes = np.array([p.amplitude for term in fit.terms for p in term.free], bool)
     return bool(np.any(np.abs(size[amplitudes]) > TOLD * std[amplitudes]))
 

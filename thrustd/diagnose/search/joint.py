@@ -15,6 +15,7 @@ from thrustd.identify.regression.regress import begun_where
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Mask, Solution, bounded, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import Record, columns
+from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term
 from thrustd.model.stage import Floats
 
@@ -34,6 +35,7 @@ class Joint:
     solution: Solution
     block_mse: Floats  # (n_blocks,) held back
     block_size: Floats  # (n_blocks,) samples
+    std: Floats  # (n,) one sigma of every number of the solution
 
     @property
     def mse(self) -> float:
@@ -64,8 +66,9 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     if moved or level > WORSE * base.noise_variance:
         noise = level if level > WORSE * base.noise_variance else base.noise_variance
         found = solve(shape, found.point, begun, {}, ITERATIONS, prior=prior, noise_variance=noise)
-    mse, size = held_back(found, begun, prior)
-    return Joint(tuple(terms), tuple(begun), found, mse, size)
+    blocks = block_equations(found.shape, found.point, begun)
+    mse = held_back(found, blocks, prior)
+    return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std_over(found, blocks))
 
 
 def _stateless(found: Solution) -> Solution:
@@ -120,14 +123,32 @@ def _add(blocks: Blocks, b: int, rows: Floats, missed: Floats) -> None:
     blocks.size[b] += len(missed)
 
 
-def held_back(found: Solution, records: Sequence[Record], prior: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Mean square error (n_blocks,) of every block when its group is left out of the estimate, and samples."""
-    blocks = block_equations(found.shape, found.point, records)
+def std_over(found: Solution, blocks: Blocks) -> Floats:
+    """One sigma (n,): the posterior's, or what the blocks disagree by where that is more; 0 where a bound holds.
+
+    Scores of blocks of time scatter by all that the noise of the likelihood leaves out: errors that last, laws that
+    do not hold exactly (White, Econometrica 50 (1982) 1; blocks: Kuensch, Ann. Statist. 17 (1989) 1217).
+    """
+    free = found.free
+    scores = (blocks.right / found.noise_variance)[:, free]
+    scores = scores - scores.mean(axis=0)
+    scale = 1.0 / np.sqrt(np.diag(found.information)[free])
+    unit = found.information[np.ix_(free, free)] * np.outer(scale, scale)
+    inverse = np.linalg.pinv(unit, rcond=1e-13, hermitian=True)
+    moved = (scores * scale) @ inverse * scale
+    count = len(blocks.size)
+    std = std_of(found)
+    std[free] = np.maximum(std[free], np.sqrt((moved**2).sum(axis=0) * count / (count - 1)))
+    return std
+
+
+def held_back(found: Solution, blocks: Blocks, prior: tuple[Floats, Floats]) -> Floats:
+    """Mean square error (n_blocks,) of every block when its group is left out of the estimate."""
     vector = found.point.vector(found.shape)
     matrix = prior_of(found.shape, found.precisions) + prior[1]
     pull = prior_of(found.shape, found.precisions) @ vector + prior[1] @ (vector - prior[0])
     squares = held_back_squares(blocks, vector, matrix, pull, found.noise_variance, found.shape.positive())
-    return squares / np.maximum(blocks.size, 1.0), blocks.size
+    return squares / np.maximum(blocks.size, 1.0)
 
 
 def held_back_squares(

@@ -8,7 +8,6 @@ import numpy as np
 
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.diagnose.search.joint import Joint
-from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
 
@@ -42,7 +41,7 @@ def specs_of(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
     """Every effect of a fit, those that the model had first, with values and sigmas in units."""
     found = fit.solution
     where = found.shape.parts()["terms"]
-    std = std_of(found)[where]
+    std = fit.std[where]
     terms = found.shape.terms
     parts = zip(terms, split(terms, found.point.terms), split(terms, std), strict=True)
     told = [(term, v, sigma) for term, v, sigma in parts if not is_state(term)]
