@@ -1,0 +1,87 @@
+"""Laws as somebody else's mounts have them: beside the model's own branches, under a trembling reading, on the spring."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.base import base_of, records_of
+from thrustd.diagnose.search.joint import joint_fit
+from thrustd.diagnose.search.library import rig_of, terms_of
+from thrustd.diagnose.search.ranking import begin_at
+from thrustd.diagnose.search.records import stretches
+from thrustd.identify.regression.friction import play_of
+from thrustd.identify.regression.table import std_of
+from thrustd.model.artifact import EffectSpec
+from thrustd.model.compile import compile_model
+from thrustd.model.effects import effect_named
+from thrustd.records.recording import make_recording
+
+TREMBLE_MM = 3e-4
+
+
+def rmse_n(spec, data):
+    return compare({"model": spec}, [data]).comparisons[0].rmse_n
+
+
+def trembling(effects):
+    """`record` whose reading has noise that the mount does not feel."""
+    data, clean = record(effects), columns()
+    model = compile_model(mount(effects=effects), 1 / DT_S)
+    force = model.simulate(model.inputs(clean))
+    rng = np.random.default_rng(5)
+    read = clean["deformation_mm"] + TREMBLE_MM * rng.standard_normal(len(force))
+    noise = NOISE_N * rng.standard_normal(len(force))
+    return make_recording("measured", {**data.channels, "time_s": data.time_s, "deformation_mm": read,
+                                       "force_N": force + noise})  # fmt: skip
+
+
+def test_a_further_branch_lies_beside_the_models_own():
+    other = mount(gains=(0.05, 0.04, 0.07), taus_s=(0.4, 60.0, 30.0))
+    data = columns()
+    model = compile_model(other, 1 / DT_S)
+    force = model.simulate(model.inputs(data)) + np.random.default_rng(3).normal(0, NOISE_N, len(data["time_s"]))
+    measured = make_recording("measured", data | {"force_N": force})
+    better = extend(mount(), [measured], ["relaxation"]).spec
+    assert rmse_n(better, measured) < 1.03 * NOISE_N
+
+
+def test_friction_of_bouc_and_wen_does_not_forget_under_noise():
+    hidden = EffectSpec("hysteresis", {"friction_n": 150.0, "yield_mm": 0.1})
+    report = extend(mount(), [trembling([hidden])], ["hysteresis"])
+    numbers = {p.name: p for p in report.parameters}
+    assert numbers["friction_n"].value == pytest.approx(150.0, rel=0.05)
+    assert numbers["yield_mm"].value == pytest.approx(0.1, rel=0.15)
+
+
+def test_play_is_a_few_times_the_noise_of_the_reading():
+    rng = np.random.default_rng(0)
+    moving = np.sin(np.linspace(0.0, 20.0, 20_000)) + 0.002 * rng.standard_normal(20_000)
+    assert play_of(moving) == pytest.approx(5 * 0.002, rel=0.05)
+    assert play_of(np.zeros(100)) == 0.0
+
+
+def test_the_artifact_softens_its_spring_as_the_fit_did():
+    hidden = EffectSpec("mullins_softening_spring", {"softening": 0.1, "m_mm": 0.4})
+    measured = record([hidden])
+    report = extend(mount(), [measured], ["mullins_softening_spring"])
+    assert report.parameters[0].value == pytest.approx(0.1, rel=0.05)
+    assert rmse_n(report.spec, measured) < 1.03 * NOISE_N
+
+
+def test_sigmas_grow_where_blocks_disagree():
+    steps = np.random.default_rng(2).standard_normal(12_000)
+    wanders = np.repeat(200.0 * steps[::600], 600)
+    effects = [EffectSpec("axial_inertia", {"mass_kg": 100.0})]
+    wandering = record(effects, added=lambda data: wanders[: len(steps)] * data["accel_x_g"])
+    spec = mount()
+    segments = stretches(spec, [wandering])
+    base = base_of(spec, segments)
+    rows = [replace(row) for row in records_of(base, spec, segments)]
+    term = next(terms_of(effect_named("axial_inertia"), rig_of(rows, base, spec)))
+    fit = joint_fit(base, rows, (term,), np.array(begin_at(term)))
+    assert np.all(fit.std >= std_of(fit.solution))
+    assert fit.std[-1] > 1.5 * std_of(fit.solution)[-1]
