@@ -140,12 +140,15 @@ def _gusts(rng: np.random.Generator, count: int) -> FloatArray:
     return noise
 
 
+ROTATES_S = 1.5  # lag of the angle of attack, a rotation of some 3 s
+
+
 @jit
 def _fly(commands: Commands, dt_s: float, gust_g: FloatArray, day_k: float, out: Motion) -> None:
     """Integrate the point mass along the commands (explicit Euler; 20 Hz is fast against its seconds)."""
     left = right = 0.0
     speed = height = gamma = 0.0
-    load = 1.0
+    load, alpha = 1.0, 0.0
     for i in range(commands.n1_left.size):
         left += dt_s * spool_rate_pct_s(left, commands.n1_left[i], height)
         right += dt_s * spool_rate_pct_s(right, commands.n1_right[i], height)
@@ -174,7 +177,8 @@ def _fly(commands: Commands, dt_s: float, gust_g: FloatArray, day_k: float, out:
             turn = load * np.cos(commands.bank_rad[i]) - np.cos(gamma)
             gamma += dt_s * STANDARD_GRAVITY_M_S2 * turn / max(speed, 40.0)
         height = max(height + dt_s * speed * np.sin(gamma), 0.01 if flying else 0.0)
-        alpha = ZERO_LIFT_RAD + lift / LIFT_SLOPE_PER_RAD if flying else 0.0
+        settled = ZERO_LIFT_RAD + lift / LIFT_SLOPE_PER_RAD if flying else 0.0
+        alpha += dt_s / ROTATES_S * (settled - alpha)  # no aircraft rotates within one sample
         out.n1_left[i], out.n1_right[i] = left, right
         out.speed_m_s[i], out.altitude_m[i] = speed, height
         out.accel_x_g[i] = along * np.cos(alpha) + felt * np.sin(alpha)

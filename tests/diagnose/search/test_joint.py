@@ -1,4 +1,4 @@
-"""Laws as somebody else's mounts have them: beside the model's own branches, under a trembling reading, on the spring."""
+"""Laws as other people's mounts have them: beside the model's branches, under a trembling reading, on the spring."""
 
 from dataclasses import replace
 
