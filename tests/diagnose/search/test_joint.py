@@ -83,5 +83,4 @@ def test_sigmas_grow_where_blocks_disagree():
     rows = [replace(row) for row in records_of(base, spec, segments)]
     term = next(terms_of(effect_named("axial_inertia"), rig_of(rows, base, spec)))
     fit = joint_fit(base, rows, (term,), np.array(begin_at(term)))
-    assert np.all(fit.std >= std_of(fit.solution))
     assert fit.std[-1] > 1.5 * std_of(fit.solution)[-1]

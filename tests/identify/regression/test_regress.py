@@ -15,6 +15,7 @@ from thrustd.identify.regression.sweep import Record, normal_equations, simulate
 from thrustd.identify.segments import Segment
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.mount import fitted_from
+from thrustd.model.compile import compile_model
 
 DT_S, NOISE_N = 0.05, 12.0
 
@@ -153,3 +154,13 @@ def test_slow_errors_raise_the_noise_level():
     slow = lfilter([0.02], [1.0, -0.98], rng.normal(size=50_000))
     assert noise_level([white]) < 1.8
     assert noise_level([slow]) > 20 * float(np.var(slow))
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e3, 1e5])
+def test_friction_that_yields_is_found_in_any_unit_of_the_deformation(unit):
+    d, _, y = mount(n=8_000, friction_n=80.0)
+    in_mm, other = (regress([segment(k * d, y)]) for k in (1.0, unit))
+    assert other.mean_square == pytest.approx(in_mm.mean_square, rel=0.01)
+    spec = fitted_from(other, [segment(unit * d, y)]).spec
+    model = compile_model(spec, 1 / DT_S)  # refuses parameters out of their bounds
+    assert np.isfinite(model.simulate(model.inputs({"deformation_mm": unit * d[:100]}))).all()

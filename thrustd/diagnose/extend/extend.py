@@ -201,8 +201,9 @@ def _written(
         data=", ".join(record.name for record in records),
         parent_sha256=hashlib.sha256(write_model(parent).encode()).hexdigest(),
     )
-    seen_s = parent.provenance.get("longest_train_s", 0.0)
-    longest_s = max([float(seen_s), *(len(s) * s.dt_s for s in segments)])  # type: ignore[arg-type]
+    seen_s = parent.provenance.get("longest_train_s")
+    longest_s = max(len(s) * s.dt_s for s in segments)
+    longest_s = max(longest_s, float(seen_s)) if isinstance(seen_s, int | float) else longest_s
     draft = msgspec.structs.replace(
         core,
         structure=parent.structure,

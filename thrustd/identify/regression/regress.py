@@ -31,10 +31,10 @@ FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 
-def regress(segments: Sequence[Segment], progress: Progress | None = None, **shape_options: object) -> Solution:
+def regress(segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
     """The most probable mount. RecordingError when the data cannot tell anything."""
     with one_thread():
-        shape, records = prepared(segments, **shape_options)
+        shape, records = prepared(segments)
         plain = replace(shape, terms=())  # what yields would hide where a record begins
         found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
         settled = [replace(record, before=float(record.d[0])) for record in records]
@@ -46,7 +46,7 @@ def regress(segments: Sequence[Segment], progress: Progress | None = None, **sha
         return solve(shape, start, begun, found.precisions, progress=progress)
 
 
-def prepared(segments: Sequence[Segment], **options: object) -> tuple[Shape, list[Record]]:
+def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
     """Shape and records for these data, every record begun unloaded."""
     d = [segment.inputs[DEFORMATION] for segment in segments]
     low, high = min(float(x.min()) for x in d), max(float(x.max()) for x in d)
@@ -61,8 +61,8 @@ def prepared(segments: Sequence[Segment], **options: object) -> tuple[Shape, lis
     longest_s = max(len(segment) * segment.dt_s for segment in segments)
     taus_s = np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), LAGS)
     knots = KNOTS * (2 if len(y) > MANY else 1)
-    own = {"terms": (yielding(d, scale),)} | options
-    shape = Shape(beyond(low, high, knots), zero, taus_s, radii_of(high - low), scale, **own)  # type: ignore[arg-type]
+    friction = yielding(d, scale)
+    shape = Shape(beyond(low, high, knots), zero, taus_s, radii_of(high - low), scale, terms=(friction,))
     records = [Record(x, s.force_n / scale, s.dt_s, zero) for x, s in zip(d, segments, strict=True)]
     return shape, records
 

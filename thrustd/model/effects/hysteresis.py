@@ -47,7 +47,7 @@ FRICTION_N = Parameter(
 )  # fmt: skip
 
 DEADBAND_MM = Parameter(
-    "deadband_mm", "mm", neutral=0.0, low=0.0, high=1.0, starts=(0.0,), amplitude=False, estimate=False,
+    "deadband_mm", "mm", neutral=0.0, low=0.0, high=1e9, starts=(0.0,), amplitude=False, estimate=False,
     meaning="play around the reading that keeps its noise out",
 )  # fmt: skip
 
@@ -58,7 +58,7 @@ EFFECT = Effect(
     channels=("deformation_mm",),
     parameters=(
         FRICTION_N,
-        Parameter("yield_mm", "mm", neutral=0.03, low=0.0005, high=50.0, starts=(0.01, 0.03, 0.1, 0.3),
+        Parameter("yield_mm", "mm", neutral=0.03, low=1e-9, high=1e9, starts=(0.01, 0.03, 0.1, 0.3),
                   meaning="deformation over which the loop turns over", amplitude=False),
         DEADBAND_MM,
     ),

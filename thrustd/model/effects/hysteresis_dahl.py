@@ -50,7 +50,7 @@ EFFECT = Effect(
     channels=("deformation_mm",),
     parameters=(
         FRICTION_N,
-        Parameter("yield_mm", "mm", neutral=0.03, low=0.0005, high=50.0, starts=(0.01, 0.03, 0.1),
+        Parameter("yield_mm", "mm", neutral=0.03, low=1e-9, high=1e9, starts=(0.01, 0.03, 0.1),
                   meaning="deformation over which it would turn over at its rate in the middle of the loop",
                   amplitude=False),
         Parameter("exponent", "-", neutral=1.0, low=0.2, high=4.0, starts=(1.2,),

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from thrustd.model.effect import Effect
-from thrustd.model.effects.thermal_expansion_late import LAG_S
+from thrustd.model.effects.thermal_expansion_late import LAG_S, initial
 from thrustd.model.effects.thermal_stiffness import EFFECT as AT_ONCE
 from thrustd.model.stage import Floats, jit
 
@@ -25,10 +25,6 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["stiffness_1_k"], p["reference_degc"], -math.expm1(-dt_s / p["lag_s"])])
-
-
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = u[0]
 
 
 EFFECT = Effect(
