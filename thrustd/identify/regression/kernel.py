@@ -1,14 +1,14 @@
 """The core of the model over a block of samples, with its exact gradient in the same recursion.
 
-    w = s f(d),  x = w + sum_i g_i (w - L_i w) + sum_k Re[G_k conj(w - P_k w)],  y = x + h(x)
+    w = s f(d),  x = w + sum_i Re[g_i (w - L_i w)],  y = x + h(x)
 
-s: what effects make of the spring, sample by sample; L_i: first-order lags of unit gain at rest; P_k: complex ones, a
-pair of poles each; f and h: splines (`curve`). One loop carries, beside the signals, every basis function of f
-through every lag: columns for f are exact, those for gains and poles come from the lags themselves. Coefficients of
-the lags: `thrustd.model.linear.discretise_mode`.
+s: what effects make of the spring, sample by sample; L_i: first-order lags of unit gain at rest, real ones and complex
+ones, a pair of poles each; f and h: splines (`curve`). Beside the signals every basis function of f passes through
+every lag: columns for f are exact, those for gains and poles come from the lags themselves. Coefficients of the lags:
+`thrustd.model.linear.discretise_mode`.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,27 +16,42 @@ from numpy.typing import NDArray
 from thrustd.identify.regression.curve import bspline
 from thrustd.model.stage import Floats, jit
 
-Complexes = NDArray[np.complex128]
+Numbers = NDArray[Any]  # float64 of real lags, complex128 of pairs
+Integers = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+PIECE = 512  # samples that pass through one lag after the other: few enough to stay in the processor's cache
 FADED = 1e-100  # a factor kept apart goes back into what it multiplies before it is too small to divide by
 
 
+class Lags(NamedTuple):
+    """n first-order lags of one kind, real or complex: s <- a s + b0 w_before + b1 w."""
+
+    gain: Numbers  # (n,)
+    taps: Numbers  # (n, 3) a, b0, b1
+    move: Numbers  # (n, 1 or 2, 3) their derivatives: by log tau, or by the logarithms of decay and frequency
+
+
 class Core(NamedTuple):
-    """Numbers of the model for one sweep. m real lags, p pairs; a lag is s <- a s + b0 w_before + b1 w."""
+    """Numbers of the model for one sweep."""
 
     f: Floats  # (n_f,)
     f_zero: Floats  # (n_f,) basis where f is zero: it is taken off
     f_place: Floats  # (2,) low end of the grid, step
-    gain: Floats  # (m,)
-    lag: Floats  # (m, 3) a, b0, b1
-    lag_move: Floats  # (m, 3) their derivatives by the logarithm of the time constant
-    pair_gain: Floats  # (p, 2) real and imaginary part
-    pair: Complexes  # (p, 3)
-    pair_move: Complexes  # (p, 2, 3) by the logarithms of decay and frequency
+    real: Lags
+    pairs: Lags
     h: Floats  # (n_h,), empty: x is y
     h_place: Floats  # (2,)
     move: bool  # columns for the poles are wanted
+
+
+class Lagged(NamedTuple):
+    """What n lags of one kind remember."""
+
+    s: Numbers  # (n,)
+    move: Numbers  # (n, 1 or 2)
+    basis: Numbers  # (n, n_f) of the basis alone, `f_zero` left out
+    spring: Numbers  # (n,) of the spring
 
 
 class Memory(NamedTuple):
@@ -44,31 +59,25 @@ class Memory(NamedTuple):
 
     w: Floats  # (1,)
     touched: Floats  # (5,) of the sample before: first basis function that is not zero, values of it and three more
-    lag: Floats  # (m,)
-    lag_move: Floats  # (m,)
-    lag_basis: Floats  # (m, n_f) of the basis alone, `f_zero` left out
-    pair: Complexes  # (p,)
-    pair_move: Complexes  # (p, 2)
-    pair_basis: Complexes  # (p, n_f)
     spring: Floats  # (1,) s of the sample before
-    lag_spring: Floats  # (m,) s behind every lag
-    pair_spring: Complexes  # (p,)
+    real: Lagged
+    pairs: Lagged
 
 
 def at_rest(core: Core, d: float, spring: float = 1.0) -> Memory:
     """Settled for ever at the input d, with a spring of this relative stiffness."""
-    m, p, n = len(core.gain), len(core.pair), len(core.f)
-    basis, four = np.zeros(n), np.empty(8)
-    first = bspline(d, core.f_place[0], core.f_place[1], n, four)
+    basis, four = np.zeros(len(core.f)), np.empty(8)
+    first = bspline(d, core.f_place[0], core.f_place[1], len(core.f), four)
     basis[first : first + 4] += spring * four[:4]
     w = float((basis - spring * core.f_zero) @ core.f)
-    still = np.tile(basis, (m, 1)), np.tile(basis, (p, 1)).astype(complex)
-    lags, pairs = np.full(m, w), np.full(p, w + 0j)
     touched = np.concatenate(([first], spring * four[:4]))
-    springs = np.array([spring]), np.full(m, spring), np.full(p, spring + 0j)
-    return Memory(
-        np.array([w]), touched, lags, np.zeros(m), still[0], pairs, np.zeros((p, 2), complex), still[1], *springs
-    )
+    return Memory(np.array([w]), touched, np.array([spring]), *(_settled(lags, w, basis, spring) for lags in core[3:5]))
+
+
+def _settled(lags: Lags, w: float, basis: Floats, spring: float) -> Lagged:
+    n, kind = len(lags.gain), lags.taps.dtype
+    still = np.tile(basis, (n, 1)).astype(kind)
+    return Lagged(np.full(n, w, kind), np.zeros(lags.move.shape[:2], kind), still, np.full(n, spring, kind))
 
 
 @jit
@@ -86,16 +95,17 @@ def run(core: Core, memory: Memory, d: Floats, spring: Floats, y: Floats) -> Non
             w += four[q] * core.f[first + q]
         if spring.size > 0:
             w *= spring[k]
-        before = memory.w[0]
-        x = w
-        for i in range(core.gain.size):
-            s = core.lag[i, 0] * memory.lag[i] + core.lag[i, 1] * before + core.lag[i, 2] * w
-            memory.lag[i] = s
-            x += core.gain[i] * (w - s)
-        for i in range(core.pair.shape[0]):
-            z = core.pair[i, 0] * memory.pair[i] + core.pair[i, 1] * before + core.pair[i, 2] * w
-            memory.pair[i] = z
-            x += core.pair_gain[i, 0] * (w - z.real) + core.pair_gain[i, 1] * z.imag
+        before, x = memory.w[0], w
+        for i in range(core.real.gain.size):
+            taps = core.real.taps
+            s = taps[i, 0] * memory.real.s[i] + taps[i, 1] * before + taps[i, 2] * w
+            memory.real.s[i] = s
+            x += core.real.gain[i] * (w - s)
+        for i in range(core.pairs.gain.size):
+            swings = core.pairs.taps
+            z = swings[i, 0] * memory.pairs.s[i] + swings[i, 1] * before + swings[i, 2] * w
+            memory.pairs.s[i] = z
+            x += (core.pairs.gain[i] * (w - z)).real
         memory.w[0] = w
         if n_h > 0:
             first = bspline(x, core.h_place[0], core.h_place[1], n_h, four)
@@ -106,143 +116,161 @@ def run(core: Core, memory: Memory, d: Floats, spring: Floats, y: Floats) -> Non
         y[k] = x
 
 
+class _Piece(NamedTuple):
+    """Up to PIECE samples on their way; where one more is held, it is that before the first."""
+
+    first: Integers  # (n + 1,) basis function of f that is not zero
+    basis: Floats  # (n + 1, 4) it and three more, times the spring
+    w: Floats  # (n + 1,)
+    spring: Floats  # (n + 1,)
+    x: Floats  # (n,)
+    held: Floats  # (n,) of what f is at zero, behind the relaxation
+    sprung: bool  # the spring is not 1 everywhere
+
+
 @jit
-def run_with_columns(  # noqa: C901 - one recursion, read from top to bottom as the signal flows
+def _total_gain(core: Core) -> float:
+    """What passes by the lags."""
+    total = 1.0
+    for gain in core.real.gain:
+        total += gain
+    for pair in core.pairs.gain:
+        total += pair.real
+    return total
+
+
+@jit
+def _begin(core: Core, memory: Memory, piece: _Piece, d: Floats, spring: Floats) -> None:
+    """f(d), and what of it passes by the lags; the last sample into the memory."""
+    total_gain, zero, four = _total_gain(core), 0.0, np.empty(8)
+    for j in range(core.f.size):
+        zero += core.f_zero[j] * core.f[j]
+    piece.first[0], piece.w[0], piece.spring[0] = int(memory.touched[0]), memory.w[0], memory.spring[0]
+    piece.basis[0] = memory.touched[1:]
+    for k in range(d.size):
+        first = bspline(d[k], core.f_place[0], core.f_place[1], core.f.size, four)
+        now = spring[k] if piece.sprung else 1.0
+        w = -zero * now
+        for q in range(4):
+            piece.basis[k + 1, q] = four[q] * now
+            w += piece.basis[k + 1, q] * core.f[first + q]
+        piece.first[k + 1], piece.w[k + 1], piece.spring[k + 1] = first, w, now
+        piece.x[k] = total_gain * w
+        piece.held[k] = total_gain * now if piece.sprung else 1.0
+    memory.touched[0], memory.w[0], memory.spring[0] = piece.first[d.size], piece.w[d.size], piece.spring[d.size]
+    memory.touched[1:] = piece.basis[d.size]
+
+
+@jit
+def _signals(lags: Lags, lagged: Lagged, i: int, piece: _Piece, moves: bool, counted: Bools, own: Floats) -> None:
+    """Through one lag: what it takes off x and `held`; columns of its gain and its poles into `own` (n, ...)."""
+    a, b0, b1, gain = lags.taps[i, 0], lags.taps[i, 1], lags.taps[i, 2], lags.gain[i]
+    s, swung, width = lagged.s[i], lagged.spring[i], lags.move.shape[1]
+    at_pole = width * (lags.gain.size + i)
+    for k in range(counted.size):
+        before, w, old = piece.w[k], piece.w[k + 1], s
+        s = a * old + b0 * before + b1 * w
+        piece.x[k] -= (gain * s).real
+        if piece.sprung:
+            swung = a * swung + b0 * piece.spring[k] + b1 * piece.spring[k + 1]
+            piece.held[k] -= (gain * swung).real
+        if counted[k]:
+            own[k, width * i] = w - s.real
+            if width > 1:
+                own[k, width * i + 1] = s.imag
+        for q in range(width if moves else 0):
+            moved = a * lagged.move[i, q] + lags.move[i, q, 0] * old
+            lagged.move[i, q] = moved + (lags.move[i, q, 1] * before + lags.move[i, q, 2] * w)
+            if counted[k]:
+                own[k, at_pole + q] = -(gain * lagged.move[i, q]).real
+    lagged.s[i], lagged.spring[i] = s, swung
+
+
+@jit
+def _basis(lags: Lags, lagged: Lagged, i: int, faded: Numbers, piece: _Piece, counted: Bools, out: Floats) -> None:
+    """Every basis function through one lag: off the columns of f, `out` (n, n_f).
+
+    It only fades between the samples that touch it, so the fading is kept as one factor, and only four are changed.
+    """
+    a, b0, b1, gain = lags.taps[i, 0], lags.taps[i, 1], lags.taps[i, 2], lags.gain[i]
+    fade, row, first, basis = faded[i], lagged.basis[i], piece.first, piece.basis
+    for k in range(counted.size):
+        fade *= a
+        if abs(fade) < FADED:
+            for j in range(row.size):
+                row[j] *= fade
+            fade = 1.0 + 0.0 * fade
+        old, new = b0 / fade, b1 / fade
+        for q in range(4):
+            row[first[k] + q] += old * basis[k, q]
+            row[first[k + 1] + q] += new * basis[k + 1, q]
+        weight = gain * fade
+        if counted[k] and weight != 0.0:
+            for j in range(row.size):
+                out[k, j] -= (weight * row[j]).real
+    faded[i] = fade
+
+
+@jit
+def _bend(core: Core, x: Floats, counted: Bools, y: Floats, slopes: Floats, own: Floats) -> None:
+    """y = x + h(x) (n,), its slopes where counted; columns of h into `own` (n, n_h)."""
+    four = np.empty(8)
+    for k in range(x.size):
+        total, slope = x[k], 1.0
+        if core.h.size > 0:
+            at = bspline(x[k], core.h_place[0], core.h_place[1], core.h.size, four)
+            for q in range(4):
+                total += four[q] * core.h[at + q]
+                slope += four[4 + q] * core.h[at + q] / core.h_place[1]
+            if counted[k]:
+                own[k] = 0.0
+                own[k, at : at + 4] = four[:4]
+        y[k] = total
+        if counted[k]:
+            slopes[k] = slope
+
+
+@jit
+def _write(core: Core, memory: Memory, faded: Any, piece: _Piece, counted: Bools, columns: Floats) -> None:
+    """Columns of f, gains and poles of one piece, d x by d each."""
+    n_f, m, total_gain = core.f.size, core.real.gain.size, _total_gain(core)
+    at_pairs = n_f + (2 * m if core.move else m)
+    for i in range(m):
+        _signals(core.real, memory.real, i, piece, core.move, counted, columns[:, n_f:])
+    for i in range(core.pairs.gain.size):
+        _signals(core.pairs, memory.pairs, i, piece, core.move, counted, columns[:, at_pairs:])
+    for k in np.flatnonzero(counted):
+        for j in range(n_f):
+            columns[k, j] = -piece.held[k] * core.f_zero[j]
+        for q in range(4):
+            columns[k, piece.first[k + 1] + q] += total_gain * piece.basis[k + 1, q]
+    for i in range(m):
+        _basis(core.real, memory.real, i, faded[0], piece, counted, columns[:, :n_f])
+    for i in range(core.pairs.gain.size):
+        _basis(core.pairs, memory.pairs, i, faded[1], piece, counted, columns[:, :n_f])
+
+
+@jit
+def run_with_columns(
     core: Core, memory: Memory, d: Floats, spring: Floats, counted: Bools, y: Floats, slopes: Floats, columns: Floats
 ) -> None:
     """As `run`; where `counted` (n,), d y / d (f, gains, log tau, pair gains, log poles, h) into columns (n, n_columns)
-    and d y / d x into slopes (n,), elsewhere these stay as they were.
-
-    Without `core.move` the columns for poles are left out. A basis function behind a lag only fades between the samples
-    that touch it, so the fading is kept as one factor a lag, and only four of the n_f are changed per sample.
+    and d y / d x into slopes (n,), elsewhere these stay as they were. Without `core.move` there are none for poles.
     """
-    four, bend, sens = np.empty(8), np.empty(8), np.empty(core.f.size)
-    n_f, n_h, m, p = core.f.size, core.h.size, core.gain.size, core.pair.shape[0]
-    faded, pair_faded = np.ones(m), np.ones(p, np.complex128)
-    total_gain = 1.0
-    for i in range(m):
-        total_gain += core.gain[i]
-    for i in range(p):
-        total_gain += core.pair_gain[i, 0]
-    zero = 0.0
-    for j in range(n_f):
-        zero += core.f_zero[j] * core.f[j]
-    at_tau = n_f + m
-    at_pair = at_tau + (m if core.move else 0)
-    at_pole = at_pair + 2 * p
-    at_h = at_pole + (2 * p if core.move else 0)
-    before_first, before_four = int(memory.touched[0]), memory.touched[1:].copy()
-    before_spring, sprung = memory.spring[0], spring.size > 0
-    for k in range(d.size):
-        first = bspline(d[k], core.f_place[0], core.f_place[1], n_f, four)
-        now = spring[k] if sprung else 1.0
-        w = -zero * now
-        for q in range(4):
-            four[q] *= now
-            w += four[q] * core.f[first + q]
-        before, x, wanted = memory.w[0], total_gain * w, counted[k]
-        held = total_gain * now if sprung else 1.0  # of what f is at zero, behind the relaxation
-        for i in range(m):
-            a, b0, b1, g = core.lag[i, 0], core.lag[i, 1], core.lag[i, 2], core.gain[i]
-            old = memory.lag[i]
-            s = a * old + b0 * before + b1 * w
-            memory.lag[i] = s
-            x -= g * s
-            if sprung:
-                memory.lag_spring[i] = a * memory.lag_spring[i] + b0 * before_spring + b1 * now
-                held -= g * memory.lag_spring[i]
-            if core.move:
-                moved = a * memory.lag_move[i] + core.lag_move[i, 0] * old
-                moved += core.lag_move[i, 1] * before + core.lag_move[i, 2] * w
-                memory.lag_move[i] = moved
-            row, fade = memory.lag_basis[i], faded[i] * a
-            if fade < FADED:
-                for j in range(n_f):
-                    row[j] *= fade
-                fade = 1.0
-            faded[i] = fade
-            for q in range(4):
-                row[before_first + q] += b0 / fade * before_four[q]
-                row[first + q] += b1 / fade * four[q]
-        for i in range(p):
-            ca, cb0, cb1 = core.pair[i, 0], core.pair[i, 1], core.pair[i, 2]
-            gr, gi = core.pair_gain[i, 0], core.pair_gain[i, 1]
-            old_z = memory.pair[i]
-            z = ca * old_z + cb0 * before + cb1 * w
-            memory.pair[i] = z
-            x += gi * z.imag - gr * z.real
-            if sprung:
-                swung = ca * memory.pair_spring[i] + cb0 * before_spring + cb1 * now
-                memory.pair_spring[i] = swung
-                held += gi * swung.imag - gr * swung.real
-            if core.move:
-                for q in range(2):
-                    turned = ca * memory.pair_move[i, q] + core.pair_move[i, q, 0] * old_z
-                    turned += core.pair_move[i, q, 1] * before + core.pair_move[i, q, 2] * w
-                    memory.pair_move[i, q] = turned
-            line, turn = memory.pair_basis[i], pair_faded[i] * ca
-            if abs(turn) < FADED:
-                for j in range(n_f):
-                    line[j] *= turn
-                turn = 1.0 + 0.0j
-            pair_faded[i] = turn
-            for q in range(4):
-                line[before_first + q] += cb0 / turn * before_four[q]
-                line[first + q] += cb1 / turn * four[q]
-        before_first, before_spring = first, now
-        for q in range(4):
-            before_four[q] = four[q]
-        memory.w[0] = w
-        slope = 1.0
-        if n_h > 0:
-            at = bspline(x, core.h_place[0], core.h_place[1], n_h, bend)
-            total = x
-            for q in range(4):
-                total += bend[q] * core.h[at + q]
-                slope += bend[4 + q] * core.h[at + q] / core.h_place[1]
-            if wanted:
-                for j in range(n_h):
-                    columns[k, at_h + j] = 0.0
-                for q in range(4):
-                    columns[k, at_h + at + q] = bend[q]
-            x = total
-        y[k] = x
-        if not wanted:
-            continue
-        slopes[k] = slope
-        for j in range(n_f):
-            sens[j] = -held * core.f_zero[j]
-        for q in range(4):
-            sens[first + q] += total_gain * four[q]
-        for i in range(m):
-            columns[k, n_f + i] = slope * (w - memory.lag[i])
-            if core.move:
-                columns[k, at_tau + i] = -slope * core.gain[i] * memory.lag_move[i]
-            weight = core.gain[i] * faded[i]
-            if weight != 0.0:
-                row = memory.lag_basis[i]
-                for j in range(n_f):
-                    sens[j] -= weight * row[j]
-        for i in range(p):
-            z, gr, gi = memory.pair[i], core.pair_gain[i, 0], core.pair_gain[i, 1]
-            columns[k, at_pair + 2 * i] = slope * (w - z.real)
-            columns[k, at_pair + 2 * i + 1] = slope * z.imag
-            if core.move:
-                for q in range(2):
-                    turned = memory.pair_move[i, q]
-                    columns[k, at_pole + 2 * i + q] = slope * (gi * turned.imag - gr * turned.real)
-            heavy = -(gr + 1j * gi) * pair_faded[i]  # Re(heavy line) = gi Im - gr Re of what is behind the pair
-            line = memory.pair_basis[i]
-            for j in range(n_f):
-                sens[j] += (heavy * line[j]).real
-        for j in range(n_f):
-            columns[k, j] = slope * sens[j]
-    for i in range(m):
-        for j in range(n_f):
-            memory.lag_basis[i, j] *= faded[i]
-    for i in range(p):
-        for j in range(n_f):
-            memory.pair_basis[i, j] *= pair_faded[i]
-    memory.spring[0] = before_spring
-    memory.touched[0] = before_first
-    memory.touched[1:] = before_four
+    n, at_h = PIECE, columns.shape[1] - core.h.size
+    faded = np.ones_like(core.real.gain), np.ones_like(core.pairs.gain)
+    first, basis = np.empty(n + 1, np.int64), np.empty((n + 1, 4))
+    for begin in range(0, d.size, n):
+        part = slice(begin, min(begin + n, d.size))
+        x, held, wanted, rows = np.empty(len(d[part])), np.empty(n), counted[part], columns[part]
+        piece = _Piece(first, basis, np.empty(n + 1), np.empty(n + 1), x, held, spring.size > 0)
+        _begin(core, memory, piece, d[part], spring[part])
+        _write(core, memory, faded, piece, wanted, rows)
+        _bend(core, x, wanted, y[part], slopes[part], rows[:, at_h:])
+        for k in np.flatnonzero(wanted):
+            for j in range(at_h):
+                rows[k, j] *= slopes[begin + k]
+    for i in range(core.real.gain.size):
+        memory.real.basis[i] *= faded[0][i]
+    for i in range(core.pairs.gain.size):
+        memory.pairs.basis[i] *= faded[1][i]

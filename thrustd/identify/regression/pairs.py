@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from thrustd.identify.regression.kernel import Complexes
+from thrustd.identify.regression.kernel import Numbers
 from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.sweep import Record, columns, head_of
@@ -88,7 +88,7 @@ def _tables(found: Solution, record: Record, grid: Floats) -> tuple[Floats, Floa
 
 
 @jit
-def _bank(w: Floats, before: float, poles: Complexes, out: Floats) -> None:
+def _bank(w: Floats, before: float, poles: Numbers, out: Floats) -> None:
     """Re(w - P w), Im(P w) of every pole (n, 2 k)."""
     z = np.full(poles.shape[0], complex(before, 0.0))
     last = before

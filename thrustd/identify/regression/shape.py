@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.identify.regression.curve import Grid, roughness
-from thrustd.identify.regression.kernel import Core
+from thrustd.identify.regression.kernel import Core, Lags
 from thrustd.identify.regression.terms import Term, branches, positives
 from thrustd.model.linear import discretise_mode
 from thrustd.model.stage import Floats
@@ -147,12 +147,12 @@ def core_of(shape: Shape, point: Point, dt_s: float) -> Core:
         point.f,
         grid.values(np.array([shape.zero]))[0],
         np.array([grid.low, grid.step]),
-        np.concatenate((point.gain, [gain for _, gain in added])),
-        np.ascontiguousarray(lag.real).reshape(-1, 3),
-        np.ascontiguousarray((up - down).real / (2 * TURN)).reshape(-1, 3),
-        np.ascontiguousarray(point.pair_gain).reshape(-1, 2),
-        pair,
-        turned,
+        Lags(
+            np.concatenate((point.gain, [gain for _, gain in added])),
+            np.ascontiguousarray(lag.real).reshape(-1, 3),
+            np.ascontiguousarray((up - down).real / (2 * TURN)).reshape(-1, 1, 3),
+        ),
+        Lags(point.pair_gain.reshape(-1, 2) @ (1.0, 1.0j), pair, turned),
         point.h,
         np.array([h_grid.low, h_grid.step] if h_grid else [0.0, 1.0]),
         shape.move,

@@ -83,7 +83,7 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice,
     whole = _with_terms(shape, point, record, v) if shape.terms else None
     memory, stops = begun_at(shape, point, core, record), stops_at_rest(shape.radii, record.before)
     where, table = shape.parts(), np.empty((BLOCK, shape.n))
-    own = shape.own_columns(len(core.gain))
+    own = shape.own_columns(len(core.real.gain))
     narrow, rub = np.zeros((BLOCK, len(own))), np.empty((BLOCK, len(shape.radii)))
     for part in blocks(len(record)):
         m = part.stop - part.start
@@ -112,8 +112,8 @@ def begun_at(shape: Shape, point: Point, core: Core, record: Record) -> Memory:
     if record.place is not None and len(point.begin):
         m, p = len(point.gain), len(point.pair_gain)
         off = point.begin.reshape(-1, m + 2 * p)[record.place]
-        memory.lag[:m] += off[:m]
-        memory.pair[:] += off[m : m + p] + 1j * off[m + p :]
+        memory.real.s[:m] += off[:m]
+        memory.pairs.s[:] += off[m : m + p] + 1j * off[m + p :]
     return memory
 
 
@@ -124,10 +124,9 @@ def _fading(shape: Shape, point: Point, core: Core, record: Record, part: slice,
     if record.place is None or each == 0:
         return columns
     steps = 1.0 + np.arange(part.start, part.start + len(slopes))[:, None]
-    pairs = core.pair[:, 0] ** steps
-    heavy = -(core.pair_gain[:, 0] + 1j * core.pair_gain[:, 1])
     m = len(point.gain)
-    own = np.hstack((-core.gain[:m] * core.lag[:m, 0] ** steps, (heavy * pairs).real, -(heavy * pairs).imag))
+    pairs = -core.pairs.gain * core.pairs.taps[:, 0] ** steps
+    own = np.hstack((-core.real.gain[:m] * core.real.taps[:m, 0] ** steps, pairs.real, -pairs.imag))
     columns[:, record.place * each : (record.place + 1) * each] = slopes[:, None] * own
     return columns
 
