@@ -59,13 +59,13 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     begin = start if start is not None else np.full(count, BEGIN)
     point = replace(base.point, terms=np.concatenate((base.point.terms, begin)))
     prior = _prior(base, shape)
-    found = solve(shape, point, records, {}, ITERATIONS, prior=prior, noise_variance=base.noise_variance)
+    found = solve(shape, point, records, {}, iterations=ITERATIONS, prior=prior, noise_variance=base.noise_variance)
     begun = [begun_where(_stateless(found), record) for record in records]
     level = noise_level(found.normal.residuals)
     moved = any(new.before != old.before for new, old in zip(begun, records, strict=True))
     if moved or level > WORSE * base.noise_variance:
         noise = level if level > WORSE * base.noise_variance else base.noise_variance
-        found = solve(shape, found.point, begun, {}, ITERATIONS, prior=prior, noise_variance=noise)
+        found = solve(shape, found.point, begun, {}, iterations=ITERATIONS, prior=prior, noise_variance=noise)
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std_over(found, blocks))

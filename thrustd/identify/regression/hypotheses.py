@@ -91,7 +91,7 @@ class Field:
 
     def solved(self, shape: Shape, start: Point, precisions: dict[str, float]) -> Trial:
         records = records_of(shape, self.visible)
-        return self._judged(solve(shape, start, records, precisions, ITERATIONS, self.progress))
+        return self._judged(solve(shape, start, records, precisions, iterations=ITERATIONS, progress=self.progress))
 
     def with_pair(self, trial: Trial) -> Trial:
         shape, point = with_best_pair(trial.found, records_of(trial.found.shape, self.visible))
@@ -154,7 +154,7 @@ def _explained(segments: Sequence[Segment], asked: Asked, progress: Progress | N
         best = _leaner(competing, best)
         return _ordered(resolved(best.found, segments, progress), segments, asked, progress)
     shape, records = general_shape(segments, asked, best.found.shape.hold)
-    found = solve(shape, linear_point(shape, records), records, FREE, ITERATIONS, progress)
+    found = solve(shape, linear_point(shape, records), records, FREE, iterations=ITERATIONS, progress=progress)
     return _ordered(found, segments, asked, progress)
 
 
@@ -164,9 +164,11 @@ def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | Non
     if found.shape.passive:
         return _ordered(regress(segments, progress), segments, asked, progress)
     shape, point = finer(found, segments[0].dt_s, thin[0].dt_s, asked.order)
-    found = solve(shape, point, sparse(records_of(shape, thin)), found.precisions, ITERATIONS, progress)
+    found = solve(
+        shape, point, sparse(records_of(shape, thin)), found.precisions, iterations=ITERATIONS, progress=progress
+    )
     records = sparse(records_of(shape, segments))
-    return solve(shape, found.point, records, found.precisions, PASSES, progress)
+    return solve(shape, found.point, records, found.precisions, iterations=PASSES, progress=progress)
 
 
 def _ordered(found: Solution, segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
@@ -200,7 +202,7 @@ def resolved(found: Solution, segments: Sequence[Segment], progress: Progress | 
         shape = replace(shape, begun=len(segments))
         point = replace(point, begin=np.zeros(shape.sizes["begin"]))
     records = records_for(found, segments)
-    return solve(shape, point, records, found.precisions, ITERATIONS, progress)
+    return solve(shape, point, records, found.precisions, iterations=ITERATIONS, progress=progress)
 
 
 def records_for(found: Solution, segments: Sequence[Segment]) -> list[Record]:

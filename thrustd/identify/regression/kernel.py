@@ -239,11 +239,12 @@ def _write(core: Core, memory: Memory, faded: Any, piece: _Piece, counted: Bools
         _signals(core.real, memory.real, i, piece, core.move, counted, columns[:, n_f:])
     for i in range(core.pairs.gain.size):
         _signals(core.pairs, memory.pairs, i, piece, core.move, counted, columns[:, at_pairs:])
-    for k in np.flatnonzero(counted):
-        for j in range(n_f):
-            columns[k, j] = -piece.held[k] * core.f_zero[j]
-        for q in range(4):
-            columns[k, piece.first[k + 1] + q] += total_gain * piece.basis[k + 1, q]
+    for k in range(counted.size):
+        if counted[k]:
+            for j in range(n_f):
+                columns[k, j] = -piece.held[k] * core.f_zero[j]
+            for q in range(4):
+                columns[k, piece.first[k + 1] + q] += total_gain * piece.basis[k + 1, q]
     for i in range(m):
         _basis(core.real, memory.real, i, faded[0], piece, counted, columns[:, :n_f])
     for i in range(core.pairs.gain.size):
@@ -267,8 +268,8 @@ def run_with_columns(
         _begin(core, memory, piece, d[part], spring[part])
         _write(core, memory, faded, piece, wanted, rows)
         _bend(core, x, wanted, y[part], slopes[part], rows[:, at_h:])
-        for k in np.flatnonzero(wanted):
-            for j in range(at_h):
+        for k in range(wanted.size):
+            for j in range(at_h if wanted[k] else 0):
                 rows[k, j] *= slopes[begin + k]
     for i in range(core.real.gain.size):
         memory.real.basis[i] *= faded[0][i]

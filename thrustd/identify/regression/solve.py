@@ -59,11 +59,45 @@ class Solution:
     normal: Normal
 
 
+@dataclass(frozen=True, slots=True)
+class _Posterior:
+    """What is minimised, with s2 and the strengths of the priors as they stand."""
+
+    s2: float
+    middle: Floats  # (n,) means of the groups' priors
+    groups: Floats  # (n, n) their precision
+    prior: Prior | None  # beside them
+
+    def cost(self, squares: float, vector: Floats) -> float:
+        away = vector - self.middle
+        cost = squares / self.s2 + float(away @ self.groups @ away)
+        if self.prior is not None:
+            cost += float((vector - self.prior[0]) @ self.prior[1] @ (vector - self.prior[0]))
+        return cost
+
+    def information(self, normal: Normal) -> Floats:
+        information: Floats = normal.matrix / self.s2 + self.groups
+        return information if self.prior is None else information + self.prior[1]
+
+    def downhill(self, normal: Normal, vector: Floats) -> Floats:
+        gradient: Floats = normal.right / self.s2 - self.groups @ (vector - self.middle)
+        return gradient if self.prior is None else gradient + self.prior[1] @ (self.prior[0] - vector)
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    point: Point
+    free: Mask
+    cost: float
+    damping: float  # that it took
+
+
 def solve(
     shape: Shape,
     start: Point,
     records: Sequence[Record],
     precisions: Mapping[str, float],
+    *,
     iterations: int = 25,
     progress: Progress | None = None,
     prior: Prior | None = None,
@@ -73,52 +107,49 @@ def solve(
 
     `noise_variance`: s2 where it is known; else it follows from the residual as that falls.
     """
-    strengths, point = dict(precisions), start
-    middle = _middle(shape, start)
+    strengths, point, middle = dict(precisions), start, _middle(shape, start)
     normal = normal_equations(shape, point, records)
-    positive = shape.positive()
     done, damping = 0, 0.0
+
+    def posterior() -> _Posterior:
+        s2 = noise_variance or noise_level(normal.residuals)
+        return _Posterior(s2, middle, prior_of(shape, strengths), prior)
+
     for done in range(1, iterations + 1):
-        s2, vector = noise_variance or noise_level(normal.residuals), point.vector(shape)
-        prior_matrix = prior_of(shape, strengths)
-        information = normal.matrix / s2 + prior_matrix
-        gradient = normal.right / s2 - prior_matrix @ (vector - middle)
-        if prior is not None:
-            information += prior[1]
-            gradient += prior[1] @ (prior[0] - vector)
-        cost = _cost(normal.squares / s2, vector - middle, prior_matrix, vector, prior)
-        for _ in range(DAMPINGS):  # Levenberg's, only where the whole step is not downhill
-            heavy = information + damping * np.diag(np.diag(normal.matrix)) / s2
-            target, free = bounded(heavy, gradient + heavy @ vector, positive)
-            new = point.at(shape, target)
-            with np.errstate(all="ignore"):
-                squares = float(sum(np.nansum((r.y - simulate(shape, new, r)) ** 2) for r in records))
-            new_cost = _cost(squares / s2, target - middle, prior_matrix, target, prior)
-            if new_cost <= cost:  # a number that is none is not
-                break
-            damping = max(10 * damping, LEAST)
-        else:
+        now = posterior()
+        cost, information = now.cost(normal.squares, point.vector(shape)), now.information(normal)
+        step = _step(now, shape, point, records, normal, damping)
+        if step is None:
             break
-        point, normal = new, normal_equations(shape, new, records)
-        damping = damping / 10 if damping > LEAST else 0.0
-        strengths = _strengths(shape, strengths, information, free, point.vector(shape) - middle)
+        point, normal = step.point, normal_equations(shape, step.point, records)
+        damping = step.damping / 10 if step.damping > LEAST else 0.0
+        strengths = _strengths(shape, strengths, information, step.free, point.vector(shape) - middle)
         if progress is not None:
             progress(done, float(np.sqrt(normal.squares / _count(normal))))
-        if done > 3 and cost - new_cost < (DONE_MOVING if not shape.passive else DONE):
+        if done > 3 and cost - step.cost < (DONE_MOVING if not shape.passive else DONE):
             break
-    s2 = noise_variance or noise_level(normal.residuals)
-    prior_matrix = prior_of(shape, strengths)
-    information = normal.matrix / s2 + prior_matrix + (prior[1] if prior is not None else 0.0)
-    free = ~(positive & (point.vector(shape) <= 0.0))
+    now, free = posterior(), ~(shape.positive() & (point.vector(shape) <= 0.0))
     mean_square = normal.squares / _count(normal)
-    return Solution(shape, point, strengths, s2, mean_square, information, free, done, normal)
+    return Solution(shape, point, strengths, now.s2, mean_square, now.information(normal), free, done, normal)
 
 
-def _cost(misfit: float, away: Floats, matrix: Floats, vector: Floats, prior: Prior | None) -> float:
-    cost = misfit + float(away @ matrix @ away)
-    if prior is not None:
-        cost += float((vector - prior[0]) @ prior[1] @ (vector - prior[0]))
-    return cost
+def _step(
+    now: _Posterior, shape: Shape, point: Point, records: Sequence[Record], normal: Normal, damping: float
+) -> _Step | None:
+    """Gauss-Newton's, damped as Levenberg's only where the whole step is not downhill; None: no way down."""
+    vector, information = point.vector(shape), now.information(normal)
+    cost, downhill = now.cost(normal.squares, vector), now.downhill(normal, vector)
+    for _ in range(DAMPINGS):
+        heavy = information + damping * np.diag(np.diag(normal.matrix)) / now.s2
+        target, free = bounded(heavy, downhill + heavy @ vector, shape.positive())
+        new = point.at(shape, target)
+        with np.errstate(all="ignore"):
+            squares = float(sum(np.nansum((r.y - simulate(shape, new, r)) ** 2) for r in records))
+        new_cost = now.cost(squares, target)
+        if new_cost <= cost:  # a number that is none is not
+            return _Step(new, free, new_cost, damping)
+        damping = max(10 * damping, LEAST)
+    return None
 
 
 def _count(normal: Normal) -> int:
