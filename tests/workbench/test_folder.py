@@ -41,7 +41,9 @@ def test_session_survives_nonsense_and_missing_files(folder):
     with pytest.raises(UsageError, match="session"):
         change_session(folder, b'{"colour": "red"}')
     (folder.root / "a.csv").write_text("time_s\n0\n1\n")
-    change_session(folder, b'{"measured": ["a.csv"], "model": "gone.json"}')
+    with pytest.raises(UsageError, match="no model of the folder"):
+        change_session(folder, b'{"measured": ["a.csv"], "model": "gone.json"}')
+    change_session(folder, b'{"measured": ["a.csv"]}')
     assert read_session(folder).measured == ("a.csv",) and read_session(folder).model == ""
 
 

@@ -132,9 +132,9 @@ def test_condition_gives_stretches_and_the_error_there(served):
     [
         {"kind": "compare", "models": ["no.json"], "recordings": ["measured.csv"]},
         {"kind": "compare", "models": [], "recordings": ["measured.csv"]},
-        {"kind": "extend", "model": "model.json", "effect": "creep", "recordings": ["measured.csv"], "heldout": [],
+        {"kind": "extend", "model": "model.json", "effects": ["creep"], "recordings": ["measured.csv"], "heldout": [],
          "out": "../out.json"},
-        {"kind": "extend", "model": "model.json", "effect": "creep", "recordings": ["measured.csv"], "heldout": [],
+        {"kind": "extend", "model": "model.json", "effects": ["creep"], "recordings": ["measured.csv"], "heldout": [],
          "out": "model.json"},
         {"kind": "shell", "command": "true"},
         {"kind": "prepare", "recording": "measured.csv", "extra": 1},

@@ -12,6 +12,7 @@ import numpy as np
 
 from thrustd.core.errors import RecordingError
 from thrustd.records.files import SHOWN_NOTES, file_sha256, load
+from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, FloatArray, Recording, make_recording, no_column
 from thrustd.records.rename import Rename, check_unit, renamed
 
@@ -25,8 +26,12 @@ class TimeAxis(NamedTuple):
 
 def read_timed(path: Path, axis: TimeAxis, renames: Sequence[Rename] = (), salvage: bool = False) -> Recording:
     """As `read_recording`, with the time as `axis` says; `renames` come first."""
-    loaded = load(path, salvage)
-    named, remarks = renamed(path.name, loaded.columns, renames)
+    return timed(path.name, load(path, salvage), axis, renames, file_sha256(path))
+
+
+def timed(name: str, loaded: Loaded, axis: TimeAxis, renames: Sequence[Rename] = (), sha256: str = "") -> Recording:
+    """What was read of a file, as a recording."""
+    named, remarks = renamed(name, loaded.columns, renames)
     columns, notes = _of_one_length(named)
     if axis.rate_hz is not None:
         count = len(next(iter(columns.values()), ()))
@@ -37,10 +42,10 @@ def read_timed(path: Path, axis: TimeAxis, renames: Sequence[Rename] = (), salva
     else:
         others = "".join(f"; {line}" for line in loaded.notes[:SHOWN_NOTES])
         raise RecordingError(
-            f"{no_column(path.name, axis.column, columns)}{others}; "
+            f"{no_column(name, axis.column, columns)}{others}; "
             "expected a column of seconds (--time COLUMN) or the sample rate (--rate HZ, of convert --sampled HZ)"
         )
-    return make_recording(path.name, columns, loaded.metadata, file_sha256(path), (*loaded.notes, *remarks, *notes))
+    return make_recording(name, columns, loaded.metadata, sha256, (*loaded.notes, *remarks, *notes))
 
 
 def _of_one_length(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:

@@ -77,10 +77,10 @@ class Columns:
         return self._mapped[file]
 
 
-def columns_key(path: Path) -> str:
-    """Changes whenever the file does."""
+def columns_key(path: Path, said: str = "") -> str:
+    """Changes whenever the file does, or what is said of it."""
     stat = path.stat()
-    return hashlib.sha256(f"{path}|{stat.st_size}|{stat.st_mtime_ns}".encode()).hexdigest()[:20]
+    return hashlib.sha256(f"{path}|{stat.st_size}|{stat.st_mtime_ns}{said}".encode()).hexdigest()[:20]
 
 
 def open_columns(folder: Path, time_s: Floats | None = None) -> Columns | None:

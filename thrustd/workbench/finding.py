@@ -77,7 +77,7 @@ def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     records = marked_recordings(folder, arguments["recordings"])
     parent, name = arguments["model"], arguments["out"]
     report = extend(
-        folder.model(parent), records, [arguments["effect"]], name=Path(name).stem,
+        folder.model(parent), records, list(arguments["effects"]), name=Path(name).stem,
         progress=lambda share, note: progress(0.05 + 0.75 * share, note),
     )  # fmt: skip
     judged = {}

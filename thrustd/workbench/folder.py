@@ -2,7 +2,7 @@
 
 FOLDER/                     recordings (CSV, Parquet, npz, MAT, MCAP) and models (JSON), subfolders one deep
 FOLDER/.thrustd/            state of the page; may be deleted while no page is open
-    columns/ jobs/ reports/ incoming/ undone/ sealed/ session.json
+    columns/ tables/ jobs/ reports/ incoming/ undone/ sealed/ mappings.json session.json
 """
 
 import time
@@ -15,6 +15,7 @@ from thrustd.core.errors import ModelError, UsageError
 from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec
 from thrustd.model.compile import read_proven_model
 from thrustd.workbench.columns import Columns, columns_key, open_columns
+from thrustd.workbench.mapping import ColumnNames, read_mappings
 from thrustd.workbench.pyramid import Floats
 from thrustd.workbench.settling import settling_s
 
@@ -74,8 +75,18 @@ class Folder:
             held = self._models[name] = (key, read_proven_model(path.read_bytes(), name))
         return held[1]
 
+    def mapping(self, name: str) -> ColumnNames:
+        """What the columns of the file are called here; nothing changed where nobody said so."""
+        return read_mappings(self.state).get(name) or ColumnNames()
+
+    def table_path(self, name: str) -> Path:
+        """Where the columns of the file are kept as it calls them."""
+        return self.state / "tables" / f"{columns_key(self.path(name))}.json"
+
     def columns_folder(self, name: str) -> Path:
-        return self.state / "columns" / columns_key(self.path(name))
+        mapping = self.mapping(name)
+        said = "" if mapping == ColumnNames() else msgspec.json.encode(mapping).decode()
+        return self.state / "columns" / columns_key(self.path(name), said)
 
     def model_columns_folder(self, recording: str, model: str) -> Path:
         return self.columns_folder(recording) / columns_key(self.path(model))

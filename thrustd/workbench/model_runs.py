@@ -12,8 +12,9 @@ from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import ErrorMap, ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.model.region_error import region_stds_n
-from thrustd.records.files import file_sha256, read_recording
+from thrustd.records.files import file_sha256
 from thrustd.records.recording import Recording, make_recording
+from thrustd.records.time_axis import read_timed
 from thrustd.workbench.columns import write_columns
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.prepare import prepare
@@ -30,7 +31,8 @@ def recording_of(folder: Folder, name: str) -> Recording:
     """The recording from its columns: mapped, so that a long one is not read twice."""
     columns = folder.columns(name)
     if columns is None:
-        return read_recording(folder.path(name))
+        mapping = folder.mapping(name)
+        return read_timed(folder.path(name), mapping.axis, mapping.renames)
     channels: Mapping[str, Floats] = {c.name: columns.column(c.name) for c in columns.meta.channels}
     sha256 = file_sha256(folder.path(name))
     return make_recording(columns.meta.name, {"time_s": columns.time_s, **channels}, None, sha256, columns.meta.notes)

@@ -69,7 +69,7 @@ class Diagnose(Order, frozen=True):
 
 class Extend(Order, frozen=True):
     model: str
-    effect: Effect
+    effects: Annotated[tuple[Effect, ...], msgspec.Meta(min_length=1, max_length=6)]
     recordings: Names
     heldout: tuple[str, ...]
     out: str
@@ -127,7 +127,7 @@ TITLES: dict[type[Order], str] = {
     Fit: "identify {out} from {recordings}",
     Compare: "compare {models} with {recordings}",
     Diagnose: "what is missing in {model}",
-    Extend: "add {effect} to {model}",
+    Extend: "add {effects} to {model}",
     Compile: "compile {model} at {rate_hz:g} Hz",
     Report: "write the report",
 }

@@ -9,10 +9,14 @@ import numpy as np
 
 from thrustd.core.errors import ThrustdError, UsageError
 from thrustd.model.compile import read_proven_model
-from thrustd.records.files import read_recording
+from thrustd.records.files import load
+from thrustd.records.loaded import Loaded
+from thrustd.records.recording import TIME
+from thrustd.records.time_axis import timed
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.columns import forget_old, write_columns
 from thrustd.workbench.folder import MODEL_TYPE, Folder
+from thrustd.workbench.mapping import ColumnNames, keep_mapping, remembered, table_of, table_wanted
 
 Progress = Callable[[float, str], None]
 
@@ -26,15 +30,32 @@ def adopt_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress
 
 
 def prepare(folder: Folder, name: str, progress: Progress) -> dict[str, Any]:
-    """Columns and pyramids of a recording, unless they are there already."""
-    columns = folder.columns(name)
-    if columns is None:
+    """Columns and pyramids of a recording, unless they are there already; of a file without time only its table."""
+    if folder.columns(name) is None:
         progress(0.05, "reading")
-        record = read_recording(folder.path(name), digest=False)
+        loaded = load(folder.path(name))
+        mapping = _mapping(folder, name, loaded)
+        if mapping.rate_hz is None and TIME not in {*loaded.columns, *(column.ours for column in mapping.columns)}:
+            return {"recording": name, "unmapped": True}
+        record = timed(name.rsplit("/", 1)[-1], loaded, mapping.axis, mapping.renames)
         progress(0.7, "min/max pyramid")
         forget_old(folder.state)
         write_columns(folder.columns_folder(name), record)
     return {"recording": name}
+
+
+def _mapping(folder: Folder, name: str, loaded: Loaded) -> ColumnNames:
+    """What was said of this file, or of the latest one with the same columns; its table is kept for the page."""
+    table = folder.table_path(name)
+    if not table.exists() and table_wanted(name):
+        table.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(table) as part:
+            part.write_bytes(msgspec.json.encode(table_of(loaded)))
+    mapping = folder.mapping(name)
+    if mapping == ColumnNames() and (known := remembered(folder.state, loaded.columns)):
+        keep_mapping(folder.state, name, known)
+        return known
+    return mapping
 
 
 def adopt(folder: Folder, incoming: str, name: str, progress: Progress) -> dict[str, Any]:
@@ -46,7 +67,7 @@ def adopt(folder: Folder, incoming: str, name: str, progress: Progress) -> dict[
             if part.suffix == MODEL_TYPE:
                 read_proven_model(part.read_bytes(), name)
             else:
-                read_recording(part, digest=False)
+                load(part)
         except ThrustdError as problem:
             raise type(problem)(str(problem).replace(part.name, name)) from None
         target = folder.new_path(name)

@@ -22,6 +22,7 @@ from thrustd.workbench.folder import Folder, model_cards
 from thrustd.workbench.follow import FollowedLog
 from thrustd.workbench.jobs import Job, JobBoard
 from thrustd.workbench.lines import Line, window
+from thrustd.workbench.mapping import checked, keep_mapping
 from thrustd.workbench.orders import order_of
 from thrustd.workbench.session import after_job, change_session, read_session
 from thrustd.workbench.uploads import receive
@@ -42,6 +43,7 @@ class Bench:
         self.board = JobBoard(self.folder.root, self.folder.state)
         self.board.listen(self._after)
         self.followed: dict[str, FollowedLog] = {}
+        self.tables: dict[Path, dict[str, Any]] = {}
 
     def _after(self, job: Job) -> None:
         if job.state == "done":
@@ -65,6 +67,8 @@ class Bench:
         columns = self.folder.columns(name)
         card: dict[str, Any] = {"name": name, "bytes": path.stat().st_size, "meta": columns.meta if columns else None}
         card["growing"] = self.folder.growing(name)
+        card["table"] = self._table(name)
+        card["mapped"] = self.folder.mapping(name)
         runs = {model: self.folder.model_columns(name, model) for model in self.folder.models()}
         card["models"] = {model: [c.name for c in run.meta.channels] for model, run in runs.items() if run}
         try:
@@ -72,6 +76,36 @@ class Bench:
         except ThrustdError as problem:
             card |= {"marks": [], "problem": str(problem)}
         return card
+
+    def _table(self, name: str) -> dict[str, Any] | None:
+        """What the card says of the file's own columns: its time, and what it may have otherwise named."""
+        path = self.folder.table_path(name)
+        if path not in self.tables:
+            if not path.exists():
+                return None
+            table = msgspec.json.decode(path.read_bytes())
+            self.tables[path] = {key: table[key] for key in ("timed", "wanting")}
+        return self.tables[path]
+
+    async def table(self, request: Request) -> Response:
+        """The columns of a file as it calls them, with what they may be."""
+        path = self.folder.table_path(request.path_params["name"])
+        if not path.exists():
+            raise UsageError(f"{request.path_params['name']}: not read yet")
+        return Response(path.read_bytes(), media_type="application/json")
+
+    async def set_mapping(self, request: Request) -> Response:
+        """What the columns of a file are; then it is read anew, and so are others with the same columns."""
+        name = request.path_params["name"]
+        path = self.folder.table_path(name)
+        if not path.exists():
+            raise UsageError(f"{name}: not read yet")
+        there = [column["name"] for column in msgspec.json.decode(path.read_bytes())["columns"]]
+        keep_mapping(self.folder.state, name, checked(await _body(request), there))
+        unread = [one for one in self.folder.recordings() if self.folder.columns(one) is None]
+        for one in dict.fromkeys((name, *unread)):
+            self.board.add("prepare", f"read {one}", {"recording": one})
+        return _json(self.folder.mapping(name))
 
     async def lines(self, request: Request) -> Response:
         """A window of channels: recording, channel (repeated), from, to, buckets."""
@@ -189,6 +223,8 @@ class Bench:
             Route("/api/marks/{name:path}", self.set_marks, methods=["PUT"]),
             Route("/api/files/{name:path}", self.upload, methods=["PUT"]),
             Route("/api/files/{name:path}", self.download),
+            Route("/api/columns/{name:path}", self.table),
+            Route("/api/columns/{name:path}", self.set_mapping, methods=["PUT"]),
             Route("/api/undo", self.undo, methods=["POST"]),
             Route("/api/live", self.live),
             Route("/api/events", self.events),

@@ -1,5 +1,6 @@
 """What the page is looking at: chosen model and recordings, kept in a file so that a reload finds them."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -18,6 +19,11 @@ class Session(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     heldout: tuple[str, ...] = ()  # recordings kept back for the error ledger
     bench: tuple[str, ...] = ()  # recordings a first model is identified from
     exercise: str = ""  # folder of the running exercise
+    unchecked: bool = False  # to go on without a recording to check on
+
+
+CHECK = r"(holdout|heldout|test|valid)"  # how the file of a recording to check on begins
+MEASURED, BENCH = r".*measured", r".*(bench|rig)"
 
 
 def read_session(folder: Folder) -> Session:
@@ -27,18 +33,22 @@ def read_session(folder: Folder) -> Session:
     except (OSError, msgspec.DecodeError):
         kept = Session()
     models, records = set(folder.models()), folder.recordings()
+
+    def there(names: tuple[str, ...], said: str) -> tuple[str, ...]:
+        return tuple(name for name in names if name in records) or _named(records, said, kept.exercise)
+
     return msgspec.structs.replace(
         kept,
         model=kept.model if kept.model in models else "",
-        measured=tuple(name for name in kept.measured if name in records) or _named(records, "measured", kept.exercise),
-        heldout=tuple(name for name in kept.heldout if name in records) or _named(records, "heldout", kept.exercise),
-        bench=tuple(name for name in kept.bench if name in records) or _named(records, "bench", kept.exercise),
+        measured=there(kept.measured, MEASURED),
+        heldout=there(kept.heldout, CHECK) if not kept.unchecked else (),
+        bench=there(kept.bench, BENCH),
     )
 
 
-def _named(records: list[str], word: str, exercise: str) -> tuple[str, ...]:
+def _named(records: list[str], said: str, exercise: str) -> tuple[str, ...]:
     """The recording whose name says what it is for, of the running exercise if there is one."""
-    found = [name for name in records if word in name.rsplit("/", 1)[-1] and name.startswith(exercise)]
+    found = [name for name in records if re.match(said, name.rsplit("/", 1)[-1], re.I) and name.startswith(exercise)]
     return tuple(found[:1])
 
 
@@ -55,6 +65,8 @@ def change_session(folder: Folder, body: bytes) -> Session:
         session = msgspec.convert({**kept, **changes}, Session)
     except (msgspec.DecodeError, RecursionError) as problem:
         raise UsageError(f"session: {problem}") from None
+    if session.model and session.model not in folder.models():
+        raise UsageError(f"session: {session.model!r} is no model of the folder")
     write_session(folder, session)
     return session
 

@@ -47,9 +47,9 @@ def _compared(answer: dict[str, Any]) -> dict[str, Any]:
 def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
     names = ("effect", "name", "rmse_before_n", "rmse_after_n", "in_verdict")
     return {
-        "verdict": answer["verdict"],
+        **{name: answer[name] for name in ("verdict", "grade", "at_floor", "floor_n", "rmse_before_n", "rmse_after_n")},
         "excluded": answer["excluded"],
-        "candidates": [{name: c[name] for name in names} for c in answer["candidates"][:3]],
+        "candidates": [{name: c[name] for name in names} for c in answer["candidates"][:6]],
         "depends_on": [d["channel"] for d in answer["depends_on"]],
     }
 

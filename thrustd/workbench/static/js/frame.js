@@ -129,7 +129,8 @@ export class Frame {
   }
 
   drawContext() {
-    const { models, recordings, session } = store.server;
+    const { recordings, session } = store.server,
+      models = store.server.models.filter((m) => !m.problem);
     const names = recordings.map((r) => r.name);
     const wanted = nextStep()?.wants;
     if (
@@ -183,12 +184,13 @@ export class Frame {
 
   drawGuide() {
     const next = (this.next = nextStep());
-    if (this.same("guide", next?.say, next?.label)) return;
+    if (this.same("guide", next?.say, next?.label, next?.other?.label)) return;
     fill(
       this.guide,
       ...(next
         ? [
             h("div", { class: "say" }, h("b", {}, "Next"), next.say),
+            next.other ? h("button", { onclick: attempt(() => this.next.other.go()) }, next.other.label) : null,
             next.label
               ? h("button", { class: "primary", id: "next", onclick: attempt(() => this.next.go()) }, next.label)
               : null,

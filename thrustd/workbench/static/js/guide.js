@@ -1,7 +1,17 @@
 // The next sensible step, in words, from what is there: a newcomer needs nothing else.
 import { newtons, typeset } from "./format.js";
-import { compareNow, diagnoseNow, exerciseNow, goAndAdd, identifyNow, revealNow } from "./steps.js";
+import {
+  compareNow,
+  compiled,
+  compileNow,
+  diagnoseNow,
+  exerciseNow,
+  goAndAdd,
+  identifyNow,
+  revealNow,
+} from "./steps.js";
 import { choose, model, recording, session, store } from "./store.js";
+import { nameColumns, unnamed } from "./views/columns.js";
 
 const go = (view) => {
   location.hash = view;
@@ -17,6 +27,8 @@ export function nextStep() {
       go: exerciseNow,
       kinds: ["exercise"],
     };
+  const strange = unnamed();
+  if (strange) return sayColumns(strange.name);
   if (recordings.every((one) => one.meta && !one.meta.channels.some((c) => c.name === "force_N"))) return noReference();
   if (!models.length && chosen.bench.length)
     return {
@@ -29,7 +41,7 @@ export function nextStep() {
   if (!models.length)
     return {
       view: "overview",
-      say: "Choose a bench recording above (quiet, with force_N), then identify a first model from it; or drop a model file here.",
+      say: "Which recording was made on the bench, with nothing but the mount in it? A first model is identified from it. Say so at the top or in the table; or drop a model file here.",
       wants: "bench",
     };
   if (!chosen.model)
@@ -43,11 +55,28 @@ export function nextStep() {
       label: models.length === 1 ? "Take this model" : null,
       go: () => choose({ model: models[0].name }),
     };
+  const left = recordings
+    .filter((one) => hasReference(one) && ![chosen.bench, chosen.measured, chosen.heldout].flat().includes(one.name))
+    .map((one) => one.name);
   if (!chosen.measured.length)
     return {
       view: "overview",
-      say: "Choose the measured recording the model should explain, at the top.",
+      say:
+        left.length === 1
+          ? `Shall the model explain ${left[0]}?`
+          : "Choose the measured recording the model should explain, at the top.",
       wants: "measured",
+      label: left.length === 1 ? "Take this recording" : null,
+      go: () => choose({ measured: left }),
+    };
+  if (!chosen.heldout.length && !chosen.unchecked && left.length)
+    return {
+      view: "overview",
+      say: `Is one of the others a recording to check on, which nothing is fitted to? ${left.slice(0, 3).join(", ")}`,
+      wants: "check on",
+      label: left.length === 1 ? `Check on ${left[0]}` : null,
+      go: () => choose({ heldout: left }),
+      other: { label: "Go on without", go: () => choose({ unchecked: true }) },
     };
   const compared = latest("compare"),
     asked = latest("diagnose");
@@ -94,14 +123,35 @@ function noReference() {
   };
 }
 
+const hasReference = (one) =>
+  ["force_N", "deformation_mm"].every((name) => one.meta?.channels.some((c) => c.name === name));
+
+const sayColumns = (name) => ({
+  view: "overview",
+  say: `Say what the columns of ${name} are: which is the time, the force, the deformation, and in what unit. It is asked once for all files with the same columns.`,
+  label: store.view === "overview" && store.ui.columns === name ? null : "Name the columns",
+  go: () => nameColumns(name),
+});
+
+// how sure a verdict is, in words
+export const GRADES = {
+  strong: "no other set of effects comes near",
+  weak: "something is left that follows a channel",
+  "cannot be told": "another effect does as well on these data",
+};
+
 function afterDiagnosis(asked, chosen) {
-  const effects = asked.verdict.filter((name) => !["none", "unknown"].includes(name));
+  const effects = asked.verdict.filter((name) => !["none", "unknown"].includes(name)),
+    laws = asked.candidates.filter((c) => c.in_verdict).map((c) => c.name);
   if (effects.length)
     return {
       view: "add",
-      say: `The data ask for ${effects.join(" and ")}. Add it to the model and watch the error on held-back blocks.`,
-      label: `Add ${effects[0]}`,
-      go: () => goAndAdd(effects[0]),
+      say:
+        `The data ask for ${effects.join(" and ")} (${asked.grade}: ${GRADES[asked.grade]}). ` +
+        `Promised: ${newtons(asked.rmse_before_n)} → ${newtons(asked.rmse_after_n)} on held-back blocks` +
+        (asked.at_floor ? ", which is the floor." : `; the floor is ${newtons(asked.floor_n)}, so something else too.`),
+      label: `Add ${effects.join(" and ")}`,
+      go: () => goAndAdd(laws),
       kinds: ["extend"],
     };
   const truth = revealed();
@@ -130,10 +180,18 @@ function afterDiagnosis(asked, chosen) {
       kinds: ["reveal"],
     };
   return {
-    view: "overview",
-    say: "Nothing is left that a further effect would explain. Save the model, compile it for flight, or write the report.",
-    label: store.view === "add" ? null : "Save and compile",
-    go: () => go("add"),
+    view: "add",
+    say:
+      "Nothing is left that a further effect would explain" +
+      (asked.at_floor
+        ? `: ${newtons(asked.rmse_before_n)} is the floor.`
+        : `, but ${newtons(asked.rmse_before_n)} is above the floor of ${newtons(asked.floor_n)}: something else too.`),
+    label: compiled(chosen.model) ? (store.view === "add" ? null : "Show the file") : "Save and compile",
+    go: async () => {
+      go("add");
+      if (!compiled(chosen.model)) await compileNow();
+    },
+    kinds: ["compile"],
   };
 }
 

@@ -25,5 +25,6 @@ async function start() {
   document.documentElement.dataset.started = "yes";
 }
 start().catch((problem) => {
-  document.querySelector(".loading").textContent = problem.message;
+  console.error(problem);
+  document.getElementById("app").textContent = problem.message;
 });

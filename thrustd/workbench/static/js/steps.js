@@ -36,15 +36,16 @@ export async function diagnoseNow() {
   return order("diagnose", { model: chosen.model, recordings: chosen.measured });
 }
 
-export async function extendWith(effect) {
+// effects: the laws that fit best, by the names that extend takes
+export async function extendWith(effects) {
   const chosen = session();
-  const word = effect
-    .replace(/[^A-Za-z0-9_]+/g, "-")
-    .replace(/^-+|-+$/g, "")
+  const word = effects
+    .map((effect) => effect.replace(/[^A-Za-z0-9_]+/g, "-").replace(/^-+|-+$/g, ""))
+    .join("+")
     .slice(0, 40);
   const job = await order("extend", {
     model: chosen.model,
-    effect,
+    effects,
     recordings: chosen.measured,
     heldout: chosen.heldout,
     out: free(stem(chosen.model) + "+" + word),
@@ -57,10 +58,16 @@ export async function extendWith(effect) {
 }
 
 // from another screen: go there, then add
-export async function goAndAdd(effect) {
+export async function goAndAdd(effects) {
   location.hash = "add";
-  await extendWith(effect);
+  await extendWith(effects);
 }
+
+// the finished compilation of a model
+export const compiled = (name) =>
+  store.server.jobs.find((one) => one.kind === "compile" && one.state === "done" && one.result.model === name)?.result;
+
+export const compileNow = (rate_hz = 1000) => order("compile", { model: session().model, rate_hz });
 
 export async function revealNow() {
   const job = await order("reveal", { exercise: session().exercise });

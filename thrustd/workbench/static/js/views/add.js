@@ -87,7 +87,7 @@ export function add(root) {
             {
               class: c.in_verdict ? "primary" : removed(c) < WORTH ? "plain" : "",
               disabled: busy,
-              onclick: attempt(() => extendWith(c.name)),
+              onclick: attempt(() => extendWith([c.name])),
             },
             "Add",
           ),

@@ -153,7 +153,7 @@ function verdict(a) {
           h("b", {}, a.depends_on.map((d) => d.channel).join(", ") || "no channel of this file"),
           a.depends_on.length ? "; see its picture below." : ".",
         ];
-  const first = a.candidates.find((c) => c.effect === known[0]);
+  const laws = a.candidates.filter((c) => c.in_verdict).map((c) => c.name);
   return h(
     "section",
     { class: `panel verdict ${kind}` },
@@ -168,8 +168,8 @@ function verdict(a) {
     h(
       "div",
       { class: "buttons" },
-      first
-        ? h("button", { class: "primary", onclick: attempt(() => goAndAdd(first.name)) }, `Add ${first.effect}`)
+      known.length && laws.length
+        ? h("button", { class: "primary", onclick: attempt(() => goAndAdd(laws)) }, `Add ${known.join(" and ")}`)
         : null,
       h("button", { onclick: attempt(diagnoseNow) }, "Ask again"),
     ),
@@ -243,7 +243,7 @@ function hypothesis() {
         onsubmit: attempt(async (event) => {
           event.preventDefault();
           const said = field.value.trim();
-          if (said) await goAndAdd(said);
+          if (said) await goAndAdd([said]);
         }),
       },
       field,

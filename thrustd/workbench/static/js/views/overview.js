@@ -1,15 +1,26 @@
 // Overview: what the folder holds, the exercise, and the error ledger of every model.
-import { fill, h, panel } from "../dom.js";
+import { fill, h, panel, select } from "../dom.js";
 import { addFiles } from "../drop.js";
 import { bytes, count, duration, hertz, newtons, number } from "../format.js";
 import { bar, ledgerOf } from "../ledger.js";
 import { attempt, choose, order, running, session, store } from "../store.js";
+import { columnsPanel, nameColumns } from "./columns.js";
 import { exercisePanel } from "./exercise.js";
 
 export function overview(root) {
   const asked = new Set();
+  let columns = null; // of the file whose columns are being said
   const draw = () => {
-    const { recordings, models } = store.server;
+    const { recordings, models } = store.server,
+      named = recordings.some((one) => one.name === store.ui.columns && one.table) ? store.ui.columns : null;
+    if (named !== columns?.name)
+      columns = named && {
+        name: named,
+        root: columnsPanel(named, () => {
+          store.ui.columns = null;
+          draw();
+        }),
+      };
     fill(
       root,
       h(
@@ -18,7 +29,7 @@ export function overview(root) {
         h("h1", {}, "Overview"),
         h("p", {}, "Recordings and models of the folder. The page and the command line read the same files."),
       ),
-      exercisePanel(),
+      columns?.root,
       panel(
         `Recordings (${recordings.length})`,
         [h("span", { class: "push" }), picker()],
@@ -33,16 +44,18 @@ export function overview(root) {
           ? modelTable(models)
           : h("p", { class: "empty" }, "None yet. Identify one from a bench recording, or drop a model file (JSON)."),
       ),
+      exercisePanel(),
     );
     readNext(recordings, asked);
   };
   draw();
-  return { update: draw, jobs: () => {} };
+  document.addEventListener("columns", draw);
+  return { update: draw, jobs: () => {}, close: () => document.removeEventListener("columns", draw) };
 }
 
 // read recordings that were never read, one after the other
 function readNext(recordings, asked) {
-  const next = recordings.find((one) => !one.meta && !one.growing && !asked.has(one.name));
+  const next = recordings.find((one) => !one.meta && !one.table && !one.growing && !asked.has(one.name));
   if (!next || running("prepare")) return;
   asked.add(next.name);
   attempt(order)("prepare", { recording: next.name });
@@ -59,15 +72,21 @@ function picker() {
   return h("span", {}, input, h("button", { onclick: () => input.click() }, "Add files …"));
 }
 
-function roles(name) {
-  const s = session();
-  return [
-    ["measured", s.measured],
-    ["check", s.heldout],
-    ["bench", s.bench],
-  ]
-    .filter(([, names]) => names.includes(name))
-    .map(([word]) => h("span", { class: "chip role" }, word));
+const ROLES = [
+  ["bench", "bench"],
+  ["measured", "measured"],
+  ["heldout", "check on"],
+];
+
+// what a recording is used for, chosen where it stands
+function role(name) {
+  const s = session(),
+    now = ROLES.find(([field]) => s[field].includes(name))?.[0] ?? "";
+  const change = (field) => {
+    const others = ROLES.filter(([one]) => one !== field && s[one].includes(name)).map(([one]) => [one, []]);
+    return attempt(choose)({ ...Object.fromEntries(others), ...(field ? { [field]: [name] } : {}) });
+  };
+  return select([["", "–"], ...ROLES], now, change, `use of ${name}`);
 }
 
 function recordingTable(recordings) {
@@ -90,11 +109,10 @@ function recordingTable(recordings) {
           },
           one.name,
         ),
-        " ",
-        roles(one.name),
         one.problem ? h("div", { class: "bad" }, one.problem) : null,
         meta?.notes.length ? remarks(meta.notes) : null,
       ),
+      h("td", {}, role(one.name)),
       h("td", { class: "num" }, length(one)),
       h("td", { class: "num" }, meta ? count(meta.samples) : ""),
       h("td", { class: "num" }, meta ? hertz(meta.sample_hz) : ""),
@@ -117,6 +135,13 @@ function recordingTable(recordings) {
               ),
             )
           : "",
+        one.table
+          ? h(
+              "button",
+              { class: meta ? "plain" : "primary", onclick: () => nameColumns(one.name) },
+              one.mapped.columns?.length ? "Columns, as said" : "Columns …",
+            )
+          : null,
       ),
       h("td", { class: "num" }, String(one.marks.length || "")),
       h("td", { class: "num faint" }, bytes(one.bytes)),
@@ -135,6 +160,7 @@ function recordingTable(recordings) {
           "tr",
           {},
           h("th", {}, "Recording"),
+          h("th", {}, "Use"),
           h("th", { class: "num" }, "Length"),
           h("th", { class: "num" }, "Samples"),
           h("th", { class: "num" }, "Rate"),

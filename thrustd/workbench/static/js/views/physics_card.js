@@ -37,7 +37,7 @@ export function physicsCard(c) {
             { class: "buttons" },
             h(
               "button",
-              { onclick: attempt(() => goAndAdd(c.name)) },
+              { onclick: attempt(() => goAndAdd([c.name])) },
               removed(c) < WORTH ? `Add ${c.effect} although it removes nothing` : `Add ${c.effect} all the same`,
             ),
           ),

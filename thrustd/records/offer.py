@@ -1,0 +1,117 @@
+"""What the columns of anyone's file may be, by their names, units and values: offered to a person, never taken unasked.
+
+Time [s] -> time_s        Load [kN] -> force_N * 1000        LVDT (V) -> deformation_mm, its scale to be said
+"""
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from thrustd.records.recording import TIME, FloatArray, signal_of, unit_of
+from thrustd.records.rename import SYNONYMS, unit_in_brackets
+
+FORCE, DEFORMATION, TEMPERATURE = "force_N", "deformation_mm", "temperature_degC"
+AGREE = 0.2  # correlation of force and deformation from which their signs are judged
+
+# our unit -> unit of theirs: (factor, offset)
+CONVERSIONS: dict[str, dict[str, tuple[float, float]]] = {
+    "s": {"s": (1, 0), "ms": (1e-3, 0), "us": (1e-6, 0), "ns": (1e-9, 0), "min": (60, 0), "h": (3600, 0)},
+    "N": {"N": (1, 0), "kN": (1e3, 0), "daN": (10, 0), "kgf": (9.80665, 0), "tonf": (9806.65, 0),
+          "lbf": (4.4482216152605, 0)},
+    "mm": {"mm": (1, 0), "um": (1e-3, 0), "cm": (10, 0), "m": (1e3, 0), "in": (25.4, 0), "mil": (0.0254, 0)},
+    "degC": {"degC": (1, 0), "K": (1, -273.15), "degF": (5 / 9, -160 / 9)},
+    "g": {"g": (1, 0), "m/s2": (1 / 9.80665, 0)},
+    "Pa": {"Pa": (1, 0), "kPa": (1e3, 0), "hPa": (100, 0), "mbar": (100, 0), "bar": (1e5, 0), "psi": (6894.757, 0)},
+    "m": {"m": (1, 0), "ft": (0.3048, 0)},
+    "%": {"%": (1, 0), "-": (100, 0)},
+    "kg/s": {"kg/s": (1, 0), "kg/h": (1 / 3600, 0), "lb/h": (0.45359237 / 3600, 0)},
+    "mm/s": {"mm/s": (1, 0), "cm/s": (10, 0), "m/s": (1e3, 0), "in/s": (25.4, 0)},
+}  # fmt: skip
+_SPELLED = SYNONYMS | {
+    "sec": "s", "seconds": "s", "µm": "um", "μm": "um", "mV": "mV", "°F": "degF", "F": "degF", "m/s^2": "m/s2",
+    "inch": "in", "pct": "%", "percent": "%", "kp": "kgf", "msec": "ms",
+}  # fmt: skip
+# channel: words of its column's name, units that say so themselves
+_WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
+    TIME: (r"t|time|zeit|tijd|temps|timestamp|elapsed|clock", ("s", "ms", "us", "ns", "min", "h")),
+    FORCE: (r"f|fx|fz|force|load|loadcell|thrust|kraft|kracht|last", ("N", "kN", "daN", "kgf", "tonf", "lbf")),
+    DEFORMATION: (
+        r"d|x|u|s|disp|displacement|defl|deflection|def|deform|deformation|lvdt|travel|stroke|weg|position|pos|"
+        r"extension|compression",
+        ("mm", "um", "in", "mil"),
+    ),
+    TEMPERATURE: (r"temp|temperature|temperatur|thermo|tc", ("degC", "K", "degF")),
+}
+
+
+class Offered(NamedTuple):
+    """ours = theirs * factor + offset; `unit` as the column's name says it, empty when it says none."""
+
+    ours: str
+    unit: str
+    factor: float
+    offset: float
+
+
+def unit_said(theirs: str) -> str:
+    """The unit that a column's name carries, spelled as here; empty when it says none."""
+    said = unit_in_brackets(theirs) or (unit_of(theirs.strip()) if "_" in theirs else "")
+    return _SPELLED.get(said, said)
+
+
+def offer(columns: Mapping[str, FloatArray]) -> dict[str, Offered]:
+    """theirs -> what it may be, for columns that are not called as in the catalogue already; each channel once."""
+    taken = {name for name in columns if name == TIME or signal_of(name)}
+    found: dict[str, Offered] = {}
+    for ours, (words, units) in _WORDS.items():
+        if ours in taken:
+            continue
+        rest = [name for name in columns if name not in taken and name not in found]
+        best = max(rest, key=lambda name: _fits(name, words, units), default="")
+        if best and _fits(best, words, units) > 0:
+            found[best] = _converted(best, ours)
+    if TIME not in taken and not any(o.ours == TIME for o in found.values()):
+        rising = [name for name, column in columns.items() if name not in found and _rises(column)]
+        found |= {name: _converted(name, TIME) for name in rising[:1]}
+    return _turned(found, columns)
+
+
+def _fits(name: str, words: str, units: tuple[str, ...]) -> int:
+    """2 for the name, 1 for the unit; 0 where the unit is of something else."""
+    unit = unit_said(name)
+    kind = 1 if unit in units else 0
+    known = any(unit in there for there in CONVERSIONS.values())
+    if known and not kind:
+        return 0
+    stem = re.sub(r"[\[(].*", "", name).strip().lower()
+    if unit and stem.endswith("_" + unit.lower()):
+        stem = stem[: -len(unit) - 1]
+    parts = re.split(r"[^a-zµ]+", stem)
+    return 2 * any(re.fullmatch(words, part) for part in parts) + kind
+
+
+def _converted(theirs: str, ours: str) -> Offered:
+    unit = unit_said(theirs) or ("s" if ours == TIME else "")
+    factor, offset = CONVERSIONS[unit_of(ours)].get(unit, (1.0, 0.0))
+    return Offered(ours, unit, float(factor), float(offset))
+
+
+def _rises(column: FloatArray) -> bool:
+    return len(column) > 1 and bool((np.diff(column) > 0).all())
+
+
+def _turned(found: dict[str, Offered], columns: Mapping[str, FloatArray]) -> dict[str, Offered]:
+    """Force and deformation rise together where both are + for forward thrust: else the one below zero is turned."""
+    pair = [next((name for name, one in found.items() if one.ours == ours), "") for ours in (FORCE, DEFORMATION)]
+    if not all(pair):
+        return found
+    force, deformation = (columns[name] for name in pair)
+    good = np.isfinite(force) & np.isfinite(deformation)
+    if good.sum() < 3 or not (np.ptp(force[good]) > 0 and np.ptp(deformation[good]) > 0):
+        return found
+    if float(np.corrcoef(force[good], deformation[good])[0, 1]) > -AGREE:
+        return found
+    name = pair[0] if np.median(force[good]) < 0 else pair[1]
+    return found | {name: found[name]._replace(factor=-found[name].factor)}

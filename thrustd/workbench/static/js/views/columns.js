@@ -1,0 +1,321 @@
+// What the columns of a file are: name, unit, zero and sign of each, with a preview before anything is taken.
+
+import { get, Problem, put } from "../api.js";
+import { chart, line, nearest, span } from "../axes.js";
+import { fill, h, panel, select } from "../dom.js";
+import { number, withUnit } from "../format.js";
+import { attempt, recording, refresh, say, store } from "../store.js";
+
+const ROLES = ["time_s", "force_N", "deformation_mm"];
+const OTHERS = ["temperature_degC", "accel_x_g", "accel_y_g", "accel_z_g", "vibration_mm_s", "n1_pct", "n2_pct"].concat(
+  ["fuel_flow_kg_s", "dynamic_pressure_Pa", "mach", "pressure_altitude_m", "pitch_deg"],
+);
+const MEANT = {
+  time_s: "time",
+  force_N: "reference force, forward thrust +",
+  deformation_mm: "deformation, loaded by forward thrust +",
+};
+const UNITS = { time_s: "s", force_N: "N", deformation_mm: "mm", temperature_degC: "degC", vibration_mm_s: "mm/s" };
+const unitOf = (ours) =>
+  UNITS[ours] ?? { g: "g", pct: "%", Pa: "Pa", m: "m", s: "kg/s", deg: "deg" }[ours.split("_").pop()] ?? "";
+
+// whose columns should be said: no time in the file, or no force and deformation anywhere in the folder
+export function unnamed() {
+  const files = store.server.recordings.filter(
+    (one) => one.table && !one.mapped.columns?.length && !one.mapped.rate_hz,
+  );
+  const usable = store.server.recordings.some((one) =>
+    ["force_N", "deformation_mm"].every((name) => one.meta?.channels.some((c) => c.name === name)),
+  );
+  return files.find((one) => !one.table.timed) ?? (usable ? undefined : files.find((one) => one.table.wanting.length));
+}
+
+export const nameColumns = (name) => {
+  store.ui.columns = name;
+  location.hash = "overview";
+  document.dispatchEvent(new CustomEvent("columns"));
+};
+
+export function columnsPanel(name, done) {
+  const root = panel(`Columns of ${name}`, [], h("p", { class: "empty" }, "Reading …"));
+  attempt(async () => {
+    const table = await get("api/columns/" + name.split("/").map(encodeURIComponent).join("/"));
+    new Columns(root, name, table, done).draw();
+  })();
+  return root;
+}
+
+class Columns {
+  constructor(root, name, table, done) {
+    Object.assign(this, { root, name, table, done });
+    const said = new Map((recording(name)?.mapped.columns ?? []).map((c) => [c.theirs, c]));
+    this.rate = recording(name)?.mapped.rate_hz ?? "";
+    this.rows = table.columns.map((column) => {
+      const kept = said.get(column.name),
+        one = kept ?? (said.size ? null : table.offered[column.name]);
+      const row = { column, ours: one?.ours ?? "", unit: one?.unit || column.unit, sign: 1, zero: 0, scale: "" };
+      if (one) this.take(row, one, Boolean(kept));
+      return row;
+    });
+    this.picture = h("div", { class: "columns" });
+    this.verdict = h("p", { role: "status" });
+  }
+
+  // factor and offset as a person says them: unit, sign, reading without load
+  take(row, { factor, offset }, said) {
+    const [scale, shift] = this.conversion(row) ?? [Math.abs(factor), 0];
+    row.sign = factor < 0 ? -1 : 1;
+    row.scale = this.conversion(row) || !said ? "" : scale;
+    row.zero = Number((-(offset - shift) / factor).toPrecision(12)) || 0;
+  }
+
+  conversion = (row) => this.table.conversions[unitOf(row.ours)]?.[row.unit];
+
+  // [factor, offset] of ours = theirs * factor + offset
+  numbers(row) {
+    const [scale, shift] = this.conversion(row) ?? [Number(row.scale || 1), 0],
+      factor = row.sign * scale;
+    return [factor, shift - (row.zero || 0) * factor];
+  }
+
+  values(row) {
+    const [factor, offset] = this.numbers(row);
+    return row.column.preview.map((v) => (v === null ? null : v * factor + offset));
+  }
+
+  draw() {
+    const strange = this.rows.filter((row) => !row.column.known),
+      known = this.rows.filter((row) => row.column.known).map((row) => row.column.name);
+    const heads = ["Column", "Holds", "Is", "In", "Zero: reading without load", "Sign", "Becomes"];
+    fill(
+      this.root,
+      h(
+        "header",
+        {},
+        h("h2", {}, `Columns of ${this.name}`),
+        h("span", { class: "faint" }, "the file stays as it is; other files with the same columns are read alike"),
+        h("span", { class: "push buttons" }, h("button", { onclick: () => this.done() }, "Close"), this.button()),
+      ),
+      h(
+        "div",
+        { class: "flush" },
+        h(
+          "table",
+          { class: "mapping" },
+          h(
+            "thead",
+            {},
+            h(
+              "tr",
+              {},
+              heads.map((one) => h("th", {}, one)),
+            ),
+          ),
+          h(
+            "tbody",
+            {},
+            strange.map((row) => this.row(row)),
+          ),
+        ),
+      ),
+      this.rows.some((row) => row.ours === "time_s") || this.table.timed ? null : this.sampled(),
+      known.length ? h("p", { class: "idle" }, h("b", {}, "Kept as named: "), known.join(", ")) : null,
+      h("div", { class: "body" }, this.verdict, this.picture),
+    );
+    this.preview();
+  }
+
+  button() {
+    return h(
+      "button",
+      { class: "primary", id: "take-columns", onclick: attempt(() => this.keep()) },
+      "Use these columns",
+    );
+  }
+
+  sampled() {
+    return h(
+      "label",
+      { class: "body toolbar" },
+      "No column of time: ",
+      h("input", {
+        type: "number",
+        value: this.rate,
+        placeholder: "100",
+        "aria-label": "samples per second",
+        oninput: (event) => {
+          this.rate = event.target.value;
+        },
+      }),
+      "samples per second",
+    );
+  }
+
+  row(row) {
+    const { column } = row,
+      there = new Set(this.table.columns.map((one) => one.name));
+    const choices = [...ROLES, ...OTHERS].filter((ours) => ours === row.ours || !there.has(ours));
+    const set = (field) => (value) => {
+      row[field] = value;
+      this.draw();
+    };
+    const becomes = h("span", {}, row.ours ? this.becomes(row) : null);
+    const free = row.ours && !this.conversion(row);
+    const field = (name, label) =>
+      h("input", {
+        type: "number",
+        step: "any",
+        value: row[name],
+        "aria-label": `${label} of ${column.name}`,
+        oninput: (event) => {
+          row[name] = event.target.value === "" ? "" : Number(event.target.value);
+          fill(becomes, this.becomes(row));
+          this.preview();
+        },
+      });
+    const cells = row.ours
+      ? [
+          h(
+            "span",
+            { class: "inline" },
+            this.units(row, set("unit")),
+            free && row.unit ? [" 1 = ", field("scale", "scale"), unitOf(row.ours)] : null,
+          ),
+          row.ours === "time_s" ? "" : h("span", { class: "inline" }, field("zero", "zero"), row.unit),
+          row.ours === "time_s"
+            ? ""
+            : h(
+                "label",
+                { class: "inline" },
+                h("input", {
+                  type: "checkbox",
+                  checked: row.sign < 0,
+                  "aria-label": `turn the sign of ${column.name}`,
+                  onchange: (event) => set("sign")(event.target.checked ? -1 : 1),
+                }),
+                " turned",
+              ),
+          becomes,
+        ]
+      : ["", "", "", h("span", { class: "faint" }, "kept under its own name")];
+    return h(
+      "tr",
+      {},
+      h("td", { class: "name" }, h("b", {}, column.name)),
+      h("td", { class: "num" }, `${number(column.low, 4)} to ${withUnit(column.high, column.unit, 4)}`),
+      h(
+        "td",
+        {},
+        select(
+          [["", "as named"], ...choices.map((o) => [o, o])],
+          row.ours,
+          (ours) => {
+            row.ours = ours;
+            row.scale = "";
+            this.draw();
+          },
+          `what ${column.name} is`,
+        ),
+        row.ours in MEANT ? h("div", { class: "faint" }, MEANT[row.ours]) : null,
+      ),
+      cells.map((cell) => h("td", {}, cell)),
+    );
+  }
+
+  units(row, pick) {
+    const known = Object.keys(this.table.conversions[unitOf(row.ours)] ?? {}),
+      own = [row.column.unit, "V"].filter((unit) => unit && !known.includes(unit));
+    const options = [...known, ...new Set(own)].map((unit) => [unit, unit]);
+    return select(row.unit ? options : [["", "unit?"], ...options], row.unit, pick, `unit of ${row.column.name}`);
+  }
+
+  becomes(row) {
+    const [factor, offset] = this.numbers(row),
+      ends = [row.column.low, row.column.high].map((v) => v * factor + offset).sort((p, q) => p - q);
+    return h("span", { class: "num" }, `${number(ends[0], 4)} to ${withUnit(ends[1], unitOf(row.ours), 4)}`);
+  }
+
+  // what nobody has said yet: how much of ours one of theirs is
+  unsaid = () => this.rows.filter((row) => row.ours && !this.conversion(row) && row.scale === "").map(question);
+
+  // the channel as it would be read, on the preview's samples
+  channel(ours) {
+    const row =
+      this.rows.find((one) => one.ours === ours) ?? this.rows.find((one) => !one.ours && one.column.name === ours);
+    return row ? (row.ours ? this.values(row) : row.column.preview) : null;
+  }
+
+  preview() {
+    const [time, force, deformation] = ROLES.map((ours) => this.channel(ours));
+    const missing = [
+      ["force_N", force],
+      ["deformation_mm", deformation],
+    ].filter(([, values]) => !values);
+    const slope = force && deformation ? correlation(deformation, force) : null;
+    const unsaid = this.unsaid();
+    this.verdict.className = slope !== null && slope < 0 ? "bad" : "quiet";
+    this.verdict.textContent = [
+      slope === null
+        ? missing.length
+          ? `Not said yet: ${missing.map(([name]) => name).join(" and ")}.`
+          : ""
+        : slope < 0
+          ? "The force falls while the deformation grows: one of the two signs is turned."
+          : "The force rises with the deformation: the signs agree.",
+      ...unsaid,
+    ].join(" ");
+    const at = time ?? (force ?? deformation ?? []).map((_, i) => i);
+    const overTime = (values, title, color) =>
+      values &&
+      chart({
+        height: 150,
+        x: { title: time ? "time [s]" : "sample", ...span([at], 0) },
+        y: { title, ...span([values]) },
+        at: (x) => number(values[nearest(at, x)], 5),
+        draw: (p) => line(p, at, values, color, 1.2),
+      });
+    fill(
+      this.picture,
+      h("div", {}, overTime(force, "force_N [N]", "--measured"), overTime(deformation, "deformation_mm [mm]", "--s1")),
+      force && deformation
+        ? chart({
+            height: 300,
+            x: { title: "deformation [mm]", ...span([deformation]) },
+            y: { title: "force [N]", ...span([force]) },
+            draw: (p) => line(p, deformation, force, slope < 0 ? "--s2" : "--s1", 1),
+          })
+        : null,
+    );
+  }
+
+  async keep() {
+    const [unsaid] = this.unsaid();
+    if (unsaid) throw new Problem(unsaid);
+    const columns = this.rows
+      .filter((row) => row.ours && row.ours !== row.column.name)
+      .map((row) => {
+        const [factor, offset] = this.numbers(row);
+        return { theirs: row.column.name, ours: row.ours, factor, offset };
+      });
+    const body = {
+      columns,
+      rate_hz: this.rate === "" || columns.some((c) => c.ours === "time_s") ? null : Number(this.rate),
+    };
+    await put("api/columns/" + this.name.split("/").map(encodeURIComponent).join("/"), JSON.stringify(body));
+    say(`${this.name}: ${columns.map((c) => `${c.theirs} is ${c.ours}`).join(", ")}`, "ok");
+    this.done();
+    await refresh();
+  }
+}
+
+const question = (row) =>
+  !row.unit
+    ? `In what unit is ${row.column.name}?`
+    : `How many ${unitOf(row.ours)} is 1 ${row.unit} of ${row.column.name}? Its calibration sheet says.`;
+
+function correlation(xs, ys) {
+  const pairs = xs.map((x, i) => [x, ys[i]]).filter(([x, y]) => x !== null && y !== null && x !== undefined),
+    mean = (k) => pairs.reduce((sum, p) => sum + p[k], 0) / pairs.length,
+    [mx, my] = [mean(0), mean(1)];
+  return pairs.reduce((sum, [x, y]) => sum + (x - mx) * (y - my), 0);
+}
