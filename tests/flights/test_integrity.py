@@ -43,7 +43,7 @@ def test_no_fault_is_confidently_wrong_for_longer_than_five_seconds(rows):
 def test_what_jumps_is_named_at_once_and_nobody_else(rows):
     jumps = [row for row in rows if row.fault in JUMPS]
     assert len(jumps) == len(JUMPS)
-    assert all(row.named_s is not None and row.named_s < 4.0 and not row.accused for row in jumps)
+    assert all(row.named_s is not None and row.named_s <= 3.0 and not row.accused for row in jumps)
 
 
 def test_a_healthy_aircraft_is_accused_of_nothing_and_keeps_its_thrust(rows):

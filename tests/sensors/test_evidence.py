@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 
 from thrustd.sensors import evidence
-from thrustd.sensors.past import COUNTS, DECK_N, MACH, N_SOURCES, OWN_N, SAID, T_S, WIDTH, no_past, remember
+from thrustd.sensors.past import (
+    COUNTS,
+    DECK_N,
+    MACH,
+    MOUNT_RATE_N_S,
+    N_SOURCES,
+    OWN_N,
+    SAID,
+    T_S,
+    WIDTH,
+    no_past,
+    remember,
+)
 
 SHARE = 0.46
 INSTALLED = 200.0, 0.03, 0.03, 30.0
@@ -24,6 +36,7 @@ def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
         t_s, row = 0.4 * k, np.zeros(WIDTH)
         row[T_S], row[MACH], row[DECK_N] = t_s, 0.3, 60.0 + 0.034 * thrust_of(t_s)
         row[SAID : SAID + N_SOURCES] = said_of(thrust_of(t_s), np.array(fault_of(t_s)), rng)
+        row[MOUNT_RATE_N_S] = thrust_of(t_s) - thrust_of(t_s - 0.4)
         row[COUNTS : COUNTS + N_SOURCES] = [i not in silent for i in range(N_SOURCES)]
         row[OWN_N : OWN_N + 2] = 30.0
         assert remember(past, 0, row, SHARE)

@@ -18,16 +18,20 @@ from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry
 from thrustd.sensors.errors import Installed
 from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL, uncorrected_n2, weigh
+from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
 from thrustd.sensors.past import (
     COMMON_N,
     COUNTS,
     DECK_N,
+    JUMPED_N,
     MACH,
+    MOUNT_RATE_N_S,
     N_SOURCES,
     OWN_N,
     PAST,
     PRESSURE_PA,
     SAID,
+    STEP_N,
     T_S,
     WIDTH,
     no_past,
@@ -49,11 +53,13 @@ class Bank:
     """Mutable; `snapshot` / `restore` for the checkpoint."""
 
     def __init__(
-        self, mounts: Integers, spools: Integers, air: tuple[int, int], shares: Floats, installed: Installed
-    ) -> None:
+        self, mounts: Integers, spools: Integers, air: tuple[int, int], shares: Floats, spring_n_mm: Floats,
+        installed: Installed,
+    ) -> None:  # fmt: skip
         """By engine (n, 2) its mounts, the upper one first, -1 for none; places of N1 and N2, Mach and altitude.
 
-        `shares` (n,): of the upper mounts. An engine that has not two mounts has only the hypothesis that all is well.
+        `shares` (n,): of the upper mounts; `spring_n_mm` (2,): spring rates of an engine's mounts.
+        An engine that has not two mounts has only the hypothesis that all is well.
         `installed`: see `errors`.
         """
         n = len(mounts)
@@ -65,7 +71,25 @@ class Bank:
         self._turn = np.zeros(1, np.int64)
         judged = (mounts >= 0).sum(axis=1) == 2
         layout = np.ascontiguousarray(mounts[:, :2]), spools, judged
-        self._work = self._past, self._turn, self.found, self.rows, self.leading, *layout, *air, shares, OFF, installed
+        self._jumps = no_jumps(n)
+        self._follow = self._jumps, layout[0], shares, spring_n_mm
+        self._work = (
+            self._past,
+            self._jumps,
+            self._turn,
+            self.found,
+            self.rows,
+            self.leading,
+            *layout,
+            *air,
+            shares,
+            OFF,
+            installed,
+        )
+
+    def follow(self, states: Any, dt_s: float) -> None:
+        """Call it at every fused step: what the mounts moved by since the last one, `dt_s` ago."""
+        follow(*self._follow, states, dt_s)
 
     def look(self, t_ns: int, readings: Floats, states: Any, deck_n: Floats, believed: Flags) -> int:
         """Weigh the engine whose turn it is. -> which one's leading hypothesis changed, or -1.
@@ -128,6 +152,7 @@ def _row(
     states: Any,
     deck_n: Floats,
     believed: Flags,
+    jump: Any,
 ) -> None:
     row[:] = 0.0
     row[T_S], row[MACH], row[DECK_N] = t_s, air[0] if isfinite(air[0]) else 0.0, deck_n[e, 3]
@@ -137,10 +162,21 @@ def _row(
     for i in range(N_SOURCES):
         said_n = states[mounts[e, i]].force_n if i < 2 else deck_n[e, i - 2]
         row[SAID + i], row[COUNTS + i] = said_n, 1.0 if believed[e, i] else 0.0
+    row[MOUNT_RATE_N_S], row[STEP_N] = jump.could_n, jump.step_n
     for i in range(2):
-        state = states[mounts[e, i]]
+        state, row[JUMPED_N + i] = states[mounts[e, i]], jump.jumped_n[i]
         row[COMMON_N + i] = state.common_n if isfinite(state.common_n) else 0.0
         row[OWN_N + i] = sqrt(max(state.std_n**2 - state.common_n**2, 1.0)) if isfinite(state.std_n) else 100.0
+
+
+@compiled
+def _fastest_pct(readings: Floats, spools: Integers) -> float:
+    """Of an engine's spools; 0 when nobody says."""
+    fastest_pct = 0.0
+    for spool in spools:
+        if readings[spool] > fastest_pct:  # NaN is not
+            fastest_pct = readings[spool]
+    return fastest_pct
 
 
 @compiled
@@ -156,18 +192,15 @@ def _lead(found: int, out: Floats) -> int:
 
 
 def _look_at(
-    past: Any, turn: Integers, found: Integers, hypotheses: Floats, leading: Floats, mounts: Integers, spools: Integers,
-    judged: Flags, mach: int, altitude: int, shares: Floats, off: Floats, installed: Installed, t_s: float,
-    readings: Floats, states: Any, deck_n: Floats, believed: Flags,
+    past: Any, jumps: Any, turn: Integers, found: Integers, hypotheses: Floats, leading: Floats, mounts: Integers,
+    spools: Integers, judged: Flags, mach: int, altitude: int, shares: Floats, off: Floats, installed: Installed,
+    t_s: float, readings: Floats, states: Any, deck_n: Floats, believed: Flags,
 ) -> int:  # fmt: skip
     turn[0] = (turn[0] + 1) % (EVERY_LOOKS * len(found) * UNCORRECTED_EVERY)
     e = turn[0] // EVERY_LOOKS % len(found)
     if turn[0] % EVERY_LOOKS:
         return -1
-    fastest_pct = 0.0
-    for spool in spools[e]:
-        if readings[spool] > fastest_pct:  # NaN is not
-            fastest_pct = readings[spool]
+    fastest_pct = _fastest_pct(readings, spools[e])
     row, out = np.empty(WIDTH), np.empty((N_HYPOTHESES, 3))
     if not fastest_pct > TURNING_N1_PCT:
         past[e].n, past[e].since_s = 0, nan
@@ -175,9 +208,13 @@ def _look_at(
         past[e].since_s = t_s
     if not (judged[e] and t_s - past[e].since_s >= STARTED_S):
         leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed[0], installed[3])
+        forget(jumps[e])
         return -1
-    _row(row, t_s, e, mounts, (readings[mach], readings[altitude]), states, deck_n, believed)
-    if not remember(past, e, row, shares[e]) or past[e].n < 2:
+    _row(row, t_s, e, mounts, (readings[mach], readings[altitude]), states, deck_n, believed, jumps[e])
+    if not remember(past, e, row, shares[e]):
+        return -1
+    forget(jumps[e])
+    if past[e].n < 2:
         return -1
     weigh(past[e].rows, past[e].n, shares[e], found[e], installed, out)
     lead = _lead(found[e], out)
@@ -199,8 +236,9 @@ _look: Any = entry(
     compiled(
         _look_at,
         numba.int64(
-            numba.from_dtype(PAST)[::1], _I, _I, numba.float64[:, :, ::1], _TABLE, _PLACES, _PLACES,
-            numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE, vars(numba.types)["UniTuple"](_F, 4), _F, _ROW,
+            numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1], _I, _I, numba.float64[:, :, ::1], _TABLE,
+            _PLACES, _PLACES, numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE,
+            vars(numba.types)["UniTuple"](_F, 4), _F, _ROW,
             numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS,
         ),
     )

@@ -10,18 +10,33 @@ nothing is learnt beyond its prior. With A = C^-1, z = A y, G = V' A V, g = V' z
     ln p(y | hypothesis) - ln p(y | all well) = (w' w - ln det M) / 2,     w = M^-1/2 L' g
     T0 = c' (z - A V L M^-1 L' g),   c = cov(T0, y)                        (Woodbury)
 
-summed over onsets (the newest row, the newest two, ... all) and sizes. Reference: Rasmussen & Williams, Gaussian
+summed over onsets (the newest row, the newest two, ... all) and sizes, gradual or sudden. No thrust jumps (see
+`jumps`): what mounts jumped by at the onset is one more reading, d = pattern b + noise, of a sudden fault alone, unless
+the aircraft was shaken, which is as likely as the fault. Reference: Rasmussen & Williams, Gaussian
 Processes for Machine Learning, ch. 2.7 and A.3; Brown & Hwang, ch. 9.3 (multiple model adaptive estimation).
 """
 
 from math import erfc, exp, log, sqrt
+from typing import Any
 
 import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.sensors.errors import AS_ON_THE_BENCH, THRUST_N2, Installed, Parts, covariance, installed_n2
-from thrustd.sensors.past import COUNTS, FUEL_FLOW, LEVEL_N, LOWER, N1, N2, N_SOURCES, SAID, T_S, UPPER
+from thrustd.sensors.errors import AS_ON_THE_BENCH, THRUST_N2, Installed, Parts, covariance
+from thrustd.sensors.fault_shape import fault_shape, installed_shape
+from thrustd.sensors.jumps import see_jump, shaken
+from thrustd.sensors.past import (
+    COUNTS,
+    FUEL_FLOW,
+    JUMPED_N,
+    LOWER,
+    N1,
+    N2,
+    N_SOURCES,
+    SAID,
+    UPPER,
+)
 from thrustd.sensors.positive import factor, forward, inverse
 
 WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF = range(8)
@@ -37,14 +52,13 @@ SIZES_N = (
     (500.0, 3000.0),
     (400.0, 2000.0),
 )
-FAULT_S, LASTING_S, FAULT_REACH_N = 300.0, 20_000.0, 4000.0  # of a fault since its onset, of one that was always there
+FAULT_S, LASTING_S = 300.0, 20_000.0  # of a fault since its onset, of one that was always there
 # priors of a fault within the rows, and of one that was there before the first; an engine that loses thrust and keeps
 # its fuel flow and both its speeds is rarer than one that is shut down, 1e-5 an hour
 NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-6)
 ALWAYS = (1e-3, 1e-3, 5e-2, 1e-3, 1e-3, 1e-3, 1e-3)
 INSTALLED = 0.2  # one installation in five is off by what no bench shows
 LEAST_N, LEAST_P = -200.0, 1e-12  # ram drag of 10 kg/s at flight idle, less what is left of the gross thrust
-ROOT_3 = 3.0**0.5
 STAYS = 0.9  # prior of a fault that has been found
 
 
@@ -118,37 +132,6 @@ def _update(
         moved_n -= lu[i] * lg[i]
         more_n2 += lu[i] * lu[i]
     return 0.5 * fit - half, moved_n, more_n2
-
-
-@compiled
-def _smooth(far: float) -> float:
-    """Matern's correlation of order 3/2: what drifts, sticks or is scaled has a slope; noise has the sensor's watch."""
-    return (1.0 + ROOT_3 * far) * exp(-ROOT_3 * far)
-
-
-@compiled
-def _fault_shape(rows: Floats, n: int, lasts_s: float) -> Floats:
-    """Lower factor (n, n) of how what a fault does to one row goes with what it does to another."""
-    shape = np.zeros((n, n))
-    for i in range(n):
-        for j in range(i + 1):
-            apart_s, moved_n = abs(rows[i, T_S] - rows[j, T_S]), abs(rows[i, LEVEL_N] - rows[j, LEVEL_N])
-            shape[i, j] = _smooth(apart_s / lasts_s) * _smooth(moved_n / FAULT_REACH_N)
-        shape[i, i] += 1e-6
-    factor(shape, n)
-    return shape
-
-
-@compiled
-def _installed_shape(rows: Floats, n: int, installed: Installed) -> Floats:
-    """Lower factor (n, n) of what an installation may do to both mounts that no bench has shown."""
-    shape = np.zeros((n, n))
-    for i in range(n):
-        for j in range(i + 1):
-            shape[i, j] = installed_n2(rows, i, j, installed)
-        shape[i, i] += 1.0
-    factor(shape, n)
-    return shape
 
 
 @compiled
@@ -228,40 +211,65 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
 
 
 @compiled
+def _of_onsets(
+    which: int, rows: Floats, n: int, parts: Parts, solved: tuple[Floats, Floats, Floats], shapes: Any, found: int,
+    logs: Floats, said: Floats,
+) -> int:  # fmt: skip
+    """Of one hypothesis, by onset and size: ln of its evidence (k,), change of thrust and variance (k, 2); -> k.
+
+    `shapes`: factors of a fault since its onset, of one that was always there, of an installation's.
+    """
+    a, z, ac = solved
+    f, g, u, work = np.empty((n, n)), np.empty(n), np.zeros(n), np.empty((n, n))
+    q, across, lg, lu = np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
+    pattern, k = _pattern(which, parts), 0
+    _project(a, z, n, pattern, f, g)
+    for i in range(n):
+        u[i] = np.sum(pattern * ac[i * N_SOURCES : (i + 1) * N_SOURCES])
+    for at in range(2 * n):
+        m, size_n = 1 + at // 2, SIZES_N[which - 1][at % 2]
+        shape = shapes[1] if m == n else shapes[0]
+        if which == MOUNTS_OFF and at == 2 * (n - 1):
+            shape, size_n = shapes[2], 1.0
+        begin = 0 if m == n else m - 1 + at % 2  # another shape begins anew
+        for i in range(begin, m):
+            _grow(shape, f, i, across, q)
+        row, prior = rows[m - 1], log(_prior(which, m, at % 2, n, found))
+        ratio, said[k, 0], said[k, 1] = _update(shape, size_n, q, g, u, m, work, lg, lu)
+        logs[k], k = prior + ratio, k + 1
+        if m < n and pattern[UPPER] * row[JUMPED_N] + pattern[LOWER] * row[JUMPED_N + 1] != 0.0:
+            seen_q, seen_g = see_jump(row, parts, pattern, shape, m, q, g)
+            ratio, said[k, 0], said[k, 1] = _update(shape, size_n, seen_q, seen_g, u, m, work, lg, lu)
+            logs[k], k = (
+                prior + ratio - shaken(row, parts, SIZES_N[MOUNTS_OFF - 1], NEW[MOUNTS_OFF - 1] / (n - 1)),
+                k + 1,
+            )
+    return k
+
+
+@compiled
 def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installed, out: Floats) -> None:
     """By hypothesis its probability, the thrust of the newest row and its variance: `out` (N_HYPOTHESES, 3).
 
     `found`: the hypothesis that led so far; a fault stays unless it is refuted.
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
-    a, z, ac = _solve(rows, n, parts, out)
-    out[WELL, 0] = 0.0 if found == WELL else log(1.0 - STAYS)
+    solved = _solve(rows, n, parts, out)
+    out[WELL, 0] = 0.0 if found == WELL else log(1.0 - STAYS)  # a fault that was found leaves all others less
     well = _log_pushes(out[WELL, 1], out[WELL, 2])
-    fresh, lasting = _fault_shape(rows, n, FAULT_S), _fault_shape(rows, n, LASTING_S)
-    installed = _installed_shape(rows, n, installed_as)
-    logs, said = np.empty(2 * n), np.empty((2 * n, 2))
-    f, g, u, work = np.empty((n, n)), np.empty(n), np.zeros(n), np.empty((n, n))
-    q, across, lg, lu = np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
+    shapes = (
+        fault_shape(rows, n, FAULT_S),
+        fault_shape(rows, n, LASTING_S),
+        installed_shape(rows, n, installed_as),
+    )
+    logs, said = np.empty(4 * n), np.empty((4 * n, 2))
     for which in range(1, N_HYPOTHESES):
-        pattern = _pattern(which, parts)
-        _project(a, z, n, pattern, f, g)
-        for i in range(n):
-            u[i] = np.sum(pattern * ac[i * N_SOURCES : (i + 1) * N_SOURCES])
-        for at in range(2 * n):
-            m, size_n = 1 + at // 2, SIZES_N[which - 1][at % 2]
-            shape = lasting if m == n else fresh
-            if which == MOUNTS_OFF and at == 2 * (n - 1):
-                shape, size_n = installed, 1.0
-            begin = 0 if m == n else m - 1 + at % 2  # another shape begins anew
-            for k in range(begin, m):
-                _grow(shape, f, k, across, q)
-            ratio, moved_n, more_n2 = _update(shape, size_n, q, g, u, m, work, lg, lu)
-            logs[at] = log(_prior(which, m, at % 2, n, found)) + ratio
-            if which != found:
-                logs[at] += out[WELL, 0]  # a fault that was found leaves the others, too, less
-            said[at, 0], said[at, 1] = out[WELL, 1] + moved_n, out[WELL, 2] + more_n2
-            logs[at] += _log_pushes(said[at, 0], said[at, 1])
-        _sum_up(logs, said, out[which])
+        k = _of_onsets(which, rows, n, parts, solved, shapes, found, logs, said)
+        for i in range(k):
+            logs[i] += 0.0 if which == found else out[WELL, 0]
+            said[i, 0], said[i, 1] = out[WELL, 1] + said[i, 0], out[WELL, 2] + said[i, 1]
+            logs[i] += _log_pushes(said[i, 0], said[i, 1])
+        _sum_up(logs[:k], said[:k], out[which])
     out[WELL, 0] += well
     out[:, 0] = np.exp(out[:, 0] - out[:, 0].max())
     out[:, 0] /= out[:, 0].sum()

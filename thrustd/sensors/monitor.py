@@ -79,6 +79,7 @@ class Monitor:
             spools,
             (place(("mach", 0)), place(("pressure_altitude_m", 0))),
             self._combiner.shares,
+            np.array((aircraft.spring_n_mm * 2)[:2]),
             aircraft.installation.sizes(),
         )
         self._believed = np.ones((len(engines), N_SOURCES), np.bool_)
@@ -99,6 +100,7 @@ class Monitor:
         dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
         faults, changed = list[Fault](), -1
+        self.bank.follow(inputs.mounts, dt_s)
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
             looked_s = 0.0 if self._watched_ns < 0 else (inputs.t_ns - self._watched_ns) * 1e-9
             self._watched_ns = inputs.t_ns

@@ -20,17 +20,17 @@ LONG_AGO_S = -1e12
 N_ROWS = 10
 LAG_FADES_S, FUEL_LAG_FADES_S = 8.0, 4.0  # fuel flow and spools find together after a throttle moved
 ABSURD_N = 15_000.0  # 11 kN at take-off: no thrust of this engine
-# idle to take-off thrust takes some 8 s; a cut is quicker than N1 is read
-FASTEST_RISE_N_S, FASTEST_FALL_N_S = 2000.0, 8000.0
 MOUNT_LEAD_FADES_S = 1.0
 LEVEL_PART = 0.2  # low pass of the level whose rate is taken
 RATE_PART = 0.3  # sensor noise is no throttle movement: the rate rises over a few rows
 # one row: time, thrust level, its recent rate, those of fuel flow and mounts, Mach, dynamic pressure;
-# then by source what it said and whether it counts; sigmas of the mounts and the deck
+# then by source what it said and whether it counts; sigmas of the mounts and the deck; how far each mount jumped since
+# the row before, and within which a thrust may have moved as quickly (see `jumps`)
 T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH, PRESSURE_PA = range(7)
 SAID, COUNTS = 7, 7 + N_SOURCES
 OWN_N, COMMON_N, DECK_N = COUNTS + N_SOURCES, COUNTS + N_SOURCES + 2, COUNTS + N_SOURCES + 4
-WIDTH = DECK_N + 1
+JUMPED_N, STEP_N = DECK_N + 1, DECK_N + 3
+WIDTH = STEP_N + 1
 
 PAST = np.dtype(
     [
@@ -38,7 +38,6 @@ PAST = np.dtype(
         ("rows", np.float64, (N_ROWS + 1, WIDTH)),  # the newest first; the last one is room for the next
         ("lagged_n", np.float64, 2),  # level, thrust by fuel flow
         ("rate_n_s", np.float64, 3),  # and of the mounts
-        ("mounts_n", np.float64),
         ("since_s", np.float64),  # the engine was seen to start then; NaN: it does not turn
     ]
 )
@@ -47,7 +46,7 @@ PAST = np.dtype(
 def no_past(n_engines: int) -> Any:
     """(n_engines,) of PAST."""
     past = np.zeros(n_engines, PAST)
-    past["lagged_n"] = past["mounts_n"] = nan
+    past["lagged_n"] = nan
     past["since_s"] = LONG_AGO_S  # one that is found turning
     return past
 
@@ -90,22 +89,20 @@ def _rate_n_s(memory: Any, which: int, now_n: float, dt_s: float, fades_s: float
 
 
 @compiled
-def _mount_rate_n_s(memory: Any, row: Floats, dt_s: float) -> float:
-    """Of both mounts, which see a throttle that is cut before anybody else; no spool accelerates as quickly."""
-    now_n = row[SAID + UPPER] + row[SAID + LOWER] if row[COUNTS + UPPER] + row[COUNTS + LOWER] == 2.0 else nan
+def _mount_rate_n_s(memory: Any, moved_n: float, dt_s: float) -> float:
+    """Of both mounts, which see a throttle that is cut before anybody else."""
     if dt_s > 0.0:
-        rate_n_s = (now_n - memory.mounts_n) / dt_s
-        rate_n_s = min(max(rate_n_s, -FASTEST_FALL_N_S), FASTEST_RISE_N_S)
-        rate_n_s = abs(rate_n_s)
         fading_n_s = memory.rate_n_s[2] * exp(-dt_s / MOUNT_LEAD_FADES_S)
-        memory.rate_n_s[2] = max(rate_n_s, fading_n_s) if isfinite(rate_n_s) else fading_n_s
-    memory.mounts_n = now_n
+        memory.rate_n_s[2] = max(moved_n / dt_s, fading_n_s)
     return float(memory.rate_n_s[2])
 
 
 @compiled
 def remember(past: Any, e: int, row: Floats, share: float) -> bool:
-    """Put a row (WIDTH,) in front; its level and rate are found here. False: fewer than two sources speak."""
+    """Put a row (WIDTH,) in front; its level and rates are found here. False: fewer than two sources speak.
+
+    For the mounts' rate stands what the thrust may have moved by since the row before, N.
+    """
     memory, values, n = past[e], np.empty(N_SOURCES), 0
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
     for i in range(N_SOURCES):
@@ -119,8 +116,13 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     rows, dt_s = memory.rows, row[T_S] - memory.rows[0, T_S] if memory.n > 0 else 0.0
     fuel_n = row[SAID + FUEL_FLOW] if row[COUNTS + FUEL_FLOW] != 0.0 else level_n
     row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, 0, level_n, dt_s, LAG_FADES_S)
-    row[MOUNT_RATE_N_S] = _mount_rate_n_s(memory, row, dt_s)
-    fuel_rate_n_s = abs(fuel_n - memory.lagged_n[1]) / dt_s if dt_s > 0.0 else 0.0
+    fuelled_n = abs(fuel_n - memory.lagged_n[1])
+    if dt_s > 0.0 and isfinite(fuelled_n):  # a thrust may jump with its fuel flow, which is read a little later
+        row[STEP_N], rows[0, STEP_N] = max(row[STEP_N], fuelled_n), max(rows[0, STEP_N], fuelled_n)
+        jumped_n = abs(np.sum(row[JUMPED_N:STEP_N]) + np.sum(rows[0, JUMPED_N:STEP_N]))
+        row[MOUNT_RATE_N_S] = abs(row[MOUNT_RATE_N_S]) + min(jumped_n, fuelled_n)
+    row[MOUNT_RATE_N_S] = _mount_rate_n_s(memory, row[MOUNT_RATE_N_S], dt_s)
+    fuel_rate_n_s = fuelled_n / dt_s if dt_s > 0.0 else 0.0
     memory.rate_n_s[1] *= exp(-dt_s / FUEL_LAG_FADES_S)
     if isfinite(fuel_rate_n_s):
         memory.rate_n_s[1] = max(memory.rate_n_s[1], fuel_rate_n_s)  # a fuel flow steps before anything follows
@@ -131,6 +133,9 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     memory.n += 1
     if memory.n > N_ROWS:
         memory.n -= 1
-        for i in range(_least_missed(rows, N_ROWS + 1), N_ROWS):
+        missed = _least_missed(rows, N_ROWS + 1)
+        rows[missed - 1, JUMPED_N:STEP_N] += rows[missed, JUMPED_N:STEP_N]
+        rows[missed - 1, STEP_N] = max(rows[missed - 1, STEP_N], rows[missed, STEP_N])
+        for i in range(missed, N_ROWS):
             rows[i] = rows[i + 1]
     return True

@@ -1,0 +1,107 @@
+"""What mounts jump by within one fused step: counted where no thrust does it, and weighed as the onset of a fault."""
+
+import numpy as np
+import pytest
+
+from tests.sensors.test_evidence import INSTALLED, SHARE, said_of
+from thrustd.core.columns import MOUNT_STATE
+from thrustd.sensors import evidence
+from thrustd.sensors.jumps import FASTEST_FALL_N_S, FASTEST_RISE_N_S, follow, forget, no_jumps
+from thrustd.sensors.past import (
+    COUNTS,
+    DECK_N,
+    JUMPED_N,
+    MACH,
+    MOUNT_RATE_N_S,
+    N_SOURCES,
+    OWN_N,
+    SAID,
+    STEP_N,
+    T_S,
+    WIDTH,
+    no_past,
+    remember,
+)
+
+DT_S, SPRINGS = 0.02, np.array([5000.0, 6000.0])
+
+
+def followed(forces_n, deformations_mm):
+    """JUMPS of one engine after these steps, (n, 2) each."""
+    jumps, states = no_jumps(1), np.zeros(2, MOUNT_STATE)
+    for force_n, read_mm in zip(forces_n, deformations_mm, strict=True):
+        states["force_n"], states["deformation_mm"] = force_n, read_mm
+        follow(jumps, np.array([[0, 1]]), np.array([SHARE]), SPRINGS, states, DT_S)
+    return jumps[0]
+
+
+def test_a_throttle_that_is_cut_is_no_jump():
+    falls_n = -0.9 * FASTEST_FALL_N_S * DT_S * np.arange(20)
+    forces_n = np.outer(5000.0 + falls_n, (SHARE, 1 - SHARE))
+    jump = followed(forces_n, forces_n / SPRINGS)
+    assert (jump["jumped_n"] == 0.0).all()
+    assert jump["could_n"] == pytest.approx(falls_n[-1])
+
+
+def test_a_transducer_that_jumps_is_counted_and_no_thrust_of_it_is():
+    forces_n = np.full((10, 2), 2000.0)
+    forces_n[5:, 0] += 500.0
+    jump = followed(forces_n, forces_n / SPRINGS)
+    assert jump["jumped_n"].tolist() == [500.0, 0.0]
+    assert jump["could_n"] == pytest.approx(FASTEST_RISE_N_S * DT_S)
+    forget(jump)
+    assert jump["jumped_n"].tolist() == [0.0, 0.0] and jump["could_n"] == 0.0
+
+
+def test_an_acceleration_that_jumps_moves_no_transducer():
+    forces_n = np.full((10, 2), 2000.0)
+    forces_n[5:] += 300.0
+    assert (followed(forces_n, np.ones((10, 2)))["jumped_n"] == 0.0).all()
+
+
+def test_what_comes_back_and_what_was_not_seen_is_no_jump():
+    forces_n = np.full((10, 2), 2000.0)
+    forces_n[5] += 500.0
+    assert np.abs(followed(forces_n, forces_n / SPRINGS)["jumped_n"]).max() < 1e-9
+    forces_n[4:6] = np.nan
+    forces_n[6:] += 500.0
+    assert (followed(forces_n, forces_n / SPRINGS)["jumped_n"] == 0.0).all()
+
+
+def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
+    """Probabilities two looks after mounts (2,) that jump, at a thrust that has been moving for five seconds."""
+    rng, past, out = np.random.default_rng(0), no_past(1), np.zeros((evidence.N_HYPOTHESES, 3))
+    for k in range(150 + rows + 2):
+        t_s, row = 0.4 * k, np.zeros(WIDTH)
+        thrust_n, late = 2000.0 + rate_n_s * 0.4 * max(k - 150, 0), k >= 150 + rows
+        fault = np.array([*fault_n, fuelled_n, 0.0, 0.0]) if late else np.zeros(N_SOURCES)
+        row[T_S], row[MACH], row[DECK_N], row[OWN_N : OWN_N + 2] = t_s, 0.3, 60.0 + 0.034 * thrust_n, 30.0
+        row[SAID : SAID + N_SOURCES] = said_of(thrust_n, fault, rng)
+        row[COUNTS : COUNTS + N_SOURCES] = 1.0
+        row[MOUNT_RATE_N_S], row[STEP_N] = 0.4 * rate_n_s, FASTEST_FALL_N_S * DT_S
+        row[JUMPED_N : JUMPED_N + 2] = jumped_n if k == 150 + rows else 0.0
+        assert remember(past, 0, row, SHARE)
+        evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, evidence.WELL, INSTALLED, out) if late else None
+    return out[:, 0]
+
+
+@pytest.mark.parametrize("rate_n_s", [0.0, 600.0])
+def test_both_mounts_that_jump_are_found_at_once_whatever_the_throttle_does(rate_n_s):
+    jump_n = 500.0, 600.0
+    assert weighed(rate_n_s, jump_n, jump_n)[evidence.MOUNTS_OFF] > 0.98
+
+
+def test_the_mount_that_jumped_is_told_from_the_other():
+    assert weighed(600.0, (500.0, 0.0), (500.0, 0.0))[evidence.UPPER_OFF] > 0.98
+    assert weighed(600.0, (0.0, -500.0), (0.0, -500.0))[evidence.LOWER_OFF] > 0.98
+
+
+def test_an_aircraft_that_is_shaken_accuses_nobody():
+    """The mounts jumped, and what they say since is as before."""
+    probabilities = weighed(0.0, (0.0, 0.0), (500.0, 600.0))
+    assert probabilities[evidence.WELL] > 0.9
+
+
+def test_a_thrust_may_jump_with_its_fuel_flow():
+    jump_n = 400.0, 450.0
+    assert weighed(0.0, jump_n, jump_n, fuelled_n=-3000.0)[evidence.MOUNTS_OFF] < 0.9

@@ -1,0 +1,49 @@
+"""How what a fault does to one row of the past goes with what it does to another: lower factors (n, n).
+
+fault           Matern 3/2 in time and in thrust: what drifts, sticks or is scaled has a slope
+installation    see `errors`
+"""
+
+from math import exp
+
+import numpy as np
+
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
+from thrustd.sensors.errors import Installed, installed_n2
+from thrustd.sensors.past import LEVEL_N, T_S
+from thrustd.sensors.positive import factor
+
+FAULT_REACH_N = 4000.0
+ROOT_3 = 3.0**0.5
+
+
+@compiled
+def _smooth(far: float) -> float:
+    """Matern's correlation of order 3/2."""
+    return (1.0 + ROOT_3 * far) * exp(-ROOT_3 * far)
+
+
+@compiled
+def fault_shape(rows: Floats, n: int, lasts_s: float) -> Floats:
+    """Lower factor (n, n) of how what a fault does to one row goes with what it does to another."""
+    shape = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            apart_s, moved_n = abs(rows[i, T_S] - rows[j, T_S]), abs(rows[i, LEVEL_N] - rows[j, LEVEL_N])
+            shape[i, j] = _smooth(apart_s / lasts_s) * _smooth(moved_n / FAULT_REACH_N)
+        shape[i, i] += 1e-6
+    factor(shape, n)
+    return shape
+
+
+@compiled
+def installed_shape(rows: Floats, n: int, installed: Installed) -> Floats:
+    """Lower factor (n, n) of what an installation may do to both mounts that no bench has shown."""
+    shape = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            shape[i, j] = installed_n2(rows, i, j, installed)
+        shape[i, i] += 1.0
+    factor(shape, n)
+    return shape
