@@ -1,7 +1,8 @@
 """A stranger's aircraft from bench records to a scored flight: `python -m benchmarks.commission [--aircraft N]`.
 
-Per aircraft: bench, weight and chamber records of other mounts, `commission`, zero, tethered run, and a flight with the
-hostile knobs of the same seed: scored with the folder as it was made, then with the calibration.
+Per aircraft: bench, weight and chamber records of other mounts as `plan-test` asks for them, `commission`, zero,
+tethered run, and a flight. It is flown twice: as its benches know it, and with the hostile knobs of the same seed,
+which nobody modelled. Every aircraft keeps its files and its `result.json` in the folder: an ended run goes on there.
 """
 
 import argparse
@@ -11,20 +12,23 @@ import time
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from typing import Any
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from thrustd.__main__ import main as thrustd
+from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.installation.shipped import shipped
 from thrustd.records.files import write_recording
-from thrustd.twin.bench import RIG, step_bench, weight_bench
-from thrustd.twin.mount import LOWER, UPPER
+from thrustd.records.recording import make_recording
+from thrustd.twin.bench import RIG, programme_bench
+from thrustd.twin.mount import LOWER, UPPER, MountPhysics
 
-HOURS, BENCH_HZ = 4.0, 20.0
+HOURS, BENCH_HZ, FUSED_HZ = 4.0, 20.0, 50.0
 MINUTES = 12.0
+FIRST_SEED = 101
+COLUMNS = ("plain", "plain, calibrated", "hostile", "hostile, calibrated")
 
 
 def said(*words: str) -> str:
@@ -39,66 +43,94 @@ def said(*words: str) -> str:
 
 def records(folder: Path, seed: int, hours: float) -> list[str]:
     """Bench files of one aircraft, as options of `commission`."""
-    made = {
-        "upper": step_bench(hours, 1000 + seed, UPPER),
-        "lower": step_bench(hours, 2000 + seed, LOWER),
-        "weight": weight_bench(1.0, 3000 + seed, UPPER),
-        "cold": step_bench(1.0, 4000 + seed, UPPER, RIG._replace(room_degc=-10.0)),
-        "hot": step_bench(1.0, 5000 + seed, UPPER, RIG._replace(room_degc=50.0)),
-    }
-    for name, record in made.items():
-        write_recording(record.resample(BENCH_HZ), folder / f"{name}.parquet")
-    path = {name: str(folder / f"{name}.parquet") for name in made}
-    bench = ["--bench", f"upper={path['upper']}", f"lower={path['lower']}"]
-    return [*bench, "--weight", path["weight"], "--chamber", path["cold"], path["hot"]]
+
+    def record(name: str, kind: str, hours: float, number: int, mount: MountPhysics, room_degc: float = 20.0) -> str:
+        asked = make_recording(name, programme(kind, BenchPlan(hours=hours, seed=number)))
+        made = programme_bench(asked, number, mount, RIG._replace(room_degc=room_degc))
+        path = folder / f"{name}.parquet"
+        write_recording(made.resample(BENCH_HZ), path)
+        return str(path)
+
+    upper, lower = (
+        record("upper", "steps", hours, 1000 + seed, UPPER),
+        record("lower", "steps", hours, 2000 + seed, LOWER),
+    )
+    weight = record("weight", "weight", 1.0, 3000 + seed, UPPER)
+    cold = record("cold", "steps", 1.0, 4000 + seed, UPPER, -10.0)
+    hot = record("hot", "steps", 1.0, 5000 + seed, UPPER, 50.0)
+    return ["--bench", f"upper={upper}", f"lower={lower}", "--weight", weight, "--chamber", cold, hot]
 
 
-def flown(folder: Path, log: Path) -> list[tuple[float, float]]:
+def made(folder: Path, seed: int, hours: float) -> tuple[Path, float]:
+    """The commissioned configuration, and seconds of processor time that `commission` took."""
+    out = folder / "aircraft"
+    kept = folder / "seconds.json"
+    if not kept.exists():
+        given = records(folder, seed, hours)
+        began = time.process_time()
+        said("commission", *given, "--aircraft", str(shipped("deploy/hil.toml", "config")), "-o", str(out))
+        text = (out / "hil.toml").read_text().replace("estimate_hz = 10.0", f"estimate_hz = {FUSED_HZ}")
+        (out / "hil.toml").write_text(text)
+        kept.write_text(json.dumps(time.process_time() - began))
+    return out / "hil.toml", json.loads(kept.read_text())
+
+
+def flown(config: Path, log: Path) -> list[list[float]]:
     """Per engine: RMSE of the fused thrust, N, and truth inside the band, %."""
-    scores = json.loads(said("replay", str(log), "--config", str(folder / "hil.toml"), "--json"))["scores"]
-    return [
-        (scores[engine]["fused"]["rmse_n"], scores[engine]["fused"]["inside_95_pct"]) for engine in ("left", "right")
-    ]
+    scores = json.loads(said("replay", str(log), "--config", str(config), "--json"))["scores"]
+    return [[scores[side]["fused"]["rmse_n"], scores[side]["fused"]["inside_95_pct"]] for side in ("left", "right")]
 
 
-def one(folder: Path, seed: int, hours: float) -> tuple[float, list[tuple[float, float]], list[tuple[float, float]]]:
-    """Seconds of processor time of `commission`, engines as made, engines calibrated."""
-    given = records(folder, seed, hours)
-    config, out = str(shipped("deploy/hil.toml", "config")), folder / "aircraft"
-    began = time.process_time()
-    said("commission", *given, "--aircraft", config, "-o", str(out))
-    spent = time.process_time() - began
-    hostile = ["--seed", str(seed), "--installation", "hostile", "--config", str(out / "hil.toml")]
-    static, flight, file = folder / "static.mcap", folder / "flight.mcap", out / "calibration.toml"
-    said("simulate", "--tethered", *hostile, "-o", str(static))
-    said("simulate", "--minutes", str(MINUTES), *hostile, "-o", str(flight))
-    before = flown(out, flight)
+def scored(config: Path, seed: int, kind: str, minutes: float) -> list[list[list[float]]]:
+    """Engines as commissioned, and calibrated: zeros and tethered run."""
+    folder = config.parent.parent
+    static, flight = folder / f"{kind}-static.mcap", folder / f"{kind}.mcap"
+    twin = ["--seed", str(seed), "--installation", kind, "--config", str(config)]
+    said("simulate", "--tethered", *twin, "-o", str(static))
+    said("simulate", "--minutes", str(minutes), *twin, "-o", str(flight))
+    file, calibrated = config.parent / f"{kind}.calibration.toml", config.parent / f"{kind}.toml"
+    file.unlink(missing_ok=True)
     said("zero", str(static), "-o", str(file))
-    said("calibrate", "tether", str(static), "--cell", str(folder / "static-cell.csv"), "-o", str(file))
-    text = (out / "hil.toml").read_text()
-    (out / "hil.toml").write_text('calibration = "calibration.toml"\n' + text)
-    return spent, before, flown(out, flight)
+    said("calibrate", "tether", str(static), "--cell", str(folder / f"{kind}-static-cell.csv"), "-o", str(file))
+    calibrated.write_text(f'calibration = "{file.name}"\n{config.read_text()}')
+    found = [flown(config, flight), flown(calibrated, flight)]
+    static.unlink()
+    flight.unlink()
+    return found
+
+
+def aircraft(folder: Path, seed: int, hours: float, minutes: float) -> dict[str, Any]:
+    """What came of one aircraft, flown now or before."""
+    kept = folder / "result.json"
+    if not kept.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        config, seconds = made(folder, seed, hours)
+        both = [scored(config, seed, kind, minutes) for kind in ("plain", "hostile")]
+        kept.write_text(json.dumps({"seconds": seconds, "scores": [*both[0], *both[1]]}))
+    return dict(json.loads(kept.read_text()))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--aircraft", type=int, default=3, metavar="N")
     parser.add_argument("--hours", type=float, default=HOURS, help="of bench per mount")
+    parser.add_argument("--minutes", type=float, default=MINUTES, help="of flight")
+    parser.add_argument("--folder", type=Path, default=Path("out/commission"), help="where it goes on")
     given = parser.parse_args()
-    shown = Table("aircraft", "commission, s", "as made: N, % inside", "calibrated: N, % inside", title="commission")
-    pairs: tuple[list[float], list[float]] = [], []
-    for seed in range(101, 101 + given.aircraft):
-        with TemporaryDirectory() as folder:
-            spent, before, after = one(Path(folder), seed, given.hours)
-        words = ["; ".join(f"{rmse:.0f} N, {inside:.1f} %" for rmse, inside in each) for each in (before, after)]
-        shown.add_row(str(seed), f"{spent:.0f}", *words)
-        print(seed, f"{spent:.0f} s", *words, flush=True)
-        for kept, each in zip(pairs, (before, after), strict=True):
-            kept += [rmse for rmse, _ in each]
-    Console().print(shown)
-    print(
-        "median RMSE, N: as made, calibrated:", *(f"{statistics.median(each):.0f}" for each in pairs), np.size(pairs[0])
+    shown = Table(
+        "aircraft", "commission, s", *COLUMNS, title="RMSE of the fused thrust, N, left and right; truth inside, %"
     )
+    errors: list[list[float]] = [[] for _ in COLUMNS]
+    for seed in range(FIRST_SEED, FIRST_SEED + given.aircraft):
+        found = aircraft(given.folder / str(seed), seed, given.hours, given.minutes)
+        words = ["; ".join(f"{rmse:.0f}, {inside:.1f} %" for rmse, inside in each) for each in found["scores"]]
+        shown.add_row(str(seed), f"{found['seconds']:.0f}", *words)
+        print(seed, f"{found['seconds']:.0f} s", *words, sep=" | ", flush=True)
+        for kept, each in zip(errors, found["scores"], strict=True):
+            kept += [rmse for rmse, _ in each]
+    Console(width=140).print(shown)
+    for name, each in zip(COLUMNS, errors, strict=True):
+        print(f"{name}: median {statistics.median(each):.0f} N, largest {max(each):.0f} N, {len(each)} engines")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thrustd.bench.programme import HIGH_N, HOLD_S, LOW_N, multisine, random_steps, sweep
+from thrustd.bench.programme import HOLD_S, multisine, random_steps, sweep
 from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.core.signals import CATALOGUE
@@ -17,6 +17,7 @@ from thrustd.core.signals import CATALOGUE
 PROGRAMMES = ("steps", "multisine", "sweep", "weight")
 RAMP_S = (1.0, 1.0)  # of every step, half a cosine
 STILL_S, LOAD_S = 60.0, 5.0  # every record begins at rest, then the load comes on: models start from rest, too
+LOW_N, HIGH_N = 0.0, 9000.0  # from no load to what a lower mount carries at take-off: 8.6 kN by statics
 REST = {"force_N": 0.0, "accel_z_g": CATALOGUE["accel_z_g"].rest}
 SHORTEST_H, LONGEST_H = 0.05, 1000.0
 

@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 
 from tests.diagnose.scene import DT_S, inertia, mount, record
+from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
+from thrustd.identify.identify import identify
 from thrustd.model.artifact import read_model, write_model
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.model.expression import expression_effect
 from thrustd.records.recording import make_recording
+from thrustd.twin.bench import RIG, programme_bench
+from thrustd.twin.mount import UPPER
 
 
 def test_the_error_falls_on_the_twins_held_out_record(twin_case):
@@ -72,3 +76,17 @@ def test_an_effect_that_stays_neutral_is_not_added_for_what_the_rest_gains():
 
     with pytest.raises(ModelError, match="none of it"):
         extend(mount(k1=5050.0, own_n=40.0), [record(added=lambda d: -forward(d))], ["hysteresis_coulomb"])
+
+
+def test_two_chambers_begun_unloaded_tell_stiffness_from_expansion():
+    """No start of a lag takes the place of either: nothing was loaded before. The twin: -2e-4 1/K, 1e-4 mm/K."""
+
+    def chamber(room_degc, seed):
+        asked = make_recording("steps", programme("steps", BenchPlan(hours=1.0, seed=seed)))
+        return programme_bench(asked, seed, UPPER, RIG._replace(room_degc=room_degc)).resample(10.0)
+
+    known = identify([chamber(20.0, 1)], name="upper").spec
+    report = extend(known, [chamber(-10.0, 2), chamber(50.0, 3)], ["thermal_stiffness", "thermal_expansion"])
+    values = {effect.name: effect.parameters for effect in report.spec.effects}
+    assert values["thermal_stiffness"]["stiffness_1_k"] == pytest.approx(-2e-4, abs=1e-4)
+    assert values["thermal_expansion"]["expansion_mm_k"] == pytest.approx(1e-4, abs=4e-5)

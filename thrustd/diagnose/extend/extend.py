@@ -33,7 +33,7 @@ from thrustd.diagnose.search.base import Base, base_of, records_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, rig_of, terms_of
-from thrustd.diagnose.search.ranking import Progress, begin_of, leading, pruned
+from thrustd.diagnose.search.ranking import Progress, begin_of, leading, pruned, simplest
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.screen import screened, table_of
 from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, specs_of
@@ -143,14 +143,14 @@ def variants(effect: Effect) -> list[Effect]:
 def _fitted(
     base: Base, rows: Sequence[Record], nothing: Joint, chosen: Sequence[Effect], rig: Rig, progress: Progress | None
 ) -> Joint:
-    """Effects one after the other, each in the variant and from the start that leaves least beside those before."""
+    """Effects one after the other, each in the simplest variant of those that leave least beside those before."""
     fit = nothing
     for i, effect in enumerate(chosen):
         _tell(progress, 0.85 * i / len(chosen), effect.word)
         terms = [term for law in variants(effect) for term in terms_of(law, rig)]
         looked = leading(screened(table_of(base, fit), terms), least=-np.inf)
         tried = [joint_fit(base, rows, (*fit.terms, one.term), begin_of(base, fit, one)) for one in looked]
-        fit = min(tried, key=lambda one: one.mse)
+        fit = simplest(tried)
     return fit
 
 

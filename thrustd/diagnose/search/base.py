@@ -29,6 +29,10 @@ FRICTIONLESS = 1e-3  # of the output's spread: friction that flies with no model
 STATE_OF = "seconds since start "
 NEVER_S = 1e15
 STATE = 0.3  # of the output's spread: what a lag may be away from rest when a record begins
+STILL_S, UNLOADED = (
+    30.0,
+    0.02,
+)  # a record that begins so long at less of that spread begins at rest, as `plan-test` asks
 UNSURE = 0.02  # of the output's spread: error of a model that promises none
 KNOWN = 0.1  # of its size: an effect that carries no sigma
 
@@ -68,7 +72,8 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment]) -> Base:
     shape, point, information = _pruned(*bare)
     terms = tuple(_present(effect) for effect in present)
     if np.any(point.gain != 0.0):
-        terms += tuple(_state(k, point, shape.output_scale) for k in range(len(segments)))
+        loaded = [k for k, segment in enumerate(segments) if not _stood_unloaded(segment, shape.output_scale)]
+        terms += tuple(_state(k, point, shape.output_scale) for k in loaded)
     if MARK in segments[0].inputs:
         terms += (reference_term(),)
     if not terms:
@@ -110,6 +115,13 @@ def _present(spec: EffectSpec) -> Term:
         if p.amplitude
     }
     return Term(effect, values, std, centre={name: values[name] for name in std}, shapes=False)
+
+
+def _stood_unloaded(segment: Segment, scale: float) -> bool:
+    """Whether no second of the record's beginning was loaded: then its lags remember nothing, and no number says so."""
+    second = max(round(1.0 / segment.dt_s), 1)
+    first = segment.force_n[: round(STILL_S / segment.dt_s) // second * second].reshape(-1, second)
+    return bool(len(first) and np.all(np.abs(first.mean(axis=1)) < UNLOADED * scale))
 
 
 @jit
