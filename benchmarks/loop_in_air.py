@@ -1,0 +1,119 @@
+"""The loop in the air: effects estimated on one recorded flight against the brochure, judged by truth on another.
+
+    python -m benchmarks.loop_in_air [--case NAME] [--mount left_upper] [--aircraft 7]
+
+Engines, air data and accelerations of PH-LAB as recorded; a twin aircraft supplies the deformations, without wires:
+5 Hz, the noise of its sensors in it. Nobody tells the loop what is hidden, and no truth is among its inputs.
+"""
+
+import argparse
+import time
+
+import msgspec
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.fusion_flights import FLIGHTS, PH_LAB
+from thrustd.cli.files import DECK, read_deck, read_models
+from thrustd.core.aircraft import MountPlace, place_of
+from thrustd.core.atmosphere import dynamic_pressure_pa
+from thrustd.core.errors import ModelError
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.installation.installation import read_installation
+from thrustd.installation.shipped import shipped
+from thrustd.model.artifact import ModelSpec
+from thrustd.records.files import read_recording
+from thrustd.records.recording import Recording, make_recording
+from thrustd.twin.aircraft import as_flown
+from thrustd.twin.airframe import MOUNTS, carried_n, draw_airframe, mount_temperature_degc, settled
+from thrustd.twin.flight import ACCEL_SIGNALS, NOISE
+from thrustd.twin.installation import PLAIN, Knobs, seen_mm
+from thrustd.twin.mount import advance
+from thrustd.twin.sensors import lvdt_reading
+
+HZ, FINE_HZ = 5.0, 50.0
+ESTIMATED, JUDGED = FLIGHTS[0], FLIGHTS[2]
+CASES: dict[str, tuple[Knobs, str]] = {
+    "nothing hidden": (PLAIN, ""),
+    "axial inertia left out": (PLAIN, "axial_inertia"),
+    "stiffness +5 %": (PLAIN._replace(stiffness=0.05), ""),
+    "expansion 2 um/K": (PLAIN._replace(expansion_mm_k=0.002), ""),
+    "nacelle drag 0.04 m2": (PLAIN._replace(drag_m2=0.04), ""),
+}
+
+
+def flown(file: str, seed: int, knobs: Knobs) -> Recording:
+    """One recorded flight with the mounts of a twin aircraft: columns of a log's names, truth in force_N_<mount>."""
+    airframe = draw_airframe(seed, knobs)
+    profile = as_flown(read_recording(PH_LAB / file), airframe.healths).resample(FINE_HZ)
+    rng = np.random.default_rng([seed, 21])
+    thrust_n = np.stack([profile["thrust_N_left"], profile["thrust_N_right"]])
+    accel_g = np.stack([profile[name] for name in ACCEL_SIGNALS])
+    air = zip(profile["mach"].tolist(), profile["pressure_altitude_m"].tolist(), strict=True)
+    loads_n = carried_n(airframe, thrust_n, accel_g, np.array([dynamic_pressure_pa(*each) for each in air]))
+    columns = dict(profile.channels)
+    for name in set(NOISE) & set(columns):
+        columns[name] = columns[name] + NOISE[name] * rng.standard_normal(len(profile))
+    states = settled(airframe, loads_n[:, 0])
+    for number, (name, mount, state) in enumerate(zip(MOUNTS, airframe.mounts, states, strict=True)):
+        side = name.partition("_")[0]
+        warm_degc = mount_temperature_degc(profile, side)
+        true_mm = advance(mount, state, loads_n[number], 1 / FINE_HZ, warm_degc, profile["accel_z_g"])
+        columns[f"deformation_mm_{name}"] = lvdt_reading(
+            airframe.lvdts[number], seen_mm(number, true_mm, warm_degc, knobs), rng
+        )
+        columns[f"temperature_degC_{name}"] = warm_degc
+        share = airframe.upper_share[number // 2]
+        columns[f"truth_N_{name}"] = thrust_n[number // 2] * (share if number % 2 == 0 else 1.0 - share)
+    return make_recording(profile.name, {"time_s": profile.time_s, **columns}).resample(HZ)
+
+
+def error_n(spec: ModelSpec, flight: Recording, place: MountPlace) -> float:
+    """RMS of a model against the truth of one mount, N."""
+    report = compare({"model": spec}, [flight], against=f"truth_N_{place.mount}", mount=place)
+    return report.comparisons[0].rmse_n
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--case", action="append", default=[], help="a beginning of its name; may be repeated")
+    parser.add_argument("--mount", default="left_upper")
+    parser.add_argument("--aircraft", type=int, default=7, metavar="SEED")
+    given = parser.parse_args()
+    installation = read_installation(shipped("deploy/hil.toml", "config"))
+    place = place_of(given.mount, installation.config, installation.aircraft())
+    deck = read_deck(shipped(DECK, "--deck"))
+    name = given.mount.replace("_", "-")
+    (whole,) = read_models([shipped(f"models/{name}.json", "model")]).values()
+    shown = Table(
+        "hidden", "verdict", "N before, after", "sizes", "s", title=f"{given.mount}, aircraft {given.aircraft}"
+    )
+    for case, (knobs, left_out) in CASES.items():
+        if given.case and not any(case.startswith(word) for word in given.case):
+            continue
+        spec = msgspec.structs.replace(whole, effects=[e for e in whole.effects if e.name != left_out], witness=None)
+        known, other = (flown(file, given.aircraft, knobs) for file in (ESTIMATED, JUDGED))
+        hidden = {n: c for n, c in known.channels.items() if not n.startswith(("thrust_N", "truth_N", "force_N"))}
+        seen = make_recording(known.name, {"time_s": known.time_s, **hidden})
+        began = time.process_time()
+        report = diagnose(spec, [seen], against="brochure", mount=place, deck=deck)
+        words, after, sizes = [w for w in report.verdict if w not in ("none", "unknown")], spec, ""
+        if words:
+            try:
+                longer = extend(spec, [seen], words, against="brochure", mount=place, deck=deck)
+                after, sizes = longer.spec, "; ".join(p.sentence.split(" (")[0] for p in longer.parameters)
+            except ModelError as problem:
+                sizes = str(problem)[:80]
+        spent = time.process_time() - began
+        before_n, after_n = error_n(spec, other, place), error_n(after, other, place)
+        row = case, "+".join(report.verdict), f"{before_n:.1f}, {after_n:.1f}", sizes, f"{spent:.0f}"
+        print(*row, sep=" | ", flush=True)
+        shown.add_row(*row)
+    Console(width=150).print(shown)
+
+
+if __name__ == "__main__":
+    main()
