@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.level_points import Polar, level_points
 from thrustd.core.aircraft import Wing, read_aircraft
 from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest.flight import read_flight
@@ -22,7 +23,6 @@ from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.twin.airframe import draw_airframe
 from thrustd.twin.flight import write_flight
-from thrustd.twin.level_points import Polar, level_points
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 FLIGHTS = 40

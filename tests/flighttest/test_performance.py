@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.level_points import Polar, level_points
 from tests.cli.test_bad_input import refused
 from tests.conftest import PH_LAB, ROOT
 from thrustd.__main__ import main
@@ -18,7 +19,6 @@ from thrustd.flighttest.performance import performance
 from thrustd.flighttest.polar import PolarPoints, fit_polar
 from thrustd.records.files import write_recording
 from thrustd.twin.airframe import draw_airframe
-from thrustd.twin.level_points import Polar, level_points
 
 AIRCRAFT = ROOT / "deploy" / "citation-ii.toml"
 ENGINES = ("left", "right")

@@ -46,18 +46,3 @@ def test_one_column_has_one_role():
 
 def test_trust_is_said_of_a_recording():
     assert units_trusted(with_trusted_units(rig())) and not units_trusted(rig())
-
-
-@pytest.mark.parametrize(
-    ("output", "unit", "theirs"),
-    [
-        ("f_tonf", "N", "tonf"),
-        ("f_tonf", "N s/mm", "tonf s/cm"),
-        ("f_tonf", "kg", "kg"),
-        ("y", "N/mm", ""),
-        ("y", "s", "s"),
-    ],
-)
-def test_units_of_parameters_are_those_of_the_file(output, unit, theirs):
-    assert Roles("x_cm", output).in_units(unit) == theirs
-    assert Roles().in_units(unit) == unit

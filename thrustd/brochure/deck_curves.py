@@ -140,12 +140,11 @@ def _is_outside(spread: Floats, corrected_kg_s: float, mach: float) -> bool:
 
 @compiled
 def _std_n(
-    spread: Floats, thrust_n: float, per_fuel_n: float, outside: bool, weight_n1: float, n1_std: float, isa: bool,
-    rate_pct_s: float,
-) -> float:  # fmt: skip
-    """`per_fuel_n`: dF/d ln w. `n1_std`: relative, of the line of N1. `isa`: the temperature is not measured."""
+    spread: Floats, thrust_n: float, per_fuel_n: float, outside: bool, n1_std: float, isa: bool, rate_pct_s: float
+) -> float:
+    """`per_fuel_n`: dF/d ln w. `n1_std`: relative, what the line of N1 adds. `isa`: the temperature is not measured."""
     relative_sq = spread[RELATIVE] ** 2 + (spread[EXTRAPOLATING] ** 2 if outside else 0.0)
-    relative_sq += (weight_n1 * n1_std) ** 2
+    relative_sq += n1_std**2
     relative_sq += spread[NO_TEMPERATURE] ** 2 if isa else 0.0
     lag_n = spread[LAG_N_PER_PCT_S] * (rate_pct_s if isfinite(rate_pct_s) else 0.0)
     engine_n2 = (spread[FUEL_FLOW] * per_fuel_n) ** 2 + spread[FLOOR_N] ** 2
@@ -174,8 +173,8 @@ def _estimate(deck: DeckNumbers, given: DeckInputs) -> tuple[float, float, float
     outside = _is_outside(spread, n1_flow if by_n1 else flow, mach) or (by_n1 and n1_outside)
     thrust_n = flow_n if weight == 0.0 else n1_n if weight == 1.0 else flow_n + weight * (n1_n - flow_n)
     per_fuel_n = delta_t * _surface(deck.surface, deck.box, n1_flow if by_n1 else flow, mach)[1]
-    n1_std, isa = deck.line_1[LINE_STD], not isfinite(given.sat_degc)
-    std_n = _std_n(spread, thrust_n, per_fuel_n, outside, weight, n1_std, isa, rate_pct_s)
+    n1_std, isa = weight * deck.line_1[LINE_STD], not isfinite(given.sat_degc)
+    std_n = _std_n(spread, thrust_n, per_fuel_n, outside, n1_std, isa, rate_pct_s)
     return thrust_n, std_n, weight, outside, abs(rate_pct_s) > spread[TRANSIENT_PCT_S], flow_n, n1_n, n2_n
 
 

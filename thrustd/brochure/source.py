@@ -5,7 +5,7 @@
 
 from collections.abc import Callable
 from math import isfinite, nan
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -14,7 +14,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import NUMBERS, DeckInputs, DeckNumbers, Floats, estimate
 from thrustd.brochure.hand_over import HandOver, hand_over
 from thrustd.brochure.rate import smooth_rate
-from thrustd.core.jit import compiled, entry
+from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.fusion_inputs import INPUTS
 
 N1_PER_N2 = 1.5  # per cent of fan speed per per cent of core speed, idle to take-off
@@ -30,6 +30,12 @@ ENGINE = np.dtype(
 )
 
 
+class _Work(NamedTuple):
+    engine: Any  # (1,) ENGINE
+    deck: DeckNumbers
+    hand_over: Floats  # its row
+
+
 class BrochureSource:
     """Mutable; only what the hand-over has learnt outlives a restart."""
 
@@ -42,18 +48,18 @@ class BrochureSource:
             self._engine[name] = place(signal, engine)
         for name, signal in (("mach", "mach"), ("altitude", "pressure_altitude_m"), ("temperature", "sat_degC")):
             self._engine[name] = place(signal, 0)
-        self._work = self._engine, deck.numbers(engine)
+        self._work = _Work(self._engine, deck.numbers(engine), self.hand_over.row)
 
     def look(self, dt_s: float, readings: Floats, deck_n: Floats) -> None:
         """Readings dt_s after the last ones; NaN = missing or stale.
 
         -> `deck_n` (4,): thrust by fuel flow, N1 and N2, sigma of the deck.
         """
-        _look(*self._work, dt_s, readings, deck_n)
+        _look(self._work, dt_s, readings, deck_n)
 
     def tell(self, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:
         """Brochure and N1 into `told`, a row of fusion's INPUTS; `fewer`: readings are left out that were looked at."""
-        _tell(*self._work, self.hand_over.row, dt_s, readings, ages_s, fewer, told)
+        _tell(self._work, dt_s, readings, ages_s, fewer, told)
 
 
 @compiled
@@ -66,32 +72,29 @@ def _ask(e: Any, deck: DeckNumbers, readings: Floats) -> None:
     _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n = estimate(deck, given)
 
 
-def _look_at(engine: Any, deck: DeckNumbers, dt_s: float, readings: Floats, deck_n: Floats) -> None:
-    e = engine[0]
+def _look_at(work: _Work, dt_s: float, readings: Floats, deck_n: Floats) -> None:
+    e = work.engine[0]
     e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
-    _ask(e, deck, readings)
+    _ask(e, work.deck, readings)
     deck_n[0], deck_n[1], deck_n[2], deck_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
 
 
-def _tell_filter(
-    engine: Any, deck: DeckNumbers, row: Floats, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any
-) -> None:
-    e, t = engine[0], told[0]
+def _tell_filter(work: _Work, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:
+    e, t = work.engine[0], told[0]
     if fewer:
-        _ask(e, deck, readings)
+        _ask(e, work.deck, readings)
     n2_rate_pct_s, e.n2_lagged_pct = smooth_rate(e.n2_lagged_pct, readings[e.n2], dt_s)
     t.n1_pct, t.n1_rate_pct_s = readings[e.n1], e.n1_rate_pct_s
     if not (isfinite(t.n1_pct) and isfinite(e.n1_rate_pct_s)):  # while N1 is not believed, what N2 says of it
         t.n1_rate_pct_s = N1_PER_N2 * n2_rate_pct_s
     t.brochure_n, t.brochure_std_n, t.brochure_lag_n = hand_over(
-        row, dt_s, e.std_n, e.fuel_flow_n, e.n1_n, t.n1_pct, t.n1_rate_pct_s
+        work.hand_over, dt_s, e.std_n, e.fuel_flow_n, e.n1_n, t.n1_pct, t.n1_rate_pct_s
     )
     t.brochure_age_s = max(ages_s[e.n1], ages_s[e.fuel_flow])
     t.brochure_extrapolating, t.transient = e.outside, e.transient
 
 
 _F, _ROW = numba.float64, numba.float64[::1]
-_WORK = numba.from_dtype(ENGINE)[::1], NUMBERS
-_TOLD = numba.from_dtype(INPUTS)[::1]
-_look: Any = entry(compiled(_look_at, numba.void(*_WORK, _F, _ROW, _ROW), "numpy"))
-_tell: Any = entry(compiled(_tell_filter, numba.void(*_WORK, _ROW, _F, _ROW, _ROW, numba.boolean, _TOLD), "numpy"))
+_WORK, _TOLD = named(_Work, numba.from_dtype(ENGINE)[::1], NUMBERS, _ROW), numba.from_dtype(INPUTS)[::1]
+_look: Any = entry(compiled(_look_at, numba.void(_WORK, _F, _ROW, _ROW), "numpy"))
+_tell: Any = entry(compiled(_tell_filter, numba.void(_WORK, _F, _ROW, _ROW, numba.boolean, _TOLD), "numpy"))

@@ -1,8 +1,10 @@
 """Verbs of a flight test: points, performance, transients."""
 
 import argparse
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.files import read_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, print_table, progress
@@ -13,6 +15,7 @@ if TYPE_CHECKING:
     from thrustd.flighttest.flight import Flight
     from thrustd.flighttest.performance import Performance
     from thrustd.flighttest.points import TestPoints
+    from thrustd.flighttest.transients import Transients
 
 AIRCRAFT = "deploy/citation-ii.toml"
 
@@ -103,22 +106,13 @@ def limits_of(arguments: argparse.Namespace) -> "SteadyLimits":
 def points_verb(arguments: argparse.Namespace) -> int:
     from thrustd.flighttest.flight import read_flight
     from thrustd.flighttest.points_report import write_page
-    from thrustd.records.rows import write_rows
 
     check_table(arguments.out)
     limits = limits_of(arguments)
     with progress(f"points of {arguments.log.name}"):
         flight = read_flight(arguments.log, arguments.deck)
         found = _points(flight, limits, arguments)
-    if arguments.out is not None:
-        write_rows(found.rows(), arguments.out)
-    if arguments.report is not None:
-        write_page(flight, found, arguments.report)
-    if arguments.json:
-        print_json(found)
-    else:
-        _print_points(found)
-    return 0
+    return _hand_over(arguments, found, partial(write_page, flight, found), lambda: _print_points(found))
 
 
 def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namespace) -> "TestPoints":
@@ -134,31 +128,11 @@ def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namesp
 
 
 def performance_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.flighttest.performance_report import (
-        POINT_HEADS,
-        POLAR_HEADS,
-        lines,
-        point_rows,
-        polar_rows,
-        write_page,
-    )
-    from thrustd.records.rows import write_rows
+    from thrustd.flighttest.performance_report import write_page
 
     check_table(arguments.out)
     found, known = _performance(arguments)
-    if arguments.out is not None:
-        write_rows(found.rows(), arguments.out)
-    if arguments.report is not None:
-        write_page(found, known, arguments.report)
-    if arguments.json:
-        print_json(found)
-        return 0
-    screen = console()
-    print_table(POINT_HEADS, point_rows(found))
-    print_table(POLAR_HEADS, polar_rows(found))
-    for line in lines(found, known):
-        screen.print(line, highlight=False)
-    return 0
+    return _hand_over(arguments, found, partial(write_page, found, known), lambda: _print_polar(found, known))
 
 
 def _performance(arguments: argparse.Namespace) -> "tuple[Performance, tuple[str, ...]]":
@@ -195,24 +169,31 @@ def transients_verb(arguments: argparse.Namespace) -> int:
     from thrustd.cli.files import read_deck
     from thrustd.flighttest.flight import DECK, read_flight
     from thrustd.flighttest.transients import find_transients
-    from thrustd.flighttest.transients_report import HEADS, table_rows, words, write_page
+    from thrustd.flighttest.transients_report import write_page
     from thrustd.installation.shipped import shipped
-    from thrustd.records.rows import write_rows
 
     check_table(arguments.out)
     deck = read_deck(arguments.deck or shipped(DECK, "--deck"))
     with progress(f"transients of {arguments.log.name}"):
         flight = read_flight(arguments.log, arguments.deck)
         found = find_transients(flight, deck)
+    return _hand_over(arguments, found, partial(write_page, flight, found), lambda: _print_transients(found))
+
+
+def _hand_over(
+    arguments: argparse.Namespace, found: Any, write_page: Callable[[Path], None], show: Callable[[], None]
+) -> int:
+    """What was found, where it was asked for: table, page, JSON or terminal."""
+    from thrustd.records.rows import write_rows
+
     if arguments.out is not None:
         write_rows(found.rows(), arguments.out)
     if arguments.report is not None:
-        write_page(flight, found, arguments.report)
+        write_page(arguments.report)
     if arguments.json:
         print_json(found)
     else:
-        print_table(HEADS, table_rows(found))
-        print(words(found))
+        show()
     return 0
 
 
@@ -225,3 +206,20 @@ def _print_points(found: "TestPoints") -> None:
     print_table(HEADS, table_rows(found))
     for line in (*unsteady(found), limits_line(found)):
         screen.print(line, highlight=False)
+
+
+def _print_polar(found: "Performance", known: tuple[str, ...]) -> None:
+    from thrustd.flighttest.performance_report import POINT_HEADS, POLAR_HEADS, lines, point_rows, polar_rows
+
+    screen = console()
+    print_table(POINT_HEADS, point_rows(found))
+    print_table(POLAR_HEADS, polar_rows(found))
+    for line in lines(found, known):
+        screen.print(line, highlight=False)
+
+
+def _print_transients(found: "Transients") -> None:
+    from thrustd.flighttest.transients_report import HEADS, table_rows, words
+
+    print_table(HEADS, table_rows(found))
+    print(words(found))

@@ -51,6 +51,12 @@ def named(kind: type, *types_: Any) -> Any:
     return library.NamedTuple(types_, kind)
 
 
+def together(*types_: Any) -> Any:
+    """The type of a plain tuple for a signature. A dispatcher knows one quickly; a NamedTuple it asks Python about."""
+    library: Any = types
+    return library.Tuple(types_)
+
+
 def _with_digest(function: Any) -> Any:
     if function.__closure__ is not None:  # numba looks at what it holds
         return function

@@ -8,6 +8,7 @@ Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
 """
 
 from math import erfc, sqrt
+from typing import NamedTuple
 
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
@@ -16,6 +17,14 @@ P, SHIFT_N, STD_N = range(3)  # of a hypothesis: its probability; thrust minus t
 TAIL, SIGMAS = 0.025, 1.959964
 ALONE = 1e-3  # all others together less likely than this: nothing to mix
 HALVINGS = 30
+
+
+class Bank(NamedTuple):
+    """What the bank of hypotheses says of an engine."""
+
+    hypotheses: Floats  # (n, 3) P, SHIFT_N, STD_N
+    lead: int  # the one that was believed of what the filter is told
+    uncorrected_n: float  # one sigma of what none of them knows
 
 
 @compiled
@@ -43,8 +52,9 @@ def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float,
 
 
 @compiled
-def mix(thrust_n: float, std_n: float, hypotheses: Floats, lead: int) -> tuple[float, float]:
-    """Thrust and sigma of the one that leads, and all others (n, 3) beside it. -> thrust and sigma of the mixture."""
+def mix(thrust_n: float, std_n: float, bank: Bank) -> tuple[float, float]:
+    """Thrust and sigma of the one that leads, and all others beside it. -> thrust and sigma of the mixture."""
+    hypotheses, lead = bank.hypotheses, bank.lead
     if hypotheses[lead, P] > 1.0 - ALONE:
         return thrust_n, std_n
     far_n = 6.0 * std_n

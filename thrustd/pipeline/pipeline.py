@@ -23,6 +23,7 @@ from thrustd.core.calibration import MountCalibration
 from thrustd.core.config import Config, section
 from thrustd.core.types import Event, Fault, MountOutput, Output
 from thrustd.fusion.fusion_inputs import INPUTS
+from thrustd.fusion.mixture import Bank
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter
@@ -188,8 +189,8 @@ class Pipeline:
             thrust_n, std_n, _ = bank.leading[verdict.changed].tolist()
             self._filters[verdict.changed].begin_anew(thrust_n, std_n, self._told_of[verdict.changed])
         for e, thrust_filter in enumerate(self._filters):
-            weighed = bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e)
-            estimates.append(thrust_filter.step(self._told_of[e], *weighed))
+            weighed = Bank(bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e))
+            estimates.append(thrust_filter.step(self._told_of[e], weighed))
             outputs.append(estimates[e])
             if thrust_filter.calibrates:
                 self._report(Fault(t_ns, self._layout.engine_names[e], "zero"), outputs)
@@ -249,7 +250,7 @@ class Pipeline:
         """What the filters are told, a row of INPUTS each."""
         told, readings, believed = self._told, self._inputs.readings, self._inputs.believed(verdict.excluded)
         troubles = self._troubles.bits(t_ns)
-        tell_filters(told, t_ns, troubles, verdict.mounts, self._mounts_of, self._states, readings, self._loads)
+        tell_filters(told, t_ns, troubles, verdict.mounts, self._mounts_of, self._states, readings[self._loads])
         for e, brochure in enumerate(self._brochures):
             brochure.tell(dt_s, believed, self._inputs.ages_s, bool(verdict.excluded), self._told_of[e])
             if verdict.status[e]:

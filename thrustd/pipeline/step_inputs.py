@@ -50,13 +50,12 @@ class StepInputs:
 
 
 def _tell_filters(
-    told: Any, t_ns: int, status: Integers, engines: Any, mounts_of: Integers, mounts: Any, readings: Floats,
-    loads: Integers,
-) -> None:  # fmt: skip
-    """INPUTS by engine: all but its brochure source. `loads`: where load factors are among the readings."""
+    told: Any, t_ns: int, status: Integers, engines: Any, mounts_of: Integers, mounts: Any, load_factors: Floats
+) -> None:
+    """INPUTS by engine: all but its brochure source. `load_factors`: as read."""
     loaded = True
-    for place in loads:
-        loaded &= isfinite(readings[place])
+    for load_factor in load_factors:
+        loaded &= isfinite(load_factor)
     for e in range(len(told)):
         t, engine = told[e], engines[e]
         t.t_ns, t.status, t.load_factor_stale = t_ns, status[e], not loaded
@@ -72,5 +71,5 @@ def _tell_filters(
 _I = numba.int64
 _TOLD, _ENGINES, _MOUNTS = (numba.from_dtype(kind)[::1] for kind in (INPUTS, ENGINE_MOUNTS, MOUNT_STATE))
 tell_filters: Any = entry(
-    compiled(_tell_filters, numba.void(_TOLD, _I, _I[::1], _ENGINES, _I[:, ::1], _MOUNTS, numba.float64[::1], _I[::1]))
+    compiled(_tell_filters, numba.void(_TOLD, _I, _I[::1], _ENGINES, _I[:, ::1], _MOUNTS, numba.float64[::1]))
 )

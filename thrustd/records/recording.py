@@ -18,11 +18,13 @@ from thrustd.core.signals import CATALOGUE, Signal
 
 if TYPE_CHECKING:
     import pandas as pd
+    from rich.table import Table
 
 FloatArray = npt.NDArray[np.float64]
 
 TIME = "time_s"
 OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
+MOST_CHANNELS = 40  # of a recording's table
 GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
 SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     "N": "N",
@@ -72,14 +74,14 @@ class Recording:
         return len(self.time_s)
 
     def __repr__(self) -> str:
-        from thrustd.records.shown import as_text, recording_table
+        from thrustd.records.shown import as_text
 
-        return as_text(recording_table(self))
+        return as_text(_table(self))
 
     def _repr_html_(self) -> str:
-        from thrustd.records.shown import as_html, recording_table
+        from thrustd.records.shown import as_html
 
-        return as_html(recording_table(self))
+        return as_html(_table(self))
 
     def to_pandas(self) -> "pd.DataFrame":
         """A column per channel (float64, unit in the name), the time as index."""
@@ -260,3 +262,25 @@ def _on_grid(time_s: FloatArray, column: FloatArray, grid_s: FloatArray, bins: B
     inside = number[bins[1]] - number[bins[0]]
     mean: FloatArray = (total[bins[1]] - total[bins[0]]) / np.maximum(inside, 1)
     return np.where(inside > 0, mean, line)
+
+
+def _table(record: Recording) -> "Table":
+    """A row per channel: unit, smallest, mean, largest, how much is missing."""
+    from thrustd.records.shown import plain_table
+
+    rows = [_channel(name, unit_of(name), column) for name, column in list(record.channels.items())[:MOST_CHANNELS]]
+    more = len(record.channels) - len(rows)
+    if more > 0:
+        rows.append([f"... {more} more", "", "", "", "", ""])
+    table = plain_table(("channel", "unit", "smallest", "mean", "largest", "missing"), rows)
+    hertz = f", {record.sample_hz:g} Hz" if len(record) > 1 else ""
+    table.title = f"{record.name}: {len(record)} samples, {record.duration_s:.1f} s{hertz}"
+    table.title_justify = "left"
+    return table
+
+
+def _channel(name: str, unit: str, column: FloatArray) -> list[str]:
+    known = column[np.isfinite(column)]
+    missing = f"{100 * (1 - len(known) / len(column)):.1f} %" if len(known) < len(column) else ""
+    numbers = [f"{f(known):.5g}" for f in (np.min, np.mean, np.max)] if len(known) else ["-", "-", "-"]
+    return [name, unit, *numbers, missing]

@@ -4,7 +4,6 @@
 names in its metadata, so that every report speaks of `Load [kN]` and prints no newton beside it.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,7 +14,6 @@ from thrustd.records.rename import unit_in_brackets
 
 INPUT, OUTPUT = "deformation_mm", "force_N"
 _INPUT_KEY, _OUTPUT_KEY = "input column", "output column"
-OWN_UNITS = r"\b(?:mm|N)\b"
 _TRUSTED_KEY = "units"
 _TRUSTED = "as named"
 
@@ -39,12 +37,6 @@ class Roles(NamedTuple):
     def own(self) -> bool:
         """Whether it is a mount's file, in millimetres and newtons."""
         return self == Roles()
-
-    def in_units(self, unit: str) -> str:
-        """A unit made of millimetres and newtons in those of the file: `N s/mm` -> `tonf s/cm`; empty when unknown."""
-        own = {"mm": self.input_unit, "N": self.output_unit}
-        there = re.findall(OWN_UNITS, unit)
-        return re.sub(OWN_UNITS, lambda found: own[found[0]], unit) if all(own[name] for name in there) else ""
 
     def in_words(self, line: str) -> str:
         """A sentence about the roles, by the names of the file."""

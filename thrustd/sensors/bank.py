@@ -9,13 +9,14 @@ that it stays, so agreement that says nothing (a throttle that opens every toler
 
 from collections.abc import Sequence
 from math import exp, hypot, isfinite, nan, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
-from thrustd.core.jit import compiled, entry
+from thrustd.core.jit import compiled, entry, named
+from thrustd.fusion.mixture import SHIFT_N, STD_N, P
 from thrustd.sensors.errors import Installed
 from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL, uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
@@ -46,7 +47,30 @@ OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in
 OFF_N1_PCT, TURNING_N1_PCT, STARTED_S = 5.0, 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
 UNCORRECTED_N = 2  # beside the thrust that leads and its sigma
-P, SHIFT_N, STD_N = range(3)  # of a hypothesis: probability, thrust minus that of the one that leads, its sigma
+
+
+class _Memory(NamedTuple):
+    """By engine (n,); changed in place."""
+
+    past: Any  # PAST
+    jumps: Any  # JUMPS
+    turn: Integers  # (1,)
+    found: Integers
+    hypotheses: Floats  # (n, N_HYPOTHESES, 3) P, SHIFT_N, STD_N
+    leading: Floats  # (n, 3) thrust and its sigma by the one that leads; what is uncorrected, N
+
+
+class _Engines(NamedTuple):
+    """Where an engine's readings are, and what holds for a whole flight."""
+
+    mounts: Integers  # (n, 2)
+    spools: Integers  # (n, 2)
+    judged: Flags  # (n,) it has two mounts
+    mach: int
+    altitude: int
+    shares: Floats  # (n,)
+    off: Floats  # (N_HYPOTHESES, N_SOURCES) 1: not believed
+    installed: Installed
 
 
 class Bank:
@@ -64,28 +88,16 @@ class Bank:
         """
         n = len(mounts)
         self._past, self.found = no_past(n), np.zeros(n, np.int64)
-        self.rows = np.zeros((n, N_HYPOTHESES, 3))  # P, SHIFT_N, STD_N
+        self.rows = np.zeros((n, N_HYPOTHESES, 3))
         self.rows[:, WELL, P] = 1.0
-        self.leading = np.full((n, 3), np.nan)  # thrust and its sigma by the one that leads; what is uncorrected, N
+        self.leading = np.full((n, 3), np.nan)
         self.leading[:, UNCORRECTED_N] = 0.0
         self._turn = np.zeros(1, np.int64)
-        judged = (mounts >= 0).sum(axis=1) == 2
-        layout = np.ascontiguousarray(mounts[:, :2]), spools, judged
+        judged, own = (mounts >= 0).sum(axis=1) == 2, np.ascontiguousarray(mounts[:, :2])
         self._jumps = no_jumps(n)
-        self._follow = self._jumps, layout[0], shares, spring_n_mm
-        self._work = (
-            self._past,
-            self._jumps,
-            self._turn,
-            self.found,
-            self.rows,
-            self.leading,
-            *layout,
-            *air,
-            shares,
-            OFF,
-            installed,
-        )
+        self._follow = self._jumps, own, shares, spring_n_mm
+        self._memory = _Memory(self._past, self._jumps, self._turn, self.found, self.rows, self.leading)
+        self._engines = _Engines(own, spools, judged, *air, shares, OFF, installed)
 
     def follow(self, states: Any, dt_s: float) -> None:
         """Call it at every fused step: what the mounts moved by since the last one, `dt_s` ago."""
@@ -97,7 +109,7 @@ class Bank:
         `states`: MOUNT_STATE by mount; `deck_n` (n, 4): thrust by fuel flow, N1, N2, sigma of the deck; `believed`
         (n, 5): by the sensors' own watches.
         """
-        return int(_look(*self._work, t_ns * 1e-9, readings, states, deck_n, believed))
+        return int(_look(self._memory, self._engines, t_ns * 1e-9, readings, states, deck_n, believed))
 
     def disagree(self, engine: int) -> bool:
         """Nothing tells who is right."""
@@ -144,19 +156,13 @@ class Bank:
 
 @compiled
 def _row(
-    row: Floats,
-    t_s: float,
-    e: int,
-    mounts: Integers,
-    air: tuple[float, float],
-    states: Any,
-    deck_n: Floats,
-    believed: Flags,
-    jump: Any,
-) -> None:
-    row[:] = 0.0
-    row[T_S], row[MACH], row[DECK_N] = t_s, air[0] if isfinite(air[0]) else 0.0, deck_n[e, 3]
-    row[PRESSURE_PA] = 70_927.5 * row[MACH] ** 2 * exp(-(air[1] if isfinite(air[1]) else 0.0) / SCALE_HEIGHT_M)
+    engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, deck_n: Floats, believed: Flags
+) -> Floats:
+    """What an engine's sources say now: (WIDTH,), see `past`; the time is left out."""
+    row, mounts = np.zeros(WIDTH), engines.mounts
+    mach, altitude_m = readings[engines.mach], readings[engines.altitude]
+    row[MACH], row[DECK_N] = mach if isfinite(mach) else 0.0, deck_n[e, 3]
+    row[PRESSURE_PA] = 70_927.5 * row[MACH] ** 2 * exp(-(altitude_m if isfinite(altitude_m) else 0.0) / SCALE_HEIGHT_M)
     if not isfinite(row[DECK_N]):
         row[DECK_N] = 200.0
     for i in range(N_SOURCES):
@@ -167,6 +173,7 @@ def _row(
         state, row[JUMPED_N + i] = states[mounts[e, i]], jump.jumped_n[i]
         row[COMMON_N + i] = state.common_n if isfinite(state.common_n) else 0.0
         row[OWN_N + i] = sqrt(max(state.std_n**2 - state.common_n**2, 1.0)) if isfinite(state.std_n) else 100.0
+    return row
 
 
 @compiled
@@ -191,56 +198,66 @@ def _lead(found: int, out: Floats) -> int:
     return WELL if out[found, 0] < OVER else found
 
 
-def _look_at(
-    past: Any, jumps: Any, turn: Integers, found: Integers, hypotheses: Floats, leading: Floats, mounts: Integers,
-    spools: Integers, judged: Flags, mach: int, altitude: int, shares: Floats, off: Floats, installed: Installed,
-    t_s: float, readings: Floats, states: Any, deck_n: Floats, believed: Flags,
-) -> int:  # fmt: skip
-    turn[0] = (turn[0] + 1) % (EVERY_LOOKS * len(found) * UNCORRECTED_EVERY)
-    e = turn[0] // EVERY_LOOKS % len(found)
-    if turn[0] % EVERY_LOOKS:
-        return -1
-    fastest_pct = _fastest_pct(readings, spools[e])
-    row, out = np.empty(WIDTH), np.empty((N_HYPOTHESES, 3))
+@compiled
+def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats) -> bool:
+    """Long enough that its deck says something; else what is uncorrected is said here."""
+    past, fastest_pct = memory.past[e], _fastest_pct(readings, engines.spools[e])
     if not fastest_pct > TURNING_N1_PCT:
-        past[e].n, past[e].since_s = 0, nan
-    elif not isfinite(past[e].since_s):
-        past[e].since_s = t_s
-    if not (judged[e] and t_s - past[e].since_s >= STARTED_S):
-        leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed[0], installed[3])
-        forget(jumps[e])
+        past.n, past.since_s = 0, nan
+    elif not isfinite(past.since_s):
+        past.since_s = t_s
+    if engines.judged[e] and t_s - past.since_s >= STARTED_S:
+        return True
+    installed = engines.installed
+    memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed[0], installed[3])
+    forget(memory.jumps[e])
+    return False
+
+
+@compiled
+def _say(memory: _Memory, e: int, lead: int, out: Floats) -> None:
+    """What was weighed, `out` (N_HYPOTHESES, 3), as the bank's rows."""
+    memory.leading[e, 0], memory.leading[e, 1] = out[lead, 1], sqrt(out[lead, 2])
+    for which in range(N_HYPOTHESES):
+        memory.hypotheses[e, which, P] = out[which, 0]
+        memory.hypotheses[e, which, SHIFT_N] = out[which, 1] - out[lead, 1]
+        memory.hypotheses[e, which, STD_N] = sqrt(out[which, 2])
+
+
+def _look_at(
+    memory: _Memory, engines: _Engines, t_s: float, readings: Floats, states: Any, deck_n: Floats, believed: Flags
+) -> int:
+    past, found, turn, n = memory.past, memory.found, memory.turn, len(memory.found)
+    turn[0] = (turn[0] + 1) % (EVERY_LOOKS * n * UNCORRECTED_EVERY)
+    e = turn[0] // EVERY_LOOKS % n
+    if turn[0] % EVERY_LOOKS or not _runs(memory, engines, e, t_s, readings):
         return -1
-    _row(row, t_s, e, mounts, (readings[mach], readings[altitude]), states, deck_n, believed, jumps[e])
-    if not remember(past, e, row, shares[e]):
+    share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
+    row = _row(engines, memory.jumps[e], e, readings, states, deck_n, believed)
+    row[T_S] = t_s
+    if not remember(past, e, row, share):
         return -1
-    forget(jumps[e])
+    forget(memory.jumps[e])
     if past[e].n < 2:
         return -1
-    weigh(past[e].rows, past[e].n, shares[e], found[e], installed, out)
+    weigh(past[e].rows, past[e].n, share, found[e], installed, out)
     lead = _lead(found[e], out)
     changed, found[e] = lead != found[e], lead
-    leading[e, 0], leading[e, 1] = out[lead, 1], sqrt(out[lead, 2])
-    if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * len(found):
-        more_n2 = uncorrected_n2(past[e].rows, past[e].n, shares[e], off[lead], installed, out[lead, 1:])
-        leading[e, UNCORRECTED_N] = sqrt(more_n2)
-    for which in range(N_HYPOTHESES):
-        hypotheses[e, which, P] = out[which, 0]
-        hypotheses[e, which, SHIFT_N] = out[which, 1] - out[lead, 1]
-        hypotheses[e, which, STD_N] = sqrt(out[which, 2])
+    if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * n:
+        more_n2 = uncorrected_n2(past[e].rows, past[e].n, share, engines.off[lead], installed, out[lead, 1:])
+        memory.leading[e, UNCORRECTED_N] = sqrt(more_n2)
+    _say(memory, e, lead, out)
     return e if changed else -1
 
 
 _F, _ROW, _TABLE, _FLAGS = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.boolean[:, ::1]
 _I, _PLACES = numba.int64[::1], numba.int64[:, ::1]
-_look: Any = entry(
-    compiled(
-        _look_at,
-        numba.int64(
-            numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1], _I, _I, numba.float64[:, :, ::1], _TABLE,
-            _PLACES, _PLACES, numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE,
-            vars(numba.types)["UniTuple"](_F, 4), _F, _ROW,
-            numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS,
-        ),
-    )
+_RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
+_MEMORY = named(_Memory, *_RECORDS, _I, _I, numba.float64[:, :, ::1], _TABLE)
+_ENGINES = named(
+    _Engines, _PLACES, _PLACES, numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE,
+    vars(numba.types)["UniTuple"](_F, 4),
 )  # fmt: skip
+_SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)
+_look: Any = entry(compiled(_look_at, _SIGNATURE))
 assert len(SOURCES_OFF) == N_HYPOTHESES and SOURCES_OFF[BROCHURE_OFF] and SOURCES_OFF[MOUNTS_OFF]

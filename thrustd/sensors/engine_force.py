@@ -13,13 +13,13 @@ what the models say: a minute at 5 kN.
 
 from collections.abc import Sequence
 from math import isfinite, nan, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
-from thrustd.core.jit import compiled, entry
+from thrustd.core.jit import compiled, entry, named
 
 MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN; idle says more of the transducers' zeros
 MAX_STEP_S = 1.0
@@ -49,6 +49,14 @@ def mounts_table(mounts_of_engine: Sequence[Sequence[int]]) -> Integers:
     return table
 
 
+class _Work(NamedTuple):
+    rows: Floats  # (n_engines, 2) SHARE, WEIGHT_N2_S
+    mounts_of: Integers  # (n_engines, n) ends with NO_MOUNT
+    lagged_mm: Floats  # (n_mounts,)
+    stiffness_n_mm: float  # of an engine's mounts together
+    out: Any  # (n_engines,) ENGINE_MOUNTS
+
+
 class MountCombiner:
     """Keeps the slow load share of every engine."""
 
@@ -56,21 +64,22 @@ class MountCombiner:
         self, mounts_of_engine: Sequence[Sequence[int]], spring_n_mm: Sequence[float], shares: Sequence[float] = ()
     ) -> None:
         """By engine, its mounts: the upper one first; spring rates in that order; shares to start from, or they say."""
-        self._stiffness_n_mm = sum(spring_n_mm)
-        self.rows = np.tile((spring_n_mm[0] / self._stiffness_n_mm, MEMORY_N2_S), (len(mounts_of_engine), 1))
+        stiffness_n_mm = sum(spring_n_mm)
+        self.rows = np.tile((spring_n_mm[0] / stiffness_n_mm, MEMORY_N2_S), (len(mounts_of_engine), 1))
         if shares:
             self.rows[:, SHARE] = shares
         self.shares = self.rows[:, SHARE].copy()  # before anything was learnt of them
         self.mounts = mounts_table(mounts_of_engine)
-        self._lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
+        lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
         self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)
+        self._work = _Work(self.rows, self.mounts, lagged_mm, stiffness_n_mm, self._out)
 
     def step(self, mounts: Any, believed: Flags, dt_s: float) -> Any:
         """ENGINE_MOUNTS by engine, good until the next step.
 
         `mounts`: MOUNT_STATE by mount; `believed` (n_mounts,); forces that are not finite are not believed either.
         """
-        _combine(self.rows, self.mounts, self._lagged_mm, mounts, believed, dt_s, self._stiffness_n_mm, self._out)
+        _combine(self._work, mounts, believed, dt_s)
         return self._out
 
     def snapshot(self) -> list[list[float]]:
@@ -112,10 +121,8 @@ def _push_n(stiffness_n_mm: float, moved_mm: Floats, upper: int, lower: int) -> 
     return stiffness_n_mm * moved_mm[smaller] if both else 0.0
 
 
-def _combine_all(
-    rows: Floats, mounts_of: Any, lagged_mm: Floats, mounts: Any, believed: Any, dt_s: float, stiffness_n_mm: float,
-    out: Any,
-) -> None:  # fmt: skip
+def _combine_all(work: _Work, mounts: Any, believed: Any, dt_s: float) -> None:
+    rows, mounts_of, lagged_mm, stiffness_n_mm, out = work
     moved_mm = np.empty(len(lagged_mm))
     for i in range(len(lagged_mm)):
         measured_mm = mounts[i].deformation_mm
@@ -149,9 +156,6 @@ def _combine_all(
 
 
 _TABLE, _ROW = numba.float64[:, ::1], numba.float64[::1]
-_SIGNATURE = numba.void(
-    _TABLE, numba.int64[:, ::1], _ROW, numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64,
-    numba.float64,
-    numba.from_dtype(ENGINE_MOUNTS)[::1],
-)  # fmt: skip
-_combine: Any = entry(compiled(_combine_all, _SIGNATURE, "numpy"))
+_WORK = named(_Work, _TABLE, numba.int64[:, ::1], _ROW, numba.float64, numba.from_dtype(ENGINE_MOUNTS)[::1])
+_TOLD = numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64
+_combine: Any = entry(compiled(_combine_all, numba.void(_WORK, *_TOLD), "numpy"))

@@ -29,7 +29,6 @@ from thrustd.twin.fast import FloatArray, jit
 
 Real = TypeVar("Real", float, FloatArray)
 
-ENGINE_MASS_KG = 373.0  # installed, thesis section 4.3.2
 IDLE_N1_PCT = 29.0
 TAKE_OFF_N1_PCT = 98.0
 OFF_N1_PCT = 5.0  # below: no thrust worth the name

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from thrustd.core.columns import COUNT, EVENT, GOOD, KIND, PLACE, Bytes, Flags, Floats, Integers
-from thrustd.core.jit import compiled
+from thrustd.core.jit import compiled, together
 from thrustd.core.signals import CATALOGUE
 from thrustd.core.types import Fault
 from thrustd.wire.can_table import FLOAT, SIGNED, CanTable
@@ -43,6 +43,10 @@ _LINE = np.dtype(  # one identifier: how to read it, who sends it, and what it s
 )
 
 
+_Bus = tuple[Any, Any, Flags, Bytes]  # all identifiers, sorted: _LINE, _FIELD, legal data types, the message before
+_Found = tuple[Integers, Floats]  # room for what a batch says: rows (n, 4), values (n,) of those that are readings
+
+
 class CanDecoder:
     """Messages in, readings and faults out; identifiers the table does not know give nothing."""
 
@@ -52,9 +56,9 @@ class CanDecoder:
         self.slots = tuple(slots)  # signal and index of every reading
         self._fault_places = [f"{where}[{message.name}]" for message in messages]
         places, rows = {slot: place for place, slot in enumerate(slots)}, list[tuple[float, ...]]()
-        self._lines = np.zeros(len(messages), _LINE)
-        self._legal = np.zeros((len(messages), CODE_MASK + 1), np.bool_)  # data types
-        self._last = np.zeros((len(messages), max((message.n_bytes for message in messages), default=0)), np.uint8)
+        lines = np.zeros(len(messages), _LINE)
+        all_legal = np.zeros((len(messages), CODE_MASK + 1), np.bool_)
+        last = np.zeros((len(messages), max((message.n_bytes for message in messages), default=0)), np.uint8)
         for number, message in enumerate(messages):
             rows += [(*bits, 0, 1.0, 0.0) for bits in message.header]
             first = len(rows)
@@ -62,12 +66,12 @@ class CanDecoder:
             stale_s = max(CATALOGUE[field.signal].stale_after_s for field in message.fields)
             silent_after_ns, heard = round(stale_s * 1e9), (-1, -1, -1, 0)
             place = message.ident, message.n_bytes, bool(message.header), first, len(rows)
-            self._lines[number] = (*place, silent_after_ns, *heard)
+            lines[number] = (*place, silent_after_ns, *heard)
             legal = [code for code in message.data_types if 0 <= code <= CODE_MASK]
-            self._legal[number, legal or slice(None)] = True
-        self._fields = np.array(rows, _FIELD)
+            all_legal[number, legal or slice(None)] = True
+        self._bus: _Bus = lines, np.array(rows, _FIELD), all_legal, last
         self._most = max((len(message.fields) for message in messages), default=0) + 1  # rows from one message
-        self._found, self._values = np.empty((0, COUNT + 1), np.int64), np.empty(0)
+        self._found: _Found = np.empty((0, COUNT + 1), np.int64), np.empty(0)
 
     def decode(
         self, t_ns: Integers, ident: Integers, data: Bytes, ends: Integers, left_out: Flags
@@ -78,13 +82,12 @@ class CanDecoder:
         next call.
         """
         most = len(ends) * self._most
-        if most > len(self._values):
-            self._found, self._values = np.empty((most, COUNT + 1), np.int64), np.empty(most)
+        if most > len(self._found[1]):
+            self._found = np.empty((most, COUNT + 1), np.int64), np.empty(most)
         n = _decode(
-            t_ns, ident, data, ends, left_out, self._lines, self._fields, self._legal, self._last, self._found,
-            self._values,
+            t_ns, ident, data, ends, left_out, self._bus, self._found
         )  # fmt: skip
-        return self._found[:n], self._values[:n]
+        return self._found[0][:n], self._found[1][:n]
 
     def fault(self, t_ns: int, row: Integers) -> Fault:
         """A row of `decode` that is no reading."""
@@ -179,10 +182,10 @@ def _judge(line: Any, legal: Flags, t_ns: int, node: int, data_type: int, servic
 
 
 @compiled
-def _header(
-    line: Any, fields: Any, legal: Flags, last: Bytes, data: Bytes, begin: int, t_ns: int,
-) -> tuple[int, int, bool]:  # fmt: skip
+def _header(bus: _Bus, number: int, data: Bytes, begin: int, t_ns: int) -> tuple[int, int, bool]:
     """Fault kind or 0, its count, and whether the message is taken nevertheless."""
+    lines, fields, all_legal, all_last = bus
+    line, legal, last = lines[number], all_legal[number], all_last[number]
     first = line.first - 4
     node, data_type = np.int64(_bits(data, begin, fields[first])), np.int64(_bits(data, begin, fields[first + 1]))
     service, code = np.int64(_bits(data, begin, fields[first + 2])), np.int64(_bits(data, begin, fields[first + 3]))
@@ -203,9 +206,10 @@ def _header(
 
 
 def _decode_messages(
-    t_ns: Integers, ident: Integers, data: Bytes, ends: Integers, left_out: Flags, lines: Any, fields: Any,
-    legal: Flags, last: Bytes, found: Integers, values: Floats,
-) -> int:  # fmt: skip
+    t_ns: Integers, ident: Integers, data: Bytes, ends: Integers, left_out: Flags, bus: _Bus, out: _Found
+) -> int:
+    found, values = out
+    lines, fields, _, _ = bus
     n = end = 0
     for i in range(len(ends)):
         begin, end = end, ends[i]
@@ -216,7 +220,7 @@ def _decode_messages(
         if not taken:
             n = _tell(found, n, i, _FOREIGN, number, 1)
         elif line.has_header:
-            kind, count, taken = _header(line, fields, legal[number], last[number], data, begin, t_ns[i])
+            kind, count, taken = _header(bus, number, data, begin, t_ns[i])
             if kind:
                 n = _tell(found, n, i, kind, number, count)
         if taken:
@@ -227,10 +231,6 @@ def _decode_messages(
 
 
 _ROW, _BYTES, _FLAGS = numba.int64[::1], numba.uint8[::1], numba.boolean[::1]
-_decode: Any = compiled(
-    _decode_messages,
-    numba.int64(
-        _ROW, _ROW, _BYTES, _ROW, _FLAGS, numba.from_dtype(_LINE)[::1], numba.from_dtype(_FIELD)[::1],
-        numba.boolean[:, ::1], numba.uint8[:, ::1], numba.int64[:, ::1], numba.float64[::1],
-    ),
-)  # fmt: skip
+_BUS = together(numba.from_dtype(_LINE)[::1], numba.from_dtype(_FIELD)[::1], numba.boolean[:, ::1], numba.uint8[:, ::1])
+_FOUND = together(numba.int64[:, ::1], numba.float64[::1])
+_decode: Any = compiled(_decode_messages, numba.int64(_ROW, _ROW, _BYTES, _ROW, _FLAGS, _BUS, _FOUND))

@@ -21,7 +21,7 @@ import numpy as np
 
 from thrustd.core.columns import FAULT, TICK, Bytes, Integers
 from thrustd.core.errors import LogError
-from thrustd.core.jit import compiled
+from thrustd.core.jit import compiled, together
 from thrustd.core.types import Event, Fault, Frame, Tick
 
 ENCODING = "thrustd.events.v1"
@@ -138,6 +138,9 @@ def _kinds_of(names: bytes, channels: dict[str, int]) -> Bytes:
     return row
 
 
+_Columns = tuple[Integers, Bytes, Integers, Integers, Bytes]  # t_ns, kind, ident, ends, data of many messages
+
+
 class Messages:
     """Consecutive messages of a log, taken apart together."""
 
@@ -180,14 +183,15 @@ class Messages:
     def _columns(self, raw: bytearray, channels: tuple[str, ...], places: Integers, kinds: Bytes) -> EventBatch:
         n = sum(self.n_events)
         t_ns, ident, ends = (np.empty(n, np.int64) for _ in range(3))
-        kind, data = np.empty(n, np.uint8), np.empty(max(len(raw) - _EVENT_BYTES * n, 0), np.uint8)
-        counts = np.array(self.n_events, np.int64)
-        bytes_used = _take_apart(np.frombuffer(raw, np.uint8), places, counts, kinds, t_ns, kind, ident, ends, data)
+        room = np.empty(max(len(raw) - _EVENT_BYTES * n, 0), np.uint8)
+        kind, counts = np.empty(n, np.uint8), np.array(self.n_events, np.int64)
+        out = t_ns, kind, ident, ends, room
+        bytes_used = _take_apart(np.frombuffer(raw, np.uint8), places, counts, kinds, out)
         if bytes_used < 0:
             raise ValueError(
                 f"data of {-1 - bytes_used} bytes or an unknown channel, in a message that does not hold it"
             )
-        batch = EventBatch(channels, t_ns, kind, ident, ends, data[:bytes_used])
+        batch = EventBatch(channels, t_ns, kind, ident, ends, room[:bytes_used])
         for i in np.flatnonzero(kind == FAULT).tolist():
             batch.event(i)  # its words must be text
         return batch
@@ -201,11 +205,9 @@ def _number(raw: Bytes, at: int, n: int) -> Any:
     return value
 
 
-def _take_columns(
-    raw: Bytes, places: Integers, n_events: Integers, kinds: Bytes, t_ns: Integers, kind: Bytes, ident: Integers,
-    ends: Integers, data: Bytes,
-) -> int:  # fmt: skip
+def _take_columns(raw: Bytes, places: Integers, n_events: Integers, kinds: Bytes, out: _Columns) -> int:
     """-> bytes of data; -1 - (bytes that were to be there) when a message has other bytes or a channel without name."""
+    t_ns, kind, ident, ends, data = out
     at = end = 0
     for message in range(len(n_events)):
         n, columns, message_end = n_events[message], places[message, 1], places[message, 2]
@@ -230,5 +232,5 @@ def _take_columns(
 _ROW, _BYTES, _TABLE = numba.int64[::1], numba.uint8[::1], numba.int64[:, ::1]
 _take_apart: Any = compiled(
     _take_columns,
-    numba.int64(_BYTES, _TABLE, _ROW, numba.uint8[:, ::1], _ROW, _BYTES, _ROW, _ROW, _BYTES),
+    numba.int64(_BYTES, _TABLE, _ROW, numba.uint8[:, ::1], together(_ROW, _BYTES, _ROW, _ROW, _BYTES)),
 )

@@ -9,11 +9,12 @@ and no damage. Reference: S. Cheshire, M. Baker, Consistent Overhead Byte Stuffi
 from binascii import crc_hqx
 from typing import Any, Final, NamedTuple
 
+import numba
 import numpy as np
 from cobs import cobs
 
 from thrustd.core.columns import Bytes, Flags, Integers
-from thrustd.core.jit import compiled
+from thrustd.core.jit import compiled, together
 
 DELIMITER = b"\x00"
 CRC_BYTES = 2
@@ -30,6 +31,9 @@ class Pieces(NamedTuple):
     chunk: Integers  # (n,) which of the chunks
     length: Integers  # (n,) bytes of payload, or DAMAGED
     payload: Bytes  # (n, longest payload)
+
+
+_Room = tuple[Integers, Integers, Bytes]  # of Pieces
 
 
 def encode_frame(payload: bytes) -> bytes:
@@ -57,7 +61,7 @@ class Deframer:
         if len(self._room.chunk) < most:
             self._room = _room(most, len(self._frame))
         chunk, length, payload = self._room
-        n = _cut(data, ends, left_out, self._frame, self._place, chunk, length, payload)
+        n = _cut(data, ends, left_out, self._frame, self._place, (chunk, length, payload))
         return Pieces(chunk[:n], length[:n], payload[:n])
 
 
@@ -89,10 +93,8 @@ def _unpack(frame: Bytes, n: int, payload: Bytes) -> int:
     return size - CRC_BYTES if crc == stored else DAMAGED
 
 
-def _cut_chunks(
-    data: Bytes, ends: Integers, left_out: Flags, frame: Bytes, place: Integers,
-    chunk: Integers, length: Integers, payload: Bytes,
-) -> int:  # fmt: skip
+def _cut_chunks(data: Bytes, ends: Integers, left_out: Flags, frame: Bytes, place: Integers, out: _Room) -> int:
+    chunk, length, payload = out
     n, at = 0, 0
     for i in range(len(ends)):
         if left_out[i]:
@@ -116,4 +118,6 @@ def _cut_chunks(
     return n
 
 
-_cut: Any = compiled(_cut_chunks, "i8(u1[::1], i8[::1], b1[::1], u1[::1], i8[::1], i8[::1], i8[::1], u1[:, ::1])")
+_ROW, _BYTES = numba.int64[::1], numba.uint8[::1]
+_PIECES = together(_ROW, _ROW, numba.uint8[:, ::1])
+_cut: Any = compiled(_cut_chunks, numba.int64(_BYTES, _ROW, numba.boolean[::1], _BYTES, _ROW, _PIECES))

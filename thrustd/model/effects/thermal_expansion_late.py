@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_channel
 from thrustd.model.effects.thermal_expansion import EFFECT as AT_ONCE
 from thrustd.model.stage import Floats, jit
 
@@ -32,10 +32,6 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["expansion_mm_k"], p["reference_degc"], -math.expm1(-dt_s / p["lag_s"])])
 
 
-def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = u[0]
-
-
 EFFECT = Effect(
     name="thermal_expansion_late",
     title="thermal expansion that comes after its sensor",
@@ -48,6 +44,6 @@ EFFECT = Effect(
     equation="x = x_read - a (lag(T) - T_ref)",
     source="Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
     separating_test="a step of temperature at constant force: read the time until the shift has come",
-    initial=initial,
+    initial=begin_at_channel,
     variant_of="thermal_expansion",
 )

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect
-from thrustd.model.effects.thermal_expansion_late import LAG_S, initial
+from thrustd.model.effect import Effect, begin_at_channel
+from thrustd.model.effects.thermal_expansion_late import LAG_S
 from thrustd.model.effects.thermal_stiffness import EFFECT as AT_ONCE
 from thrustd.model.stage import Floats, jit
 
@@ -39,6 +39,6 @@ EFFECT = Effect(
     equation="F = F_core (1 + k (lag(T) - T_ref))",
     source="Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
     separating_test="a step of temperature at constant force of 5 kN: read the time until the force has settled",
-    initial=initial,
+    initial=begin_at_channel,
     variant_of="thermal_stiffness",
 )
