@@ -44,7 +44,9 @@ def make(name: str) -> None:
     profile, airframe = scripted_flight(SECONDS, seed)
     table = installation.can_table(ICD_INPUT_ROWS)
     rates = Rates(adc_hz=installation.config.adc.sample_hz)
-    write_flight(FOLDER / f"{name}.mcap", profile, airframe, table, installation.log_header(), seed, rates, faults)
+    write_flight(
+        FOLDER / f"{name}.mcap", profile, airframe, table, installation.log_header(), seed, rates, faults=faults
+    )
     rows = ",\n".join(json.dumps(row) for row in expected(FOLDER / f"{name}.mcap"))
     (FOLDER / f"{name}.expected.json").write_text(f"[\n{rows}\n]\n")
 

@@ -94,3 +94,28 @@ def test_the_entry_is_the_function_itself():
     for other in (row.astype(np.float32), row.tolist(), None):
         with pytest.raises(TypeError):
             entry(whole)(other)
+
+
+NAMED = """
+from typing import NamedTuple
+import numba
+from thrustd.core.jit import compiled, named
+
+class {pair}(NamedTuple):
+    one: float
+    two: float
+
+def added(pair: {pair}):
+    return pair.one + pair.two
+
+print(compiled(added, numba.float64(named({pair}, numba.float64, numba.float64)))({pair}(1.0, 2.0)))
+"""
+
+
+def test_an_index_that_names_a_type_which_is_gone_is_not_read(tmp_path):
+    kept = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "NUMBA_CACHE_DIR": str(tmp_path)}
+    for pair in ("Pair", "Couple"):
+        (tmp_path / "script.py").write_text(NAMED.format(pair=pair))
+        command = [sys.executable, "-c", "import script"]
+        answer = subprocess.run(command, cwd=tmp_path, env=kept, capture_output=True, text=True)
+        assert answer.stdout.strip() == "3.0", answer.stderr

@@ -22,6 +22,7 @@ def random_steps(
     high: float = HIGH_N,
     hold_s: tuple[float, float] = HOLD_S,
     ramp_s: tuple[float, float] = RAMP_S,
+    *,
     start: float | None = None,
 ) -> Floats:
     """Random levels held for random times with smooth ramps between them, (n,)."""

@@ -14,6 +14,7 @@ engine move together, so their difference does.
 
 from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -74,6 +75,15 @@ class _Run:
     rate_hz: float
 
 
+class _Solved(NamedTuple):
+    """Of the regression."""
+
+    prior: Floats  # (n,) one sigma
+    mean: Floats  # (n,)
+    covariance: Floats  # (n, n)
+    left_n: float  # RMS
+
+
 def fit_tether(flight: Recording, cell: Recording, installation: Installation) -> TetherFit:
     """`flight`: columns of `flight_columns`; `cell`: time_s and force_N. RecordingError when they do not fit."""
     run = _run(flight, installation)
@@ -87,11 +97,11 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
             f"{cell.name}: less than {LEAST_S:g} s within the log's {span}; expected one clock for both"
         )
     _check_unit(cell, base_n, trials[len(trials) // 2][1])
-    fits = [(lag, cell_n, *_fit(design, prior, base_n, cell_n, run.rate_hz)) for lag, cell_n in trials]
-    lag, cell_n, mean, covariance, after_n = min(fits, key=lambda fit: fit[4])
+    fits = [(lag, cell_n, _fit(design, prior, base_n, cell_n, run.rate_hz)) for lag, cell_n in trials]
+    lag, cell_n, solved = min(fits, key=lambda fit: fit[2].left_n)
     good = np.isfinite(cell_n) & np.isfinite(base_n)
     before_n = float(np.sqrt(np.mean((cell_n - base_n)[good] ** 2)))
-    return _told(run, installation, prior, mean, covariance, before_n, after_n, lag)
+    return _told(run, installation, solved, before_n, lag)
 
 
 def _run(flight: Recording, installation: Installation) -> _Run:
@@ -146,8 +156,7 @@ def _check_unit(cell: Recording, base_n: Floats, cell_n: Floats) -> None:
         )
 
 
-def _fit(design: Floats, prior: Floats, base_n: Floats, cell_n: Floats, rate_hz: float) -> tuple[Floats, Floats, float]:
-    """Mean, covariance, RMS of what is left."""
+def _fit(design: Floats, prior: Floats, base_n: Floats, cell_n: Floats, rate_hz: float) -> _Solved:
     good = np.isfinite(cell_n) & np.isfinite(design).all(axis=1)
     a, y = design[good], (cell_n - base_n)[good]
     n_slow = max(round(SLOW_S * rate_hz), 1)
@@ -160,13 +169,11 @@ def _fit(design: Floats, prior: Floats, base_n: Floats, cell_n: Floats, rate_hz:
         left = y - a @ mean
         blocks = left[: len(left) // n_slow * n_slow].reshape(-1, n_slow).mean(axis=1)
         variance = max(float(np.var(left)), n_slow * float(np.mean(blocks**2)), 1.0)
-    return mean, covariance, float(np.sqrt(np.mean(left**2)))
+    return _Solved(prior, mean, covariance, float(np.sqrt(np.mean(left**2))))
 
 
-def _told(
-    run: _Run, installation: Installation, prior: Floats, mean: Floats, covariance: Floats, before_n: float,
-    after_n: float, lag_s: float,
-) -> TetherFit:  # fmt: skip
+def _told(run: _Run, installation: Installation, solved: _Solved, before_n: float, lag_s: float) -> TetherFit:
+    prior, mean, covariance, after_n = solved
     n_e, n_m = len(run.engines), len(run.mounts)
     gains, zeros, numbers = {}, {}, []
     for i, name in enumerate(run.mounts):

@@ -2,7 +2,8 @@
 
 What numba kept it believes as long as the function's own file is the same, though machine code holds the functions
 that it calls and the constants that it reads, whichever file they are of. So a digest of them goes with the function,
-as what a closure holds: numba makes that part of the key.
+as what a closure holds: numba makes that part of the key. It is part of the function's name, too, and so of the file's:
+an index that another version left names types that may be gone, and numba does not survive reading it.
 """
 
 from collections.abc import Callable, Iterator
@@ -63,7 +64,8 @@ def _with_digest(function: Any) -> Any:
     digest = sha256(b"\n".join(_reached(function, set()))).hexdigest()
     code = function.__code__.replace(co_freevars=("digest",))
     made = FunctionType(code, function.__globals__, function.__name__, function.__defaults__, (CellType(digest),))
-    made.__doc__, made.__module__, made.__qualname__ = function.__doc__, function.__module__, function.__qualname__
+    made.__doc__, made.__module__ = function.__doc__, function.__module__
+    made.__qualname__ = f"{function.__qualname__}_{digest[:12]}"
     made.__annotations__ = function.__annotations__
     return made
 
@@ -73,6 +75,7 @@ def _reached(function: Any, seen: set[Any]) -> Iterator[bytes]:
     seen.add(function)
     code = function.__code__
     yield code.co_code
+    yield repr(function.__annotations__).encode()
     yield repr([each for each in code.co_consts if not isinstance(each, CodeType)]).encode()
     for name in code.co_names:
         value = function.__globals__.get(name)

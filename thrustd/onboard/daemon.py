@@ -191,7 +191,7 @@ def open_live_view(shell: Shell, header: LogHeader) -> LiveView | None:
     offset_ns = header.epoch_offset_ns
     try:
         view = LiveView(
-            header.engines, header.mounts, put, wish.host, wish.port,
+            header.engines, header.mounts, put, host=wish.host, port=wish.port,
             epoch_offset_ns=offset_ns, origins=wish.origins, say=say,
         )  # fmt: skip
     except ConfigError as problem:  # nobody need see the thrust for it to be estimated

@@ -62,6 +62,7 @@ def replay(
     out: Path | None,
     config: Installation | None = None,
     pace: Pace | None = None,
+    *,
     advance: Callable[[float], None] = lambda fraction: None,
     picture: FlightPicture | None = None,
     smoothed: Path | None = None,

@@ -46,6 +46,7 @@ class LiveView:
         engines: tuple[str, ...],
         mounts: tuple[str, ...],
         report: Callable[[Fault], None],
+        *,
         host: str = "127.0.0.1",
         port: int = 8765,
         rate_hz: float = 10.0,

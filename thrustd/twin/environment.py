@@ -98,7 +98,7 @@ def _levels(
     seconds: float, sample_hz: float, rng: np.random.Generator, low: float, high: float, hold_s: tuple[float, float]
 ) -> FloatArray:
     start = float(rng.uniform(low, high))
-    return random_steps(seconds, sample_hz, rng, low, high, hold_s, (1.0, 8.0), start)
+    return random_steps(seconds, sample_hz, rng, low, high, hold_s, (1.0, 8.0), start=start)
 
 
 def _load_factor(seconds: float, sample_hz: float, rng: np.random.Generator) -> FloatArray:

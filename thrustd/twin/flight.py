@@ -107,6 +107,7 @@ def fly(
     table: CanTable,
     seed: int,
     rates: Rates = RATES,
+    *,
     faults: Sequence[SensorFault] = (),
     origin_ns: int = 0,
     flown: bool = False,
@@ -116,7 +117,9 @@ def fly(
     Monotonic time = `origin_ns` + the profile's own seconds; `faults` count their seconds from the profile's start.
     `flown`: on mounts that are not new, see `airframe.settled`.
     """
-    yield from _Flight(profile, airframe, table, seed, rates, faults, origin_ns, flown).events()
+    encoder = CanEncoder(table, NODE_ID)
+    breaker = Breaker(faults, seed)
+    yield from _Flight(profile, airframe, encoder, rates, breaker, _Start(seed, origin_ns, flown)).events()
 
 
 def write_flight(
@@ -127,15 +130,24 @@ def write_flight(
     header: LogHeader,
     seed: int,
     rates: Rates = RATES,
+    *,
     faults: Sequence[SensorFault] = (),
 ) -> None:
     """The flight as a log: raw events and truth, no outputs. Written whole or not at all."""
     with new_log(path, header) as log:
-        for item in fly(profile, airframe, table, seed, rates, faults):
+        for item in fly(profile, airframe, table, seed, rates, faults=faults):
             if isinstance(item, Truth):
                 log.write_truth(item.name, item.t_ns, item.value_n)
             else:
                 log.write_event(item)
+
+
+class _Start(NamedTuple):
+    """How a flight begins."""
+
+    seed: int
+    origin_ns: int
+    flown: bool
 
 
 class _Flight:
@@ -145,27 +157,24 @@ class _Flight:
         self,
         profile: Recording,
         airframe: Airframe,
-        table: CanTable,
-        seed: int,
+        encoder: CanEncoder,
         rates: Rates,
-        faults: Sequence[SensorFault],
-        origin_ns: int,
-        flown: bool,
+        breaker: Breaker,
+        start: _Start,
     ) -> None:
-        self._airframe, self._rates, self._origin_ns = airframe, rates, origin_ns
+        origin_ns = start.origin_ns
+        self._airframe, self._rates, self._origin_ns, self._breaker = airframe, rates, origin_ns, breaker
         self._start_s = float(profile.time_s[0])
         self._duration_s = profile.duration_s
         self._lines = _lines(profile, airframe.knobs)
-        self._rng = np.random.default_rng([seed, 5])
-        self._breaker = Breaker(faults, seed)
+        self._rng = np.random.default_rng([start.seed, 5])
         self._adc = AdcStream(origin_ns, self._rng)
         self._ticks = TickStream(origin_ns, self._rng)
-        encoder = CanEncoder(table, NODE_ID)
         self._can = [
             (quantity, CanStream(quantity.signal, quantity.number, encoder, origin_ns, self._rng))
             for quantity in _quantities(rates, self._lines)
         ]
-        self._states = settled(airframe, self._loads_n(profile.time_s[:1])[:, 0], flown)
+        self._states = settled(airframe, self._loads_n(profile.time_s[:1])[:, 0], start.flown)
         self._rigged_mm = rigged_mm(airframe)
 
     def events(self) -> Iterator[Event | Truth]:
