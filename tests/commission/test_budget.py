@@ -24,7 +24,7 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
     plain = budget(capsys, str(log), "--at", "130", "140")
     for engine in plain:
         assert engine["mounts_n"] == pytest.approx(engine["filter_n"], rel=0.03)
-        rows = [row for row in engine["rows"] if row["route"] == "mounts" and row["kind"] == "systematic"]
+        rows = [row for row in engine["rows"] if row["source"] == "mounts" and row["kind"] == "systematic"]
         assert sum(row["std_n"] ** 2 for row in rows) ** 0.5 == pytest.approx(engine["mounts_n"])
     folder = shipped("deploy/hil.toml", "config").parent
     text = (folder / "hil.toml").read_text().replace("../models", str(folder.parent / "models"))

@@ -246,9 +246,9 @@ def budget_verb(arguments: argparse.Namespace) -> int:
 def _print_budget(budget: Any) -> None:
     from rich.table import Table
 
-    table = Table("route", "term", "kind", "sigma, N", title=f"{budget.engine}: {budget.thrust_n:.0f} N")
+    table = Table("source", "term", "kind", "sigma, N", title=f"{budget.engine}: {budget.thrust_n:.0f} N")
     for row in budget.rows:
-        table.add_row(row.route, row.term, row.kind, f"{row.std_n:.1f}")
+        table.add_row(row.source, row.term, row.kind, f"{row.std_n:.1f}")
     console().print(table)
     print(f"mounts: sum of systematic terms {budget.mounts_n:.1f} N, the filter used {budget.filter_n:.1f} N")
     band = f"fused {budget.fused_n:.1f} N, band +- {1.96 * budget.fused_n:.0f} N"

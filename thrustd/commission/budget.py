@@ -1,7 +1,7 @@
 """The uncertainty budget of a test point: every term of the band, systematic and random apart (SAE AIR1678 practice).
 
-    mounts     sigma_F^2 = sum over mounts and terms of sigma_i^2          what the filter is told of the mounts' route
-    brochure   sigma^2   = (bias T)^2 + noise^2                            of the deck's route, as the filter takes it
+    mounts     sigma_F^2 = sum over mounts and terms of sigma_i^2          what the filter is told of the mounts' source
+    brochure   sigma^2   = (bias T)^2 + noise^2                            of the deck's source, as the filter takes it
     fused      the filter's own sigma
 
 The terms come from the pipeline itself at every fused step of the window: what is printed is what was used. A
@@ -30,9 +30,9 @@ INERTIA = "inertia (noise of the acceleration)"
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One term of one route, N, one sigma of the engine's thrust."""
+    """One term of one thrust source, N, one sigma of the engine's thrust."""
 
-    route: str
+    source: str
     term: str
     kind: str
     std_n: float
@@ -46,7 +46,7 @@ class Budget:
     thrust_n: float
     rows: list[Row]
     mounts_n: float  # root of the sum of squares of its systematic terms
-    filter_n: float  # what the filter was told of the mounts' route
+    filter_n: float  # what the filter was told of the mounts' source
     brochure_n: float
     fused_n: float  # the filter's own sigma
 
@@ -108,7 +108,7 @@ def _budget(engine: str, table: Floats, names: list[str], told: Floats, settings
     rows.append(Row("brochure", "engine against deck", SYSTEMATIC, bias_n))
     rows.append(Row("brochure", "deck's shape and fit", SYSTEMATIC, sqrt(float(mean[3]) ** 2 - bias_n**2)))
     rows.append(Row("brochure", "noise of fuel flow and N1", RANDOM, settings.brochure_noise_std_n))
-    brochure_n = sqrt(sum(row.std_n**2 for row in rows if row.route == "brochure"))
+    brochure_n = sqrt(sum(row.std_n**2 for row in rows if row.source == "brochure"))
     both_n = 1 / sqrt(1 / max(mounts_n, 1e-9) ** 2 + 1 / max(brochure_n, 1e-9) ** 2)
     rest_n = sqrt(max(float(mean[1]) ** 2 - both_n**2, 0.0))
     rows.append(Row("fused", UNPROVED, SYSTEMATIC, rest_n))
