@@ -20,7 +20,7 @@ DAYS = datetime(2000, 1, 1, tzinfo=UTC).timestamp()  # a clock before that was n
 
 def add_verbs(verbs: Verbs) -> None:
     new = add_verb(
-        verbs, "commission", commission_verb, "make an aircraft's folder from its records: models, deck, report",
+        verbs, "commission", commission_verb, "turn bench records and flights into an aircraft's folder: models, deck, report",
         "thrustd commission --bench upper=b1.parquet lower=b2.parquet --weight w.parquet \\\n"
         "    --chamber cold.parquet hot.parquet --flights f1.npz f2.npz --aircraft ph-lab.toml -o aircraft/",
     )  # fmt: skip
@@ -29,11 +29,11 @@ def add_verbs(verbs: Verbs) -> None:
         nargs="+",
         required=True,
         metavar="MOUNT=FILE",
-        help="of every mount; upper= stands for both engines'",
+        help="bench record of every mount; upper= is the upper mount of both engines",
     )
     new.add_argument("--weight", type=Path, nargs="+", default=[], help="record of one mount with accel_z_g moving")
     new.add_argument("--chamber", type=Path, nargs="+", default=[], help="records of one mount, cold and hot")
-    new.add_argument("--flights", type=Path, nargs="+", default=[], help="with fuel flow, N1 and air data: the deck")
+    new.add_argument("--flights", type=Path, nargs="+", default=[], help="flights with fuel flow, N1 and air data, to fit the deck")
     new.add_argument(
         "--aircraft", type=Path, help=f"configuration to start from (default: the shipped {CONFIGURATION})"
     )
@@ -41,7 +41,7 @@ def add_verbs(verbs: Verbs) -> None:
     add_json(new)
 
     zero = add_verb(
-        verbs, "zero", zero_verb, "zeros of the transducers from a log with the engines off, into a calibration file",
+        verbs, "zero", zero_verb, "measure the zeros of the transducers from a log with engines off; write a calibration file",
         "thrustd zero before-start.mcap -o my/calibration.toml",
     )  # fmt: skip
     zero.add_argument("log", type=Path, help="log of `thrustd run` that begins with the engines off")
@@ -55,12 +55,12 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     calibrate.add_argument("what", choices=("blocks", "tether", "hours"))
     calibrate.add_argument("files", type=Path, nargs="+", help="record of the blocks, or logs of `thrustd run`")
-    calibrate.add_argument("--mount", help="blocks: which mount's transducer")
-    calibrate.add_argument("--cell", type=Path, help="tether: record of the load cell (time_s, force_N)")
+    calibrate.add_argument("--mount", help="with blocks: the mount whose transducer was measured")
+    calibrate.add_argument("--cell", type=Path, help="with tether: record of the load cell (time_s, force_N)")
     _add_file(calibrate)
 
     budget = add_verb(
-        verbs, "budget", budget_verb, "what the band is made of in a stretch of a flight, systematic and random apart",
+        verbs, "budget", budget_verb, "list the terms of the band over a part of a flight, systematic and random apart",
         "thrustd budget flight.mcap --at 600 660",
     )  # fmt: skip
     budget.add_argument("log", type=Path, help="log with raw events (of `thrustd run`)")
@@ -73,10 +73,10 @@ def add_verbs(verbs: Verbs) -> None:
 
 def _add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-o", "--out", type=file_type(".toml"), required=True, help="calibration file to write, or to bring up to date"
+        "-o", "--out", type=file_type(".toml"), required=True, help="calibration file to write or update"
     )
     parser.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
-    parser.add_argument("--date", type=date.fromisoformat, help="of the measurement (default: the log's, else today)")
+    parser.add_argument("--date", type=date.fromisoformat, help="date of the measurement (default: the log's, else today)")
     add_json(parser)
 
 

@@ -22,7 +22,7 @@ AIRCRAFT = "deploy/citation-ii.toml"
 
 def add_verbs(verbs: Verbs) -> None:
     points = add_verb(
-        verbs, "points", points_verb, "test points of a flight: steady windows with thrust, fuel flow and their U95",
+        verbs, "points", points_verb, "find the test points of a flight: steady windows with thrust, fuel flow and U95",
         "thrustd points out/estimates.mcap -o points.csv --report points.html\n"
         "  thrustd points flight.npz --marks measurement_running\n"
         "  thrustd points out/estimates.mcap --auto --limit mach=0.01 --limit least_s=60",
@@ -31,30 +31,30 @@ def add_verbs(verbs: Verbs) -> None:
         "log", type=Path, help="estimate log, raw log (replayed first) or recording with N1 and air data"
     )
     how = points.add_mutually_exclusive_group()
-    how.add_argument("--auto", action="store_true", help="find them by the limits (default where the log marks none)")
+    how.add_argument("--auto", action="store_true", help="find points by the limits (default for a log without marks)")
     how.add_argument(
-        "--marks", metavar="CSV|CHANNEL", help="windows of a CSV (start_s, end_s), or wherever a channel is above 0"
+        "--marks", metavar="CSV|CHANNEL", help="take windows from a CSV (start_s, end_s) or from where a channel is above 0"
     )
     add_limits(points)
     add_outputs(points)
 
     performance = add_verb(
-        verbs, "performance", performance_verb, "drag polar of flights: C_D0, Oswald's e, L/D with intervals",
+        verbs, "performance", performance_verb, "fit the drag polar of flights: C_D0, Oswald's e and L/D with intervals",
         "thrustd performance out/estimates.mcap --mass-sheet mass.toml --report polar.html\n"
         "  thrustd performance flights/*.npz -o points.parquet      (recordings with a column mass_kg)",
     )  # fmt: skip
     performance.add_argument("log", type=Path, nargs="+", help="estimate logs, raw logs or recordings")
     performance.add_argument(
         "--mass-sheet", type=Path, action="append", default=[], metavar="TOML",
-        help="empty_kg, payload_kg, fuel_kg, std_kg; one per log, or one for all",
+        help="file with empty_kg, payload_kg, fuel_kg, std_kg; one per log, or one for all",
     )  # fmt: skip
-    performance.add_argument("--aircraft", type=Path, help=f"wing and what is known of it (default {AIRCRAFT})")
+    performance.add_argument("--aircraft", type=Path, help=f"aircraft data with [wing] (default {AIRCRAFT})")
     performance.add_argument("--marks", metavar="CHANNEL", help="use the windows in which this channel is above 0")
     add_limits(performance)
     add_outputs(performance)
 
     transients = add_verb(
-        verbs, "transients", transients_verb, "spool-ups, overshoot, flame-out and surge candidates of a flight",
+        verbs, "transients", transients_verb, "find spool-ups, overshoots and candidates for flame-out and surge in a flight",
         "thrustd transients out/estimates.mcap --report transients.html",
     )  # fmt: skip
     transients.add_argument("log", type=Path, help="estimate log, raw log (replayed first) or recording with N1")
@@ -64,7 +64,7 @@ def add_verbs(verbs: Verbs) -> None:
 def add_outputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--deck", type=Path, help="brochure deck for recordings without estimates")
     parser.add_argument("-o", "--out", type=Path, help="table to write (.csv or .parquet)")
-    parser.add_argument("--report", type=Path, help="page to write (.html): table, picture")
+    parser.add_argument("--report", type=Path, help="page to write (.html): table and picture")
     add_json(parser)
 
 
@@ -79,7 +79,7 @@ def check_table(out: Path | None) -> None:
 def add_limits(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--limit", action="append", default=[], metavar="NAME=VALUE",
-        help="another limit: mach, altitude_m, n1_pct, accel_x_g, load_factor_g, least_n1_pct, least_s",
+        help="change a limit: mach, altitude_m, n1_pct, accel_x_g, load_factor_g, least_n1_pct, least_s",
     )  # fmt: skip
 
 

@@ -66,12 +66,12 @@ def _add_plan(verbs: Verbs) -> None:
         "--out",
         type=file_type(".csv"),
         required=True,
-        help="to write: time_s, force_N; weight: accel_z_g too",
+        help="programme to write: time_s, force_N; weight: accel_z_g too",
     )
     plan.add_argument("--hours", type=float, default=8.0, help="length, the minute at rest included (default 8)")
     plan.add_argument("--low", type=float, default=0.0, metavar="N", help="smallest force (default 0)")
     plan.add_argument("--high", type=float, default=9000.0, metavar="N", help="largest force (default 9000)")
-    plan.add_argument("--seed", type=seed, default=0, help="draws levels, times and phases (default 0)")
+    plan.add_argument("--seed", type=seed, default=0, help="number of the draw: levels, times, phases (default 0)")
 
 
 def _add_compile(verbs: Verbs) -> None:

@@ -22,7 +22,7 @@ def add_verbs(verbs: Verbs) -> None:
         "  thrustd simulate --hil deploy/hil.toml --log out/flight.mcap",
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="log, record or (with --hide) folder to write")
-    parser.add_argument("--seed", type=seed, default=1, help="draws engines, mounts, sensors and profile (default 1)")
+    parser.add_argument("--seed", type=seed, default=1, help="number of the draw: engines, mounts, sensors, profile (default 1)")
     parser.add_argument("--config", type=Path, help=f"installation to simulate (default: the shipped {HIL})")
     parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
     parser.add_argument("--recording", type=Path, help="fly this recording instead of a scripted flight")
@@ -36,14 +36,14 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--knob", action="append", default=[], metavar="NAME=VALUE",
-        help="one thing that the models do not know, e.g. drag_m2=0.04; may be repeated",
+        help="set one thing that the models do not know, e.g. drag_m2=0.04; may be repeated",
     )  # fmt: skip
     parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
     parser.add_argument(
         "--programme", type=Path, metavar="CSV", help="make a bench record of this programme of plan-test"
     )
     parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record (default 8)")
-    parser.add_argument("--mount", choices=("upper", "lower"), default="upper", help="isolator on the bench")
+    parser.add_argument("--mount", choices=("upper", "lower"), default="upper", help="mount on the bench")
     parser.add_argument(
         "--room", type=float, default=20.0, metavar="DEGC", help="temperature of the bench (default 20)"
     )
