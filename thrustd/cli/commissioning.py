@@ -19,8 +19,15 @@ DAYS = datetime(2000, 1, 1, tzinfo=UTC).timestamp()  # a clock before that was n
 
 
 def add_verbs(verbs: Verbs) -> None:
+    _add_commission(verbs)
+    _add_zero(verbs)
+    _add_calibrate(verbs)
+    _add_budget(verbs)
+
+
+def _add_commission(verbs: Verbs) -> None:
     new = add_verb(
-        verbs, "commission", commission_verb, "turn bench records and flights into an aircraft's folder: models, deck, report",
+        verbs, "commission", commission_verb, "turn bench records and flights into an aircraft's folder",
         "thrustd commission --bench upper=b1.parquet lower=b2.parquet --weight w.parquet \\\n"
         "    --chamber cold.parquet hot.parquet --flights f1.npz f2.npz --aircraft ph-lab.toml -o aircraft/",
     )  # fmt: skip
@@ -33,20 +40,26 @@ def add_verbs(verbs: Verbs) -> None:
     )
     new.add_argument("--weight", type=Path, nargs="+", default=[], help="record of one mount with accel_z_g moving")
     new.add_argument("--chamber", type=Path, nargs="+", default=[], help="records of one mount, cold and hot")
-    new.add_argument("--flights", type=Path, nargs="+", default=[], help="flights with fuel flow, N1 and air data, to fit the deck")
+    new.add_argument(
+        "--flights", type=Path, nargs="+", default=[], help="flights with fuel flow, N1 and air data, to fit the deck"
+    )
     new.add_argument(
         "--aircraft", type=Path, help=f"configuration to start from (default: the shipped {CONFIGURATION})"
     )
     new.add_argument("-o", "--out", type=Path, required=True, help="folder to make")
     add_json(new)
 
+
+def _add_zero(verbs: Verbs) -> None:
     zero = add_verb(
-        verbs, "zero", zero_verb, "measure the zeros of the transducers from a log with engines off; write a calibration file",
+        verbs, "zero", zero_verb, "measure the zeros of the transducers from a log with the engines off",
         "thrustd zero before-start.mcap -o my/calibration.toml",
     )  # fmt: skip
     zero.add_argument("log", type=Path, help="log of `thrustd run` that begins with the engines off")
     _add_file(zero)
 
+
+def _add_calibrate(verbs: Verbs) -> None:
     calibrate = add_verb(
         verbs, "calibrate", calibrate_verb, "calibrate mounts: gauge blocks, a tethered static run, hours in service",
         "thrustd calibrate blocks blocks.csv --mount left_upper -o my/calibration.toml\n"
@@ -59,6 +72,8 @@ def add_verbs(verbs: Verbs) -> None:
     calibrate.add_argument("--cell", type=Path, help="with tether: record of the load cell (time_s, force_N)")
     _add_file(calibrate)
 
+
+def _add_budget(verbs: Verbs) -> None:
     budget = add_verb(
         verbs, "budget", budget_verb, "list the terms of the band over a part of a flight, systematic and random apart",
         "thrustd budget flight.mcap --at 600 660",
@@ -76,7 +91,9 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", type=file_type(".toml"), required=True, help="calibration file to write or update"
     )
     parser.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
-    parser.add_argument("--date", type=date.fromisoformat, help="date of the measurement (default: the log's, else today)")
+    parser.add_argument(
+        "--date", type=date.fromisoformat, help="date of the measurement (default: the log's, else today)"
+    )
     add_json(parser)
 
 

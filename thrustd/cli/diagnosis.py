@@ -19,6 +19,13 @@ if TYPE_CHECKING:
 
 
 def add_verbs(verbs: Verbs) -> None:
+    _add_compare(verbs)
+    _add_diagnose(verbs)
+    _add_extend(verbs)
+    _add_shelf(verbs)
+
+
+def _add_compare(verbs: Verbs) -> None:
     compare = add_verb(
         verbs, "compare", compare_verb, "compare models with measurements: how wrong, and where",
         "thrustd compare mount.json measured.csv --pictures out/compare",
@@ -35,6 +42,8 @@ def add_verbs(verbs: Verbs) -> None:
     compare.add_argument("--pictures", type=Path, metavar="FOLDER", help="folder for the pictures")
     add_json(compare)
 
+
+def _add_diagnose(verbs: Verbs) -> None:
     diagnose = add_verb(
         verbs, "diagnose", diagnose_verb, "find the missing effect that explains what a model leaves unexplained",
         "thrustd diagnose mount.json measured.csv",
@@ -46,8 +55,10 @@ def add_verbs(verbs: Verbs) -> None:
     )
     add_json(diagnose)
 
+
+def _add_extend(verbs: Verbs) -> None:
     extend = add_verb(
-        verbs, "extend", extend_verb, "add an effect and estimate it; refused unless the error on held-back data falls",
+        verbs, "extend", extend_verb, "add an effect and estimate it, if the error on held-back data falls",
         "thrustd extend mount.json measured.csv --effect axial_inertia -o better.json\n"
         "  thrustd extend mount.json --given axial_inertia.mass_kg=171.7 -o better.json",
     )  # fmt: skip
@@ -60,6 +71,8 @@ def add_verbs(verbs: Verbs) -> None:
     extend.add_argument("-o", "--out", type=file_type(".json"), required=True, help="model to write")
     add_json(extend)
 
+
+def _add_shelf(verbs: Verbs) -> None:
     effects = add_verb(
         verbs, "effects", effects_verb, "list the physical effects, or explain one", "thrustd effects axial_inertia"
     )

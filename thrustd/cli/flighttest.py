@@ -21,6 +21,12 @@ AIRCRAFT = "deploy/citation-ii.toml"
 
 
 def add_verbs(verbs: Verbs) -> None:
+    _add_points(verbs)
+    _add_performance(verbs)
+    _add_transients(verbs)
+
+
+def _add_points(verbs: Verbs) -> None:
     points = add_verb(
         verbs, "points", points_verb, "find the test points of a flight: steady windows with thrust, fuel flow and U95",
         "thrustd points out/estimates.mcap -o points.csv --report points.html\n"
@@ -33,13 +39,17 @@ def add_verbs(verbs: Verbs) -> None:
     how = points.add_mutually_exclusive_group()
     how.add_argument("--auto", action="store_true", help="find points by the limits (default for a log without marks)")
     how.add_argument(
-        "--marks", metavar="CSV|CHANNEL", help="take windows from a CSV (start_s, end_s) or from where a channel is above 0"
+        "--marks",
+        metavar="CSV|CHANNEL",
+        help="take windows from a CSV (start_s, end_s) or from where a channel is above 0",
     )
     add_limits(points)
     add_outputs(points)
 
+
+def _add_performance(verbs: Verbs) -> None:
     performance = add_verb(
-        verbs, "performance", performance_verb, "fit the drag polar of flights: C_D0, Oswald's e and L/D with intervals",
+        verbs, "performance", performance_verb, "fit the drag polar of flights: C_D0, Oswald's e, L/D, with intervals",
         "thrustd performance out/estimates.mcap --mass-sheet mass.toml --report polar.html\n"
         "  thrustd performance flights/*.npz -o points.parquet      (recordings with a column mass_kg)",
     )  # fmt: skip
@@ -53,8 +63,10 @@ def add_verbs(verbs: Verbs) -> None:
     add_limits(performance)
     add_outputs(performance)
 
+
+def _add_transients(verbs: Verbs) -> None:
     transients = add_verb(
-        verbs, "transients", transients_verb, "find spool-ups, overshoots and candidates for flame-out and surge in a flight",
+        verbs, "transients", transients_verb, "find spool-ups, overshoots, possible flame-outs and surges of a flight",
         "thrustd transients out/estimates.mcap --report transients.html",
     )  # fmt: skip
     transients.add_argument("log", type=Path, help="estimate log, raw log (replayed first) or recording with N1")

@@ -22,7 +22,9 @@ def add_verbs(verbs: Verbs) -> None:
         "  thrustd simulate --hil deploy/hil.toml --log out/flight.mcap",
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="log, record or (with --hide) folder to write")
-    parser.add_argument("--seed", type=seed, default=1, help="number of the draw: engines, mounts, sensors, profile (default 1)")
+    parser.add_argument(
+        "--seed", type=seed, default=1, help="number of the draw: engines, mounts, sensors, profile (default 1)"
+    )
     parser.add_argument("--config", type=Path, help=f"installation to simulate (default: the shipped {HIL})")
     parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
     parser.add_argument("--recording", type=Path, help="fly this recording instead of a scripted flight")
@@ -38,6 +40,12 @@ def add_verbs(verbs: Verbs) -> None:
         "--knob", action="append", default=[], metavar="NAME=VALUE",
         help="set one thing that the models do not know, e.g. drag_m2=0.04; may be repeated",
     )  # fmt: skip
+    _add_bench(parser)
+    _add_wires(parser)
+    add_json(parser)
+
+
+def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
     parser.add_argument(
         "--programme", type=Path, metavar="CSV", help="make a bench record of this programme of plan-test"
@@ -55,12 +63,14 @@ def add_verbs(verbs: Verbs) -> None:
     parser.add_argument(
         "--strength", type=float, default=3.0, help="size of the hidden effect, as a multiple of the model's error"
     )
+
+
+def _add_wires(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hil", type=Path, metavar="CONFIG", help="play in real time on the wires of this configuration"
     )
     parser.add_argument("--log", type=Path, help="with --hil: play this log instead of a new flight")
     parser.add_argument("--speed", type=float, default=1.0, help="with --hil: multiple of real time (default 1)")
-    add_json(parser)
 
 
 def simulate_verb(arguments: argparse.Namespace) -> int:
