@@ -62,11 +62,7 @@ class MountSource:
         self._mount["low_mm"] = max(low_mm - margin_mm, catalogue.low)
         self._mount["high_mm"] = min(high_mm + margin_mm, catalogue.high)
         self._means, self._zero_mm, self._engine_off_std_n = np.zeros(1, MEANS), 0.0, settings.engine_off_std_n
-        self._means["lagged_n"], self._means["period_s"] = nan, self._period_s
-        self._means["stiffness_std"] = measured.gain_std or settings.mount_stiffness_std
-        self._shift(measured.zero_mm, measured.zero_std_mm or settings.mount_zero_std_mm)
-        self._means["friction_std_n"] = settings.mount_friction_std_n
-        self._means["low_mm"], self._means["high_mm"], self._means["stiffness_n_mm"] = low_mm, high_mm, self._chords()
+        self._begin_means(settings, measured)
         waiting_u, waiting_mm = grid.waiting_u[number], grid.waiting_mm[number]
         self.state, said = grid.states[number], grid.states[number : number + 1]  # at the last fused step
         self._samples = Samples(self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), *model.chain)
@@ -74,6 +70,16 @@ class MountSource:
         self._unseen = Unseen(model)
         self._cells, self._said = Cells(*cells(model.spec.error)), said
         self._resuming = False  # state taken over from before a restart: the whole pause is stepped through
+
+    def _begin_means(self, settings: FusionSettings, measured: MountCalibration) -> None:
+        """What the band is made of before the first sample."""
+        means = self._means
+        means["lagged_n"], means["period_s"] = nan, self._period_s
+        means["stiffness_std"] = measured.gain_std or settings.mount_stiffness_std
+        self._shift(measured.zero_mm, measured.zero_std_mm or settings.mount_zero_std_mm)
+        means["friction_std_n"] = settings.mount_friction_std_n
+        means["low_mm"], means["high_mm"] = self.model.spec.valid.deformation_mm
+        means["stiffness_n_mm"] = self._chords()
 
     def set_channel(self, position: int, value: float) -> None:
         """A new value of `signals[position]`; NaN = not measured any more.
