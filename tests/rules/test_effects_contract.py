@@ -1,6 +1,7 @@
 """One contract over every effect on the shelf: neutral is identity, finite at bounds, step = block, starts at rest."""
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -121,3 +122,12 @@ def test_starts_at_rest(name):
     still = {channel: np.full(50, column[7]) for channel, column in record().items()}
     out, _, _ = run(effect, effect.neutral() | {p.name: p.starts[0] for p in effect.parameters}, still)
     assert out == pytest.approx(np.full(50, out[0]), rel=1e-12)
+
+
+def test_the_page_of_effects_lists_every_one_with_its_equation():
+    page = (Path(__file__).parents[2] / "docs" / "effects.md").read_text()
+    for effect in shelf().values():
+        word = f"`{effect.word}` (variant `{effect.name}`)" if effect.variant_of else f"`{effect.name}`"
+        channels = ", ".join(f"`{name}`" for name in effect.channels) or "-"
+        equation = effect.equation.replace("|", "\\|")
+        assert f"| {word} | {effect.site} | {channels} | {equation} |" in page
