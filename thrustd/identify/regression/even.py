@@ -5,13 +5,21 @@ products do: y by least squares on the products of u through a Laguerre bank, y 
 C that is mostly c c', and x = c' phi (principal Hessian directions, Li, JASA 87, 1992).
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.signal import lfilter
 
+from thrustd.identify.regression.curve import Grid, roughness
+from thrustd.identify.regression.regress import KNOTS
+from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.solve import Solution
+from thrustd.identify.segments import Segment
 from thrustd.model.stage import Floats
 
+BEYOND = 0.15  # of the output's range: so far beyond it does h reach on either side
 BANK = 5  # Laguerre functions
 MEMORIES = (2, 4, 8, 16, 32, 64, 128)  # samples: time constants of the bank that compete
 ROWS = 20_000
@@ -64,3 +72,21 @@ def _solved(table: Floats, y: Floats) -> Floats:
 def _count(n: int) -> int:
     """Numbers in the least squares."""
     return n * (n + 1) // 2 + n + 1
+
+
+def behind_even(inner: Solution, seen: Segment, hidden: Floats) -> tuple[Shape, Point]:
+    """The straight model of what is hidden, scaled to the output's range, and the curve that this needs behind it."""
+    scale = float(np.nanstd(seen.force_n))
+    y = seen.force_n / scale
+    reach = float(np.nanmax(y) - np.nanmin(y))
+    size = reach / float(np.abs(hidden).max())
+    edge = (1.0 + BEYOND) * reach
+    h_grid = Grid(-edge, edge, 2 * KNOTS)
+    good = np.isfinite(y)
+    basis, x = h_grid.values(size * hidden[good]), size * hidden[good]
+    matrix = basis.T @ basis + 1e-3 * roughness(h_grid.n) * len(x) / h_grid.n + 1e-6 * np.eye(h_grid.n)
+    h: Floats = np.linalg.solve(matrix, basis.T @ (y[good] - x)).astype(np.float64)
+    shape = replace(inner.shape, h_grid=h_grid, output_scale=scale, h_straight_from=0.0)
+    factor = size * inner.shape.output_scale
+    point = replace(inner.point, f=factor * inner.point.f, begin=factor * inner.point.begin, h=h, offset=0.0)
+    return shape, point

@@ -18,8 +18,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from thrustd.core.blas import one_thread
-from thrustd.identify.regression.curve import Grid, roughness
-from thrustd.identify.regression.even import before_even_curve
+from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.even import BEYOND, before_even_curve, behind_even
+from thrustd.identify.regression.holds import holds_of
 from thrustd.identify.regression.long import MANY, THINNED, finer, sparse
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.reduce import reduced
@@ -40,9 +41,6 @@ MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is 
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
 GENERAL_LAGS = 12
 SLOWEST = 0.2  # times the longest record, for relaxation of either sign: slower cannot be told from a slope
-BEYOND = 0.15  # of the output's range: so far beyond it does h reach on either side
-FAST = 1.0 / 6.0  # of the Nyquist frequency: input that moves faster tells holds apart
-FAST_SHARE = 0.05  # of the input's power beyond
 ITERATIONS, PASSES = 40, 5  # at most; passes over millions of samples
 
 Kind = Literal["line", "cubic", "curve"]
@@ -283,33 +281,6 @@ def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:
         )
         for place, s in enumerate(segments)
     ]
-
-
-def behind_even(inner: Solution, seen: Segment, hidden: Floats) -> tuple[Shape, Point]:
-    """The straight model of what is hidden, scaled to the output's range, and the curve that this needs behind it."""
-    scale = float(np.nanstd(seen.force_n))
-    y = seen.force_n / scale
-    reach = float(np.nanmax(y) - np.nanmin(y))
-    size = reach / float(np.abs(hidden).max())
-    edge = (1.0 + BEYOND) * reach
-    h_grid = Grid(-edge, edge, 2 * KNOTS)
-    good = np.isfinite(y)
-    basis, x = h_grid.values(size * hidden[good]), size * hidden[good]
-    matrix = basis.T @ basis + 1e-3 * roughness(h_grid.n) * len(x) / h_grid.n + 1e-6 * np.eye(h_grid.n)
-    h: Floats = np.linalg.solve(matrix, basis.T @ (y[good] - x)).astype(np.float64)
-    shape = replace(inner.shape, h_grid=h_grid, output_scale=scale, h_straight_from=0.0)
-    factor = size * inner.shape.output_scale
-    point = replace(inner.point, f=factor * inner.point.f, begin=factor * inner.point.begin, h=h, offset=0.0)
-    return shape, point
-
-
-def holds_of(segments: Sequence[Segment]) -> tuple[Hold, ...]:
-    """Ramps between samples, and steps as well where the input's power reaches so far that it matters."""
-    for segment in segments:
-        power = np.abs(np.fft.rfft(segment.inputs[DEFORMATION] - segment.inputs[DEFORMATION].mean())) ** 2
-        if float(power[int(FAST * len(power)) :].sum()) > FAST_SHARE * float(power.sum()):
-            return "foh", "zoh"
-    return ("foh",)
 
 
 def _held(segment: Segment) -> list[slice]:
