@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from thrustd.fusion.mixture import Bank, mix
+from thrustd.fusion.mixture import Weighed, mix
 
 
 def test_one_hypothesis_is_left_as_it_is():
-    assert mix(3000.0, 40.0, Bank(np.array([[1.0, 0.0, 0.0]]), 0, 0.0)) == (3000.0, 40.0)
+    assert mix(3000.0, 40.0, Weighed(np.array([[1.0, 0.0, 0.0]]), 0, 0.0)) == (3000.0, 40.0)
 
 
 @pytest.mark.parametrize("p", [0.02, 0.1, 0.3, 0.5])
 def test_the_band_is_the_mixture_s(p):
     rows = np.array([[1.0 - p, 0.0, 1.0], [p, -400.0, 100.0]])
-    thrust_n, std_n = mix(3000.0, 40.0, Bank(rows, 0, 0.0))
+    thrust_n, std_n = mix(3000.0, 40.0, Weighed(rows, 0, 0.0))
 
     def below(x_n):
         return (1.0 - p) * norm.cdf(x_n, 3000.0, 40.0) + p * norm.cdf(x_n, 2600.0, 100.0)
@@ -27,5 +27,5 @@ def test_the_band_is_the_mixture_s(p):
 
 
 def test_an_unlikely_one_does_not_pull_the_thrust_but_widens_the_band():
-    thrust_n, std_n = mix(3000.0, 40.0, Bank(np.array([[0.92, 0.0, 1.0], [0.08, -600.0, 100.0]]), 0, 0.0))
+    thrust_n, std_n = mix(3000.0, 40.0, Weighed(np.array([[0.92, 0.0, 1.0], [0.08, -600.0, 100.0]]), 0, 0.0))
     assert abs(thrust_n - 3000.0) < 10.0 and std_n > 200.0

@@ -9,7 +9,7 @@ from thrustd.core.jit import compiled, entry, named
 from thrustd.core.types import Status
 from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST, Matrix
 from thrustd.fusion.fusion_inputs import INPUTS
-from thrustd.fusion.mixture import Bank, mix
+from thrustd.fusion.mixture import Weighed, mix
 from thrustd.fusion.settings import SETTINGS
 from thrustd.fusion.thrust_step import FILTER
 
@@ -39,7 +39,7 @@ def _brochure_bits(there: bool, rejected: bool, off: bool) -> int:
     return BROCHURE_REJECTED if rejected else 0
 
 
-def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: int, bank: Bank) -> tuple[Any, ...]:
+def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: int, weighed: Weighed) -> tuple[Any, ...]:
     """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
 
     A measurement that was gated out while its source is believed says that one of both is wrong: the band holds what
@@ -66,8 +66,8 @@ def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: in
     if m.mount_used and m.used:
         nis = (m.mount_nis + m.nis) / 2
     deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.sizes[SCALE_N], SCALE_FLOOR_N)
-    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), bank)
-    std_n = sqrt(std_n**2 + bank.uncorrected_n**2)
+    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), weighed)
+    std_n = sqrt(std_n**2 + weighed.uncorrected_n**2)
     return (
         t.t_ns, engine, thrust_n, std_n, x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
         t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[MOUNT, 0], deviation, t.load_share, status,
@@ -78,5 +78,5 @@ def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: in
 _F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
 _ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
-_SIGNATURE = _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, named(Bank, _TABLE, _I, _F))
+_SIGNATURE = _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, named(Weighed, _TABLE, _I, _F))
 estimate_row: Any = entry(compiled(_row, _SIGNATURE, "numpy"))

@@ -19,7 +19,7 @@ ALONE = 1e-3  # all others together less likely than this: nothing to mix
 HALVINGS = 30
 
 
-class Bank(NamedTuple):
+class Weighed(NamedTuple):
     """What the bank of hypotheses says of an engine."""
 
     hypotheses: Floats  # (n, 3) P, SHIFT_N, STD_N
@@ -52,9 +52,9 @@ def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float,
 
 
 @compiled
-def mix(thrust_n: float, std_n: float, bank: Bank) -> tuple[float, float]:
+def mix(thrust_n: float, std_n: float, weighed: Weighed) -> tuple[float, float]:
     """Thrust and sigma of the one that leads, and all others beside it. -> thrust and sigma of the mixture."""
-    hypotheses, lead = bank.hypotheses, bank.lead
+    hypotheses, lead = weighed.hypotheses, weighed.lead
     if hypotheses[lead, P] > 1.0 - ALONE:
         return thrust_n, std_n
     far_n = 6.0 * std_n

@@ -31,7 +31,7 @@ from thrustd.fusion.dynamics import (
     THRUST,
 )
 from thrustd.fusion.estimate_row import estimate_row
-from thrustd.fusion.mixture import Bank
+from thrustd.fusion.mixture import Weighed
 from thrustd.fusion.settings import FusionSettings, settings_row
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_step import BOUND, FILTER, NEVER_NS, go_on
@@ -39,7 +39,7 @@ from thrustd.fusion.thrust_step import BOUND, FILTER, NEVER_NS, go_on
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
 END_P = N_STATE + N_STATE**2  # in a row of x, P and three sizes
-ALONE = Bank(np.array([[1.0, 0.0, 0.0]]), 0, 0.0)  # the only hypothesis: all is well
+ALONE = Weighed(np.array([[1.0, 0.0, 0.0]]), 0, 0.0)  # the only hypothesis: all is well
 
 
 class ThrustFilter:
@@ -69,11 +69,11 @@ class ThrustFilter:
         self._tape = Tape()
         return self._tape
 
-    def step(self, told: Any, bank: Bank = ALONE) -> Estimate:
+    def step(self, told: Any, weighed: Weighed = ALONE) -> Estimate:
         """Predict to `t_ns`, weigh what is there, return the estimate. `told`: see `FusionInputs.row`."""
         what = self._memory, told, self._settings, self._x, self._p
         go_on(*what)
-        row = estimate_row(*what, self._engine, bank)
+        row = estimate_row(*what, self._engine, weighed)
         if self._tape is not None:
             self._tape.write(told["t_ns"].item(), self._x, self._p, self._memory["f"][0], self._memory["q"][0])
         estimate: Estimate = tuple.__new__(Estimate, row)

@@ -23,7 +23,7 @@ from thrustd.core.calibration import MountCalibration
 from thrustd.core.config import Config, section
 from thrustd.core.types import Event, Fault, MountOutput, Output
 from thrustd.fusion.fusion_inputs import INPUTS
-from thrustd.fusion.mixture import Bank
+from thrustd.fusion.mixture import Weighed
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter
@@ -189,7 +189,7 @@ class Pipeline:
             thrust_n, std_n, _ = bank.leading[verdict.changed].tolist()
             self._filters[verdict.changed].begin_anew(thrust_n, std_n, self._told_of[verdict.changed])
         for e, thrust_filter in enumerate(self._filters):
-            weighed = Bank(bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e))
+            weighed = Weighed(bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e))
             estimates.append(thrust_filter.step(self._told_of[e], weighed))
             outputs.append(estimates[e])
             if thrust_filter.calibrates:
