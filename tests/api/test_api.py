@@ -65,7 +65,7 @@ def test_files_are_read_by_str_and_path_and_never_overwritten(tmp_path):
     one, other = td.read(str(path)), td.read(path)
     np.testing.assert_array_equal(one["force_N"], other["force_N"])
     before = path.read_bytes()
-    with pytest.raises(UsageError, match="is there already"):
+    with pytest.raises(UsageError, match="already exists"):
         td.write(one, path)
     assert path.read_bytes() == before
     td.write(one.window(0, 5), path, overwrite=True)
@@ -119,7 +119,7 @@ def test_compare_gives_a_table_and_a_figure_and_writes_nothing(tmp_path, monkeyp
     assert isinstance(found.plot(), Figure) and isinstance(td.compare(bare, data).plot(), Figure)
     assert not list(tmp_path.iterdir())
     assert all(path.exists() for path in found.pictures("pictures"))
-    with pytest.raises(UsageError, match="is there already"):
+    with pytest.raises(UsageError, match="already exists"):
         found.pictures("pictures")
 
 

@@ -43,7 +43,7 @@ def test_a_deck_is_fitted_from_any_folder_and_not_over_its_base(tmp_path, monkey
     assert main(["brochure", "fit", *flights, "-o", "deck.json"]) == 0
     capsys.readouterr()
     assert main(["brochure", "fit", *flights, "-o", str(ROOT / DECK)]) == 2
-    assert "is read, too" in capsys.readouterr().err
+    assert "is an input" in capsys.readouterr().err
 
 
 def test_installed_it_finds_them_beside_the_interpreter(installed):

@@ -119,7 +119,7 @@ def test_check_refuses_a_transducer_of_no_such_scale(broken, capsys, value):
 def test_what_is_read_is_not_written_over(broken, capsys, option):
     before = (broken / "flight.mcap").read_bytes()
     for log in (broken / "flight.mcap", broken):
-        assert "is read, too" in refused(capsys, "replay", log, option, broken / "flight.mcap")
+        assert "is an input" in refused(capsys, "replay", log, option, broken / "flight.mcap")
     assert (broken / "flight.mcap").read_bytes() == before
 
 

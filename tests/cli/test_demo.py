@@ -12,4 +12,4 @@ def test_demo_writes_a_log_and_a_picture(tmp_path, capsys):
     summary = json.loads(capsys.readouterr().out)
     assert summary["estimates"] > 1000 and summary["scores"]["left"]["fused"]["rmse_n"] < 100
     assert {path.name for path in folder.iterdir()} == {"estimates.mcap", "flight.png"}
-    assert "is there already" in refused(capsys, "demo", "--folder", folder)
+    assert "already exists" in refused(capsys, "demo", "--folder", folder)

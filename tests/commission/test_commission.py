@@ -91,5 +91,5 @@ def test_flights_without_fuel_flow_and_records_that_do_not_move_are_refused_befo
 def test_a_folder_that_is_there_is_left_alone(records, tmp_path, capsys):
     (tmp_path / "mine.txt").write_text("x")
     assert main([*given(records), "-o", str(tmp_path)]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]

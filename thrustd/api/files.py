@@ -74,10 +74,10 @@ def load(path: str | Path) -> Model:
 
 
 def write(what: Recording | Model, path: str | Path, *, overwrite: bool = False) -> Path:
-    """A recording (by extension) or a model (.json), whole or not at all. UsageError when the file is there already."""
+    """A recording (by extension) or a model (.json), whole or not at all. UsageError when the file already exists."""
     path = Path(path)
     if path.exists() and not overwrite:
-        raise UsageError(f"{path}: is there already; expected another name, or overwrite=True")
+        raise UsageError(f"{path}: already exists; expected another name, or overwrite=True")
     if isinstance(what, Recording):
         write_recording(what, path)
         return path

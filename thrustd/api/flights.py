@@ -69,7 +69,7 @@ def replay(log: str | Path, *, out: str | Path | None = None) -> Replayed:
     there already.
     """
     if out is not None and Path(out).exists():
-        raise UsageError(f"{out}: is there already; expected another name")
+        raise UsageError(f"{out}: already exists; expected another name")
     picture = FlightPicture()
     with TemporaryDirectory() as folder:
         written = Path(out) if out is not None else Path(folder) / "estimates.mcap"

@@ -127,7 +127,7 @@ class Comparison:
         return drawn(before_after_figure(found) if len(found) > 1 else history_figure(found[0]))
 
     def pictures(self, folder: str | Path) -> list[Path]:
-        """Every picture of every comparison as PNG; UsageError when one is there already."""
+        """Every picture of every comparison as PNG; UsageError when one already exists."""
         from thrustd.diagnose.compare.pictures import comparison_pictures
 
         folder = Path(folder)
@@ -135,7 +135,7 @@ class Comparison:
             made = [path for c in self.report.comparisons for path in comparison_pictures(c, Path(scratch))]
             taken = [path.name for path in made if (folder / path.name).exists()]
             if taken:
-                raise UsageError(f"{folder / taken[0]}: is there already; expected an empty folder")
+                raise UsageError(f"{folder / taken[0]}: already exists; expected an empty folder")
             folder.mkdir(parents=True, exist_ok=True)
             for path in made:
                 (folder / path.name).write_bytes(path.read_bytes())

@@ -29,7 +29,7 @@ def demo_verb(arguments: argparse.Namespace) -> int:
     log, drawn = (arguments.folder / name for name in WRITTEN)
     for path in (log, drawn):
         if path.exists():
-            raise UsageError(f"{path}: is there already; expected another --folder")
+            raise UsageError(f"{path}: already exists; expected another --folder")
     if arguments.folder.exists() and not arguments.folder.is_dir():
         raise UsageError(f"--folder {arguments.folder}: is a file; expected a folder")
     arguments.folder.mkdir(parents=True, exist_ok=True)

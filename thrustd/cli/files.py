@@ -31,7 +31,7 @@ def check_outputs(arguments: Mapping[str, Any]) -> None:
             _check_file(out)
         for path in read if out.exists() else ():
             if out.samefile(path) if not path.is_dir() else out.is_file() and out.parent.samefile(path):
-                raise UsageError(f"{out}: is read, too; expected another name for what is written")
+                raise UsageError(f"{out}: is an input; expected another name for the output")
     _check_pictures(arguments.get("picture"), arguments.get("pictures"))
 
 

@@ -57,7 +57,7 @@ def commission(
 ) -> Commissioned:
     """`config`: the aircraft's configuration that `installation` was read from; `out`: a folder that is not there."""
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UsageError(f"{out}: is there already; expected the name of a new or empty folder")
+        raise UsageError(f"{out}: already exists; expected the name of a new or empty folder")
     made = mount_models(pieces, installation, lambda share, what: told(0.9 * share, what))
     missing = _missing(pieces)
     out.parent.mkdir(parents=True, exist_ok=True)
