@@ -85,7 +85,7 @@ def _tell_filter(work: _Work, dt_s: float, readings: Floats, ages_s: Floats, few
         _ask(e, work.deck, readings)
     n2_rate_pct_s, e.n2_lagged_pct = smooth_rate(e.n2_lagged_pct, readings[e.n2], dt_s)
     t.n1_pct, t.n1_rate_pct_s = readings[e.n1], e.n1_rate_pct_s
-    if not (isfinite(t.n1_pct) and isfinite(e.n1_rate_pct_s)):  # while N1 is not believed, what N2 says of it
+    if not (isfinite(t.n1_pct) and isfinite(e.n1_rate_pct_s)):  # while N1 is excluded or missing: N2
         t.n1_rate_pct_s = N1_PER_N2 * n2_rate_pct_s
     t.brochure_n, t.brochure_std_n, t.brochure_lag_n = hand_over(
         work.hand_over, dt_s, e.std_n, e.fuel_flow_n, e.n1_n, t.n1_pct, t.n1_rate_pct_s

@@ -42,7 +42,7 @@ class StepInputs:
         self._of_mounts[:] = self._measured_mm
 
     def believed(self, excluded: Collection[Sensor]) -> Floats:
-        """`readings` without the sensors that are not believed."""
+        """`readings` without the excluded sensors."""
         if not excluded:
             return self.readings
         out = np.array([sensor in excluded for sensor in self._sensors])

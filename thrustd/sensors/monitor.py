@@ -114,7 +114,7 @@ class Monitor:
 
     @property
     def excluded(self) -> frozenset[Sensor]:
-        """The sensors that are not believed now."""
+        """The sensors that are excluded now."""
         return self._excluded
 
     def uncorrected_n(self, engine: int) -> float:

@@ -1,4 +1,4 @@
-"""The twin's test bench: an isolator under a force-controlled cylinder, recorded as the thesis did.
+"""The twin's test bench: a mount under a force-controlled cylinder, recorded as the thesis did.
 
 `step_bench(hours, seed)` is the identification experiment (8 h to fit, 37 h to validate, 100 Hz); the other functions
 give the sine, the multisine, the weight steps and programmes of `plan-test`. The mount starts at rest, the load cell

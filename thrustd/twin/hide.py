@@ -87,7 +87,7 @@ def hidden_case(
 
 
 def draw_mount(rng: np.random.Generator) -> MountPhysics:
-    """A mount of the upper isolator's size, without friction, on a rigid bracket, blind to weight and warmth."""
+    """A mount of the upper one's size, without friction, on a rigid bracket, blind to weight and warmth."""
     k1 = float(rng.uniform(4300, 5100))
     return UPPER._replace(
         stiffness_n_mm=k1,

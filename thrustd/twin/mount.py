@@ -1,4 +1,4 @@
-"""The simulated vibration isolator: force in, deformation out. Its own physics, shared with no model under test.
+"""The simulated mount: force in, deformation out. Its own physics, shared with no model under test.
 
 Quasi-linear viscoelasticity (Fung) with internal friction. The rubber's deformation x [mm] obeys
 
@@ -28,7 +28,7 @@ BRACKET_N_MM = 90e3
 
 
 class MountPhysics(NamedTuple):
-    """One isolator. Times in s, forces in N, deformations in mm."""
+    """One mount. Times in s, forces in N, deformations in mm."""
 
     stiffness_n_mm: float  # k1, relaxed, at zero force
     cubic_n_mm3: float  # k3
@@ -70,7 +70,7 @@ class Kernel(NamedTuple):
 
 
 def _isolator(secant_n_mm: float) -> MountPhysics:
-    """An isolator that settles at 0.8 mm under the force which its spring rate gives, bracket and all."""
+    """A mount that settles at 0.8 mm under the force which its spring rate gives, bracket and all."""
     cubic = 0.21  # k3 (1 mm)^2 / k1
     force_n = 0.8 * secant_n_mm
     rubber_mm = 0.8 - force_n / BRACKET_N_MM
