@@ -17,9 +17,9 @@ from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording, unit_of
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.asking import excluded_of, marked_recordings
+from thrustd.workbench.evidence import evidence_json
 from thrustd.workbench.figures import short
 from thrustd.workbench.folder import Folder
-from thrustd.workbench.signature import signature_of
 
 Progress = Callable[[float, str], None]
 
@@ -53,6 +53,7 @@ def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progres
     report = diagnose(folder.model(arguments["model"]), records, name=arguments["model"], progress=progress)
     answer = report.to_json() | {"excluded": excluded_of(folder, arguments["recordings"])}
     answer["candidates"] = [_candidate(c) for c in report.candidates]
+    answer["evidence"] = evidence_json(report.explained)
     answer["depends_on"] = [
         {
             "channel": d.channel, "unit": unit_of(d.channel), "rmse_before_n": d.rmse_before_n,
@@ -68,7 +69,6 @@ def _candidate(candidate: CandidateReport) -> dict[str, Any]:
     effect = effect_named(candidate.name)
     card = {key: getattr(effect, key) for key in CARD}
     card["parameters"] = [{"name": p.name, "meaning": p.meaning, "unit": p.unit} for p in effect.parameters]
-    card["signature"] = signature_of(effect, {p.name: p.value for p in candidate.parameters})
     return candidate.to_json() | {"card": card, "estimates": [asdict(p) for p in candidate.parameters]}
 
 

@@ -24,6 +24,7 @@ from thrustd.diagnose.search.candidates import NotJudged, judgeable
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.evidence import simulate
+from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined, rig_of
 from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_floor, floor_of, gained, rank
@@ -131,6 +132,7 @@ def _report(
         base.promised is not None,
         _grade(ranked, verdict, alike),
         at_floor(verdict.fit, base),
+        explained(ranked, scale),
     )
 
 

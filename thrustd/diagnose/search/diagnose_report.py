@@ -9,6 +9,7 @@ from rich.table import Table
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.candidates import NotJudged
 from thrustd.diagnose.search.dependence import Dependence
+from thrustd.diagnose.search.explained import Explained
 from thrustd.diagnose.search.told import ParameterEstimate
 
 SHOWN = 8  # candidates in the table
@@ -58,6 +59,7 @@ class DiagnoseReport:
     promised: bool  # by its identification (else told by the residual's fast end alone)
     grade: str = "strong"  # of the verdict: strong, weak (something is left), cannot be told
     at_floor: bool = True
+    explained: Explained | None = None  # sample by sample, for pictures
 
     def to_json(self) -> dict[str, Any]:
         return {

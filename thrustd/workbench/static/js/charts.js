@@ -195,29 +195,3 @@ export function coherenceChart(s) {
     ),
   );
 }
-
-// what an effect adds to the force in a standard programme
-export function signatureChart(s) {
-  const top = Math.max(...s.added_n.map(Math.abs), 1e-9);
-  return chart({
-    height: 200,
-    x: { title: "time [s]", low: 0, high: s.time_s.at(-1) },
-    y: { title: "added force [N]", low: -1.15 * top, high: 1.15 * top },
-    at: (x) => {
-      const i = nearest(s.time_s, x);
-      return `${number(s.time_s[i], 3)} s: ${number(s.added_n[i], 3)} N at ${number(s.programme_n[i], 3)} N`;
-    },
-    draw(p) {
-      const high = Math.max(...s.programme_n);
-      line(
-        p,
-        s.time_s,
-        s.programme_n.map((v) => ((1.9 * v) / high - 0.95) * top),
-        "--line-strong",
-        1.2,
-      );
-      rule(p.ctx, p.left, p.y(0), p.left + p.width, p.y(0), "--ink-3");
-      line(p, s.time_s, s.added_n, "--s1", 1.8);
-    },
-  });
-}

@@ -3,7 +3,9 @@
 import { span } from "../axes.js";
 import { dependenceChart } from "../charts.js";
 import { fill, h, panel } from "../dom.js";
+import { evidencePictures, residualAxis } from "../evidence_charts.js";
 import { newtons, percent, plusMinus, typeset } from "../format.js";
+import { GRADES } from "../guide.js";
 import { bar } from "../ledger.js";
 import { diagnoseNow, goAndAdd } from "../steps.js";
 import { attempt } from "../store.js";
@@ -18,7 +20,7 @@ export function missing(root) {
     all = false;
 
   function draw() {
-    fill(root, head, verdict(answer), candidates(), dependences(answer), tests(answer), hypothesis());
+    fill(root, head, verdict(answer), evidence(answer), candidates(), dependences(answer), tests(answer), hypothesis());
   }
 
   function candidates() {
@@ -132,14 +134,41 @@ export function missing(root) {
 
 // what error is the model's own, and who says so
 const own = (a) =>
-  a.own_error_promised === false
-    ? `The least that anything reached on these blocks is ${newtons(a.own_error_n)}.`
-    : `The model's own error at these forces and rates, by its identification, is ${newtons(a.own_error_n)}.`;
+  `The floor, what instruments and identification leave, is ${newtons(a.floor_n)}.` +
+  (a.at_floor ? "" : " Something else is missing too.");
+
+const capital = (words) => words[0].toUpperCase() + words.slice(1);
 
 const alike = (names) =>
   names.length
     ? names[0] + (names.length > 1 ? ` and ${names.length - 1} more` : "")
     : h("span", { class: "faint" }, "–");
+
+// the best set of effects beside the best other one, on the residual of the measured recording itself
+function evidence(a) {
+  if (!a.evidence?.length) return null;
+  const y = residualAxis(a.evidence),
+    named = a.candidates.some((c) => c.in_verdict);
+  return panel(
+    "Evidence on your data",
+    [
+      h(
+        "span",
+        { class: "faint" },
+        a.evidence.length > 1
+          ? named
+            ? "the verdict, and the best other explanation"
+            : "the two best explanations; neither is in the verdict"
+          : "",
+      ),
+    ],
+    h(
+      "div",
+      { class: a.evidence.length > 1 ? "columns body" : "body" },
+      a.evidence.map((one) => evidencePictures(one, y)),
+    ),
+  );
+}
 
 function verdict(a) {
   const known = a.verdict.filter((v) => !["none", "unknown"].includes(v)),
@@ -163,8 +192,10 @@ function verdict(a) {
       h("span", { class: "quiet" }, "Verdict"),
       h("br"),
       h("b", { class: "name" }, known.join(" + ") || kind),
+      h("br"),
+      h("span", { class: "chip", title: GRADES[a.grade] }, a.grade),
     ),
-    h("p", {}, words),
+    h("p", {}, words, known.length ? ` ${capital(GRADES[a.grade])}.` : ""),
     h(
       "div",
       { class: "buttons" },

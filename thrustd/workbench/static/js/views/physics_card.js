@@ -1,6 +1,5 @@
-// The physics card of an effect: equation, evidence, parameters against what physics expects, signature.
+// The physics card of an effect: equation, what it removes, parameters against what physics expects.
 
-import { signatureChart } from "../charts.js";
 import { h } from "../dom.js";
 import { typeset, withUnit } from "../format.js";
 import { goAndAdd } from "../steps.js";
@@ -42,18 +41,6 @@ export function physicsCard(c) {
             ),
           ),
     ),
-    k.signature &&
-      h(
-        "div",
-        {},
-        h("h3", {}, "Signature in a standard programme"),
-        signatureChart(k.signature),
-        h(
-          "p",
-          { class: "faint" },
-          "blue: force it adds, with the parameters found; grey: the programme, 1 to 5 kN with every channel moving",
-        ),
-      ),
   );
 }
 

@@ -1,0 +1,69 @@
+"""What sets of effects take away on the user's own data: the residual without any, and what each set explains of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from thrustd.diagnose.search.joint import Joint
+from thrustd.diagnose.search.ranking import Ranked
+from thrustd.identify.segments import DEFORMATION
+from thrustd.model.stage import Floats
+
+SETS = 2  # the best, and the best of the others
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """One stretch of a record, (n,) each: what is left without effects, and what every set explains of it, N."""
+
+    time_s: Floats
+    dt_s: float
+    channels: Mapping[str, Floats]
+    residual_n: Floats
+    explained_n: tuple[Floats, ...]  # in the order of the sets
+
+
+@dataclass(frozen=True, slots=True)
+class Explained:
+    """Sets of effects, best first, by word and by law, what they leave on held-back blocks, N, and the stretches."""
+
+    words: tuple[tuple[str, ...], ...]
+    laws: tuple[tuple[str, ...], ...]
+    rmse_n: tuple[float, ...]
+    stretches: tuple[Stretch, ...]
+
+
+def explained(ranked: Ranked, scale: float) -> Explained:
+    """The best set beside the best other one; `scale`: N per unit of the fits' output."""
+    sets = _shown(ranked)
+    nothing = ranked.nothing.solution.normal.residuals
+    found = []
+    for i, record in enumerate(ranked.nothing.records):
+        left = [fit.solution.normal.residuals[i] for fit in sets]
+        found.append(
+            Stretch(
+                record.channels["time_s"],
+                record.dt_s,
+                dict(record.channels) | {DEFORMATION: record.d},
+                scale * nothing[i],
+                tuple(scale * (nothing[i] - one) for one in left),
+            )
+        )
+    return Explained(
+        tuple(fit.words for fit in sets),
+        tuple(tuple(term.effect.name for term in fit.terms) for fit in sets),
+        tuple(scale * float(fit.mse**0.5) for fit in sets),
+        tuple(found),
+    )
+
+
+def _shown(ranked: Ranked) -> list[Joint]:
+    """The best first; of the others none that only says the same with a member more or fewer."""
+    shown = [ranked.best] if ranked.best.terms else []
+    for fit in ranked.fits:
+        if len(shown) < SETS and fit.terms and all(_other(fit, one) for one in shown):
+            shown.append(fit)
+    return shown
+
+
+def _other(fit: Joint, shown: Joint) -> bool:
+    return not (set(fit.words) <= set(shown.words) or set(shown.words) <= set(fit.words))
