@@ -17,6 +17,7 @@ from thrustd.workbench.pyramid import Floats
 
 LOOP_DOTS = 6_000
 SPECTRUM_POINTS = 500
+HISTORY_BUCKETS = 600
 DIGITS = 6  # significant, of everything that is only drawn
 
 
@@ -35,6 +36,16 @@ def comparison_json(c: Comparison) -> dict[str, Any]:
         "spectrum": _spectrum(c),
         "map": _map(thin),
     }
+
+
+def history_json(c: Comparison) -> dict[str, Any]:
+    """The residual of one model on one recording: lowest and highest per stretch of time."""
+    edges = np.unique(np.linspace(0, len(c.time_s), HISTORY_BUCKETS + 1).astype(int)[:-1])
+    low, high = np.fmin.reduceat(c.residual_n, edges), np.fmax.reduceat(c.residual_n, edges)
+    return {
+        "model": c.model, "recording": c.recording, "rmse_n": c.rmse_n, "time_s": short(c.time_s[edges]),
+        "low": short(low), "high": short(high),
+    }  # fmt: skip
 
 
 def _thinned(c: Comparison, stride: int) -> Comparison:

@@ -1,6 +1,5 @@
 """Identify, diagnose, extend and compile, as the page asks for them: the functions of the command line."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -12,39 +11,30 @@ from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.diagnose_report import CandidateReport
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec, write_model
-from thrustd.model.compile import compile_model
+from thrustd.model.compile import compile_model, rate_difference_n
 from thrustd.model.effects import effect_named
-from thrustd.records.recording import Recording, unit_of
+from thrustd.records.files import file_sha256
+from thrustd.records.recording import unit_of
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.asking import excluded_of, marked_recordings
 from thrustd.workbench.evidence import evidence_json
-from thrustd.workbench.figures import short
+from thrustd.workbench.figures import history_json, short
 from thrustd.workbench.folder import Folder
+from thrustd.workbench.identified import identified_json
 
 Progress = Callable[[float, str], None]
 
 CARD = ("title", "equation", "source", "channels", "site", "separating_test")
-HELD_BACK = 0.25  # of a bench record: its end judges the fit and makes the error map
 
 
 def fit(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """A first model from bench recordings, as `thrustd identify` makes it."""
     records = marked_recordings(folder, arguments["recordings"])
-    train, held_back = zip(*map(_parted, records), strict=True)
-
-    def tell(share: float) -> None:
-        progress(0.9 * share, "fit")
-
     name = arguments["out"]
-    found = identify(list(train), list(held_back), name=Path(name).stem, progress=tell)
+    found = identify(records, name=Path(name).stem, progress=lambda share: progress(0.9 * share, "fit"))
     save_model(folder, name, found.spec)
-    return {"model": name, "rmse_n": found.scores[0].train.rmse_n, "warnings": list(found.warnings)}
-
-
-def _parted(record: Recording) -> tuple[Recording, Recording]:
-    """The beginning to fit, the end to judge."""
-    cut_s = float(record.time_s[0] + (1 - HELD_BACK) * record.duration_s)
-    return record.window(float(record.time_s[0]), cut_s), record.window(cut_s, math.inf)
+    progress(0.95, "pictures")
+    return identified_json(found, name, records)
 
 
 def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -80,12 +70,15 @@ def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
         folder.model(parent), records, list(arguments["effects"]), name=Path(name).stem,
         progress=lambda share, note: progress(0.05 + 0.75 * share, note),
     )  # fmt: skip
-    judged = {}
-    if arguments["heldout"]:
-        progress(0.85, "held-back recordings")
-        both = {parent: folder.model(parent), name: report.spec}
-        found = compare(both, marked_recordings(folder, arguments["heldout"])).comparisons
-        judged = {"heldout": [{"model": c.model, "recording": c.recording, "rmse_n": c.rmse_n} for c in found]}
+    progress(0.85, "before and after")
+    both, checks = {parent: folder.model(parent), name: report.spec}, arguments["heldout"]
+    found = compare(both, [*records, *marked_recordings(folder, checks)]).comparisons
+    judged = {
+        "heldout": [
+            {"model": c.model, "recording": c.recording, "rmse_n": c.rmse_n} for c in found if c.recording in checks
+        ],
+        "histories": [history_json(c) for c in found],
+    }
     save_model(folder, name, report.spec)
     numbers = [asdict(p) | {"sentence": p.sentence} for p in report.parameters]
     return report.to_json() | {"parent": parent, "model": name, "estimates": numbers, **judged}
@@ -94,10 +87,16 @@ def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
 def compile_for_flight(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Prove that a model, whose witness rows came out again when it was read, compiles at a rate."""
     name, rate_hz = arguments["model"], float(arguments["rate_hz"])
-    spec = folder.model(name)
+    spec, path = folder.model(name), folder.path(arguments["model"])
     progress(0.2, f"compiling at {rate_hz:g} Hz")
     compiled = compile_model(spec, rate_hz)
-    return {"model": name, "rate_hz": rate_hz, "channels": list(compiled.channels), "stages": len(compiled.stages)}
+    assert spec.witness is not None  # nothing without one is read
+    own = compile_model(spec, spec.witness.rate_hz)
+    return {
+        "model": name, "rate_hz": rate_hz, "channels": list(dict.fromkeys(compiled.channels)),
+        "witness_rows": len(spec.witness.force_n), "between_rates_n": rate_difference_n(own, compiled),
+        "path": str(path), "bytes": path.stat().st_size, "sha256": file_sha256(path),
+    }  # fmt: skip
 
 
 def save_model(folder: Folder, name: str, spec: ModelSpec) -> None:

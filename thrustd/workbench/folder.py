@@ -15,6 +15,7 @@ from thrustd.core.errors import ModelError, UsageError
 from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec
 from thrustd.model.compile import read_proven_model
 from thrustd.workbench.columns import Columns, columns_key, open_columns
+from thrustd.workbench.lines import Line
 from thrustd.workbench.mapping import ColumnNames, read_mappings
 from thrustd.workbench.pyramid import Floats
 from thrustd.workbench.settling import settling_s
@@ -99,6 +100,14 @@ class Folder:
         """The columns of a model run on a recording; None while there are none."""
         base = self.columns(recording)
         return None if base is None else self._opened(self.model_columns_folder(recording, model), base.time_s)
+
+    def line(self, recording: str, label: str) -> Line:
+        """`channel` of the recording, or `model@FILE` and `residual@FILE` of a model run on it."""
+        kind, _, model = label.partition("@")
+        columns = self.model_columns(recording, model) if model else self.columns(recording)
+        if columns is None or kind not in columns:
+            raise UsageError(f"{recording}: no prepared channel {label!r}")
+        return Line(label, columns, kind)
 
     def _opened(self, folder: Path, time_s: Floats | None) -> Columns | None:
         """Maps are kept open, the latest `OPEN` of them."""

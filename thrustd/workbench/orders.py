@@ -1,6 +1,6 @@
 """What the page may ask the worker to do: validated before it is queued."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -88,7 +88,25 @@ class Report(Order, frozen=True):
     title: Annotated[str, msgspec.Meta(max_length=200)] = ""
 
 
-Any_ = Prepare | Simulate | Exercise | Reveal | Fit | Compare | Diagnose | Extend | Compile | Report
+class Panel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One axes of a figure: its title and its lines, as `api/lines` names them."""
+
+    title: Annotated[str, msgspec.Meta(max_length=200)]
+    channels: Annotated[tuple[str, ...], msgspec.Meta(min_length=1, max_length=12)]
+
+
+class Figure(Order, frozen=True):
+    """The visible window as a figure of print size."""
+
+    recording: str
+    title: Annotated[str, msgspec.Meta(max_length=300)]
+    panels: Annotated[tuple[Panel, ...], msgspec.Meta(min_length=1, max_length=20)]
+    start_s: float
+    stop_s: float
+    format: Literal["png", "svg"] = "png"
+
+
+Any_ = Figure | Prepare | Simulate | Exercise | Reveal | Fit | Compare | Diagnose | Extend | Compile | Report
 
 
 def order_of(folder: Folder, body: bytes) -> tuple[str, str, dict[str, Any]]:
@@ -129,5 +147,6 @@ TITLES: dict[type[Order], str] = {
     Diagnose: "what is missing in {model}",
     Extend: "add {effects} to {model}",
     Compile: "compile {model} at {rate_hz:g} Hz",
+    Figure: "draw {title}",
     Report: "write the report",
 }

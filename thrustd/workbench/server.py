@@ -21,7 +21,7 @@ from thrustd.workbench.exporting import window_csv
 from thrustd.workbench.folder import Folder, model_cards
 from thrustd.workbench.follow import FollowedLog
 from thrustd.workbench.jobs import Job, JobBoard
-from thrustd.workbench.lines import Line, window
+from thrustd.workbench.lines import window
 from thrustd.workbench.mapping import checked, keep_mapping
 from thrustd.workbench.orders import order_of
 from thrustd.workbench.session import after_job, change_session, read_session
@@ -31,7 +31,9 @@ from thrustd.workbench.versions import undo
 STATIC = Path(__file__).parent / "static"
 MAX_BODY_BYTES = 1 << 20  # of anything but an upload
 LOOK_EVERY_S = 1.0  # for files that came or went
-MAX_LINES = 12
+MAX_LINES = 16
+MAX_COLUMNS = 60  # of a CSV
+DOWNLOADS = {".html": "text/html", ".png": "image/png", ".svg": "image/svg+xml"}  # reports that are files
 
 
 class Bench:
@@ -112,7 +114,7 @@ class Bench:
         query = request.query_params
         name = query.get("recording", "")
         wanted = query.getlist("channel")[:MAX_LINES]
-        lines = [self._line(name, channel) for channel in wanted]
+        lines = [self.folder.line(name, channel) for channel in wanted]
         if not lines:
             raise UsageError("lines: no channel asked for")
         meta = lines[0].columns.meta
@@ -120,18 +122,10 @@ class Bench:
         content = window(lines, start_s, stop_s, int(_number(query, "buckets", 1000)))
         return Response(content, media_type="application/octet-stream")
 
-    def _line(self, recording: str, label: str) -> Line:
-        """`channel` of the recording, or `model@FILE` and `residual@FILE` of a model run on it."""
-        kind, _, model = label.partition("@")
-        columns = self.folder.model_columns(recording, model) if model else self.folder.columns(recording)
-        if columns is None or kind not in columns:
-            raise UsageError(f"{recording}: no prepared channel {label!r}")
-        return Line(label, columns, kind)
-
     async def window_csv(self, request: Request) -> Response:
         query = request.query_params
         name = query.get("recording", "")
-        lines = [self._line(name, channel) for channel in query.getlist("channel")[:MAX_LINES]]
+        lines = [self.folder.line(name, channel) for channel in query.getlist("channel")[:MAX_COLUMNS]]
         if not lines:
             raise UsageError("window.csv: no channel asked for")
         meta = lines[0].columns.meta
@@ -152,9 +146,9 @@ class Bench:
         path = self.folder.state / "reports" / f"{number}"
         if not number.replace("-", "").replace(".", "").isalnum() or number.startswith(".") or not path.is_file():
             raise UsageError(f"report {number!r}: there is none")
-        if path.suffix == ".html":
+        if path.suffix in DOWNLOADS:
             headers = {"content-disposition": f'attachment; filename="thrustd-{number}"'}
-            return FileResponse(path, media_type="text/html", headers=headers)
+            return FileResponse(path, media_type=DOWNLOADS[path.suffix], headers=headers)
         return Response(path.read_bytes(), media_type="application/json")
 
     async def set_session(self, request: Request) -> Response:

@@ -44,6 +44,10 @@ def _compared(answer: dict[str, Any]) -> dict[str, Any]:
     return {"cells": cells, "worst": worst, "excluded": answer["excluded"]}
 
 
+def _fitted(answer: dict[str, Any]) -> dict[str, Any]:
+    return {name: answer[name] for name in ("model", "recordings", "train_n", "validation_n", "fit_pct", "warnings")}
+
+
 def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
     names = ("effect", "name", "rmse_before_n", "rmse_after_n", "in_verdict")
     return {
@@ -65,10 +69,11 @@ TASKS: dict[str, Task] = {
     "simulate": _call("model_runs", "simulate_order"),
     "exercise": _call("exercise", "make_exercise"),
     "reveal": _call("exercise", "reveal"),
-    "fit": _call("finding", "fit"),
+    "fit": _kept("finding", "fit", _fitted),
     "compare": _kept("asking", "ask_compare", _compared),
     "diagnose": _kept("finding", "ask_diagnose", _diagnosed),
     "extend": _kept("finding", "ask_extend", _extended),
     "compile": _call("finding", "compile_for_flight"),
+    "figure": _call("print_figure", "write_figure"),
     "report": _call("html_report", "write_html"),
 }

@@ -33,20 +33,57 @@ function history(s, y) {
     draw(p) {
       const { ctx } = p;
       rule(ctx, p.left, p.y(0), p.left + p.width, p.y(0), "--ink-3");
-      ctx.strokeStyle = css("--ink-3");
-      ctx.globalAlpha = 0.55;
-      ctx.lineWidth = Math.max(1, p.width / s.time_s.length);
-      ctx.beginPath();
-      s.time_s.forEach((t, i) => {
-        if (s.low[i] === null) return;
-        ctx.moveTo(p.x(t), p.y(s.low[i]));
-        ctx.lineTo(p.x(t), Math.min(p.y(s.high[i]), p.y(s.low[i]) - 1));
-      });
-      ctx.stroke();
-      ctx.globalAlpha = 1;
+      bars(p, s, "--ink-3", 0.55);
       line(p, s.time_s, s.explained, PART, 1.8);
     },
   });
+}
+
+// from lowest to highest, bucket by bucket
+function bars(p, s, color, alpha) {
+  const { ctx } = p;
+  ctx.strokeStyle = css(color);
+  ctx.globalAlpha = alpha;
+  ctx.lineWidth = Math.max(1, p.width / s.time_s.length);
+  ctx.beginPath();
+  s.time_s.forEach((t, i) => {
+    if (s.low[i] === null) return;
+    ctx.moveTo(p.x(t), p.y(s.low[i]));
+    ctx.lineTo(p.x(t), Math.min(p.y(s.high[i]), p.y(s.low[i]) - 1));
+  });
+  ctx.stroke();
+  ctx.globalAlpha = 1;
+}
+
+// the residual of one model on one recording
+export const residualPicture = (one) => beforeAfter(one, one);
+
+// the residual of a model and of its child on the same recording, the child in front
+export function beforeAfter(before, after) {
+  return h(
+    "div",
+    {},
+    h(
+      "h3",
+      {},
+      `${before.recording}: ${newtons(before.rmse_n)}`,
+      after === before ? "" : ` → ${newtons(after.rmse_n)}`,
+    ),
+    chart({
+      height: 190,
+      x: { title: "time [s]", ...span([before.time_s], 0) },
+      y: { title: "measured − model [N]", ...span([[...before.low, ...before.high].filter((v) => v !== null)]) },
+      at: (x) => {
+        const i = nearest(before.time_s, x);
+        return `${seconds(before.time_s[i])}: before ${newtons(before.low[i])} to ${newtons(before.high[i])}, after ${newtons(after.low[i])} to ${newtons(after.high[i])}`;
+      },
+      draw(p) {
+        rule(p.ctx, p.left, p.y(0), p.left + p.width, p.y(0), "--ink-3");
+        bars(p, before, "--ink-3", 0.5);
+        bars(p, after, "--s1", 0.9);
+      },
+    }),
+  );
 }
 
 function curves(view) {

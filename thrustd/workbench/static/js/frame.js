@@ -9,12 +9,14 @@ import { add } from "./views/add.js";
 import { fails } from "./views/fails.js";
 import { flight } from "./views/flight.js";
 import { histories } from "./views/histories.js";
+import { identify } from "./views/identify.js";
 import { missing } from "./views/missing.js";
 import { overview } from "./views/overview.js";
 
-const VIEWS = { overview, histories, fails, missing, add, flight };
+const VIEWS = { overview, identify, histories, fails, missing, add, flight };
 const NAMES = {
   overview: "Overview",
+  identify: "Identify",
   histories: "Time histories",
   fails: "Where it fails",
   missing: "What is missing",

@@ -32,10 +32,13 @@ export function nextStep() {
   if (recordings.every((one) => one.meta && !one.meta.channels.some((c) => c.name === "force_N"))) return noReference();
   if (!models.length && chosen.bench.length)
     return {
-      view: "overview",
-      say: `Identify a first model from the quiet bench record ${chosen.bench[0]}.`,
+      view: "identify",
+      say: `Identify a first model from the bench record ${chosen.bench[0]}.`,
       label: "Identify a model",
-      go: identifyNow,
+      go: async () => {
+        go("identify");
+        await identifyNow();
+      },
       kinds: ["fit"],
     };
   if (!models.length)

@@ -1,6 +1,7 @@
 // Which panels a time history shows: force with band, residual, then the channels.
 
 const COLORS = ["--s1", "--s2", "--s3", "--s4", "--s5", "--s6"];
+const EDGE = { color: "--ink-3", width: 1 }; // of a band, in front of a residual that fills it
 export const FIRST = ["accel_x_g", "temperature_degC"]; // shown when nothing else was chosen
 
 // the model whose band is drawn
@@ -13,8 +14,9 @@ function shortest(name, among) {
   return (alone ? file(name) : name).replace(/\.json$/, "");
 }
 
-// `has`: models run on this recording; `wanted`: channels chosen, null for the usual ones
-export function panelsOf(card, has, wanted) {
+// `has`: models run on this recording; `wanted`: channels chosen, null for the usual ones; `from_s`: when the models have
+// settled, the residual is drawn to scale from there on
+export function panelsOf(card, has, wanted, from_s) {
   const channels = new Map(card.meta.channels.map((c) => [c.name, c])),
     panels = [];
   const force = channels.has("force_N")
@@ -37,19 +39,10 @@ export function panelsOf(card, has, wanted) {
       unit: "N",
       series: [...edges, ...force, ...runs],
       bands: banded ? [[1, 2]] : [],
+      band: banded ? `95 % band of ${label(banded)}` : "",
       height: 220,
     });
-  if (force.length && runs.length)
-    panels.push({
-      title: "measured − model [N]",
-      unit: "N",
-      series: has.map((m, i) => ({
-        channel: `residual@${m}`,
-        label: label(m),
-        color: COLORS[i % COLORS.length],
-      })),
-      height: 150,
-    });
+  if (force.length && runs.length) panels.push(residualPanel(has, label, banded, from_s));
   const chosen = (
     wanted ?? [
       "deformation_mm",
@@ -76,4 +69,27 @@ export function panelsOf(card, has, wanted) {
     });
   }
   return panels;
+}
+
+// measured - model of every model, over the band of one: model - model +- half its width
+function residualPanel(has, label, banded, from_s) {
+  const series = has.map((m, i) => ({ channel: `residual@${m}`, label: label(m), color: COLORS[i % COLORS.length] })),
+    edges = banded ? ["band_high", "band_low", "model"] : [];
+  const less = (ones, others) => ones.map((v, i) => (v === null || others[i] === null ? null : v - others[i]));
+  return {
+    title: "measured − model [N]",
+    unit: "N",
+    series: [...series, ...edges.map((edge) => ({ channel: `${edge}@${banded}`, unseen: true, silent: true }))],
+    drawn: banded ? [...series, { label: "high", ...EDGE }, { label: "low", ...EDGE }] : series,
+    transform: banded
+      ? ([x, ...columns]) => {
+          const [high, low, middle] = columns.slice(series.length);
+          return [x, ...columns.slice(0, series.length), less(high, middle), less(low, middle)];
+        }
+      : null,
+    bands: banded ? [[series.length + 1, series.length + 2]] : [],
+    band: banded ? `95 % band of ${label(banded)}` : "",
+    from_s,
+    height: 150,
+  };
 }

@@ -1,7 +1,7 @@
 // The error ledger of a model, and the bars it is drawn with.
 import { h } from "./dom.js";
 import { newtons, number } from "./format.js";
-import { model } from "./store.js";
+import { model, store } from "./store.js";
 
 export function bar(fraction, kind = "") {
   const fill = h("i");
@@ -9,19 +9,38 @@ export function bar(fraction, kind = "") {
   return h("div", { class: `bar ${kind}` }, fill);
 }
 
-// the chain of a model as bars: the first error, then one step per addition
+// the finished step that made a model
+export const stepOf = (name) =>
+  store.server.jobs.find((one) => one.kind === "extend" && one.state === "done" && one.result.model === name)?.result;
+
+export const parentOf = (name) => {
+  const parent = stepOf(name)?.parent;
+  return parent && model(parent) ? parent : null;
+};
+
+// the chain of a model as bars: the first error, then one step per addition; on check recordings where they were run
 export function ledgerOf(name) {
   const card = model(name);
   if (!card?.ledger.length) return [];
   const steps = [{ name: "as identified", rmse_n: card.ledger[0].rmse_before_n }];
   for (const entry of card.ledger)
     steps.push({ name: "+ " + entry.added, rmse_n: entry.rmse_after_n, data: entry.data });
+  let made = stepOf(name);
+  for (let i = steps.length - 1; i > 0 && made; i--) {
+    steps[i].check_n ??= checkOf(made, made.model);
+    steps[i - 1].check_n = checkOf(made, made.parent);
+    made = stepOf(made.parent);
+  }
   return steps;
 }
 
-// falling bars with their numbers, and the names under them
-export function ledgerBars(steps) {
+const checkOf = (made, name) => made.heldout?.find((one) => one.model === name)?.rmse_n;
+
+// falling bars with their numbers, the names under them, and the floor as a line
+export function ledgerBars(steps, floor_n) {
   const top = Math.max(...steps.map((s) => s.rmse_n), 1);
+  const line = floor_n && h("u", { class: "floor" }, `floor ${newtons(floor_n)}`);
+  if (line) line.style.bottom = `${(82 * floor_n) / top}%`;
   return [
     h(
       "div",
@@ -30,6 +49,7 @@ export function ledgerBars(steps) {
         role: "img",
         "aria-label": "error ledger: " + steps.map((s) => `${s.name} ${newtons(s.rmse_n)}`).join(", "),
       },
+      line || null,
       steps.map((s, i) => {
         const fill = h("i");
         fill.style.height = `${(82 * s.rmse_n) / top}%`;
@@ -44,6 +64,7 @@ export function ledgerBars(steps) {
                 `${s.rmse_n < steps[i - 1].rmse_n ? "−" : "+"}${number(100 * Math.abs(1 - s.rmse_n / steps[i - 1].rmse_n), 2)} %`,
               )
             : h("span", {}, " "),
+          s.check_n ? h("span", { class: "faint" }, `check ${newtons(s.check_n)}`) : null,
           fill,
         );
       }),

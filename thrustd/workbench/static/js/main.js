@@ -2,7 +2,7 @@
 
 import { dropFiles } from "./drop.js";
 import { Frame } from "./frame.js";
-import { changed, follow, listen, refresh, store } from "./store.js";
+import { changed, follow, listen, refresh, store, viewOf } from "./store.js";
 
 const theme = localStorage.getItem("theme") ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 document.documentElement.dataset.theme = theme;
@@ -12,7 +12,7 @@ document.querySelector(".skip").addEventListener("click", (event) => {
   document.getElementById("main").focus();
 });
 addEventListener("hashchange", () => {
-  store.view = location.hash.slice(1) || "overview";
+  store.view = viewOf(location.hash);
   changed("view");
 });
 

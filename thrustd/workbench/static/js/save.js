@@ -1,4 +1,4 @@
-// Files for the person: downloads and pictures.
+// Files for the person: downloads.
 import { h } from "./dom.js";
 
 export function save(href, name) {
@@ -6,12 +6,4 @@ export function save(href, name) {
   document.body.append(link);
   link.click();
   link.remove();
-}
-
-export function savePicture(sheet, name) {
-  sheet.picture().toBlob((blob) => {
-    const url = URL.createObjectURL(blob);
-    save(url, name.replace(/[/.]/g, "-") + ".png");
-    setTimeout(() => URL.revokeObjectURL(url), 10_000);
-  });
 }

@@ -1,6 +1,7 @@
 // The steps of the loop as orders to the worker.
 import { newtons } from "./format.js";
-import { model, order, say, session, store } from "./store.js";
+import { parentOf } from "./ledger.js";
+import { order, say, session, store } from "./store.js";
 
 export async function exerciseNow(strength = 3) {
   return order("exercise", { strength: typeof strength === "number" ? strength : 3 });
@@ -22,13 +23,6 @@ export async function compareNow(models) {
     recordings: chosen.measured,
     condition: null,
   });
-}
-
-export function parentOf(name) {
-  const job = store.server.jobs.find(
-    (one) => one.kind === "extend" && one.state === "done" && one.result.model === name,
-  );
-  return job && model(job.result.parent) ? job.result.parent : null;
 }
 
 export async function diagnoseNow() {

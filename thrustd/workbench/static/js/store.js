@@ -1,10 +1,13 @@
 // The one state of the page: what the server says, where we are, and who wants to hear of changes.
 import { get, Problem, post, remove } from "./api.js";
 
+// the screen that an address names; behind ? stands what it shows
+export const viewOf = (hash) => hash.slice(1).split("?")[0] || "overview";
+
 export const store = {
   server: null, // answer of api/state
   reports: new Map(), // number -> report
-  view: location.hash.slice(1) || "overview",
+  view: viewOf(location.hash),
   asking: 0, // orders on their way to the server: work that no job stands for yet
   focus: null, // {recording, from, to, why}: where the time histories should look
   ui: {}, // what views remember between renderings

@@ -3,8 +3,8 @@ import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
 import { clock, count, number, seconds } from "./format.js";
 import { fetchWindow, toColumns, valueAt } from "./lines.js";
-import { FAMILY, px } from "./scale.js";
-import { TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
+import { px } from "./scale.js";
+import { emptyAxis, TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
 
 const MIN_SPAN_S = 1e-3;
 
@@ -15,6 +15,7 @@ export class Sheet {
     this.range = range ?? [...limits];
     this.plots = panels.map((panel) => ({ panel, window: null }));
     this.status = h("div", { class: "status", "aria-live": "off" });
+    this.axisBox = h("div");
     this.root = h(
       "div",
       {
@@ -25,7 +26,7 @@ export class Sheet {
         onkeydown: (event) => this.key(event),
       },
       this.plots.map((plot) => this.build(plot)),
-      this.status,
+      h("div", { class: "foot" }, this.axisBox, this.status), // always in sight, however many panels there are
     );
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.root);
@@ -46,13 +47,15 @@ export class Sheet {
     this.width = width;
     for (const plot of this.plots)
       plot.root.classList.toggle("many", plot.named > 1 && px(320 + 230 * plot.named) > width);
-    if (this.plots[0]?.chart) for (const plot of this.plots) plot.chart.setSize({ width, height: this.height(plot) });
-    else this.draw();
+    if (this.plots[0]?.chart) {
+      for (const plot of this.plots) plot.chart.setSize({ width, height: this.height(plot) });
+      this.axis.setSize({ width, height: TIME_AXIS_PX });
+    } else this.draw();
     this.fetch();
   }
 
   height(plot) {
-    return px(plot.panel.height ?? 150) + (plot === this.plots.at(-1) ? TIME_AXIS_PX : 0);
+    return px(plot.panel.height ?? 150);
   }
 
   draw() {
@@ -61,6 +64,21 @@ export class Sheet {
       plot.chart?.destroy();
       plot.chart = new uPlot(this.options(plot, key), this.columns(plot), plot.box);
     }
+    this.axis?.destroy();
+    this.axis = new uPlot(
+      {
+        width: this.width,
+        height: TIME_AXIS_PX,
+        legend: { show: false },
+        padding: [0, 14, 0, 0],
+        cursor: { show: false },
+        scales: { x: { time: false, range: () => this.range }, y: { range: () => [0, 1] } },
+        axes: [timeAxis(), emptyAxis()],
+        series: [{}, { show: false }],
+      },
+      [this.range, [null, null]],
+      this.axisBox,
+    );
     this.paint();
   }
 
@@ -72,20 +90,22 @@ export class Sheet {
   }
 
   options(plot, key) {
-    const last = plot === this.plots.at(-1);
     return {
       width: this.width,
       height: this.height(plot),
       legend: { show: false },
-      padding: [px(22), 14, last ? 0 : 6, 0],
+      padding: [px(22), 14, 6, 0],
       cursor: {
         sync: { key: key.key, setSeries: false },
         drag: { x: true, y: false, setScale: false },
         points: { show: false },
         y: false,
       },
-      scales: { x: { time: false, range: () => this.range }, y: { range: (_, low, high) => padded(low, high) } },
-      axes: [timeAxis(last), valueAxis()],
+      scales: {
+        x: { time: false, range: () => this.range },
+        y: { range: (u, low, high) => padded(...(settled(u, plot.panel.from_s, this.range) ?? [low, high])) },
+      },
+      axes: [timeAxis(false), valueAxis()],
       series: [
         {},
         ...(plot.panel.drawn ?? plot.panel.series).map((s) => ({
@@ -163,7 +183,8 @@ export class Sheet {
           words = [plot.named > 1 && !(crowded && said) && s.label, said, said && plot.panel.unit];
         return h("span", { class: "key" }, mark, words.filter(Boolean).join(" "));
       });
-      plot.readout.replaceChildren(...cells);
+      const band = plot.panel.band && h("span", { class: "shade-key" }, h("i", { class: "band" }), plot.panel.band);
+      plot.readout.replaceChildren(...[band].filter(Boolean), ...cells);
     }
     this.at = t;
     this.tell();
@@ -213,7 +234,8 @@ export class Sheet {
   }
 
   paint() {
-    for (const plot of this.plots) plot.chart?.setScale("x", { min: this.range[0], max: this.range[1] });
+    for (const plot of [...this.plots.map((one) => one.chart), this.axis])
+      plot?.setScale("x", { min: this.range[0], max: this.range[1] });
   }
 
   async fetch() {
@@ -251,41 +273,10 @@ export class Sheet {
     for (const plot of this.plots) plot.chart?.redraw(false);
   }
 
-  picture() {
-    const scale = devicePixelRatio,
-      canvases = this.plots.map((plot) => plot.chart.ctx.canvas);
-    const canvas = h("canvas"),
-      ctx = canvas.getContext("2d");
-    canvas.width = Math.max(...canvases.map((c) => c.width));
-    canvas.height = canvases.reduce((sum, c) => sum + c.height, 0);
-    ctx.fillStyle = css("--panel");
-    ctx.fillRect(0, 0, canvas.width, canvas.height);
-    ctx.font = `${px(12) * scale}px ${FAMILY}`;
-    let y = 0;
-    canvases.forEach((c, i) => {
-      ctx.drawImage(c, 0, y);
-      ctx.fillStyle = css("--ink-2");
-      ctx.fillText(`${this.recording}: ${this.plots[i].panel.title}`, 80 * scale, y + 15 * scale);
-      this.names(ctx, this.plots[i], canvas.width - 14 * scale, y + 15 * scale);
-      y += c.height;
-    });
-    return canvas;
-  }
-
-  // which line is whose, from the right edge
-  names(ctx, { named, panel }, right, y) {
-    if (named < 2) return;
-    for (const s of panel.series.filter((one) => !one.unseen).reverse()) {
-      const said = ` — ${s.label}`;
-      right -= ctx.measureText(said).width;
-      ctx.fillStyle = css(s.color);
-      ctx.fillText(said, right, y);
-    }
-  }
-
   close() {
     this.abort?.abort();
     this.observer.disconnect();
+    this.axis?.destroy();
     for (const plot of this.plots) plot.chart?.destroy();
   }
 }
@@ -298,4 +289,19 @@ function padded(low, high) {
   }
   const room = 0.06 * (high - low);
   return [low - room, high + room];
+}
+
+// lowest and highest from a time on, over what is in sight: the start-up does not set the scale of a residual
+function settled(u, from_s, [start, stop]) {
+  if (from_s === undefined || stop <= from_s || start >= from_s) return null;
+  const [time, ...lines] = u.data;
+  let low = Infinity,
+    high = -Infinity;
+  for (const values of lines)
+    for (let i = 0; i < time.length; i++) {
+      if (time[i] < from_s || time[i] > stop || values[i] === null || values[i] === undefined) continue;
+      low = Math.min(low, values[i]);
+      high = Math.max(high, values[i]);
+    }
+  return low < high ? [low, high] : null;
 }

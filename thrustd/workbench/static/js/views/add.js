@@ -2,15 +2,17 @@
 
 import { fileUrl, post } from "../api.js";
 import { fill, h, panel, select } from "../dom.js";
-import { newtons, plusMinus } from "../format.js";
+import { beforeAfter } from "../evidence_charts.js";
+import { bytes, newtons, plusMinus } from "../format.js";
 import { latest } from "../guide.js";
-import { ledgerBars, ledgerOf } from "../ledger.js";
+import { ledgerBars, ledgerOf, stepOf } from "../ledger.js";
 import { save } from "../save.js";
-import { compareNow, diagnoseNow, extendWith } from "../steps.js";
-import { attempt, model, order, refresh, running, say, session, store } from "../store.js";
+import { compareNow, compiled, compileNow, diagnoseNow, extendWith } from "../steps.js";
+import { attempt, model, order, refresh, report, running, say, session, store } from "../store.js";
 import { removed, WORTH } from "../worth.js";
 
 export function add(root) {
+  let rate = "1000";
   const draw = () => {
     const name = session().model,
       card = model(name);
@@ -42,8 +44,10 @@ export function add(root) {
       : compared
         ? [{ name: "as identified", rmse_n: compared.cells.at(-1).rmse_n }]
         : [];
+    const step = stepOf(card.name),
+      floor = latest("diagnose")?.floor_n ?? (step && askedOf(step)?.floor_n);
     const body = steps.length
-      ? ledgerBars(steps)
+      ? ledgerBars(steps, floor)
       : [
           h(
             "p",
@@ -74,18 +78,14 @@ export function add(root) {
         "tr",
         {},
         h("td", {}, h("b", {}, c.effect), c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null),
-        h(
-          "td",
-          { class: "num" },
-          removed(c) < WORTH ? "removes nothing" : `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`,
-        ),
+        h("td", { class: "num" }, `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`),
         h(
           "td",
           { class: "num" },
           h(
             "button",
             {
-              class: c.in_verdict ? "primary" : removed(c) < WORTH ? "plain" : "",
+              class: c.in_verdict ? "primary" : "",
               disabled: busy,
               onclick: attempt(() => extendWith([c.name])),
             },
@@ -93,7 +93,7 @@ export function add(root) {
           ),
         ),
       );
-    const rows = offers.map(row);
+    const rows = offers.filter((c) => c.in_verdict || removed(c) >= WORTH).map(row);
     return panel(
       "Candidates",
       [],
@@ -121,22 +121,12 @@ export function add(root) {
     );
   }
 
+  // what the last step found, and what it gave for what it promised
   function lastStep(card) {
-    const job = store.server.jobs.find(
-      (one) => one.kind === "extend" && one.state === "done" && one.result.model === card.name,
-    );
-    if (!job) return null;
-    const r = job.result,
-      held = r.heldout ?? [],
-      checks = [...new Set(held.map((one) => one.recording))];
-    const judged = held.length
-      ? held
-      : [
-          { model: r.parent, rmse_n: r.rmse_before_n },
-          { model: r.model, rmse_n: r.rmse_after_n },
-        ];
+    const r = stepOf(card.name);
+    if (!r) return null;
     return panel(
-      `What was found: ${r.effects.join(", ")}`,
+      `Added: ${r.effects.join(", ")}`,
       [
         h(
           "span",
@@ -160,67 +150,102 @@ export function add(root) {
                 await compareNow([r.parent, r.model]);
               }),
             },
-            "Before and after, side by side",
+            "Before and after, in every picture",
           ),
         ),
       ],
+      h("div", { class: "columns body" }, promise(r), numbers(r)),
+      h("div", { class: "columns body" }, pictures(r)),
+    );
+  }
+
+  function promise(r) {
+    const asked = askedOf(r),
+      rows = [
+        asked ? ["promised on held-back blocks", asked.rmse_before_n, asked.rmse_after_n] : null,
+        ["result on held-back blocks", r.rmse_before_n, r.rmse_after_n],
+        ...[...new Set((r.heldout ?? []).map((one) => one.recording))].map((name) => [
+          `${name}, which nothing was fitted to`,
+          ...[r.parent, r.model].map((m) => r.heldout.find((one) => one.recording === name && one.model === m)?.rmse_n),
+        ]),
+        asked ? ["floor", null, asked.floor_n] : null,
+      ].filter(Boolean);
+    return h(
+      "div",
+      {},
+      h("h3", {}, "Promise and result"),
       h(
-        "div",
-        { class: "columns body" },
+        "table",
+        {},
         h(
-          "div",
+          "thead",
           {},
-          h("h3", {}, "Parameters"),
-          h(
-            "table",
-            {},
+          h("tr", {}, h("th", {}, "RMS"), h("th", { class: "num" }, "before"), h("th", { class: "num" }, "after")),
+        ),
+        h(
+          "tbody",
+          {},
+          rows.map(([name, before, after]) =>
             h(
-              "tbody",
+              "tr",
               {},
-              r.estimates.map((p) =>
-                h(
-                  "tr",
-                  {},
-                  h("td", {}, p.effect, " ", h("b", {}, p.name)),
-                  h("td", { class: "num" }, plusMinus(p.value, p.std, p.unit)),
-                  h("td", { class: "quiet" }, p.expected ? `expected ${p.expected}` : ""),
-                ),
-              ),
+              h("td", {}, name),
+              h("td", { class: "num" }, before === null ? "" : newtons(before)),
+              h("td", { class: "num" }, h("b", {}, newtons(after))),
             ),
           ),
         ),
+      ),
+      (r.heldout ?? []).length ? null : h("p", { class: "quiet" }, "No recording to check on was chosen."),
+    );
+  }
+
+  const numbers = (r) =>
+    h(
+      "div",
+      {},
+      h("h3", {}, "Parameters"),
+      h(
+        "table",
+        {},
         h(
-          "div",
+          "tbody",
           {},
-          h("h3", {}, held.length ? `On ${checks.join(", ")}, which nothing was fitted to` : "On held-back blocks"),
-          h(
-            "table",
-            {},
+          r.estimates.map((p) =>
             h(
-              "tbody",
+              "tr",
               {},
-              judged.map((one) =>
-                h(
-                  "tr",
-                  {},
-                  h("td", {}, one.model),
-                  checks.length > 1 ? h("td", {}, one.recording) : null,
-                  h("td", { class: "num" }, h("b", {}, newtons(one.rmse_n))),
-                ),
-              ),
+              h("td", {}, p.effect, " ", h("b", {}, p.name)),
+              h("td", { class: "num" }, plusMinus(p.value, p.std, p.unit)),
+              h("td", { class: "quiet" }, p.expected ? `expected ${p.expected}` : ""),
             ),
           ),
         ),
       ),
     );
+
+  // the residual of both models on every recording; filled when the report is here
+  function pictures(r) {
+    const places = h("div", { class: "pair" });
+    attempt(async () => {
+      const { histories } = await report(r.report),
+        names = [...new Set(histories.map((one) => one.recording))];
+      fill(
+        places,
+        names.map((name) =>
+          beforeAfter(
+            ...[r.parent, r.model].map((m) => histories.find((one) => one.recording === name && one.model === m)),
+          ),
+        ),
+        h("p", { class: "faint" }, `grey: ${r.parent}; blue: ${r.model}`),
+      );
+    })();
+    return places;
   }
 
   function keep(card) {
-    const ready = store.server.jobs.find(
-      (one) => one.kind === "compile" && one.state === "done" && one.result.model === card.name,
-    );
-    const report = store.server.jobs.find((one) => one.kind === "report" && one.state === "done");
-    let rate = "1000";
+    const ready = compiled(card.name),
+      written = store.server.jobs.find((one) => one.kind === "report" && one.state === "done");
     return panel(
       "Keep it",
       [],
@@ -229,34 +254,19 @@ export function add(root) {
         { class: "body buttons" },
         h(
           "button",
-          { onclick: () => save(fileUrl(card.name), card.name.split("/").pop()) },
-          `Save a copy of ${card.name}`,
-        ),
-        h(
-          "button",
           {
+            class: ready ? "" : "primary",
             disabled: Boolean(running("compile")),
-            onclick: attempt(async () => {
-              const job = await order("compile", { model: card.name, rate_hz: Number(rate) });
-              if (job.state === "done")
-                say(
-                  `${card.name} flies: witness rows reproduced, ${job.result.stages} stages at ${job.result.rate_hz} Hz, reads ${job.result.channels.join(", ")}`,
-                  "ok",
-                );
-            }),
+            onclick: attempt(() => compileNow(Number(rate))),
           },
-          "Compile for flight",
+          ready ? "Compile again" : "Save and compile",
         ),
         h(
           "label",
           {},
           "at ",
           select(
-            [
-              ["100", "100 Hz"],
-              ["500", "500 Hz"],
-              ["1000", "1000 Hz"],
-            ],
+            ["100", "500", "1000"].map((hz) => [hz, `${hz} Hz`]),
             rate,
             (v) => {
               rate = v;
@@ -275,14 +285,44 @@ export function add(root) {
           },
           "Write the report (HTML)",
         ),
-        report
-          ? h("a", { href: "api/reports/" + report.result.report, download: "report.html" }, "latest report")
+        written
+          ? h("a", { href: "api/reports/" + written.result.report, download: "report.html" }, "latest report")
           : null,
-        ready ? h("span", { class: "good" }, `compiles at ${ready.result.rate_hz} Hz`) : null,
       ),
+      ready ? file(card, ready) : null,
     );
   }
+
+  // the model as it lies in the folder, proven to fly
+  const file = (card, ready) =>
+    h(
+      "div",
+      { class: "body file" },
+      h(
+        "dl",
+        { class: "fields" },
+        ...[
+          ["file", h("code", {}, ready.path)],
+          ["size, SHA-256", `${bytes(ready.bytes)}, ${ready.sha256.slice(0, 16)} …`],
+          ["witness", `${ready.witness_rows} rows come out again, exactly as they were written`],
+          ["reads", ready.channels.join(", ")],
+          ["rate", `${ready.rate_hz} Hz, within ${newtons(ready.between_rates_n)} of the rate it was identified at`],
+          ["fly it", h("code", {}, `model = "${card.name}"`), " in the mount's section of the configuration"],
+        ].flatMap(([name, ...said]) => [h("dt", {}, name), h("dd", {}, ...said)]),
+      ),
+      h("button", { onclick: () => save(fileUrl(card.name), card.name.split("/").pop()) }, "Save a copy elsewhere"),
+    );
 
   draw();
   return { update: draw, jobs: () => {} };
 }
+
+// the diagnosis that asked for a step
+const askedOf = (r) =>
+  store.server.jobs.find(
+    (one) =>
+      one.kind === "diagnose" &&
+      one.state === "done" &&
+      one.arguments.model === r.parent &&
+      r.effects.every((effect) => one.result.verdict.includes(effect)),
+  )?.result;

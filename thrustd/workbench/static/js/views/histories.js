@@ -2,11 +2,11 @@
 
 import { put, query } from "../api.js";
 import { fill, h, panel } from "../dom.js";
-import { duration } from "../format.js";
+import { duration, number } from "../format.js";
 import { bandedOf, panelsOf } from "../history_panels.js";
 import { historyTools } from "../history_tools.js";
 import { askMark, marksTable } from "../marks.js";
-import { save, savePicture } from "../save.js";
+import { save } from "../save.js";
 import { attempt, model, order, recording, refresh, running, session, store } from "../store.js";
 import { Sheet } from "../timeplot.js";
 
@@ -19,11 +19,29 @@ const ui = () =>
     condition: { channel: "force_N", low: "", high: "", phase: "" },
   });
 
+// the window in sight, as part of the address
+function writeAddress(names, [from, to]) {
+  const said = new URLSearchParams([
+    ...names.map((name) => ["recording", name]),
+    ["from", from.toPrecision(8)],
+    ["to", to.toPrecision(8)],
+  ]);
+  history.replaceState(null, "", `#histories?${said}`);
+}
+
+function readAddress() {
+  const said = new URLSearchParams(location.hash.split("?")[1] ?? ""),
+    [from, to] = ["from", "to"].map((key) => Number(said.get(key) ?? NaN));
+  return { names: said.getAll("recording").filter(recording), range: from < to ? [from, to] : null };
+}
+
 export function histories(root) {
   const sheets = new Map(),
     keys = new Map(),
     state = ui(),
     asked = new Set();
+  const address = readAddress(); // of somebody else's window, or of this one before the page was loaded again
+  if (address.names.length && !store.focus) state.shown = address.names;
   const tools = h("div", { class: "panel" }),
     grid = h("div", { class: "columns one" });
   root.append(
@@ -121,10 +139,10 @@ export function histories(root) {
         ? around(focus, limits)
         : state[name]?.limits?.[1] === limits[1]
           ? state[name].range
-          : limits;
+          : (address.range ?? limits);
     const sheet = new Sheet({
       recording: name,
-      panels: panelsOf(card, has, state.channels),
+      panels: panelsOf(card, has, state.channels, settling(name) && card.meta.start_s + settling(name).settling_s),
       limits,
       range: [...range],
       sync: "histories",
@@ -133,6 +151,7 @@ export function histories(root) {
       onRange: (next) => {
         state[name] = { range: next, limits };
         link(name, next);
+        writeAddress(recordings(), next);
       },
     });
     state[name] = { range: [...range], limits };
@@ -152,12 +171,20 @@ export function histories(root) {
   }
 
   function header(name, sheet) {
+    const card = recording(name),
+      run = models().filter((m) => m in (card.models ?? {})),
+      panels = panelsOf(card, run, state.channels).map((p) => ({
+        title: p.title,
+        channels: p.series.filter((s) => !s.silent).map((s) => s.channel),
+      }));
     const window = () =>
-      query({
-        recording: name,
-        channel: panelsOf(recording(name), [], state.channels).flatMap((p) => p.series.map((s) => s.channel)),
-        from: sheet.range[0],
-        to: sheet.range[1],
+      query({ recording: name, channel: panels.flatMap((p) => p.channels), from: sheet.range[0], to: sheet.range[1] });
+    const figure = (format) =>
+      attempt(async () => {
+        const [start_s, stop_s] = sheet.range,
+          title = `${name}, ${number(start_s, 5)} to ${number(stop_s, 5)} s${run.length ? `: ${run.join(", ")}` : ""}`;
+        const job = await order("figure", { recording: name, title, panels, start_s, stop_s, format });
+        if (job.state === "done") save("api/reports/" + job.result.report, `${name.replace(/[/.]/g, "-")}.${format}`);
       });
     return [
       h(
@@ -166,7 +193,8 @@ export function histories(root) {
         h("button", { onclick: () => sheet.show([...sheet.limits]) }, "Whole record"),
         h("button", { onclick: () => mark(name, ...sheet.range) }, "Mark this window"),
         h("button", { onclick: () => save("api/window.csv?" + window(), "window.csv") }, "CSV of window"),
-        h("button", { onclick: () => savePicture(sheet, name) }, "PNG"),
+        h("button", { onclick: figure("png"), title: "180 mm wide, 300 dpi" }, "PNG"),
+        h("button", { onclick: figure("svg"), title: "180 mm wide" }, "SVG"),
       ),
     ];
   }

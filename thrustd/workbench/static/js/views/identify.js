@@ -1,0 +1,220 @@
+// Identify: a first model from the bench record, and what was found: errors, fit, static curve, time constants, loop.
+
+import { chart, line, nearest, rule, span } from "../axes.js";
+import { css, fill, h, panel } from "../dom.js";
+import { residualPicture } from "../evidence_charts.js";
+import { duration, newtons, number, percent, typeset, withUnit } from "../format.js";
+import { bar } from "../ledger.js";
+import { identifyNow } from "../steps.js";
+import { attempt, report, running, session, store } from "../store.js";
+
+export function identify(root) {
+  const head = h(
+    "div",
+    { class: "head" },
+    h("h1", {}, "Identify"),
+    h(
+      "p",
+      {},
+      "A first model of the mount from a bench record. Its last fifth judges the fit; the model then learns from all of it.",
+    ),
+  );
+  let shown = null;
+
+  const update = attempt(async () => {
+    const job = found();
+    if (!job) {
+      shown = null;
+      empty();
+    } else if (job.result.report !== shown) {
+      const answer = await report(job.result.report);
+      shown = job.result.report;
+      draw(answer);
+    }
+  });
+
+  function empty() {
+    const job = running("fit"),
+      { bench, model } = session();
+    const said = job
+      ? [h("p", {}, `${job.title}: ${job.note || job.state} (${percent(job.fraction)})`), bar(job.fraction)]
+      : [
+          h(
+            "p",
+            {},
+            bench.length
+              ? `${model ? `${model} was not identified here.` : "No model yet."} Bench record: ${bench[0]}.`
+              : "Choose a bench recording at the top.",
+          ),
+          h("button", { class: "primary", disabled: !bench.length, onclick: attempt(identifyNow) }, "Identify a model"),
+        ];
+    fill(root, head, h("section", { class: "panel" }, h("div", { class: "empty" }, said)));
+  }
+
+  const draw = (a) =>
+    fill(
+      root,
+      head,
+      numbers(a),
+      a.warnings.length
+        ? panel(
+            "What to know",
+            [],
+            h(
+              "div",
+              { class: "body" },
+              a.warnings.map((w) => h("p", { class: "advice" }, typeset(w))),
+            ),
+          )
+        : null,
+      h("div", { class: "columns" }, staticCurve(a), relaxation(a)),
+      h("div", { class: "columns" }, ...a.loops.slice(0, 1).map((l) => loop(l)), residuals(a)),
+      a.effects.length ? frictions(a) : null,
+    );
+
+  update();
+  return { update, jobs: () => shown || update() };
+}
+
+// the identification of the chosen model or, of a child, of the one it grew from
+function found() {
+  const done = store.server.jobs.filter((one) => one.kind === "fit" && one.state === "done" && one.result.report);
+  const { model, bench } = session();
+  return (
+    done.find((one) => one.result.model === model) ??
+    done.find((one) => String(one.arguments.recordings) === String(bench))
+  );
+}
+
+const numbers = (a) =>
+  panel(
+    `${a.model} from ${a.recordings.join(", ")}`,
+    [h("span", { class: "push buttons" }, h("button", { onclick: attempt(identifyNow) }, "Identify again"))],
+    h(
+      "div",
+      { class: "figures" },
+      [
+        [newtons(a.train_n), "RMSE, first four fifths"],
+        [newtons(a.validation_n), "RMSE, last fifth, not fitted to"],
+        [`${number(a.fit_pct, 4)} %`, "fit there"],
+        [newtons(a.rmse_n), "RMSE of the model, whole record"],
+        [`${number(a.force_n[0], 3)} to ${number(a.force_n[1], 4)} N`, "identified over"],
+        [String(a.parameters), "numbers estimated"],
+      ].map(([value, name]) => h("div", { class: "figure" }, h("b", {}, value), h("span", {}, name))),
+    ),
+  );
+
+function staticCurve({ static: s }) {
+  return panel(
+    "Static curve",
+    [h("span", { class: "faint" }, "force at rest, long after any movement")],
+    h(
+      "div",
+      { class: "body" },
+      chart({
+        height: 240,
+        x: { title: "deformation [mm], loaded by forward thrust +", ...span([s.deformation_mm], 0.02) },
+        y: { title: "force [N], forward thrust +", ...span([s.force_n]) },
+        at: (x) => {
+          const i = nearest(s.deformation_mm, x);
+          return `${withUnit(s.deformation_mm[i], "mm", 4)}: ${newtons(s.force_n[i])}, ${number(s.stiffness_n_mm[i], 4)} N/mm`;
+        },
+        draw: (p) => line(p, s.deformation_mm, s.force_n, "--s1", 2),
+      }),
+      h(
+        "p",
+        { class: "quiet" },
+        `Stiffness ${number(Math.min(...s.stiffness_n_mm), 3)} to ${number(Math.max(...s.stiffness_n_mm), 3)} N/mm.`,
+      ),
+    ),
+  );
+}
+
+function relaxation({ relaxation: r }) {
+  const worth = r.modes.filter((m) => Math.abs(m.share) >= 0.001);
+  return panel(
+    "Relaxation",
+    [h("span", { class: "faint" }, "force after a step that is held, over the force at rest")],
+    h(
+      "div",
+      { class: "body" },
+      chart({
+        height: 240,
+        x: { title: "time since the step [s]", low: r.time_s[0], high: r.time_s.at(-1), log: true },
+        y: { title: "share of the force at rest [-]", ...span([[...r.share, 1]], 0.1) },
+        at: (x) => {
+          const i = nearest(r.time_s, x);
+          return `${duration(r.time_s[i])}: ${number(r.share[i], 4)}`;
+        },
+        draw(p) {
+          rule(p.ctx, p.left, p.y(1), p.left + p.width, p.y(1), "--ink-3");
+          line(p, r.time_s, r.share, "--s1", 2);
+        },
+      }),
+      h(
+        "p",
+        { class: "quiet" },
+        worth.length
+          ? `Time constants and what relaxes with them: ${worth.map((m) => `${duration(m.tau_s)} ${percent(Math.abs(m.share))}`).join(", ")}.`
+          : "No time constant carries a tenth of a percent of the force.",
+      ),
+    ),
+  );
+}
+
+function loop(l) {
+  return panel(
+    "Loop",
+    [h("span", { class: "faint" }, "force beyond the static curve; black: measured, blue: model")],
+    h(
+      "div",
+      { class: "body" },
+      chart({
+        height: 300,
+        x: { title: "deformation [mm]", ...span([l.deformation_mm]) },
+        y: { title: "force − static curve [N]", ...span([[...l.measured_n, ...l.model_n].filter((v) => v !== null)]) },
+        draw(p) {
+          for (const [values, color, size] of [
+            [l.measured_n, "--measured", 2.4],
+            [l.model_n, "--s1", 1.4],
+          ]) {
+            p.ctx.fillStyle = css(color);
+            for (const [i, v] of values.entries())
+              if (v !== null) p.ctx.fillRect(p.x(l.deformation_mm[i]) - size / 2, p.y(v) - size / 2, size, size);
+          }
+        },
+      }),
+    ),
+  );
+}
+
+const residuals = (a) =>
+  panel(
+    "Residual on the bench record",
+    [],
+    h(
+      "div",
+      { class: "body" },
+      a.histories.map((one) => residualPicture(one)),
+    ),
+  );
+
+const frictions = (a) =>
+  panel(
+    "Already in the model",
+    [],
+    h(
+      "div",
+      { class: "body" },
+      a.effects.map((e) => {
+        const told = Object.entries(e.parameters).filter(([, value]) => value);
+        return h(
+          "p",
+          {},
+          h("b", {}, e.name),
+          ` ${e.title}: `,
+          told.map(([name, value]) => `${name} ${number(value, 3)}`).join(", "),
+        );
+      }),
+    ),
+  );
