@@ -35,7 +35,7 @@ def full_folder(browser, tmp_path_factory):
         yield served
 
 
-@pytest.mark.parametrize("width", [900, 1280, 1920])
+@pytest.mark.parametrize("width", [390, 900, 1280, 1920])
 def test_nothing_is_wider_than_the_window(page_of, full_folder, width):
     with page_of(full_folder.url, width) as page:
         for view in VIEWS:

@@ -1,5 +1,6 @@
 """read, write, load: recordings and models by name, nothing of the user's overwritten."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from thrustd.model.compile import read_proven_model
 from thrustd.records.files import write_recording
 from thrustd.records.marks import read_marks, without_excluded
 from thrustd.records.recording import Recording
+from thrustd.records.rename import read_rename
 from thrustd.records.roles import Roles, with_roles
 from thrustd.records.time_axis import TimeAxis, read_timed
 from thrustd.sinks.whole_file import whole_file
@@ -34,6 +36,7 @@ def read(
     output: str = "",
     time: str = "time_s",
     rate_hz: float | None = None,
+    rename: Sequence[str] = (),
     against: str = "",
     config: str | Path | None = None,
 ) -> Recording:
@@ -42,12 +45,15 @@ def read(
     mount: of a flight, such as "left_upper": its columns under plain names, the reference as `force_N`.
     input, output: columns of anyone's file in the roles of `deformation_mm` and `force_N`.
     time, rate_hz: the column of seconds, or samples per second where there is none.
+    rename: columns under other names, units converted: "Load [kN]=force_N*1000", "T [K]=temperature_degC-273.15".
     against: the reference, a column of force, or "brochure". config: of the aircraft, for `mount`.
 
     Channels are float64 (n,), units in their names. RecordingError, one line, when the file cannot be used as asked.
     """
     path = Path(path)
-    record = without_excluded(read_timed(path, TimeAxis(time, rate_hz)), read_marks(path))
+    record = without_excluded(
+        read_timed(path, TimeAxis(time, rate_hz), list(map(read_rename, rename))), read_marks(path)
+    )
     if input or output:
         roles = Roles(*(given or own for given, own in zip((input, output), Roles(), strict=True)))
         record = with_roles(record, roles)

@@ -120,8 +120,9 @@ class Folder:
         return found
 
     def stamp(self) -> str:
-        """Changes whenever a file is added, removed or written."""
-        return "".join(f"{columns_key(path)}{_growing(path):d}" for path in self._files())
+        """Changes whenever a file is added, removed or written, or something else is chosen or said of the columns."""
+        said = [path for name in ("session.json", "mappings.json") if (path := self.state / name).exists()]
+        return "".join(f"{columns_key(path)}{_growing(path):d}" for path in (*self._files(), *said))
 
     def growing(self, name: str) -> bool:
         """A flight log that a daemon is writing just now."""

@@ -1,4 +1,4 @@
-"""A self-contained HTML report of the latest answers: tables, sentences, ledger and pictures in one file."""
+"""A self-contained HTML report: how the model came about, what it is worth, and the script that repeats it."""
 
 import html
 import secrets
@@ -7,42 +7,43 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import msgspec
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.comparison import Comparison
+from thrustd.diagnose.compare.newtons import newtons
 from thrustd.model.artifact import ModelSpec
-from thrustd.sinks.html_page import head, picture, table
+from thrustd.sinks.html_page import drawing, head, picture, table
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import read_session
+from thrustd.workbench.story import Step, kept_report, script_of, steps_of
 
 Progress = Callable[[float, str], None]
 
 WORDS = "Free runs: the model sees deformation and channels, never the reference. Residual = measured - model."
+NOTHING = ("none", "unknown")
 
 
 def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    """The chosen model on the measured and held-back recordings, with the latest diagnosis of it."""
+    """The story of the chosen model, then the model on the measured and the check recordings."""
     session = read_session(folder)
     names = [*session.measured, *session.heldout]
     if not session.model or not names:
         raise UsageError("report: choose a model and a measured recording first")
     progress(0.05, "reading")
     records = marked_recordings(folder, names)
-    spec = folder.model(session.model)
+    spec, steps = folder.model(session.model), steps_of(folder, session.model)
     found = compare({session.model: spec}, records, progress=lambda share, note: progress(0.3 * share, note))
-    parts = [
-        head(arguments.get("title") or session.model, WORDS),
-        _numbers(found.comparisons),
-        _ledger(found.comparisons[0]),
-    ]
-    parts += [_effects(spec), _diagnosis(folder, session.model)]
+    parts = [head(arguments.get("title") or session.model, WORDS), _numbers(found.comparisons, session.heldout)]
+    parts += [_ledger(found.comparisons[0]), *(_step(folder, i, step) for i, step in enumerate(steps)), _effects(spec)]
     for i, comparison in enumerate(found.comparisons):
         progress(0.35 + 0.6 * i / len(found.comparisons), f"pictures of {comparison.recording}")
         parts.append(_comparison(comparison))
+    parts.append(_script(script_of(folder, steps, session)))
     reports = folder.state / "reports"
     reports.mkdir(parents=True, exist_ok=True)
     number = f"{secrets.token_hex(8)}.html"
@@ -51,10 +52,11 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     return {"report": number}
 
 
-def _numbers(comparisons: Iterable[Comparison]) -> str:
+def _numbers(comparisons: Iterable[Comparison], heldout: Iterable[str]) -> str:
+    checks = set(heldout)
     rows = [
-        [c.recording, f"{c.rmse_n:.1f}", f"{c.mae_n:.1f}", f"{c.bias_n:+.1f}", f"{c.fit_pct:.2f}", f"{c.worst_n:+.0f}",
-         f"{c.worst_at_s:.1f}"]
+        [c.recording + (" (nothing was fitted to it)" if c.recording in checks else ""), f"{c.rmse_n:.1f}",
+         f"{c.mae_n:.1f}", f"{c.bias_n:+.1f}", f"{c.fit_pct:.2f}", f"{c.worst_n:+.0f}", f"{c.worst_at_s:.1f}"]
         for c in comparisons
     ]  # fmt: skip
     heads = ("Recording", "RMSE N", "mean |error| N", "bias N", "fit %", "worst N", "at s")
@@ -66,6 +68,84 @@ def _ledger(c: Comparison) -> str:
         return ""
     rows = [(f"+ {e.added}", f"{e.rmse_before_n:.1f}", f"{e.rmse_after_n:.1f}", e.data) for e in c.ledger]
     return "<h2>Error ledger</h2>" + table(("Added", "before N", "after N", "held-back blocks of"), rows)
+
+
+def _step(folder: Folder, number: int, step: Step) -> str:
+    """One model: what made it and what that gave, then what was said to be missing in it."""
+    return f"<h2>Step {number + 1}: {html.escape(step.model)}</h2>" + _made(step) + _asked(folder, step)
+
+
+def _made(step: Step) -> str:
+    if step.made is None:
+        return "<p>This model came with the folder.</p>"
+    made, records = step.made.result, html.escape(", ".join(step.made.arguments["recordings"]))
+    if step.made.kind == "fit":
+        return (
+            f"<p>Identified from {records}: {newtons(made['train_n'])} N on its first four fifths,"
+            f" {newtons(made['validation_n'])} N on the last fifth, which it was not fitted to."
+            f"{' ' if made['warnings'] else ''}{html.escape(' '.join(made['warnings']))}</p>"
+        )
+    rows = [("held-back blocks", made["parent"], made["rmse_before_n"]), ("", made["model"], made["rmse_after_n"])]
+    rows += [(one["recording"], one["model"], one["rmse_n"]) for one in made.get("heldout", [])]
+    shown = [(where, model, newtons(rmse)) for where, model, rmse in rows]
+    numbers = "".join(f"<li>{html.escape(p['effect'])}: {html.escape(p['sentence'])}</li>" for p in made["estimates"])
+    added = html.escape(" and ".join(made["effects"]))
+    return f"<p>{added} added to {html.escape(made['parent'])} on {records}.</p>" + (
+        f"<ul>{numbers}</ul>" + table(("Judged on", "model", "RMSE N"), shown)
+    )
+
+
+def _asked(folder: Folder, step: Step) -> str:
+    if step.asked is None:
+        return ""
+    answer = kept_report(folder, step.asked)
+    if not answer:
+        return ""
+    verdict = answer["verdict"]
+    after = "" if verdict[0] in NOTHING else f" → {newtons(answer['rmse_after_n'])} N promised"
+    rest = "" if answer["at_floor"] else "; something else too"
+    said = (
+        f"<p><b>Missing in it: {html.escape(', '.join(verdict))}</b> ({answer['grade']}):"
+        f" {newtons(answer['rmse_before_n'])} N{after} on held-back blocks;"
+        f" the floor is {newtons(answer['floor_n'])} N{rest}.</p>"
+    )
+    advice = "".join(f"<p>{html.escape(line)}</p>" for line in answer["advice"])
+    rows = [
+        (c["effect"], f"{c['rmse_before_n']:.1f}", f"{c['rmse_after_n']:.1f}", ", ".join(c["separable_from"]) or "-")
+        for c in answer["candidates"][:8]
+    ]
+    heads = ("Candidate", "before N", "after N", "looks like")
+    return said + _evidence(answer.get("evidence", [])) + table(heads, rows) + advice
+
+
+def _evidence(sets: list[dict[str, Any]]) -> str:
+    """Residual, and over it what each of the two best sets explains."""
+    if not sets:
+        return ""
+    figure = Figure(figsize=(9.5, 4.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    places = figure.subplots(2, len(sets), squeeze=False)
+    for (top, below), one in zip(places.T, sets, strict=True):
+        history, view = one["history"], one["view"]
+        none = float("nan")
+        low, high, part = ([none if v is None else v for v in history[key]] for key in ("low", "high", "explained"))
+        top.fill_between(history["time_s"], low, high, color="#667383", alpha=0.5, lw=0.6)
+        top.plot(history["time_s"], part, color="#d55e00", lw=1.2)
+        top.set_title(f"{' + '.join(one['effects'])}: leaves {newtons(one['rmse_n'])} N", fontsize=9)
+        top.set_xlabel("time [s]", fontsize=8)
+        top.set_ylabel("measured - model [N]", fontsize=8)
+        for curve, color, dash in zip(view["curves"], ("#0072b2", "#009e73"), ("-", "--"), strict=False):
+            below.plot(curve["at"], curve["residual_n"], ".", color=color, label=f"residual, {curve['name']}")
+            below.plot(curve["at"], curve["explained_n"], dash, color="#d55e00", lw=1.2)
+        if view["log"]:
+            below.set_xscale("log")
+        below.set_xlabel(f"{view['title']} [{view['unit'] or '-'}]", fontsize=8)
+        below.set_ylabel("mean residual [N]", fontsize=8)
+        below.legend(fontsize=7)
+    for place in places.ravel():
+        place.tick_params(labelsize=7)
+        place.grid(True, lw=0.3)
+    return drawing(figure, "evidence on the measured recording; orange: explained by the effect")
 
 
 def _effects(spec: ModelSpec) -> str:
@@ -80,29 +160,6 @@ def _effects(spec: ModelSpec) -> str:
     return "<h2>Effects in the model</h2>" + table(("Effect", "parameter", "value", "one sigma"), rows)
 
 
-def _diagnosis(folder: Folder, model: str) -> str:
-    answer = _latest_diagnosis(folder, model)
-    if answer is None:
-        return ""
-    rows = [
-        (c["effect"], f"{c['rmse_before_n']:.1f}", f"{c['rmse_after_n']:.1f}", ", ".join(c["separable_from"]) or "-")
-        for c in answer["candidates"][:8]
-    ]
-    verdict = html.escape(", ".join(answer["verdict"]))
-    advice = "".join(f"<p>{html.escape(line)}</p>" for line in answer["advice"])
-    heads = ("Candidate", "before N", "after N", "looks like")
-    return f"<h2>What is missing: {verdict}</h2>" + table(heads, rows) + advice
-
-
-def _latest_diagnosis(folder: Folder, model: str) -> dict[str, Any] | None:
-    """The newest kept answer about this model."""
-    for path in sorted((folder.state / "reports").glob("*.json"), key=lambda p: p.stat().st_mtime, reverse=True):
-        answer: dict[str, Any] = msgspec.json.decode(path.read_bytes())
-        if "verdict" in answer and answer.get("model") == model:
-            return answer
-    return None
-
-
 def _comparison(c: Comparison) -> str:
     from thrustd.diagnose.compare.pictures import comparison_pictures
 
@@ -111,3 +168,10 @@ def _comparison(c: Comparison) -> str:
         pictures = "".join(picture(path.read_bytes(), path.stem) for path in comparison_pictures(c, Path(scratch)))
     where = f"<ol>{words}</ol>" if words else "<p>Nowhere in particular: the error is spread as evenly as the time.</p>"
     return f"<h2>{html.escape(c.recording)}: where it fails</h2>{where}{pictures}"
+
+
+def _script(script: str) -> str:
+    return (
+        "<h2>The same in Python</h2><p>In the folder of the recordings, marked stretches beside them:</p>"
+        f"<pre>{html.escape(script)}</pre>"
+    )

@@ -45,7 +45,7 @@ class JobBoard:
     def __init__(self, root: Path, state: Path) -> None:
         self._root, self._folder = root, state / "jobs"
         self._folder.mkdir(parents=True, exist_ok=True)
-        self._jobs = {job.id: job for job in _read_jobs(self._folder)}
+        self._jobs = {job.id: job for job in read_jobs(self._folder)}
         self._waiting: asyncio.Queue[str] = asyncio.Queue()
         self._worker: asyncio.subprocess.Process | None = None
         self._listeners: set[Callable[[Job], None]] = set()
@@ -151,7 +151,8 @@ class JobBoard:
         self._worker = None
 
 
-def _read_jobs(folder: Path) -> list[Job]:
+def read_jobs(folder: Path) -> list[Job]:
+    """The latest kept, the oldest first."""
     jobs = []
     for path in sorted(folder.glob("*.json"))[-KEEP:]:
         try:

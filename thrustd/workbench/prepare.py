@@ -11,7 +11,7 @@ from thrustd.core.errors import ThrustdError, UsageError
 from thrustd.model.compile import read_proven_model
 from thrustd.records.files import load
 from thrustd.records.loaded import Loaded
-from thrustd.records.recording import TIME
+from thrustd.records.recording import TIME, Recording
 from thrustd.records.time_axis import timed
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.columns import forget_old, write_columns
@@ -19,6 +19,7 @@ from thrustd.workbench.folder import MODEL_TYPE, Folder
 from thrustd.workbench.mapping import ColumnNames, keep_mapping, remembered, table_of, table_wanted
 
 Progress = Callable[[float, str], None]
+ESTIMATE = "estimate_thrust_n_"
 
 
 def prepare_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -37,11 +38,22 @@ def prepare(folder: Folder, name: str, progress: Progress) -> dict[str, Any]:
         mapping = _mapping(folder, name, loaded)
         if mapping.rate_hz is None and TIME not in {*loaded.columns, *(column.ours for column in mapping.columns)}:
             return {"recording": name, "unmapped": True}
-        record = timed(name.rsplit("/", 1)[-1], loaded, mapping.axis, mapping.renames)
+        record = with_errors(timed(name.rsplit("/", 1)[-1], loaded, mapping.axis, mapping.renames))
         progress(0.7, "min/max pyramid")
         forget_old(folder.state)
         write_columns(folder.columns_folder(name), record)
     return {"recording": name}
+
+
+def with_errors(record: Recording) -> Recording:
+    """A flight whose truth is known, with the error of its fused thrust, estimate minus truth, N, per engine."""
+    errors = {}
+    for channel in record.channels:
+        engine = channel.removeprefix(ESTIMATE)
+        truth = next((name for name in (f"thrust_N_{engine}", f"truth_thrust_n_{engine}") if name in record), None)
+        if channel.startswith(ESTIMATE) and truth is not None:
+            errors[f"fused_minus_truth_{engine}_N"] = record[channel] - record[truth]
+    return record.with_channels(**errors) if errors else record
 
 
 def _mapping(folder: Folder, name: str, loaded: Loaded) -> ColumnNames:

@@ -20,6 +20,7 @@ from thrustd.records.marks import Mark, read_marks, write_marks
 from thrustd.workbench.exporting import window_csv
 from thrustd.workbench.folder import Folder, model_cards
 from thrustd.workbench.follow import FollowedLog
+from thrustd.workbench.foxglove import foxglove_layout
 from thrustd.workbench.jobs import Job, JobBoard
 from thrustd.workbench.lines import window
 from thrustd.workbench.mapping import checked, keep_mapping
@@ -175,6 +176,19 @@ class Bench:
         path = self.folder.path(request.path_params["name"])
         return FileResponse(path, filename=path.name)
 
+    async def foxglove(self, request: Request) -> Response:
+        """A layout for Foxglove that draws this flight log."""
+        name = request.query_params.get("log", "")
+        columns = self.folder.columns(name)
+        if columns is None:
+            raise UsageError(f"{name}: not read yet")
+        channels = [channel.name for channel in columns.meta.channels]
+        engines, mounts = (
+            [channel.removeprefix(begin) for channel in channels if channel.startswith(begin)]
+            for begin in ("estimate_thrust_n_", "mount_force_n_")
+        )
+        return _json(foxglove_layout(engines, mounts))
+
     async def live(self, request: Request) -> Response:
         """What was added to a growing flight log since the last question; `after` counts rows."""
         name = request.query_params.get("log", "")
@@ -221,6 +235,7 @@ class Bench:
             Route("/api/columns/{name:path}", self.set_mapping, methods=["PUT"]),
             Route("/api/undo", self.undo, methods=["POST"]),
             Route("/api/live", self.live),
+            Route("/api/foxglove", self.foxglove),
             Route("/api/events", self.events),
             Mount("/static", StaticFiles(directory=STATIC)),
         ]

@@ -19,6 +19,7 @@ export const SOURCES = [
   ["brochure_n", "brochure source", "--s3", 1],
 ];
 export const FUSED = ["thrust_n", "fused", "--s1", 1.8];
+export const settledAt = (std_n) => std_n !== null && std_n < UNSETTLED_N;
 const words = (name) => name.toLowerCase().replaceAll("_", " ");
 
 export class EngineTile {
@@ -45,10 +46,10 @@ export class EngineTile {
     );
   }
 
-  // e: fields of types.Estimate
-  show(e) {
+  // e: fields of types.Estimate; begun: whether there ever was an estimate
+  show(e, begun = (this.begun ||= settledAt(e.thrust_std_n))) {
     const width = SIGMAS * e.thrust_std_n,
-      settled = e.thrust_std_n < UNSETTLED_N;
+      settled = settledAt(e.thrust_std_n);
     this.thrust.textContent = settled ? newtons(e.thrust_n).replace(" N", "") : "–";
     this.band.textContent = settled
       ? `95 %: ${newtons(e.thrust_n - width).replace(" N", "")} to ${newtons(e.thrust_n + width)}`
@@ -69,9 +70,13 @@ export class EngineTile {
     const on = Object.entries(store.server.status_words)
       .filter(([bit]) => (e.status & bit) !== 0)
       .map(([, name]) => name);
-    const key = on.join();
+    const key = begun ? on.join() : null;
     if (key === this.key) return;
     this.key = key;
+    if (!begun) {
+      this.lamps.replaceChildren(h("span", { class: "lamp" }, "no estimate yet"));
+      return;
+    }
     this.lamps.replaceChildren(
       ...(on.length
         ? on.map((name) => h("span", { class: `lamp ${GRAVE.includes(name) ? "fail" : "on"}` }, words(name)))
@@ -96,6 +101,39 @@ export const FIELDS = [
 // an edge of the band; null where there is none
 export const edge = (sign, thrust_n, std_n) =>
   thrust_n === null || std_n === null || std_n > UNSETTLED_N ? null : thrust_n + sign * SIGMAS * std_n;
+
+// the strip under it, where the truth is known: fused - truth, over the band
+export function errorPanel(engine, channels, height) {
+  const error = `fused_minus_truth_${engine}_N`;
+  if (!channels.has(error)) return null;
+  const line = { channel: error, label: "fused − truth", color: "--s1", width: 1.2 };
+  return {
+    title: `${engine} engine: fused − truth [N]`,
+    unit: "N",
+    height,
+    series: [line, { channel: `estimate_thrust_std_n_${engine}`, unseen: true, silent: true }],
+    drawn: [{ label: "high" }, { label: "low" }, line],
+    transform: ([x, off, std]) => [x, ...[1, -1].map((sign) => std.map((v) => edge(sign, 0, v))), off],
+    bands: [[1, 2]],
+    band: "95 %",
+  };
+}
+
+// fused thrust of two flights over the time of the first; the second is `second.shift()` seconds later
+export function twoFlightsPanel(engine, second, height) {
+  const of = (label, color) => ({ channel: `estimate_thrust_n_${engine}`, label, color, width: 1.4 }),
+    ours = of("this flight", FUSED[2]),
+    theirs = of(second.recording, "--s2");
+  return {
+    title: `${engine} engine: fused net thrust [N], forward +`,
+    unit: "N",
+    height,
+    series: [ours],
+    drawn: [ours, theirs],
+    second: { ...second, channels: [theirs.channel] },
+    band: "",
+  };
+}
 
 // the panel of a sheet: fused thrust with its 95 % band, both sources, and the truth where a simulated flight has one
 export function thrustPanel(engine, channels, height) {

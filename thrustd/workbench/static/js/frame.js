@@ -4,6 +4,7 @@ import { newtons } from "./format.js";
 import { nextStep } from "./guide.js";
 import { bar, ledgerOf } from "./ledger.js";
 import { showNotices } from "./notices.js";
+import { readNext } from "./steps.js";
 import { attempt, cancel, choose, store } from "./store.js";
 import { add } from "./views/add.js";
 import { fails } from "./views/fails.js";
@@ -37,8 +38,17 @@ export class Frame {
     this.notices = h("div", { class: "notices", role: "log", "aria-label": "messages" });
     this.jobs = h("div", { class: "jobs", role: "status", "aria-label": "running work" });
     root.className = "app";
+    const gone = h(
+      "p",
+      { class: "gone", role: "alert" },
+      h("b", {}, "The workbench does not answer. "),
+      "What is shown may be old, and nothing can be asked. If it was closed, start it again with ",
+      h("code", {}, `thrustd workbench ${store.server.folder}`),
+      " and open the address it prints; its answers are kept in the folder.",
+    );
     fill(
       root,
+      gone,
       h(
         "aside",
         { class: "rail" },
@@ -67,6 +77,7 @@ export class Frame {
       this.view?.jobs?.();
       return;
     }
+    readNext();
     this.drawRail();
     this.drawContext();
     this.drawGuide();

@@ -54,6 +54,16 @@ export function toColumns(window) {
   return [x, ...ys];
 }
 
+// a series of another window on these times, shifted: x as `toColumns` gives it, lowest and highest in turn
+export function onTimes(window, index, x, shift_s, per) {
+  return Array.from(x, (t, i) => {
+    const hit = valueAt(window, index, t - shift_s);
+    if (hit === null) return null;
+    const v = per === 2 && i % 2 ? hit[1] : hit[0];
+    return Number.isNaN(v) ? null : v;
+  });
+}
+
 // value (or lowest and highest) at a time
 export function valueAt(window, index, t) {
   const { time, series } = window;

@@ -1,7 +1,7 @@
 // The steps of the loop as orders to the worker.
 import { newtons } from "./format.js";
 import { parentOf } from "./ledger.js";
-import { order, say, session, store } from "./store.js";
+import { attempt, order, running, say, session, store } from "./store.js";
 
 export async function exerciseNow(strength = 3) {
   return order("exercise", { strength: typeof strength === "number" ? strength : 3 });
@@ -28,6 +28,15 @@ export async function compareNow(models) {
 export async function diagnoseNow() {
   const chosen = session();
   return order("diagnose", { model: chosen.model, recordings: chosen.measured });
+}
+
+// read recordings that were never read, one after the other, whatever is on the screen
+const read = new Set();
+export function readNext() {
+  const next = store.server.recordings.find((one) => !one.meta && !one.table && !one.growing && !read.has(one.name));
+  if (!next || running("prepare")) return;
+  read.add(next.name);
+  attempt(order)("prepare", { recording: next.name });
 }
 
 // effects: the laws that fit best, by the names that extend takes

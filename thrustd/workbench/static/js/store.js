@@ -31,8 +31,11 @@ export async function refresh() {
   changed("state");
 }
 
+const AGAIN_MS = 3000; // after which a server that is gone is asked again
+
 export function follow() {
-  const events = new EventSource("api/events");
+  const events = new EventSource("api/events"),
+    { dataset } = document.documentElement;
   events.addEventListener("job", (event) => {
     const job = JSON.parse(event.data),
       jobs = store.server.jobs,
@@ -44,7 +47,14 @@ export function follow() {
   });
   events.addEventListener("folder", () => refresh());
   // what happened before the stream was open, or while it was broken, is in no event
-  events.onopen = () => refresh().catch((problem) => say(problem.message));
+  events.onopen = () => {
+    delete dataset.gone;
+    refresh().catch((problem) => say(problem.message));
+  };
+  events.onerror = () => {
+    dataset.gone = "yes";
+    if (events.readyState === EventSource.CLOSED) setTimeout(follow, AGAIN_MS);
+  };
 }
 
 const over = (job) => ["done", "failed", "cancelled"].includes(job.state);

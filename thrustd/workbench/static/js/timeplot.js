@@ -2,9 +2,10 @@
 import uPlot from "../vendor/uPlot.esm.js";
 import { css, h } from "./dom.js";
 import { clock, count, number, seconds } from "./format.js";
-import { fetchWindow, toColumns, valueAt } from "./lines.js";
+import { fetchWindow, onTimes, toColumns, valueAt } from "./lines.js";
 import { px } from "./scale.js";
 import { emptyAxis, TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
+import { padded, settled } from "./value_range.js";
 
 const MIN_SPAN_S = 1e-3;
 
@@ -36,7 +37,7 @@ export class Sheet {
     plot.readout = h("div", { class: "readout" });
     plot.title = h("div", { class: "title" }, plot.panel.title);
     plot.box = h("div");
-    plot.named = plot.panel.series.filter((s) => !s.unseen).length;
+    plot.named = (plot.panel.second ? plot.panel.drawn : plot.panel.series).filter((s) => !s.unseen).length;
     plot.root = h("div", { class: "plot" }, plot.title, plot.readout, plot.box);
     return plot.root;
   }
@@ -83,9 +84,15 @@ export class Sheet {
   }
 
   // what uPlot draws; a panel may turn the fetched channels into others (a band out of value and sigma)
-  columns({ panel, window }) {
+  columns({ panel, window, beside }) {
     if (!window) return [[], ...(panel.drawn ?? panel.series).map(() => [])];
     const columns = toColumns(window);
+    if (beside)
+      columns.push(
+        ...panel.second.channels.map((_, i) =>
+          onTimes(beside, i, columns[0], panel.second.shift(), window.raw ? 1 : 2),
+        ),
+      );
     return panel.transform ? panel.transform(columns) : columns;
   }
 
@@ -183,11 +190,22 @@ export class Sheet {
           words = [plot.named > 1 && !(crowded && said) && s.label, said, said && plot.panel.unit];
         return h("span", { class: "key" }, mark, words.filter(Boolean).join(" "));
       });
+      if (plot.panel.second) cells.push(...this.besideCells(plot, t));
       const band = plot.panel.band && h("span", { class: "shade-key" }, h("i", { class: "band" }), plot.panel.band);
       plot.readout.replaceChildren(...[band].filter(Boolean), ...cells);
     }
     this.at = t;
     this.tell();
+  }
+
+  // names and values of the lines of a second recording
+  besideCells({ panel, beside }, t) {
+    return panel.drawn.slice(panel.series.length).map((s, i) => {
+      const hit = t === null || !beside ? null : valueAt(beside, i, t - panel.second.shift()),
+        mark = h("i");
+      mark.style.borderTopColor = css(s.color);
+      return h("span", { class: "key" }, mark, s.label, hit ? ` ${number(hit[0], 5)} ${panel.unit}` : "");
+    });
   }
 
   tell() {
@@ -244,21 +262,24 @@ export class Sheet {
       began = performance.now(),
       [from, to] = this.range;
     try {
+      const ask = (recording, channels, start, stop) =>
+        fetchWindow(recording, channels, start, stop, this.width, abort.signal);
       const windows = await Promise.all(
-        this.plots.map((plot) =>
-          fetchWindow(
-            this.recording,
-            plot.panel.series.map((s) => s.channel),
-            from,
-            to,
-            this.width,
-            abort.signal,
-          ),
-        ),
+        this.plots.map(({ panel }) => {
+          const own = panel.series.map((s) => s.channel);
+          return ask(this.recording, own, from, to);
+        }),
+      );
+      const beside = await Promise.all(
+        this.plots.map(({ panel: { second } }) => {
+          const shift = second?.shift();
+          return second && ask(second.recording, second.channels, from - shift, to - shift);
+        }),
       );
       this.took = performance.now() - began;
       this.plots.forEach((plot, i) => {
         plot.window = windows[i];
+        plot.beside = beside[i];
         plot.chart.setData(this.columns(plot), true);
       });
       this.paint();
@@ -279,29 +300,4 @@ export class Sheet {
     this.axis?.destroy();
     for (const plot of this.plots) plot.chart?.destroy();
   }
-}
-
-function padded(low, high) {
-  if (low === null || high === null || !Number.isFinite(low)) return [0, 1];
-  if (low === high) {
-    const room = Math.abs(low) * 0.05 || 1;
-    return [low - room, high + room];
-  }
-  const room = 0.06 * (high - low);
-  return [low - room, high + room];
-}
-
-// lowest and highest from a time on, over what is in sight: the start-up does not set the scale of a residual
-function settled(u, from_s, [start, stop]) {
-  if (from_s === undefined || stop <= from_s || start >= from_s) return null;
-  const [time, ...lines] = u.data;
-  let low = Infinity,
-    high = -Infinity;
-  for (const values of lines)
-    for (let i = 0; i < time.length; i++) {
-      if (time[i] < from_s || time[i] > stop || values[i] === null || values[i] === undefined) continue;
-      low = Math.min(low, values[i]);
-      high = Math.max(high, values[i]);
-    }
-  return low < high ? [low, high] : null;
 }

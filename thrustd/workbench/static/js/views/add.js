@@ -1,18 +1,17 @@
 // Add it: the error ledger as falling bars, the numbers found, undo, save, compile, report.
 
-import { fileUrl, post } from "../api.js";
-import { fill, h, panel, select } from "../dom.js";
+import { post } from "../api.js";
+import { fill, h, panel } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
-import { bytes, newtons, plusMinus } from "../format.js";
+import { newtons, plusMinus } from "../format.js";
 import { latest } from "../guide.js";
 import { ledgerBars, ledgerOf, stepOf } from "../ledger.js";
-import { save } from "../save.js";
-import { compareNow, compiled, compileNow, diagnoseNow, extendWith } from "../steps.js";
-import { attempt, model, order, refresh, report, running, say, session, store } from "../store.js";
+import { compareNow, diagnoseNow, extendWith } from "../steps.js";
+import { attempt, model, refresh, report, running, say, session, store } from "../store.js";
 import { removed, WORTH } from "../worth.js";
+import { keepPanel } from "./keep.js";
 
 export function add(root) {
-  let rate = "1000";
   const draw = () => {
     const name = session().model,
       card = model(name);
@@ -29,9 +28,11 @@ export function add(root) {
         ),
       ),
       ...(card
-        ? [h("div", { class: "columns wide-left" }, ledger(card), choice(card)), lastStep(card), keep(card)].filter(
-            Boolean,
-          )
+        ? [
+            h("div", { class: "columns wide-left" }, ledger(card), choice(card)),
+            lastStep(card),
+            keepPanel(card),
+          ].filter(Boolean)
         : [h("section", { class: "panel" }, h("p", { class: "empty" }, "Choose a model at the top."))]),
     );
   };
@@ -242,76 +243,6 @@ export function add(root) {
     })();
     return places;
   }
-
-  function keep(card) {
-    const ready = compiled(card.name),
-      written = store.server.jobs.find((one) => one.kind === "report" && one.state === "done");
-    return panel(
-      "Keep it",
-      [],
-      h(
-        "div",
-        { class: "body buttons" },
-        h(
-          "button",
-          {
-            class: ready ? "" : "primary",
-            disabled: Boolean(running("compile")),
-            onclick: attempt(() => compileNow(Number(rate))),
-          },
-          ready ? "Compile again" : "Save and compile",
-        ),
-        h(
-          "label",
-          {},
-          "at ",
-          select(
-            ["100", "500", "1000"].map((hz) => [hz, `${hz} Hz`]),
-            rate,
-            (v) => {
-              rate = v;
-            },
-            "sample rate",
-          ),
-        ),
-        h(
-          "button",
-          {
-            disabled: Boolean(running("report")),
-            onclick: attempt(async () => {
-              const job = await order("report", { title: card.name });
-              if (job.state === "done") save("api/reports/" + job.result.report, "report.html");
-            }),
-          },
-          "Write the report (HTML)",
-        ),
-        written
-          ? h("a", { href: "api/reports/" + written.result.report, download: "report.html" }, "latest report")
-          : null,
-      ),
-      ready ? file(card, ready) : null,
-    );
-  }
-
-  // the model as it lies in the folder, proven to fly
-  const file = (card, ready) =>
-    h(
-      "div",
-      { class: "body file" },
-      h(
-        "dl",
-        { class: "fields" },
-        ...[
-          ["file", h("code", {}, ready.path)],
-          ["size, SHA-256", `${bytes(ready.bytes)}, ${ready.sha256.slice(0, 16)} …`],
-          ["witness", `${ready.witness_rows} rows come out again, exactly as they were written`],
-          ["reads", ready.channels.join(", ")],
-          ["rate", `${ready.rate_hz} Hz, within ${newtons(ready.between_rates_n)} of the rate it was identified at`],
-          ["fly it", h("code", {}, `model = "${card.name}"`), " in the mount's section of the configuration"],
-        ].flatMap(([name, ...said]) => [h("dt", {}, name), h("dd", {}, ...said)]),
-      ),
-      h("button", { onclick: () => save(fileUrl(card.name), card.name.split("/").pop()) }, "Save a copy elsewhere"),
-    );
 
   draw();
   return { update: draw, jobs: () => {} };

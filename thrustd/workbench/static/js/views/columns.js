@@ -1,7 +1,7 @@
 // What the columns of a file are: name, unit, zero and sign of each, with a preview before anything is taken.
 
 import { get, Problem, put } from "../api.js";
-import { chart, line, nearest, span } from "../axes.js";
+import { columnPictures, correlation } from "../column_pictures.js";
 import { fill, h, panel, select } from "../dom.js";
 import { number, withUnit } from "../format.js";
 import { attempt, recording, refresh, say, store } from "../store.js";
@@ -264,28 +264,7 @@ class Columns {
           : "The force rises with the deformation: the signs agree.",
       ...unsaid,
     ].join(" ");
-    const at = time ?? (force ?? deformation ?? []).map((_, i) => i);
-    const overTime = (values, title, color) =>
-      values &&
-      chart({
-        height: 150,
-        x: { title: time ? "time [s]" : "sample", ...span([at], 0) },
-        y: { title, ...span([values]) },
-        at: (x) => number(values[nearest(at, x)], 5),
-        draw: (p) => line(p, at, values, color, 1.2),
-      });
-    fill(
-      this.picture,
-      h("div", {}, overTime(force, "force_N [N]", "--measured"), overTime(deformation, "deformation_mm [mm]", "--s1")),
-      force && deformation
-        ? chart({
-            height: 300,
-            x: { title: "deformation [mm]", ...span([deformation]) },
-            y: { title: "force [N]", ...span([force]) },
-            draw: (p) => line(p, deformation, force, slope < 0 ? "--s2" : "--s1", 1),
-          })
-        : null,
-    );
+    fill(this.picture, columnPictures(time, force, deformation, slope));
   }
 
   async keep() {
@@ -312,10 +291,3 @@ const question = (row) =>
   !row.unit
     ? `In what unit is ${row.column.name}?`
     : `How many ${unitOf(row.ours)} is 1 ${row.unit} of ${row.column.name}? Its calibration sheet says.`;
-
-function correlation(xs, ys) {
-  const pairs = xs.map((x, i) => [x, ys[i]]).filter(([x, y]) => x !== null && y !== null && x !== undefined),
-    mean = (k) => pairs.reduce((sum, p) => sum + p[k], 0) / pairs.length,
-    [mx, my] = [mean(0), mean(1)];
-  return pairs.reduce((sum, [x, y]) => sum + (x - mx) * (y - my), 0);
-}

@@ -1,5 +1,8 @@
 // Live and flight: follow a log that a daemon is writing, or play a flight back, with both engines.
+
+import { query } from "../api.js";
 import { fill, h, select } from "../dom.js";
+import { fetchWindow, valueAt } from "../lines.js";
 import { attempt, order, store } from "../store.js";
 import { live } from "./live.js";
 import { playback } from "./playback.js";
@@ -63,6 +66,14 @@ export function flight(root) {
           },
           "Follow live",
         ),
+        mode === "play" && found.length > 1 ? beside(found, chosen) : null,
+        chosen?.meta
+          ? h(
+              "a",
+              { href: "api/foxglove?" + query({ log: chosen.name }), download: "foxglove-layout.json" },
+              "Foxglove layout",
+            )
+          : null,
         state,
       ),
     );
@@ -86,6 +97,53 @@ export function flight(root) {
       fill(body, words("No flight log (MCAP) in this folder. Let thrustd run or thrustd replay write one here."));
     else if (mode === "live") stop = live(body, chosen.name, state);
     else stop = play(body, chosen);
+  }
+
+  // a second flight to lie over the first, and by how much it is shifted
+  function beside(found, chosen) {
+    const others = found.filter((r) => r.name !== chosen.name && r.meta),
+      other = others.find((r) => r.name === ui.other);
+    const shift = h("input", {
+      type: "number",
+      step: "any",
+      value: ui.shift_s ?? 0,
+      "aria-label": "time shift in seconds",
+      onchange: (event) => {
+        ui.shift_s = Number(event.target.value) || 0;
+        draw();
+      },
+    });
+    return h(
+      "span",
+      { class: "toolbar" },
+      h(
+        "label",
+        {},
+        "Over it",
+        select(
+          [["", "no other flight"], ...others.map((r) => [r.name, r.name])],
+          other?.name ?? "",
+          (name) => {
+            ui.other = name;
+            draw();
+          },
+          "second flight",
+        ),
+      ),
+      other ? h("label", {}, "shifted by", shift, "s") : null,
+      other
+        ? h(
+            "button",
+            {
+              onclick: attempt(async () => {
+                ui.shift_s = await bestShift(chosen, other);
+                draw();
+              }),
+            },
+            "Align",
+          )
+        : null,
+    );
   }
 
   draw();
@@ -129,8 +187,48 @@ export function flight(root) {
       fill(body, words("No estimates in this log. Run thrustd replay on it to get them."));
       return () => {};
     }
-    return playback(body, card, engines, channels);
+    const other = store.server.recordings.find((r) => r.name === ui.other && r.meta && r.name !== card.name);
+    return playback(
+      body,
+      card,
+      engines,
+      channels,
+      other && {
+        name: other.name,
+        shift_s: ui.shift_s ?? 0,
+        channels: new Set(other.meta.channels.map((c) => c.name)),
+      },
+    );
   }
+}
+
+const GRID = 1000; // points of the coarse look
+
+// the shift at which the fused thrust of the second flight lies best on the first's, s
+async function bestShift(one, other) {
+  const engine = one.meta.channels.map((c) => c.name).find((c) => c.startsWith("estimate_thrust_n_"));
+  const [first, second] = await Promise.all(
+    [one, other].map((card) => fetchWindow(card.name, [engine], card.meta.start_s, card.meta.stop_s, GRID)),
+  );
+  const length = Math.max(one.meta.stop_s - one.meta.start_s, other.meta.stop_s - other.meta.start_s),
+    step = length / GRID;
+  const line = (window, card) =>
+    Array.from({ length: GRID }, (_, i) => valueAt(window, 0, card.meta.start_s + i * step)?.[0] ?? Number.NaN);
+  const [a, b] = [line(first, one), line(second, other)];
+  let best = { miss: Infinity, lag: 0 };
+  for (let lag = -GRID / 2; lag <= GRID / 2; lag++) {
+    let sum = 0,
+      count = 0;
+    for (let i = 0; i < GRID; i++) {
+      const off = a[i] - b[i - lag];
+      if (Number.isFinite(off)) {
+        sum += off * off;
+        count++;
+      }
+    }
+    if (count > GRID / 4 && sum / count < best.miss) best = { miss: sum / count, lag };
+  }
+  return Number((best.lag * step + one.meta.start_s - other.meta.start_s).toPrecision(4));
 }
 
 const words = (said) => h("section", { class: "panel" }, h("p", { class: "empty" }, said));

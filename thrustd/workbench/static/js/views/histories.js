@@ -3,6 +3,7 @@
 import { put, query } from "../api.js";
 import { fill, h, panel } from "../dom.js";
 import { duration, number } from "../format.js";
+import { readAddress, writeAddress } from "../history_address.js";
 import { bandedOf, panelsOf } from "../history_panels.js";
 import { historyTools } from "../history_tools.js";
 import { askMark, marksTable } from "../marks.js";
@@ -18,22 +19,6 @@ const ui = () =>
     hits: new Map(),
     condition: { channel: "force_N", low: "", high: "", phase: "" },
   });
-
-// the window in sight, as part of the address
-function writeAddress(names, [from, to]) {
-  const said = new URLSearchParams([
-    ...names.map((name) => ["recording", name]),
-    ["from", from.toPrecision(8)],
-    ["to", to.toPrecision(8)],
-  ]);
-  history.replaceState(null, "", `#histories?${said}`);
-}
-
-function readAddress() {
-  const said = new URLSearchParams(location.hash.split("?")[1] ?? ""),
-    [from, to] = ["from", "to"].map((key) => Number(said.get(key) ?? NaN));
-  return { names: said.getAll("recording").filter(recording), range: from < to ? [from, to] : null };
-}
 
 export function histories(root) {
   const sheets = new Map(),
@@ -91,7 +76,7 @@ export function histories(root) {
           ),
     );
     sheets.get(held)?.root.focus({ preventScroll: true }); // keys go on to the same plots
-    store.focus = null;
+    if (!store.focus || sheets.has(store.focus.recording)) store.focus = null; // kept until its recording is read
   }
 
   function ready(name) {

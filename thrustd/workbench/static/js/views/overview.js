@@ -3,12 +3,11 @@ import { fill, h, panel, select } from "../dom.js";
 import { addFiles } from "../drop.js";
 import { bytes, count, duration, hertz, newtons, number } from "../format.js";
 import { bar, ledgerOf } from "../ledger.js";
-import { attempt, choose, order, running, session, store } from "../store.js";
+import { attempt, choose, running, session, store } from "../store.js";
 import { columnsPanel, nameColumns } from "./columns.js";
 import { exercisePanel } from "./exercise.js";
 
 export function overview(root) {
-  const asked = new Set();
   let columns = null; // of the file whose columns are being said
   const draw = () => {
     const { recordings, models } = store.server,
@@ -46,19 +45,10 @@ export function overview(root) {
       ),
       exercisePanel(),
     );
-    readNext(recordings, asked);
   };
   draw();
   document.addEventListener("columns", draw);
   return { update: draw, jobs: () => {}, close: () => document.removeEventListener("columns", draw) };
-}
-
-// read recordings that were never read, one after the other
-function readNext(recordings, asked) {
-  const next = recordings.find((one) => !one.meta && !one.table && !one.growing && !asked.has(one.name));
-  if (!next || running("prepare")) return;
-  asked.add(next.name);
-  attempt(order)("prepare", { recording: next.name });
 }
 
 function picker() {

@@ -1,6 +1,6 @@
 // A flight played back: a cursor runs through the recorded estimates of both engines.
 import { fill, h, panel, select } from "../dom.js";
-import { EngineTile, FIELDS, thrustPanel } from "../engine.js";
+import { EngineTile, errorPanel, FIELDS, settledAt, thrustPanel, twoFlightsPanel } from "../engine.js";
 import { clock, seconds } from "../format.js";
 import { fetchWindow, valueAt } from "../lines.js";
 import { MountTable } from "../mounts.js";
@@ -9,7 +9,8 @@ import { Sheet } from "../timeplot.js";
 
 const AHEAD_S = 20; // of playback fetched at once, times its speed
 
-export function playback(body, card, engines, channels) {
+// other: {name, shift_s, channels} of a second flight to lie over this one, or null
+export function playback(body, card, engines, channels, other) {
   const limits = [card.meta.start_s, card.meta.stop_s],
     tiles = engines.map((name) => new EngineTile(name));
   const now = { t: limits[0], speed: 5, playing: false, windows: [], until: -1, from: 0 };
@@ -41,7 +42,14 @@ export function playback(body, card, engines, channels) {
   );
   const at = h("span", { class: "num" }),
     mountTable = new MountTable();
-  const panels = engines.map((name) => thrustPanel(name, channels, 170));
+  const second = other && { recording: other.name, shift: () => other.shift_s };
+  const panels = engines.flatMap((name) =>
+    [
+      thrustPanel(name, channels, 170),
+      errorPanel(name, channels, 90),
+      second && other.channels.has(`estimate_thrust_n_${name}`) ? twoFlightsPanel(name, second, 150) : null,
+    ].filter(Boolean),
+  );
   for (const c of [`n1_pct_${engines[0]}`, "accel_x_g"].filter((one) => channels.has(one)))
     panels.push({
       title: card.meta.channels.find((m) => m.name === c).meaning
@@ -118,7 +126,7 @@ export function playback(body, card, engines, channels) {
         const hit = valueAt(window, k, now.t);
         return [field, hit ? hit[1] : NaN];
       });
-      tiles[i].show(Object.fromEntries(values));
+      tiles[i].show(Object.fromEntries(values), now.t >= (now.begun?.[i] ?? Infinity));
     });
     const last = now.windows[engines.length];
     if (last) mountTable.show(mounts.map((m, i) => [m, [0, 1, 2].map((k) => valueAt(last, 3 * i + k, now.t)?.[1])]));
@@ -130,6 +138,17 @@ export function playback(body, card, engines, channels) {
     else paint();
   }
 
+  // when each engine had its first estimate: nothing is an alarm before it
+  async function begin() {
+    const stds = engines.map((e) => `estimate_thrust_std_n_${e}`),
+      whole = await fetchWindow(card.name, stds, ...limits, 3000);
+    now.begun = whole.series.map((s) => {
+      const at = s.low.findIndex((v) => !Number.isNaN(v) && settledAt(v));
+      return at < 0 ? Infinity : whole.time[at];
+    });
+    paint();
+  }
+
   let before = performance.now();
   const timer = setInterval(() => {
     const present = performance.now();
@@ -139,6 +158,7 @@ export function playback(body, card, engines, channels) {
     }
     before = present;
   }, 100);
+  attempt(begin)();
   attempt(load)();
   return () => {
     clearInterval(timer);

@@ -1,0 +1,36 @@
+// A preview of what the columns of a file become: force and deformation over time, and one over the other.
+import { chart, line, nearest, span } from "./axes.js";
+import { h } from "./dom.js";
+import { number } from "./format.js";
+
+export function columnPictures(time, force, deformation, slope) {
+  const at = time ?? (force ?? deformation ?? []).map((_, i) => i);
+  const overTime = (values, title, color) =>
+    values &&
+    chart({
+      height: 150,
+      x: { title: time ? "time [s]" : "sample", ...span([at], 0) },
+      y: { title, ...span([values]) },
+      at: (x) => number(values[nearest(at, x)], 5),
+      draw: (p) => line(p, at, values, color, 1.2),
+    });
+  return [
+    h("div", {}, overTime(force, "force_N [N]", "--measured"), overTime(deformation, "deformation_mm [mm]", "--s1")),
+    force && deformation
+      ? chart({
+          height: 300,
+          x: { title: "deformation [mm]", ...span([deformation]) },
+          y: { title: "force [N]", ...span([force]) },
+          draw: (p) => line(p, deformation, force, slope < 0 ? "--s2" : "--s1", 1),
+        })
+      : null,
+  ];
+}
+
+// of which only the sign counts
+export function correlation(xs, ys) {
+  const pairs = xs.map((x, i) => [x, ys[i]]).filter(([x, y]) => x !== null && y !== null && x !== undefined),
+    mean = (k) => pairs.reduce((sum, p) => sum + p[k], 0) / pairs.length,
+    [mx, my] = [mean(0), mean(1)];
+  return pairs.reduce((sum, [x, y]) => sum + (x - mx) * (y - my), 0);
+}

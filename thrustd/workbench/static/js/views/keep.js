@@ -1,0 +1,80 @@
+// Keep it: save and compile, the file as it lies in the folder, the report.
+
+import { fileUrl } from "../api.js";
+import { h, panel, select } from "../dom.js";
+import { bytes, newtons } from "../format.js";
+import { save } from "../save.js";
+import { compiled, compileNow } from "../steps.js";
+import { attempt, order, running, store } from "../store.js";
+
+let rate = "1000"; // Hz, as chosen last
+
+export function keepPanel(card) {
+  const ready = compiled(card.name),
+    written = store.server.jobs.find((one) => one.kind === "report" && one.state === "done");
+  return panel(
+    "Keep it",
+    [],
+    h(
+      "div",
+      { class: "body buttons" },
+      h(
+        "button",
+        {
+          class: ready ? "" : "primary",
+          disabled: Boolean(running("compile")),
+          onclick: attempt(() => compileNow(Number(rate))),
+        },
+        ready ? "Compile again" : "Save and compile",
+      ),
+      h(
+        "label",
+        {},
+        "at ",
+        select(
+          ["100", "500", "1000"].map((hz) => [hz, `${hz} Hz`]),
+          rate,
+          (v) => {
+            rate = v;
+          },
+          "sample rate",
+        ),
+      ),
+      h(
+        "button",
+        {
+          disabled: Boolean(running("report")),
+          onclick: attempt(async () => {
+            const job = await order("report", { title: card.name });
+            if (job.state === "done") save("api/reports/" + job.result.report, "report.html");
+          }),
+        },
+        "Write the report (HTML)",
+      ),
+      written
+        ? h("a", { href: "api/reports/" + written.result.report, download: "report.html" }, "latest report")
+        : null,
+    ),
+    ready ? file(card, ready) : null,
+  );
+}
+
+// the model as it lies in the folder, proven to fly
+const file = (card, ready) =>
+  h(
+    "div",
+    { class: "body file" },
+    h(
+      "dl",
+      { class: "fields" },
+      ...[
+        ["file", h("code", {}, ready.path)],
+        ["size, SHA-256", `${bytes(ready.bytes)}, ${ready.sha256.slice(0, 16)} …`],
+        ["witness", `${ready.witness_rows} rows come out again, exactly as they were written`],
+        ["reads", ready.channels.join(", ")],
+        ["rate", `${ready.rate_hz} Hz, within ${newtons(ready.between_rates_n)} of the rate it was identified at`],
+        ["fly it", h("code", {}, `model = "${card.name}"`), " in the mount's section of the configuration"],
+      ].flatMap(([name, ...said]) => [h("dt", {}, name), h("dd", {}, ...said)]),
+    ),
+    h("button", { onclick: () => save(fileUrl(card.name), card.name.split("/").pop()) }, "Save a copy elsewhere"),
+  );
