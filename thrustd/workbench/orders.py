@@ -131,7 +131,7 @@ def order_of(folder: Folder, body: bytes) -> tuple[str, str, dict[str, Any]]:
 def _title(order: Any_) -> str:
     """What the page calls the job."""
     fields = {
-        name: ", ".join(value) if isinstance(value, tuple) else value
+        name: ", ".join(map(str, value)) if isinstance(value, tuple) else value
         for name, value in msgspec.structs.asdict(order).items()
     }
     return TITLES[type(order)].format(**fields)
