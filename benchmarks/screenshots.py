@@ -1,7 +1,7 @@
 """Pictures of the workbench for docs/, from the real page: `python -m benchmarks.screenshots [FOLDER_FOR_PNG]`.
 
 The twin hides an effect (seed and effect below), a browser walks the loop as a person would, and every screen is taken
-on a small laptop, a dark monitor and a projector. Needs Debian's chromium and the package playwright.
+on a telephone, a small laptop, a dark monitor and a projector. Needs Debian's chromium and the package playwright.
 """
 
 import re
@@ -19,7 +19,7 @@ from thrustd.twin.hide import hide
 
 EFFECT, SEED, STRENGTH = "axial_inertia", 3, 4.0
 FIRST = "bench-model"
-SIGHTS = ((1280, 800, "light"), (1920, 1080, "dark"), (2560, 1440, "light"))
+SIGHTS = ((390, 844, "light"), (1280, 800, "light"), (1920, 1080, "dark"), (2560, 1440, "light"))
 LONG_MS = 600_000
 FLIGHT = Path("replay_logs/throttle-steps.mcap")
 VIEWS = ("overview", "identify", "histories", "fails", "missing", "add", "flight", "live")

@@ -40,7 +40,9 @@ def fit(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dic
 def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """The report of `thrustd diagnose`, with the physics card of every candidate."""
     records = marked_recordings(folder, arguments["recordings"])
-    report = diagnose(folder.model(arguments["model"]), records, name=arguments["model"], progress=progress)
+    report = diagnose(
+        folder.model(arguments["model"]), records, name=arguments["model"], beside=True, progress=progress
+    )
     answer = report.to_json() | {"excluded": excluded_of(folder, arguments["recordings"])}
     answer["candidates"] = [_candidate(c) for c in report.candidates]
     answer["evidence"] = evidence_json(report.explained)

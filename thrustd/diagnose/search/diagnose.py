@@ -60,9 +60,13 @@ def diagnose(
     mount: MountPlace | None = None,
     deck: Deck | None = None,
     extra: Sequence[Effect] = (),
+    beside: bool = False,
     progress: Progress | None = None,
 ) -> DiagnoseReport:
-    """Judge every effect of the shelf and `extra` ones. `progress(share, what)` is called as it goes."""
+    """Judge every effect of the shelf and `extra` ones. `progress(share, what)` is called as it goes.
+
+    `beside`: for a picture of the two best explanations, a second one is estimated where the search stopped at one.
+    """
     records = referenced(recordings, against, mount, deck, [spec])
     for record in records:
         check_recording(record, spec)
@@ -77,9 +81,10 @@ def diagnose(
         rows = records_of(base, spec, segments)
         ranked = rank(base, rows, effects, rig_of(rows, base, spec), progress)
         verdict = judge(base, rows, ranked)
+        report = _report(name or spec.name, records, base, rows, ranked, verdict, not_judged, beside)
     if progress is not None:
         progress(1.0, "done")
-    return _report(name or spec.name, records, base, rows, ranked, verdict, not_judged)
+    return report
 
 
 def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
@@ -114,6 +119,7 @@ def _report(
     ranked: Ranked,
     verdict: Verdict,
     not_judged: Sequence[NotJudged],
+    beside: bool,
 ) -> DiagnoseReport:
     scale, floor = base.scale, floor_of(verdict.fit, base)
     candidates = _candidates(base, ranked, verdict)
@@ -132,7 +138,7 @@ def _report(
         base.promised is not None,
         _grade(ranked, verdict, alike),
         at_floor(verdict.fit, base),
-        explained(ranked, scale),
+        explained(base, rows, ranked, beside),
     )
 
 

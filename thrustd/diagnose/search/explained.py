@@ -1,10 +1,14 @@
 """What sets of effects take away on the user's own data: the residual without any, and what each set explains of it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from thrustd.diagnose.search.joint import Joint
-from thrustd.diagnose.search.ranking import Ranked
+import numpy as np
+
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.joint import Joint, joint_fit
+from thrustd.diagnose.search.ranking import SAYS, Ranked, begin_at
+from thrustd.identify.regression.sweep import Record
 from thrustd.identify.segments import DEFORMATION
 from thrustd.model.stage import Floats
 
@@ -32,9 +36,11 @@ class Explained:
     stretches: tuple[Stretch, ...]
 
 
-def explained(ranked: Ranked, scale: float) -> Explained:
-    """The best set beside the best other one; `scale`: N per unit of the fits' output."""
-    sets = _shown(ranked)
+def explained(base: Base, records: Sequence[Record], ranked: Ranked, beside: bool = False) -> Explained:
+    """The best set and the best other one. `beside`: estimate another effect where the search had no cause to."""
+    sets, scale = _shown(ranked), base.scale
+    if beside and len(sets) < SETS:
+        sets += _another(base, records, ranked, sets)
     nothing = ranked.nothing.solution.normal.residuals
     found = []
     for i, record in enumerate(ranked.nothing.records):
@@ -63,6 +69,13 @@ def _shown(ranked: Ranked) -> list[Joint]:
         if len(shown) < SETS and fit.terms and all(_other(fit, one) for one in shown):
             shown.append(fit)
     return shown
+
+
+def _another(base: Base, records: Sequence[Record], ranked: Ranked, shown: Sequence[Joint]) -> list[Joint]:
+    """The effect that says most at a linear look, beside those shown."""
+    words = {word for fit in shown for word in fit.words}
+    one = next((one for one in ranked.looked if one.term.effect.word not in words and one.removes > SAYS), None)
+    return [] if one is None else [joint_fit(base, records, (one.term,), np.array(begin_at(one.term)))]
 
 
 def _other(fit: Joint, shown: Joint) -> bool:
