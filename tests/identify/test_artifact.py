@@ -34,7 +34,8 @@ def altered(model: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     for i, effect in enumerate(model["effects"]):
         for key in effect["parameters"]:
             other = json.loads(json.dumps(model))
-            other["effects"][i]["parameters"][key] *= 1.01
+            here = other["effects"][i]["parameters"]
+            here[key] = 1.01 * here[key] or 1.0
             yield f"{effect['name']}.{key}", other
 
 

@@ -20,6 +20,7 @@ from thrustd.model.artifact import (
     write_model,
 )
 from thrustd.model.compile import check_witness, compile_model, witness_of
+from thrustd.model.stage import free_run
 
 
 def spec(**changes):
@@ -171,3 +172,28 @@ def test_a_malformed_artifact_is_refused_in_one_line(change, message):
         read_model(text, "mount.json")
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+RUBS_AND_GROWS = [
+    EffectSpec("thermal_expansion", {"expansion_mm_k": 0.01, "reference_degc": 0.0}),
+    EffectSpec("hysteresis_coulomb", {"friction_n": 100.0}),
+]
+
+
+def test_friction_feels_the_rubber_and_not_what_the_reading_adds():
+    warming = inputs(500) | {"temperature_degC": np.linspace(0.0, 20.0, 500)}
+    read = warming | {"deformation_mm": warming["deformation_mm"] + 0.01 * warming["temperature_degC"]}
+    there = compile_model(spec(effects=RUBS_AND_GROWS[1:]), 100.0)
+    seen = compile_model(spec(effects=RUBS_AND_GROWS), 100.0)
+    assert seen.simulate(seen.inputs(read)) == pytest.approx(there.simulate(there.inputs(warming)), abs=1e-6)
+
+
+def test_a_corrected_deformation_is_the_same_sample_by_sample_over_a_block_and_stage_by_stage():
+    model = compile_model(spec(effects=RUBS_AND_GROWS), 100.0)
+    columns = inputs(500) | {"temperature_degC": np.linspace(0.0, 20.0, 500)}
+    rows = model.inputs(columns)
+    state, before = model.start(rows[0]), rows.copy()
+    block = model.simulate(rows)
+    assert np.array_equal(rows, before)
+    assert np.array_equal([model.step(state, row[1:].copy(), row[0]) for row in rows], block)
+    assert np.array_equal(free_run(model.stages, columns, columns["deformation_mm"]), block)

@@ -15,7 +15,7 @@ from thrustd.identify.first_state import begun_at, level_of, levels_of
 from thrustd.identify.parameters import pack
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.sensitivity import jacobian, residuals, segments_for
-from thrustd.model.artifact import ModelSpec, Witness
+from thrustd.model.artifact import ModelSpec, PiecewiseLinear, Witness
 from thrustd.model.compile import model_stages, witness_of
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
@@ -99,10 +99,12 @@ def data_sha256(record: Recording) -> str:
 
 
 def witness_rows(spec: ModelSpec, rate_hz: float) -> Witness:
-    """From below the valid range to above it, and at once back again: no knot, mode or friction can be other than it is
+    """From below all knots to above them, and at once back again: no knot, mode or friction can be other than it is
     without a row that shows it. The other channels move about their values at rest.
     """
     low_mm, high_mm = spec.valid.deformation_mm
+    if isinstance(spec.input_curve, PiecewiseLinear):
+        low_mm, high_mm = min(low_mm, spec.input_curve.x[0]), max(high_mm, spec.input_curve.x[-1])
     middle_mm, half_mm = 0.5 * (low_mm + high_mm), (0.5 + WITNESS_BEYOND) * (high_mm - low_mm)
     way = np.concatenate((np.linspace(-1.0, 1.0, 32), np.repeat((1.0, -1.0), 8)))
     channels = {DEFORMATION: middle_mm + half_mm * way}

@@ -13,8 +13,8 @@ from thrustd.identify.parameters import ParameterVector, unpack
 from thrustd.identify.segments import DEFORMATION, Segment, segments_of
 from thrustd.identify.tangents import carries, carry, fed_back, fed_columns, fed_start
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.compile import free_run, model_stages
-from thrustd.model.stage import Floats, Stage
+from thrustd.model.compile import model_stages
+from thrustd.model.stage import Floats, Stage, entered, free_run
 from thrustd.records.recording import Recording
 
 STEP = 1e-6  # of a parameter's scale; curves have kinks, so small, and double precision allows it
@@ -33,9 +33,10 @@ def residuals(spec: ModelSpec, segment: Segment) -> Floats:
 def jacobian(spec: ModelSpec, segment: Segment, vector: ParameterVector) -> tuple[Floats, Floats]:
     """Residual (n,) and J (n, n_parameters), J = d model / d parameter, at the values of the vector."""
     stages = model_stages(unpack(spec, vector), segment.dt_s)  # logarithms and back, as those with a number moved
-    inputs, signals = segment.inputs, [segment.inputs[DEFORMATION]]
+    inputs, signals = [segment.inputs], [segment.inputs[DEFORMATION]]  # of every stage
     for stage in stages:
-        signals.append(stage.from_rest(inputs, signals[-1]))
+        inputs.append(entered(stage, inputs[-1], signals[-1]))
+        signals.append(stage.from_rest(inputs[-1], signals[-1]))
     reach = [all(map(carries, stages[at + 1 :])) for at in range(len(stages))]  # whether changes are carried to the end
     fed_at, fed = _fed(vector, stages, reach)
     steps = np.where(vector.values + STEP * vector.scale > vector.high, -STEP, STEP) * vector.scale
@@ -45,7 +46,7 @@ def jacobian(spec: ModelSpec, segment: Segment, vector: ParameterVector) -> tupl
         carry(stage, signals[at], table, len(order))
         for i, (first, last, changed) in moved.items():
             if first == last == at and reach[at]:
-                table[:, len(order)] = (changed[at].from_rest(inputs, signals[at]) - signals[at + 1]) / steps[i]
+                table[:, len(order)] = (changed[at].from_rest(inputs[at + 1], signals[at]) - signals[at + 1]) / steps[i]
                 order.append(i)
         if at == fed_at:
             x = stage.start(np.empty(0), float(signals[at][0]))
@@ -53,7 +54,7 @@ def jacobian(spec: ModelSpec, segment: Segment, vector: ParameterVector) -> tupl
             order += fed
     for i, (first, last, changed) in moved.items():
         if first != last or not reach[first]:
-            table[:, len(order)] = (free_run(changed[first:], inputs, signals[first]) - signals[-1]) / steps[i]
+            table[:, len(order)] = (free_run(changed[first:], inputs[first], signals[first]) - signals[-1]) / steps[i]
             order.append(i)
     columns = table if order == sorted(order) else table[:, np.argsort(order)]
     return segment.force_n - signals[-1], columns

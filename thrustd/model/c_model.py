@@ -15,7 +15,7 @@ from thrustd.core.signals import CATALOGUE
 from thrustd.model.artifact import write_model
 from thrustd.model.c_function import Library, c_number
 from thrustd.model.compile import CompiledModel
-from thrustd.model.stage import Stage
+from thrustd.model.stage import DEFORMATION, Stage
 
 
 def c_source(model: CompiledModel, prefix: str = "mount") -> str:
@@ -92,33 +92,38 @@ def _table(prefix: str, i: int, stage: Stage) -> str:
     return f"/* {_said(stage.name)} */\nstatic const double {prefix}_c{i}[{len(numbers)}] = {{\n    {body}}};\n"
 
 
-def _channels(model: CompiledModel, stage: Stage, i: int) -> tuple[str, str]:
-    """Line that gathers a stage's channels, and how they are handed over."""
+def _channels(model: CompiledModel, i: int) -> tuple[str, str]:
+    """Lines that gather the channels of stage i, and how they are handed over."""
+    stage, corrected = model.stages[i], model.chain.own.size > 0
+    text = "    const double rubber_mm = v;\n" if corrected and i == model.chain.entry else ""
     if not stage.channels:
-        return "", "0, 0"
-    fields = _fields(model)
-    values = ", ".join(f"in->{fields[name]}" for name in stage.channels)
-    return f"    const double u{i}[{len(stage.channels)}] = {{{values}}};\n", f"u{i}, {len(stage.channels)}"
+        return text, "0, 0"
+    fields = {name: f"in->{field}" for name, field in _fields(model).items()}
+    if corrected and i > model.chain.entry:
+        fields[DEFORMATION] = "rubber_mm"
+    values = ", ".join(fields[name] for name in stage.channels)
+    return f"{text}    const double u{i}[{len(stage.channels)}] = {{{values}}};\n", f"u{i}, {len(stage.channels)}"
 
 
 def _step(model: CompiledModel, prefix: str, steps: list[str]) -> str:
-    gathered = [_channels(model, stage, i) for i, stage in enumerate(model.stages)]
-    text, at = "".join(line for line, _ in gathered) + "    double v = in->deformation_mm;\n", 0
+    text, at = "    double v = in->deformation_mm;\n", 0
     for i, stage in enumerate(model.stages):
+        gathered, channels = _channels(model, i)
         row = f"s->x + {at}, {stage.n_state}"
-        text += f"    v = {steps[i]}({row}, {prefix}_c{i}, {stage.c.size}, {gathered[i][1]}, v);\n"
+        text += f"{gathered}    v = {steps[i]}({row}, {prefix}_c{i}, {stage.c.size}, {channels}, v);\n"
         at += stage.n_state
     return f"double {prefix}_step({prefix}_state *s, const {prefix}_inputs *in)\n{{\n{text}    return v;\n}}\n"
 
 
 def _init(model: CompiledModel, prefix: str, steps: list[str], starts: list[str]) -> str:
     """Every stage at rest under what the stages before it make of the first inputs, each on a copy of its state."""
-    gathered = [_channels(model, stage, i) for i, stage in enumerate(model.stages)]
     size, at = max(1, *(stage.n_state for stage in model.stages)), 0
-    text = "".join(line for line, _ in gathered) + f"    double once[{size}];\n    double v = in->deformation_mm;\n"
+    text = f"    double once[{size}];\n    double v = in->deformation_mm;\n"
     text += "    memset(s, 0, sizeof *s);\n"
     for i, stage in enumerate(model.stages):
-        rest = f"{prefix}_c{i}, {stage.c.size}, {gathered[i][1]}, v);\n"
+        gathered, channels = _channels(model, i)
+        rest = f"{prefix}_c{i}, {stage.c.size}, {channels}, v);\n"
+        text += gathered
         if starts[i]:
             text += f"    {starts[i]}(s->x + {at}, {stage.n_state}, {rest}"
         if stage.n_state:

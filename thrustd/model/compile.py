@@ -10,7 +10,7 @@ A row of inputs begins with deformation_mm, then the channels of the effects in 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -23,7 +23,7 @@ from thrustd.model.effect import SITES, Effect
 from thrustd.model.effects import effect_named
 from thrustd.model.feedback import feedback
 from thrustd.model.linear import sections
-from thrustd.model.stage import Floats, Places, Stage, compose, run_chain
+from thrustd.model.stage import Chain, Floats, Stage, compose, run_chain
 
 WITNESS_TOLERANCE_N = 1e-6  # another processor or library may round differently; a wrong model differs by newtons
 _BLOCK = 65536  # samples per block: keeps memory flat
@@ -56,7 +56,7 @@ def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
         if effect.lags is None or spec.linear.feedback is not None:
             placed[effect.site].append(effect.stage(parameters, dt_s))
     core = [
-        curve_stage("input_curve", spec.input_curve),
+        replace(curve_stage("input_curve", spec.input_curve), enters=True),
         *placed["spring"],
         linear_stage(linear_of(spec), dt_s),
         *placed["linear"],
@@ -64,13 +64,6 @@ def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
         *([linear_stage(spec.output_linear, dt_s, "output_linear")] if spec.output_linear is not None else []),
     ]
     return (*placed["deformation"], *core, *placed["gain"], *placed["force"])
-
-
-def free_run(stages: tuple[Stage, ...], columns: Mapping[str, Floats], v: Floats) -> Floats:
-    """v (n,) through these stages over a whole block, at rest on its first sample; columns (n,) by channel."""
-    for stage in stages:
-        v = stage.from_rest(columns, v)
-    return v
 
 
 def linear_of(spec: ModelSpec) -> LinearBlock:
@@ -109,12 +102,15 @@ class CompiledModel:
     rate_hz: float
     stages: tuple[Stage, ...]
     channels: tuple[str, ...]  # of one row of inputs; deformation_mm first
-    chain: tuple[Places, Floats]  # what `stage.run_chain` needs beside state and rows
+    chain: Chain  # what `stage.run_chain` needs beside state and rows
 
     def start(self, row: Floats) -> Floats:
         """State (n_state,) of a mount at rest under the inputs row (n_inputs,)."""
+        row = np.array(row, float)
         states, column, v = [], 1, float(row[0])
         for stage in self.stages:
+            if stage.enters:
+                row[1 + self.chain.own] = v
             u = row[column : column + len(stage.channels)]
             x = stage.start(u, v)
             v = stage.once(x.copy(), u, v)
@@ -124,8 +120,7 @@ class CompiledModel:
 
     def run(self, state: Floats, channels: Floats, v: Floats) -> None:
         """v (n,): deformation_mm becomes thrust share, N; rows of channels (n, n_inputs - 1), state is advanced."""
-        places, c = self.chain
-        run_chain(places, state, c, channels, v)
+        run_chain(self.chain, state, channels, v)
 
     def step(self, state: Floats, channels: Floats, deformation_mm: float) -> float:
         """Thrust share, N, of one sample; channels (n_inputs - 1,), `state` is advanced in place."""
@@ -145,7 +140,10 @@ class CompiledModel:
 
     def _block(self, state: Floats, rows: Floats) -> Floats:
         v, column, begin = np.ascontiguousarray(rows[:, 0]), 1, 0
+        rows = rows.copy() if self.chain.own.size else rows
         for stage in self.stages:
+            if stage.enters:
+                rows[:, 1 + self.chain.own] = v[:, None]
             u = rows[:, column : column + len(stage.channels)]
             v = stage.run(state[begin : begin + stage.n_state], u, v)
             column, begin = column + len(stage.channels), begin + stage.n_state

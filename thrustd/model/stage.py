@@ -11,10 +11,10 @@ addresses: sample by sample through all of them in flight (`compose`), over a bl
 inlined one, but whatever the chain, nothing is left to compile when a daemon starts.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
@@ -22,9 +22,10 @@ from numba import cfunc, njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from thrustd.core.jit import compiled
+from thrustd.core.jit import compiled, named
 
 Floats = NDArray[np.float64]
+DEFORMATION = "deformation_mm"
 Step = Callable[[Floats, Floats, Floats, float], float]
 
 
@@ -43,6 +44,7 @@ class Stage:
     n_state: int = 0
     channels: tuple[str, ...] = ()
     initial: Callable[[Floats, Floats, Floats, float], None] | None = None  # (x, c, u, v): fill x for a start at rest
+    enters: bool = False  # the rubber's deformation comes in here: stages behind read it, not what the transducer says
 
     def start(self, u: Floats, v: float) -> Floats:
         """State (n_state,) at rest with channels u (n_u,) and running signal v; zeros unless the stage knows better."""
@@ -73,6 +75,15 @@ _WORTH_COMPILING = 8_000_000  # samples through one step: inlined each is 20 ns 
 Places = NDArray[np.int64]  # (n + 1, 4): address of a step, where its slices of x, c and u begin; last row: their ends
 
 
+class Chain(NamedTuple):
+    """Stages one after the other, as compiled code runs them."""
+
+    places: Places
+    entry: int  # number of the stage that the rubber's deformation enters
+    own: NDArray[np.int64]  # (n_own,) columns of u that it is written to there; none where it is the reading as it is
+    c: Floats  # of all stages
+
+
 def _typed(_: Any, address: Any, x: Any, c: Any, u: Any, v: Any) -> Any:
     def lowered(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         begin, *arguments = values
@@ -86,16 +97,21 @@ def _typed(_: Any, address: Any, x: Any, c: Any, u: Any, v: Any) -> Any:
 _call: Any = intrinsic(_typed)
 
 
-def _run_chain(places: Places, x: Floats, c: Floats, u: Floats, v: Floats) -> None:
+def _run_chain(chain: Chain, x: Floats, u: Floats, v: Floats) -> None:
+    places, c = chain.places, chain.c
     for k in range(len(v)):
         w = v[k]
         for i in range(len(places) - 1):
+            if i == chain.entry:
+                for j in chain.own:
+                    u[k, j] = w
             here, end = places[i], places[i + 1]
             w = _call(here[0], x[here[1] : end[1]], c[here[2] : end[2]], u[k, here[3] : end[3]], w)
         v[k] = w
 
 
-run_chain: Any = compiled(_run_chain, types.void(types.int64[:, ::1], _ROW, _ROW, _TABLE, _ROW), error_model="numpy")
+CHAIN = named(Chain, types.int64[:, ::1], types.int64, types.int64[::1], _ROW)
+run_chain: Any = compiled(_run_chain, types.void(CHAIN, _ROW, _TABLE, _ROW), error_model="numpy")
 
 
 class _Block:
@@ -112,7 +128,8 @@ class _Block:
         if self._own is None and self._passed > _WORTH_COMPILING:
             self._own = _inlined(self._step)
         if self._own is None:
-            run_chain(np.array([(self._address, 0, 0, 0), (0, x.size, c.size, u.shape[1])]), x, c, u, v)
+            places = np.array([(self._address, 0, 0, 0), (0, x.size, c.size, u.shape[1])])
+            run_chain(Chain(places, -1, np.empty(0, np.int64), c), x, u, v)
         else:
             self._own(x, c, u, v)
 
@@ -137,9 +154,26 @@ def _inlined(step: Any) -> Any:
     return block
 
 
-def compose(stages: tuple[Stage, ...]) -> tuple[Places, Floats]:
-    """What `run_chain` needs of these stages beside x and rows of u, theirs one after the other: places and c."""
+def compose(stages: tuple[Stage, ...]) -> Chain:
+    """These stages for `run_chain`; rows of u hold their channels one after the other."""
     sizes = [(stage.n_state, stage.c.size, len(stage.channels)) for stage in stages]
     addresses = [_entry(stage.step).address for stage in stages] + [0]
     begins = np.cumsum([(0, 0, 0), *sizes], axis=0)
-    return np.column_stack((addresses, begins)), np.concatenate([stage.c for stage in stages])
+    entry = next((i for i, stage in enumerate(stages) if stage.enters), 0)
+    behind = [(i > entry > 0, name) for i, stage in enumerate(stages) for name in stage.channels]
+    own = np.array([j for j, (later, name) in enumerate(behind) if later and name == DEFORMATION], np.int64)
+    c = np.concatenate([stage.c for stage in stages])
+    return Chain(np.column_stack((addresses, begins)), entry, own, c)
+
+
+def free_run(stages: Sequence[Stage], columns: dict[str, Floats], v: Floats) -> Floats:
+    """v (n,) through these stages over a whole block, at rest on its first sample; columns (n,) by channel."""
+    for stage in stages:
+        columns = entered(stage, columns, v)
+        v = stage.from_rest(columns, v)
+    return v
+
+
+def entered(stage: Stage, columns: dict[str, Floats], v: Floats) -> dict[str, Floats]:
+    """Columns as this stage and those behind it read them."""
+    return {**columns, DEFORMATION: v} if stage.enters else columns

@@ -65,7 +65,7 @@ class MountSource:
         self._begin_means(settings, measured)
         waiting_u, waiting_mm = grid.waiting_u[number], grid.waiting_mm[number]
         self.state, said = grid.states[number], grid.states[number : number + 1]  # at the last fused step
-        self._samples = Samples(self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), *model.chain)
+        self._samples = Samples(self._row, self._means, waiting_u, waiting_mm, np.empty_like(waiting_mm), model.chain)
         self._held = Held(self._channels, self._lagged, self._unmeasured_s)
         self._unseen = Unseen(model)
         self._cells, self._said = Cells(*cells(model.spec.error)), said

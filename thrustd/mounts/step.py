@@ -18,7 +18,7 @@ from thrustd.core.columns import MOUNT_STATE
 from thrustd.core.jit import compiled, entry, named
 from thrustd.model.artifact import FORCE_RATE_TAU_S
 from thrustd.model.region_error import region_std_n
-from thrustd.model.stage import Floats, Places, run_chain
+from thrustd.model.stage import CHAIN, Chain, Floats, run_chain
 from thrustd.sync.memory import MOUNT
 
 EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
@@ -77,8 +77,7 @@ class Samples(NamedTuple):
     u: Floats
     mm: Floats
     n: Floats  # room for what the model makes of them
-    places: Places
-    c: Floats
+    chain: Chain
 
 
 class Held(NamedTuple):
@@ -104,7 +103,7 @@ def _add_samples(samples: Samples, state: Floats) -> None:
     row[0].waiting = 0
     if n > 0:
         waiting_n[:n] = waiting_mm[:n]
-        run_chain(samples.places, state, samples.c, samples.u[:n], waiting_n[:n])
+        run_chain(samples.chain, state, samples.u[:n], waiting_n[:n])
     for i in range(n):
         m.sum_mm += waiting_mm[i]
         m.sum_n += waiting_n[i]
@@ -149,7 +148,7 @@ def _fuse_samples(
 
 _ROW, _TABLE = numba.float64[::1], numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(MOUNT)[::1], numba.from_dtype(MEANS)[::1]
-_SAMPLES = named(Samples, *_RECORDS, _TABLE, _ROW, _ROW, numba.int64[:, ::1], _ROW)
+_SAMPLES = named(Samples, *_RECORDS, _TABLE, _ROW, _ROW, CHAIN)
 add: Any = compiled(_add_samples, numba.void(_SAMPLES, _ROW))
 _HELD, _CELLS = named(Held, _ROW, _TABLE, _ROW), named(Cells, _ROW, _ROW, _TABLE)
 _STATE = numba.from_dtype(MOUNT_STATE)[::1]

@@ -9,6 +9,7 @@ from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.base import base_of, records_of
+from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.joint import joint_fit
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.ranking import begin_at
@@ -84,3 +85,37 @@ def test_sigmas_grow_where_blocks_disagree():
     term = next(terms_of(effect_named("axial_inertia"), rig_of(rows, base, spec)))
     fit = joint_fit(base, rows, (term,), np.array(begin_at(term)))
     assert fit.std[-1] > 1.5 * std_of(fit.solution)[-1]
+
+
+def test_friction_that_is_added_is_known_when_the_next_effect_is_looked_for():
+    hidden = [
+        EffectSpec("hysteresis_prandtl_ishlinskii", {"friction_n": 150.0}),
+        EffectSpec("axial_inertia", {"mass_kg": 150.0}),
+    ]
+    measured = record(hidden)
+    rubs = extend(mount(), [measured], ["hysteresis_stops"])
+    again = diagnose(rubs.spec, [measured])
+    assert again.rmse_before_n == pytest.approx(rubs.rmse_after_n, rel=0.05)
+    assert again.verdict == ("axial_inertia",)
+
+
+def test_a_spectrum_takes_the_size_that_the_data_have():
+    far_from_typical = mount(gains=(0.05, 0.04, 2.5), taus_s=(0.4, 60.0, 10.0))
+    data = columns()
+    model = compile_model(far_from_typical, 1 / DT_S)
+    force = model.simulate(model.inputs(data)) + np.random.default_rng(3).normal(0, NOISE_N, len(data["time_s"]))
+    measured = make_recording("measured", data | {"force_N": force})
+    report = diagnose(mount(), [measured])
+    assert report.verdict == ("relaxation",)
+    assert report.rmse_after_n < 1.1 * NOISE_N
+
+
+def test_the_noise_is_that_of_the_record_where_the_model_promised_less_exactness():
+    modest = mount(k1=5500.0, k3=0.0, own_n=400.0)
+    data = columns()
+    data["deformation_mm"] *= np.clip(data["time_s"] / 20.0, 0.0, 1.0)
+    model = compile_model(mount(gains=(0.05, 0.04, 0.3), taus_s=(0.4, 60.0, 10.0)), 1 / DT_S)
+    force = model.simulate(model.inputs(data)) + np.random.default_rng(3).normal(0, NOISE_N, len(data["time_s"]))
+    report = diagnose(modest, [make_recording("measured", data | {"force_N": force})])
+    assert report.verdict == ("relaxation",)
+    assert report.rmse_after_n < 2.0 * NOISE_N

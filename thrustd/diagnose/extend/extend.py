@@ -33,24 +33,23 @@ from thrustd.diagnose.search.base import Base, base_of, records_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, rig_of, terms_of
-from thrustd.diagnose.search.ranking import Progress, begin_of, leading, pruned, simplest
+from thrustd.diagnose.search.ranking import Progress, begin_of, gained, leading, pruned, simplest
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.screen import screened, table_of
 from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map
 from thrustd.identify.first_state import begun_at
-from thrustd.identify.regression.posterior import kept
+from thrustd.identify.regression.posterior import kept, with_own_stops
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import FRICTION, spec_of
 from thrustd.identify.segments import Segment
-from thrustd.model.artifact import EffectSpec, ErrorMap, LedgerEntry, ModelSpec, ValidRange, write_model
+from thrustd.model.artifact import ErrorMap, LedgerEntry, ModelSpec, ValidRange, write_model
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
-from thrustd.model.effects.hysteresis_stops import WEIGHTS
 from thrustd.records.recording import Recording
 
-TOLD = 3.0  # sigmas from nothing that one amplitude has to be
+TOLD = 2.0  # sigmas from nothing that one amplitude has to be
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
 
 
@@ -164,7 +163,7 @@ def told(fit: Joint) -> bool:
 
 
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, scale: float) -> None:
-    if fit.mse > (1.0 - LEAST) * nothing.mse or not told(fit):
+    if fit.mse > (1.0 - LEAST) * nothing.mse or not (told(fit) or gained(nothing, fit, LEAST)):
         before, after = (scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {before:.4g} N before and"
@@ -183,17 +182,9 @@ def _written(
     records: Sequence[Recording],
 ) -> ModelSpec:
     """The fit as an artifact: tables, effects, posterior, error map, ledger, provenance and witness."""
-    core = spec_of(fit.solution, segments, name)
-    effects, posterior = list(core.effects), kept(fit.solution)
-    for term, effect in specs_of(base, fit):
-        if term.effect.name == FRICTION and effects and effects[0].name == FRICTION:
-            effects[0] = _sum(effects[0], effect)
-            added = np.array([effect.parameters[w] for w in WEIGHTS]) / base.scale
-            mean = np.array(posterior.mean)
-            mean[-len(added) :] += added
-            posterior = msgspec.structs.replace(posterior, mean=[float(v) for v in mean])
-        else:
-            effects.append(effect)
+    found = with_own_stops(fit.solution)
+    core = spec_of(found, segments, name)
+    effects = [*core.effects, *(effect for term, effect in specs_of(base, fit) if term.effect.name != FRICTION)]
     entry = LedgerEntry(
         added=", ".join(fit.words),
         rmse_before_n=base.scale * float(np.sqrt(nothing.mse)),
@@ -209,7 +200,7 @@ def _written(
         structure=parent.structure,
         valid=_wider(parent.valid, core.valid),
         effects=effects,
-        posterior=posterior,
+        posterior=kept(found),
         provenance=dict(parent.provenance)
         | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records], "longest_train_s": longest_s},
         ledger=[*parent.ledger, entry],
@@ -225,13 +216,6 @@ def _errors(spec: ModelSpec, fit: Joint, segments: Sequence[Segment]) -> ErrorMa
     held_back = float(np.sqrt(fit.mse / fit.solution.mean_square))
     found = error_map(lateness(spec)[0], segments)
     return msgspec.structs.replace(found, std_n=[[held_back * std for std in row] for row in found.std_n])
-
-
-def _sum(one: EffectSpec, other: EffectSpec) -> EffectSpec:
-    """Two sets of stops on the same radii as one."""
-    weights = {w: one.parameters[w] + other.parameters[w] for w in WEIGHTS}
-    std = {w: float(np.hypot(one.std.get(w, 0.0), other.std.get(w, 0.0))) for w in WEIGHTS if weights[w] > 0.0}
-    return EffectSpec(one.name, {"travel_mm": one.parameters["travel_mm"]} | weights, std)
 
 
 def _wider(one: ValidRange, other: ValidRange) -> ValidRange:

@@ -14,7 +14,7 @@ from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.reference_terms import MARK, REFERENCE_OF, reference_columns, reference_term
 from thrustd.identify.first_state import level_before
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
-from thrustd.identify.regression.regress import regress
+from thrustd.identify.regression.regress import KNOTS, regress
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import FRICTION
@@ -67,7 +67,8 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment]) -> Base:
         stored, scale = kept(found), found.shape.output_scale
         promised = _promised(spec, segments) / scale
         noise = max(promised**2, found.noise_variance)
-        bare = shape_of(stored), point_of(stored), information_of(stored) * (found.noise_variance / noise)
+        known = found.noise_variance / max(_doubt(spec, segments, promised * scale) / scale**2, found.noise_variance)
+        bare = shape_of(stored), point_of(stored), information_of(stored) * known
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
     terms = tuple(_present(effect) for effect in present)
@@ -89,6 +90,13 @@ def _promised(spec: ModelSpec, segments: Sequence[Segment]) -> float:
     if spec.error is not None:
         return float(np.median(spec.error.std_n))
     return UNSURE * float(np.nanstd(np.concatenate([s.force_n for s in segments])))
+
+
+def _doubt(spec: ModelSpec, segments: Sequence[Segment], promised: float) -> float:
+    """Variance of the promised error as if it were new every sample: what is no noise is one error, and counts once."""
+    steps = np.concatenate([np.diff(s.force_n - simulate(spec, s)) for s in segments])
+    noise = min(promised**2, float(np.nanmean(steps**2)) / 2.0)
+    return noise + (promised**2 - noise) * max(1.0, sum(map(len, segments)) / KNOTS)
 
 
 def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Point, Floats]:

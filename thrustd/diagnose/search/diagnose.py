@@ -41,6 +41,8 @@ from thrustd.records.recording import Recording
 
 FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
 OUTDOES = 0.8  # of what the best set leaves above the floor: less than this by one free curve, and the law is another
+UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
+EXACT = 0.01  # of the output's spread: no law of rubber holds better
 FAINT = 0.1  # of the floor squared: less above it is not looked into
 
 
@@ -102,7 +104,8 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     rest = [c for c in followed(table, curve_sigma(records)) if left - c.mse > FOLLOWS * above]
     first = [c for c in ranked.channels if c.mse < left - (1 - OUTDOES) * above]
     strange = [c for c in first if not set(c.parts) & own]
-    if above > FAINT * floor and (strange or (not best.terms and rest)):
+    unlike = not best.terms and best.mse > max(UNLIKE**2 * floor, EXACT**2)
+    if unlike or (above > FAINT * floor and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])
     return Verdict(words, best, tuple(rest)[:3])
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.compile import free_run, model_stages
+from thrustd.model.compile import model_stages
 from thrustd.model.effects import effect_named
-from thrustd.model.stage import Floats
+from thrustd.model.stage import Floats, free_run
 
 
 def lateness(spec: ModelSpec) -> tuple[ModelSpec, float]:

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from thrustd.diagnose.search.base import Base, is_state
-from thrustd.identify.regression.regress import begun_where
+from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Mask, Solution, bounded, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import Record, columns
@@ -23,7 +23,9 @@ BLOCKS = 48  # of equal length over all records
 FOLDS = 6  # groups of blocks held back in turn
 BEGIN = 0.02  # of its prior's sigma: where an amplitude begins, so that its shape can move
 ITERATIONS = 12
-WORSE = 1.3  # times the bench's noise: from there on the noise is that of these records
+SMOOTH = 1e-6  # roughness of a curve that is as good as straight
+REVISIONS = 4  # of where records begin and of the noise
+WORSE = 1.3  # times the bench's noise, or as much less: from there on the noise is that of these records
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,13 +61,20 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     begin = start if start is not None else np.full(count, BEGIN)
     point = replace(base.point, terms=np.concatenate((base.point.terms, begin)))
     prior = _prior(base, shape)
-    found = solve(shape, point, records, {}, iterations=ITERATIONS, prior=prior, noise_variance=base.noise_variance)
-    begun = [begun_where(_stateless(found), record) for record in records]
-    level = noise_level(found.normal.residuals)
-    moved = any(new.before != old.before for new, old in zip(begun, records, strict=True))
-    if moved or level > WORSE * base.noise_variance:
-        noise = level if level > WORSE * base.noise_variance else base.noise_variance
-        found = solve(shape, found.point, begun, {}, iterations=ITERATIONS, prior=prior, noise_variance=noise)
+    rough = float(base.point.f @ shape.prior_matrix("f") @ base.point.f)
+    strengths = {"f": len(base.point.f) / max(rough, SMOOTH)} | dict.fromkeys(shape.spectra(), 1.0)
+    revised: Sequence[Record] = records
+    noise: float | None = base.noise_variance
+    for _ in range(REVISIONS):
+        begun = revised
+        found = solve(shape, point, begun, strengths, iterations=ITERATIONS, prior=prior, noise_variance=noise)
+        level, revised = noise_level(found.normal.residuals), [begun_where(_stateless(found), each) for each in begun]
+        other = noise is not None and not noise / WORSE < level < WORSE * noise
+        if not other and all(new.before == old.before for new, old in zip(revised, begun, strict=True)):
+            break
+        point, strengths = found.point, found.precisions
+        if other:  # the model promised another noise: how smooth it thought its curve is looked for anew as well
+            strengths, noise = strengths | {"f": FIRST["f"]}, None
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std_over(found, blocks))

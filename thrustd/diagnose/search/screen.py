@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares
 from thrustd.diagnose.search.library import combined, free_curve
+from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import Mask, prior_of
 from thrustd.identify.regression.sweep import Record, columns, simulate
 from thrustd.identify.regression.terms import Term
@@ -21,6 +22,7 @@ from thrustd.model.stage import Floats
 
 ROWS = 12_000  # of the table at most
 GAIN = 0.1  # sigma of a free curve that multiplies the force
+SIZES = 1.0, 5.0, 25.0  # of its typical one: a spectrum's common size is told by the data
 PROBE = 0.2  # of an amplitude's sigma: typical
 
 
@@ -116,7 +118,8 @@ def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
     found = []
     for term in terms:
         extra, positive = _probed(table, term, plain)
-        found.append(Looked(term, table.squares(extra, positive), before))
+        sizes = SIZES if extra.shape[1] >= SPECTRUM else SIZES[:1]
+        found.append(Looked(term, min(table.squares(size * extra, positive) for size in sizes), before))
     return sorted(found, key=lambda looked: looked.mse)
 
 

@@ -1,12 +1,16 @@
 """A solution as the artifact keeps it, and back: what was learnt on the bench is the prior of the next record."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.stops import radii_of
+from thrustd.identify.regression.terms import split
 from thrustd.model.artifact import Posterior
+from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.stage import Floats
 
 
@@ -14,10 +18,7 @@ def kept(found: Solution) -> Posterior:
     """Mean and information of the base, effects and where each record began integrated out."""
     shape = found.shape
     n = shape.parts()["terms"].start
-    whole = found.information
-    base = whole[:n, :n]
-    if n < shape.n:
-        base = base - whole[:n, n:] @ np.linalg.lstsq(whole[n:, n:], whole[n:, :n], rcond=None)[0]
+    base = _over(found.information, n)
     grid, h_grid = shape.f_grid, shape.h_grid
     lower = base[np.tril_indices(n)]
     return Posterior(
@@ -35,6 +36,49 @@ def kept(found: Solution) -> Posterior:
         "zoh" if shape.hold == "zoh" else "foh",
         shape.passive,
     )
+
+
+def with_own_stops(found: Solution) -> Solution:
+    """The same mount, stops that came as an effect among its own: what is known is known of their sum."""
+    shape, where = found.shape, found.shape.parts()
+    parts = list(
+        zip(shape.terms, split(shape.terms, np.arange(where["terms"].start, where["terms"].stop)), strict=True)
+    )
+    added = [(term, at) for term, at in parts if term.effect is STOPS]
+    if not added:
+        return found
+    (term, came), own = added[0], len(shape.radii)
+    others = np.concatenate([at for one, at in parts if one is not term] or [came[:0]])
+    before, behind = np.arange(where["stops"].start), np.arange(where["begin"].start, shape.n)
+    unit = np.array([term.std[p.name] for p in term.free]) / shape.output_scale
+    order = np.concatenate((before, came, others, behind)).astype(int)  # of the new numbers, in the old vector
+    scale = np.ones(len(order))
+    scale[len(before) : len(before) + len(came)] = 1.0 / unit
+    turn = np.zeros((shape.n, len(order) + own))  # old numbers of the new ones and, last, of the own stops as they were
+    turn[order, np.arange(len(order))] = scale
+    turn[where["stops"], len(order) :] = np.eye(own)
+    turn[came[:own], len(order) :] = -np.diag(1.0 / unit[:own])
+    vector = found.point.vector(shape)
+    new = vector[order] / scale
+    new[len(before) : len(before) + own] += vector[where["stops"]]
+    free = found.free[order]
+    free[len(before) : len(before) + own] |= found.free[where["stops"]]
+    gathered = replace(
+        shape,
+        radii=radii_of(travel(shape.f_grid)),
+        terms=tuple(one for one in shape.terms if one is not term),
+    )
+    information = _over(turn.T @ found.information @ turn, len(order))
+    return replace(found, shape=gathered, point=found.point.at(gathered, new), information=information, free=free)
+
+
+def _over(information: Floats, n: int) -> Floats:
+    """Information (n, n) of the first n numbers, whatever the others are."""
+    if n == len(information):
+        return information
+    across = information[:n, n:]
+    known: Floats = information[:n, :n] - across @ np.linalg.lstsq(information[n:, n:], across.T, rcond=None)[0]
+    return known
 
 
 def shape_of(posterior: Posterior) -> Shape:

@@ -13,6 +13,7 @@ from thrustd.model.linear import discretise_mode
 from thrustd.model.stage import Floats
 
 Hold = Literal["foh", "zoh"]
+SPECTRUM = 6  # amplitudes of one effect from which on they are a spectrum
 TURN = 1e-5  # of the logarithm of a pole: step of the differences that give its derivative
 
 
@@ -56,6 +57,15 @@ class Shape:
     def parts(self) -> dict[str, slice]:
         ends = np.cumsum([0, *self.sizes.values()])
         return {name: slice(a, b) for name, a, b in zip(self.sizes, ends[:-1], ends[1:], strict=True)}
+
+    def spectra(self) -> dict[str, slice]:
+        """Terms of many amplitudes, whose common size the data tell."""
+        begin, found = self.parts()["terms"].start, {}
+        for k, term in enumerate(self.terms):
+            if sum(p.amplitude for p in term.free) >= SPECTRUM:
+                found[f"term {k}"] = slice(begin, begin + len(term.free))
+            begin += len(term.free)
+        return found
 
     @property
     def n(self) -> int:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import nnls
 
+from thrustd.core.errors import ModelError
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Normal, Record, normal_equations, simulate
 from thrustd.model.stage import Floats
@@ -34,6 +35,7 @@ WIDEST = {
     "offset": 1e-6,
     "begin": 1e-4,
 }  # least precision
+WIDEST_TERM = 1e-3  # of a spectrum, in units of its typical size
 FLAT = 1e-9  # precision of what no prior holds, in units of the output scale
 POLE_STD = 0.5  # of the distance of neighbouring time constants: so far may a pole move
 LONGEST = 64  # blocks of a record at least, for the level of slow errors
@@ -184,6 +186,8 @@ def prior_of(shape: Shape, strengths: Mapping[str, float]) -> Floats:
         matrix[where, where] += 1e6 * line @ np.linalg.solve(line.T @ line, line.T)
     where = shape.parts()["terms"]
     matrix[where, where] += np.eye(where.stop - where.start)
+    for name, own in shape.spectra().items():
+        matrix[own, own] += (strengths.get(name, 1.0) - 1.0) * np.eye(own.stop - own.start)
     if shape.line:
         where = shape.parts()["f"]
         bends = np.diff(np.eye(shape.f_grid.n), 2, axis=0)
@@ -197,17 +201,17 @@ def _strengths(
     """MacKay's fixed point for every group."""
     covariance = np.zeros_like(information)
     covariance[np.ix_(free, free)] = _inverse(information[np.ix_(free, free)])
-    new = {}
+    new, groups = {}, shape.parts() | shape.spectra()
     for name, strength in old.items():
-        where = shape.parts()[name]
+        where = groups[name]
         if where.stop == where.start:
             new[name] = strength
             continue
-        matrix = shape.prior_matrix(name)
+        matrix = shape.prior_matrix(name) if name in shape.sizes else np.eye(where.stop - where.start)
         rank = where.stop - where.start - 3 if name in ("f", "h") else int(free[where].sum())
         counted = max(rank - strength * float(np.trace(covariance[where, where] @ matrix)), 0.1)
         size = max(float(away[where] @ matrix @ away[where]), 1e-300)
-        new[name] = float(np.clip(counted / size, WIDEST[name], 1e12))
+        new[name] = float(np.clip(counted / size, WIDEST.get(name, WIDEST_TERM), 1e12))
     return new
 
 
@@ -222,13 +226,24 @@ def _inverse(matrix: Floats) -> Floats:
     return result
 
 
+def _factor(matrix: Floats) -> tuple[Floats, bool]:
+    """Of a matrix that rounding may have left without its last digits of definiteness."""
+    for ridge in (0.0, 1e-11, 1e-9, 1e-7):
+        try:
+            found: tuple[Floats, bool] = cho_factor(matrix + ridge * np.eye(len(matrix)))
+        except np.linalg.LinAlgError:
+            continue
+        return found
+    raise ModelError("these data and this model do not determine a curve: no positive information; expected more data")
+
+
 def bounded(matrix: Floats, right: Floats, positive: Mask) -> tuple[Floats, Mask]:
     """Minimum of t'At/2 - b't with t[positive] >= 0 (n,), and which of t are free: elimination, then NNLS."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     a, b = matrix * np.outer(scale, scale) + 1e-13 * np.eye(len(right)), right * scale
     p, q = np.flatnonzero(positive), np.flatnonzero(~positive)
     t = np.zeros(len(b))
-    factor = cho_factor(a[np.ix_(q, q)])
+    factor = _factor(a[np.ix_(q, q)])
     if len(p):
         across = cho_solve(factor, a[np.ix_(q, p)])
         schur = a[np.ix_(p, p)] - a[np.ix_(p, q)] @ across

@@ -37,7 +37,7 @@ class Record:
 
     @property
     def seen(self) -> Seen:
-        return Seen(self.d, dict(self.channels) | {DEFORMATION: self.d}, self.dt_s, self.before)
+        return Seen(self.d, {**self.channels, DEFORMATION: self.d}, self.dt_s, self.before)
 
 
 def head_of(record: Record, n: int, before: float) -> Record:
@@ -78,18 +78,18 @@ def normal_equations(shape: Shape, point: Point, records: Sequence[Record]) -> N
 def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice, Floats, Floats]]:
     """Blocks: where they lie, derivatives (m, shape.n) and output (m,). The table is used again for the next block."""
     core = core_of(shape, point, record.dt_s)
-    v = deformed(shape.terms, point.terms, record.seen) if shape.terms else record.d
-    spring, _ = sprung(shape.terms, point.terms, record.seen)
-    whole = _with_terms(shape, point, record, v) if shape.terms else None
-    memory, stops = begun_at(shape, point, core, record), stops_at_rest(shape.radii, record.before)
+    seen = deformed(shape.terms, point.terms, record.seen)
+    spring, _ = sprung(shape.terms, point.terms, seen)
+    whole = _with_terms(shape, point, record, seen) if shape.terms else None
+    memory, stops = begun_at(shape, point, core, record, seen), stops_at_rest(shape.radii, record.before)
     where, table = shape.parts(), np.empty((BLOCK, shape.n))
     own = shape.own_columns(len(core.real.gain))
     narrow, rub = np.zeros((BLOCK, len(own))), np.empty((BLOCK, len(shape.radii)))
     for part in blocks(len(record)):
         m = part.stop - part.start
         rows, out, slopes = table[:m], np.empty(m), np.zeros(m)
-        run_with_columns(core, memory, v[part], spring[part], np.isfinite(record.y[part]), out, slopes, narrow[:m])
-        run_stops(shape.radii, stops, record.d[part], rub[:m])
+        run_with_columns(core, memory, seen.d[part], spring[part], np.isfinite(record.y[part]), out, slopes, narrow[:m])
+        run_stops(shape.radii, stops, seen.d[part], rub[:m])
         rows[:, : shape.n_core] = narrow[:m][:, own]
         rows[:, where["offset"]] = 1.0
         out += point.offset
@@ -105,9 +105,9 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice,
         yield part, rows, out
 
 
-def begun_at(shape: Shape, point: Point, core: Core, record: Record) -> Memory:
+def begun_at(shape: Shape, point: Point, core: Core, record: Record, seen: Seen) -> Memory:
     """Settled at the level before, or off it by the numbers that the point has for this record."""
-    _, spring = sprung(shape.terms, point.terms, record.seen)
+    _, spring = sprung(shape.terms, point.terms, seen)
     memory = at_rest(core, record.before, spring)
     if record.place is not None and len(point.begin):
         m, p = len(point.gain), len(point.pair_gain)
@@ -140,10 +140,9 @@ class _Whole:
     columns: Floats
 
 
-def _with_terms(shape: Shape, point: Point, record: Record, v: Floats) -> _Whole:
-    scale, seen = shape.output_scale, record.seen
-    (plain, rest), rubbed = _core_run(shape, point, record, v), _friction(shape, point, record) * scale
-    plain, rest, nothing = plain * scale, rest * scale, np.zeros(len(record))
+def _with_terms(shape: Shape, point: Point, record: Record, seen: Seen) -> _Whole:
+    scale, nothing = shape.output_scale, np.zeros(len(record))
+    plain, rubbed, rest = _parts(shape, point, record, seen)
     output = pushed(shape.terms, point.terms, seen, plain, rubbed, rest)
     gains = tuple(term for term in shape.terms if term.effect.site == "gain")
     gain = np.ones(len(record))
@@ -153,22 +152,28 @@ def _with_terms(shape: Shape, point: Point, record: Record, v: Floats) -> _Whole
         turned = pushed(gains, own, seen, plain, nothing, rest)
         gain = np.divide(turned, plain, out=gain, where=np.abs(plain) > 1e-9 * scale)
     table = np.empty((len(record), len(point.terms)))
-    stops = _stop_columns(shape, point, record)
+    stops = _stop_columns(shape, record, seen)
     for i in range(len(point.terms)):
         if i in stops:
             table[:, i] = stops[i] / scale
             continue
         numbers = point.terms.copy()
         numbers[i] += NUDGE
-        moved = plain
+        there, moved, rubs = seen, plain, rubbed
         if _touches_core(shape, i):
-            there = deformed(shape.terms, numbers, seen)
-            moved = _core_run(shape, replace(point, terms=numbers), record, there)[0] * scale
-        table[:, i] = (pushed(shape.terms, numbers, seen, moved, rubbed, rest) - output) / (NUDGE * scale)
+            there = deformed(shape.terms, numbers, record.seen)
+            moved, rubs, _ = _parts(shape, replace(point, terms=numbers), record, there)
+        table[:, i] = (pushed(shape.terms, numbers, there, moved, rubs, rest) - output) / (NUDGE * scale)
     return _Whole(output / scale, gain, table)
 
 
-def _stop_columns(shape: Shape, point: Point, record: Record) -> dict[int, Floats]:
+def _parts(shape: Shape, point: Point, record: Record, seen: Seen) -> tuple[Floats, Floats, float]:
+    """Force of core and of friction (n,), and of the core at rest before the record begins, N."""
+    (plain, rest), rubbed = _core_run(shape, point, record, seen), _friction(shape, point, record, seen)
+    return plain * shape.output_scale, rubbed * shape.output_scale, rest * shape.output_scale
+
+
+def _stop_columns(shape: Shape, record: Record, seen: Seen) -> dict[int, Floats]:
     """Columns of terms that are stops, N per number: they are linear, and one run gives all sixteen."""
     found: dict[int, Floats] = {}
     at = 0
@@ -176,7 +181,7 @@ def _stop_columns(shape: Shape, point: Point, record: Record) -> dict[int, Float
         if term.effect is STOPS:
             radii = radii_of(term.fixed["travel_mm"])
             rub = np.empty((len(record), len(radii)))
-            run_stops(radii, stops_at_rest(radii, record.before), record.d, rub)
+            run_stops(radii, stops_at_rest(radii, record.before), seen.d, rub)
             found |= {at + i: rub[:, i] * term.std[p.name] for i, p in enumerate(term.free)}
         at += len(term.free)
     return found
@@ -187,35 +192,33 @@ def _touches_core(shape: Shape, number: int) -> bool:
     return sites[number] in ("deformation", "spring", "linear")
 
 
-def _core_run(shape: Shape, point: Point, record: Record, v: Floats) -> tuple[Floats, float]:
+def _core_run(shape: Shape, point: Point, record: Record, seen: Seen) -> tuple[Floats, float]:
     """Output of curves, relaxation and offset (n,), and the one at rest before the record begins."""
     core = core_of(shape, point, record.dt_s)
     still, out = np.empty(1), np.empty(len(record))
-    spring, at_first = sprung(shape.terms, point.terms, record.seen)
+    spring, at_first = sprung(shape.terms, point.terms, seen)
     run(core, at_rest(core, record.before, at_first), np.array([record.before]), np.array([at_first]), still)
-    run(core, begun_at(shape, point, core, record), v, spring, out)
+    run(core, begun_at(shape, point, core, record, seen), seen.d, spring, out)
     return out + point.offset, float(still[0]) + point.offset
 
 
-def _friction(shape: Shape, point: Point, record: Record) -> Floats:
+def _friction(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
     state, out = stops_at_rest(shape.radii, record.before), np.zeros(len(record))
     if not np.any(point.stops):
         return out
     rub = np.empty((BLOCK, len(shape.radii)))
     for part in blocks(len(record)):
         m = part.stop - part.start
-        run_stops(shape.radii, state, record.d[part], rub[:m])
+        run_stops(shape.radii, state, seen.d[part], rub[:m])
         out[part] = rub[:m] @ point.stops
     return out
 
 
 def simulate(shape: Shape, point: Point, record: Record) -> Floats:
     """Free run (n,) in units of the shape's scale."""
-    if not shape.terms:
-        return _core_run(shape, point, record, record.d)[0] + _friction(shape, point, record)
-    v, scale = deformed(shape.terms, point.terms, record.seen), shape.output_scale
-    (plain, rest), rubbed = _core_run(shape, point, record, v), _friction(shape, point, record)
-    out: Floats = pushed(shape.terms, point.terms, record.seen, plain * scale, rubbed * scale, rest * scale) / scale
+    seen = deformed(shape.terms, point.terms, record.seen)
+    force, rubbed, rest = _parts(shape, point, record, seen)
+    out: Floats = pushed(shape.terms, point.terms, seen, force, rubbed, rest) / shape.output_scale
     return out
 
 

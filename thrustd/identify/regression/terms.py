@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.model.effect import Effect, Parameter
-from thrustd.model.stage import Floats
+from thrustd.model.stage import DEFORMATION, Floats
 
 NUDGE = 1e-3  # of a number without dimension: step of the difference quotient
 
@@ -70,14 +70,18 @@ class Seen:
     dt_s: float
     before: float
 
+    def at(self, d: Floats) -> "Seen":
+        """With another deformation."""
+        return replace(self, d=d, channels={**self.channels, DEFORMATION: d})
+
 
 def split(terms: Sequence[Term], numbers: Floats) -> list[Floats]:
     ends = np.cumsum([0, *(len(term.free) for term in terms)])
     return [numbers[a:b] for a, b in pairwise(ends)]
 
 
-def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Floats:
-    """Deformation (n,) as the rubber has it, from what the transducer says."""
+def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Seen:
+    """With the deformation as the rubber has it, from what the transducer says."""
     v = seen.d
     for term, own in zip(terms, split(terms, numbers), strict=True):
         if term.effect.site != "deformation":
@@ -88,7 +92,7 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Floats:
             v = np.interp(index + term.effect.ahead_s(values) / seen.dt_s, index, v)
         else:
             v = _run(term, values, seen, v, seen.before)
-    return v
+    return seen.at(v)
 
 
 def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> tuple[Floats, float]:
@@ -135,7 +139,7 @@ def _before(term: Term, values: Mapping[str, float], seen: Seen) -> float:
 
 def _begin(term: Term, seen: Seen) -> Floats:
     """Inputs at rest before the first sample."""
-    level = {"deformation_mm": seen.before}
+    level = {DEFORMATION: seen.before}
     return np.array([level.get(name, seen.channels[name][0]) for name in term.effect.channels], float)
 
 

@@ -36,7 +36,7 @@ EFFECT = Effect(
     site="linear",
     channels=(),
     parameters=tuple(
-        Parameter(name, "-", neutral=0.0, low=0.0, high=2.0, starts=(0.02,),
+        Parameter(name, "-", neutral=0.0, low=0.0, high=1e3, starts=(0.02,),
                   meaning=f"share of the force that relaxes with {tau:.2g} s",
                   expected="0.01 to 0.1 for filled natural rubber")
         for name, tau in zip(GAINS, TAUS_S, strict=True)
