@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
 
-.PHONY: help demo test check site bench commission blind fusion integrity thesis clean
+.PHONY: help demo test check site bench commission foreign blind fusion integrity thesis clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -41,6 +41,9 @@ integrity: .venv/ready ## faults at every moment of a flight, three aircraft, an
 
 commission: .venv/ready ## a stranger's aircraft with a hostile installation: from bench records to a scored flight
 	$(BIN)/python -m benchmarks.commission
+
+foreign: .venv/ready ## the loop on measured rubber, dampers and drives and on mounts of others, where their data lie beside the project
+	$(BIN)/python -m benchmarks.foreign
 
 blind: .venv/ready ## hide effects, find them, count: confusion matrix and fall of the error
 	$(BIN)/python -m benchmarks.blind

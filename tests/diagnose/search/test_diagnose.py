@@ -162,3 +162,12 @@ def _lag(signal, tau_s, dt_s):
 def _simulated(data):
     model = compile_model(mount(), data.sample_hz)
     return model.simulate(model.inputs(data.channels))
+
+
+def test_a_force_of_the_wrong_sign_is_said_and_no_effect_is_named_for_it():
+    rubs = record([EffectSpec("hysteresis_prandtl_ishlinskii", {"friction_n": 400.0})])
+    turned = make_recording("turned", {**rubs.channels, "time_s": rubs.time_s, "force_N": -rubs["force_N"]})
+    report = diagnose(mount(k1=-5000.0, k3=-1000.0), [turned])
+    assert report.verdict == ("unknown",)
+    assert "sign of force_N" in report.advice[0]
+    assert report.grade == "weak"

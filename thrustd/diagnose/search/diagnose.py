@@ -17,6 +17,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.blas import one_thread
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
+from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import referenced
 from thrustd.diagnose.search.base import Base, base_of, records_of
@@ -83,7 +84,11 @@ def diagnose(
         rows = records_of(base, spec, segments)
         ranked = rank(base, rows, effects, rig_of(rows, base, spec), progress)
         verdict = judge(base, rows, ranked)
-        report = _report(name or spec.name, records, base, rows, ranked, verdict, not_judged, beside)
+        energy = loop_energy(records)
+        turned = [energy.sentence(records)] if energy.delivers and not against else []
+        if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
+            verdict = Verdict(("unknown",), ranked.nothing, ())
+        report = _report(name or spec.name, records, base, rows, ranked, verdict, not_judged, turned, beside)
     if progress is not None:
         progress(1.0, "done")
     return report
@@ -104,10 +109,14 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     rest = [c for c in followed(table, curve_sigma(records)) if left - c.mse > FOLLOWS * above]
     first = [c for c in ranked.channels if c.mse < left - (1 - OUTDOES) * above]
     strange = [c for c in first if not set(c.parts) & own]
-    unlike = not best.terms and best.mse > max(UNLIKE**2 * floor, EXACT**2)
-    if unlike or (above > FAINT * floor and (strange or (not best.terms and rest))):
+    if (not best.terms and far_above(best, base)) or (above > FAINT * floor and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])
     return Verdict(words, best, tuple(rest)[:3])
+
+
+def far_above(fit: Joint, base: Base) -> bool:
+    """Whether much more than noise is left, and more than any law leaves by not holding exactly."""
+    return bool(fit.mse > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
 
 
 def curve_sigma(records: Sequence[Record]) -> float:
@@ -122,6 +131,7 @@ def _report(
     ranked: Ranked,
     verdict: Verdict,
     not_judged: Sequence[NotJudged],
+    turned: Sequence[str],
     beside: bool,
 ) -> DiagnoseReport:
     scale, floor = base.scale, floor_of(verdict.fit, base)
@@ -134,22 +144,23 @@ def _report(
         tuple(candidates),
         tuple(_drawn(base, rows, verdict)),
         tuple(not_judged),
-        tuple(_advice(base, ranked, verdict, alike, not_judged)),
+        (*turned, *_advice(base, ranked, verdict, alike, not_judged)),
         scale * float(np.sqrt(ranked.nothing.mse)),
         scale * float(np.sqrt(verdict.fit.mse)),
         scale * floor,
         base.promised is not None,
-        _grade(ranked, verdict, alike),
+        _grade(base, verdict, alike),
         at_floor(verdict.fit, base),
         explained(base, rows, ranked, beside),
     )
 
 
-def _grade(ranked: Ranked, verdict: Verdict, alike: Sequence[str]) -> str:
+def _grade(base: Base, verdict: Verdict, alike: Sequence[str]) -> str:
     """strong: no other set comes near; cannot be told: another does as well; weak: something is left."""
     if alike:
         return "cannot be told"
-    return "weak" if verdict.channels and verdict.words != ("unknown",) else "strong"
+    said = verdict.words == ("unknown",) and verdict.channels
+    return "weak" if not said and (verdict.channels or far_above(verdict.fit, base)) else "strong"
 
 
 def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
