@@ -1,0 +1,103 @@
+"""Flight hours of healthy aircraft: is anybody accused? `python -m benchmarks.healthy_hours [--minutes 9]`.
+
+Each flight is a whole recording, from an engine start before its take-off on, flown by a twin aircraft of its own:
+engines, mounts, sensor noise. Every report but a calibrated zero is a false accusation. Flights are kept in
+out/healthy_hours.jsonl and not flown again: it goes on where it stopped, until the hours that are asked for are there.
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.fusion_flights import FLIGHTS, PH_LAB, fly_through, installation
+from benchmarks.integrity_flight import GROUND_S
+from thrustd.core.types import Status
+from thrustd.installation.installation import Installation
+from thrustd.records.files import read_recording
+
+RESULTS = Path("out/healthy_hours.jsonl")
+HOURS = 100.0
+FIRST_SEED = 4000  # of the twin aircraft; no other benchmark flies these
+BAND = 1.96
+
+
+class Hours(NamedTuple):
+    """One flight; both engines together."""
+
+    flight: str
+    seed: int
+    seconds: float
+    accused: list[str]  # "time where kind"
+    rmse_n: float
+    std_n: float  # mean
+    in_band_pct: float
+    disagree_s: float  # the longer of the engines
+
+
+def fly_one(place: Installation, number: int, seed: int) -> Hours:
+    record = read_recording(PH_LAB / FLIGHTS[number])
+    start_s = float(record.time_s[int(np.argmax(record["mach"] > 0.18))]) - GROUND_S
+    whole = record.window(start_s, float(record.time_s[-1]))
+    flown = fly_through(place, FLIGHTS[number], whole, seed, engine_start=True)
+    error_n = np.concatenate([e.column("thrust_n") - e.truth_n for e in flown.engines])
+    std_n = np.concatenate([e.column("thrust_std_n") for e in flown.engines])
+    doubt = [float(np.mean([each.status & Status.DISAGREE != 0 for each in e.estimates])) for e in flown.engines]
+    seconds = float(np.ptp(flown.engines[0].time_s))
+    return Hours(
+        flown.name, seed, seconds,
+        [f"{f.t_ns * 1e-9:.0f} {f.where} {f.kind}" for f in flown.faults if f.active and f.kind != "zero"],
+        float(np.sqrt(np.mean(error_n**2))), float(std_n.mean()),
+        100.0 * float(np.mean(np.abs(error_n) <= BAND * std_n)), seconds * max(doubt),
+    )  # fmt: skip
+
+
+def kept(key: str) -> list[Hours]:
+    """What was flown under this name."""
+    if not RESULTS.exists():
+        return []
+    found = [json.loads(line) for line in RESULTS.read_text().splitlines()]
+    return [Hours(**{name: row[name] for name in Hours._fields}) for row in found if row["key"] == key]
+
+
+def summary(rows: list[Hours]) -> str:
+    """One line of all that was flown, and one of every flight in which somebody was accused."""
+    if not rows:
+        return "healthy aircraft: none flown (python -m benchmarks.healthy_hours)"
+    hours = sum(row.seconds for row in rows) / 3600.0
+    mean = [float(np.average([row[i] for row in rows], weights=[row.seconds for row in rows])) for i in (4, 5, 6)]
+    accused = [row for row in rows if row.accused]
+    lines = [
+        f"healthy aircraft: {hours:.1f} flight hours of {len(rows)} aircraft, {len(accused)} with somebody accused;"
+        f" RMSE {mean[0]:.0f} N, sigma {mean[1]:.0f} N, {mean[2]:.1f} % in band,"
+        f" disagree {sum(row.disagree_s for row in rows) / hours:.0f} s/h"
+    ]
+    return "\n".join([*lines, *(f"  {row.flight} aircraft {row.seed}: {'; '.join(row.accused)}" for row in accused)])
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--hours", type=float, default=HOURS)
+    parser.add_argument("--minutes", type=float, default=1e9, help="begins no flight after that long")
+    parser.add_argument("--key", default="")
+    arguments = parser.parse_args()
+    began, place, rows = time.monotonic(), installation(), kept(arguments.key)
+    while sum(row.seconds for row in rows) < 3600.0 * arguments.hours:
+        if time.monotonic() - began > 60.0 * arguments.minutes:
+            break
+        row = fly_one(place, len(rows) % len(FLIGHTS), FIRST_SEED + len(rows))
+        rows.append(row)
+        print(f"{row.flight} {row.seed}: {row.accused or 'nobody'}, {row.rmse_n:.0f} N", file=sys.stderr)
+        RESULTS.parent.mkdir(exist_ok=True)
+        with RESULTS.open("a") as file:
+            file.write(json.dumps({"key": arguments.key, **row._asdict()}) + "\n")
+    print(summary(rows))
+    return int(any(row.accused for row in rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
