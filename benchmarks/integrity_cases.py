@@ -8,6 +8,7 @@ from benchmarks.integrity_edits import (
     BOTH_ENGINES,
     HOSTILE,
     LEFT,
+    Array,
     Edit,
     Speaking,
     clock,
@@ -20,6 +21,7 @@ from benchmarks.integrity_edits import (
     step,
     stuck,
     swap,
+    together,
 )
 
 UPPER, LOWER = (0,), (1,)
@@ -63,6 +65,10 @@ def _fuel(change: Speaking) -> Edit:
 
 def _n1(change: Speaking) -> Edit:
     return says("n1_pct", 0, change)
+
+
+def _less(_: Array, values: Array) -> Array:
+    return 0.8 * values
 
 
 CASES: tuple[Case, ...] = (
@@ -117,6 +123,11 @@ CASES: tuple[Case, ...] = (
     *_at("cruise", "ADC clock 0.3 % slow", clock(0.003), ()),
     # two engines at once
     *_at("ground idle, cruise", "all four LVDTs +0.05 mm", step(BOTH_ENGINES, 0.05), ANY, 240.0),
+    *_at("take-off roll, cruise", "all four LVDTs -0.1 mm", step(BOTH_ENGINES, -0.1), ANY, 240.0),
+    *_at("cruise, throttle up", "all four LVDTs halve", gain(BOTH_ENGINES, 0.5), ANY),
+    *_at("take-off roll, cruise", "all four LVDTs -10 %", gain(BOTH_ENGINES, 0.9), ANY, 240.0),
+    *_at("cruise", "all four LVDTs drift +0.02 mm/min", drift(BOTH_ENGINES, 0.02), ANY, 420.0),
+    *_at("cruise", "fuel flow of both engines x 0.8", together(_fuel(_less), says("fuel_flow_kg_s", 1, _less)), FUEL),
 )  # fmt: skip
 HEALTHY = Case("healthy", "begin", Edit(), (), 1e9, True)
 AIRCRAFT = tuple(Case(f"hostile: {name}", "begin", edit, (), 1e9) for name, edit in HOSTILE.items())
