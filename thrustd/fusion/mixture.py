@@ -7,7 +7,7 @@ vanish. The median is the mean of a single one, and an unlikely one that is far 
 Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
 """
 
-from math import erfc, sqrt
+from math import erfc, exp, pi, sqrt
 from typing import NamedTuple
 
 from thrustd.core.columns import Floats
@@ -16,7 +16,9 @@ from thrustd.core.jit import compiled
 P, SHIFT_N, STD_N = range(3)  # of a hypothesis: its probability; thrust minus that of the one that leads; one sigma
 TAIL, SIGMAS = 0.025, 1.959964
 ALONE = 1e-3  # all others together less likely than this: nothing to mix
-HALVINGS = 30
+NOTHING = 1e-6  # a hypothesis less likely than this is in no tail
+STEPS, CLOSE_N = 30, 1e-3
+ROOT_2, ROOT_2_PI = sqrt(2.0), sqrt(2.0 * pi)
 
 
 class Weighed(NamedTuple):
@@ -28,27 +30,37 @@ class Weighed(NamedTuple):
 
 
 @compiled
-def _beyond(x_n: float, hypotheses: Floats, lead: int, std_n: float, sign: float) -> float:
-    """Probability that the thrust is further out than x, from the one that leads, on this side."""
-    tail = 0.0
+def _beyond(x_n: float, hypotheses: Floats, lead: int, std_n: float, sign: float) -> tuple[float, float]:
+    """Probability that the thrust is further out than x, from the one that leads, on this side; density there, 1/N."""
+    tail = density = 0.0
     for i in range(len(hypotheses)):
-        sigma_n = std_n if i == lead else hypotheses[i, STD_N]
-        if hypotheses[i, P] > 0.0:
-            tail += 0.5 * hypotheses[i, P] * erfc(sign * (x_n - hypotheses[i, SHIFT_N]) / (sigma_n * sqrt(2.0)))
-    return tail
+        if hypotheses[i, P] > NOTHING:
+            sigma_n = std_n if i == lead else hypotheses[i, STD_N]
+            out = sign * (x_n - hypotheses[i, SHIFT_N]) / sigma_n
+            tail += 0.5 * hypotheses[i, P] * erfc(out / ROOT_2)
+            density += hypotheses[i, P] * exp(-0.5 * out * out) / (ROOT_2_PI * sigma_n)
+    return tail, density
 
 
 @compiled
 def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float, tail: float) -> float:
-    near_n = 0.0  # the median may be on either side of it
+    """Newton's steps, halves of the bracket where one leads out of it; the median may be on either side of 0."""
     inner, outer = -far_n * sign, far_n * sign
-    for _ in range(HALVINGS):
-        near_n = 0.5 * (inner + outer)
-        if _beyond(near_n, hypotheses, lead, std_n, sign) > tail:
-            inner = near_n
+    at_n = 0.0 if tail == 0.5 else SIGMAS * std_n * sign
+    for _ in range(STEPS):
+        beyond, density = _beyond(at_n, hypotheses, lead, std_n, sign)
+        if beyond > tail:
+            inner = at_n
         else:
-            outer = near_n
-    return near_n
+            outer = at_n
+        next_n = at_n + sign * (beyond - tail) / max(density, 1e-12)
+        if not min(inner, outer) < next_n < max(inner, outer):
+            next_n = 0.5 * (inner + outer)
+        done = abs(next_n - at_n) < CLOSE_N
+        at_n = next_n
+        if done:
+            break
+    return at_n
 
 
 @compiled

@@ -88,7 +88,7 @@ class Monitor:
         self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
         self._sat_stuck = False
         self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
-        self._statuses = [0 for _ in engines]  # as of the last look
+        self._statuses, self._uncorrected_n = [0 for _ in engines], [0.0 for _ in engines]  # as of the last look
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._failed = [""] * len(layout.mounts_of_engine)  # faults of thrust sources that were reported
         self._found_ns = [0] * len(layout.mounts_of_engine)  # when the hypothesis that leads began to
@@ -119,7 +119,7 @@ class Monitor:
 
     def uncorrected_n(self, engine: int) -> float:
         """What the engine's thrust may be wrong by beside its hypotheses, one sigma: installation and accelerometer."""
-        return hypot(self.bank.leading.item(engine, UNCORRECTED_N), self._accelerometer.error_n)
+        return self._uncorrected_n[engine]
 
     def snapshot(self) -> dict[str, Any]:
         """Everything a warm restart needs, JSON-able."""
@@ -152,6 +152,7 @@ class Monitor:
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._excluded}
         restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *WHOLE_OFF.values()}
         self._watches.forget_last_values()
+        self._say_uncorrected()
         self._statuses = list(map(self._status, range(len(self._sources))))
         return restored
 
@@ -193,7 +194,12 @@ class Monitor:
         if changed >= 0:
             self._found_ns[changed] = inputs.t_ns
         self._excluded = self._all_out()
+        self._say_uncorrected()
         return changed
+
+    def _say_uncorrected(self) -> None:
+        error_n = self._accelerometer.error_n
+        self._uncorrected_n = [hypot(each, error_n) for each in self.bank.leading[:, UNCORRECTED_N].tolist()]
 
     def _leapt(self, readings: Floats) -> frozenset[Sensor]:
         """Between two looks: what jumped is out until the next one, before anything follows it.
