@@ -36,8 +36,8 @@ bench: .venv/ready ## speed and memory, measured here
 fusion: .venv/ready ## error and band of healthy aircraft that nothing was chosen on: recorded flights flown by the twin
 	$(BIN)/python -m benchmarks.fusion_ensemble
 
-integrity: .venv/ready ## faults at every moment of a flight, three aircraft, and the hostile aircraft: is it ever confidently wrong?
-	$(BIN)/python -m benchmarks.integrity
+integrity: .venv/ready ## faults at every moment, three aircraft, hostile aircraft, hours of healthy ones: is it ever confidently wrong?
+	$(BIN)/python -m benchmarks.healthy_hours --minutes 30; $(BIN)/python -m benchmarks.integrity
 
 commission: .venv/ready ## a stranger's aircraft with a hostile installation: from bench records to a scored flight
 	$(BIN)/python -m benchmarks.commission

@@ -30,6 +30,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks import healthy_hours
 from benchmarks.fusion_flights import ENGINES, FLIGHTS, follow, installation
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
 from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
@@ -241,7 +242,9 @@ def main() -> int:
         f"{len({(r.fault, r.moment) for r in rows})} cases, {len(rows)} flown in {time.monotonic() - began:.0f} s:"
         f" {len(silent)} confidently wrong for longer than {SILENT_S:g} s"
     )
-    return int(bool(silent))
+    healthy = healthy_hours.kept(arguments.key)
+    console.print(healthy_hours.summary(healthy), highlight=False)
+    return int(bool(silent) or any(row.accused for row in healthy))
 
 
 if __name__ == "__main__":
