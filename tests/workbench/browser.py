@@ -56,10 +56,16 @@ def idle(page):
     page.wait_for_selector("html[data-busy='0']", timeout=LONG_MS)
 
 
+OTHER = """word => {
+    const button = document.getElementById("next");
+    return !button?.textContent.includes(word) || document.querySelector(".notice.problem") !== null;
+}"""
+
+
 def next_step(page, word):
-    """Press the guide's button, once it offers `word`; wait until the work is done."""
+    """Press the guide's button, once it offers `word`; wait until the work is done and it offers something else."""
     button = page.locator("#next:not([disabled])", has_text=word)
     button.wait_for(timeout=LONG_MS)
     button.click()
-    page.wait_for_selector("html:not([data-busy='0']), .notice.problem", timeout=10_000)
+    page.wait_for_function(OTHER, arg=word, timeout=LONG_MS)
     idle(page)

@@ -2,7 +2,9 @@
 
 import http.client
 import json
+import os
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -14,10 +16,15 @@ from urllib.parse import urlsplit
 class Served:
     """One running workbench."""
 
-    def __init__(self, url: str, folder: Path) -> None:
-        self.url, self.folder = url, folder
+    def __init__(self, url: str, folder: Path, pid: int) -> None:
+        self.url, self.folder, self.pid = url, folder, pid
         parts = urlsplit(url)
         self.port, self.token = parts.port, parts.path.strip("/")
+
+    def hold_worker(self):
+        """Stop the worker process where it is: what it does lasts until it is cancelled."""
+        (worker,) = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text().split()
+        os.kill(int(worker), signal.SIGSTOP)
 
     def ask(self, method, path, body=None, headers=None, token=None):
         """(status, headers, body) of one request below the token."""
@@ -64,7 +71,7 @@ def workbench(folder: Path):
     try:
         url = re.search(r"http\S+", child.stdout.readline())
         assert url, "".join(noise)
-        yield Served(url.group(), folder)
+        yield Served(url.group(), folder, child.pid)
     finally:
         child.terminate()
         child.wait(20)

@@ -29,7 +29,7 @@ def exercise(browser, tmp_path_factory):
 
 def test_whole_loop_on_a_hidden_effect(page_of, exercise):
     with page_of(exercise.url) as page:
-        reload_and_cancel(page)
+        reload_and_cancel(page, exercise)
         next_step(page, "Identify a model")
         page.locator("nav a", has_text="Identify").click()
         page.locator("h2", has_text="Static curve").wait_for()
@@ -55,10 +55,12 @@ def test_whole_loop_on_a_hidden_effect(page_of, exercise):
         undo(page)
 
 
-def reload_and_cancel(page):
+def reload_and_cancel(page, served):
     """A fit goes on while the page is loaded again, and stops when it is told to."""
-    button = page.locator("#next:not([disabled])", has_text="Identify")
-    button.click()
+    page.get_by_text("with force_N").nth(2).wait_for(timeout=LONG_MS)  # every recording is read
+    idle(page)
+    served.hold_worker()
+    page.locator("#next:not([disabled])", has_text="Identify").click()
     job = page.locator(".job", has_text="identify")
     job.wait_for()
     page.reload()
