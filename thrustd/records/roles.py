@@ -4,6 +4,7 @@
 names in its metadata, so that every report speaks of `Load [kN]` and prints no newton beside it.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -32,6 +33,18 @@ class Roles(NamedTuple):
     @property
     def output_unit(self) -> str:
         return unit_of(self.output) or unit_in_brackets(self.output)
+
+    @property
+    def unit(self) -> str:
+        """Of the output, for people."""
+        return self.output_unit or "(unit not named)"
+
+    def measured_in(self, unit: str) -> str:
+        """A unit of an effect's parameter, in newtons and millimetres, as it is in this file."""
+        if self.own:
+            return unit
+        named = {"N": self.output_unit or "output", "mm": self.input_unit or "input"}
+        return re.sub(r"[^ /]+", lambda found: named.get(found[0], found[0]), unit)
 
     @property
     def own(self) -> bool:

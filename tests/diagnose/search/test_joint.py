@@ -119,3 +119,12 @@ def test_the_noise_is_that_of_the_record_where_the_model_promised_less_exactness
     report = diagnose(modest, [make_recording("measured", data | {"force_N": force})])
     assert report.verdict == ("relaxation",)
     assert report.rmse_after_n < 2.0 * NOISE_N
+
+
+def test_a_fast_record_that_stood_still_is_shorter_than_the_time_it_has_to_stand():
+    quick, n, step_s = mount(taus_s=(0.01, 0.5)), 3001, 0.0011
+    fast = {name: column[:n] for name, column in columns().items()} | {"time_s": np.arange(n) * step_s}
+    model = compile_model(quick, 1 / step_s)
+    force = model.simulate(model.inputs(fast)) + np.random.default_rng(3).normal(0, NOISE_N, n)
+    report = diagnose(quick, [make_recording("fast", fast | {"force_N": force})])
+    assert report.verdict == ("none",)

@@ -8,7 +8,7 @@ seen is learnt here.
 import hashlib
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import msgspec
@@ -36,7 +36,7 @@ from thrustd.diagnose.search.library import Rig, laws, rig_of, terms_of
 from thrustd.diagnose.search.ranking import Progress, begin_of, gained, leading, pruned, simplest
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.screen import screened, table_of
-from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, specs_of
+from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, sentences, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map
 from thrustd.identify.first_state import begun_at
@@ -48,6 +48,7 @@ from thrustd.model.artifact import ErrorMap, LedgerEntry, ModelSpec, ValidRange,
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 from thrustd.records.recording import Recording
+from thrustd.records.roles import roles_of
 
 TOLD = 2.0  # sigmas from nothing that one amplitude has to be
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
@@ -63,6 +64,7 @@ class ExtendReport:
     rmse_after_n: float
     parameters: tuple[ParameterEstimate, ...]
     left_out: tuple[str, ...] = ()  # asked for, and explained by the others
+    unit: str = "N"
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -84,12 +86,12 @@ class ExtendReport:
     def print(self, console: Console) -> None:
         names = " and ".join(self.effects)
         console.print(
-            f"[bold]{names}[/bold] added: {newtons(self.rmse_before_n)} -> {newtons(self.rmse_after_n)} N"
+            f"[bold]{names}[/bold] added: {newtons(self.rmse_before_n)} -> {newtons(self.rmse_after_n)} {self.unit}"
             " on held-back blocks",
             highlight=False,
         )
-        for number in self.parameters:
-            console.print(f"  {number.sentence}", highlight=False)
+        for line in sentences(self.parameters):
+            console.print(f"  {line}", highlight=False)
         for word in self.left_out:
             console.print(f"  {word} left out: the others explain as much without it", highlight=False)
 
@@ -119,17 +121,17 @@ def extend(
     output = np.concatenate([simulate(spec, segment) for segment in segments])
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     with one_thread():
-        base = base_of(spec, segments)
+        base = replace(base_of(spec, segments), roles=roles_of(records))
         rows = records_of(base, spec, segments)
         nothing = joint_fit(base, rows, ())
         fit = _fitted(base, rows, nothing, chosen, rig_of(rows, base, spec), progress)
-        _check_better(spec, chosen, nothing, fit, base.scale)
+        _check_better(spec, chosen, nothing, fit, base)
         fit = pruned(base, rows, fit)
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
     before, after = (base.scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
-    return ExtendReport(written, fit.words, before, after, tuple(estimates_of(base, fit)), left_out)
+    return ExtendReport(written, fit.words, before, after, tuple(estimates_of(base, fit)), left_out, base.roles.unit)
 
 
 def variants(effect: Effect) -> list[Effect]:
@@ -162,12 +164,12 @@ def told(fit: Joint) -> bool:
     return bool(np.any(np.abs(size[amplitudes]) > TOLD * std[amplitudes]))
 
 
-def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, scale: float) -> None:
+def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, base: Base) -> None:
     if fit.mse > (1.0 - LEAST) * nothing.mse or not (told(fit) or gained(nothing, fit, LEAST)):
-        before, after = (scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
+        before, after = (base.scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
         raise ModelError(
-            f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {before:.4g} N before and"
-            f" {after:.4g} N after on held-back blocks, expected clearly less:"
+            f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added:"
+            f" {before:.4g} {base.roles.unit} before and {after:.4g} after on held-back blocks, expected clearly less:"
             " these data are explained best with none of it; no model written"
         )
 

@@ -24,6 +24,7 @@ from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats, jit
+from thrustd.records.roles import Roles
 
 FRICTIONLESS = 1e-3  # of the output's spread: friction that flies with no model
 STATE_OF = "seconds since start "
@@ -33,6 +34,7 @@ STILL_S, UNLOADED = (
     30.0,
     0.02,
 )  # a record that begins so long at less of that spread begins at rest, as `plan-test` asks
+OWN = Roles()
 UNSURE = 0.02  # of the output's spread: error of a model that promises none
 KNOWN = 0.1  # of its size: an effect that carries no sigma
 
@@ -46,6 +48,7 @@ class Base:
     information: Floats  # (n, n)
     noise_variance: float  # in units of the shape's output scale
     promised: float | None  # rms of its residual at identification, the same units
+    roles: Roles = OWN  # what the file calls and measures input and output in
 
     @property
     def scale(self) -> float:
@@ -128,7 +131,8 @@ def _present(spec: EffectSpec) -> Term:
 def _stood_unloaded(segment: Segment, scale: float) -> bool:
     """Whether no second of the record's beginning was loaded: then its lags remember nothing, and no number says so."""
     second = max(round(1.0 / segment.dt_s), 1)
-    first = segment.force_n[: round(STILL_S / segment.dt_s) // second * second].reshape(-1, second)
+    count = min(round(STILL_S / segment.dt_s), len(segment)) // second
+    first = segment.force_n[: count * second].reshape(-1, second)
     return bool(len(first) and np.all(np.abs(first.mean(axis=1)) < UNLOADED * scale))
 
 

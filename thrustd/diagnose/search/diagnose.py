@@ -9,7 +9,7 @@ one of these leaves less than every known law, the verdict is `unknown`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,7 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
+from thrustd.records.roles import roles_of
 
 FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
 OUTDOES = 0.8  # of what the best set leaves above the floor: less than this by one free curve, and the law is another
@@ -80,7 +81,7 @@ def diagnose(
     present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
     effects, not_judged = judgeable([*shelf().values(), *extra], records, present)
     with one_thread():
-        base = base_of(spec, segments)
+        base = replace(base_of(spec, segments), roles=roles_of(records))
         rows = records_of(base, spec, segments)
         ranked = rank(base, rows, effects, rig_of(rows, base, spec), progress)
         verdict = judge(base, rows, ranked)
@@ -152,6 +153,7 @@ def _report(
         _grade(base, verdict, alike),
         at_floor(verdict.fit, base),
         explained(base, rows, ranked, beside),
+        base.roles.unit,
     )
 
 
@@ -173,7 +175,7 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
     for term in best.terms:
         word = term.effect.word
         own = tuple(n for n in numbers if n.effect == word)
-        said = _said(best, nothing, scale, term.effect)
+        said = _said(base, best, nothing, term.effect)
         found.append(CandidateReport(word, term.effect.name, before, after, own, alike, said, True))
     single = {fit.words[0]: fit for fit in reversed(ranked.fits) if len(fit.terms) == 1}
     seen = {report.effect for report in found}
@@ -194,18 +196,21 @@ def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint) -> Can
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
     before = scale * float(np.sqrt(nothing.mse))
     after = min(before, scale * float(np.sqrt(mse)))
-    said = f"{looked.term.effect.word} alone would leave {newtons(after)} N" + ("" if fit else ", at a linear look")
+    said = f"{looked.term.effect.word} alone would leave {newtons(after)} {base.roles.unit}" + (
+        "" if fit else ", at a linear look"
+    )
     return CandidateReport(looked.term.effect.word, name, before, after, numbers, (), said, False)
 
 
-def _said(best: Joint, nothing: Joint, scale: float, effect: Effect) -> str:
+def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
+    scale = base.scale
     others = [word for word in best.words if word != effect.word]
     beside = f" beside {' and '.join(others)}" if others else ""
     fall = nothing.block_mse - best.block_mse
     removed = 100 * (1 - best.mse / nothing.mse)
     return (
         f"{effect.word}{beside} removes {removed:.0f} % of the squared error on held-back blocks"
-        f" ({newtons(scale * nothing.mse**0.5)} -> {newtons(scale * best.mse**0.5)} N),"
+        f" ({newtons(scale * nothing.mse**0.5)} -> {newtons(scale * best.mse**0.5)} {base.roles.unit}),"
         f" better in {int(np.count_nonzero(fall > 0))} of {len(fall)} blocks"
         + (", looking ahead in the record; in flight it can only be extrapolated" if effect.ahead_s else "")
     )
@@ -248,9 +253,10 @@ def _advice(
             f' expression, for example --effect "k * ({one.channel})"'
             for one in verdict.channels
         ]
-    elif not at_floor(verdict.fit, base):
+    if not at_floor(verdict.fit, base):
         along = f", structure along {names}" if names else ""
-        advice.append(f"{newtons(left)} N left, floor about {newtons(floor)} N{along}: something else too")
+        unit = base.roles.unit
+        advice.append(f"{newtons(left)} {unit} left, floor about {newtons(floor)} {unit}{along}: something else too")
     if alike:
         advice.append(f"these data do not tell {' and '.join(verdict.words)} from {' or '.join(alike)}")
         tests = {term.effect.word: term.effect.separating_test for fit in ranked.fits for term in fit.terms}

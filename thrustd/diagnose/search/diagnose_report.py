@@ -10,7 +10,7 @@ from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.candidates import NotJudged
 from thrustd.diagnose.search.dependence import Dependence
 from thrustd.diagnose.search.explained import Explained
-from thrustd.diagnose.search.told import ParameterEstimate
+from thrustd.diagnose.search.told import ParameterEstimate, sentences
 
 SHOWN = 8  # candidates in the table
 WORTH = 0.99  # of the error before: who leaves more than that removes nothing
@@ -60,10 +60,12 @@ class DiagnoseReport:
     grade: str = "strong"  # of the verdict: strong, weak (something is left), cannot be told
     at_floor: bool = True
     explained: Explained | None = None  # sample by sample, for pictures
+    unit: str = "N"
 
     def to_json(self) -> dict[str, Any]:
         return {
             "model": self.model,
+            "unit": self.unit,
             "recordings": list(self.recordings),
             "verdict": list(self.verdict),
             "candidates": [c.to_json() for c in self.candidates],
@@ -87,8 +89,8 @@ class DiagnoseReport:
         for candidate in self.candidates:
             if candidate.in_verdict:
                 console.print(f"  {candidate.evidence}", highlight=False)
-                for number in candidate.parameters:
-                    console.print(f"    {number.sentence}", highlight=False)
+                for line in sentences(candidate.parameters):
+                    console.print(f"    {line}", highlight=False)
                 if candidate.separable_from:
                     console.print(f"    looks like: {', '.join(candidate.separable_from)}", highlight=False)
         if any(c.in_verdict or c.rmse_after_n < WORTH * c.rmse_before_n for c in self.candidates):
@@ -96,7 +98,7 @@ class DiagnoseReport:
         for dependence in self.depends_on:
             console.print(
                 f"the residual follows {dependence.channel}:"
-                f" a free curve of it leaves {newtons(dependence.rmse_after_n)} N",
+                f" a free curve of it leaves {newtons(dependence.rmse_after_n)} {self.unit}",
                 highlight=False,
             )
         for line in self.advice:
@@ -115,16 +117,16 @@ def _dependence_json(dependence: Dependence) -> dict[str, Any]:
 
 def _yardstick(report: DiagnoseReport) -> str:
     """Error before, after, and what should be left if nothing were missing."""
-    fall = f"{newtons(report.rmse_before_n)} N"
+    fall = f"{newtons(report.rmse_before_n)} {report.unit}"
     if any(c.in_verdict for c in report.candidates):
-        fall += f" -> {newtons(report.rmse_after_n)} N with {' and '.join(report.verdict)}"
-    return f"error on held-back blocks: {fall}; the floor is about {newtons(report.own_error_n)} N"
+        fall += f" -> {newtons(report.rmse_after_n)} {report.unit} with {' and '.join(report.verdict)}"
+    return f"error on held-back blocks: {fall}; the floor is about {newtons(report.own_error_n)} {report.unit}"
 
 
 def _table(report: DiagnoseReport) -> Table:
     table = Table(title="Absent effects, by what they would leave on held-back blocks")
     table.add_column("effect")
-    for heading in ("before N", "after N"):
+    for heading in (f"before {report.unit}", f"after {report.unit}"):
         table.add_column(heading, justify="right")
     table.add_column("amplitude")
     table.add_column("looks like")

@@ -8,8 +8,10 @@ import numpy as np
 
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.diagnose.search.joint import Joint
+from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
+from thrustd.records.roles import Roles
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +39,21 @@ class ParameterEstimate:
         return found | ({"bound": self.bound} if self.bound else {})
 
 
+def sentences(numbers: Sequence[ParameterEstimate]) -> list[str]:
+    """One a number; the elements of a spectrum, of which none says much alone, in one."""
+    found = []
+    for effect in dict.fromkeys(number.effect for number in numbers):
+        own = [number for number in numbers if number.effect == effect]
+        if len(own) >= SPECTRUM:
+            unit = f" {own[0].unit}" if own[0].unit not in ("", "-") else ""
+            sizes = f"{min(n.value for n in own):.2g} to {max(n.value for n in own):.2g}{unit}"
+            total = sum(number.value for number in own)
+            found.append(f"{effect}: {len(own)} elements of {sizes}, {total:.3g}{unit} together")
+        else:
+            found += [number.sentence for number in own]
+    return found
+
+
 def specs_of(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
     """Every effect of a fit, those that the model had first, with values and sigmas in units."""
     found = fit.solution
@@ -52,10 +69,10 @@ def estimates_of(base: Base, fit: Joint) -> list[ParameterEstimate]:
     """The numbers of the new effects; elements of friction that carry nothing are left out."""
     known = sum(not is_state(term) for term in base.shape.terms)
     new = specs_of(base, fit)[known:]
-    return [line for term, spec in new for line in _lines(term, spec)]
+    return [line for term, spec in new for line in _lines(term, spec, base.roles)]
 
 
-def _lines(term: Term, spec: EffectSpec) -> Sequence[ParameterEstimate]:
+def _lines(term: Term, spec: EffectSpec, roles: Roles) -> Sequence[ParameterEstimate]:
     lines = []
     many = sum(p.amplitude for p in term.free) > 2
     for p in term.free:
@@ -64,7 +81,8 @@ def _lines(term: Term, spec: EffectSpec) -> Sequence[ParameterEstimate]:
             continue
         bound = "lower" if value <= p.low and p.low != p.neutral else "upper" if value >= p.high else ""
         std = spec.std.get(p.name, float("nan"))
-        lines.append(ParameterEstimate(term.effect.word, p.name, value, _finite(std), p.unit, p.expected, bound))
+        unit, expected = roles.measured_in(p.unit), p.expected if roles.own else ""
+        lines.append(ParameterEstimate(term.effect.word, p.name, value, _finite(std), unit, expected, bound))
     return lines
 
 
