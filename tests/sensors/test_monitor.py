@@ -116,6 +116,25 @@ def test_a_sensor_that_was_stuck_and_works_again_is_believed_again(sensor):
     assert any(sensor in out for out in excluded) and not excluded[-1]
 
 
+def test_an_lvdt_that_was_stuck_while_the_throttle_moved_is_believed_again():
+    """It comes back with a jump that the other mount does not make."""
+    held_mm, up_mm = 0.4, 0.27  # as the deck has it
+
+    def stuck_through_a_throttle_up(read, since_s):
+        risen = np.clip((since_s - 5.0) / 8.0, 0.0, 1.0)
+        for engine in range(2):
+            read["fuel_flow_kg_s", engine] += 0.03 * risen
+            read["n1_pct", engine] += 20.0 * risen
+            read["n2_pct", engine] += 10.0 * risen
+        for i in range(4):
+            read["deformation_mm", i] += up_mm * risen
+        if since_s < 30.0:
+            read["deformation_mm", 0] = held_mm
+
+    words = [word for since_s, word in reports(stuck_through_a_throttle_up, 160.0) if word.startswith("left_upper")]
+    assert words == ["left_upper stuck", "left_upper stuck over"]
+
+
 def cruise(k, rng):
     """Readings of a steady cruise at step k of 0.1 s."""
     read = {}

@@ -154,7 +154,9 @@ def _watch_jump(row: Floats, value: float, limit: float) -> None:
     if row[N_VALUES] == 0:
         return
     step = value - row[LAST]
-    if abs(step) <= limit:
+    if (
+        abs(step) <= limit or row[KIND] == STUCK
+    ):  # one that comes back to life is where the others are, not where it was
         return
     row[SINCE_JUMP] = 0.0
     row[JUMPS] += 1.0
