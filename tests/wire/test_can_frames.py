@@ -13,12 +13,13 @@ from tests.wire.one_by_one import can_items
 from thrustd.core.errors import ConfigError
 from thrustd.core.types import Fault, Frame, Reading
 from thrustd.wire.can_decoder import CanDecoder
-from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OUTPUT_ROWS, CanEncoder
+from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OPTIONAL_ROWS, ICD_OUTPUT_ROWS, CanEncoder
 from thrustd.wire.can_table import FLOAT, Bits, CanField, CanMessage, CanRow, CanTable, CanUnits
 
 DBC_TEXT = (Path(__file__).parents[2] / "deploy" / "canaerospace.dbc").read_text()
 ORACLE = cantools.database.load_string(DBC_TEXT, "dbc")
-INPUTS = CanTable.from_dbc(DBC_TEXT, ICD_INPUT_ROWS, CanUnits(), "canaerospace.dbc")
+HEARD = (*ICD_INPUT_ROWS, *ICD_OPTIONAL_ROWS)
+INPUTS = CanTable.from_dbc(DBC_TEXT, HEARD, CanUnits(), "canaerospace.dbc")
 OUTPUTS = CanTable.from_dbc(DBC_TEXT, ICD_OUTPUT_ROWS, CanUnits(), "canaerospace.dbc")
 float32 = st.floats(width=32, allow_nan=False, allow_infinity=False)
 
@@ -38,8 +39,8 @@ def feed(*frames: Frame) -> list[str]:
 
 
 def test_the_table_covers_the_identifiers_of_the_icd() -> None:
-    heard = {300, 301, 302, 311, 318, 322, 323, 324, 500, 501, 504, 505, 524, 525}
-    assert set(INPUTS.messages) == heard | set(range(1800, 1808)) | set(range(1820, 1828))
+    heard = {300, 301, 302, 303, 304, 305, 311, 318, 322, 323, 324, 500, 501, 504, 505, 524, 525}
+    assert set(INPUTS.messages) == heard | {1860} | set(range(1800, 1808)) | set(range(1820, 1828))
     assert set(OUTPUTS.messages) == {1850, 1851, 1852, 1853, 1854, 1855}
 
 
@@ -76,7 +77,7 @@ def test_a_status_is_a_bit_string(engine: int, bits: int) -> None:
     assert (decoded["DataType"], decoded[f"Engine{engine + 1}_ThrustStatus"]) == (5, bits)
 
 
-@pytest.mark.parametrize("row", ICD_INPUT_ROWS, ids=lambda row: row.dbc)
+@pytest.mark.parametrize("row", HEARD, ids=lambda row: row.dbc)
 def test_every_row_comes_back_through_the_wire(row: CanRow) -> None:
     encoder, decoder = CanEncoder(INPUTS, node_id=1), CanDecoder(INPUTS)
     for value in (0.25, 0.5):

@@ -132,14 +132,13 @@ def _knobs(arguments: argparse.Namespace) -> Any:
 def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
     from thrustd.installation.installation import read_installation
     from thrustd.twin.flight import Rates, write_flight
-    from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
     if arguments.out.suffix != ".mcap":
         raise UsageError(f"{arguments.out}: expected a name that ends in .mcap for a flight log")
     installation = read_installation(arguments.config or shipped(HIL, "--config"))
     installation.parts()  # its files go into the log: what a replay would refuse is refused now
     profile, airframe = _static_run(arguments) if arguments.tethered else _profile(arguments)
-    table = installation.can_table(ICD_INPUT_ROWS)
+    table = installation.heard()
     rates = Rates(adc_hz=installation.config.adc.sample_hz)
     with progress(f"simulate {profile.name}"):
         write_flight(arguments.out, profile, airframe, table, installation.log_header(), arguments.seed, rates)
@@ -232,12 +231,11 @@ def _events(arguments: argparse.Namespace, advance: Advance) -> Iterator[Any]:
         return
     from thrustd.installation.installation import read_installation
     from thrustd.twin.flight import Rates, fly
-    from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
     installation = read_installation(arguments.hil)
     profile, airframe = _profile(arguments)
     rates = Rates(adc_hz=installation.config.adc.sample_hz)
-    for item in fly(profile, airframe, installation.can_table(ICD_INPUT_ROWS), arguments.seed, rates):
+    for item in fly(profile, airframe, installation.heard(), arguments.seed, rates):
         if isinstance(item, Frame | Tick):
             advance(max(item.t_ns * 1e-9 - float(profile.time_s[0]), 0.0) / max(profile.duration_s, 1e-9))
             yield item

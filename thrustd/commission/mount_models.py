@@ -24,6 +24,7 @@ from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.records.recording import Recording
 
 WEIGHT, THERMAL = ("engine_weight",), ("thermal_stiffness", "thermal_expansion")
+MOMENTS = ("forward_kg_m", "right_kg_m", "down_kg_m")  # of `lever_arm`
 Told = Callable[[float, str], None]  # share done, what is under way
 
 
@@ -108,8 +109,15 @@ def _rms_n(spec: ModelSpec, records: Sequence[Recording]) -> float:
 
 
 def _hang(one: Made, mount: str, installation: Installation) -> None:
-    """Put in the mass that the mount carries, from the aircraft's file."""
+    """Put in the mass that the mount carries, and where the accelerometer is, from the aircraft's file."""
     aircraft = installation.aircraft()
-    mass_kg = place_of(mount, installation.config, aircraft).share * aircraft.engine_mass_kg
+    place = place_of(mount, installation.config, aircraft)
+    mass_kg = place.share * aircraft.engine_mass_kg
     one.spec = with_given(one.spec, {"axial_inertia": {"mass_kg": round(mass_kg, 1)}})
+    if (arm_m := aircraft.accelerometer_m.get(place.engine)) is not None:
+        moments = dict(zip(MOMENTS, (round(mass_kg * each, 1) for each in arm_m), strict=True))
+        one.spec = with_given(one.spec, {"lever_arm": moments})
+        one.lines.append(
+            f"accelerometer: {', '.join(f'{each:g}' for each in arm_m)} m forward, right, down of the engine"
+        )
     one.lines.append(f"mass: {mass_kg:.1f} of {aircraft.engine_mass_kg:g} kg, as its spring rate says")

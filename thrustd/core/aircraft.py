@@ -7,6 +7,7 @@ import tomllib
 from math import inf
 from typing import Annotated, NamedTuple
 
+import msgspec
 from msgspec import Meta
 
 from thrustd.core.config import Config, Section, section
@@ -78,6 +79,8 @@ class AircraftData(Section, frozen=True):
     limits: dict[str, SensorLimits]  # by signal
     engine_mass_std_kg: Annotated[float, Meta(ge=0)] = 0.0
     mounts: tuple[MountGeometry, ...] = ()  # of one engine, the front ones first; what they carry: `core.statics`
+    # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
+    accelerometer_m: dict[str, tuple[float, float, float]] = msgspec.field(default_factory=dict)
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
     installation: InstallationErrors = UNKNOWN
 

@@ -28,7 +28,7 @@ from thrustd.model.effects import effect_named
 from thrustd.pipeline.pipeline import DERIVED, Parts, Pipeline
 from thrustd.sources.plain_file import read_plain
 from thrustd.wire.adc_frames import encode
-from thrustd.wire.can_frames import ICD_INPUT_ROWS
+from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OPTIONAL_ROWS
 from thrustd.wire.can_table import CanRow, CanTable, CanUnits
 from thrustd.wire.log_layout import LogHeader
 
@@ -68,7 +68,7 @@ class Installation:
         where = f"{self.where}: fusion"
         check_settings(section(config.fusion, FusionSettings, where), where)
         deck = Deck.from_json(self._text(config.deck), self._place(config.deck))
-        table = self.can_table(_rows(config, self.where))
+        table = self.heard()
         heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
         calibration, models = self.calibration(), []
         for mount in config.mount:
@@ -118,6 +118,10 @@ class Installation:
                 named = " and no ".join(absent)
                 lines.append(f"{mount.name}: {mount.model} has no {named}: the engine's load factor counts as thrust")
         return lines
+
+    def heard(self) -> CanTable:
+        """The messages that the pipeline listens to."""
+        return self.can_table(_rows(self.config, self._text(self.config.can.dbc), self.where))
 
     def can_table(self, rows: tuple[CanRow, ...]) -> CanTable:
         units = section(self.config.can.units, CanUnits, f"{self.where}: can.units")
@@ -246,9 +250,9 @@ def _read(path: Path, where: str) -> bytes:
     return read_plain(path, MAX_FILE_BYTES, ConfigError, where)
 
 
-def _rows(config: Config, where: str) -> tuple[CanRow, ...]:
+def _rows(config: Config, dbc: str, where: str) -> tuple[CanRow, ...]:
     if not config.can.input:
-        return ICD_INPUT_ROWS
+        return (*ICD_INPUT_ROWS, *(row for row in ICD_OPTIONAL_ROWS if f" SG_ {row.dbc} " in dbc))
     rows = [section(row, CanRow, f"{where}: can.input[{i}]") for i, row in enumerate(config.can.input)]
     engines = range(len(config.aircraft.engines))
     needed = {("n1_pct", e) for e in engines} | {(name, 0) for name in ("mach", "pressure_altitude_m", "sat_degC")}

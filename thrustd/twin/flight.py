@@ -44,6 +44,7 @@ from thrustd.wire.log_layout import LogHeader
 BLOCK_S = 10.0
 NODE_ID = 10
 ACCEL_SIGNALS = ("accel_x_g", "accel_y_g", "accel_z_g")
+RATE_SIGNALS = ("pitch_rate_deg_s", "roll_rate_deg_s", "yaw_rate_deg_s")  # where the aircraft's table has them
 AIR_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "tat_degC", "pitch_deg")
 ENGINE_SIGNALS = ("n1_pct", "n2_pct", "fuel_flow_kg_s")
 MOUNT_SIGNALS = ("temperature_degC", "vibration_mm_s")
@@ -52,6 +53,9 @@ NOISE = {  # one sigma of the sensor
     "accel_y_g": 0.002,
     "accel_z_g": 0.003,
     "pitch_deg": 0.05,
+    "pitch_rate_deg_s": 0.05,
+    "roll_rate_deg_s": 0.05,
+    "yaw_rate_deg_s": 0.05,
     "mach": 0.0004,
     "pressure_altitude_m": 1.0,
     "sat_degC": 0.1,
@@ -174,6 +178,12 @@ class _Flight:
             (quantity, CanStream(quantity.signal, quantity.number, encoder, origin_ns, self._rng))
             for quantity in _quantities(rates, self._lines)
         ]
+        self._turning = np.random.default_rng([seed, 9])  # apart: what else is drawn is the same without rates
+        self._can += [
+            (Quantity(name, 0, name, rates.air_hz), CanStream(name, 0, encoder, origin_ns, self._turning))
+            for name in RATE_SIGNALS
+            if encoder.says(name, 0)
+        ]
         self._states = settled(airframe, self._loads_n(profile.time_s[:1])[:, 0], start.flown)
         self._rigged_mm = rigged_mm(airframe)
 
@@ -196,7 +206,8 @@ class _Flight:
         for quantity, stream in self._can:
             sample_s = self._grid(begin_s, end_s, quantity.rate_hz, quantity.phase)
             values = self._line(f"felt_{quantity.line}" if quantity.line in ACCEL_SIGNALS else quantity.line, sample_s)
-            values = values + NOISE[quantity.signal] * self._rng.standard_normal(len(sample_s))
+            rng = self._turning if quantity.signal in RATE_SIGNALS else self._rng
+            values = values + NOISE[quantity.signal] * rng.standard_normal(len(sample_s))
             since_s = sample_s - self._start_s
             items += stream.block(sample_s, self._breaker.apply(quantity.signal, quantity.number, since_s, values))
         return items + self._truths(self._grid(begin_s, end_s, self._rates.truth_hz))
@@ -253,7 +264,7 @@ class Quantity(NamedTuple):
     number: int  # of the engine or mount
     line: str  # which column of the profile it follows
     rate_hz: float
-    phase: float  # of a sample, so that not everything is sent at once
+    phase: float = 0.0  # of a sample, so that not everything is sent at once
 
 
 def _lines(profile: Recording, knobs: Knobs) -> dict[str, PchipInterpolator]:
@@ -262,7 +273,9 @@ def _lines(profile: Recording, knobs: Knobs) -> dict[str, PchipInterpolator]:
     air = zip(profile["mach"].tolist(), profile["pressure_altitude_m"].tolist(), strict=True)
     columns["dynamic_pressure_Pa"] = np.array([dynamic_pressure_pa(*each) for each in air])
     accel_g = np.stack([columns[name] for name in ACCEL_SIGNALS])
-    felt = felt_g(accel_g, _rates_deg_s(profile), profile.time_s, knobs)
+    rates_deg_s = _rates_deg_s(profile)
+    columns |= dict(zip(RATE_SIGNALS, rates_deg_s, strict=True))
+    felt = felt_g(accel_g, rates_deg_s, profile.time_s, knobs)
     columns |= {f"felt_{name}": row for name, row in zip(ACCEL_SIGNALS, felt, strict=True)}
     for engine in ENGINES:
         columns[f"temperature_degC_{engine}"] = mount_temperature_degc(profile, engine)
@@ -274,8 +287,8 @@ def _rates_deg_s(profile: Recording) -> FloatArray:
     """Pitch, roll and yaw rate (3, n): as recorded, else pitch's own slope and none."""
     still = np.zeros(len(profile))
     pitching = np.gradient(profile["pitch_deg"], profile.time_s) if "pitch_deg" in profile else still
-    names = ("pitch_rate_deg_s", "roll_rate_deg_s", "yaw_rate_deg_s")
-    return np.stack([profile[name] if name in profile else (pitching, still, still)[i] for i, name in enumerate(names)])
+    derived = zip(RATE_SIGNALS, (pitching, still, still), strict=True)
+    return np.stack([profile.channels.get(name, column) for name, column in derived])
 
 
 def _quantities(rates: Rates, lines: dict[str, PchipInterpolator]) -> list[Quantity]:

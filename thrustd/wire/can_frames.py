@@ -28,6 +28,12 @@ ICD_INPUT_ROWS = (
     *(CanRow(f"Engine{e + 1}_{dbc}", name, e) for dbc, name in _ENGINE_COLUMNS for e in range(2)),
     *(CanRow(f"Mount{m}_{dbc}", name, m) for dbc, name in _MOUNT_COLUMNS for m in range(N_MOUNTS)),
 )
+ICD_OPTIONAL_ROWS = (  # heard where the DBC has them
+    CanRow("BodyPitchRate", "pitch_rate_deg_s"),
+    CanRow("BodyRollRate", "roll_rate_deg_s"),
+    CanRow("BodyYawRate", "yaw_rate_deg_s"),
+    CanRow("TestPointMark", "mark"),
+)
 # ... and what it says
 ICD_OUTPUT_ROWS = (
     *(CanRow(f"Engine{e + 1}_Thrust", "thrust_N", e) for e in range(2)),
@@ -52,6 +58,10 @@ class CanEncoder:
             for message in table.messages.values()
             for number, field in enumerate(message.fields)
         }
+
+    def says(self, signal: str, index: int) -> bool:
+        """Whether some message carries it."""
+        return (signal, index) in self._places
 
     def encode(self, signal: str, index: int, value: float) -> tuple[int, bytes]:
         """(identifier, data) that says `signal[index] = value` in the catalogue's unit.
