@@ -19,7 +19,7 @@ from thrustd.records import flight_log
 from thrustd.records.recording import SUFFIX_UNITS
 from thrustd.wire import log_layout
 from thrustd.wire.adc_frames import VERSION
-from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OUTPUT_ROWS
+from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OPTIONAL_ROWS, ICD_OUTPUT_ROWS
 from thrustd.wire.can_table import CanRow, CanUnits
 
 DBC = Path(__file__).parents[1] / "deploy" / "canaerospace.dbc"
@@ -232,7 +232,7 @@ def topics() -> str:
 
 def page() -> str:
     parts = (
-        ("Serial ADC", SERIAL), ("CAN bus", CAN + bus(ICD_INPUT_ROWS) + SENT + bus(ICD_OUTPUT_ROWS)),
+        ("Serial ADC", SERIAL), ("CAN bus", CAN + bus((*ICD_INPUT_ROWS, *ICD_OPTIONAL_ROWS)) + SENT + bus(ICD_OUTPUT_ROWS)),
         ("Channels", signals()), ("Columns of recordings", columns()), ("Faults", faults()),
         ("Status bits of an estimate", status_bits()), ("The flight log", topics()),
         ("Configuration keys", configuration()),

@@ -33,6 +33,9 @@ TYPICAL = {
     "temperature_degC": (30.0, 10.0),
     "vibration_mm_s": (10.0, 8.0),
     "dynamic_pressure_Pa": (8000.0, 3000.0),
+    "pitch_rate_deg_s": (0.0, 3.0),
+    "roll_rate_deg_s": (0.0, 5.0),
+    "yaw_rate_deg_s": (0.0, 2.0),
 }
 DT_S = 0.05
 EFFECTS = sorted(shelf())

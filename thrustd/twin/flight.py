@@ -178,7 +178,7 @@ class _Flight:
             (quantity, CanStream(quantity.signal, quantity.number, encoder, origin_ns, self._rng))
             for quantity in _quantities(rates, self._lines)
         ]
-        self._turning = np.random.default_rng([seed, 9])  # apart: what else is drawn is the same without rates
+        self._turning = np.random.default_rng([start.seed, 9])  # apart: what else is drawn is the same without rates
         self._can += [
             (Quantity(name, 0, name, rates.air_hz), CanStream(name, 0, encoder, origin_ns, self._turning))
             for name in RATE_SIGNALS
