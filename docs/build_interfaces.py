@@ -23,6 +23,7 @@ from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OPTIONAL_ROWS, ICD_OUTPU
 from thrustd.wire.can_table import CanRow, CanUnits
 
 DBC = Path(__file__).parents[1] / "deploy" / "canaerospace.dbc"
+HEARD = (*ICD_INPUT_ROWS, *ICD_OPTIONAL_ROWS)
 
 HEAD = """# Interfaces
 
@@ -232,7 +233,7 @@ def topics() -> str:
 
 def page() -> str:
     parts = (
-        ("Serial ADC", SERIAL), ("CAN bus", CAN + bus((*ICD_INPUT_ROWS, *ICD_OPTIONAL_ROWS)) + SENT + bus(ICD_OUTPUT_ROWS)),
+        ("Serial ADC", SERIAL), ("CAN bus", CAN + bus(HEARD) + SENT + bus(ICD_OUTPUT_ROWS)),
         ("Channels", signals()), ("Columns of recordings", columns()), ("Faults", faults()),
         ("Status bits of an estimate", status_bits()), ("The flight log", topics()),
         ("Configuration keys", configuration()),
