@@ -3,8 +3,8 @@
 import numpy as np
 
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
-from thrustd.model.compile import free_run
 from thrustd.model.effects import effect_named
+from thrustd.model.stage import free_run
 from thrustd.twin.installation import PLAIN, felt_g
 
 DT_S, MASS_KG = 0.01, 180.0
