@@ -119,13 +119,14 @@ class CompiledModel:
         return np.concatenate(states)
 
     def run(self, state: Floats, channels: Floats, v: Floats) -> None:
-        """v (n,): deformation_mm becomes thrust share, N; rows of channels (n, n_inputs - 1), state is advanced."""
+        """v (n,): deformation_mm becomes thrust share, N; rows of channels (n, n_inputs - 1) get the
+        rubber's deformation where effects read it, state is advanced."""
         run_chain(self.chain, state, channels, v)
 
     def step(self, state: Floats, channels: Floats, deformation_mm: float) -> float:
         """Thrust share, N, of one sample; channels (n_inputs - 1,), `state` is advanced in place."""
         v = np.array([deformation_mm])
-        self.run(state, channels.reshape(1, -1), v)
+        self.run(state, channels.reshape(1, -1).copy(), v)  # the run writes the rubber's deformation into its rows
         return v.item()
 
     def simulate(self, inputs: Floats, state: Floats | None = None) -> Floats:

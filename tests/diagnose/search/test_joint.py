@@ -40,12 +40,16 @@ def trembling(effects):
                                        "force_N": force + noise})  # fmt: skip
 
 
+def measured_on(true_mount, data, step_s=DT_S):
+    """What a load cell reads of a mount that is moved as `data` say."""
+    model = compile_model(true_mount, 1 / step_s)
+    noise = np.random.default_rng(3).normal(0, NOISE_N, len(data["time_s"]))
+    return make_recording("measured", data | {"force_N": model.simulate(model.inputs(data)) + noise})
+
+
 def test_a_further_branch_lies_beside_the_models_own():
     other = mount(gains=(0.05, 0.04, 0.07), taus_s=(0.4, 60.0, 30.0))
-    data = columns()
-    model = compile_model(other, 1 / DT_S)
-    force = model.simulate(model.inputs(data)) + np.random.default_rng(3).normal(0, NOISE_N, len(data["time_s"]))
-    measured = make_recording("measured", data | {"force_N": force})
+    measured = measured_on(other, columns())
     better = extend(mount(), [measured], ["relaxation"]).spec
     assert rmse_n(better, measured) < 1.03 * NOISE_N
 
@@ -101,11 +105,7 @@ def test_friction_that_is_added_is_known_when_the_next_effect_is_looked_for():
 
 def test_a_spectrum_takes_the_size_that_the_data_have():
     far_from_typical = mount(gains=(0.05, 0.04, 2.5), taus_s=(0.4, 60.0, 10.0))
-    data = columns()
-    model = compile_model(far_from_typical, 1 / DT_S)
-    force = model.simulate(model.inputs(data)) + np.random.default_rng(3).normal(0, NOISE_N, len(data["time_s"]))
-    measured = make_recording("measured", data | {"force_N": force})
-    report = diagnose(mount(), [measured])
+    report = diagnose(mount(), [measured_on(far_from_typical, columns())])
     assert report.verdict == ("relaxation",)
     assert report.rmse_after_n < 1.1 * NOISE_N
 
@@ -114,9 +114,7 @@ def test_the_noise_is_that_of_the_record_where_the_model_promised_less_exactness
     modest = mount(k1=5500.0, k3=0.0, own_n=400.0)
     data = columns()
     data["deformation_mm"] *= np.clip(data["time_s"] / 20.0, 0.0, 1.0)
-    model = compile_model(mount(gains=(0.05, 0.04, 0.3), taus_s=(0.4, 60.0, 10.0)), 1 / DT_S)
-    force = model.simulate(model.inputs(data)) + np.random.default_rng(3).normal(0, NOISE_N, len(data["time_s"]))
-    report = diagnose(modest, [make_recording("measured", data | {"force_N": force})])
+    report = diagnose(modest, [measured_on(mount(gains=(0.05, 0.04, 0.3), taus_s=(0.4, 60.0, 10.0)), data)])
     assert report.verdict == ("relaxation",)
     assert report.rmse_after_n < 2.0 * NOISE_N
 
@@ -124,7 +122,5 @@ def test_the_noise_is_that_of_the_record_where_the_model_promised_less_exactness
 def test_a_fast_record_that_stood_still_is_shorter_than_the_time_it_has_to_stand():
     quick, n, step_s = mount(taus_s=(0.01, 0.5)), 3001, 0.0011
     fast = {name: column[:n] for name, column in columns().items()} | {"time_s": np.arange(n) * step_s}
-    model = compile_model(quick, 1 / step_s)
-    force = model.simulate(model.inputs(fast)) + np.random.default_rng(3).normal(0, NOISE_N, n)
-    report = diagnose(quick, [make_recording("fast", fast | {"force_N": force})])
+    report = diagnose(quick, [measured_on(quick, fast, step_s)])
     assert report.verdict == ("none",)
