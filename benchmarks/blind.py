@@ -1,8 +1,9 @@
 """The blind benchmark: hide effects, diagnose, extend, and count. `python -m benchmarks.blind [options]`.
 
 Per seed one mount: its quiet bench is identified once as `thrustd identify` does, then every effect is hidden in turn
-at every strength. The truth is read only for scoring. Three generators with nothing in common: `twin`
-(thrustd.twin.hide), `own` (blind_mount.py) and `rig` (blind_rig.py, every seed other laws and a damaged recording).
+at every strength. The truth is read only for scoring. Two generators with nothing in common: `twin`
+(thrustd.twin.hide) and `rig` (blind_rig.py, every seed other laws and a damaged recording); a third one's mounts are
+in `make foreign`.
 Every case is one line of JSON in `--results`; cases that stand there are not run again, and the table is of all lines.
 
     python -m benchmarks.blind                                      everything, hours on one core
@@ -22,7 +23,7 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
-from benchmarks import blind_mount, blind_rig
+from benchmarks import blind_rig
 from benchmarks.blind_table import print_table
 from thrustd.core.errors import ThrustdError
 from thrustd.diagnose.compare.compare import compare
@@ -31,28 +32,25 @@ from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.diagnose_report import DiagnoseReport
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.effects import shelf
 from thrustd.records.recording import Recording, make_recording
+from thrustd.twin.disturbance import DISTURBANCES
 from thrustd.twin.hide import Case, hidden_case
 
-EFFECTS = sorted({effect.word for effect in shelf().values()} - {"relaxation"})  # every generator's mounts relax
+EFFECTS = sorted(DISTURBANCES)
 UNKNOWN = {
     "twin": ("hydraulic_line", "bleed_duct"),
-    "own": ("unknown_cabin", "unknown_n1"),
     "rig": ("unknown_fuel", "unknown_gear"),
 }
 FOLLOWS = {
     "hydraulic_line": "hydraulic_pressure_bar",
     "bleed_duct": "bleed_valve_pct",
-    "unknown_cabin": "cabin_psi",
-    "unknown_n1": "n1_pct",
     "unknown_fuel": "fuel_kg",
     "unknown_gear": "gear_pct",
 }
 DAHL_YIELD = (
     0.776  # Bouc-Wen's yield over Dahl's: least squares of 1 - h, -1 + exp(1 - h) on -1 + 2 exp(-h) over 8 yields
 )
-OWN_UNIT_N = 15.0  # strength 1, as in thrustd.twin.hide
+RIG_UNIT_N = 15.0  # strength 1, as in thrustd.twin.hide
 QUIET_RECORDS = 10  # cases with nothing hidden per seed: other flights of the same mount
 
 
@@ -83,10 +81,9 @@ def make(case: Wanted) -> Records:
     if case.generator == "twin":
         hidden = hidden_case(case.effects or ("none",), case.seed, case.strength, flight=case.flight)
         return Records(hidden.bench, hidden.measured, hidden.heldout, twin_truth(hidden))
-    source = {"own": blind_mount, "rig": blind_rig}[case.generator]
-    tables, sizes = source.exercise(list(case.effects), case.seed, case.strength * OWN_UNIT_N, flight=case.flight)
+    tables, sizes = blind_rig.exercise(list(case.effects), case.seed, case.strength * RIG_UNIT_N, flight=case.flight)
     names = ("bench", "measured", "heldout")
-    parameters = {source.PARAMETERS[e]: s for e, s in sizes.items() if e in source.PARAMETERS}
+    parameters = {blind_rig.PARAMETERS[e]: s for e, s in sizes.items() if e in blind_rig.PARAMETERS}
     bench, measured, heldout = (make_recording(n, t) for n, t in zip(names, tables, strict=True))
     return Records(bench, measured, heldout, parameters)
 
@@ -199,7 +196,7 @@ def main() -> None:
     parser.add_argument("--strengths", type=float, nargs="+", default=[3.0, 1.0, 2.0])
     parser.add_argument("--kinds", nargs="+", default=["none", "single", "pair", "unknown"])
     parser.add_argument("--effects", nargs="+", default=EFFECTS)
-    parser.add_argument("--generator", choices=("twin", "own", "rig"), default="twin")
+    parser.add_argument("--generator", choices=("twin", "rig"), default="twin")
     parser.add_argument("--results", type=Path, default=Path("out/blind.jsonl"))
     parser.add_argument("--models", type=Path, default=Path("out/blind-models"), help="identified models are kept here")
     parser.add_argument("--table", action="store_true", help="print the table of what has been run, run nothing")

@@ -1,4 +1,4 @@
-"""A third mount for the blind benchmark: compliances instead of moduli, other laws for every effect and every seed.
+"""A second mount for the blind benchmark: compliances instead of moduli, other laws for every effect and every seed.
 
 Deformation is an elastic law of the force plus retarded parts of it (Kelvin-Voigt elements in series, so nothing is
 solved for), with a little stick in the linkage always there. Each hidden effect has several laws; the seed picks one.

@@ -22,7 +22,7 @@ from thrustd.model.compile import witness_of
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # so that tests may use `benchmarks`
-# the same examples on every machine, however slow, wherever the checkout is; `python -m benchmarks.fuzz` looks further
+# the same examples on every machine, wherever the checkout is; "long" with another seed looks further
 settings.register_profile("same", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile(
     "long", max_examples=1000, database=None, deadline=None, suppress_health_check=[HealthCheck.too_slow]

@@ -177,10 +177,10 @@ def test_a_folder_that_goes_in_flight_is_told_and_made_again(tmp_path: Path, tro
 
 
 class Drive:
-    """A disk with two switches: full, and stuck."""
+    """A disk with two switches: the error it answers with, and stuck."""
 
     def __init__(self) -> None:
-        self.full = False
+        self.error = 0
         self.moving = Flag()
         self.moving.set()
 
@@ -195,8 +195,8 @@ class _DriveFile(FileIO):
 
     def write(self, data: Any) -> int:
         self._drive.moving.wait(LIMIT_S)
-        if self._drive.full:
-            raise OSError(errno.ENOSPC, "No space left on device")
+        if self._drive.error:
+            raise OSError(self._drive.error, os.strerror(self._drive.error))
         return super().write(data)
 
 
@@ -207,17 +207,20 @@ def wait_for(faults: "SimpleQueue[Fault]", kind: str, active: bool = True) -> Fa
             return fault
 
 
-def test_a_full_disk_is_counted_and_recording_resumes_in_a_new_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("error, before_s", [(errno.ENOSPC, 3.0), (errno.EROFS, 0.7), (errno.EIO, 1.9)])
+def test_a_disk_that_fails_is_counted_and_recording_resumes_in_a_new_file(
+    tmp_path: Path, error: int, before_s: float
+) -> None:
     drive, faults = Drive(), SimpleQueue[Fault]()
     log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk(open_file=drive.open))
-    before, during, after = flight(3), flight(2, 3.0), flight(3, 5.0)
+    before, during, after = flight(before_s), flight(2, before_s), flight(3, before_s + 2)
     for event in before:
         log.write_batch(EventBatch.of((event,)))
-    drive.full = True
+    drive.error = error
     for event in during:
         log.write_batch(EventBatch.of((event,)))
     lost = wait_for(faults, "not_recorded").count
-    drive.full = False
+    drive.error = 0
     wait_for(faults, "not_recorded", active=False)
     for event in after:
         log.write_batch(EventBatch.of((event,)))
@@ -233,7 +236,7 @@ def test_a_full_disk_is_counted_and_recording_resumes_in_a_new_file(tmp_path: Pa
 def test_a_disk_that_is_full_from_now_on_costs_records_only(tmp_path: Path) -> None:
     drive, faults = Drive(), SimpleQueue[Fault]()
     log = LogRecorder(RecorderSettings(tmp_path), HEADER, faults.put, disk(open_file=drive.open))
-    drive.full = True
+    drive.error = errno.ENOSPC
     for event in flight(5):
         log.write_batch(EventBatch.of((event,)))
     wait_for(faults, "not_recorded")
