@@ -38,7 +38,7 @@ def _add_commission(verbs: Verbs) -> None:
         metavar="MOUNT=FILE",
         help="bench record of every mount; upper= is the upper mount of both engines",
     )
-    new.add_argument("--weight", type=Path, nargs="+", default=[], help="record of one mount with accel_z_g moving")
+    new.add_argument("--weight", type=Path, nargs="+", default=[], help="record of one mount under changing accel_z_g")
     new.add_argument("--chamber", type=Path, nargs="+", default=[], help="records of one mount, cold and hot")
     new.add_argument(
         "--flights", type=Path, nargs="+", default=[], help="flights with fuel flow, N1 and air data, to fit the deck"
@@ -46,7 +46,7 @@ def _add_commission(verbs: Verbs) -> None:
     new.add_argument(
         "--aircraft", type=Path, help=f"configuration to start from (default: the shipped {CONFIGURATION})"
     )
-    new.add_argument("-o", "--out", type=Path, required=True, help="folder to make")
+    new.add_argument("-o", "--out", type=Path, required=True, metavar="FOLDER", help="folder to make")
     add_json(new)
 
 
@@ -67,7 +67,9 @@ def _add_calibrate(verbs: Verbs) -> None:
         "  thrustd calibrate hours flight1.mcap flight2.mcap -o my/calibration.toml",
     )  # fmt: skip
     calibrate.add_argument("what", choices=("blocks", "tether", "hours"))
-    calibrate.add_argument("files", type=Path, nargs="+", help="record of the blocks, or logs of `thrustd run`")
+    calibrate.add_argument(
+        "files", type=Path, nargs="+", help="blocks: the record of the blocks; tether, hours: logs of `thrustd run`"
+    )
     calibrate.add_argument("--mount", help="with blocks: the mount whose transducer was measured")
     calibrate.add_argument("--cell", type=Path, help="with tether: record of the load cell (time_s, force_N)")
     _add_file(calibrate)
@@ -75,7 +77,7 @@ def _add_calibrate(verbs: Verbs) -> None:
 
 def _add_budget(verbs: Verbs) -> None:
     budget = add_verb(
-        verbs, "budget", budget_verb, "list the terms of the band over a part of a flight, systematic and random apart",
+        verbs, "budget", budget_verb, "list what makes up the band over part of a flight, systematic and random terms",
         "thrustd budget flight.mcap --at 600 660",
     )  # fmt: skip
     budget.add_argument("log", type=Path, help="log with raw events (of `thrustd run`)")

@@ -15,7 +15,13 @@ def add_verbs(verbs: Verbs) -> None:
         verbs, "demo", demo_verb, "replay a short flight that comes with thrustd: numbers, estimate log, picture",
         "thrustd demo --folder out/demo",
     )  # fmt: skip
-    demo.add_argument("--folder", type=Path, default=Path("thrustd-demo"), help="to write to (default thrustd-demo)")
+    demo.add_argument(
+        "--folder",
+        type=Path,
+        default=Path("thrustd-demo"),
+        metavar="FOLDER",
+        help="folder to write to (default thrustd-demo)",
+    )
     add_json(demo)
 
 

@@ -77,7 +77,7 @@ def _add_shelf(verbs: Verbs) -> None:
         verbs, "effects", effects_verb, "list the physical effects, or explain one", "thrustd effects axial_inertia"
     )
     effects.add_argument("name", nargs="?", help="effect to explain")
-    effects.add_argument("--picture", type=Path, help="with a name: PNG of its signature")
+    effects.add_argument("--picture", type=Path, metavar="PNG", help="with a name: picture of its signature")
     add_json(effects)
 
 

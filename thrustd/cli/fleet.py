@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def add_verbs(verbs: Verbs) -> None:
     fleet = add_verb(
-        verbs, "fleet", fleet_verb, "replay, compare, identify or judge the health of many files into one table",
+        verbs, "fleet", fleet_verb, "replay, compare or identify many files, or follow engine health, in one table",
         "thrustd fleet replay flights/*.mcap -o table.parquet\n"
         "  thrustd fleet health flights/*.mcap -o health.parquet --report health.html\n"
         "  thrustd fleet compare bench/*.csv --model models/left-upper.json -o table.parquet\n"
@@ -27,8 +27,16 @@ def add_verbs(verbs: Verbs) -> None:
     fleet.add_argument("-o", "--table", type=file_type(".parquet"), required=True, help="table to write (Parquet)")
     fleet.add_argument("--model", type=Path, action="append", default=[], help="with compare: model artifact")
     fleet.add_argument("--structure", action="append", default=[], help="with identify: structure (default hw-pwl)")
-    fleet.add_argument("--out", type=Path, help="folder for estimate logs (replay) or models (identify)")
-    fleet.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="on this machine (default: cores)")
+    fleet.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="folder for estimate logs (replay) or models (identify)"
+    )
+    fleet.add_argument(
+        "--processes",
+        type=int,
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="number of processes on this machine (default: one per core)",
+    )
     fleet.add_argument("--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler")
     fleet.add_argument("--deck", type=Path, help="with health: brochure deck (default: the shipped one)")
     fleet.add_argument("--report", type=Path, help="with health: page to write (.html)")

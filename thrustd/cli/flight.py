@@ -19,7 +19,9 @@ def add_verbs(verbs: Verbs) -> None:
     run = add_verb(verbs, "run", run_verb, "fly: read the sensors, estimate, record", "thrustd run deploy/ph-lab.toml")
     run.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
     _add_trust(run)
-    run.add_argument("--log-folder", type=Path, help="record here instead of the configuration's folder")
+    run.add_argument(
+        "--log-folder", type=Path, metavar="FOLDER", help="record here instead of the configuration's folder"
+    )
 
     replay = add_verb(
         verbs, "replay", replay_verb, "run a recorded flight through the same pipeline",
@@ -29,7 +31,7 @@ def add_verbs(verbs: Verbs) -> None:
         "log",
         type=Path,
         nargs="+",
-        help="a flight log; the first file of a run, its folder or its files: the whole run",
+        help="flight log; for a whole run its folder, its first file or all its files",
     )
     replay.add_argument("-o", "--out", type=file_type(".mcap"), help="estimate log to write (MCAP)")
     replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
@@ -38,7 +40,7 @@ def add_verbs(verbs: Verbs) -> None:
     replay.add_argument(
         "--salvage", action="store_true", help="replay the intact parts of a damaged log and report what is lost"
     )
-    replay.add_argument("--picture", type=Path, help="PNG of thrust, band and error over time")
+    replay.add_argument("--picture", type=Path, metavar="PNG", help="picture of thrust, band and error over time")
     add_json(replay)
 
     check = add_verb(
@@ -50,9 +52,9 @@ def add_verbs(verbs: Verbs) -> None:
         "--live",
         type=float,
         metavar="SECONDS",
-        help="listen to port and bus this long: do the sensors contradict each other?",
+        help="listen to the serial port and the bus for so long and say which sensors contradict each other",
     )
-    check.add_argument("--manifest", action="store_true", help="print what is to be signed, and nothing else")
+    check.add_argument("--manifest", action="store_true", help="print only what has to be signed")
     add_json(check)
 
 

@@ -68,10 +68,12 @@ def _add_plan(verbs: Verbs) -> None:
         required=True,
         help="programme to write: time_s, force_N; weight: accel_z_g too",
     )
-    plan.add_argument("--hours", type=float, default=8.0, help="length, the minute at rest included (default 8)")
+    plan.add_argument(
+        "--hours", type=float, default=8.0, help="length in hours, with a first minute at rest (default 8)"
+    )
     plan.add_argument("--low", type=float, default=0.0, metavar="N", help="smallest force (default 0)")
     plan.add_argument("--high", type=float, default=9000.0, metavar="N", help="largest force (default 9000)")
-    plan.add_argument("--seed", type=seed, default=0, help="number of the draw: levels, times, phases (default 0)")
+    plan.add_argument("--seed", type=seed, default=0, help="seed of the random levels, times and phases (default 0)")
 
 
 def _add_compile(verbs: Verbs) -> None:

@@ -23,22 +23,26 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="log, record or (with --hide) folder to write")
     parser.add_argument(
-        "--seed", type=seed, default=1, help="number of the draw: engines, mounts, sensors, profile (default 1)"
+        "--seed", type=seed, default=1, help="seed of the random numbers: engines, mounts, sensors, profile (default 1)"
     )
     parser.add_argument("--config", type=Path, help=f"installation to simulate (default: the shipped {HIL})")
-    parser.add_argument("--minutes", type=float, default=10.0, help="length of a scripted flight (default 10)")
+    parser.add_argument(
+        "--minutes", type=float, default=10.0, help="length of a scripted flight in minutes (default 10)"
+    )
     parser.add_argument("--recording", type=Path, help="fly this recording instead of a scripted flight")
     parser.add_argument("--engine-start", action="store_true", help="with --recording: put an engine start in front")
     parser.add_argument(
-        "--tethered", action="store_true", help="a static run held by a load cell; its record beside the log, -cell.csv"
+        "--tethered",
+        action="store_true",
+        help="static run against a load cell, whose record goes beside the log as NAME-cell.csv",
     )
     parser.add_argument(
         "--installation", choices=("plain", "statics", "hostile"), default="plain",
-        help="statics: weight and thrust as rigid-body statics share them out; hostile: what no model knows",
+        help="statics: mounts share weight and thrust as a rigid body does; hostile: with errors that no model knows",
     )  # fmt: skip
     parser.add_argument(
         "--knob", action="append", default=[], metavar="NAME=VALUE",
-        help="set one thing that the models do not know, e.g. drag_m2=0.04; may be repeated",
+        help="set one error that the models do not know, e.g. drag_m2=0.04; may be repeated",
     )  # fmt: skip
     _add_bench(parser)
     _add_wires(parser)
@@ -48,9 +52,9 @@ def add_verbs(verbs: Verbs) -> None:
 def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
     parser.add_argument(
-        "--programme", type=Path, metavar="CSV", help="make a bench record of this programme of plan-test"
+        "--programme", type=Path, metavar="CSV", help="make a bench record of this programme (from plan-test)"
     )
-    parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record (default 8)")
+    parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record in hours (default 8)")
     parser.add_argument("--mount", choices=("upper", "lower"), default="upper", help="mount on the bench")
     parser.add_argument(
         "--room", type=float, default=20.0, metavar="DEGC", help="temperature of the bench (default 20)"
@@ -58,7 +62,7 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hide",
         metavar="EFFECT[,EFFECT]",
-        help="make a bench, a measured and a held-out record with these effects in the last two",
+        help="make a bench record without these effects, a measured and a held-out record with them",
     )
     parser.add_argument(
         "--strength", type=float, default=3.0, help="size of the hidden effect, as a multiple of the model's error"

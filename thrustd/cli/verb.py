@@ -19,6 +19,14 @@ Verbs = Any  # argparse's sub-parser collection has no public type
 Advance = Callable[[float], None]  # fraction done, 0 to 1
 
 
+class Help(argparse.RawDescriptionHelpFormatter):
+    """An option that takes a file says FILE, not its own name once more."""
+
+    def _get_default_metavar_for_optional(self, action: argparse.Action) -> str:
+        is_file = action.type is Path or getattr(action.type, "__name__", "") == "file_name"
+        return "FILE" if is_file else super()._get_default_metavar_for_optional(action)
+
+
 class Parser(argparse.ArgumentParser):
     """Argument errors are one line, like every other error."""
 
@@ -34,7 +42,7 @@ def add_verb(verbs: Verbs, name: str, verb: Verb, summary: str, example: str) ->
         help=summary,
         description=summary[0].upper() + summary[1:] + ".",
         epilog=f"example:\n  {example}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=Help,
     )
     parser.set_defaults(verb=verb)
     return parser
@@ -43,12 +51,12 @@ def add_verb(verbs: Verbs, name: str, verb: Verb, summary: str, example: str) ->
 def file_type(suffix: str) -> Callable[[str], Path]:
     """For an argument that names a file of one type to write."""
 
-    def parse(text: str) -> Path:
+    def file_name(text: str) -> Path:
         if Path(text).suffix.lower() != suffix:
             raise argparse.ArgumentTypeError(f"{text}: expected a name that ends in {suffix}")
         return Path(text)
 
-    return parse
+    return file_name
 
 
 def seed(text: str) -> int:

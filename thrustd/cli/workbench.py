@@ -8,11 +8,13 @@ from thrustd.cli.verb import Verbs, add_verb, note
 
 def add_verbs(verbs: Verbs) -> None:
     parser = add_verb(
-        verbs, "workbench", workbench_verb, "open a local page on a folder: where a model fails, what is missing",
+        verbs, "workbench", workbench_verb, "open a folder in the browser: where a model fails, what is missing",
         "thrustd workbench measurements/",
     )  # fmt: skip
-    parser.add_argument("folder", type=Path, nargs="?", default=Path(), help="recordings and models (default: here)")
-    parser.add_argument("--port", type=int, default=0, help="on 127.0.0.1 (default: any free one)")
+    parser.add_argument(
+        "folder", type=Path, nargs="?", default=Path(), help="folder of recordings and models (default: this one)"
+    )
+    parser.add_argument("--port", type=int, default=0, help="port on 127.0.0.1 (default: any free one)")
     parser.add_argument("--no-browser", action="store_true", help="only print the address")
 
 
