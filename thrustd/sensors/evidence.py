@@ -17,7 +17,7 @@ Processes for Machine Learning, ch. 2.7 and A.3; Brown & Hwang, ch. 9.3 (multipl
 """
 
 from math import erfc, exp, log, sqrt
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,6 +60,37 @@ ALWAYS = (1e-3, 1e-3, 5e-2, 1e-3, 1e-3, 1e-3, 1e-3)
 INSTALLED = 0.2  # one installation in five is off by what no bench shows
 LEAST_N, LEAST_P = -200.0, 1e-12  # ram drag of 10 kg/s at flight idle, less what is left of the gross thrust
 STAYS = 0.9  # prior of a fault that has been found
+
+
+class Scene(NamedTuple):
+    """What all hypotheses share: n rows, parts of the load, A, z and A c of all well, and factors of what lasts."""
+
+    rows: Floats
+    n: int
+    parts: Parts
+    a: Floats  # (n * N_SOURCES,) squared
+    z: Floats
+    ac: Floats
+    since: Floats  # (n, n), of a fault since its onset
+    always: Floats  # of one that was always there
+    installed: Floats  # of what no bench shows
+    found: int  # the hypothesis that led so far
+
+
+class Seen(NamedTuple):
+    """Of one fault of one newton in the newest m rows."""
+
+    q: Floats  # (m, m): L' G L
+    g: Floats  # (m,)
+    u: Floats  # (m,): V' A c
+
+
+class Room(NamedTuple):
+    """Written over: the factor of M (n, n), and two columns (n,)."""
+
+    work: Floats
+    lg: Floats
+    lu: Floats
 
 
 @compiled
@@ -105,14 +136,13 @@ def _grow(shape: Floats, f: Floats, k: int, across: Floats, q: Floats) -> None:
 
 
 @compiled
-def _update(
-    shape: Floats, size_n: float, q: Floats, g: Floats, u: Floats, m: int, work: Floats, lg: Floats, lu: Floats
-) -> tuple[float, float, float]:
+def _update(shape: Floats, size_n: float, m: int, seen: Seen, room: Room) -> tuple[float, float, float]:
     """-> ln of the likelihood ratio, change of T0 and of its variance, for a fault in the newest m rows.
 
-    `shape` (n, n): lower factor of the fault's correlation; `q` (m, m): L' G L; `u` = V' A c; `work` becomes the lower
-    factor of M; `lg`, `lu` are written over.
+    `shape` (n, n): lower factor of the fault's correlation.
     """
+    q, g, u = seen
+    work, lg, lu = room
     for i in range(m):
         for j in range(i + 1):
             work[i, j] = size_n * size_n * q[i, j]
@@ -211,39 +241,31 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
 
 
 @compiled
-def _of_onsets(
-    which: int, rows: Floats, n: int, parts: Parts, solved: tuple[Floats, Floats, Floats], shapes: Any, found: int,
-    logs: Floats, said: Floats,
-) -> int:  # fmt: skip
-    """Of one hypothesis, by onset and size: ln of its evidence (k,), change of thrust and variance (k, 2); -> k.
-
-    `shapes`: factors of a fault since its onset, of one that was always there, of an installation's.
-    """
-    a, z, ac = solved
-    f, g, u, work = np.empty((n, n)), np.empty(n), np.zeros(n), np.empty((n, n))
-    q, across, lg, lu = np.empty((n, n)), np.empty(n), np.empty(n), np.empty(n)
+def _of_onsets(which: int, scene: Scene, logs: Floats, said: Floats) -> int:
+    """Of one hypothesis, by onset and size: ln of its evidence (k,), change of thrust and variance (k, 2); -> k."""
+    rows, n, parts = scene.rows, scene.n, scene.parts
+    f, g, u, q, across = np.empty((n, n)), np.empty(n), np.zeros(n), np.empty((n, n)), np.empty(n)
+    room = Room(np.empty((n, n)), np.empty(n), np.empty(n))
     pattern, k = _pattern(which, parts), 0
-    _project(a, z, n, pattern, f, g)
+    _project(scene.a, scene.z, n, pattern, f, g)
     for i in range(n):
-        u[i] = np.sum(pattern * ac[i * N_SOURCES : (i + 1) * N_SOURCES])
+        u[i] = np.sum(pattern * scene.ac[i * N_SOURCES : (i + 1) * N_SOURCES])
     for at in range(2 * n):
         m, size_n = 1 + at // 2, SIZES_N[which - 1][at % 2]
-        shape = shapes[1] if m == n else shapes[0]
+        shape = scene.always if m == n else scene.since
         if which == MOUNTS_OFF and at == 2 * (n - 1):
-            shape, size_n = shapes[2], 1.0
+            shape, size_n = scene.installed, 1.0
         begin = 0 if m == n else m - 1 + at % 2  # another shape begins anew
         for i in range(begin, m):
             _grow(shape, f, i, across, q)
-        row, prior = rows[m - 1], log(_prior(which, m, at % 2, n, found))
-        ratio, said[k, 0], said[k, 1] = _update(shape, size_n, q, g, u, m, work, lg, lu)
+        row, prior = rows[m - 1], log(_prior(which, m, at % 2, n, scene.found))
+        ratio, said[k, 0], said[k, 1] = _update(shape, size_n, m, Seen(q, g, u), room)
         logs[k], k = prior + ratio, k + 1
         if m < n and pattern[UPPER] * row[JUMPED_N] + pattern[LOWER] * row[JUMPED_N + 1] != 0.0:
             seen_q, seen_g = see_jump(row, parts, pattern, shape, m, q, g)
-            ratio, said[k, 0], said[k, 1] = _update(shape, size_n, seen_q, seen_g, u, m, work, lg, lu)
-            logs[k], k = (
-                prior + ratio - shaken(row, parts, SIZES_N[MOUNTS_OFF - 1], NEW[MOUNTS_OFF - 1] / (n - 1)),
-                k + 1,
-            )
+            ratio, said[k, 0], said[k, 1] = _update(shape, size_n, m, Seen(seen_q, seen_g, u), room)
+            less = shaken(row, parts, SIZES_N[MOUNTS_OFF - 1], NEW[MOUNTS_OFF - 1] / (n - 1))
+            logs[k], k = prior + ratio - less, k + 1
     return k
 
 
@@ -254,17 +276,14 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
     `found`: the hypothesis that led so far; a fault stays unless it is refuted.
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
-    solved = _solve(rows, n, parts, out)
+    a, z, ac = _solve(rows, n, parts, out)
     out[WELL, 0] = 0.0 if found == WELL else log(1.0 - STAYS)  # a fault that was found leaves all others less
     well = _log_pushes(out[WELL, 1], out[WELL, 2])
-    shapes = (
-        fault_shape(rows, n, FAULT_S),
-        fault_shape(rows, n, LASTING_S),
-        installed_shape(rows, n, installed_as),
-    )
+    since, always = fault_shape(rows, n, FAULT_S), fault_shape(rows, n, LASTING_S)
+    scene = Scene(rows, n, parts, a, z, ac, since, always, installed_shape(rows, n, installed_as), found)
     logs, said = np.empty(4 * n), np.empty((4 * n, 2))
     for which in range(1, N_HYPOTHESES):
-        k = _of_onsets(which, rows, n, parts, solved, shapes, found, logs, said)
+        k = _of_onsets(which, scene, logs, said)
         for i in range(k):
             logs[i] += 0.0 if which == found else out[WELL, 0]
             said[i, 0], said[i, 1] = out[WELL, 1] + said[i, 0], out[WELL, 2] + said[i, 1]

@@ -98,6 +98,23 @@ def _mount_rate_n_s(memory: Any, moved_n: float, dt_s: float) -> float:
 
 
 @compiled
+def _keep(memory: Any, row: Floats) -> None:
+    """In front of all; without room the row goes that is missed least, and leaves its jumps to the next newer one."""
+    rows = memory.rows
+    for i in range(memory.n, 0, -1):
+        rows[i] = rows[i - 1]
+    rows[0] = row
+    memory.n += 1
+    if memory.n > N_ROWS:
+        memory.n -= 1
+        missed = _least_missed(rows, N_ROWS + 1)
+        rows[missed - 1, JUMPED_N:STEP_N] += rows[missed, JUMPED_N:STEP_N]
+        rows[missed - 1, STEP_N] = max(rows[missed - 1, STEP_N], rows[missed, STEP_N])
+        for i in range(missed, N_ROWS):
+            rows[i] = rows[i + 1]
+
+
+@compiled
 def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     """Put a row (WIDTH,) in front; its level and rates are found here. False: fewer than two sources speak.
 
@@ -127,15 +144,5 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     if isfinite(fuel_rate_n_s):
         memory.rate_n_s[1] = max(memory.rate_n_s[1], fuel_rate_n_s)  # a fuel flow steps before anything follows
     memory.lagged_n[1], row[FUEL_RATE_N_S] = fuel_n, memory.rate_n_s[1]
-    for i in range(memory.n, 0, -1):
-        rows[i] = rows[i - 1]
-    rows[0] = row
-    memory.n += 1
-    if memory.n > N_ROWS:
-        memory.n -= 1
-        missed = _least_missed(rows, N_ROWS + 1)
-        rows[missed - 1, JUMPED_N:STEP_N] += rows[missed, JUMPED_N:STEP_N]
-        rows[missed - 1, STEP_N] = max(rows[missed - 1, STEP_N], rows[missed, STEP_N])
-        for i in range(missed, N_ROWS):
-            rows[i] = rows[i + 1]
+    _keep(memory, row)
     return True
