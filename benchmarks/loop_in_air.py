@@ -22,6 +22,7 @@ from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.question import Given
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.model.artifact import ModelSpec
@@ -99,11 +100,11 @@ def main() -> None:
         hidden = {n: c for n, c in known.channels.items() if not n.startswith(("thrust_N", "truth_N", "force_N"))}
         seen = make_recording(known.name, {"time_s": known.time_s, **hidden})
         began = time.process_time()
-        report = diagnose(spec, [seen], against="brochure", mount=place, deck=deck)
+        report = diagnose(spec, [seen], given=Given(against="brochure", mount=place, deck=deck))
         words, after, sizes = [w for w in report.verdict if w not in ("none", "unknown")], spec, ""
         if words:
             try:
-                longer = extend(spec, [seen], words, against="brochure", mount=place, deck=deck)
+                longer = extend(spec, [seen], words, given=Given(against="brochure", mount=place, deck=deck))
                 after, sizes = longer.spec, "; ".join(p.sentence.split(" (")[0] for p in longer.parameters)
             except ModelError as problem:
                 sizes = str(problem)[:80]

@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import CONFIGURATION, DECK, read_deck, read_models, split_models
+from thrustd.cli.files import CONFIGURATION, DECK, read_deck, read_models, read_text, split_models
 from thrustd.cli.roles import add_roles, add_trust, own_words, recordings_to_judge, roles_of_arguments
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
@@ -13,6 +13,7 @@ from thrustd.installation.shipped import shipped
 
 if TYPE_CHECKING:
     from thrustd.core.aircraft import MountPlace
+    from thrustd.diagnose.search.question import Given
     from thrustd.model.artifact import ModelSpec
     from thrustd.model.effect import Effect
     from thrustd.records.recording import Recording
@@ -49,6 +50,7 @@ def _add_diagnose(verbs: Verbs) -> None:
         "thrustd diagnose mount.json measured.csv",
     )  # fmt: skip
     _add_model_and_data(diagnose)
+    _add_known(diagnose)
     _add_effects(diagnose, "also judge this effect: a name or an expression over channels; may be repeated")
     diagnose.add_argument(
         "--pictures", type=Path, metavar="FOLDER", help="folder for pictures of the remaining dependence"
@@ -63,6 +65,7 @@ def _add_extend(verbs: Verbs) -> None:
         "  thrustd extend mount.json --given axial_inertia.mass_kg=171.7 -o better.json",
     )  # fmt: skip
     _add_model_and_data(extend, "*")
+    _add_known(extend)
     _add_effects(extend, "effect to add: a name or an expression over channels; may be repeated")
     extend.add_argument(
         "--given", action="append", default=[], metavar="EFFECT.PARAMETER=VALUE",
@@ -125,8 +128,8 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
             records,
             name=arguments.model.stem,
             extra=extra,
+            given=_known(arguments),
             progress=lambda share, what: advance(share),
-            **_reference(arguments),
         )
     _remark(records, arguments, [spec])
     _show(report, arguments)
@@ -158,8 +161,8 @@ def extend_verb(arguments: argparse.Namespace) -> int:
             records,
             effects,
             name=arguments.out.stem,
+            given=_known(arguments),
             progress=lambda share, what: advance(share),
-            **_reference(arguments),
         )
     _remark(records, arguments, [spec])
     write_model_file(report.spec, arguments.out)
@@ -205,6 +208,15 @@ def _reference(arguments: argparse.Namespace) -> dict[str, Any]:
     judged = arguments.against == "brochure"
     deck = read_deck(arguments.deck or shipped(DECK, "--deck")) if judged else None
     return {"against": arguments.against, "mount": _place(arguments), "deck": deck}
+
+
+def _known(arguments: argparse.Namespace) -> "Given":
+    """What diagnose and extend are told beside model and data."""
+    from thrustd.diagnose.search.question import Given
+    from thrustd.diagnose.search.rig import read_rig
+
+    rig = read_rig(read_text(arguments.rig), str(arguments.rig)) if arguments.rig else None
+    return Given(rig, recordings_to_judge(arguments.bench, arguments), **_reference(arguments))
 
 
 def _place(arguments: argparse.Namespace) -> "MountPlace | None":
@@ -265,6 +277,16 @@ def _add_reference(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
     parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")
     parser.add_argument("--deck", type=Path, help=f"with --against brochure (default: the shipped {DECK})")
+
+
+def _add_known(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rig", type=Path, metavar="FILE", help="priors of the rig (TOML; default: the shipped PH-LAB's)"
+    )
+    parser.add_argument(
+        "--bench", type=Path, action="append", default=[], metavar="RECORD",
+        help="what the mount was identified on, for a model that does not carry it; may be repeated",
+    )  # fmt: skip
 
 
 def _add_effects(parser: argparse.ArgumentParser, words: str) -> None:

@@ -30,6 +30,7 @@ class Parameter:
     expected: str = ""  # what physics says for PH-LAB, e.g. "172 kg on an upper mount"
     estimate: bool = True  # False: a reference value that stays fixed
     e_folds: float = 3.0  # that a shape may move from where an estimation begins
+    spread: float = 0.0  # one sigma of a shape that moves by adding, not by factors
 
 
 @dataclass(frozen=True, slots=True)

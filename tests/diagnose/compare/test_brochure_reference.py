@@ -12,6 +12,7 @@ from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.reference import as_mount, with_reference
 from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.question import Given
 from thrustd.identify.regression.friction import GROWS
 from thrustd.model.effects import effect_named
 from thrustd.records.files import read_recording
@@ -47,7 +48,7 @@ def test_compare_and_diagnose_against_the_brochure(flight: Recording, deck: Deck
     (spec,) = read_models([ROOT / "models" / "right-upper.json"]).values()
     found = compare({"right": spec}, [flight], against="brochure", mount=PLACE, deck=deck)
     assert 0 < found.comparisons[0].rmse_n < 500.0
-    report = diagnose(spec, [flight], against="brochure", mount=PLACE, deck=deck)
+    report = diagnose(spec, [flight], given=Given(against="brochure", mount=PLACE, deck=deck))
     assert report.rmse_after_n <= report.rmse_before_n
     present = {effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS}
     assert "axial_inertia" in present

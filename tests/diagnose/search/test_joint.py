@@ -14,6 +14,7 @@ from thrustd.diagnose.search.joint import joint_fit
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.ranking import begin_at
 from thrustd.diagnose.search.records import stretches
+from thrustd.diagnose.search.rig import shipped_rig
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.table import std_of
 from thrustd.model.artifact import EffectSpec
@@ -86,7 +87,7 @@ def test_sigmas_grow_where_blocks_disagree():
     segments = stretches(spec, [wandering])
     base = base_of(spec, segments)
     rows = [replace(row) for row in records_of(base, spec, segments)]
-    term = next(terms_of(effect_named("axial_inertia"), rig_of(rows, base, spec)))
+    term = next(terms_of(effect_named("axial_inertia"), rig_of(rows, base, spec, shipped_rig())))
     fit = joint_fit(base, rows, (term,), np.array(begin_at(term)))
     assert fit.std[-1] > 1.5 * std_of(fit.solution)[-1]
 

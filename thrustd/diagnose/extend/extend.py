@@ -8,33 +8,24 @@ seen is learnt here.
 import hashlib
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 import numpy as np
 from rich.console import Console
 
-from thrustd.brochure.deck import Deck
-from thrustd.core.aircraft import MountPlace
 from thrustd.core.blas import one_thread
 from thrustd.core.errors import ModelError
 from thrustd.core.measures import rms
-from thrustd.diagnose.compare.checks import (
-    check_channels,
-    check_length,
-    check_new,
-    check_not_own_output,
-    check_recording,
-)
+from thrustd.diagnose.compare.checks import check_channels, check_new
 from thrustd.diagnose.compare.newtons import newtons
-from thrustd.diagnose.compare.reference import referenced
-from thrustd.diagnose.search.base import Base, base_of, records_of
-from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
-from thrustd.diagnose.search.library import Rig, laws, rig_of, terms_of
+from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.question import NOTHING, Given, asked
 from thrustd.diagnose.search.ranking import Progress, begin_of, gained, leading, pruned, simplest
-from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.screen import screened, table_of
 from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, sentences, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
@@ -48,7 +39,6 @@ from thrustd.model.artifact import ErrorMap, LedgerEntry, ModelSpec, ValidRange,
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 from thrustd.records.recording import Recording
-from thrustd.records.roles import roles_of
 
 TOLD = 2.0  # sigmas from nothing that one amplitude has to be
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
@@ -102,29 +92,21 @@ def extend(
     effects: Sequence[Effect | str],
     *,
     name: str = "",
-    against: str = "",
-    mount: MountPlace | None = None,
-    deck: Deck | None = None,
+    given: Given = NOTHING,
     progress: Progress | None = None,
 ) -> ExtendReport:
     """Add `effects` to a model. ModelError, and no model, when held-back blocks are not better with them."""
     chosen = [effect_named(effect) if isinstance(effect, str) else effect for effect in effects]
-    records = referenced(recordings, against, mount, deck, [spec])
-    for record in records:
-        check_recording(record, spec)
     for effect in chosen:
         if effect.word != effect_named(FRICTION).word:  # friction grows
             check_new(spec, effect, spec.name)
-        check_channels(records, effect)
-    check_length(records, spec)
-    segments = stretches(spec, records)
-    output = np.concatenate([simulate(spec, segment) for segment in segments])
-    check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     with one_thread():
-        base = replace(base_of(spec, segments), roles=roles_of(records))
-        rows = records_of(base, spec, segments)
+        question = asked(spec, recordings, given)
+        records, segments, base, rows = question.records, question.segments, question.base, question.rows
+        for effect in chosen:
+            check_channels(records, effect)
         nothing = joint_fit(base, rows, ())
-        fit = _fitted(base, rows, nothing, chosen, rig_of(rows, base, spec), progress)
+        fit = _fitted(base, rows, nothing, chosen, question.rig, progress)
         _check_better(spec, chosen, nothing, fit, base)
         fit = pruned(base, rows, fit)
     _tell(progress, 0.9, "artifact")

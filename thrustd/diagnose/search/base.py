@@ -1,7 +1,7 @@
 """What a model already knows, as the prior of a joint regression: its core, its friction, the effects it carries.
 
-An artifact of `identify` carries its posterior. Any other model is asked: its own output over these records, with the
-error that it promises as noise, is the record it was learnt from.
+An artifact of `identify` carries its posterior, or the bench's records are given. Any other model is asked: its own
+output over these records, with the error that it promises as noise, is the record it was learnt from.
 """
 
 from collections.abc import Sequence
@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
+from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.reference_terms import MARK, REFERENCE_OF, reference_columns, reference_term
 from thrustd.identify.first_state import level_before
@@ -55,9 +56,11 @@ class Base:
         return self.shape.output_scale
 
 
-def base_of(spec: ModelSpec, segments: Sequence[Segment]) -> Base:
+def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segment] = ()) -> Base:
     """Prior of a joint regression on these segments; what the lags remember at their starts is part of it."""
-    stored = spec.posterior
+    if bench and spec.posterior is not None:
+        raise ModelError(f"{spec.name}: it carries what its own bench said; expected a model without, or no --bench")
+    stored = kept(regress(bench)) if bench else spec.posterior
     if stored is not None:
         scale = stored.output_scale
         bare = shape_of(stored), point_of(stored), information_of(stored)

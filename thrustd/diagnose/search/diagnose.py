@@ -9,27 +9,22 @@ one of these leaves less than every known law, the verdict is `unknown`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from thrustd.brochure.deck import Deck
-from thrustd.core.aircraft import MountPlace
 from thrustd.core.blas import one_thread
-from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
-from thrustd.diagnose.compare.reference import referenced
-from thrustd.diagnose.search.base import Base, base_of, records_of
+from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.candidates import NotJudged, judgeable
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
-from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
-from thrustd.diagnose.search.library import combined, rig_of
+from thrustd.diagnose.search.library import combined
+from thrustd.diagnose.search.question import NOTHING, Given, asked
 from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_floor, floor_of, gained, rank
-from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.screen import Followed, Looked, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
@@ -39,7 +34,6 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
-from thrustd.records.roles import roles_of
 
 FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
 OUTDOES = 0.8  # of what the best set leaves above the floor: less than this by one free curve, and the law is another
@@ -60,9 +54,7 @@ def diagnose(
     recordings: Sequence[Recording],
     *,
     name: str = "",
-    against: str = "",
-    mount: MountPlace | None = None,
-    deck: Deck | None = None,
+    given: Given = NOTHING,
     extra: Sequence[Effect] = (),
     beside: bool = False,
     progress: Progress | None = None,
@@ -71,22 +63,16 @@ def diagnose(
 
     `beside`: for a picture of the two best explanations, a second one is estimated where the search stopped at one.
     """
-    records = referenced(recordings, against, mount, deck, [spec])
-    for record in records:
-        check_recording(record, spec)
-    check_length(records, spec)
-    segments = stretches(spec, records)
-    output = np.concatenate([simulate(spec, segment) for segment in segments])
-    check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
-    present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
-    effects, not_judged = judgeable([*shelf().values(), *extra], records, present)
     with one_thread():
-        base = replace(base_of(spec, segments), roles=roles_of(records))
-        rows = records_of(base, spec, segments)
-        ranked = rank(base, rows, effects, rig_of(rows, base, spec), progress)
+        question = asked(spec, recordings, given)
+        records, base, rows = question.records, question.base, question.rows
+        present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
+        possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
+        effects, not_judged = judgeable([*possible, *extra], records, present)
+        ranked = rank(base, rows, effects, question.rig, progress)
         verdict = judge(base, rows, ranked)
         energy = loop_energy(records)
-        turned = [energy.sentence(records)] if energy.delivers and not against else []
+        turned = [energy.sentence(records)] if energy.delivers and not given.against else []
         if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
             verdict = Verdict(("unknown",), ranked.nothing, ())
         report = _report(name or spec.name, records, base, rows, ranked, verdict, not_judged, turned, beside)
@@ -261,7 +247,8 @@ def _advice(
         advice.append(f"these data do not tell {' and '.join(verdict.words)} from {' or '.join(alike)}")
         tests = {term.effect.word: term.effect.separating_test for fit in ranked.fits for term in fit.terms}
         words = dict.fromkeys([*verdict.words, *(word for one in alike for word in one.split("+"))])
-        advice += [f"{word} alone would show so: {tests[word]}" for word in words if word in tests]
+        own = base.roles.own  # the tests speak of engines
+        advice += [f"{word} alone would show so: {tests[word]}" for word in words if own and word in tests]
     reasons: dict[str, list[str]] = {}
     for one in not_judged:
         reasons.setdefault(one.reason, []).append(one.effect)

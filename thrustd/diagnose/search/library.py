@@ -1,13 +1,12 @@
 """Every absent effect as terms of a joint regression, with priors; and free curves of channels, which know no physics.
 
-Priors are what is known of a rig before it is measured: an amplitude's sigma is a few times what is typical, or what
-the rig's file says (a calibrated transducer's scale is right to half a per cent). Shapes begin at each of their starts;
+Priors are what is known of a rig before it is measured (`rig`). Shapes begin at each of their starts;
 deformations go with the travel of the record where that is of another order of magnitude.
 """
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,8 +14,8 @@ from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.base import STATE_OF, Base
 from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.diagnose.search.reference_terms import REFERENCE_OF
+from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import play_of
-from thrustd.identify.regression.stops import N_STOPS
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import travel_of
 from thrustd.identify.regression.terms import Term, at_start
@@ -24,22 +23,20 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.expression import is_expression
+from thrustd.model.modulated import modulated
 from thrustd.model.stage import Floats, jit
 
-TYPICAL = 5.0  # times its start: one sigma of an amplitude nothing more is known of
 TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
 WIDE = 1e4  # the same where it is of a user's formula
-FRICTION = 0.02  # of the force's spread: sigma of the weight of one stop
-SIGMAS: Mapping[str, float] = {"sensor_scale.scale_error": 0.005}  # of rigs whose file says nothing else
 KNOTS = 6  # of a free curve
 CONTAINED = ("hysteresis_prandtl_ishlinskii",)  # by `hysteresis_stops`
 
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """What is known of the rig before it is measured."""
+    """What is known of the rig, and what its records show."""
 
-    sigmas: Mapping[str, float]  # by effect.parameter
+    priors: RigPriors
     travel: float
     spread_n: float
     reference_degc: float | None
@@ -49,15 +46,15 @@ class Rig:
     play: float  # around the deformation, which keeps its noise out
 
 
-def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec) -> Rig:
-    """From the records, and what the model's identification tells."""
+def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPriors) -> Rig:
+    """From the records, what the model's identification tells, and the rig's file."""
     d = np.concatenate([record.d for record in records])
     y = np.concatenate([record.y for record in records]) * base.scale
     told = spec.provenance.get("mean_temperature_degC")
     warm = records[0].channels.get("temperature_degC")
     first = float(np.mean(warm[: max(1, round(60.0 / records[0].dt_s))])) if warm is not None else None
     return Rig(
-        SIGMAS,
+        priors,
         float(np.ptp(d)),
         float(np.nanstd(y)),
         float(told) if isinstance(told, int | float) else first,
@@ -82,12 +79,12 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
 
 
 def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
-    told = rig.sigmas.get(f"{effect.word}.{p.name}")
+    told = rig.priors.sigma.get(effect.word, {}).get(p.name)
     if told is not None:
         return told
     if effect is STOPS:
-        return FRICTION * rig.spread_n * 16 / N_STOPS
-    size = (WIDE if is_expression(effect.name) else TYPICAL) * abs(p.starts[0])
+        return rig.priors.friction_share * rig.spread_n
+    size = (WIDE if is_expression(effect.name) else rig.priors.over_typical) * abs(p.starts[0])
     if p.unit == "mm" or p.unit.startswith("mm/"):
         size *= order_of(rig.travel, TRAVEL_MM)
     if p.unit == "N" or p.unit.startswith("N "):
@@ -99,11 +96,25 @@ def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
     anchors |= {"reference_degc": rig.reference_degc, "deadband_mm": rig.play}
     told = anchors.get(p.name)
-    if told is not None and not (p.estimate and effect is not STOPS):
+    if told is not None:
         return (float(np.clip(told, p.low, p.high)),)
     starts = p.starts if p.estimate else p.starts[:1]
     factor = order_of(rig.travel, TRAVEL_MM) if p.unit == "mm" else 1.0
     return tuple(float(np.clip(factor * s, p.low, p.high)) for s in starts)
+
+
+def modulations(terms: Iterable[Term], records: Sequence[Record]) -> list[Term]:
+    """These laws in proportion to every channel, growing and fading with it."""
+    channels = [name for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1]
+    found = []
+    for name in channels:
+        column = np.concatenate([record.channels[name] for record in records])
+        low, high = map(float, np.quantile(column, [0.005, 0.995]))
+        for term in terms:
+            for absent, full in ((low, high), (high, low)) if name not in term.effect.channels else ():
+                ends = {"absent_at": absent, "full_at": full}
+                found.append(replace(term, effect=modulated(term.effect, name), fixed={**term.fixed, **ends}))
+    return found
 
 
 @jit

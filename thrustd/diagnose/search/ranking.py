@@ -11,12 +11,12 @@ import numpy as np
 
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
-from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.library import Rig, laws, modulations, terms_of
 from thrustd.diagnose.search.screen import Followed, Looked, followed, screened, screened_pairs, table_of
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
-from thrustd.model.stage import Floats
+from thrustd.model.stage import DEFORMATION, Floats
 
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
@@ -28,6 +28,8 @@ NEAR = 0.03  # of the squared error: sets so close are told apart by how many nu
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 AT_FLOOR = 1.05  # times the floor
 UNKNOWN_SIGMA = 0.02  # of the travel: a free curve's heights
+
+RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
 
 Progress = Callable[[float, str], None]
 
@@ -74,8 +76,32 @@ def rank(
         best = simplest(better)
         beam = [best, *(fit for fit in sorted(better, key=lambda fit: fit.mse) if fit is not best)][:BEAM]
     best = pruned(base, records, best)
+    if not at_floor(best, base):
+        more = following(base, records, best, looked)
+        fits += more
+        best = pruned(base, records, more[-1]) if more else best
+    best = fewest(fits, best)
     ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
     return Ranked(nothing, best, ordered, tuple(looked), tuple(channels))
+
+
+def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequence[Looked]) -> list[Joint]:
+    """Sets grown from the best by what resists motion, in proportion to a channel, while that gains."""
+    resisting = [term for term in singles(looked) if (term.effect.site, *term.effect.channels) == RESISTS]
+    terms = modulations(resisting, records)
+    found: list[Joint] = []
+    while terms and len(found) < MOST and not at_floor(best, base):
+        beside = [term for term in terms if term.effect.word not in best.words]
+        grown = [
+            joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one))
+            for one in leading(screened(table_of(base, best), beside))
+        ]
+        better = [fit for fit in grown if gained(best, fit)]
+        if not better:
+            break
+        best = simplest(better)
+        found.append(best)
+    return found
 
 
 def simplest(fits: Sequence[Joint]) -> Joint:
@@ -83,6 +109,12 @@ def simplest(fits: Sequence[Joint]) -> Joint:
     best = min(fits, key=lambda fit: fit.mse)
     near = [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best)]
     return min(near, key=lambda fit: (sum(len(term.free) for term in fit.terms), fit.mse))
+
+
+def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
+    """The smallest set that held-back blocks do not tell from the best: nothing is named that need not be there."""
+    alike = [fit for fit in fits if len(fit.terms) < len(best.terms) and not gained(fit, best)]
+    return min(alike, key=lambda fit: (len(fit.terms), fit.mse)) if alike else best
 
 
 def at_floor(fit: Joint, base: Base) -> bool:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares
@@ -28,11 +27,12 @@ PROBE = 0.2  # of an amplitude's sigma: typical
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Thin rows of one fit: gradient (n, p), residual (n,), block of every row."""
+    """Thin rows of one fit: gradient (n, p), residual (n,), rows of every block."""
 
     gradient: Floats
     residual: Floats
-    block: NDArray[np.intp]
+    parts: tuple[slice, ...]
+    core: Blocks  # of the gradient alone
     width: int
     fit: Joint
     base: Base
@@ -45,10 +45,9 @@ class Table:
     def squares(self, extra: Floats, positive: Mask) -> float:
         """Mean square on held-back blocks with further columns (n, k) of prior N(0, 1)."""
         found, base = self.fit.solution, self.base
-        rows = np.column_stack((self.gradient, extra))
         p, n = self.gradient.shape[1], base.shape.n
-        blocks = _blocks(rows, self.residual, self.block)
-        prior = np.eye(rows.shape[1])
+        blocks = self._bordered(extra)
+        prior = np.eye(p + extra.shape[1])
         prior[:p, :p] = prior_of(found.shape, found.precisions)
         prior[:n, :n] += base.information
         vector = np.concatenate((found.point.vector(found.shape), np.zeros(extra.shape[1])))
@@ -60,10 +59,20 @@ class Table:
         squares = held_back_squares(blocks, vector, prior, pull, noise, free)
         return float(squares.sum() / blocks.size.sum())
 
+    def _bordered(self, extra: Floats) -> Blocks:
+        """The core's normal equations with these columns beside: the large part is made once."""
+        p, core = self.gradient.shape[1], self.core
+        n = p + extra.shape[1]
+        matrix, right = np.zeros((len(self.parts), n, n)), np.zeros((len(self.parts), n))
+        matrix[:, :p, :p], right[:, :p] = core.matrix, core.right
+        for b, s in enumerate(self.parts):
+            across = self.gradient[s].T @ extra[s]
+            matrix[b, :p, p:], matrix[b, p:, :p] = across, across.T
+            matrix[b, p:, p:], right[b, p:] = extra[s].T @ extra[s], extra[s].T @ self.residual[s]
+        return Blocks(matrix, right, core.squares, core.size)
 
-def _blocks(rows: Floats, residual: Floats, block: NDArray[np.intp]) -> Blocks:
-    ends = np.searchsorted(block, np.arange(BLOCKS + 1))
-    parts = [slice(a, b) for a, b in pairwise(ends)]
+
+def _blocks(rows: Floats, residual: Floats, parts: Sequence[slice]) -> Blocks:
     return Blocks(
         np.array([rows[s].T @ rows[s] for s in parts]),
         np.array([rows[s].T @ residual[s] for s in parts]),
@@ -88,7 +97,8 @@ def table_of(base: Base, fit: Joint) -> Table:
         residuals.append(_means(np.where(good, missed, 0.0), width))
     gradient, residual = np.concatenate(gradients), np.concatenate(residuals)
     block = np.arange(len(residual)) * BLOCKS // len(residual)
-    return Table(gradient, residual, block, width, fit, base, records)
+    parts = tuple(slice(a, b) for a, b in pairwise(np.searchsorted(block, np.arange(BLOCKS + 1))))
+    return Table(gradient, residual, parts, _blocks(gradient, residual, parts), width, fit, base, records)
 
 
 def _means(table: Floats, width: int) -> Floats:

@@ -1,8 +1,9 @@
 """Physical effects beside the core of a regression: their parameters as numbers without dimension, their influence.
 
 An amplitude is its prior's standard deviation times a number with prior N(0, 1); a shape parameter is its start times
-e to the power of such a number. So every effect of the shelf enters the same regression as the curves do, with columns
-from differences of whole free runs: an effect that acts on the deformation goes through the curve and the relaxation.
+e to the power of such a number, or a sum where its card gives a spread. So every effect of the shelf enters the same
+regression as the curves do, with columns from differences of whole free runs: an effect that acts on the deformation
+goes through the curve and the relaxation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,6 +42,8 @@ class Term:
         for p, number in zip(self.free, numbers, strict=True):
             if p.amplitude:
                 value = self.centre.get(p.name, p.neutral) + self.std[p.name] * float(number)
+            elif p.spread > 0.0:
+                value = self.fixed[p.name] + p.spread * float(number)
             elif self.fixed[p.name] > 0.0:
                 value = self.fixed[p.name] * float(np.exp(np.clip(number, -p.e_folds, p.e_folds)))
             else:
@@ -56,7 +59,7 @@ class Term:
         """One sigma in units, of one sigma without."""
         values = self.values(numbers)
         return {
-            p.name: float(s) * (self.std[p.name] if p.amplitude else abs(values[p.name]))
+            p.name: float(s) * (self.std[p.name] if p.amplitude else p.spread or abs(values[p.name]))
             for p, s in zip(self.free, std, strict=True)
         }
 
@@ -153,13 +156,6 @@ def _run(term: Term, values: Mapping[str, float], seen: Seen, v: Floats, first: 
 def at_start(effect: Effect, std: Mapping[str, float], shape: Mapping[str, float]) -> Term:
     """A term with its shape parameters at `shape` and everything else neutral."""
     return Term(effect, effect.neutral() | dict(shape), std)
-
-
-def moved(term: Term, numbers: Floats) -> Term:
-    """The term with its shape parameters begun where these numbers are."""
-    values = term.values(numbers)
-    shapes = {p.name: values[p.name] for p in term.free if not p.amplitude}
-    return replace(term, fixed=dict(term.fixed) | shapes)
 
 
 def positives(terms: Sequence[Term]) -> NDArray[np.bool_]:

@@ -1,6 +1,7 @@
 """The shelf of physical effects: the folder is the registry; other packages add theirs by entry point.
 
-Effects of a user's file join by `put_on_shelf`; a name that is a formula is an effect made of it (model/expression.py).
+Effects of a user's file join by `put_on_shelf`; a name that is a formula is an effect made of it (model/expression.py),
+one like `hysteresis by voltage_V` a law of the shelf whose strength follows a channel (model/modulated.py).
 """
 
 from collections.abc import Mapping
@@ -12,6 +13,7 @@ from pkgutil import iter_modules
 from thrustd.core.errors import ModelError
 from thrustd.model.effect import Effect
 from thrustd.model.expression import expression_effect, is_expression
+from thrustd.model.modulated import BY, modulated
 
 ENTRY_POINT = "thrustd.effects"
 
@@ -45,6 +47,9 @@ _more: dict[str, Effect] = {}  # loaded from files since the start of the proces
 
 def effect_named(name: str) -> Effect:
     """The effect of that name (or formula); ModelError that lists what there is."""
+    law, by, channel = name.partition(BY)
+    if by and law in shelf() and channel:
+        return modulated(shelf()[law], channel)
     if is_expression(name):
         return expression_effect(name)
     if name not in shelf():

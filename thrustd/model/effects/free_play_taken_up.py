@@ -1,28 +1,34 @@
 """Free play that the load takes up: a joint that is loose when unloaded and tight above a certain load.
 
-    deformation of the mount = x - gap_mm * s,    s = clip((x - taken_up_mm) / width_mm + 1/2, 0, 1),    x = reading
+    deformation of the mount = x - gap_mm * s,    s = clip((l - taken_up_mm) / width_mm + 1/2, 0, 1),    x = reading
+    l = x + fading (x - lag(x)),    lag: first-order, fades_s
 
 While the joint closes, the transducer moves by the gap and the rubber hardly: a flat stretch in the curve of force
-over reading, at the same reading in both directions. A gap that closes over most of the travel would be a scale:
-width_mm stays within a factor of e of its starts. No hysteresis: what is left of it is `free_play`, of which this is
-a variant. gap_mm positive: the reading exceeds the rubber's deformation. Left out: the elasticity of the contact.
+over reading, in both directions. The joint closes at a load, not at a reading, and the load that goes with a reading
+fades as the rubber relaxes: l stands for it, with one lag for all of the rubber's. A gap that closes over most of the
+travel would be a scale: width_mm stays within a factor of e of its starts. No hysteresis: what is left of it is
+`free_play`, of which this is a variant. gap_mm positive: the reading exceeds the rubber's deformation. Left out: the
+elasticity of the contact.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, begin_at_signal
 from thrustd.model.stage import Floats, jit
 
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    return v - c[0] * min(max((v - c[1]) / c[2] + 0.5, 0.0), 1.0)
+    x[0] += c[4] * (v - x[0])
+    load = v + c[3] * (v - x[0])
+    return v - c[0] * min(max((load - c[1]) / c[2] + 0.5, 0.0), 1.0)
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["gap_mm"], p["taken_up_mm"], p["width_mm"]])
+    return np.array([p["gap_mm"], p["taken_up_mm"], p["width_mm"], p["fading"], -math.expm1(-dt_s / p["fades_s"])])
 
 
 EFFECT = Effect(
@@ -39,12 +45,17 @@ EFFECT = Effect(
                   meaning="reading at which the joint is half closed", amplitude=False),
         Parameter("width_mm", "mm", neutral=0.1, low=1e-4, high=1000.0, starts=(0.15, 0.05),
                   meaning="readings between open and closed", amplitude=False, e_folds=1.0),
+        Parameter("fading", "-", neutral=0.1, low=0.0, high=2.0, starts=(0.1,),
+                  meaning="share of the load at one reading that fades", amplitude=False, spread=0.1),
+        Parameter("fades_s", "s", neutral=30.0, low=0.01, high=10000.0, starts=(30.0,),
+                  meaning="time constant by which it fades", amplitude=False),
     ),
     step=step,
     prepare=prepare,
-    n_state=0,
-    equation="x_mount = x - g clip((x - x_0) / b + 1/2, 0, 1)",
+    n_state=1,
+    equation="x_mount = x - g clip((x + a (x - lag(x)) - x_0) / b + 1/2, 0, 1)",
     source="Nordin & Gutman, Automatica 38 (2002) 1633; Brokate & Sprekels, Hysteresis and Phase Transitions, 1996",
     separating_test="load slowly from zero through the suspected load and back: the force stands still while x moves",
+    initial=begin_at_signal,
     variant_of="free_play",
 )  # fmt: skip

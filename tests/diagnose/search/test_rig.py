@@ -1,0 +1,80 @@
+"""What is known before: a rig's file, the bench's records, the temperature at which a model was identified."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
+from tests.diagnose.search.test_joint import measured_on
+from thrustd.core.errors import ConfigError, ModelError
+from thrustd.diagnose.search.base import base_of
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.library import terms_of
+from thrustd.diagnose.search.question import Given, asked
+from thrustd.diagnose.search.records import stretches
+from thrustd.diagnose.search.rig import read_rig, shipped_rig
+from thrustd.identify.identify import identify
+from thrustd.model.artifact import EffectSpec
+from thrustd.model.effects import effect_named
+
+
+def test_the_shipped_file_is_read_and_is_the_default():
+    assert shipped_rig().sigma == {"sensor_scale": {"scale_error": 0.005}}
+    rig = asked(mount(), [record()], Given()).rig
+    (scale,) = terms_of(effect_named("sensor_scale"), rig)
+    assert scale.std == {"scale_error": 0.005}
+
+
+def test_a_file_of_ones_own_says_sigmas_and_what_cannot_be():
+    told = read_rig('without = ["axial_inertia"]\n[sigma.nacelle_drag]\ndrag_area_m2 = 0.01', "mine.toml")
+    question = asked(mount(), [record()], Given(rig=told))
+    (drag,) = terms_of(effect_named("nacelle_drag"), question.rig)
+    assert drag.std == {"drag_area_m2": 0.01}
+    report = diagnose(mount(), [record([EffectSpec("axial_inertia", {"mass_kg": 200.0})])], given=Given(rig=told))
+    assert "axial_inertia" not in {candidate.effect for candidate in report.candidates}
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("friction_share = -1.0", "mine.toml: friction_share = -1.0: Expected `float` > 0.0"),
+        ('without = ["gravity"]', "mine.toml: no effect 'gravity', expected one of ageing, axial_inertia"),
+        ("[sigma.creep]\nmass_kg = 1.0", "mine.toml: sigma.creep.mass_kg: no such amplitude, expected one of"),
+        ("sigma = 1", "mine.toml: sigma = 1"),
+        ("over_typical = ", "mine.toml: not TOML"),
+        ("colour = 3", "mine.toml: colour: no such key, expected one of name, over_typical"),
+    ],
+)
+def test_a_bad_file_is_one_line(text, said):
+    with pytest.raises(ConfigError) as problem:
+        read_rig(text, "mine.toml")
+    assert str(problem.value).startswith(said)
+    assert "\n" not in str(problem.value)
+
+
+def test_bench_records_are_the_prior_of_a_model_that_carries_none():
+    bare, bench = msgspec.structs.replace(mount(k1=4800.0), error=None), record()
+    segments = stretches(bare, [bench])
+    known = base_of(bare, segments, segments)
+    assert known.promised * known.scale == pytest.approx(NOISE_N, rel=0.05)
+    hidden = record([EffectSpec("nacelle_drag", {"drag_area_m2": 0.05})], seed=4)
+    assert diagnose(bare, [hidden], given=Given(bench=[bench])).verdict == ("nacelle_drag",)
+
+
+def test_a_model_that_carries_its_bench_takes_no_other():
+    spec = identify([record()]).spec
+    with pytest.raises(ModelError, match="expected a model without, or no --bench"):
+        diagnose(spec, [record(seed=2)], given=Given(bench=[record()]))
+
+
+def test_the_rubber_may_have_been_colder_than_the_bench_says():
+    """Nobody hears of a scale where the stiffness is at the right temperature."""
+    warm = columns()
+    warm["temperature_degC"] = 30.0 + 8.0 * np.sin(np.arange(12_000) * DT_S / 40.0)
+    hidden = EffectSpec("thermal_stiffness", {"stiffness_1_k": -0.003, "reference_degc": 20.0})
+    bench = mount()
+    bench = msgspec.structs.replace(bench, provenance=dict(bench.provenance) | {"mean_temperature_degC": 30.0})
+    report = diagnose(bench, [measured_on(mount(effects=[hidden]), warm)])
+    assert report.verdict == ("thermal_stiffness",)
+    reference = {p.name: p for p in report.candidates[0].parameters}["reference_degc"]
+    assert reference.value == pytest.approx(20.0, abs=3 * reference.std)

@@ -1,0 +1,54 @@
+"""An effect whose strength follows a channel is that effect times the channel, on the ground, in flight and in C."""
+
+import numpy as np
+import pytest
+
+from thrustd.core.errors import ModelError
+from thrustd.model.c_function import Library
+from thrustd.model.effects import effect_named
+
+N, DT_S = 2000, 0.05
+D = np.sin(np.arange(N) * DT_S)
+VOLTAGE = np.linspace(0.0, 4.0, N)
+FRICTION = {"friction_n": 100.0, "yield_mm": 0.05}
+
+
+def run(name, parameters, columns):
+    effect = effect_named(name)
+    return effect.stage(effect.neutral() | parameters, DT_S).from_rest(columns, np.zeros(N))
+
+
+def test_it_grows_with_the_channel():
+    plain = run("hysteresis", FRICTION, {"deformation_mm": D})
+    by = run("hysteresis by voltage_V", FRICTION | {"full_at": 2.0}, {"deformation_mm": D, "voltage_V": VOLTAGE})
+    assert np.array_equal(by, plain * VOLTAGE / 2.0)
+
+
+def test_it_fades_to_nothing_and_not_below():
+    ends = {"absent_at": 2.0, "full_at": 0.0}
+    by = run("hysteresis by voltage_V", FRICTION | ends, {"deformation_mm": D, "voltage_V": VOLTAGE})
+    assert np.ptp(by[: N // 2]) > 100.0
+    assert not by[N // 2 + 1 :].any()
+
+
+def test_neutral_is_identity():
+    effect = effect_named("viscous_damping by voltage_V")
+    v = 5000.0 * D
+    columns = {"deformation_mm": D, "voltage_V": VOLTAGE}
+    assert np.array_equal(effect.stage(effect.neutral(), DT_S).from_rest(columns, v), v)
+
+
+def test_a_variant_goes_by_its_own_word():
+    assert effect_named("hysteresis_coulomb by voltage_V").word == "hysteresis by voltage_V"
+    assert effect_named("hysteresis by voltage_V") is effect_named("hysteresis by voltage_V")
+
+
+def test_two_of_them_are_two_functions_of_c():
+    library = Library("m")
+    names = [library.add(effect_named(f"{law} by voltage_V").step) for law in ("hysteresis", "viscous_damping")]
+    assert len(set(names)) == 2 and all(name in library.text() for name in names)
+
+
+def test_a_law_that_is_none():
+    with pytest.raises(ModelError, match="expression"):
+        effect_named("gravity by voltage_V")

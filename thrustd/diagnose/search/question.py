@@ -1,0 +1,61 @@
+"""What is asked, of which model, on which data: the same for `diagnose` and `extend`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from thrustd.brochure.deck import Deck
+from thrustd.core.aircraft import MountPlace
+from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
+from thrustd.diagnose.compare.reference import referenced
+from thrustd.diagnose.search.base import Base, base_of, records_of
+from thrustd.diagnose.search.evidence import simulate
+from thrustd.diagnose.search.library import Rig, rig_of
+from thrustd.diagnose.search.records import stretches
+from thrustd.diagnose.search.rig import RigPriors, shipped_rig
+from thrustd.identify.regression.sweep import Record
+from thrustd.identify.segments import Segment
+from thrustd.model.artifact import ModelSpec
+from thrustd.records.recording import Recording
+from thrustd.records.roles import roles_of
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What is known beside the model: priors of the rig (none: PH-LAB's), records of the bench, the reference."""
+
+    rig: RigPriors | None = None
+    bench: Sequence[Recording] = ()
+    against: str = ""
+    mount: MountPlace | None = None
+    deck: Deck | None = None
+
+
+NOTHING = Given()
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Records with their reference, their stretches as the regression reads them, and what is known before."""
+
+    records: list[Recording]
+    segments: list[Segment]
+    base: Base
+    rows: list[Record]
+    rig: Rig
+
+
+def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Question:
+    """Checked; RecordingError or ModelError in one line where the data cannot answer."""
+    records = referenced(recordings, given.against, given.mount, given.deck, [spec])
+    for record in (*records, *given.bench):
+        check_recording(record, spec)
+    check_length(records, spec)
+    segments = stretches(spec, records)
+    output = np.concatenate([simulate(spec, segment) for segment in segments])
+    check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
+    bench = stretches(spec, given.bench) if given.bench else []
+    base = replace(base_of(spec, segments, bench), roles=roles_of(records))
+    rows = records_of(base, spec, segments)
+    return Question(records, segments, base, rows, rig_of(rows, base, spec, given.rig or shipped_rig()))

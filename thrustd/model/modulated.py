@@ -1,0 +1,82 @@
+"""An effect whose strength follows a channel: `hysteresis by voltage_V` is friction that grows with a voltage.
+
+    v_out = v + s (effect(v) - v),    s = max((channel - absent_at) / (full_at - absent_at), 0)
+
+A damper with a coil, a joint whose preload is measured, a seal under pressure: the law is known, its size follows
+something that was recorded. `full_at` below `absent_at` is one that fades as the channel grows. The effect keeps its
+memory whatever s is, and its sign: what resists motion does so at every s. Left out: a channel that acts late.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache, partial
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter
+from thrustd.model.stage import Floats, jit
+
+BY = " by "
+
+
+@jit
+def _inner(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    """Stands for the effect's own step."""
+    return v
+
+
+def _step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    share = max((u[0] - c[0]) * c[1], 0.0)
+    return v + share * (_inner(x, c[2:], u[1:], v) - v)
+
+
+def _initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    _inner(x, c[2:], u[1:], v)
+
+
+def modulated(effect: Effect, channel: str) -> Effect:
+    """`effect` in proportion to a channel."""
+    return _modulated(effect.name, channel, effect)
+
+
+@cache
+def _modulated(name: str, channel: str, effect: Effect) -> Effect:
+    return replace(
+        effect,
+        name=f"{name}{BY}{channel}",
+        title=f"{effect.title}, in proportion to {channel}",
+        channels=(channel, *effect.channels),
+        parameters=(
+            *effect.parameters,
+            _end("absent_at", 0.0, "channel at which nothing of it is there"),
+            _end("full_at", 1.0, "channel at which the amplitudes hold"),
+        ),
+        step=jit(_around(_step, effect.step)),
+        prepare=partial(_prepare, effect),
+        initial=_around(_initial, effect.initial) if effect.initial is not None else None,
+        variant_of=f"{effect.word}{BY}{channel}" if effect.variant_of else "",
+        equation=f"{effect.equation}, times max(({channel} - a) / (b - a), 0)",
+        lags=None,
+        ahead_s=None,
+    )
+
+
+def _end(name: str, value: float, meaning: str) -> Parameter:
+    return Parameter(name, "", value, -1e12, 1e12, (value,), meaning, amplitude=False, estimate=False)
+
+
+def _around(outer: Any, inner: Any) -> Any:
+    """`outer` with the effect's own inside: a function of which compiled code, its cache and C tell every effect."""
+    python = getattr(inner, "py_func", inner)
+    made = FunctionType(outer.__code__, {**globals(), "_inner": inner}, f"{python.__name__}_by")
+    made.__annotations__, made.__module__ = outer.__annotations__, python.__module__
+    made.__qualname__ = made.__name__
+    return made
+
+
+def _prepare(effect: Effect, p: Mapping[str, float], dt_s: float) -> Floats:
+    absent, full = p["absent_at"], p["full_at"]
+    slope = 1.0 / (full - absent) if full != absent else 0.0
+    return np.concatenate(((absent, slope), effect.prepare(p, dt_s)))
