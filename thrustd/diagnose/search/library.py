@@ -103,18 +103,14 @@ def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     return tuple(float(np.clip(factor * s, p.low, p.high)) for s in starts)
 
 
-def modulations(terms: Iterable[Term], records: Sequence[Record]) -> list[Term]:
-    """These laws in proportion to every channel, growing and fading with it."""
-    channels = [name for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1]
-    found = []
-    for name in channels:
-        column = np.concatenate([record.channels[name] for record in records])
-        low, high = map(float, np.quantile(column, [0.005, 0.995]))
-        for term in terms:
-            for absent, full in ((low, high), (high, low)) if name not in term.effect.channels else ():
-                ends = {"absent_at": absent, "full_at": full}
-                found.append(replace(term, effect=modulated(term.effect, name), fixed={**term.fixed, **ends}))
-    return found
+def modulations(term: Term, records: Sequence[Record]) -> Iterator[tuple[Term, list[Floats]]]:
+    """A law in proportion to every channel, growing and fading with it, and the proportion (n,) on every record."""
+    for name in [name for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1]:
+        low, high = map(float, np.quantile(np.concatenate([r.channels[name] for r in records]), [0.005, 0.995]))
+        for absent, full in ((low, high), (high, low)) if high > low else ():
+            fixed = {**term.fixed, "absent_at": absent, "full_at": full}
+            share = [np.maximum((r.channels[name] - absent) / (full - absent), 0.0) for r in records]
+            yield replace(term, effect=modulated(term.effect, name), fixed=fixed), share
 
 
 @jit

@@ -11,8 +11,16 @@ import numpy as np
 
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
-from thrustd.diagnose.search.library import Rig, laws, modulations, terms_of
-from thrustd.diagnose.search.screen import Followed, Looked, followed, screened, screened_pairs, table_of
+from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.screen import (
+    Followed,
+    Looked,
+    followed,
+    screened,
+    screened_modulations,
+    screened_pairs,
+    table_of,
+)
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
@@ -88,14 +96,10 @@ def rank(
 def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequence[Looked]) -> list[Joint]:
     """Sets grown from the best by what resists motion, in proportion to a channel, while that gains."""
     resisting = [term for term in singles(looked) if (term.effect.site, *term.effect.channels) == RESISTS]
-    terms = modulations(resisting, records)
     found: list[Joint] = []
-    while terms and len(found) < MOST and not at_floor(best, base):
-        beside = [term for term in terms if term.effect.word not in best.words]
-        grown = [
-            joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one))
-            for one in leading(screened(table_of(base, best), beside))
-        ]
+    while len(found) < MOST and not at_floor(best, base):
+        seen = screened_modulations(table_of(base, best), resisting, best.words)
+        grown = [joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one)) for one in leading(seen)]
         better = [fit for fit in grown if gained(best, fit)]
         if not better:
             break
@@ -105,10 +109,13 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
 
 
 def simplest(fits: Sequence[Joint]) -> Joint:
-    """The one with the fewest numbers of those that held-back blocks do not tell from the best."""
+    """The one with the fewest numbers of those that held-back blocks do not tell from the best.
+
+    A number that is known but for a spread is none.
+    """
     best = min(fits, key=lambda fit: fit.mse)
     near = [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best)]
-    return min(near, key=lambda fit: (sum(len(term.free) for term in fit.terms), fit.mse))
+    return min(near, key=lambda fit: (sum(p.spread == 0.0 for term in fit.terms for p in term.free), fit.mse))
 
 
 def fewest(fits: Sequence[Joint], best: Joint) -> Joint:

@@ -12,7 +12,7 @@ import numpy as np
 
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares
-from thrustd.diagnose.search.library import combined, free_curve
+from thrustd.diagnose.search.library import combined, free_curve, modulations
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import Mask, prior_of
 from thrustd.identify.regression.sweep import Record, columns, simulate
@@ -133,6 +133,19 @@ def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
     return sorted(found, key=lambda looked: looked.mse)
 
 
+def screened_modulations(table: Table, laws: Iterable[Term], without: Sequence[str]) -> list[Looked]:
+    """These laws, which act on the force, in proportion to every channel; best first. One run a law."""
+    plain, before = _outputs(table, ()), table.mse()
+    found = []
+    for law in laws:
+        whole, positive = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool)
+        for term, share in modulations(law, table.records):
+            if term.effect.word not in without:
+                thin = [_means(s[:, None] * c, table.width) for s, c in zip(share, whole, strict=True)]
+                found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))
+    return sorted(found, key=lambda looked: looked.mse)
+
+
 @dataclass(frozen=True, slots=True)
 class Pair:
     """Two candidates together, linearised."""
@@ -155,16 +168,18 @@ def screened_pairs(table: Table, terms: Sequence[Term]) -> list[Pair]:
 
 def _probed(table: Table, term: Term, plain: list[Floats]) -> tuple[Floats, Mask]:
     """Thin columns (n, k) of the amplitudes of a term, and which of them cannot be negative."""
+    flags = np.array(replace(term, shapes=False).positive(), bool)
+    return np.concatenate([_means(whole, table.width) for whole in _columns(table, term, plain)]), flags
+
+
+def _columns(table: Table, term: Term, plain: list[Floats]) -> list[Floats]:
+    """Columns (n, k) of the amplitudes of a term on every record."""
     still = replace(term, shapes=False)
-    flags = np.array(still.positive(), bool)
-    extra = []
-    for i in range(len(still.free)):
-        numbers = np.zeros(len(still.free))
-        numbers[i] = PROBE
-        outputs = _outputs(table, (still,), numbers)
-        thin = [_means((a - b) / PROBE, table.width) for a, b in zip(outputs, plain, strict=True)]
-        extra.append(np.nan_to_num(np.concatenate(thin)))
-    return np.column_stack(extra), flags
+    moved = [_outputs(table, (still,), PROBE * unit) for unit in np.eye(len(still.free))]
+    return [
+        np.nan_to_num((np.column_stack(outputs) - own[:, None]) / PROBE)
+        for own, *outputs in zip(plain, *moved, strict=True)
+    ]
 
 
 def _outputs(table: Table, more: tuple[Term, ...], numbers: Floats | None = None) -> list[Floats]:
