@@ -76,6 +76,14 @@ def test_a_lead_shows_in_transients_only():
     assert abs(difference_n[-1]) < 1
 
 
+@pytest.mark.parametrize("lead_s", [-0.4, 0.4])
+def test_a_throttle_that_is_cut_takes_thrust_from_the_first_moment_on_and_never_leaps(lead_s):
+    n1 = np.interp(np.arange(60) / 20, (0.5, 2.5), (95.0, 40.0))
+    cut_n, plain_n = static_thrust(n1, Health(0.0, 0.0, lead_s, 1.0)), static_thrust(n1)
+    assert np.diff(cut_n[:50]).max() < 1e-9  # until the speed rests
+    assert np.diff(cut_n).min() > 2.0 * np.diff(plain_n).min()
+
+
 def test_drift_grows_with_time():
     drifting = Health(0.0, 0.01, 0.0, 1.0)
     thrust_n = static_thrust([90.0, 90.0], drifting, np.array([0.0, 3600.0]))

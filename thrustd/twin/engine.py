@@ -100,6 +100,17 @@ def steady_n2_pct(n1_pct: FloatArray, mach: FloatArray, static_k: FloatArray) ->
     return np.asarray(_N2_LINE(n1_pct / root) * root)
 
 
+@jit
+def _lagged(time_s: FloatArray, values: FloatArray, tau_s: float) -> FloatArray:
+    """First-order lag (n,) of what is straight between its samples; neither it nor twice the values less it leaps."""
+    out = values.copy()
+    for i in range(1, len(values) if tau_s > 0.0 else 0):
+        dt_s = time_s[i] - time_s[i - 1]
+        behind = tau_s * (values[i] - values[i - 1]) / dt_s
+        out[i] = values[i] - behind + (out[i - 1] - values[i - 1] + behind) * np.exp(-dt_s / tau_s)
+    return out
+
+
 def true_thrust_n(
     time_s: FloatArray,
     n1_pct: FloatArray,
@@ -110,7 +121,7 @@ def true_thrust_n(
     fuel_ratio: float = 1.0,
 ) -> FloatArray:
     """Net thrust (n,) of one engine. `fuel_ratio`: this engine's steady fuel flow over the nominal line."""
-    speed_pct = n1_pct + health.lead_s * np.gradient(n1_pct, time_s)
+    speed_pct = n1_pct + np.sign(health.lead_s) * (n1_pct - _lagged(time_s, n1_pct, abs(health.lead_s)))
     fuel_kg_s = fuel_ratio * steady_fuel_kg_s(np.clip(speed_pct, 0.0, 115.0), mach, altitude_m, static_k)
     nominal_n = net_thrust_n(fuel_kg_s, mach, altitude_m, static_k)
     own = 1.0 + health.bias + health.drift_per_h * (time_s - time_s[0]) / 3600.0
