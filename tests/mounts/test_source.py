@@ -121,13 +121,15 @@ def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
     assert said_n[-1] == pytest.approx(true_n, abs=20.0)
 
 
-@pytest.mark.parametrize("shown_mm", [0.3, -0.2])
-def test_what_is_too_large_for_a_zero_is_none(model, shown_mm):
-    bench = Bench(model)
-    bench.started(0, shown_mm)
-    before = bench.source.snapshot()
-    bench.source.calibrate()
-    assert bench.source.snapshot() == before
+@pytest.mark.parametrize("shown_mm", [0.1, -0.04])
+def test_what_is_too_large_for_a_zero_is_not_taken_and_stays_in_the_band(precise, shown_mm):
+    bench, mm = Bench(precise), np.full(400, shown_mm)
+    for _ in flown(bench, mm, 0.0 * mm):
+        pass
+    zero_mm, std_mm = bench.source.snapshot()["zero"]
+    assert not bench.source.calibrate()
+    after_mm, wider_mm = bench.source.snapshot()["zero"]
+    assert after_mm == zero_mm and wider_mm == pytest.approx(np.hypot(std_mm, shown_mm), rel=0.3)
 
 
 def test_a_curve_that_is_flat_at_rest_is_not_calibrated_and_stops_nobody(model):

@@ -123,8 +123,8 @@ class MountSource:
 
         As good a measurement of it as the model is without a load; what it says is taken off every sample from now on:
         g = P / (P + R),   zero += g shown,   P <- (1 - g) P     (scalar Kalman filter)
-        Far more than a zero is what the friction holds since the last flight, and says nothing of the zero. -> whether
-        it was taken.
+        Far more than a zero may be what the friction holds since the last flight, and nothing tells which: it is not
+        taken and stays in the band. -> whether it was taken.
         """
         shown_n = float(self._means["lagged_n"][0])
         if self._state is None or not isfinite(shown_n):
@@ -134,7 +134,7 @@ class MountSource:
         if self._unseen.branched:  # it began between two branches: what a mount at rest would have shown
             shown_n += resting_n(self.model, row) - self.model.step(self._state.copy(), row[1:], row.item(0))
         shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
-        if not isfinite(shown_mm) or not k_n_mm > 0.0:  # a curve that is flat at rest says nothing of a zero
+        if not k_n_mm > 0.0:  # a curve that is flat at rest says nothing of a zero
             return False
         model_n, half_n = cells(self.model.spec.error)[2].item(0), self._engine_off_std_n / 2.0  # two mounts carry it
         known_mm = hypot(model_n, half_n) / k_n_mm
@@ -144,8 +144,10 @@ class MountSource:
             gain = std_mm**2 / (std_mm**2 + known_mm**2)
             self._shift(self._zero_mm + gain * shown_mm, sqrt(1.0 - gain) * std_mm)
             self._mount["deformation_mm"] -= gain * shown_mm
-        elif shown_mm > 0.0:
-            self._fell_from = 0.0
+        else:
+            self._means["zero_std_mm"] = hypot(std_mm, shown_mm if isfinite(shown_mm) else self._deformation_mm)
+            if shown_mm > 0.0:  # NaN, a deformation that is no zero at all, is not
+                self._fell_from = 0.0
         self._begin_anew(rested=self._fell_from is None)
         return plausible
 
