@@ -103,5 +103,12 @@ def test_an_aircraft_that_is_shaken_accuses_nobody():
 
 
 def test_a_thrust_may_jump_with_its_fuel_flow():
-    jump_n = 400.0, 450.0
+    jump_n = -400.0, -450.0
     assert weighed(0.0, jump_n, jump_n, fuelled_n=-3000.0)[evidence.MOUNTS_OFF] < 0.9
+
+
+def test_no_fuel_flow_moves_one_mount_alone_and_none_the_other_way():
+    """As a throttle that opens."""
+    assert weighed(600.0, (500.0, 0.0), (500.0, 0.0), fuelled_n=1500.0)[evidence.UPPER_OFF] > 0.98
+    jump_n = -500.0, -600.0
+    assert weighed(600.0, jump_n, jump_n, fuelled_n=500.0)[evidence.MOUNTS_OFF] > 0.9

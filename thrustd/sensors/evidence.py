@@ -262,9 +262,9 @@ def _of_onsets(which: int, scene: Scene, logs: Floats, said: Floats) -> int:
         ratio, said[k, 0], said[k, 1] = _update(shape, size_n, m, Seen(q, g, u), room)
         logs[k], k = prior + ratio, k + 1
         if m < n and pattern[UPPER] * row[JUMPED_N] + pattern[LOWER] * row[JUMPED_N + 1] != 0.0:
-            seen_q, seen_g = see_jump(row, parts, pattern, shape, m, q, g)
+            seen_q, seen_g = see_jump(rows, parts, pattern, shape, m, q, g)
             ratio, said[k, 0], said[k, 1] = _update(shape, size_n, m, Seen(seen_q, seen_g, u), room)
-            less = shaken(row, parts, SIZES_N[MOUNTS_OFF - 1], NEW[MOUNTS_OFF - 1] / (n - 1))
+            less = shaken(rows, m, parts, SIZES_N[MOUNTS_OFF - 1], NEW[MOUNTS_OFF - 1] / (n - 1))
             logs[k], k = prior + ratio - less, k + 1
     return k
 

@@ -7,7 +7,8 @@
 Both are counted from one row of the past to the next. An acceleration that jumps moves forces and no transducer.
 Of a sudden fault alone a row's jumps are one more reading (see `evidence`),
 
-    d = pattern b + noise        noise: what a thrust moves within a step, or the fuel flow that it may follow
+    d = pattern b + parts t + noise        noise: what a thrust moves within a step, by mount
+                                           t: 0 to what the fuel flow moved by besides, of both mounts
 """
 
 from math import exp, isfinite, log
@@ -19,7 +20,7 @@ import numpy as np
 from thrustd.core.columns import MOUNT_STATE, Floats, Integers
 from thrustd.core.jit import compiled, entry
 from thrustd.sensors.errors import Parts
-from thrustd.sensors.past import JUMPED_N, STEP_N
+from thrustd.sensors.past import FUELLED_N, JUMPED_N, STEP_N
 
 # idle to take-off thrust takes some 8 s; a cut is quicker than N1 is read
 FASTEST_RISE_N_S, FASTEST_FALL_N_S = 2000.0, 8000.0
@@ -29,7 +30,7 @@ JUMPS = np.dtype(  # of one engine since its last row
         ("deformation_mm", np.float64, 2),
         ("jumped_n", np.float64, 2),
         ("could_n", np.float64),
-        ("step_n", np.float64),  # the thrust moves by no more within a fused step
+        ("step_n", np.float64),  # a thrust that its fuel flow does not move moves by no more within a fused step
     ]
 )
 
@@ -78,15 +79,38 @@ follow: Any = entry(
 
 
 @compiled
-def shaken(row: Floats, parts: Parts, sizes_n: tuple[float, float], prior: float) -> float:
-    """ln of how likely a row's jumps are when all is well and the aircraft may be shaken, over noise alone."""
-    most, sum_ = log(1.0 - prior), 1.0
+def _noise(rows: Floats, m: int, parts: Parts) -> tuple[float, float, float, float]:
+    """Of the jumps of row m - 1 when no mount failed: variances of the two mounts, and mean and variance of a thrust's.
+
+    A thrust that jumps moves both mounts by their parts, and is made of fuel: by 0 to what its flow moved then, or one
+    row earlier or later, and no mount showed: any part of it is as likely.
+    """
+    own_n = rows[m - 1, STEP_N]
+    fuelled_n = rows[m - 1, FUELLED_N] + rows[max(m - 2, 0), FUELLED_N] * (m > 1) + rows[m, FUELLED_N]
+    one_n2, other_n2 = max(parts[0] * own_n, 1.0) ** 2, max(parts[1] * own_n, 1.0) ** 2
+    return one_n2, other_n2, fuelled_n / 2.0, fuelled_n**2 / 12.0
+
+
+@compiled
+def _inverse(one_n2: float, other_n2: float, thrust_n2: float, parts: Parts) -> tuple[float, float, float, float]:
+    """Of [[one + p p t, p q t], [p q t, other + q q t]]: its three numbers, and the determinant."""
+    p, q = parts[0], parts[1]
+    a, b, c = one_n2 + p * p * thrust_n2, p * q * thrust_n2, other_n2 + q * q * thrust_n2
+    det = a * c - b * b
+    return c / det, -b / det, a / det, det
+
+
+@compiled
+def shaken(rows: Floats, m: int, parts: Parts, sizes_n: tuple[float, float], prior: float) -> float:
+    """ln of how likely the jumps of row m - 1 are when all is well and the aircraft may be shaken, over noise alone."""
+    one_n2, other_n2, mean_n, thrust_n2 = _noise(rows, m, parts)
+    x, y = rows[m - 1, JUMPED_N] - parts[0] * mean_n, rows[m - 1, JUMPED_N + 1] - parts[1] * mean_n
+    u, v, w, det = _inverse(one_n2, other_n2, thrust_n2, parts)
+    most, sum_, far = log(1.0 - prior), 1.0, u * x * x + 2.0 * v * x * y + w * y * y
     for size_n in sizes_n:
-        log_p = log(prior / 2.0)
-        for i in range(2):
-            std_n = max(parts[i] * row[STEP_N], 1.0)
-            wide_n2 = std_n**2 + (parts[i] * size_n) ** 2
-            log_p += log(std_n) - 0.5 * log(wide_n2) + 0.5 * row[JUMPED_N + i] ** 2 * (1.0 / std_n**2 - 1.0 / wide_n2)
+        more = (parts[0] * size_n) ** 2, (parts[1] * size_n) ** 2
+        u, v, w, wide = _inverse(one_n2 + more[0], other_n2 + more[1], thrust_n2, parts)
+        log_p = log(prior / 2.0) + 0.5 * (log(det / wide) + far - (u * x * x + 2.0 * v * x * y + w * y * y))
         sum_ = sum_ * exp(min(most - log_p, 0.0)) + exp(min(log_p - most, 0.0))
         most = max(most, log_p)
     return most + log(sum_)
@@ -94,14 +118,16 @@ def shaken(row: Floats, parts: Parts, sizes_n: tuple[float, float], prior: float
 
 @compiled
 def see_jump(
-    row: Floats, parts: Parts, pattern: Floats, shape: Floats, m: int, q: Floats, g: Floats
+    rows: Floats, parts: Parts, pattern: Floats, shape: Floats, m: int, q: Floats, g: Floats
 ) -> tuple[Floats, Floats]:
     """L' G L (m, m) and g (m,) with what the mounts jumped by at the onset, the oldest of m rows."""
     q, g = q[:m, :m].copy(), g[:m].copy()
-    for i in range(2):
-        weight = pattern[i] / max(parts[i] * row[STEP_N], 1.0) ** 2
-        g[m - 1] += weight * row[JUMPED_N + i]
-        for j in range(m):
-            for k in range(m):
-                q[j, k] += weight * pattern[i] * shape[m - 1, j] * shape[m - 1, k]
+    one_n2, other_n2, mean_n, thrust_n2 = _noise(rows, m, parts)
+    u, v, w, _ = _inverse(one_n2, other_n2, thrust_n2, parts)
+    x, y = rows[m - 1, JUMPED_N] - parts[0] * mean_n, rows[m - 1, JUMPED_N + 1] - parts[1] * mean_n
+    a, b = pattern[0] * u + pattern[1] * v, pattern[0] * v + pattern[1] * w
+    g[m - 1] += a * x + b * y
+    for j in range(m):
+        for k in range(m):
+            q[j, k] += (a * pattern[0] + b * pattern[1]) * shape[m - 1, j] * shape[m - 1, k]
     return q, g

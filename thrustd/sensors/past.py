@@ -24,13 +24,13 @@ MOUNT_LEAD_FADES_S = 1.0
 LEVEL_PART = 0.2  # low pass of the level whose rate is taken
 RATE_PART = 0.3  # sensor noise is no throttle movement: the rate rises over a few rows
 # one row: time, thrust level, its recent rate, those of fuel flow and mounts, Mach, dynamic pressure;
-# then by source what it said and whether it counts; sigmas of the mounts and the deck; how far each mount jumped since
-# the row before, and within which a thrust may have moved as quickly (see `jumps`)
+# then by source what it said and whether it counts; sigmas of the mounts and the deck; since the row before, how far
+# each mount jumped, what a thrust moves within a step, what the fuel flow moved by that no mount showed (see `jumps`)
 T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH, PRESSURE_PA = range(7)
 SAID, COUNTS = 7, 7 + N_SOURCES
 OWN_N, COMMON_N, DECK_N = COUNTS + N_SOURCES, COUNTS + N_SOURCES + 2, COUNTS + N_SOURCES + 4
-JUMPED_N, STEP_N = DECK_N + 1, DECK_N + 3
-WIDTH = STEP_N + 1
+JUMPED_N, STEP_N, FUELLED_N = DECK_N + 1, DECK_N + 3, DECK_N + 4
+WIDTH = FUELLED_N + 1
 
 PAST = np.dtype(
     [
@@ -110,8 +110,19 @@ def _keep(memory: Any, row: Floats) -> None:
         missed = _least_missed(rows, N_ROWS + 1)
         rows[missed - 1, JUMPED_N:STEP_N] += rows[missed, JUMPED_N:STEP_N]
         rows[missed - 1, STEP_N] = max(rows[missed - 1, STEP_N], rows[missed, STEP_N])
+        rows[missed - 1, FUELLED_N] += rows[missed, FUELLED_N]
         for i in range(missed, N_ROWS):
             rows[i] = rows[i + 1]
+
+
+@compiled
+def _smoothly_n(row: Floats, before: Floats) -> float:
+    """What both mounts moved by from one row to the next, their jumps left out."""
+    moved_n = 0.0
+    for i in range(2):
+        if row[COUNTS + i] != 0.0 and before[COUNTS + i] != 0.0:
+            moved_n += row[SAID + i] - before[SAID + i] - row[JUMPED_N + i]
+    return moved_n
 
 
 @compiled
@@ -133,13 +144,13 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     rows, dt_s = memory.rows, row[T_S] - memory.rows[0, T_S] if memory.n > 0 else 0.0
     fuel_n = row[SAID + FUEL_FLOW] if row[COUNTS + FUEL_FLOW] != 0.0 else level_n
     row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, 0, level_n, dt_s, LAG_FADES_S)
-    fuelled_n = abs(fuel_n - memory.lagged_n[1])
-    if dt_s > 0.0 and isfinite(fuelled_n):  # a thrust may jump with its fuel flow, which is read a little later
-        row[STEP_N], rows[0, STEP_N] = max(row[STEP_N], fuelled_n), max(rows[0, STEP_N], fuelled_n)
+    fuelled_n = fuel_n - memory.lagged_n[1]
+    if dt_s > 0.0 and isfinite(fuelled_n):
+        row[FUELLED_N] = fuelled_n - _smoothly_n(row, rows[0])
         jumped_n = abs(np.sum(row[JUMPED_N:STEP_N]) + np.sum(rows[0, JUMPED_N:STEP_N]))
-        row[MOUNT_RATE_N_S] = abs(row[MOUNT_RATE_N_S]) + min(jumped_n, fuelled_n)
+        row[MOUNT_RATE_N_S] = abs(row[MOUNT_RATE_N_S]) + min(jumped_n, abs(fuelled_n))
     row[MOUNT_RATE_N_S] = _mount_rate_n_s(memory, row[MOUNT_RATE_N_S], dt_s)
-    fuel_rate_n_s = fuelled_n / dt_s if dt_s > 0.0 else 0.0
+    fuel_rate_n_s = abs(fuelled_n) / dt_s if dt_s > 0.0 else 0.0
     memory.rate_n_s[1] *= exp(-dt_s / FUEL_LAG_FADES_S)
     if isfinite(fuel_rate_n_s):
         memory.rate_n_s[1] = max(memory.rate_n_s[1], fuel_rate_n_s)  # a fuel flow steps before anything follows
