@@ -75,8 +75,8 @@ def test_an_even_error_that_is_one_sided_after_each_movement_is_friction_to_the_
     error = 200.0 * motion.direction + np.random.default_rng(0).normal(0, 10, len(data))
     found = where_it_fails(regions_of(data["force_N"], DT_S, data.channels), error)
     held = {failure.labels: failure.bias_n for failure in found}
-    assert held[("held loaded",)] == pytest.approx(200.0, abs=10.0)
-    assert held[("held unloaded",)] == pytest.approx(-200.0, abs=10.0)
+    assert held[("holding after loading",)] == pytest.approx(200.0, abs=10.0)
+    assert held[("holding after unloading",)] == pytest.approx(-200.0, abs=10.0)
 
 
 def test_what_was_not_visited_before_is_told_from_what_was():
@@ -84,7 +84,7 @@ def test_what_was_not_visited_before_is_told_from_what_was():
     motion = motion_of(data["deformation_mm"], DT_S)
     error = np.where(motion.newest, 100.0, 5.0) * np.random.default_rng(0).normal(size=len(data))
     regions = {r.label: r for r in errors_by_region(regions_of(data["force_N"], DT_S, data.channels), error)}
-    assert regions["as far out as it ever was"].rmse_n > 10 * regions["within where it has been"].rmse_n
+    assert regions["at a new extreme"].rmse_n > 10 * regions["within the known range"].rmse_n
 
 
 def test_shares_of_a_dimension_add_up():

@@ -25,9 +25,9 @@ class Motion(NamedTuple):
     moving: NDArray[np.bool_]
     direction: Floats  # +1 or -1: of the last movement; 0 before the first
     since_s: Floats  # since the last reversal
-    since_travel: Floats  # way since the last reversal
+    since_travel: Floats  # travel since the last reversal
     held_s: Floats  # since it moved last
-    newest: NDArray[np.bool_]  # as far out as it ever was
+    newest: NDArray[np.bool_]  # at a new extreme
     travel: Floats  # way from the beginning
     typical: float  # speed above which half of the way is made
     stroke: float  # typical way between two reversals

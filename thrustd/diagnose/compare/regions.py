@@ -110,25 +110,24 @@ def _moving(motion: Motion, both: bool, unit: str) -> list[Region]:
     up, down = ("moving up", "moving down") if both else ("loading", "unloading")
     at = f"{motion.typical:.2g} {unit}/s".replace(" /s", " per s")
     fast = np.abs(motion.velocity) >= motion.typical
-    after = ("held after moving up", "held after moving down") if both else ("held loaded", "held unloaded")
     return [
         Region("direction", up, motion.moving & (motion.velocity > 0)),
         Region("direction", down, motion.moving & (motion.velocity < 0)),
         Region("direction", "holding", ~motion.moving),
         Region("speed", f"moving slower than {at}", motion.moving & ~fast),
         Region("speed", f"moving faster than {at}", motion.moving & fast),
-        Region("last movement", after[0], ~motion.moving & (motion.direction > 0)),
-        Region("last movement", after[1], ~motion.moving & (motion.direction < 0)),
+        Region("last movement", f"holding after {up}", ~motion.moving & (motion.direction > 0)),
+        Region("last movement", f"holding after {down}", ~motion.moving & (motion.direction < 0)),
     ]
 
 
 def _turned(motion: Motion, unit: str) -> list[Region]:
-    """By way and by time since the last reversal."""
+    """By travel and by time since the last reversal."""
     near, far = (share * motion.stroke for share in TURN_SHARES)
     words = [f"within {near:.2g} {unit}", f"{near:.2g} to {far:.2g} {unit}", f"more than {far:.2g} {unit}"]
     number = np.digitize(motion.since_travel, [near, far])
     found = [
-        Region("way since reversal", f"{word.strip()} of way since a reversal", motion.moving & (number == i))
+        Region("travel since reversal", f"{word.strip()} of travel since a reversal", motion.moving & (number == i))
         for i, word in enumerate(words)
     ]
     return found + _decades("time since reversal", motion.since_s, "since a reversal")
@@ -156,8 +155,8 @@ def _past(motion: Motion) -> list[Region]:
     found = [Region("travel", f"{word} third of all travel", thirds == i) for i, word in enumerate(words)]
     return [
         *found,
-        Region("history", "as far out as it ever was", motion.newest),
-        Region("history", "within where it has been", ~motion.newest),
+        Region("history", "at a new extreme", motion.newest),
+        Region("history", "within the known range", ~motion.newest),
     ]
 
 

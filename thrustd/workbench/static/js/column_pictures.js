@@ -15,7 +15,7 @@ export function columnPictures(time, force, deformation, slope) {
       draw: (p) => line(p, at, values, color, 1.2),
     });
   return [
-    h("div", {}, overTime(force, "force_N [N]", "--measured"), overTime(deformation, "deformation_mm [mm]", "--s1")),
+    h("div", {}, overTime(force, "force [N]", "--measured"), overTime(deformation, "deform. [mm]", "--s1")),
     force && deformation
       ? chart({
           height: 300,

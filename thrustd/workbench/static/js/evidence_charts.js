@@ -126,8 +126,8 @@ function keys(view) {
   };
   const many = view.curves.length > 1;
   return [
-    key("--ink-3", "residual without the effect"),
-    ...view.curves.map((c, i) => key(GROUPS[i % GROUPS.length], `its mean${many ? " " + c.name : ""}`)),
+    key("--ink-3", "residual"),
+    ...view.curves.map((c, i) => key(GROUPS[i % GROUPS.length], `mean residual${many ? ", " + c.name : ""}`)),
     key(PART, typeset(`explained by the effect${many ? ` (dashed: ${view.curves.at(-1).name})` : ""}`)),
   ];
 }

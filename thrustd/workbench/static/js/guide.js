@@ -22,7 +22,7 @@ export function nextStep() {
   if (!recordings.length)
     return {
       view: "overview",
-      say: "There is no recording here yet. Drop one on the page, or let the twin make an exercise: a recording with an effect in it that nobody tells you.",
+      say: "There is no recording here yet. Drop one on the page, or let the twin make an exercise: a recording with a hidden effect.",
       label: "Make an exercise",
       go: exerciseNow,
       kinds: ["exercise"],
@@ -44,7 +44,7 @@ export function nextStep() {
   if (!models.length)
     return {
       view: "overview",
-      say: "Which recording was made on the bench, with nothing but the mount in it? A first model is identified from it. Say so at the top or in the table; or drop a model file here.",
+      say: "Which recording was made on the bench, with nothing but the mount? A first model is identified from it. Choose it at the top or in the table, or drop a model file here.",
       wants: "bench",
     };
   if (!chosen.model)
@@ -52,8 +52,8 @@ export function nextStep() {
       view: "overview",
       say:
         models.length === 1
-          ? `Question the model ${models[0].name}: shall it explain the measurements?`
-          : "Choose the model to be questioned, at the top.",
+          ? `Test the model ${models[0].name} against the measurements?`
+          : "Choose the model to test, at the top.",
       wants: "model",
       label: models.length === 1 ? "Take this model" : null,
       go: () => choose({ model: models[0].name }),
@@ -66,8 +66,8 @@ export function nextStep() {
       view: "overview",
       say:
         left.length === 1
-          ? `Shall the model explain ${left[0]}?`
-          : "Choose the measured recording the model should explain, at the top.",
+          ? `Should the model explain ${left[0]}?`
+          : "Choose the measured recording that the model should explain, at the top.",
       wants: "measured",
       label: left.length === 1 ? "Take this recording" : null,
       go: () => choose({ measured: left }),
@@ -75,11 +75,11 @@ export function nextStep() {
   if (!chosen.heldout.length && !chosen.unchecked && left.length)
     return {
       view: "overview",
-      say: `Is one of the others a recording to check on, which nothing is fitted to? ${left.slice(0, 3).join(", ")}`,
+      say: `Keep one of the others for the check, so that nothing is fitted to it? ${left.slice(0, 3).join(", ")}`,
       wants: "check on",
       label: left.length === 1 ? `Check on ${left[0]}` : null,
       go: () => choose({ heldout: left }),
-      other: { label: "Go on without", go: () => choose({ unchecked: true }) },
+      other: { label: "Go on without a check", go: () => choose({ unchecked: true }) },
     };
   const compared = latest("compare"),
     asked = latest("diagnose");
@@ -131,7 +131,7 @@ const hasReference = (one) =>
 
 const sayColumns = (name) => ({
   view: "overview",
-  say: `Say what the columns of ${name} are: which is the time, the force, the deformation, and in what unit. It is asked once for all files with the same columns.`,
+  say: `Name the columns of ${name}: time, force and deformation, with their units. One answer serves all files with the same columns.`,
   label: store.view === "overview" && store.ui.columns === name ? null : "Name the columns",
   go: () => nameColumns(name),
 });
@@ -152,7 +152,9 @@ function afterDiagnosis(asked, chosen) {
       say:
         `The data ask for ${effects.join(" and ")} (${asked.grade}: ${GRADES[asked.grade]}). ` +
         `Promised: ${newtons(asked.rmse_before_n)} → ${newtons(asked.rmse_after_n)} on held-back blocks` +
-        (asked.at_floor ? ", which is the floor." : `; the floor is ${newtons(asked.floor_n)}, so something else too.`),
+        (asked.at_floor
+          ? ", which is the floor."
+          : `; the floor is ${newtons(asked.floor_n)}, so something else is missing too.`),
       label: `Add ${effects.join(" and ")}`,
       go: () => goAndAdd(laws),
       kinds: ["extend"],
@@ -177,7 +179,7 @@ function afterDiagnosis(asked, chosen) {
   if (chosen.exercise)
     return {
       view: "overview",
-      say: "Nothing is left that a further effect would explain. Exercises hide effects by their size in newtons, so parameters need not be PH-LAB's. Open the sealed answer and see whether you found it.",
+      say: "Nothing is left that a further effect would explain. Open the sealed answer and see whether you found it. (The twin chooses an effect by its size in newtons: parameters need not be those of a real mount.)",
       label: "Open the sealed answer",
       go: revealNow,
       kinds: ["reveal"],
@@ -188,7 +190,7 @@ function afterDiagnosis(asked, chosen) {
       "Nothing is left that a further effect would explain" +
       (asked.at_floor
         ? `: ${newtons(asked.rmse_before_n)} is the floor.`
-        : `, but ${newtons(asked.rmse_before_n)} is above the floor of ${newtons(asked.floor_n)}: something else too.`),
+        : `, but ${newtons(asked.rmse_before_n)} is above the floor of ${newtons(asked.floor_n)}: something else is missing too.`),
     label: compiled(chosen.model) ? (store.view === "add" ? null : "Show the file") : "Save and compile",
     go: async () => {
       go("add");

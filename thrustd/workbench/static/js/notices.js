@@ -3,10 +3,13 @@ import { h } from "./dom.js";
 import { typeset } from "./format.js";
 
 const WORDS = { problem: "Problem", note: "Note", ok: "Done" };
-const STAYS_MS = { note: 20_000, ok: 8_000 }; // a problem stays until it is closed
+const STAYS_MS = { note: 20_000, ok: 8_000 }; // a problem stays until it is closed or something else is tried
 const MOST = 4;
 
 export function showNotices(area) {
+  document.addEventListener("attempt", () => {
+    for (const old of area.querySelectorAll(".problem")) old.remove();
+  });
   document.addEventListener("say", ({ detail: { line, kind } }) => {
     const said = typeset(line);
     for (const old of area.children) if (old.dataset.line === said) old.remove();

@@ -108,10 +108,11 @@ export function say(line, kind = "problem") {
   document.dispatchEvent(new CustomEvent("say", { detail: { line, kind } }));
 }
 
-// run what may fail; the one line of the problem is shown
+// run what may fail; the one line of the problem is shown, and those of before are over
 export const attempt =
   (work) =>
   async (...given) => {
+    document.dispatchEvent(new CustomEvent("attempt"));
     try {
       return await work(...given);
     } catch (problem) {

@@ -93,7 +93,7 @@ class Columns {
         "header",
         {},
         h("h2", {}, `Columns of ${this.name}`),
-        h("span", { class: "faint" }, "the file stays as it is; other files with the same columns are read alike"),
+        h("span", { class: "faint" }, "the file stays as it is; files with the same columns are read the same way"),
         h("span", { class: "push buttons" }, h("button", { onclick: () => this.done() }, "Close"), this.button()),
       ),
       h(
@@ -179,7 +179,7 @@ class Columns {
             "span",
             { class: "inline" },
             this.units(row, set("unit")),
-            free && row.unit ? [" 1 = ", field("scale", "scale"), unitOf(row.ours)] : null,
+            free && row.unit ? [` 1 ${row.unit} = `, field("scale", "scale"), unitOf(row.ours)] : null,
           ),
           row.ours === "time_s" ? "" : h("span", { class: "inline" }, field("zero", "zero"), row.unit),
           row.ours === "time_s"
@@ -230,13 +230,14 @@ class Columns {
   }
 
   becomes(row) {
+    if (this.unsaid(row)) return h("span", { class: "faint" }, "?");
     const [factor, offset] = this.numbers(row),
       ends = [row.column.low, row.column.high].map((v) => v * factor + offset).sort((p, q) => p - q);
     return h("span", { class: "num" }, `${number(ends[0], 4)} to ${withUnit(ends[1], unitOf(row.ours), 4)}`);
   }
 
   // what nobody has said yet: how much of ours one of theirs is
-  unsaid = () => this.rows.filter((row) => row.ours && !this.conversion(row) && row.scale === "").map(question);
+  unsaid = (row) => row.ours && !this.conversion(row) && row.scale === "";
 
   // the channel as it would be read, on the preview's samples
   channel(ours) {
@@ -252,7 +253,7 @@ class Columns {
       ["deformation_mm", deformation],
     ].filter(([, values]) => !values);
     const slope = force && deformation ? correlation(deformation, force) : null;
-    const unsaid = this.unsaid();
+    const unsaid = this.rows.filter(this.unsaid).map(question);
     this.verdict.className = slope !== null && slope < 0 ? "bad" : "quiet";
     this.verdict.textContent = [
       slope === null
@@ -268,8 +269,8 @@ class Columns {
   }
 
   async keep() {
-    const [unsaid] = this.unsaid();
-    if (unsaid) throw new Problem(unsaid);
+    const unsaid = this.rows.find(this.unsaid);
+    if (unsaid) throw new Problem(question(unsaid));
     const columns = this.rows
       .filter((row) => row.ours && row.ours !== row.column.name)
       .map((row) => {

@@ -14,7 +14,7 @@ export function exercisePanel() {
         `: the twin hid an effect in measured.csv and heldout.csv; bench.csv is without it. The answer is ${truth ? "open" : "sealed"}.`,
       ]
     : [
-        "The twin flies with an effect it does not tell: a bench record without it, a measured record and one to check on with it. Find it with this page.",
+        "The twin hides an effect: a bench record without it, a measured record and a check record with it. Find it with this page.",
       ];
   return h(
     "section",

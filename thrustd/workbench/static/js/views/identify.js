@@ -97,7 +97,7 @@ const numbers = (a) =>
         [newtons(a.train_n), "RMSE, first four fifths"],
         [newtons(a.validation_n), "RMSE, last fifth, not fitted to"],
         [`${number(a.fit_pct, 4)} %`, "fit there"],
-        [newtons(a.rmse_n), "RMSE of the model, whole record"],
+        [newtons(a.rmse_n), "RMSE, whole record"],
         [`${number(a.force_n[0], 3)} to ${number(a.force_n[1], 4)} N`, "identified over"],
         [String(a.parameters), "numbers estimated"],
       ].map(([value, name]) => h("div", { class: "figure" }, h("b", {}, value), h("span", {}, name))),
@@ -141,7 +141,7 @@ function relaxation({ relaxation: r }) {
       chart({
         height: 240,
         x: { title: "time since the step [s]", low: r.time_s[0], high: r.time_s.at(-1), log: true },
-        y: { title: "share of the force at rest [-]", ...span([[...r.share, 1]], 0.1) },
+        y: { title: "ratio to the force at rest [-]", ...span([[...r.share, 1]], 0.1) },
         at: (x) => {
           const i = nearest(r.time_s, x);
           return `${duration(r.time_s[i])}: ${number(r.share[i], 4)}`;

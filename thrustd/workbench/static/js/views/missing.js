@@ -246,13 +246,6 @@ function tests(a) {
       "div",
       { class: "body" },
       a.advice.map((line) => h("p", { class: "advice" }, typeset(line))),
-      a.not_judged.length
-        ? h(
-            "p",
-            { class: "quiet" },
-            "Could not be judged: " + a.not_judged.map((n) => `${n.effect} (${typeset(n.reason)})`).join("; "),
-          )
-        : null,
     ),
   );
 }

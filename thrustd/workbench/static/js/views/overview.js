@@ -129,7 +129,7 @@ function recordingTable(recordings) {
           ? h(
               "button",
               { class: meta ? "plain" : "primary", onclick: () => nameColumns(one.name) },
-              one.mapped.columns?.length ? "Columns, as said" : "Columns …",
+              one.mapped.columns?.length ? "Edit columns" : "Columns …",
             )
           : null,
       ),
