@@ -48,8 +48,8 @@ CAN = """CANaerospace 1.7, 11-bit identifiers, 8 data bytes, big-endian:
     node id | data type | service code | message code | 4 bytes data
 
 Data type 2 is FLOAT (IEEE 754 single), service code 0; `message code` counts up by one per message of an identifier and
-wraps after 255. Identifiers, layout and units on the bus are those of `can.dbc`; which of its signals is which channel
-says `can.input`, and without it this table over `deploy/canaerospace.dbc`. The deck needs `n1_pct` of every engine,
+wraps after 255. Identifiers, layout and units on the bus are those of `can.dbc`. `can.input` says which of its signals
+is which channel; without it this table over `deploy/canaerospace.dbc` holds. The deck needs `n1_pct` of every engine,
 `mach`, `pressure_altitude_m` and `sat_degC`; a mount model needs the channels that `thrustd compile` prints.
 
 """

@@ -1,4 +1,4 @@
-"""Makes the reference flights of this folder and the outputs expected from them: `python replay_logs/make.py`.
+"""Makes the reference flights of this folder and the outputs expected from them: `python -m replay_logs.make`.
 
     throttle-steps   five minutes from engine start over take-off, throttle steps and turns
     sensor-fails     another aircraft; midway the right upper LVDT goes dead, later the left fuel flow sticks
@@ -14,39 +14,39 @@ from math import isnan
 from operator import or_
 from pathlib import Path
 
+from benchmarks.damage import FUEL_LEFT, Edit, frozen, open_channel, whole_frames
 from thrustd.core.types import Estimate, Output
 from thrustd.installation.installation import read_installation
 from thrustd.pipeline.loop import run
+from thrustd.sinks.mcap_log import new_log
 from thrustd.sources.mcap_log import LogFile
-from thrustd.twin.faults import SensorFault
-from thrustd.twin.flight import Rates, scripted_flight, write_flight
+from thrustd.twin.flight import Rates, Truth, fly, scripted_flight
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 FOLDER = Path(__file__).parent
 CONFIG = FOLDER.parent / "deploy" / "hil.toml"
 SECONDS = 300.0
 EVERY_S = 2.0  # of the estimates that are kept as expectation
-FLIGHTS: dict[str, tuple[int, tuple[SensorFault, ...]]] = {
+FLIGHTS: dict[str, tuple[int, tuple[tuple[Edit, float], ...]]] = {  # seed; faults and the second each begins at
     "throttle-steps": (21, ()),
-    "sensor-fails": (
-        22,
-        (
-            SensorFault("deformation_mm", 2, "dead", 150.0),
-            SensorFault("fuel_flow_kg_s", 0, "stuck", 200.0),
-        ),
-    ),
+    "sensor-fails": (22, ((open_channel(2), 150.0), (frozen(FUEL_LEFT), 200.0))),
 }
 
 
 def make(name: str) -> None:
     seed, faults = FLIGHTS[name]
     installation = read_installation(CONFIG)
-    profile, airframe = scripted_flight(SECONDS, seed)
-    table = installation.can_table(ICD_INPUT_ROWS)
     rates = Rates(adc_hz=installation.config.adc.sample_hz)
-    write_flight(
-        FOLDER / f"{name}.mcap", profile, airframe, table, installation.log_header(), seed, rates, faults=faults
-    )
+    items = list(fly(*scripted_flight(SECONDS, seed), installation.can_table(ICD_INPUT_ROWS), seed, rates))
+    for edit, begin_s in faults:
+        begin_ns = items[0].t_ns + round(begin_s * 1e9)
+        items = list(edit(whole_frames(items), begin_ns, items[-1].t_ns + 1))
+    with new_log(FOLDER / f"{name}.mcap", installation.log_header()) as log:
+        for item in items:
+            if isinstance(item, Truth):
+                log.write_truth(item.name, item.t_ns, item.value_n)
+            else:
+                log.write_event(item)
     rows = ",\n".join(json.dumps(row) for row in expected(FOLDER / f"{name}.mcap"))
     (FOLDER / f"{name}.expected.json").write_text(f"[\n{rows}\n]\n")
 

@@ -7,17 +7,16 @@ import numpy as np
 import pytest
 
 from tests.wire.one_by_one import AdcSample, adc_items, can_items
-from thrustd.core.errors import RecordingError, UsageError
+from thrustd.core.errors import RecordingError
 from thrustd.core.types import Fault, Frame, Reading, Tick
 from thrustd.records.files import read_recording
 from thrustd.records.recording import make_recording
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.aircraft import as_flown
 from thrustd.twin.airframe import ENGINES, MOUNTS, carried_n, draw_airframe, settled
-from thrustd.twin.faults import SensorFault
 from thrustd.twin.flight import Rates, Truth, fly, scripted_flight, write_flight
 from thrustd.twin.sensors import COUNT_MM
-from thrustd.wire.adc_frames import CHANNEL_FAULT, AdcDecoder
+from thrustd.wire.adc_frames import AdcDecoder
 from thrustd.wire.can_decoder import CanDecoder
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
@@ -135,41 +134,6 @@ def test_other_rates(flight, table, adc_hz):
     assert faults == []
     assert len(samples) / (readings["accel_z_g", 0][-1].t_ns / 1e9 - 100) == pytest.approx(adc_hz, rel=0.02)
     assert len(readings["accel_z_g", 0]) == pytest.approx(200 * 10, abs=25)
-
-
-@pytest.mark.parametrize(
-    ("kind", "size"), [("stuck", 0.0), ("noisy", 0.2), ("offset", 0.5), ("drift", 3.0), ("dead", 0.0)]
-)
-def test_a_broken_transducer(flight, table, kind, size):
-    profile, airframe = flight
-    broken = SensorFault("deformation_mm", 1, kind, start_s=10.0, size=size)
-    window = profile.window(100, 130)
-    good = decoded(fly(window, airframe, table, 1), table)[0]
-    bad = decoded(fly(window, airframe, table, 1, faults=(broken,)), table)[0]
-    good_mm, bad_mm = (np.array([s.counts for s in samples])[:2990] * COUNT_MM for samples in (good, bad))
-    assert np.array_equal(good_mm[:, 0], bad_mm[:, 0])
-    assert np.array_equal(good_mm[:1000, 1], bad_mm[:1000, 1])
-    after, change = bad_mm[1000:, 1], (bad_mm - good_mm)[1000:, 1]
-    expected = {
-        "stuck": np.ptp(after) == 0,
-        "noisy": abs(change.std() - 0.2) < 0.02,
-        "offset": np.allclose(change, 0.5, atol=1e-6),
-        "drift": abs(change[-1] - 1.0) < 0.02,
-        "dead": (after == CHANNEL_FAULT * COUNT_MM).all(),
-    }
-    assert expected[kind]
-
-
-def test_a_dead_can_sensor_says_nothing(flight, table):
-    profile, airframe = flight
-    dead = SensorFault("mach", 0, "dead", start_s=5.0)
-    _, readings, _ = decoded(fly(profile.window(100, 110), airframe, table, 1, faults=(dead,)), table)
-    assert len(readings["mach", 0]) == pytest.approx(50, abs=2)
-
-
-def test_an_unknown_fault_is_refused(flight, table):
-    with pytest.raises(UsageError, match="'melted': expected one of stuck"):
-        next(fly(*flight, table, 1, faults=(SensorFault("mach", 0, "melted", 0.0),)))
 
 
 def test_the_log_holds_the_events(flight, table, items, tmp_path):

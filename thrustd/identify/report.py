@@ -103,14 +103,14 @@ def as_table(scores: Sequence[Score], unit: str = "N") -> Table:
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     columns = [
         "structure", "train", "vali-\ndation", "from\nrest", "mean |error|\nabove 2 kN", "fit", "worst", "free\nrun",
-        "para-\nmeters", "time", "AIC", "BIC",
+        "para-\nmeters", "time", "AIC",
     ]  # fmt: skip
     for i, name in enumerate(columns):
         if told or i != ABOVE:
             table.add_column(name, justify="right" if i else "left", no_wrap=i > 0, min_width=0 if i else 16)
     shown = {score.structure for score in scores}
     for score in scores:
-        cells = _cells(score) if score.same_as not in shown else [score.title, f"= {score.same_as}", *[""] * 10]
+        cells = _cells(score) if score.same_as not in shown else [score.title, f"= {score.same_as}", *[""] * 9]
         table.add_row(*(cell for i, cell in enumerate(cells) if told or i != ABOVE))
     return table
 
@@ -129,7 +129,6 @@ def _cells(score: Score) -> list[str]:
         str(score.n_parameters),
         f"{score.fit_s:.1f} s",
         _number(score.aic),
-        _number(score.bic),
     ]
 
 

@@ -6,7 +6,7 @@ wire and by a jittering reader, frames now and then come in two pieces, and the 
 """
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +15,6 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from thrustd.core.atmosphere import dynamic_pressure_pa
-from thrustd.core.columns import CHANNEL_FAULT
 from thrustd.core.types import Event, Frame
 from thrustd.records.recording import Recording
 from thrustd.sinks.mcap_log import new_log
@@ -32,7 +31,6 @@ from thrustd.twin.airframe import (
     thrust_shares_n,
 )
 from thrustd.twin.fast import FloatArray
-from thrustd.twin.faults import Breaker, SensorFault
 from thrustd.twin.installation import PLAIN, Knobs, felt_g, seen_mm
 from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading, to_counts
@@ -112,18 +110,16 @@ def fly(
     seed: int,
     rates: Rates = RATES,
     *,
-    faults: Sequence[SensorFault] = (),
     origin_ns: int = 0,
     flown: bool = False,
 ) -> Iterator[Event | Truth]:
     """Events and truths in order of arrival, the same for the same arguments.
 
-    Monotonic time = `origin_ns` + the profile's own seconds; `faults` count their seconds from the profile's start.
+    Monotonic time = `origin_ns` + the profile's own seconds.
     `flown`: on mounts that are not new, see `airframe.settled`.
     """
     encoder = CanEncoder(table, NODE_ID)
-    breaker = Breaker(faults, seed)
-    yield from _Flight(profile, airframe, encoder, rates, breaker, _Start(seed, origin_ns, flown)).events()
+    yield from _Flight(profile, airframe, encoder, rates, _Start(seed, origin_ns, flown)).events()
 
 
 def write_flight(
@@ -134,12 +130,10 @@ def write_flight(
     header: LogHeader,
     seed: int,
     rates: Rates = RATES,
-    *,
-    faults: Sequence[SensorFault] = (),
 ) -> None:
     """The flight as a log: raw events and truth, no outputs. Written whole or not at all."""
     with new_log(path, header) as log:
-        for item in fly(profile, airframe, table, seed, rates, faults=faults):
+        for item in fly(profile, airframe, table, seed, rates):
             if isinstance(item, Truth):
                 log.write_truth(item.name, item.t_ns, item.value_n)
             else:
@@ -158,16 +152,10 @@ class _Flight:
     """State of a flight under way: mounts, streams, what waits for the next block."""
 
     def __init__(
-        self,
-        profile: Recording,
-        airframe: Airframe,
-        encoder: CanEncoder,
-        rates: Rates,
-        breaker: Breaker,
-        start: _Start,
+        self, profile: Recording, airframe: Airframe, encoder: CanEncoder, rates: Rates, start: _Start
     ) -> None:
         origin_ns = start.origin_ns
-        self._airframe, self._rates, self._origin_ns, self._breaker = airframe, rates, origin_ns, breaker
+        self._airframe, self._rates, self._origin_ns = airframe, rates, origin_ns
         self._start_s = float(profile.time_s[0])
         self._duration_s = profile.duration_s
         self._lines = _lines(profile, airframe.knobs)
@@ -208,8 +196,7 @@ class _Flight:
             values = self._line(f"felt_{quantity.line}" if quantity.line in ACCEL_SIGNALS else quantity.line, sample_s)
             rng = self._turning if quantity.signal in RATE_SIGNALS else self._rng
             values = values + NOISE[quantity.signal] * rng.standard_normal(len(sample_s))
-            since_s = sample_s - self._start_s
-            items += stream.block(sample_s, self._breaker.apply(quantity.signal, quantity.number, since_s, values))
+            items += stream.block(sample_s, values)
         return items + self._truths(self._grid(begin_s, end_s, self._rates.truth_hz))
 
     def _grid(self, begin_s: float, end_s: float, rate_hz: float, phase: float = 0.0) -> FloatArray:
@@ -237,12 +224,9 @@ class _Flight:
             true_mm = advance(
                 mount, self._states[number], loads_n[number], 1 / self._rates.adc_hz, warm_degc, accel_z_g
             )
-            since_s = sample_s - self._start_s
             lvdt = self._airframe.lvdts[number]
             seen = seen_mm(number, true_mm - self._rigged_mm[number], warm_degc, self._airframe.knobs)
-            read_mm = lvdt_reading(lvdt, seen, self._rng)
-            read_mm = self._breaker.apply("deformation_mm", number, since_s, read_mm)
-            counts[:, number] = np.where(np.isnan(read_mm), CHANNEL_FAULT, to_counts(lvdt, np.nan_to_num(read_mm)))
+            counts[:, number] = to_counts(lvdt, lvdt_reading(lvdt, seen, self._rng))
         return self._adc.block(sample_s, counts)
 
     def _truths(self, sample_s: FloatArray) -> list[Truth]:
