@@ -21,11 +21,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from rich.progress import track
 
 from benchmarks.damage import CASES, CONTRADICTIONS, Case, whole_frames
 from benchmarks.fusion_flights import follow
+from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Estimate, Event, Fault, Status
 from thrustd.installation.installation import Installation, read_installation
@@ -36,8 +36,6 @@ from thrustd.wire.can_frames import ICD_INPUT_ROWS
 S = 1_000_000_000
 SETTLE_S = 12.0  # from the end of the fault to the recovered part
 TAIL_S = 3.0
-
-Array = npt.NDArray[np.float64]
 
 
 class Verdict(NamedTuple):
@@ -59,7 +57,7 @@ class Flight(NamedTuple):
     """What the wire said, and the true thrust by engine: rows of time [ns] and thrust [N], (2, n)."""
 
     events: list[Event]
-    truth: tuple[Array, ...]
+    truth: tuple[Floats, ...]
 
 
 def twin_flight(installation: Installation, seconds: float, seed: int, from_s: float = 0.0) -> Flight:
@@ -89,7 +87,7 @@ def flown(pipeline: Pipeline, events: Iterable[Event], engines: int) -> Flown:
     return result
 
 
-def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Array], begin_ns: int, end_ns: int) -> Verdict:
+def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Floats], begin_ns: int, end_ns: int) -> Verdict:
     """A damaged flight against the truth and the good one."""
     during = [e for engine in case.engines for e in bad.estimates[engine] if begin_ns <= e.t_ns < end_ns + S]
     stop_ns = bad.estimates[0][-1].t_ns
@@ -123,7 +121,7 @@ def pause_s(begin_ns: int, estimates: Sequence[Estimate]) -> float:
     return float(np.diff([begin_ns, *(e.t_ns for e in estimates)]).max()) * 1e-9
 
 
-def errors(run: Flown, truth: Sequence[Array], begin_ns: int, stop_ns: int) -> tuple[Array, Array]:
+def errors(run: Flown, truth: Sequence[Floats], begin_ns: int, stop_ns: int) -> tuple[Floats, Floats]:
     """|estimate - truth| and the estimate's sigma, both engines one after the other, (n,) each."""
     error_n, std_n = [], []
     for estimates, (times, thrust_n) in zip(run.estimates, truth, strict=True):
@@ -133,7 +131,7 @@ def errors(run: Flown, truth: Sequence[Array], begin_ns: int, stop_ns: int) -> t
     return np.concatenate(error_n), np.concatenate(std_n)
 
 
-def differences(bad: Flown, good: Flown, begin_ns: int, stop_ns: int) -> tuple[Array, Array]:
+def differences(bad: Flown, good: Flown, begin_ns: int, stop_ns: int) -> tuple[Floats, Floats]:
     """|bad - good| and both runs' sigma, (n,) each."""
     rows = []
     for mine, theirs in zip(bad.estimates, good.estimates, strict=True):

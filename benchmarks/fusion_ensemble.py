@@ -21,7 +21,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Array, Flown, fly_through, installation, refiltered
+from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Flown, fly_through, installation, refiltered
+from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.installation.installation import Installation
 from thrustd.records.files import read_recording
@@ -62,7 +63,7 @@ def transient(flown: Flown) -> npt.NDArray[np.bool_]:
     return np.convolve(moving, np.ones(width))[: len(moving)] > 0
 
 
-def oracle(mount_error: Array, brochure_error: Array) -> float:
+def oracle(mount_error: Floats, brochure_error: Floats) -> float:
     """RMSE of the best fixed weighting of both sources after the truth took their biases away."""
     m, b = mount_error - mount_error.mean(), brochure_error - brochure_error.mean()
     weight = np.clip(np.sum(b * (b - m)) / np.sum((b - m) ** 2), 0.0, 1.0)
@@ -107,7 +108,7 @@ def engines(place: Installation, name: str, seed: int, seconds: float, condition
     return [score(flown, f"{name} {seed} {side}", faults) for side, flown in sides]
 
 
-def share(inside_pct: Array) -> str:
+def share(inside_pct: Floats) -> str:
     """Mean over the engines (n,) and its 95 % interval."""
     drawn = np.random.default_rng(0).choice(inside_pct, (DRAWS, len(inside_pct))).mean(axis=1)
     low, high = np.quantile(drawn, (0.025, 0.975))

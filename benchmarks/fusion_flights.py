@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from thrustd.brochure.hand_over import LAG_S, HandOver, movement_n
 from thrustd.brochure.rate import smooth_rate
+from thrustd.core.columns import Floats
 from thrustd.core.types import Estimate, Event, Fault, Output, Status
 from thrustd.fusion.fusion_inputs import FusionInputs
 from thrustd.fusion.settings import FusionSettings
@@ -27,7 +27,6 @@ ENGINES = ("left", "right")
 ADC_HZ = 100.0
 TOGETHER = 256  # events that are worked on at once
 FUSED_HZ, EVERY = 50.0, 5  # keep one fused step in so many: 10 Hz
-Array = npt.NDArray[np.float64]
 
 
 def follow(pipeline: Pipeline, events: Iterable[Event]) -> Iterator[Output]:
@@ -40,12 +39,12 @@ def follow(pipeline: Pipeline, events: Iterable[Event]) -> Iterator[Output]:
 class Flown(NamedTuple):
     """One engine of one flight at 10 Hz; all (n,)."""
 
-    time_s: Array  # of the profile
-    truth_n: Array
-    n1_pct: Array
+    time_s: Floats  # of the profile
+    truth_n: Floats
+    n1_pct: Floats
     estimates: list[Estimate]
 
-    def column(self, name: str) -> Array:
+    def column(self, name: str) -> Floats:
         return np.array([getattr(estimate, name) for estimate in self.estimates], dtype=np.float64)
 
 
@@ -101,7 +100,7 @@ def _flown(profile: Recording, engine: int, estimates: list[Estimate]) -> Flown:
     return Flown(time_s, lines[0], lines[1], estimates)
 
 
-def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Array, Array]:
+def refiltered(flown: Flown, mount: bool, brochure: bool) -> tuple[Floats, Floats]:
     """(thrust, one sigma) when one source is taken away, at 10 Hz."""
     thrust_filter, rows = _steps(flown, mount, brochure)
     outputs = [thrust_filter.step(inputs.row()) for inputs in rows]

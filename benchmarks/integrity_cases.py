@@ -8,7 +8,6 @@ from benchmarks.integrity_edits import (
     BOTH_ENGINES,
     HOSTILE,
     LEFT,
-    Array,
     Edit,
     Speaking,
     clock,
@@ -23,6 +22,7 @@ from benchmarks.integrity_edits import (
     swap,
     together,
 )
+from thrustd.core.columns import Floats
 
 UPPER, LOWER = (0,), (1,)
 FOR_GOOD_S = 600.0
@@ -67,7 +67,7 @@ def _n1(change: Speaking) -> Edit:
     return says("n1_pct", 0, change)
 
 
-def _less(_: Array, values: Array) -> Array:
+def _less(_: Floats, values: Floats) -> Floats:
     return 0.8 * values
 
 

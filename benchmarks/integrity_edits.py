@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Changing = Callable[[Array, Array, Any], Array]  # seconds, mm (n, 4) or values (n,), surroundings -> others
-Speaking = Callable[[Array, Array], Array]  # seconds, values (n,) -> values
+from thrustd.core.columns import Floats
+
+Changing = Callable[[Floats, Floats, Any], Floats]  # seconds, mm (n, 4) or values (n,), surroundings -> others
+Speaking = Callable[[Floats, Floats], Floats]  # seconds, values (n,) -> values
 Channel = tuple[str, int]
 LEFT, BOTH_ENGINES = (0, 1), (0, 1, 2, 3)
 N_PER_MM = 5079.0 + 5954.0  # of the mounts of an engine, thesis table 4.1
@@ -22,10 +22,10 @@ BOW_RANGE_MM = 1.6
 class Surroundings(NamedTuple):
     """Along the samples that are edited, (n,) each: what an error may depend on."""
 
-    dynamic_pressure_pa: Array
-    accel_z_g: Array
-    temperature_k: Array
-    mach: Array
+    dynamic_pressure_pa: Floats
+    accel_z_g: Floats
+    temperature_k: Floats
+    mach: Floats
 
 
 class Edit(NamedTuple):
@@ -37,10 +37,10 @@ class Edit(NamedTuple):
     slow: float = 0.0  # the ADC's crystal, relative; its samples come so much later each
 
 
-def _on(channels: tuple[int, ...], change: Callable[[Array, Array], Array]) -> Edit:
+def _on(channels: tuple[int, ...], change: Callable[[Floats, Floats], Floats]) -> Edit:
     """`change` of (seconds, mm) on these ADC channels."""
 
-    def edit(time_s: Array, mm: Array, _: Any) -> Array:
+    def edit(time_s: Floats, mm: Floats, _: Any) -> Floats:
         out = mm.copy()
         for channel in channels:
             out[:, channel] = change(time_s, mm[:, channel])
@@ -82,7 +82,7 @@ def says(signal: str, number: int, change: Speaking) -> Edit:
 def on_the_ground(channel: Channel, factor: float) -> Edit:
     """Wrong until the aircraft flies, sane from then on."""
 
-    def edit(_: Array, values: Array, around: Any) -> Array:
+    def edit(_: Floats, values: Floats, around: Any) -> Floats:
         return np.where(np.maximum.accumulate(around.mach) < 0.2, factor * values, values)
 
     return Edit(bus={channel: edit})
@@ -99,7 +99,7 @@ def clock(slow: float) -> Edit:
 def together(*edits: Edit) -> Edit:
     """All of them at once; one of them moves a channel of the bus."""
 
-    def mounts(time_s: Array, mm: Array, around: Any) -> Array:
+    def mounts(time_s: Floats, mm: Floats, around: Any) -> Floats:
         for edit in edits:
             if edit.mounts is not None:
                 mm = edit.mounts(time_s, mm, around)
@@ -108,7 +108,7 @@ def together(*edits: Edit) -> Edit:
     return Edit(mounts=mounts, bus={channel: change for edit in edits for channel, change in edit.bus.items()})
 
 
-def _everywhere(change: Callable[[Array, Any], Array]) -> Edit:
+def _everywhere(change: Callable[[Floats, Any], Floats]) -> Edit:
     """(n, 4) added to what all mounts read, of (mm, surroundings)."""
     return Edit(mounts=lambda _, mm, around: mm + change(mm, around))
 

@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.fusion_flights import FLIGHTS, PH_LAB
-from benchmarks.integrity_edits import Array, Channel, Edit, Surroundings
+from benchmarks.integrity_edits import Channel, Edit, Surroundings
 from tests.wire.one_by_one import AdcSample, adc_items
 from thrustd.core.atmosphere import dynamic_pressure_pa
+from thrustd.core.columns import Floats
 from thrustd.core.types import Event, Frame, Tick
 from thrustd.installation.installation import Installation
 from thrustd.records.files import read_recording
@@ -155,7 +156,7 @@ def damaged(flight: Flight, edit: Edit, first: int, last: int) -> list[Event]:
     return events
 
 
-def _around(flight: Flight, time_s: Array) -> Surroundings:
+def _around(flight: Flight, time_s: Floats) -> Surroundings:
     columns = flight.profile
     mach, altitude_m, accel_g, sat_degc = (
         np.interp(time_s, columns.time_s, columns[name])

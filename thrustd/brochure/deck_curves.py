@@ -3,11 +3,10 @@
 from math import exp, isfinite, nan, sqrt
 from typing import Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
 from numba import types
 
 from thrustd.core.atmosphere import ZERO_CELSIUS_K, isa_k, stagnation, total_pressure_ratio, total_temperature_ratio
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled, named
 
 SCALE, LENGTH, FLOW_LOW, FLOW_HIGH, MACH_LOW, MACH_HIGH = range(6)  # of a surface
@@ -16,7 +15,6 @@ MACH_SLOPE, EXPONENT, PCT_LOW, PCT_HIGH, LINE_STD = range(5)  # of a spool curve
 RELATIVE, EXTRAPOLATING, NO_TEMPERATURE, LAG_N_PER_PCT_S, FLOOR_N, TRANSIENT_PCT_S, FUEL_FLOW = range(7)
 FITTED_FLOW_LOW, FITTED_FLOW_HIGH, FITTED_MACH_LOW, FITTED_MACH_HIGH = range(7, 11)
 KNOTS, LOGS, SLOPES = range(3)
-Floats = npt.NDArray[np.float64]
 
 
 class DeckNumbers(NamedTuple):

@@ -21,7 +21,8 @@ from typing import Annotated, Literal
 import msgspec
 import numpy as np
 
-from thrustd.brochure.deck_curves import Floats, hermite_log, surface_n
+from thrustd.brochure.deck_curves import hermite_log, surface_n
+from thrustd.core.columns import Floats
 from thrustd.core.errors import DeckError
 
 Finite = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]

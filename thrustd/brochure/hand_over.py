@@ -19,8 +19,8 @@ from math import exp, hypot, isfinite, log, nan, sqrt
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 
 SCALE_FLOOR_N = 1000.0
@@ -50,7 +50,6 @@ MAX_REMEMBERED = 1000.0  # no per cent of N1 and no ln s is as large
 # the memory of one engine, a row of numbers: k, P, N1 when its travel was last counted, ln s0; then of the movement
 K, P, LAST_N1_PCT, LN_S0, LAGGED_N, RATE_N_S = range(6)
 LEARNT = slice(K, LAGGED_N)
-Floats = npt.NDArray[np.float64]
 
 
 class HandOver:

@@ -11,9 +11,10 @@ import numba
 import numpy as np
 
 from thrustd.brochure.deck import Deck
-from thrustd.brochure.deck_curves import NUMBERS, DeckInputs, DeckNumbers, Floats, estimate
+from thrustd.brochure.deck_curves import NUMBERS, DeckInputs, DeckNumbers, estimate
 from thrustd.brochure.hand_over import HandOver, hand_over
 from thrustd.brochure.rate import smooth_rate
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.fusion_inputs import INPUTS
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from math import sqrt
 
 import numpy as np
-import numpy.typing as npt
 
+from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import UsageError
 from thrustd.core.types import Estimate
@@ -23,7 +23,6 @@ from thrustd.pipeline.pipeline import Pipeline
 from thrustd.sources.log_run import LogRun
 
 SYSTEMATIC, RANDOM = "systematic", "random"
-Floats = npt.NDArray[np.float64]
 UNPROVED = "installation not proved, throttle moved: hypotheses"
 INERTIA = "inertia (noise of the acceleration)"
 

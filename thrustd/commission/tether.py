@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
 from thrustd.core.calibration import Calibration, MountCalibration, Zero
+from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
 from thrustd.fusion.settings import FusionSettings
@@ -34,7 +34,6 @@ UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
 RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is another unit or another load path
 LEAST_RANGE_N, LEAST_S = 1000.0, 60.0
 BANDS_N = (1500.0, 3000.0, 5000.0)  # of a mount
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,11 @@ from math import hypot, isfinite, sqrt
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import brentq
 
 from thrustd.core.aircraft import place_of
 from thrustd.core.calibration import LARGEST_ZERO_MM, Calibration, MountCalibration, Zero
+from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
@@ -35,7 +35,6 @@ LEVEL_G = 0.002  # one sigma of the longitudinal acceleration
 MOVES_MM = 0.002  # from the first half to the second: the mount is not at rest
 SHAKES_MM = 0.005  # one sigma of a second's means: somebody works on the aircraft
 KEPT = 20  # zeros in the file
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,12 +10,10 @@ linear and have no stiffness against rotation; rubber stiffens under load, so a 
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from thrustd.core.aircraft import AircraftData
+from thrustd.core.columns import Floats
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
-
-Floats = npt.NDArray[np.float64]
 
 
 class Carried(NamedTuple):

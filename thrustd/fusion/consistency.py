@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.core.columns import Floats
 from thrustd.core.types import Status
 
-Array = npt.NDArray[np.float64]
 # a filter that settles, an engine that stands, a moving throttle, a rejected measurement: none tells of the noises
 LEFT_OUT = int(
     Status.CONVERGING
@@ -39,10 +39,10 @@ class Consistency(NamedTuple):
 class Innovations(NamedTuple):
     """Columns of one engine's estimates at every fused step, all (n,); NaN where a source was not measured."""
 
-    nis: Array
-    brochure_nis: Array
-    mount_n: Array
-    brochure_n: Array
+    nis: Floats
+    brochure_nis: Floats
+    mount_n: Floats
+    brochure_n: Floats
     status: npt.NDArray[np.int64]
 
 
@@ -54,13 +54,13 @@ def consistency(innovations: Innovations) -> dict[str, Consistency]:
     return {"mount": _figures(mount_nis, mount_n), "brochure": _figures(brochure_nis, brochure_n)}
 
 
-def _figures(nis: Array, innovation_n: Array) -> Consistency:
+def _figures(nis: Floats, innovation_n: Floats) -> Consistency:
     measured = np.isfinite(innovation_n) & np.isfinite(nis)
     n = int(measured.sum())
     return Consistency(float(nis[measured].mean()) if n else float("nan"), whiteness(innovation_n[measured]), n)
 
 
-def whiteness(innovation_n: Array) -> float:
+def whiteness(innovation_n: Floats) -> float:
     """Lag-1 autocorrelation of the measurements (n,) that were used, one after the other."""
     if len(innovation_n) < FEWEST or np.ptp(innovation_n) == 0.0:
         return float("nan")

@@ -17,14 +17,11 @@ eq. 5.3).
 from math import exp, inf, isfinite, nan, sqrt
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 
 THRUST, RATE, MOUNT, ENGINE, SHAPE = range(5)
 N_STATE = 5
-Matrix = npt.NDArray[np.float64]
 
 DOUBT_ENDS = 0.1
 FALLS_BELOW, RISES_ABOVE = 0.8, 1.1  # of v: less is the noise of the readings, and the error would be learnt from it
@@ -39,7 +36,7 @@ MOUNT_N2, SHAPE_N2, SCALE_N = range(3)  # a row of sizes: variances of h and d w
 
 
 @compiled
-def _follow(sizes: Matrix, which: int, std_n: float, keep: float, dt_s: float, settle_s: float) -> tuple[float, float]:
+def _follow(sizes: Floats, which: int, std_n: float, keep: float, dt_s: float, settle_s: float) -> tuple[float, float]:
     """(a, q) of a slow error over a step, while its sigma changes with the region; NaN = the source is silent.
 
         v' = max(sigma^2, a^2 v + (1 - a^2) sigma^2),     q = v' - a^2 v

@@ -5,9 +5,10 @@ from typing import Any
 
 import numba
 
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled, entry, named
 from thrustd.core.types import Status
-from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST, Matrix
+from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.mixture import Weighed, mix
 from thrustd.fusion.settings import SETTINGS
@@ -39,7 +40,7 @@ def _brochure_bits(there: bool, rejected: bool, off: bool) -> int:
     return BROCHURE_REJECTED if rejected else 0
 
 
-def _row(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix, engine: int, weighed: Weighed) -> tuple[Any, ...]:
+def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: int, weighed: Weighed) -> tuple[Any, ...]:
     """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
 
     A measurement that was gated out while its source is believed says that one of both is wrong: the band holds what

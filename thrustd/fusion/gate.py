@@ -7,14 +7,11 @@ accepted  if  nu^2 / S <= gate
 from math import isfinite
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 
 MOVING_PCT_S = 0.5  # N1 of a throttle that rests stays within 0.3 %/s
 PUSHED = 2.0  # rubber is stiffer than its spring rate, and lags
-Floats = npt.NDArray[np.float64]
 
 
 @compiled

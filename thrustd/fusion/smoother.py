@@ -20,7 +20,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.fusion.dynamics import MOUNT, N_STATE, RATE, THRUST, Matrix
+from thrustd.core.columns import Floats
+from thrustd.fusion.dynamics import MOUNT, N_STATE, RATE, THRUST
 
 UPPER = np.triu_indices(N_STATE)
 N_UPPER = len(UPPER[0])
@@ -33,9 +34,9 @@ class Smoothed(NamedTuple):
     """All (n,), one row per step on the tape."""
 
     t_ns: npt.NDArray[np.int64]
-    thrust_n: Matrix
-    thrust_std_n: Matrix
-    thrust_rate_n_s: Matrix
+    thrust_n: Floats
+    thrust_std_n: Floats
+    thrust_rate_n_s: Floats
 
 
 class Tape:
@@ -45,7 +46,7 @@ class Tape:
         self._t_ns = array("q")
         self._rows = array("d")
 
-    def write(self, t_ns: int, x: Matrix, p: Matrix, f: Matrix, q: Matrix) -> None:
+    def write(self, t_ns: int, x: Floats, p: Floats, f: Floats, q: Floats) -> None:
         """One step: the state (5, 1) and covariance (5, 5) after it, and how they were predicted, each (5, 5)."""
         self._t_ns.append(t_ns)
         self._rows.extend(x[:, 0])
@@ -61,7 +62,7 @@ class Tape:
     def t_ns(self) -> npt.NDArray[np.int64]:
         return np.array(self._t_ns, dtype=np.int64)
 
-    def steps(self, first: int, last: int) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    def steps(self, first: int, last: int) -> tuple[Floats, Floats, Floats, Floats]:
         """(x (n, 5), P, F, Q (n, 5, 5)) of the steps first .. last - 1."""
         width = N_STATE + N_UPPER + 2 * N_MOTION
         rows = np.array(self._rows[first * width : last * width]).reshape(-1, width)
@@ -71,7 +72,7 @@ class Tape:
         return x, p, _motion(f, symmetric=False), _motion(q, symmetric=True)
 
 
-def _motion(rows: Matrix, symmetric: bool) -> Matrix:
+def _motion(rows: Floats, symmetric: bool) -> Floats:
     matrix = np.zeros((len(rows), N_STATE, N_STATE))
     matrix[:, range(N_STATE), range(N_STATE)] = rows[:, :N_STATE]
     matrix[:, THRUST, RATE] = rows[:, N_STATE]
@@ -83,9 +84,9 @@ def _motion(rows: Matrix, symmetric: bool) -> Matrix:
 class _Known(NamedTuple):
     """Smoothed, at one step."""
 
-    moving: Matrix  # (2,) T, r given the filtered errors
-    spread: Matrix  # (2, 2) A_s
-    by_errors: Matrix  # (2, 3) D
+    moving: Floats  # (2,) T, r given the filtered errors
+    spread: Floats  # (2, 2) A_s
+    by_errors: Floats  # (2, 3) D
 
 
 def smooth(tape: Tape) -> Smoothed:
@@ -101,8 +102,8 @@ def smooth(tape: Tape) -> Smoothed:
 
 
 def _smooth_block(
-    steps: tuple[Matrix, Matrix, Matrix, Matrix], n: int, later: _Known | None
-) -> tuple[Matrix, Matrix, _Known]:
+    steps: tuple[Floats, Floats, Floats, Floats], n: int, later: _Known | None
+) -> tuple[Floats, Floats, _Known]:
     """(m_s (n, 2), sigma of T (n,), first step of this block); `steps` hold one row more when there is a `later`."""
     x, p, f, q = steps
     ahead_p = f[1:] @ p[:-1] @ f[1:].transpose(0, 2, 1) + q[1:]
@@ -122,11 +123,11 @@ def _smooth_block(
         known = _Known(ms[k], spread[k], by_errors[k])
     of_errors = by_errors @ p[:n, ERRORS, ERRORS] @ by_errors.transpose(0, 2, 1)
     variance = np.minimum((spread + of_errors)[:, THRUST, THRUST], p[:n, THRUST, THRUST])  # more is known, never less
-    std_n: Matrix = np.sqrt(variance)
+    std_n: Floats = np.sqrt(variance)
     return ms, std_n, known
 
 
-def _given_errors(p: Matrix) -> tuple[Matrix, Matrix]:
+def _given_errors(p: Floats) -> tuple[Floats, Floats]:
     """(B (n, 2, 3), A (n, 2, 2)) of covariances (n, 5, 5)."""
     b = np.asarray(np.linalg.solve(p[:, ERRORS, ERRORS], p[:, ERRORS, MOVING]), np.float64).transpose(0, 2, 1)
     return b, p[:, MOVING, MOVING] - b @ p[:, ERRORS, MOVING]

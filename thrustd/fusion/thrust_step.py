@@ -12,6 +12,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled, entry
 from thrustd.fusion.dynamics import (
     ENGINE,
@@ -23,7 +24,6 @@ from thrustd.fusion.dynamics import (
     SHAPE,
     SHAPE_N2,
     THRUST,
-    Matrix,
     move,
 )
 from thrustd.fusion.fusion_inputs import INPUTS, silence
@@ -89,7 +89,7 @@ def _begin(m: Any, t: Any, s: Any) -> None:
 
 
 @compiled
-def _take(m: Any, x: Matrix, p: Matrix) -> None:
+def _take(m: Any, x: Floats, p: Floats) -> None:
     """What was weighed, when it is to be taken. The first measurement of an instant says where T is, and must not teach
     the errors: they are as before it.
     """
@@ -121,7 +121,7 @@ def _zero(m: Any, t: Any, s: Any) -> None:
 
 
 @compiled
-def _measure(m: Any, s: Any, y: float, doubt_n2: float, x: Matrix, p: Matrix) -> tuple[float, float, bool]:
+def _measure(m: Any, s: Any, y: float, doubt_n2: float, x: Floats, p: Floats) -> tuple[float, float, bool]:
     """Gate one scalar measurement, opened by `doubt_n2`; -> the verdict on it."""
     if not isfinite(y):
         return nan, nan, False
@@ -131,7 +131,7 @@ def _measure(m: Any, s: Any, y: float, doubt_n2: float, x: Matrix, p: Matrix) ->
 
 
 @compiled
-def _mounts(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
+def _mounts(m: Any, t: Any, s: Any, x: Floats, p: Floats) -> None:
     """With the engine off the mounts show their own error, whatever the filter held it for: a wider gate."""
     m.h[0] = 0.0
     m.h[0, THRUST] = m.h[0, MOUNT] = 1.0
@@ -142,7 +142,7 @@ def _mounts(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
 
 
 @compiled
-def _brochure(m: Any, t: Any, s: Any, again: bool, x: Matrix, p: Matrix) -> None:
+def _brochure(m: Any, t: Any, s: Any, again: bool, x: Floats, p: Floats) -> None:
     """Once per reading of the engine; in between the last verdict stands."""
     if m.off or t.n1_pct < s.engine_off_n1_pct or not isfinite(t.brochure_n):
         m.last_nu_n, m.last_used = nan, False  # no deck says anything of an engine that stands
@@ -160,7 +160,7 @@ def _brochure(m: Any, t: Any, s: Any, again: bool, x: Matrix, p: Matrix) -> None
 
 
 @compiled
-def _open(p: Matrix, q: Matrix, moved_n: float) -> None:
+def _open(p: Floats, q: Floats, moved_n: float) -> None:
     """The thrust may be elsewhere than it was predicted."""
     p[THRUST, THRUST] += moved_n**2
     q[THRUST, THRUST] += moved_n**2
@@ -175,7 +175,7 @@ def _moved(m: Any, t: Any, s: Any) -> bool:
 
 
 @compiled
-def _follow_a_move(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
+def _follow_a_move(m: Any, t: Any, s: Any, x: Floats, p: Floats) -> None:
     """Both sources say that the thrust is elsewhere than it was predicted."""
     _open(p, m.q, m.moved_n)
     _mounts(m, t, s, x, p)
@@ -188,7 +188,7 @@ def _follow_a_move(m: Any, t: Any, s: Any, x: Matrix, p: Matrix) -> None:
 
 
 @compiled
-def _bound(m: Any, s: Any, x: Matrix) -> None:
+def _bound(m: Any, s: Any, x: Floats) -> None:
     """No error is larger than three sigmas of its own prior: what does not fit is a fault of somebody (`sensors`)."""
     for place, size in (
         (MOUNT, sqrt(m.sizes[MOUNT_N2])),
@@ -198,7 +198,7 @@ def _bound(m: Any, s: Any, x: Matrix) -> None:
         x[place, 0] = min(max(x[place, 0], -BOUND * size), BOUND * size)
 
 
-def _go_on(memory: Any, told: Any, settings: Any, x: Matrix, p: Matrix) -> None:
+def _go_on(memory: Any, told: Any, settings: Any, x: Floats, p: Floats) -> None:
     """x (n, 1) and p (n, n) to the instant of what was told, in place."""
     m, t, s = memory[0], told[0], settings[0]
     _begin(m, t, s)

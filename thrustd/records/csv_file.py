@@ -11,9 +11,10 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import csv
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.loaded import Loaded, check_columns
-from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
+from thrustd.records.recording import TIME, Recording, signal_of
 
 MISSING = ["", "nan", "NaN", "NAN", "null"]
 SHOWN_NAMES = 4
@@ -76,7 +77,7 @@ def _convert(names: list[str], kind: pa.DataType, delimiter: str) -> csv.Convert
     )
 
 
-def _numbers(column: pa.ChunkedArray) -> FloatArray:
+def _numbers(column: pa.ChunkedArray) -> Floats:
     return np.asarray(column.to_numpy(), dtype=np.float64)  # nulls become NaN
 
 
@@ -93,7 +94,7 @@ def _read_text(path: Path, names: list[str], delimiter: str, error: Exception) -
         raise RecordingError(
             f"{path.name}: not a rectangular CSV: {_one_line(broken)}; expected a line of names, then as many numbers"
         ) from error
-    columns: dict[str, FloatArray] = {}
+    columns: dict[str, Floats] = {}
     notes: list[str] = []
     for name in names:
         cells = [cell.replace(",", ".") if delimiter == ";" else cell for cell in table.column(name).to_pylist()]

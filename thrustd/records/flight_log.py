@@ -19,9 +19,10 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import LogError, RecordingError
 from thrustd.records.loaded import Loaded
-from thrustd.records.recording import TIME, FloatArray
+from thrustd.records.recording import TIME
 from thrustd.records.topics import Topic, append, level
 from thrustd.sources.mcap_log import LogFile
 from thrustd.wire.log_layout import FAULT_TOPIC
@@ -55,7 +56,7 @@ def read_flight_log(log: LogFile) -> Loaded:
     if base is None:
         raise RecordingError(f"{log.path.name}: only raw events; replay it first, its estimates are then columns")
     times_ns = np.unique(np.array(topics[base].times_ns, dtype=np.int64))
-    columns: dict[str, FloatArray] = {TIME: (times_ns - log.header.epoch_offset_ns) / 1e9}
+    columns: dict[str, Floats] = {TIME: (times_ns - log.header.epoch_offset_ns) / 1e9}
     for name, topic in sorted(topics.items()):
         columns |= _held(name, topic, times_ns)
     notes = [f"flight log: columns held onto the times of {base}", f"{faults} faults in the log"]
@@ -76,11 +77,11 @@ def _base_topic(topics: dict[str, Topic]) -> str | None:
     return None
 
 
-def _held(name: str, topic: Topic, times_ns: npt.NDArray[np.int64]) -> dict[str, FloatArray]:
+def _held(name: str, topic: Topic, times_ns: npt.NDArray[np.int64]) -> dict[str, Floats]:
     order = np.argsort(topic.times_ns, kind="stable")
     at = np.searchsorted(np.array(topic.times_ns, dtype=np.int64)[order], times_ns, side="right") - 1
     kind, *owner = name.strip("/").split("/")
-    held: dict[str, FloatArray] = {}
+    held: dict[str, Floats] = {}
     for field, values in topic.fields.items():
         if field not in LEFT_OUT:
             column = np.array(values)[order]

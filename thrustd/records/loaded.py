@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import msgspec
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.records.recording import FloatArray
 
 NUMBER_BYTES = 8
 MOST_COLUMNS = 4096
@@ -14,7 +14,7 @@ ALWAYS_BYTES = 256_000_000
 
 
 class Loaded(NamedTuple):
-    columns: dict[str, FloatArray]
+    columns: dict[str, Floats]
     metadata: dict[str, str]
     notes: tuple[str, ...] = ()
 

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, savemat, whosmat
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_expanded
 from thrustd.records.phlab import from_ftis, from_openap, is_ftis, is_openap
-from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
+from thrustd.records.recording import TIME, Recording, signal_of
 
 
 def read_mat(path: Path) -> Loaded:
@@ -18,7 +19,7 @@ def read_mat(path: Path) -> Loaded:
     units: dict[str, str] = {}
     if "flightdata" in variables:
         variables, units = _ftis_fields(variables["flightdata"])
-    columns: dict[str, FloatArray] = {}
+    columns: dict[str, Floats] = {}
     notes: list[str] = []
     arrays = {name: np.atleast_1d(value) for name, value in _flat(variables).items() if not name.startswith("__")}
     longest = max((array.size for array in arrays.values()), default=0)

@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.loaded import Loaded, check_columns, check_expanded, read_metadata
 from thrustd.records.phlab import from_ftis, from_openap, is_ftis, is_openap
-from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
+from thrustd.records.recording import TIME, Recording, signal_of
 
 METADATA_NAME = "_metadata"
 
 
 def read_npz(path: Path) -> Loaded:
     arrays = _arrays(path)
-    columns: dict[str, FloatArray] = {}
+    columns: dict[str, Floats] = {}
     notes: list[str] = []
     for name, array in arrays.items():
         if array.dtype.kind in "fiub" and array.ndim == 1:

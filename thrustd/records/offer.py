@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.records.recording import TIME, FloatArray, signal_of, unit_of
+from thrustd.core.columns import Floats
+from thrustd.records.recording import TIME, signal_of, unit_of
 from thrustd.records.rename import SYNONYMS, unit_in_brackets
 
 FORCE, DEFORMATION, TEMPERATURE = "force_N", "deformation_mm", "temperature_degC"
@@ -61,7 +62,7 @@ def unit_said(theirs: str) -> str:
     return _SPELLED.get(said, said)
 
 
-def offer(columns: Mapping[str, FloatArray]) -> dict[str, Offered]:
+def offer(columns: Mapping[str, Floats]) -> dict[str, Offered]:
     """theirs -> what it may be, for columns that are not called as in the catalogue already; each channel once."""
     taken = {name for name in columns if name == TIME or signal_of(name)}
     found: dict[str, Offered] = {}
@@ -98,11 +99,11 @@ def _converted(theirs: str, ours: str) -> Offered:
     return Offered(ours, unit, float(factor), float(offset))
 
 
-def _rises(column: FloatArray) -> bool:
+def _rises(column: Floats) -> bool:
     return len(column) > 1 and bool((np.diff(column) > 0).all())
 
 
-def _turned(found: dict[str, Offered], columns: Mapping[str, FloatArray]) -> dict[str, Offered]:
+def _turned(found: dict[str, Offered], columns: Mapping[str, Floats]) -> dict[str, Offered]:
     """Force and deformation rise together where both are + for forward thrust: else the one below zero is turned."""
     pair = [next((name for name, one in found.items() if one.ours == ours), "") for ours in (FORCE, DEFORMATION)]
     if not all(pair):

@@ -7,9 +7,10 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_columns, check_expanded, read_metadata
-from thrustd.records.recording import TIME, FloatArray, Recording, signal_of
+from thrustd.records.recording import TIME, Recording, signal_of
 
 METADATA_KEY = b"thrustd.metadata"
 
@@ -26,7 +27,7 @@ def read_parquet(path: Path) -> Loaded:
     except Exception as error:  # damage shows as ArrowInvalid, OSError, UnicodeDecodeError, MemoryError ...
         said = " ".join(str(error).split())[:160] or type(error).__name__
         raise RecordingError(f"{path.name}: not a readable Parquet file: {said}") from error
-    columns: dict[str, FloatArray] = {}
+    columns: dict[str, Floats] = {}
     notes: list[str] = []
     for name, column in zip(names, table.columns, strict=True):
         if name in columns:

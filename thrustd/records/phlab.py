@@ -19,10 +19,11 @@ import numpy as np
 from scipy.signal import medfilt
 
 from thrustd.core.atmosphere import dynamic_pressure_pa
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.loaded import Loaded
-from thrustd.records.recording import TIME, FloatArray
+from thrustd.records.recording import TIME
 
 POUND_PER_HOUR_KG_S = 0.45359237 / 3600
 FOOT_M = 0.3048
@@ -85,15 +86,15 @@ OPENAP = {
 _UNIT_WORDS = {"deg C": "degC", "deg/s": "deg_s", "%": "pct", "lbs": "lb", "lbs/hr": "lb_h", "ft/min": "ft_min"}
 
 
-def is_ftis(columns: Mapping[str, FloatArray]) -> bool:
+def is_ftis(columns: Mapping[str, Floats]) -> bool:
     return "Dadc1_mach" in columns and "time" in columns
 
 
-def is_openap(columns: Mapping[str, FloatArray]) -> bool:
+def is_openap(columns: Mapping[str, Floats]) -> bool:
     return "ff_l" in columns and "ts" in columns
 
 
-def from_ftis(raw: dict[str, FloatArray], units: Mapping[str, str], name: str) -> Loaded:
+def from_ftis(raw: dict[str, Floats], units: Mapping[str, str], name: str) -> Loaded:
     """Canonical columns, then every other parameter under its own name with its unit behind it."""
     _check_whole(raw, "time", FTIS, ("mach", "pressure_altitude_m"), name)
     columns = {TIME: raw["time"], **_converted(raw, FTIS)}
@@ -106,7 +107,7 @@ def from_ftis(raw: dict[str, FloatArray], units: Mapping[str, str], name: str) -
     return Loaded(columns, {"source": "PH-LAB FTIS"})
 
 
-def from_openap(raw: dict[str, FloatArray], name: str) -> Loaded:
+def from_openap(raw: dict[str, Floats], name: str) -> Loaded:
     """Canonical columns; body accelerations derived from the flight path."""
     _check_whole(raw, "ts", OPENAP, ("mach", "pressure_altitude_m", "tas_m_s", "climb_rate_m_s", "mass_kg"), name)
     time_s = raw["ts"]
@@ -119,7 +120,7 @@ def from_openap(raw: dict[str, FloatArray], name: str) -> Loaded:
 
 
 def _check_whole(
-    raw: Mapping[str, FloatArray], time: str, table: Mapping[str, Source], needed: tuple[str, ...], name: str
+    raw: Mapping[str, Floats], time: str, table: Mapping[str, Source], needed: tuple[str, ...], name: str
 ) -> None:
     """RecordingError when a column that others are computed from is missing, or one has not as many rows as `time`."""
     missing = [table[channel].raw for channel in needed if table[channel].raw not in raw]
@@ -132,11 +133,11 @@ def _check_whole(
             raise RecordingError(f"{name}: {column} has {len(raw[column])} rows; expected {len(raw[time])} as {time}")
 
 
-def _converted(raw: Mapping[str, FloatArray], table: Mapping[str, Source]) -> dict[str, FloatArray]:
+def _converted(raw: Mapping[str, Floats], table: Mapping[str, Source]) -> dict[str, Floats]:
     return {name: raw[s.raw] * s.scale + s.offset for name, s in table.items() if s.raw in raw}
 
 
-def _body_accelerations(columns: dict[str, FloatArray], accel_m_s2: FloatArray) -> dict[str, FloatArray]:
+def _body_accelerations(columns: dict[str, Floats], accel_m_s2: Floats) -> dict[str, Floats]:
     time_s, tas = columns[TIME], columns["tas_m_s"]
     flying = tas > MIN_AIRSPEED_M_S
     climb_m_s = medfilt(columns["climb_rate_m_s"], 9)  # some recordings have spikes of 80 m/s
@@ -157,7 +158,7 @@ def _body_accelerations(columns: dict[str, FloatArray], accel_m_s2: FloatArray) 
     }
 
 
-def _smooth(values: FloatArray, width: int = 5) -> FloatArray:
+def _smooth(values: Floats, width: int = 5) -> Floats:
     """Centred mean over `width` samples: the climb rate at 1 Hz is too coarse to differentiate."""
     padded = np.pad(values, width // 2, mode="edge")
     return np.convolve(padded, np.full(width, 1.0 / width), mode="valid")

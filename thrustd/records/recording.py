@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE, Signal
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from rich.table import Table
 
-FloatArray = npt.NDArray[np.float64]
 
 TIME = "time_s"
 OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
@@ -64,8 +64,8 @@ class Recording:
     """Columns of equal length; build it with `make_recording`, which checks them."""
 
     name: str
-    time_s: FloatArray  # (n,), strictly increasing
-    channels: dict[str, FloatArray]  # name -> (n,); NaN = missing
+    time_s: Floats  # (n,), strictly increasing
+    channels: dict[str, Floats]  # name -> (n,); NaN = missing
     metadata: dict[str, str] = field(default_factory=dict)
     sha256: str = ""  # of the source file, empty when made in memory
     notes: tuple[str, ...] = ()  # what reading it had to report: gaps, missing values, columns left out
@@ -92,7 +92,7 @@ class Recording:
     def __contains__(self, channel: str) -> bool:
         return channel in self.channels
 
-    def __getitem__(self, channel: str) -> FloatArray:
+    def __getitem__(self, channel: str) -> Floats:
         """The column, or a RecordingError which says what there is."""
         if channel == TIME:
             return self.time_s
@@ -137,7 +137,7 @@ class Recording:
             )
         return self.rows(slice(int(first), int(last)))
 
-    def with_channels(self, **columns: FloatArray) -> "Recording":
+    def with_channels(self, **columns: Floats) -> "Recording":
         """A copy with columns added or replaced."""
         return make_recording(
             self.name, {TIME: self.time_s, **self.channels, **columns}, self.metadata, self.sha256, self.notes
@@ -201,7 +201,7 @@ def make_recording(
         )
     time_s = np.ascontiguousarray(columns[TIME], dtype=np.float64)
     _check_time(name, time_s)
-    channels: dict[str, FloatArray] = {}
+    channels: dict[str, Floats] = {}
     found = list(notes)
     for channel, values in columns.items():
         if channel != TIME:
@@ -213,7 +213,7 @@ def make_recording(
     return replace(record, notes=tuple(dict.fromkeys(found)))
 
 
-def _check_time(name: str, time_s: FloatArray) -> None:
+def _check_time(name: str, time_s: Floats) -> None:
     if time_s.size == 0:
         raise RecordingError(f"{name}: no samples; expected one or more")
     if time_s.ndim != 1:
@@ -230,7 +230,7 @@ def _check_time(name: str, time_s: FloatArray) -> None:
         )
 
 
-def _checked(name: str, channel: str, values: npt.ArrayLike, count: int, notes: list[str]) -> FloatArray:
+def _checked(name: str, channel: str, values: npt.ArrayLike, count: int, notes: list[str]) -> Floats:
     column = np.ascontiguousarray(values, dtype=np.float64)
     if column.shape != (count,):
         raise RecordingError(f"{name}: {channel} has shape {column.shape}; expected ({count},) as time_s")
@@ -244,23 +244,23 @@ def _checked(name: str, channel: str, values: npt.ArrayLike, count: int, notes: 
 Bins = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
 
 
-def _bins(time_s: FloatArray, grid_s: FloatArray, rate_hz: float) -> Bins:
+def _bins(time_s: Floats, grid_s: Floats, rate_hz: float) -> Bins:
     edges_s = np.append(grid_s, grid_s[-1] + 1 / rate_hz) - 0.5 / rate_hz
     at = np.searchsorted(time_s, edges_s)
     return at[:-1], at[1:]
 
 
-def _on_grid(time_s: FloatArray, column: FloatArray, grid_s: FloatArray, bins: Bins | None) -> FloatArray:
+def _on_grid(time_s: Floats, column: Floats, grid_s: Floats, bins: Bins | None) -> Floats:
     good = np.isfinite(column)
     if not good.any():
         return np.full(len(grid_s), np.nan)
-    line: FloatArray = np.interp(grid_s, time_s[good], column[good])
+    line: Floats = np.interp(grid_s, time_s[good], column[good])
     if bins is None:
         return line
     total = np.concatenate(([0.0], np.cumsum(np.where(good, column, 0.0))))
     number = np.concatenate(([0], np.cumsum(good)))
     inside = number[bins[1]] - number[bins[0]]
-    mean: FloatArray = (total[bins[1]] - total[bins[0]]) / np.maximum(inside, 1)
+    mean: Floats = (total[bins[1]] - total[bins[0]]) / np.maximum(inside, 1)
     return np.where(inside > 0, mean, line)
 
 
@@ -279,7 +279,7 @@ def _table(record: Recording) -> "Table":
     return table
 
 
-def _channel(name: str, unit: str, column: FloatArray) -> list[str]:
+def _channel(name: str, unit: str, column: Floats) -> list[str]:
     known = column[np.isfinite(column)]
     missing = f"{100 * (1 - len(known) / len(column)):.1f} %" if len(known) < len(column) else ""
     numbers = [f"{f(known):.5g}" for f in (np.min, np.mean, np.max)] if len(known) else ["-", "-", "-"]

@@ -10,9 +10,10 @@ from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import NamedTuple
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.signals import CATALOGUE
-from thrustd.records.recording import SUFFIX_UNITS, FloatArray, no_column, signal_of, unit_of
+from thrustd.records.recording import SUFFIX_UNITS, no_column, signal_of, unit_of
 
 SYNONYMS = {"°C": "degC", "C": "degC", "deg C": "degC", "sec": "s", "m/s^2": "m/s2", "m/s²": "m/s2"}
 UNITS = {*SUFFIX_UNITS.values(), "ms", "us", "min", "h", "K", "kPa", "hPa", "mbar", "ft", "kt", "lbf", "rpm", "um"}
@@ -42,9 +43,7 @@ def read_rename(text: str) -> Rename:
     return Rename(theirs.strip(), ours, float(factor or 1.0), float(offset or 0.0))
 
 
-def renamed(
-    name: str, columns: Mapping[str, FloatArray], renames: Sequence[Rename]
-) -> tuple[dict[str, FloatArray], list[str]]:
+def renamed(name: str, columns: Mapping[str, Floats], renames: Sequence[Rename]) -> tuple[dict[str, Floats], list[str]]:
     """The columns under their new names, and remarks; RecordingError when one is not there or a name is taken."""
     changed = dict(columns)
     for rename in renames:

@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.files import SHOWN_NOTES, file_sha256, load
 from thrustd.records.loaded import Loaded
-from thrustd.records.recording import TIME, FloatArray, Recording, make_recording, no_column
+from thrustd.records.recording import TIME, Recording, make_recording, no_column
 from thrustd.records.rename import Rename, check_unit, renamed
 
 
@@ -48,7 +49,7 @@ def timed(name: str, loaded: Loaded, axis: TimeAxis, renames: Sequence[Rename] =
     return make_recording(name, columns, loaded.metadata, sha256, (*loaded.notes, *remarks, *notes))
 
 
-def _of_one_length(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
+def _of_one_length(columns: dict[str, Floats]) -> tuple[dict[str, Floats], list[str]]:
     lengths = Counter(len(column) for column in columns.values())
     usual = max(lengths, key=lambda length: (lengths[length], length), default=0)
     kept = {name: column for name, column in columns.items() if len(column) == usual and name}

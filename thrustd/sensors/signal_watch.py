@@ -11,10 +11,10 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from msgspec.structs import astuple
 
 from thrustd.core.aircraft import SensorLimits
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.limits import ALONE_STUCK_S, FLYING_MACH, TURNING_N1_PCT
 from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS
@@ -29,7 +29,6 @@ BACK_S = 0.5  # a sensor that was silent did not lie
 LEARN_REST_S = 60.0  # watched for this long, a sensor has shown how long it may rest
 REST_FACTOR = 4.0
 SHORTEST_STUCK_S = 6.0
-Floats = npt.NDArray[np.float64]
 
 KINDS = ("", "dead", "stuck", "noisy", "offset", "drift")
 HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(KINDS)))

@@ -19,8 +19,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.records.recording import Recording, signal_of, unit_of
-from thrustd.workbench.pyramid import Floats, Singles, build
+from thrustd.workbench.pyramid import Singles, build
 
 META = "meta.json"
 WRITERS = 2  # threads: numpy and the disk work side by side

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.motion import Motion, motion_of
 from thrustd.diagnose.search.explained import Explained, Stretch
 from thrustd.identify.segments import DEFORMATION
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import unit_of
 from thrustd.workbench.figures import short
-from thrustd.workbench.pyramid import Floats
 
 BUCKETS = 500  # of the history
 BINS = 28  # of a curve

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.compare import REGION_SAMPLES
 from thrustd.diagnose.compare.comparison import Comparison
 from thrustd.diagnose.compare.picture_data import channel_dependences, loop_of, rate_map_of, spectrum_of
 from thrustd.diagnose.search.dependence import Dependence
 from thrustd.records.recording import unit_of
 from thrustd.workbench.intervals import Intervals, intervals_of
-from thrustd.workbench.pyramid import Floats
 
 LOOP_DOTS = 6_000
 SPECTRUM_POINTS = 500

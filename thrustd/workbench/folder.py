@@ -11,13 +11,13 @@ from pathlib import Path
 
 import msgspec
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError, UsageError
 from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec
 from thrustd.model.compile import read_proven_model
 from thrustd.workbench.columns import Columns, columns_key, open_columns
 from thrustd.workbench.lines import Line
 from thrustd.workbench.mapping import ColumnNames, read_mappings
-from thrustd.workbench.pyramid import Floats
 from thrustd.workbench.settling import settling_s
 
 STATE = ".thrustd"

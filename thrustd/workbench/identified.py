@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.measures import rms
 from thrustd.diagnose.compare.compare import compare
 from thrustd.identify.identify import Identified
@@ -13,7 +14,6 @@ from thrustd.model.compile import compile_model, linear_of
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
 from thrustd.workbench.figures import history_json, short
-from thrustd.workbench.pyramid import Floats
 
 CURVE_POINTS = 120
 RELAXATION_POINTS = 160

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.workbench.pyramid import Floats
+from thrustd.core.columns import Floats
 
 Mask = npt.NDArray[np.bool_]
 Intervals = list[tuple[float, float]]

@@ -13,10 +13,11 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.records.loaded import Loaded
 from thrustd.records.offer import CONVERSIONS, offer, unit_said
-from thrustd.records.recording import TIME, FloatArray, signal_of
+from thrustd.records.recording import TIME, signal_of
 from thrustd.records.rename import Rename
 from thrustd.records.time_axis import TimeAxis
 from thrustd.sinks.whole_file import whole_file
@@ -127,7 +128,7 @@ def table_of(loaded: Loaded) -> dict[str, Any]:
     }
 
 
-def _column(name: str, column: FloatArray) -> dict[str, Any]:
+def _column(name: str, column: Floats) -> dict[str, Any]:
     known = column[np.isfinite(column)]
     return {
         "name": name,

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.error_map import rates_of
@@ -18,7 +19,6 @@ from thrustd.records.time_axis import read_timed
 from thrustd.workbench.columns import write_columns
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.prepare import prepare
-from thrustd.workbench.pyramid import Floats
 
 Progress = Callable[[float, str], None]
 

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.core.columns import Floats
+
 BASE = 16  # samples of one entry of the finest level
 FACTOR = 4  # entries merged from level to level
 OVERSAMPLE = 4  # entries per bucket at least, so that buckets are equal within a quarter
 
-Floats = npt.NDArray[np.float64]
 Singles = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.intp]
 

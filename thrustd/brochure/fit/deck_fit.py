@@ -17,6 +17,7 @@ from thrustd.brochure.deck import Deck, total_ratios
 from thrustd.brochure.deck_data import DeckData, SpoolCurve, ThrustSurface, corrected_thrust, hermite
 from thrustd.brochure.fit.spool_curves import Spool, Steady, fit_curves
 from thrustd.brochure.fit.surface import fit_surface, read_pairs
+from thrustd.core.columns import Floats
 from thrustd.core.errors import DeckError, RecordingError
 from thrustd.core.measures import rms
 from thrustd.records.files import read_recording
@@ -24,7 +25,6 @@ from thrustd.records.recording import Recording
 from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
-Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.intp]
 
@@ -122,7 +122,7 @@ def steady_samples(record: Recording, spool: Spool, why: list[str]) -> list[Stea
     return found
 
 
-def _as_steady(record: Recording, engine: int, rows: Rows, speed_pct: Array, flow_kg_s: Array) -> Steady:
+def _as_steady(record: Recording, engine: int, rows: Rows, speed_pct: Floats, flow_kg_s: Floats) -> Steady:
     mach = np.maximum(record["mach"][rows], 0.0)
     columns = (mach, record["pressure_altitude_m"][rows], record["sat_degC"][rows])
     delta, theta = np.array([total_ratios(*row) for row in zip(*columns, strict=True)]).T
@@ -130,7 +130,7 @@ def _as_steady(record: Recording, engine: int, rows: Rows, speed_pct: Array, flo
     return Steady(record.name, engine, speed_pct / np.sqrt(theta), corrected, mach, delta, np.log(theta))
 
 
-def _steady(record: Recording, n1_pct: Array) -> Mask:
+def _steady(record: Recording, n1_pct: Floats) -> Mask:
     half = max(round(HALF_WINDOW_S * record.sample_hz), 1)
     rate = np.full(len(n1_pct), np.inf)
     rate[half:-half] = (n1_pct[2 * half :] - n1_pct[: -2 * half]) / (2 * HALF_WINDOW_S)

@@ -13,12 +13,11 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from thrustd.brochure.deck_data import SpoolCurve
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 
-Array = npt.NDArray[np.float64]
 Spool = Literal["n1", "n2"]
 
 KNOTS_PCT = {  # corrected spool speeds
@@ -33,11 +32,11 @@ class Steady(NamedTuple):
 
     flight: str
     engine: int
-    corrected_pct: Array
-    log_flow: Array  # of corrected fuel flow [kg/s]
-    mach: Array
-    delta_t: Array
-    log_theta_t: Array
+    corrected_pct: Floats
+    log_flow: Floats  # of corrected fuel flow [kg/s]
+    mach: Floats
+    delta_t: Floats
+    log_theta_t: Floats
 
 
 def fit_curves(samples: Sequence[Steady], spool: Spool) -> list[SpoolCurve]:
@@ -67,7 +66,7 @@ def fit_curves(samples: Sequence[Steady], spool: Spool) -> list[SpoolCurve]:
     ]
 
 
-def _hats(knots: Array, speed_pct: Array) -> Array:
+def _hats(knots: Floats, speed_pct: Floats) -> Floats:
     """Weights (n, knots) of linear interpolation, carried on beyond the ends."""
     right = np.clip(np.searchsorted(knots, speed_pct, side="right"), 1, len(knots) - 1)
     part = (speed_pct - knots[right - 1]) / (knots[right] - knots[right - 1])
@@ -77,7 +76,7 @@ def _hats(knots: Array, speed_pct: Array) -> Array:
     return weights
 
 
-def _second_differences(knots: Array) -> Array:
+def _second_differences(knots: Floats) -> Floats:
     """Change of slope at every inner knot, per 10 % of speed."""
     steps = np.diff(knots) / 10.0
     rows = np.zeros((len(knots) - 2, len(knots)))
@@ -86,7 +85,7 @@ def _second_differences(knots: Array) -> Array:
     return rows
 
 
-def _curve(engine: int, knots: Array, values: Array, shared: Array, samples: Sequence[Steady]) -> SpoolCurve:
+def _curve(engine: int, knots: Floats, values: Floats, shared: Floats, samples: Sequence[Steady]) -> SpoolCurve:
     secants = np.diff(values) / np.diff(knots)
     if not (secants > 0).all():
         where = knots[int(np.argmin(secants))]

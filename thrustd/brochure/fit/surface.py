@@ -17,10 +17,9 @@ from scipy.optimize import brentq
 from thrustd.brochure.deck import total_ratios
 from thrustd.brochure.deck_data import ThrustSurface, corrected_thrust
 from thrustd.core.atmosphere import ZERO_CELSIUS_K, isa_k, stagnation
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import rms
-
-Array = npt.NDArray[np.float64]
 
 SCALE_KG_S = 0.1
 SPEED_DEGREE = 3
@@ -51,10 +50,10 @@ IDLE_FLOW_KG_S, IDLE_THRUST_N = 0.0261, 778.4  # 7 % of 11.12 kN, ICAO emissions
 class Pairs(NamedTuple):
     """One engine per row: all (n,)."""
 
-    corrected_kg_s: Array
-    mach: Array
-    corrected_thrust_n: Array
-    group: Array  # the `set` column
+    corrected_kg_s: Floats
+    mach: Floats
+    corrected_thrust_n: Floats
+    group: Floats  # the `set` column
 
 
 COLUMNS = (
@@ -79,7 +78,7 @@ def read_pairs(path: Path) -> Pairs:
     return Pairs(*np.concatenate([_one_engine(rows, side) for side in ("left", "right")], axis=1))
 
 
-def _one_engine(rows: npt.NDArray[Any], side: str) -> Array:
+def _one_engine(rows: npt.NDArray[Any], side: str) -> Floats:
     altitude, mach = rows["altitude_m"], rows["mach"]
     isa_degc = isa_k(altitude) - ZERO_CELSIUS_K
     ratios = [total_ratios(*row) for row in zip(mach, altitude, isa_degc + rows["deltaT_K"], strict=True)]
@@ -113,7 +112,7 @@ def fit_surface(pairs: Pairs) -> tuple[ThrustSurface, dict[str, float]]:
     }
 
 
-def _terms(corrected_kg_s: Array, mach: Array) -> Array:
+def _terms(corrected_kg_s: Floats, mach: Floats) -> Floats:
     """Regressors (n, 13): X^i u^j with i + j <= 3, then X^i q."""
     x = corrected_kg_s / SCALE_KG_S
     ratio = stagnation(mach)
@@ -122,24 +121,24 @@ def _terms(corrected_kg_s: Array, mach: Array) -> Array:
     return np.stack(columns + [x**i * q for i in range(NOZZLE_TERMS)], axis=1)
 
 
-def _solve(terms: Array, pairs: Pairs, keep: npt.NDArray[np.bool_]) -> Array:
+def _solve(terms: Floats, pairs: Pairs, keep: npt.NDArray[np.bool_]) -> Floats:
     flow, thrust, std = np.array(STATIC_POINTS).T
     weight = PAIR_STD / (std * thrust)
     rows = terms[keep] / pairs.corrected_thrust_n[keep, None]
     static = _terms(flow, np.zeros(len(flow))) * weight[:, None]
     target = np.concatenate([np.ones(len(rows)), thrust * weight])
-    solution: Array = np.linalg.lstsq(np.concatenate([rows, static]), target, rcond=None)[0]
+    solution: Floats = np.linalg.lstsq(np.concatenate([rows, static]), target, rcond=None)[0]
     return solution
 
 
-def _without_outliers(terms: Array, pairs: Pairs) -> npt.NDArray[np.bool_]:
+def _without_outliers(terms: Floats, pairs: Pairs) -> npt.NDArray[np.bool_]:
     keep = np.ones(len(terms), dtype=np.bool_)
     for _ in range(ROUNDS):
         keep = np.abs(terms @ _solve(terms, pairs, keep) / pairs.corrected_thrust_n - 1.0) < OUTLIER
     return keep
 
 
-def _surface(solution: Array, pairs: Pairs, keep: npt.NDArray[np.bool_]) -> ThrustSurface:
+def _surface(solution: Floats, pairs: Pairs, keep: npt.NDArray[np.bool_]) -> ThrustSurface:
     rows, at = [], 0
     for i in range(SPEED_DEGREE + 1):
         count = SPEED_DEGREE + 1 - i
