@@ -14,6 +14,7 @@ from thrustd.commission.pieces import Pieces
 from thrustd.commission.places import check_places
 from thrustd.core.aircraft import place_of
 from thrustd.core.errors import ModelError, RecordingError
+from thrustd.core.measures import rms
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.extend.given import with_given
 from thrustd.diagnose.search.evidence import simulate
@@ -105,7 +106,7 @@ def _given(spec: ModelSpec, effects: Sequence[EffectSpec]) -> ModelSpec:
 
 def _rms_n(spec: ModelSpec, records: Sequence[Recording]) -> float:
     parts = [segment.force_n - simulate(spec, segment) for segment in stretches(spec, records)]
-    return float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2)))
+    return rms(np.concatenate(parts))
 
 
 def _hang(one: Made, mount: str, installation: Installation) -> None:

@@ -23,6 +23,7 @@ from thrustd.core.calibration import Calibration, MountCalibration, Zero
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
+from thrustd.core.measures import rms
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
 from thrustd.records.recording import Recording
@@ -99,7 +100,7 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
     fits = [(lag, cell_n, _fit(design, prior, base_n, cell_n, run.rate_hz)) for lag, cell_n in trials]
     lag, cell_n, solved = min(fits, key=lambda fit: fit[2].left_n)
     good = np.isfinite(cell_n) & np.isfinite(base_n)
-    before_n = float(np.sqrt(np.mean((cell_n - base_n)[good] ** 2)))
+    before_n = rms((cell_n - base_n)[good])
     return _told(run, installation, solved, before_n, lag)
 
 
@@ -168,7 +169,7 @@ def _fit(design: Floats, prior: Floats, base_n: Floats, cell_n: Floats, rate_hz:
         left = y - a @ mean
         blocks = left[: len(left) // n_slow * n_slow].reshape(-1, n_slow).mean(axis=1)
         variance = max(float(np.var(left)), n_slow * float(np.mean(blocks**2)), 1.0)
-    return _Solved(prior, mean, covariance, float(np.sqrt(np.mean(left**2))))
+    return _Solved(prior, mean, covariance, rms(left))
 
 
 def _told(run: _Run, installation: Installation, solved: _Solved, before_n: float, lag_s: float) -> TetherFit:

@@ -138,7 +138,7 @@ class Installation:
             mounts=tuple(mount.name for mount in self.config.mount),
             files={name: content.decode() for name, content in self.files.items()},
             sha256=self.hashes(),
-            versions={name: version(name) for name in ("thrustd", "numpy", "numba", "filterpy")},
+            versions={name: version(name) for name in ("thrustd", "numpy", "numba")},
             **about,
         )
 
