@@ -51,9 +51,9 @@ def first_named(rows: list[list[Row]]) -> tuple[int, str] | None:
     """The first flight after which a thrust is named, and whose."""
     for flights in range(FEWEST, len(rows) + 1):
         seen = [row for flight in rows[:flights] for row in flight]
-        changed = [one for one in fleet_health(seen).changed if one.quantity == "thrust_at_n1_pct"]
+        changed = fleet_health(seen, ["thrust_at_n1_pct"]).changed
         if changed:
-            return flights, changed[0].engine
+            return flights, changed[-1].engine
     return None
 
 

@@ -17,14 +17,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from thrustd.api.files import load, read, write
-    from thrustd.api.flights import performance, points, replay
+    from thrustd.api.flights import health, performance, points, replay, transients
     from thrustd.api.loop import compare, diagnose, extend, identify
 
 __version__ = "0.1.0"
-__all__ = ["compare", "diagnose", "extend", "identify", "load", "performance", "points", "read", "replay", "write"]
+__all__ = [
+    "compare", "diagnose", "extend", "health", "identify", "load", "performance", "points", "read", "replay",
+    "transients", "write",
+]  # fmt: skip
 _ROOMS = {
     "files": ("load", "read", "write"),
-    "flights": ("performance", "points", "replay"),
+    "flights": ("health", "performance", "points", "replay", "transients"),
     "loop": ("compare", "diagnose", "extend", "identify"),
 }
 _HOME = {name: f"thrustd.api.{room}" for room, names in _ROOMS.items() for name in names}

@@ -1,4 +1,4 @@
-"""The ten names at the top: models on arrays, tables, figures that come back, nothing overwritten."""
+"""The names at the top: models on arrays, tables, figures that come back, nothing overwritten."""
 
 import subprocess
 import sys
@@ -143,3 +143,7 @@ def test_flights(tmp_path):
         td.points(log, moch=1.0)
     with pytest.raises(RecordingError, match="no mass"):
         td.performance(log)
+    moved = td.transients(log)
+    assert not moved.found.events and "no event" in repr(moved)
+    over = td.health([log, log])
+    assert isinstance(over.plot(), Figure) and "nothing changed over" in repr(over) and len(over.to_pandas()) >= 6

@@ -34,7 +34,7 @@ def test_healthy_series_are_not_named_however_often_one_looks():
     rng = np.random.default_rng(4)
     series = rng.standard_normal((60, 30))
     named = [n for line in series for n in range(FEWEST, 31) if judge(HOURS[:n], line[:n]).changed]
-    assert len(named) <= 1
+    assert not named  # 60 series with odds of 1 in 1000 each
 
 
 def test_gaps_in_a_series_and_too_few_flights():
@@ -57,14 +57,14 @@ def rows_of_fleet(seed, loss_pct=0.0, flights=20, zero_um=0.0):
             "start_utc_s": 1e9 + 86400.0 * flight,
             "hours": 1.5,
         }
+        windows = [(rng.uniform(60, 95), rng.uniform(0.2, 0.5), rng.uniform(500, 5000)) for _ in range(12)]
         for engine in ENGINES:
             zero_n = 25 * rng.standard_normal()
-            for _ in range(12):
-                n1, mach, altitude = rng.uniform(60, 95), rng.uniform(0.2, 0.5), rng.uniform(500, 5000)
+            for place, (n1, mach, altitude) in enumerate(windows):
                 thrust = 30 * (n1 - 40) * (1 + 0.2 * mach)
                 off = 2 * mach + 0.05 * (n1 - 75) + 0.1 * day - loss_pct * flight / 29 * (engine == "left")
                 rows.append(about | {
-                    "of": engine, "kind": "engine", "start_s": 0.0, "seconds": 30.0, "mach": mach,
+                    "of": engine, "kind": "engine", "start_s": 40.0 * place, "seconds": 30.0, "mach": mach,
                     "pressure_altitude_m": altitude, "n1_corrected_pct": n1, "sat_degC": 15 - 0.0065 * altitude + day,
                     "thrust_N": thrust, "thrust_at_n1_pct": off + 100 * zero_n / thrust + 0.1 * rng.standard_normal(),
                     "fuel_at_n1_pct": off + 0.3 * rng.standard_normal(), "n2_at_n1_pct": 0.3 * rng.standard_normal(),

@@ -16,7 +16,9 @@ from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest.flight import Flight, read_flight
 from thrustd.flighttest.flown import flown
 from thrustd.flighttest.performance import performance
+from thrustd.flighttest.polar import Polar as FlownPolar
 from thrustd.flighttest.polar import PolarPoints, fit_polar
+from thrustd.flighttest.steps import gain_of, throttle_steps
 from thrustd.records.files import write_recording
 from thrustd.twin.airframe import draw_airframe
 
@@ -84,11 +86,24 @@ def test_the_zero_of_the_accelerometer_is_found_against_air_data(profile, wing):
 
 def test_turns_are_left_out(profile, wing):
     flight = estimated(profile)
-    turning = slice(0, 60 * 20)
+    first = flown(flight, wing, None, SteadyLimits()).windows[1]
+    turning = (profile.time_s >= first.start_s) & (profile.time_s < first.end_s)
     accel_z = flight.record["accel_z_g"].copy()
     accel_z[turning] += 0.2
     point = flown(flight._replace(record=flight.record.with_channels(accel_z_g=accel_z)), wing, None, SteadyLimits())
     assert point.why.tolist().count(1) == 1 and point.used.sum() >= 6
+
+
+def test_throttle_steps_tell_a_gain_of_the_thrust_and_no_zero(profile, wing):
+    for gain, bias_n in ((1.0, (80.0, 80.0)), (1.05, (0.0, 0.0))):
+        flight = estimated(profile, bias_n, accel_zero_g=0.002)
+        columns = {f"thrust_N_{engine}": gain * flight.record[f"thrust_N_{engine}"] for engine in ENGINES}
+        one = flown(flight._replace(record=flight.record.with_channels(**columns)), wing, None, SteadyLimits())
+        steps = throttle_steps(one, FlownPolar(TRUE.zero_lift, TRUE.factor, np.eye(2), 0.0, 7))
+        assert len(steps) >= 6
+        for way in ("accel", "air"):
+            found = gain_of(steps, way)
+            assert abs(found.error - (gain - 1.0)) < max(found.u95, 0.01)
 
 
 def test_total_least_squares_on_a_line_with_errors_on_both_sides():
@@ -121,7 +136,9 @@ def test_the_verb_and_its_files(profile, tmp_path, capsys):
     assert said["polars"][0]["of"] == "brochure thrust, accelerometer"
     interval = said["polars"][0]["zero_lift_drag"]
     assert interval["low"] <= TRUE.zero_lift <= interval["high"]
-    assert f"{interval['value']:.4f}" in page.read_text() and table.read_text().count("\n") == 8
+    assert (
+        f"{interval['value']:.4f}" in page.read_text() and table.read_text().count("\n") == 9
+    )  # seven levels, the ground, the heads
     assert main(["performance", str(log)]) == 0
     assert "known: C_D0 0.04" in capsys.readouterr().out
 

@@ -1,21 +1,23 @@
-"""replay, points, performance: flights in memory."""
+"""replay, points, performance, transients, health: flights in memory."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from thrustd.core.aircraft import read_aircraft
+from thrustd.brochure.deck import Deck
 from thrustd.core.errors import UsageError
 from thrustd.core.steady import SteadyLimits
-from thrustd.flighttest import performance_report, points_report
-from thrustd.flighttest.flight import Flight, read_flight
-from thrustd.flighttest.flown import flown
+from thrustd.flighttest import fleet_report, performance_report, points_report, transients_report
+from thrustd.flighttest.fleet_health import fleet_health
+from thrustd.flighttest.flight import DECK, read_flight
+from thrustd.flighttest.health import HealthJob
 from thrustd.flighttest.mass_sheet import MassSheet, read_mass_sheet
-from thrustd.flighttest.performance import Performance
-from thrustd.flighttest.performance import performance as polar_of
-from thrustd.flighttest.points import TestPoints, find_points
+from thrustd.flighttest.performance import performance_of, read_wing
+from thrustd.flighttest.points import find_points
+from thrustd.flighttest.transients import find_transients
 from thrustd.installation.shipped import shipped
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
@@ -77,25 +79,31 @@ def replay(log: str | Path, *, out: str | Path | None = None) -> Replayed:
         return Replayed(summary, read_recording(written, digest=False), picture)
 
 
-@dataclass(frozen=True)
-class Points:
-    """Test points of a flight."""
+Table = tuple[Sequence[str], list[list[str]]]  # heads, rows
 
-    found: TestPoints
-    flight: Flight
+
+@dataclass(frozen=True)
+class Answer:
+    """What was found (`found`: all its numbers), as tables, sentences and one figure."""
+
+    found: Any
+    tables: list[Table]
+    lines: Sequence[str]
+    draw: "Callable[[], Figure]"
 
     def to_pandas(self) -> "pd.DataFrame":
-        """A row per point; `NAME_u95` is the 95 % uncertainty of the mean `NAME`."""
+        """A row per point, event or series; `NAME_u95` is the 95 % uncertainty of the mean `NAME`."""
         return as_frame(self.found.rows())
 
     def plot(self) -> "Figure":
         from thrustd.api.drawing import drawn
 
-        return drawn(points_report.figure(self.flight, self.found))
+        return drawn(self.draw())
 
     def show(self, console: "Console") -> None:
-        console.print(plain_table(points_report.HEADS, points_report.table_rows(self.found)))
-        for line in (*points_report.unsteady(self.found), points_report.limits_line(self.found)):
+        for heads, rows in self.tables:
+            console.print(plain_table(heads, rows))
+        for line in self.lines:
             console.print(line, highlight=False)
 
     def __repr__(self) -> str:
@@ -105,7 +113,7 @@ class Points:
         return as_html(self.show)
 
 
-def points(log: str | Path, *, marks: str | None = None, **limits: float) -> Points:
+def points(log: str | Path, *, marks: str | None = None, **limits: float) -> Answer:
     """Steady windows of a log or recording, with thrust, fuel flow and their uncertainty.
 
     marks: a channel that is above 0 in a point, instead of the limits; limits: other spans, as `mach=0.01`.
@@ -114,35 +122,10 @@ def points(log: str | Path, *, marks: str | None = None, **limits: float) -> Poi
     if unknown:
         raise UsageError(f"points: no limit {unknown[0]!r}; expected of {', '.join(SteadyLimits.__struct_fields__)}")
     flight = read_flight(log)
-    return Points(find_points(flight, SteadyLimits(**limits), marks=marks), flight)
-
-
-@dataclass(frozen=True)
-class DragPolar:
-    """C_D0, Oswald's e and L/D of flights with intervals: `found.polars`, and the points they rest on."""
-
-    found: Performance
-    known: tuple[str, ...]
-
-    def to_pandas(self) -> "pd.DataFrame":
-        """A row per point."""
-        return as_frame(self.found.rows())
-
-    def plot(self) -> "Figure":
-        from thrustd.api.drawing import drawn
-
-        return drawn(performance_report.figure(self.found))
-
-    def show(self, console: "Console") -> None:
-        console.print(plain_table(performance_report.POLAR_HEADS, performance_report.polar_rows(self.found)))
-        for line in performance_report.lines(self.found, self.known):
-            console.print(line, highlight=False)
-
-    def __repr__(self) -> str:
-        return as_text(self.show)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
+    found = find_points(flight, SteadyLimits(**limits), marks=marks)
+    said = [*points_report.unsteady(found), points_report.limits_line(found)]
+    table = points_report.HEADS, points_report.table_rows(found)
+    return Answer(found, [table], said, partial(points_report.figure, flight, found))
 
 
 def performance(
@@ -151,18 +134,32 @@ def performance(
     mass_sheet: str | Path | MassSheet | None = None,
     aircraft: str | Path | None = None,
     marks: str | None = None,
-) -> DragPolar:
-    """Drag polar of one or more flights; the mass by `mass_sheet` (TOML), or by a column mass_kg [kg].
+) -> Answer:
+    """Drag polar of one or more flights: C_D0, Oswald's e, L/D with intervals; throttle steps against the motion.
 
-    RecordingError, one line: no mass, no air data, no steady window, or points that make no polar.
+    The mass by `mass_sheet` (TOML), or by a column mass_kg [kg]. RecordingError, one line: no mass, no air data, no
+    steady window, or points that make no polar.
     """
-    several = [logs] if isinstance(logs, str | Path) else list(logs)
-    where = Path(aircraft) if aircraft else shipped(AIRCRAFT, "aircraft")
-    wing = read_aircraft(where.read_text(), str(where)).wing
-    if wing is None:
-        raise UsageError(f"{where}: no [wing]; expected area_m2, span_m and accel_x_std_g")
+    several = [Path(logs)] if isinstance(logs, str | Path) else [Path(log) for log in logs]
+    wing = read_wing(Path(aircraft) if aircraft else shipped(AIRCRAFT, "aircraft"))
     sheet = read_mass_sheet(Path(mass_sheet)) if isinstance(mass_sheet, str | Path) else mass_sheet
-    flights = [read_flight(log) for log in several]
-    rows = [flown(flight, wing, sheet, SteadyLimits(), marks) for flight in flights]
-    fused = all(flight.fused for flight in flights)
-    return DragPolar(polar_of(rows, wing.aspect_ratio, fused), wing.known)
+    found = performance_of(several, wing, [sheet] if sheet else [], SteadyLimits(), marks)
+    tables = performance_report.tables(found)
+    return Answer(found, tables, performance_report.lines(found, wing.known), partial(performance_report.figure, found))
+
+
+def transients(log: str | Path) -> Answer:
+    """Spool-ups and -downs of a log or recording with time, overshoot and rate; flame-out and surge candidates."""
+    deck = Deck.from_json(shipped(DECK, "deck").read_text(), DECK)
+    flight = read_flight(log)
+    found = find_transients(flight, deck)
+    table = transients_report.HEADS, transients_report.table_rows(found)
+    said = [transients_report.words(found)]
+    return Answer(found, [table], said, partial(transients_report.figure, flight, found))
+
+
+def health(logs: Sequence[str | Path]) -> Answer:
+    """Engines and mounts over many flights: trends at equal conditions, what changed, when to calibrate again."""
+    found = fleet_health([{"file": str(log), **row} for log in logs for row in HealthJob()(str(log))])
+    table = fleet_report.HEADS, fleet_report.table_rows(found)
+    return Answer(found, [table], fleet_report.lines(found), partial(fleet_report.figure, found))

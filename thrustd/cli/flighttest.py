@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import read_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, print_table, progress
 from thrustd.core.errors import UsageError
 
@@ -148,33 +147,16 @@ def performance_verb(arguments: argparse.Namespace) -> int:
 
 
 def _performance(arguments: argparse.Namespace) -> "tuple[Performance, tuple[str, ...]]":
-    from thrustd.core.aircraft import read_aircraft
-    from thrustd.flighttest.flight import read_flight
-    from thrustd.flighttest.flown import flown
     from thrustd.flighttest.mass_sheet import read_mass_sheet
-    from thrustd.flighttest.performance import performance
+    from thrustd.flighttest.performance import performance_of, read_wing
     from thrustd.installation.shipped import shipped
 
     limits = limits_of(arguments)
-    where = arguments.aircraft or shipped(AIRCRAFT, "--aircraft")
-    wing = read_aircraft(read_text(where), str(where)).wing
-    if wing is None:
-        raise UsageError(f"{where}: no [wing]; expected area_m2, span_m and accel_x_std_g")
+    wing = read_wing(arguments.aircraft or shipped(AIRCRAFT, "--aircraft"))
     sheets = [read_mass_sheet(path) for path in arguments.mass_sheet]
-    if len(sheets) not in (0, 1, len(arguments.log)):
-        raise UsageError(
-            f"--mass-sheet: {len(sheets)} given for {len(arguments.log)} logs; expected one per log, or one"
-        )
-    flights, notes, fused = [], [], True
     with progress("performance") as advance:
-        for number, path in enumerate(arguments.log):
-            flight = read_flight(path, arguments.deck)
-            sheet = sheets[number % len(sheets)] if sheets else None
-            flights.append(flown(flight, wing, sheet, limits, arguments.marks))
-            notes += [f"{flight.name}: {note}" for note in flight.record.notes if "derived" in note]
-            fused = fused and flight.fused
-            advance((number + 1) / len(arguments.log))
-        return performance(flights, wing.aspect_ratio, fused, notes), wing.known
+        found = performance_of(arguments.log, wing, sheets, limits, arguments.marks, arguments.deck, advance)
+    return found, wing.known
 
 
 def transients_verb(arguments: argparse.Namespace) -> int:
@@ -221,12 +203,12 @@ def _print_points(found: "TestPoints") -> None:
 
 
 def _print_polar(found: "Performance", known: tuple[str, ...]) -> None:
-    from thrustd.flighttest.performance_report import POINT_HEADS, POLAR_HEADS, lines, point_rows, polar_rows
+    from thrustd.flighttest import performance_report as report
 
     screen = console()
-    print_table(POINT_HEADS, point_rows(found))
-    print_table(POLAR_HEADS, polar_rows(found))
-    for line in lines(found, known):
+    for heads, rows in report.tables(found):
+        print_table(heads, rows)
+    for line in report.lines(found, known):
         screen.print(line, highlight=False)
 
 

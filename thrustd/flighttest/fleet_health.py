@@ -1,14 +1,16 @@
 """Engines and mounts over many flights: rows of `health` side by side, at equal conditions, judged by `trend`.
 
 No two flights are flown at the same points, and no deck has an engine's own curves. All points of all flights go into
-one regression,
+one regression with two random effects of every flight,
 
-    y = g(N1 / sqrt(theta_t), M, delta, theta) + e_(engine, flight)
+    y = g(N1 / sqrt(theta_t), M, delta, theta) + e_flight + 100 z_flight / F
 
-with g of second order, the same for all engines but for a constant: e is what an engine does at equal conditions, a per
-cent of its thrust. What the mounts' zero did in that flight is newtons, and is told from it by the small thrusts: its
-prior is ZERO_N. Points weigh with their length and their thrust squared. What day and deck do to both engines is not in
-their difference; when that changes, the engine is named that wears: less thrust at its N1, more fuel, more N2.
+with g of second order: e is what an engine does at equal conditions, a per cent of its thrust; z is what the mounts'
+zeros did in that flight, N. Points weigh with their length and their thrust squared. How large e, z and the noise are,
+the data say: restricted maximum likelihood (Patterson & Thompson 1971).
+
+The difference of two engines in the same window has nothing of the day in it, of the air, and of what the deck does to
+both: it is the sharpest series. When it changes, the engine is named that wears: less thrust at its N1, more fuel.
 """
 
 from collections.abc import Sequence
@@ -17,18 +19,19 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
 
 from thrustd.core.atmosphere import SEA_LEVEL_PA, static_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.flighttest.trend import ODDS, Trend, hours_to, judge
+from thrustd.flighttest.trend import Trend, hours_to, judge
 from thrustd.records.rows import Row
 
 QUANTITIES = {"thrust_at_n1_pct": 0.5, "fuel_at_n1_pct": 1.0, "n2_at_n1_pct": 1.0, "load_share": 0.003}  # least change
 ZERO_LIMIT_MM = 0.01  # 50 N on a mount of 5 kN/mm
 SHARE_LIMIT = 0.005  # of the upper mount, 1 % of its stiffness
-ZERO_N = 25.0  # of an engine in one flight, one sigma: friction and creep of the mounts (docs/fusion.md)
-PAIR_ODDS = 2e-3  # of a difference: day and deck, which look like wear for a few flights, are not in it
+STARTS = 0.3, 0.3, 25.0  # noise and e, %, z, N: where the search for their sizes begins
 DAY_S = 86400.0
 
 
@@ -49,12 +52,17 @@ class FleetHealth(msgspec.Struct, frozen=True):
     flights: list[str]
     health: list[Health]
 
+    def rows(self) -> list[Row]:
+        """One per series, its trend's numbers beside it."""
+        return [{"of": one.of, "quantity": one.quantity, "engine": one.engine, **msgspec.to_builtins(one.trend),
+                 "recalibrate_in_h": one.recalibrate_in_h} for one in self.health]  # fmt: skip
+
     @property
     def changed(self) -> list[Health]:
         return [one for one in self.health if one.trend.changed]
 
 
-def fleet_health(rows: Sequence[Row]) -> FleetHealth:
+def fleet_health(rows: Sequence[Row], quantities: Sequence[str] = tuple(QUANTITIES)) -> FleetHealth:
     """Of rows of `health_rows` with a column `file`; RecordingError when no flight has a steady window."""
     points = [row for row in rows if row.get("kind") == "engine"]
     if not points:
@@ -67,12 +75,13 @@ def fleet_health(rows: Sequence[Row]) -> FleetHealth:
     hours = np.cumsum([flown[file] for file in files])
     engines = sorted({row["of"] for row in points})
     found: list[Health] = []
-    for quantity, least in QUANTITIES.items():
+    for quantity in quantities:
+        least = QUANTITIES[quantity]
         effects = _effects(points, quantity, engines, files)
         found += [_health(engine, quantity, hours, effects[engine], least) for engine in engines]
         if len(engines) == 2 and quantity != "load_share":
-            apart = effects[engines[0]] - effects[engines[1]]
-            one = _health(f"{engines[0]} - {engines[1]}", quantity, hours, apart, least, PAIR_ODDS)
+            apart = _apart(points, quantity, engines, files)
+            one = _health(f"{engines[0]} - {engines[1]}", quantity, hours, apart, least)
             found.append(msgspec.structs.replace(one, engine=_whose(one, quantity, engines)))
     found = [_dated(one, SHARE_LIMIT, begun, files) if one.quantity == "load_share" else one for one in found]
     return FleetHealth(files, [*found, *_mounts(rows, files, hours, begun)])
@@ -87,39 +96,76 @@ def _whose(apart: Health, quantity: str, engines: list[str]) -> str:
 def _effects(points: Sequence[Row], quantity: str, engines: list[str], files: list[str]) -> dict[str, Floats]:
     """Engine -> value per flight (n,) at equal conditions, minus their mean; NaN where a flight has none."""
     used = [row for row in points if np.isfinite(row[quantity])]
-    place = {(engine, file): i for i, (engine, file) in enumerate((e, f) for e in engines for f in files)}
-    values = np.full(len(place), np.nan)
-    if used:
-        owners = np.zeros((len(used), len(engines)))
-        owners[np.arange(len(used)), [engines.index(row["of"]) for row in used]] = 1.0
-        flown = np.zeros((len(used), len(place)))
-        flown[np.arange(len(used)), [place[row["of"], row["file"]] for row in used]] = 1.0
-        there = flown.any(axis=0)
-        common = np.hstack((_conditions(used), owners))
-        thrust_n = np.array([abs(row["thrust_N"]) for row in used])
-        weights = np.sqrt([row["seconds"] for row in used]) * thrust_n
-        y = np.array([row[quantity] for row in used])
-        zeros = flown[:, there] * (100.0 * ZERO_N / thrust_n)[:, None]
-        values[there] = _between(common, flown[:, there], zeros, weights / weights.mean(), y)
+    if not used:
+        return dict.fromkeys(engines, np.full(len(files), np.nan))
+    owners = _ones([engines.index(row["of"]) for row in used], len(engines))
+    flown = _ones([engines.index(row["of"]) * len(files) + files.index(row["file"]) for row in used],
+                  len(engines) * len(files))  # fmt: skip
+    weights = np.array([np.sqrt(row["seconds"]) * abs(row["thrust_N"]) for row in used])
+    zeros = flown * np.array([100.0 / row["thrust_N"] for row in used])[:, None]
+    values = _flights(np.hstack((_conditions(used), owners)), flown, zeros, weights, _column(used, quantity))
     table = values.reshape(len(engines), len(files))
     return {engine: line - np.nanmean(line) if np.isfinite(line).any() else line
             for engine, line in zip(engines, table, strict=True)}  # fmt: skip
 
 
-def _between(common: Floats, flown: Floats, zeros: Floats, weights: Floats, y: Floats) -> Floats:
-    """What is left of each flight (k,): a random effect, so that what the day's temperature explains is not its own.
+def _apart(points: Sequence[Row], quantity: str, engines: list[str], files: list[str]) -> Floats:
+    """First minus second engine, in the same windows: value per flight (n,), minus their mean."""
+    by_window: dict[tuple[str, float], dict[str, Row]] = {}
+    for row in points:
+        if np.isfinite(row[quantity]):
+            by_window.setdefault((row["file"], row["start_s"]), {})[row["of"]] = row
+    pairs = [(both[engines[0]], both[engines[1]]) for both in by_window.values() if len(both) == 2]
+    if not pairs:
+        return np.full(len(files), np.nan)
+    first, second = [one for one, _ in pairs], [other for _, other in pairs]
+    flown = _ones([files.index(row["file"]) for row in first], len(files))
+    thrusts = np.column_stack((_column(first, "thrust_N"), _column(second, "thrust_N")))
+    zeros = np.hstack([flown * (100.0 / column)[:, None] for column in thrusts.T])
+    weights = np.sqrt(_column(first, "seconds") / (1.0 / thrusts**2).sum(axis=1))
+    common = np.hstack((_conditions(first), np.ones((len(first), 1))))
+    values = _flights(common, flown, zeros, weights, _column(first, quantity) - _column(second, quantity))
+    return np.asarray(values - np.nanmean(values))
 
-    y (n,) by what is common (n, c), by flight (n, k), whose prior is as wide as all of y, and by the zero of the
-    mounts in each flight (n, k), in units of its prior.
-    """
-    c, k = common.shape[1], flown.shape[1]
-    design = np.hstack((common, flown, zeros)) * weights[:, None]
-    squares, moment = design.T @ design, design.T @ (y * weights)
+
+def _ones(places: list[int], width: int) -> Floats:
+    """Rows (n, width) with a one at their place."""
+    found = np.zeros((len(places), width))
+    found[np.arange(len(places)), places] = 1.0
+    return found
+
+
+def _column(rows: Sequence[Row], name: str) -> Floats:
+    return np.array([row[name] for row in rows], dtype=np.float64)
+
+
+def _flights(common: Floats, flown: Floats, zeros: Floats, weights: Floats, y: Floats) -> Floats:
+    """e of each flight (k,), NaN where it has no point; y (n,) by `common` (n, c), `flown` (n, k), `zeros` (n, z)."""
+    there, c = flown.any(axis=0), common.shape[1]
+    k, zeros = int(there.sum()), zeros[:, zeros.any(axis=0)]
+    values = np.full(flown.shape[1], np.nan)
+    weights = weights / float(np.sqrt(np.mean(weights**2)))
+    design, y = np.hstack((common, flown[:, there], zeros)) * weights[:, None], y * weights
+    squares, moment, whole = design.T @ design, design.T @ y, float(y @ y)
     tiny = 1e-9 * float(np.trace(squares)) / len(moment)  # conditions that no flight changed
-    within = np.linalg.solve(squares + tiny * np.eye(len(moment)), moment)
-    noise2 = float(np.var(y * weights - design @ within)) or 1.0
-    prior = np.concatenate((np.full(c, tiny), np.full(k, noise2 / float(np.var(y))), np.full(k, noise2)))
-    return np.asarray(np.linalg.solve(squares + np.diag(prior), moment)[c : c + k], dtype=np.float64)
+
+    def posterior(sizes: Floats) -> tuple[Floats, float]:
+        """The mean, and the log determinant of the precision."""
+        noise, of_flight, zero = np.exp(-2.0 * sizes)
+        prior = np.repeat((tiny, of_flight, zero), (c, k, zeros.shape[1]))
+        factor = cho_factor(squares * noise + np.diag(prior), check_finite=False)
+        return cho_solve(factor, moment * noise, check_finite=False), 2.0 * float(np.log(np.diag(factor[0])).sum())
+
+    def unlikely(sizes: Floats) -> float:
+        """-2 log of the restricted likelihood."""
+        mean, determinant = posterior(sizes)
+        misses = (whole - float(mean @ moment)) * np.exp(-2.0 * sizes[0])
+        return float(misses + determinant + 2.0 * (len(y) * sizes[0] + k * sizes[1] + zeros.shape[1] * sizes[2]))
+
+    bounds, enough = [(-7.0, 5.0), (-7.0, 5.0), (-3.0, 8.0)], {"xatol": 0.05, "fatol": 0.05}
+    found = minimize(unlikely, np.log(STARTS), method="Nelder-Mead", bounds=bounds, options=enough)
+    values[there] = posterior(found.x)[0][c : c + k]
+    return values
 
 
 def _conditions(points: Sequence[Row]) -> Floats:
@@ -134,8 +180,8 @@ def _conditions(points: Sequence[Row]) -> Floats:
     return np.column_stack((*scaled, *squares))
 
 
-def _health(of: str, quantity: str, hours: Floats, values: Floats, least: float, odds: float = ODDS) -> Health:
-    return Health(of, quantity, hours.tolist(), values.tolist(), judge(hours, values, least, odds), of)
+def _health(of: str, quantity: str, hours: Floats, values: Floats, least: float) -> Health:
+    return Health(of, quantity, hours.tolist(), values.tolist(), judge(hours, values, least), of)
 
 
 def _mounts(rows: Sequence[Row], files: list[str], hours: Floats, begun: dict[str, float]) -> list[Health]:

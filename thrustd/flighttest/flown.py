@@ -40,10 +40,11 @@ class Zero(NamedTuple):
 
 
 class Flown(NamedTuple):
-    """Per point, each (n,)."""
+    """Per point, each (n,); `flight`, `motion` and `mass_kg` are per second."""
 
-    name: str
-    engines: tuple[str, ...]
+    flight: Flight
+    motion: Motion
+    mass_kg: Floats
     windows: list[Window]
     mach: Floats
     altitude_m: Floats
@@ -62,6 +63,10 @@ class Flown(NamedTuple):
     mass_std: float  # relative
     zero: Zero
     why: Floats  # place in LEFT_OUT
+
+    @property
+    def name(self) -> str:
+        return self.flight.name
 
     @property
     def used(self) -> Flags:
@@ -114,7 +119,7 @@ def _point_means(
     zero, why = _judge(excess - energy, load, mach, wing)
     lift = coefficients(motion, sums["thrust"], mass_kg, motion.excess_g).lift
     found = Flown(
-        flight.name, flight.engines, windows, mach, means(record["pressure_altitude_m"]), means(motion.alpha_rad),
+        flight, motion, mass_kg, windows, mach, means(record["pressure_altitude_m"]), means(motion.alpha_rad),
         means(motion.area_pa_m2), means(mass_kg) * STANDARD_GRAVITY_M_S2, load, excess - zero.mean_g, energy,
         randoms(motion.excess_g), randoms(motion.energy_g), randoms(lift * lift),
         {kind: means(total) for kind, total in sums.items()}, stds,

@@ -6,19 +6,27 @@ then shifted by one sigma and the polar fitted again, so the budget shows where 
 thrust of an engine is off by a constant of its own in each flight, a deck by the same for all.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import hypot, sqrt
+from pathlib import Path
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
 from scipy.special import stdtrit
 
+from thrustd.core.aircraft import Wing, read_aircraft
 from thrustd.core.columns import Floats
+from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
-from thrustd.flighttest.flown import LEFT_OUT, Flown
+from thrustd.core.steady import SteadyLimits
+from thrustd.flighttest.flight import read_flight
+from thrustd.flighttest.flown import LEFT_OUT, Flown, flown
+from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.polar import Polar, PolarPoints, fit_polar
+from thrustd.flighttest.steps import ThrottleStep, throttle_steps
 from thrustd.records.rows import Row
+from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 
 class Interval(msgspec.Struct, frozen=True):
@@ -67,6 +75,7 @@ class Performance(msgspec.Struct, frozen=True):
 
     polars: list[PolarResult]
     points: list[PerformancePoint]
+    steps: list[ThrottleStep]
     accelerometer_zero_g: dict[str, list[float]]  # flight -> zero, its sigma
     notes: list[str]
 
@@ -91,6 +100,31 @@ class Shift(NamedTuple):
     engine: int | None
 
 
+def read_wing(where: Path) -> Wing:
+    """Of an aircraft's file; UsageError when it has none."""
+    wing = read_aircraft(read_plain(where, TEXT_BYTES, UsageError).decode(), str(where)).wing
+    if wing is None:
+        raise UsageError(f"{where}: no [wing]; expected area_m2, span_m and accel_x_std_g")
+    return wing
+
+
+def performance_of(
+    logs: Sequence[Path], wing: Wing, sheets: Sequence[MassSheet], limits: SteadyLimits, marks: str | None = None,
+    deck: Path | None = None, advance: Callable[[float], None] = lambda done: None,
+) -> Performance:  # fmt: skip
+    """Of logs or recordings, with a mass sheet each, or one for all, or none; UsageError, RecordingError: one line."""
+    if len(sheets) not in (0, 1, len(logs)):
+        raise UsageError(f"--mass-sheet: {len(sheets)} given for {len(logs)} logs; expected one per log, or one")
+    flights, notes, fused = [], [], True
+    for number, path in enumerate(logs):
+        flight = read_flight(path, deck)
+        flights.append(flown(flight, wing, sheets[number % len(sheets)] if sheets else None, limits, marks))
+        notes += [f"{flight.name}: {note}" for note in flight.record.notes if "derived" in note]
+        fused = fused and flight.fused
+        advance((number + 1) / len(logs))
+    return performance(flights, wing.aspect_ratio, fused, notes)
+
+
 def performance(flights: Sequence[Flown], aspect_ratio: float, fused: bool, notes: Sequence[str] = ()) -> Performance:
     """RecordingError when the points do not make a polar."""
     first = "fused" if fused else "brochure"
@@ -101,8 +135,9 @@ def performance(flights: Sequence[Flown], aspect_ratio: float, fused: bool, note
     results = [_result(flights, way, aspect_ratio) for way in ways]
     best = fit_polar(_points(flights, ways[0]))
     points = [point for one in flights for point in _told(one, ways[0], best)]
+    steps = [step for one in flights for step in throttle_steps(one, best)]
     zeros = {one.name: [one.zero.mean_g, one.zero.std_g] for one in flights}
-    return Performance(results, points, zeros, list(notes))
+    return Performance(results, points, steps, zeros, list(notes))
 
 
 def _result(flights: Sequence[Flown], way: Way, aspect_ratio: float) -> PolarResult:
@@ -144,7 +179,7 @@ def _shifts(flights: Sequence[Flown], way: Way) -> Iterator[Shift]:
         yield Shift("thrust", None, None)
     for number, one in enumerate(flights):
         if not way.together:
-            yield from (Shift("thrust", number, engine) for engine in range(len(one.engines)))
+            yield from (Shift("thrust", number, engine) for engine in range(len(one.flight.engines)))
         yield Shift("mass", number, None)
         if not way.energy:
             yield Shift("accelerometer zero", number, None)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from thrustd.flighttest.performance import Interval, Performance, PerformancePoint, PolarResult, rms_difference_n
+from thrustd.flighttest.steps import gain_of
 from thrustd.sinks.html_page import drawing, head, section, sentences, table
 from thrustd.sinks.whole_file import whole_file
 
@@ -24,6 +25,8 @@ COLUMNS = (
 POLAR_HEADS = "polar", "points", "C_D0", "95 %", "e", "95 %", "L/D max", "95 %"
 POINT_HEADS = ("flight", "point", "from s", "s", "Mach", "alt m", "C_L", "C_D", "thrust N", "error N", "air-acc N",
                "left out")  # fmt: skip
+
+STEP_HEADS = "flight", "at s", "N1 %", "thrust N", "accel N", "air N", "error N", "95 %", "error N", "95 %"
 
 
 def polar_rows(found: Performance) -> list[list[str]]:
@@ -46,12 +49,29 @@ def point_rows(found: Performance) -> list[list[str]]:
     ]  # fmt: skip
 
 
+def step_rows(found: Performance) -> list[list[str]]:
+    """Under STEP_HEADS: changes of thrust over throttle steps, errors by accelerometer and by air data."""
+    return [
+        [s.flight, f"{s.start_s:.0f}", f"{s.n1_from_pct:.0f} to {s.n1_to_pct:.0f}", f"{s.thrust_n:+.0f}",
+         f"{s.accel_n:+.0f}", f"{s.air_n:+.0f}", f"{s.accel_error_n:+.0f}", f"{s.accel_error_u95:.0f}",
+         f"{s.air_error_n:+.0f}", f"{s.air_error_u95:.0f}"]
+        for s in found.steps
+    ]  # fmt: skip
+
+
+def tables(found: Performance) -> list[tuple[Sequence[str], list[list[str]]]]:
+    """Points, throttle steps, polars: heads and rows."""
+    steps = [(STEP_HEADS, step_rows(found))] if found.steps else []
+    return [(POINT_HEADS, point_rows(found)), *steps, (POLAR_HEADS, polar_rows(found))]
+
+
 def lines(found: Performance, known: Sequence[str]) -> list[str]:
     """What has to be said beside the tables."""
     said = [COLUMNS, *(_budget(polar) for polar in found.polars)]
     said.append(
         f"excess thrust, air data against accelerometer: {rms_difference_n(found.points):.0f} N rms over the points"
     )
+    said += [_gain(found, way, name) for way, name in (("accel", "accelerometer"), ("air", "air data"))]
     for flight, (zero_g, std_g) in found.accelerometer_zero_g.items():
         said.append(f"{flight}: accelerometer zero {1e3 * zero_g:+.2f} +- {1e3 * std_g:.2f} mg, taken out")
     return [*said, *(f"known: {line}" for line in known), *found.notes]
@@ -64,6 +84,7 @@ def write_page(found: Performance, known: Sequence[str], path: Path) -> None:
         section("Polars", table(POLAR_HEADS, polar_rows(found)), sentences(lines(found, known))),
         section("Picture", drawing(figure(found), "drag polar")),
         section("Points", table(POINT_HEADS, point_rows(found))),
+        section("Throttle steps", table(STEP_HEADS, step_rows(found))),
     ]
     with whole_file(path) as part:
         part.write_text("".join(parts), encoding="utf-8")
@@ -100,6 +121,14 @@ def figure(found: Performance) -> "Figure":
         axis.grid(alpha=0.3, lw=0.5)
         axis.legend(fontsize=7)
     return drawn
+
+
+def _gain(found: Performance, way: str, name: str) -> str:
+    gain = gain_of(found.steps, way)
+    if gain.steps < 2:
+        return f"throttle steps against {name}: {gain.steps}; two or more are needed, 15 s of rest on both sides"
+    much = f"{100 * gain.error:+.1f} +- {100 * gain.u95:.1f} %"
+    return f"throttle steps against {name}: thrust changes {much} too much, {gain.steps} steps, weighed with their 95 %"
 
 
 def _by_flight(points: Sequence[PerformancePoint]) -> Iterator[tuple[str, list[PerformancePoint]]]:

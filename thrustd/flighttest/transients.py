@@ -76,12 +76,17 @@ def find_transients(flight: Flight, deck: Deck) -> Transients:
     return Transients(flight.name, sorted(events, key=lambda event: event.start_s))
 
 
+def movements(time_s: Floats, n1_pct: Floats) -> list[tuple[int, int]]:
+    """First and last sample of every movement of a throttle."""
+    return _stretches(time_s, abs(_rate(time_s, n1_pct)) > MOVING_PCT_S, JOINED_S)
+
+
 def _engine(record: Recording, engine: str, number: int, deck: Deck, fused: bool) -> Iterator[Transient]:
     time_s, n1_pct = record.time_s, record[f"n1_pct_{engine}"]
     rate = _rate(time_s, n1_pct)
     by_fuel_n, by_n1_n = _deck(record, engine, number, deck)
     thrust_n = record[f"mount_N_{engine}"] if fused and f"mount_N_{engine}" in record else by_fuel_n
-    moves = _stretches(time_s, abs(rate) > MOVING_PCT_S, JOINED_S)
+    moves = movements(time_s, n1_pct)
     for first, last in moves:
         event = _movement(record, engine, n1_pct, rate, thrust_n, first, last)
         if event is not None:

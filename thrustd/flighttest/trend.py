@@ -1,8 +1,13 @@
 """A quantity over service hours: does it change, since when, how fast.
 
-Three hypotheses of a series y over hours h: nothing (a constant), a trend a + b h, a step after flight k. The two that
-change something are judged by their F-test against nothing, k by as many tests as places it was looked for
-(Bonferroni). A series is looked at after every flight, so ODDS, of a false alarm in one look, is small.
+Three hypotheses of a series y of n flights: nothing (a constant), a trend a + b h, a step after flight k. A change is
+weighed by its Bayes factor against nothing, level and noise unknown, of a size d in sigmas with prior N(0, g):
+
+    BF = (1 + g s)^((n - 2) / 2) / (1 + g s (1 - R^2))^((n - 1) / 2),      s = c'c,  R^2 = (c'y)^2 / (s y'y)
+
+c: the change's shape, its mean taken out (Liang et al. 2008). Averaged over sizes and over k, prior 1 / (k (k + 1)),
+it is an e-process: level and noise have their Haar priors, so the odds that a series without a change EVER shows
+1 / ODDS, however often and long one looks, are ODDS at most (Ville's inequality; Perez-Ortiz et al. 2024).
 """
 
 from math import inf, nan
@@ -10,14 +15,15 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from scipy.special import fdtrc, stdtrit
+from scipy.special import logsumexp, stdtrit
 
 from thrustd.core.columns import Floats
 
-ODDS = 2e-4
+ODDS = 1e-3  # of a false alarm in the life of a series
 FEWEST = 6  # flights before anything is said
 EDGE = 3  # flights on either side of a step
-TRIED = 2  # kinds of change
+SLOPES = 0.03, 0.1, 0.3  # sigmas a flight, equally likely
+STEP = 2.0  # sigmas
 
 
 class Trend(msgspec.Struct, frozen=True):
@@ -30,35 +36,36 @@ class Trend(msgspec.Struct, frozen=True):
     change: float  # over all hours: of the trend, or of the step where that fits better
     kind: str  # steady, trend, step
     since_flight: int  # of a step: its first flight, counted from 1; else 0
-    odds: float  # of so large a change by chance
+    odds: float  # that a series without a change would ever show so much, at most
 
     @property
     def changed(self) -> bool:
         return self.kind != "steady"
 
 
-class Fit(NamedTuple):
-    odds: float
-    change: float
+class Change(NamedTuple):
+    log_evidence: float  # of the Bayes factor
+    size: float  # over all hours, or of the step
     since: int
 
 
-def judge(hours: Floats, values: Floats, least: float = 0.0, odds: float = ODDS) -> Trend:
-    """Of series (n,) over service hours; `least`: smaller changes are not named; `odds` of a
-    false alarm in this look. NaN values are left out."""
+def judge(hours: Floats, values: Floats, least: float = 0.0) -> Trend:
+    """Of series (n,) over service hours; `least`: smaller changes are not named. NaN values are left out."""
     known = np.isfinite(values)
     hours, values = hours[known], values[known]
     n = len(values)
     if n < FEWEST or np.ptp(hours) <= 0.0:
         return Trend(n, nan, nan, nan, nan, "steady", 0, 1.0)
     slope, half = _line(hours, values)
-    found = min(_trend(hours, values), _step(values), key=lambda fit: fit.odds)
+    trend, step = _trend(hours, values, slope), _step(values)
+    odds = float(np.exp(-np.logaddexp(trend.log_evidence, step.log_evidence) + np.log(2.0)))
+    found = max(trend, step)
     kind = "steady"
-    if found.odds < odds and abs(found.change) >= least:
+    if odds < ODDS and abs(found.size) >= least:
         kind = "step" if found.since else "trend"
     since = int(np.flatnonzero(known)[found.since]) + 1 if kind == "step" else 0
-    change = found.change if kind != "steady" else slope * float(np.ptp(hours))
-    return Trend(n, slope, slope - half, slope + half, change, kind, since, min(found.odds, 1.0))
+    change = found.size if kind != "steady" else trend.size
+    return Trend(n, slope, slope - half, slope + half, change, kind, since, min(odds, 1.0))
 
 
 def hours_to(limit: float, trend: Trend) -> float:
@@ -77,28 +84,28 @@ def _line(hours: Floats, values: Floats) -> tuple[float, float]:
     return slope, float(stdtrit(n - 2, 0.975)) * std
 
 
-def _trend(hours: Floats, values: Floats) -> Fit:
-    slope, _ = _line(hours, values)
-    off = values - values.mean()
-    rest = off - slope * (hours - hours.mean())
-    return Fit(TRIED * _odds(float(off @ off), float(rest @ rest), len(values)), slope * float(np.ptp(hours)), 0)
+def _trend(hours: Floats, values: Floats, slope: float) -> Change:
+    flights = hours / float(np.mean(np.diff(hours)))
+    sizes = [_log_bayes(flights, values, size) for size in SLOPES]
+    return Change(float(logsumexp(sizes)) - np.log(len(sizes)), slope * float(np.ptp(hours)), 0)
 
 
-def _step(values: Floats) -> Fit:
-    """The best place for a step."""
+def _step(values: Floats) -> Change:
     n = len(values)
-    places = range(EDGE, n - EDGE + 1)
-    off = values - values.mean()
-    sums = [(float(values[k:].mean() - values[:k].mean()), k) for k in places]
-    explained = [change**2 * k * (n - k) / n for change, k in sums]
-    best = int(np.argmax(explained))
-    change, k = sums[best]
-    whole = float(off @ off)
-    return Fit(TRIED * len(sums) * _odds(whole, whole - explained[best], n), change, k)
+    places = np.arange(EDGE, n - EDGE + 1)
+    each = [_log_bayes((np.arange(n) >= k).astype(float), values, STEP) for k in places.tolist()]
+    best = int(places[np.argmax(each)])
+    size = float(values[best:].mean() - values[:best].mean())
+    return Change(float(logsumexp(each - np.log(places * (places + 1.0)))), size, best)
 
 
-def _odds(before: float, after: float, n: int) -> float:
-    """Of an F as large as this, one number more among n values."""
-    if after <= 1e-12 * max(before, 1e-300):
-        return 0.0 if before > 0.0 else 1.0
-    return float(fdtrc(1, n - 2, (before - after) / after * (n - 2)))
+def _log_bayes(shape: Floats, values: Floats, size: float) -> float:
+    """Of a change of this shape with prior sigma `size`, in units of the noise."""
+    n = len(values)
+    shape, values = shape - shape.mean(), values - values.mean()
+    power, whole = float(shape @ shape), float(values @ values)
+    if whole <= 0.0:
+        return 0.0
+    left = max(1.0 - float(shape @ values) ** 2 / (power * whole), 1e-12)
+    gain = size * size * power
+    return float(0.5 * (n - 2) * np.log1p(gain) - 0.5 * (n - 1) * np.log1p(gain * left))
