@@ -10,27 +10,32 @@ zeros did in that flight, N. Points weigh with their length and their thrust squ
 the data say: restricted maximum likelihood (Patterson & Thompson 1971).
 
 The difference of two engines in the same window has nothing of the day in it, of the air, and of what the deck does to
-both: it is the sharpest series. When it changes, the engine is named that wears: less thrust at its N1, more fuel.
+both: it is the sharpest series. Its evidence of a trend is that of the whole regression with one and without, so how
+well every flight tells the difference counts. When it changes, the engine is named that wears: less thrust at its N1,
+more fuel.
 """
 
 from collections.abc import Sequence
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
+from scipy.special import logsumexp
 
 from thrustd.core.atmosphere import SEA_LEVEL_PA, static_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.flighttest.trend import Trend, hours_to, judge
+from thrustd.core.measures import SIGMAS_95
+from thrustd.flighttest.trend import Told, Trend, hours_to, judge
 from thrustd.records.rows import Row
 
 QUANTITIES = {"thrust_at_n1_pct": 0.5, "fuel_at_n1_pct": 1.0, "n2_at_n1_pct": 1.0, "load_share": 0.003}  # least change
 ZERO_LIMIT_MM = 0.01  # 50 N on a mount of 5 kN/mm
 SHARE_LIMIT = 0.005  # of the upper mount, 1 % of its stiffness
+SLOPES = 0.04, 0.1, 0.2  # of the least change, in a flight: prior sigmas of wear, equally likely
 STARTS = 0.3, 0.3, 25.0  # noise and e, %, z, N: where the search for their sizes begins
 DAY_S = 86400.0
 
@@ -62,6 +67,16 @@ class FleetHealth(msgspec.Struct, frozen=True):
         return [one for one in self.health if one.trend.changed]
 
 
+class Design(NamedTuple):
+    """Of one regression: y (n,) by what is common (n, c), by flight (n, k) and by its zeros (n, z)."""
+
+    common: Floats
+    flown: Floats
+    zeros: Floats
+    weights: Floats
+    y: Floats
+
+
 def fleet_health(rows: Sequence[Row], quantities: Sequence[str] = tuple(QUANTITIES)) -> FleetHealth:
     """Of rows of `health_rows` with a column `file`; RecordingError when no flight has a steady window."""
     points = [row for row in rows if row.get("kind") == "engine"]
@@ -80,8 +95,8 @@ def fleet_health(rows: Sequence[Row], quantities: Sequence[str] = tuple(QUANTITI
         effects = _effects(points, quantity, engines, files)
         found += [_health(engine, quantity, hours, effects[engine], least) for engine in engines]
         if len(engines) == 2 and quantity != "load_share":
-            apart = _apart(points, quantity, engines, files)
-            one = _health(f"{engines[0]} - {engines[1]}", quantity, hours, apart, least)
+            apart, told = _apart(points, quantity, engines, files, hours)
+            one = _health(f"{engines[0]} - {engines[1]}", quantity, hours, apart, least, told)
             found.append(msgspec.structs.replace(one, engine=_whose(one, quantity, engines)))
     found = [_dated(one, SHARE_LIMIT, begun, files) if one.quantity == "load_share" else one for one in found]
     return FleetHealth(files, [*found, *_mounts(rows, files, hours, begun)])
@@ -103,29 +118,38 @@ def _effects(points: Sequence[Row], quantity: str, engines: list[str], files: li
                   len(engines) * len(files))  # fmt: skip
     weights = np.array([np.sqrt(row["seconds"]) * abs(row["thrust_N"]) for row in used])
     zeros = flown * np.array([100.0 / row["thrust_N"] for row in used])[:, None]
-    values = _flights(np.hstack((_conditions(used), owners)), flown, zeros, weights, _column(used, quantity))
-    table = values.reshape(len(engines), len(files))
+    design = Design(np.hstack((_conditions(used), owners)), flown, zeros, weights, _column(used, quantity))
+    table = _solved(design).values.reshape(len(engines), len(files))
     return {engine: line - np.nanmean(line) if np.isfinite(line).any() else line
             for engine, line in zip(engines, table, strict=True)}  # fmt: skip
 
 
-def _apart(points: Sequence[Row], quantity: str, engines: list[str], files: list[str]) -> Floats:
-    """First minus second engine, in the same windows: value per flight (n,), minus their mean."""
+def _apart(
+    points: Sequence[Row], quantity: str, engines: list[str], files: list[str], hours: Floats
+) -> tuple[Floats, Told | None]:
+    """First minus second engine, in the same windows: value per flight (n,) minus their mean, and its trend."""
     by_window: dict[tuple[str, float], dict[str, Row]] = {}
     for row in points:
         if np.isfinite(row[quantity]):
             by_window.setdefault((row["file"], row["start_s"]), {})[row["of"]] = row
     pairs = [(both[engines[0]], both[engines[1]]) for both in by_window.values() if len(both) == 2]
     if not pairs:
-        return np.full(len(files), np.nan)
+        return np.full(len(files), np.nan), None
     first, second = [one for one, _ in pairs], [other for _, other in pairs]
     flown = _ones([files.index(row["file"]) for row in first], len(files))
     thrusts = np.column_stack((_column(first, "thrust_N"), _column(second, "thrust_N")))
     zeros = np.hstack([flown * (100.0 / column)[:, None] for column in thrusts.T])
     weights = np.sqrt(_column(first, "seconds") / (1.0 / thrusts**2).sum(axis=1))
     common = np.hstack((_conditions(first), np.ones((len(first), 1))))
-    values = _flights(common, flown, zeros, weights, _column(first, quantity) - _column(second, quantity))
-    return np.asarray(values - np.nanmean(values))
+    design = Design(common, flown, zeros, weights, _column(first, quantity) - _column(second, quantity))
+    gap = float(np.ptp(hours)) / max(len(hours) - 1, 1)
+    steady = _solved(design)
+    if gap <= 0.0:
+        return steady.values - np.nanmean(steady.values), None
+    worn = [_solved(design, (hours - hours.mean()) / gap, share * QUANTITIES[quantity]) for share in SLOPES]
+    evidence = float(logsumexp([(steady.unlikely - one.unlikely) / 2.0 for one in worn]) - np.log(len(worn)))
+    best = min(worn, key=lambda one: one.unlikely)
+    return steady.values - np.nanmean(steady.values), Told(evidence, best.slope / gap, SIGMAS_95 * best.slope_std / gap)
 
 
 def _ones(places: list[int], width: int) -> Floats:
@@ -139,49 +163,61 @@ def _column(rows: Sequence[Row], name: str) -> Floats:
     return np.array([row[name] for row in rows], dtype=np.float64)
 
 
-def _flights(common: Floats, flown: Floats, zeros: Floats, weights: Floats, y: Floats) -> Floats:
-    """e of each flight (k,), NaN where it has no point; y (n,) by `common` (n, c), `flown` (n, k), `zeros` (n, z)."""
+class Solved(NamedTuple):
+    unlikely: float  # -2 log of the restricted likelihood
+    values: Floats  # (k,) e of each flight, without the trend
+    slope: float  # of the trend
+    slope_std: float
+
+
+def _solved(design: Design, wear: Floats | None = None, size: float = 1.0) -> Solved:
+    """With the sizes of e, z and noise that are likeliest; `wear` (k,): a trend, prior sigma `size`."""
+    common, flown, zeros, weights, y = design
     there, c = flown.any(axis=0), common.shape[1]
     k, zeros = int(there.sum()), zeros[:, zeros.any(axis=0)]
-    values = np.full(flown.shape[1], np.nan)
     weights = weights / float(np.sqrt(np.mean(weights**2)))
-    design, y = np.hstack((common, flown[:, there], zeros)) * weights[:, None], y * weights
-    squares, moment, whole = design.T @ design, design.T @ y, float(y @ y)
+    trend = np.zeros((len(y), 1)) if wear is None else (flown @ wear)[:, None]
+    columns = np.hstack((common, flown[:, there], zeros, trend)) * weights[:, None]
+    squares, moment, whole = columns.T @ columns, columns.T @ (y * weights), float(np.sum((y * weights) ** 2))
     tiny = 1e-9 * float(np.trace(squares)) / len(moment)  # conditions that no flight changed
 
-    def posterior(sizes: Floats) -> tuple[Floats, float]:
-        """The mean, and the log determinant of the precision."""
+    def posterior(sizes: Floats) -> tuple[tuple[Floats, bool], Floats, float]:
+        """Factor of the precision, mean, and log determinant of the precision over that of the trend's prior."""
         noise, of_flight, zero = np.exp(-2.0 * sizes)
-        prior = np.repeat((tiny, of_flight, zero), (c, k, zeros.shape[1]))
+        prior = np.repeat((tiny, of_flight, zero, size**-2), (c, k, zeros.shape[1], 1))
         factor = cho_factor(squares * noise + np.diag(prior), check_finite=False)
-        return cho_solve(factor, moment * noise, check_finite=False), 2.0 * float(np.log(np.diag(factor[0])).sum())
+        determinant = 2.0 * float(np.log(np.diag(factor[0])).sum() + np.log(size))
+        return factor, cho_solve(factor, moment * noise, check_finite=False), determinant
 
     def unlikely(sizes: Floats) -> float:
-        """-2 log of the restricted likelihood."""
-        mean, determinant = posterior(sizes)
+        _, mean, determinant = posterior(sizes)
         misses = (whole - float(mean @ moment)) * np.exp(-2.0 * sizes[0])
         return float(misses + determinant + 2.0 * (len(y) * sizes[0] + k * sizes[1] + zeros.shape[1] * sizes[2]))
 
     bounds, enough = [(-7.0, 5.0), (-7.0, 5.0), (-3.0, 8.0)], {"xatol": 0.05, "fatol": 0.05}
     found = minimize(unlikely, np.log(STARTS), method="Nelder-Mead", bounds=bounds, options=enough)
-    values[there] = posterior(found.x)[0][c : c + k]
-    return values
+    factor, mean, _ = posterior(found.x)
+    values = np.full(len(there), np.nan)
+    values[there] = mean[c : c + k]
+    last = cho_solve(factor, np.eye(len(moment))[-1], check_finite=False)[-1]
+    return Solved(float(found.fun), values, float(mean[-1]), float(np.sqrt(last)))
 
 
 def _conditions(points: Sequence[Row]) -> Floats:
-    """Second order in corrected N1, Mach, pressure and temperature, centred and scaled; (n, 14)."""
-    n1, mach, altitude_m, sat_degc = (
+    """Second order in corrected N1, Mach, pressure, temperature, newtons over thrust; centred, scaled, (n, 20)."""
+    n1, mach, altitude_m, sat_degc, thrust_n = (
         np.array([row[name] for row in points])
-        for name in ("n1_corrected_pct", "mach", "pressure_altitude_m", "sat_degC")
+        for name in ("n1_corrected_pct", "mach", "pressure_altitude_m", "sat_degC", "thrust_N")
     )
     delta = static_pressure_pa(altitude_m) / SEA_LEVEL_PA
-    scaled = [(column - column.mean()) / max(float(column.std()), 1e-9) for column in (n1, mach, delta, sat_degc)]
+    scaled = [(column - column.mean()) / max(float(column.std()), 1e-9)
+              for column in (n1, mach, delta, sat_degc, 1.0 / thrust_n)]  # fmt: skip
     squares = [one * other for place, one in enumerate(scaled) for other in scaled[place:]]
     return np.column_stack((*scaled, *squares))
 
 
-def _health(of: str, quantity: str, hours: Floats, values: Floats, least: float) -> Health:
-    return Health(of, quantity, hours.tolist(), values.tolist(), judge(hours, values, least), of)
+def _health(of: str, quantity: str, hours: Floats, values: Floats, least: float, told: Told | None = None) -> Health:
+    return Health(of, quantity, hours.tolist(), values.tolist(), judge(hours, values, least, told), of)
 
 
 def _mounts(rows: Sequence[Row], files: list[str], hours: Floats, begun: dict[str, float]) -> list[Health]:

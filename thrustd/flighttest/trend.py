@@ -49,15 +49,25 @@ class Change(NamedTuple):
     since: int
 
 
-def judge(hours: Floats, values: Floats, least: float = 0.0) -> Trend:
+class Told(NamedTuple):
+    """A trend as the data behind a series tell it."""
+
+    log_evidence: float
+    slope: float  # per hour
+    half: float  # of its 95 % interval
+
+
+def judge(hours: Floats, values: Floats, least: float = 0.0, told: Told | None = None) -> Trend:
     """Of series (n,) over service hours; `least`: smaller changes are not named. NaN values are left out."""
     known = np.isfinite(values)
     hours, values = hours[known], values[known]
     n = len(values)
     if n < FEWEST or np.ptp(hours) <= 0.0:
         return Trend(n, nan, nan, nan, nan, "steady", 0, 1.0)
-    slope, half = _line(hours, values)
+    slope, half = _line(hours, values) if told is None else told[1:]
     trend, step = _trend(hours, values, slope), _step(values)
+    if told is not None:
+        trend = trend._replace(log_evidence=told.log_evidence)
     odds = float(np.exp(-np.logaddexp(trend.log_evidence, step.log_evidence) + np.log(2.0)))
     found = max(trend, step)
     kind = "steady"

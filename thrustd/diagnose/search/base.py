@@ -52,6 +52,11 @@ class Base:
     roles: Roles = OWN  # what the file calls and measures input and output in
 
     @property
+    def by_brochure(self) -> bool:
+        """Whether the reference has unknowns of its own: what is left is first of all its own."""
+        return any(term.effect.name == MARK for term in self.shape.terms)
+
+    @property
     def scale(self) -> float:
         return self.shape.output_scale
 
@@ -83,13 +88,14 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         terms += tuple(_state(k, point, shape.output_scale) for k in loaded)
     if MARK in segments[0].inputs:
         terms += (reference_term(),)
+    kept_promise = None if MARK in segments[0].inputs else promised  # of a load cell, not of a deck
     if not terms:
-        return Base(shape, point, information, noise, promised)
+        return Base(shape, point, information, noise, kept_promise)
     count = sum(len(term.free) for term in terms)
     wide = np.zeros((shape.n + count, shape.n + count))
     wide[: shape.n, : shape.n] = information
     full = replace(shape, terms=terms)
-    return Base(full, replace(point, terms=np.zeros(count)), wide, noise, promised)
+    return Base(full, replace(point, terms=np.zeros(count)), wide, noise, kept_promise)
 
 
 def _promised(spec: ModelSpec, segments: Sequence[Segment]) -> float:

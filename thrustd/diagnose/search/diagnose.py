@@ -90,7 +90,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     alone = [c for c in ranked.channels if c.mse <= left and not set(c.parts) & own]
     if len(best.terms) > 1 and alone:  # one curve instead of several laws
         return Verdict(("unknown",), ranked.nothing, tuple(alone)[:3])
-    if at_floor(best, base):
+    if at_floor(best, base) or base.by_brochure:
         return Verdict(words, best, ())
     above = best.mse - floor
     rest = [c for c in followed(table, curve_sigma(records)) if left - c.mse > FOLLOWS * above]
@@ -103,7 +103,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
 
 def far_above(fit: Joint, base: Base) -> bool:
     """Whether much more than noise is left, and more than any law leaves by not holding exactly."""
-    return bool(fit.mse > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
+    return not base.by_brochure and bool(fit.mse > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
 
 
 def curve_sigma(records: Sequence[Record]) -> float:
@@ -239,7 +239,7 @@ def _advice(
             f' expression, for example --effect "k * ({one.channel})"'
             for one in verdict.channels
         ]
-    if not at_floor(verdict.fit, base):
+    if not at_floor(verdict.fit, base) and not base.by_brochure:
         along = f", structure along {names}" if names else ""
         unit = base.roles.unit
         advice.append(f"{newtons(left)} {unit} left, floor about {newtons(floor)} {unit}{along}: something else too")

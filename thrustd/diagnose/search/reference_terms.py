@@ -1,17 +1,20 @@
 """What a brochure may be wrong by, in the same regression as the model: no load cell flies.
 
-    reference = thrust share + s F + l dF/dt + c F (F / F_max - 1/2) + m F (Mach - mean) + d F (t - mean) / h + b
+    reference = thrust share + s F + l dF/dt + d F (t - mean) + b + delta_t G sum c_ij x^i v^j     i + j <= 3, not x
+    x = F / (delta_t G),   v = u / 0.5,   u = M / sqrt(1 + 0.2 M^2)
 
-F: the model's own output as it stands, so that the reference's noise does not explain itself. Every number has a prior:
-an engine is 3 % off its deck (with the share, 1 %), a deck's time lags half a second, its shape errs by 2 % over power
-and over 0.2 Mach, an engine drifts by 0.4 % an hour, at idle net thrust is 25 N uncertain. They are nobody's effects:
-reports and models leave them out.
+F: the model's own output as it stands, so that the reference's noise does not explain itself; G the largest corrected
+thrust. The sum is the deck's own form (docs/fusion.md), for a surface errs as a surface. Every number has a prior: an
+engine is 3 % off its deck (with the share, 1 %), each coefficient of its surface by SHAPE of G, which is the spread of
+48 engine-flights, a deck's time lags half a second, an engine drifts by 0.4 % an hour, at idle net thrust is 25 N
+uncertain. They are nobody's effects: reports and models leave them out.
 """
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from thrustd.core.atmosphere import total_pressure_ratio
 from thrustd.diagnose.compare.reference import BROCHURE_MARK
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.model.effect import Effect, Parameter
@@ -19,7 +22,10 @@ from thrustd.model.stage import Floats, jit
 
 REFERENCE_OF = "reference: "
 MARK = BROCHURE_MARK
-PRIORS = {"scale": 0.0316, "lead": 0.5, "power": 0.04, "mach": 0.1, "drift": 0.004, "idle": 25.0}
+SHAPE = 0.026  # of the largest corrected thrust
+POWERS = [(i, j) for i in range(4) for j in range(4 - i) if (i, j) != (1, 0)]  # of x and v; x alone is the scale
+PRIORS = {"scale": 0.0316, "lead": 0.5, "drift": 0.004, "idle": 25.0} | {f"x{i} v{j}": SHAPE for i, j in POWERS}
+FAST = 0.5  # of u
 LAG_S = 1.0  # of the rate of force
 
 
@@ -52,22 +58,27 @@ def reference_columns(
     model_n: Sequence[Floats], inputs: Sequence[Mapping[str, Floats]], dt_s: Sequence[float]
 ) -> list[dict[str, Floats]]:
     """Columns of the term by segment, from the model's output over all of them."""
-    largest = max(float(np.nanmax(np.abs(force))) for force in model_n)
-    mach = [given.get("mach", np.zeros(len(force))) for given, force in zip(inputs, model_n, strict=True)]
-    middle = float(np.mean(np.concatenate(mach)))
+    airs = [_air(given, len(force)) for given, force in zip(inputs, model_n, strict=True)]
+    largest = max(float(np.nanmax(np.abs(force / delta))) for force, (delta, _) in zip(model_n, airs, strict=True))
     found = []
-    for force, speed, step_s in zip(model_n, mach, dt_s, strict=True):
+    for force, (delta, v), step_s in zip(model_n, airs, dt_s, strict=True):
         hours = np.arange(len(force)) * step_s / 3600
+        x = force / (delta * largest)
         columns = {
             "scale": force,
             "lead": np.gradient(_smooth(force, LAG_S / step_s), step_s),
-            "power": force * (force / largest - 0.5),
-            "mach": force * (speed - middle),
             "drift": force * (hours - hours[-1] / 2),
             "idle": np.ones(len(force)),
-        }
+        } | {f"x{i} v{j}": delta * largest * x**i * v**j for i, j in POWERS}
         found.append({f"{REFERENCE_OF}{name}": np.ascontiguousarray(column) for name, column in columns.items()})
     return found
+
+
+def _air(given: Mapping[str, Floats], n: int) -> tuple[Floats, Floats]:
+    """delta_t and v (n,); without air data as on the ground."""
+    mach, altitude_m = (given.get(name, np.zeros(n)) for name in ("mach", "pressure_altitude_m"))
+    delta = np.asarray(total_pressure_ratio(mach, altitude_m))
+    return delta, np.asarray(mach / np.sqrt(1.0 + 0.2 * mach**2) / FAST)
 
 
 def _smooth(column: Floats, samples: float) -> Floats:
