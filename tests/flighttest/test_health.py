@@ -34,7 +34,7 @@ def test_healthy_series_are_not_named_however_often_one_looks():
     rng = np.random.default_rng(4)
     series = rng.standard_normal((60, 30))
     named = [n for line in series for n in range(FEWEST, 31) if judge(HOURS[:n], line[:n]).changed]
-    assert not named  # 60 series with odds of 1 in 1000 each
+    assert len(named) <= 1  # 60 series with odds of at most 1 in 100 each, in all their looks together
 
 
 def test_gaps_in_a_series_and_too_few_flights():

@@ -19,7 +19,7 @@ from scipy.special import logsumexp, stdtrit
 
 from thrustd.core.columns import Floats
 
-ODDS = 1e-3  # of a false alarm in the life of a series
+ODDS = 0.01  # of a false alarm in the whole life of a series, at most
 FEWEST = 6  # flights before anything is said
 EDGE = 3  # flights on either side of a step
 SLOPES = 0.03, 0.1, 0.3  # sigmas a flight, equally likely
