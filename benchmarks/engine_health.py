@@ -26,7 +26,7 @@ from thrustd.records.rows import Row
 from thrustd.twin.aircraft import scripted
 from thrustd.twin.airframe import ENGINES, draw_airframe
 
-FLEETS, FLIGHTS, SECONDS = 30, 30, 600.0
+FLEETS, FIRST, FLIGHTS, SECONDS = 30, 600, 30, 600.0
 LOSS = 0.02
 FLIGHT_N, NOISE_N = 25.0, 5.0
 N1_NOISE_PCT, FUEL_NOISE_KG_S = 0.05, 0.0003
@@ -36,7 +36,7 @@ def main() -> None:
     fleets = int(sys.argv[1]) if len(sys.argv) > 1 else FLEETS
     deck = Deck.from_json(shipped(DECK, "").read_text(), DECK)
     alarms, named = [], []
-    for seed in range(500, 500 + fleets):
+    for seed in range(FIRST, FIRST + fleets):
         healthy, worn = map(first_named, fleets_rows(seed, deck))
         alarms.append(healthy)
         named.append(worn)
