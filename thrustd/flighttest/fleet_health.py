@@ -173,7 +173,7 @@ class Solved(NamedTuple):
 def _solved(design: Design, wear: Floats | None = None, size: float = 1.0) -> Solved:
     """With the sizes of e, z and noise that are likeliest; `wear` (k,): a trend, prior sigma `size`."""
     common, flown, zeros, weights, y = design
-    there, c = flown.any(axis=0), common.shape[1]
+    there, c = np.asarray(flown.any(axis=0)), common.shape[1]
     k, zeros = int(there.sum()), zeros[:, zeros.any(axis=0)]
     weights = weights / float(np.sqrt(np.mean(weights**2)))
     trend = np.zeros((len(y), 1)) if wear is None else (flown @ wear)[:, None]
@@ -197,7 +197,7 @@ def _solved(design: Design, wear: Floats | None = None, size: float = 1.0) -> So
     bounds, enough = [(-7.0, 5.0), (-7.0, 5.0), (-3.0, 8.0)], {"xatol": 0.05, "fatol": 0.05}
     found = minimize(unlikely, np.log(STARTS), method="Nelder-Mead", bounds=bounds, options=enough)
     factor, mean, _ = posterior(found.x)
-    values = np.full(len(there), np.nan)
+    values = np.full(flown.shape[1], np.nan)
     values[there] = mean[c : c + k]
     last = cho_solve(factor, np.eye(len(moment))[-1], check_finite=False)[-1]
     return Solved(float(found.fun), values, float(mean[-1]), float(np.sqrt(last)))

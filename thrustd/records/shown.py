@@ -1,6 +1,6 @@
 """What a prompt and a notebook show: rich's tables as text and as HTML, columns as a pandas frame."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +40,7 @@ def as_frame(data: Any) -> "pd.DataFrame":
     return pd.DataFrame(data)
 
 
-def plain_table(heads: "list[str] | tuple[str, ...]", rows: Any) -> Table:
+def plain_table(heads: Sequence[str], rows: Any) -> Table:
     """First column to the left, the others to the right."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for number, heading in enumerate(heads):
