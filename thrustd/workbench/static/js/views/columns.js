@@ -168,6 +168,7 @@ class Columns {
         value: row[name],
         "aria-label": `${label} of ${column.name}`,
         oninput: (event) => {
+          document.dispatchEvent(new CustomEvent("attempt"));
           row[name] = event.target.value === "" ? "" : Number(event.target.value);
           fill(becomes, this.becomes(row));
           this.preview();

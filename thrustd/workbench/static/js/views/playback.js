@@ -138,7 +138,7 @@ export function playback(body, card, engines, channels, other) {
     else paint();
   }
 
-  // when each engine had its first estimate: nothing is an alarm before it
+  // when each engine had its first estimate: nothing is an alarm before it, and there is nothing to see
   async function begin() {
     const stds = engines.map((e) => `estimate_thrust_std_n_${e}`),
       whole = await fetchWindow(card.name, stds, ...limits, 3000);
@@ -146,7 +146,9 @@ export function playback(body, card, engines, channels, other) {
       const at = s.low.findIndex((v) => !Number.isNaN(v) && settledAt(v));
       return at < 0 ? Infinity : whole.time[at];
     });
-    paint();
+    const first = Math.max(...now.begun);
+    if (now.t === limits[0] && first < limits[1]) now.t = first;
+    tick();
   }
 
   let before = performance.now();
