@@ -19,10 +19,8 @@ DAYS = datetime(2000, 1, 1, tzinfo=UTC).timestamp()  # a clock before that was n
 
 
 def add_verbs(verbs: Verbs) -> None:
-    _add_commission(verbs)
-    _add_zero(verbs)
-    _add_calibrate(verbs)
-    _add_budget(verbs)
+    for add in (_add_commission, _add_zero, _add_calibrate, _add_budget):
+        add(verbs)
 
 
 def _add_commission(verbs: Verbs) -> None:
