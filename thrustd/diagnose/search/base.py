@@ -150,7 +150,8 @@ def _state_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     """v plus what n lags still remember u[0] seconds after the start: c[:n] time constants, c[n:] sizes."""
     n = c.size // 2
     for i in range(n):
-        v += c[n + i] * np.exp(-u[0] / c[i])
+        if c[n + i] != 0.0:
+            v += c[n + i] * np.exp(-u[0] / c[i])
     return v
 
 

@@ -13,13 +13,14 @@ import numpy as np
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.solve import Mask, Solution, bounded, noise_level, prior_of, solve
+from thrustd.identify.regression.solve import LEAST_ITERATIONS, Mask, Solution, bounded, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import Record, columns
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term
 from thrustd.model.stage import Floats
 
 BLOCKS = 48  # of equal length over all records
+TOGETHER = 1, 2, 4, 8  # blocks whose scores are summed before they are compared
 FOLDS = 6  # groups of blocks held back in turn
 BEGIN = 0.02  # of its prior's sigma: where an amplitude begins, so that its shape can move
 ITERATIONS = 12
@@ -65,9 +66,12 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     strengths = {"f": len(base.point.f) / max(rough, SMOOTH)} | dict.fromkeys(shape.spectra(), 1.0)
     revised: Sequence[Record] = records
     noise: float | None = base.noise_variance
-    for _ in range(REVISIONS):
+    for revision in range(REVISIONS):
         begun = revised
-        found = solve(shape, point, begun, strengths, iterations=ITERATIONS, prior=prior, noise_variance=noise)
+        found = solve(
+            shape, point, begun, strengths, iterations=ITERATIONS, prior=prior, noise_variance=noise,
+            least=1 if revision else LEAST_ITERATIONS,
+        )  # fmt: skip
         level, revised = noise_level(found.normal.residuals), [begun_where(_stateless(found), each) for each in begun]
         other = noise is not None and not noise / WORSE < level < WORSE * noise
         if not other and all(new.before == old.before for new, old in zip(revised, begun, strict=True)):
@@ -136,7 +140,8 @@ def std_over(found: Solution, blocks: Blocks) -> Floats:
     """One sigma (n,): the posterior's, or what the blocks disagree by where that is more; 0 where a bound holds.
 
     Scores of blocks of time scatter by all that the noise of the likelihood leaves out: errors that last, laws that
-    do not hold exactly (White, Econometrica 50 (1982) 1; blocks: Kuensch, Ann. Statist. 17 (1989) 1217).
+    do not hold exactly (White, Econometrica 50 (1982) 1; blocks: Kuensch, Ann. Statist. 17 (1989) 1217). What drifts
+    for longer than a block shows in several of them together.
     """
     free = found.free
     scores = (blocks.right / found.noise_variance)[:, free]
@@ -145,9 +150,11 @@ def std_over(found: Solution, blocks: Blocks) -> Floats:
     unit = found.information[np.ix_(free, free)] * np.outer(scale, scale)
     inverse = np.linalg.pinv(unit, rcond=1e-13, hermitian=True)
     moved = (scores * scale) @ inverse * scale
-    count = len(blocks.size)
     std = std_of(found)
-    std[free] = np.maximum(std[free], np.sqrt((moved**2).sum(axis=0) * count / (count - 1)))
+    for width in TOGETHER:
+        groups = moved.reshape(-1, width, moved.shape[1]).sum(axis=1)
+        count = len(groups)
+        std[free] = np.maximum(std[free], np.sqrt((groups**2).sum(axis=0) * count / (count - 1)))
     return std
 
 

@@ -73,7 +73,7 @@ def rank(
                 _tell(progress, size, one.term.effect.word)
                 grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one)))
         if size == 0 and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
-            pairs = [one for one in screened_pairs(first, singles(looked)) if one.removes > SAYS]
+            pairs = [one for one in screened_pairs(first, singles(looked, by_word=True)) if one.removes > SAYS]
             start = [begin_at(term) for one in pairs[:1] for term in one.terms]
             grown += [joint_fit(base, records, one.terms, np.concatenate(start)) for one in pairs[:1]]
         fits += grown
@@ -143,11 +143,11 @@ def leading(looked: Sequence[Looked], least: float = SAYS) -> list[Looked]:
     return list(found.values())[:TRIED]
 
 
-def singles(looked: Sequence[Looked]) -> list[Term]:
-    """The best shape of each effect."""
+def singles(looked: Sequence[Looked], *, by_word: bool = False) -> list[Term]:
+    """The best shape of each law, or the best law of each effect."""
     found: dict[str, Term] = {}
     for one in looked:
-        found.setdefault(one.term.effect.name, one.term)
+        found.setdefault(one.term.effect.word if by_word else one.term.effect.name, one.term)
     return list(found.values())
 
 

@@ -16,7 +16,7 @@ from thrustd.diagnose.search.library import combined, free_curve, modulations
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import Mask, prior_of
 from thrustd.identify.regression.sweep import Record, columns, simulate
-from thrustd.identify.regression.terms import Term
+from thrustd.identify.regression.terms import Term, added, deformed
 from thrustd.model.stage import Floats
 
 ROWS = 12_000  # of the table at most
@@ -174,7 +174,11 @@ def _probed(table: Table, term: Term, plain: list[Floats]) -> tuple[Floats, Mask
 
 def _columns(table: Table, term: Term, plain: list[Floats]) -> list[Floats]:
     """Columns (n, k) of the amplitudes of a term on every record."""
-    still = replace(term, shapes=False)
+    still, found = replace(term, shapes=False), table.fit.solution
+    if term.effect.site == "force":
+        scale, nothing = found.shape.output_scale, np.zeros(len(still.free))
+        seen = [deformed(found.shape.terms, found.point.terms, record.seen) for record in table.records]
+        return [np.nan_to_num(added(still, nothing, each) / scale) for each in seen]
     moved = [_outputs(table, (still,), PROBE * unit) for unit in np.eye(len(still.free))]
     return [
         np.nan_to_num((np.column_stack(outputs) - own[:, None]) / PROBE)

@@ -41,6 +41,7 @@ POLE_STD = 0.5  # of the distance of neighbouring time constants: so far may a p
 LONGEST = 64  # blocks of a record at least, for the level of slow errors
 DONE = 0.5  # fall of the cost, in units of one half sigma^2: less is no progress
 DONE_MOVING = 0.02  # where poles may move or a curve follows: valleys are long there
+LEAST_ITERATIONS = 3  # before it may stop: strengths of priors follow slowly at first
 DAMPINGS, LEAST = 12, 1e-6  # how often a step is tried, and its first damping in units of the diagonal of J'J
 
 Progress = Callable[[int, float], None]
@@ -104,6 +105,7 @@ def solve(
     progress: Progress | None = None,
     prior: Prior | None = None,
     noise_variance: float | None = None,
+    least: int = LEAST_ITERATIONS,
 ) -> Solution:
     """The most probable point. `prior`: mean and precision matrix of the whole vector beside the groups' own.
 
@@ -128,7 +130,7 @@ def solve(
         strengths = _strengths(shape, strengths, information, step.free, point.vector(shape) - middle)
         if progress is not None:
             progress(done, float(np.sqrt(normal.squares / _count(normal))))
-        if done > 3 and cost - step.cost < (DONE_MOVING if not shape.passive else DONE):
+        if done > least and cost - step.cost < (DONE_MOVING if not shape.passive else DONE):
             break
     now, free = posterior(), ~(shape.positive() & (point.vector(shape) <= 0.0))
     mean_square = normal.squares / _count(normal)

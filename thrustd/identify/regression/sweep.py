@@ -12,13 +12,13 @@ import numpy as np
 from thrustd.identify.regression.kernel import Core, Memory, at_rest, run, run_with_columns
 from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.stops import at_rest as stops_at_rest
-from thrustd.identify.regression.stops import radii_of, run_stops
-from thrustd.identify.regression.terms import NUDGE, Seen, deformed, pushed, split, sprung
+from thrustd.identify.regression.stops import run_stops
+from thrustd.identify.regression.terms import NUDGE, Seen, added, deformed, pushed, split, sprung
 from thrustd.identify.segments import DEFORMATION
-from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.stage import Floats
 
 BLOCK = 8192
+TOUCHES_CORE = "deformation", "spring", "linear"
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,16 +151,17 @@ def _with_terms(shape: Shape, point: Point, record: Record, seen: Seen) -> _Whol
         own = np.concatenate([numbers for term, numbers in parts if term.effect.site == "gain"])
         turned = pushed(gains, own, seen, plain, nothing, rest)
         gain = np.divide(turned, plain, out=gain, where=np.abs(plain) > 1e-9 * scale)
-    table = np.empty((len(record), len(point.terms)))
-    stops = _stop_columns(shape, record, seen)
-    for i in range(len(point.terms)):
-        if i in stops:
-            table[:, i] = stops[i] / scale
-            continue
+    table, at = np.empty((len(record), len(point.terms))), 0
+    for term, own in zip(shape.terms, split(shape.terms, point.terms), strict=True):
+        if term.effect.site == "force":
+            table[:, at : at + len(own)] = added(term, own, seen) / scale
+        at += len(own)
+    sites = [term.effect.site for term in shape.terms for _ in term.free]
+    for i in [i for i, site in enumerate(sites) if site != "force"]:
         numbers = point.terms.copy()
         numbers[i] += NUDGE
         there, moved, rubs = seen, plain, rubbed
-        if _touches_core(shape, i):
+        if sites[i] in TOUCHES_CORE:
             there = deformed(shape.terms, numbers, record.seen)
             moved, rubs, _ = _parts(shape, replace(point, terms=numbers), record, there)
         table[:, i] = (pushed(shape.terms, numbers, there, moved, rubs, rest) - output) / (NUDGE * scale)
@@ -171,25 +172,6 @@ def _parts(shape: Shape, point: Point, record: Record, seen: Seen) -> tuple[Floa
     """Force of core and of friction (n,), and of the core at rest before the record begins, N."""
     (plain, rest), rubbed = _core_run(shape, point, record, seen), _friction(shape, point, record, seen)
     return plain * shape.output_scale, rubbed * shape.output_scale, rest * shape.output_scale
-
-
-def _stop_columns(shape: Shape, record: Record, seen: Seen) -> dict[int, Floats]:
-    """Columns of terms that are stops, N per number: they are linear, and one run gives all sixteen."""
-    found: dict[int, Floats] = {}
-    at = 0
-    for term in shape.terms:
-        if term.effect is STOPS:
-            radii = radii_of(term.fixed["travel_mm"])
-            rub = np.empty((len(record), len(radii)))
-            run_stops(radii, stops_at_rest(radii, record.before), seen.d, rub)
-            found |= {at + i: rub[:, i] * term.std[p.name] for i, p in enumerate(term.free)}
-        at += len(term.free)
-    return found
-
-
-def _touches_core(shape: Shape, number: int) -> bool:
-    sites = [term.effect.site for term in shape.terms for _ in term.free]
-    return sites[number] in ("deformation", "spring", "linear")
 
 
 def _core_run(shape: Shape, point: Point, record: Record, seen: Seen) -> tuple[Floats, float]:

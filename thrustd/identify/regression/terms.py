@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.model.effect import Effect, Parameter
+from thrustd.model.expression import is_expression
 from thrustd.model.stage import DEFORMATION, Floats
 
 NUDGE = 1e-3  # of a number without dimension: step of the difference quotient
@@ -121,6 +122,22 @@ def pushed(terms: Sequence[Term], numbers: Floats, seen: Seen, force: Floats, ru
             if term.effect.site == site:
                 force = _run(term, term.values(own), seen, force, rest)
     return force
+
+
+def added(term: Term, numbers: Floats, seen: Seen) -> Floats:
+    """Derivatives (n, k), N, of an effect on the force: it adds, whatever others do, in proportion to amplitudes."""
+    nothing, values = np.zeros(len(seen.d)), term.values(numbers)
+    straight = [p.amplitude and not is_expression(term.effect.name) for p in term.free]
+    own = nothing if all(straight) else _run(term, values, seen, nothing, 0.0)
+    table = np.empty((len(seen.d), len(term.free)))
+    for i, p in enumerate(term.free):
+        if straight[i]:
+            alone = {q.name: term.std[p.name] if q is p else q.neutral for q in term.free if q.amplitude}
+            table[:, i] = _run(term, values | alone, seen, nothing, 0.0)
+        else:
+            there = term.values(numbers + NUDGE * np.eye(len(numbers))[i])
+            table[:, i] = (_run(term, there, seen, nothing, 0.0) - own) / NUDGE
+    return table
 
 
 def branches(terms: Sequence[Term], numbers: Floats) -> list[tuple[float, float]]:
