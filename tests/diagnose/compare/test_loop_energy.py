@@ -51,6 +51,7 @@ def test_over_a_speed_the_way_is_its_integral():
     over = with_roles(base.with_channels(v_cm_s=speed, f_N=-base["force_N"]), Roles("v_cm_s", "f_N"))
     energy = loop_energy(over)
     assert energy.delivers and "sign of f_N or of v_cm_s?" in energy.sentence([over])
+    assert "does v_cm_s drive and f_N move" in energy.sentence([over])
 
 
 def test_too_little_to_judge_is_not_judged():

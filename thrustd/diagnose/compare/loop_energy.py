@@ -47,9 +47,10 @@ class LoopEnergy:
         roles = roles_of(records)
         unit = f" {roles.output_unit}" if roles.output_unit else ""
         names = ", ".join(record.name for record in records)
+        exchanged = "" if roles.own else f"; or does {roles.input} drive and {roles.output} move: exchange the two?"
         return (
             f"{names}: this mount would deliver energy ({self.mean_n:.2g} +- {self.std_n:.1g}{unit} along its motion):"
-            f" sign of {roles.output} or of {roles.input}? (or a force that is recorded late)"
+            f" sign of {roles.output} or of {roles.input}? (or a force that is recorded late){exchanged}"
         )
 
 
