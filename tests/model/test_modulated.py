@@ -50,5 +50,5 @@ def test_two_of_them_are_two_functions_of_c():
 
 
 def test_a_law_that_is_none():
-    with pytest.raises(ModelError, match="expression"):
+    with pytest.raises(ModelError, match="unknown effect 'gravity'"):
         effect_named("gravity by voltage_V")

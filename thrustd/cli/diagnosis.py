@@ -299,10 +299,11 @@ def _effects(arguments: argparse.Namespace, records: list["Recording"]) -> list[
     from thrustd.diagnose.extend.effect_file import load_effect_file
     from thrustd.model.effects import effect_named
     from thrustd.model.expression import expression_effect
+    from thrustd.model.modulated import BY
 
     own = [effect for path in arguments.effect_file for effect in load_effect_file(path)]
     columns = tuple(records[0].channels)
     for text in arguments.effect:
-        is_name = text.replace("_", "").isalnum()
+        is_name = BY in text or text.replace("_", "").isalnum()
         own.append(effect_named(text) if is_name else expression_effect(text, columns))
     return own

@@ -19,6 +19,7 @@ from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
 BY = " by "
+ENDS = "absent_at", "full_at"  # values of the channel where nothing of it is there, where the amplitudes hold
 
 
 @jit
@@ -50,8 +51,8 @@ def _modulated(name: str, channel: str, effect: Effect) -> Effect:
         channels=(channel, *effect.channels),
         parameters=(
             *effect.parameters,
-            _end("absent_at", 0.0, "channel at which nothing of it is there"),
-            _end("full_at", 1.0, "channel at which the amplitudes hold"),
+            _end(ENDS[0], 0.0, "channel at which nothing of it is there"),
+            _end(ENDS[1], 1.0, "channel at which the amplitudes hold"),
         ),
         step=jit(_around(_step, effect.step)),
         prepare=partial(_prepare, effect),
@@ -77,6 +78,6 @@ def _around(outer: Any, inner: Any) -> Any:
 
 
 def _prepare(effect: Effect, p: Mapping[str, float], dt_s: float) -> Floats:
-    absent, full = p["absent_at"], p["full_at"]
+    absent, full = (p[end] for end in ENDS)
     slope = 1.0 / (full - absent) if full != absent else 0.0
     return np.concatenate(((absent, slope), effect.prepare(p, dt_s)))

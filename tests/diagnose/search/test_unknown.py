@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from tests.diagnose.scene import DT_S, NOISE_N, mount, record
+from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.model.artifact import EffectSpec
+from thrustd.model.compile import compile_model
 
 
 @pytest.fixture(scope="module")
@@ -33,3 +36,13 @@ def test_two_known_effects_are_not_one_unknown_channel(incidence_deg):
     verdict = diagnose(mount(), [hidden]).verdict
     assert "engine_weight" in verdict
     assert "unknown" not in verdict
+
+
+def test_a_damper_whose_strength_follows_a_channel_is_named_and_added():
+    numbers = {"damping_n_s_mm": 800.0, "filter_s": 0.1, "absent_at": 13.2, "full_at": 14.8}
+    measured = record([EffectSpec("viscous_damping by cabin_psi", numbers)])
+    verdict = diagnose(mount(), [measured]).verdict
+    assert "viscous_damping by cabin_psi" in verdict
+    report = extend(mount(), [measured], verdict)
+    assert report.rmse_after_n < 1.1 * NOISE_N
+    assert compile_model(report.spec, 1 / DT_S).channels.count("cabin_psi") == 1

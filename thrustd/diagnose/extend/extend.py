@@ -38,6 +38,7 @@ from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ErrorMap, LedgerEntry, ModelSpec, ValidRange, write_model
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
+from thrustd.model.modulated import BY, modulated
 from thrustd.records.recording import Recording
 
 TOLD = 2.0  # sigmas from nothing that one amplitude has to be
@@ -118,6 +119,9 @@ def extend(
 
 def variants(effect: Effect) -> list[Effect]:
     """Every law that goes by the word, when it is the word that was said; else the one law."""
+    law, by, channel = effect.name.partition(BY)
+    if by:
+        return [modulated(one, channel) for one in variants(effect_named(law))]
     if effect.name != effect.word:
         return [effect]
     return laws([effect, *(other for other in shelf().values() if other.variant_of == effect.name)])

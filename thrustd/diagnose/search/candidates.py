@@ -29,10 +29,10 @@ def judgeable(
     for effect in effects:
         reason = _reason(effect, records, present)
         if reason:
-            unable.append(NotJudged(effect.name, reason))
+            unable.append(NotJudged(effect.word, reason))
         elif effect.word not in present:
             able.append(effect)
-    return able, unable
+    return able, list(dict.fromkeys(unable))
 
 
 def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]) -> str:

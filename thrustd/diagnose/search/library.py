@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.base import STATE_OF, Base
 from thrustd.diagnose.search.candidates import moves, order_of
@@ -21,9 +22,10 @@ from thrustd.identify.regression.table import travel_of
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.expression import is_expression
-from thrustd.model.modulated import modulated
+from thrustd.model.modulated import BY, ENDS, modulated
 from thrustd.model.stage import Floats, jit
 
 TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
@@ -44,6 +46,7 @@ class Rig:
     force_factor: float  # force spread over PH-LAB's
     hysteresis_travel: float
     play: float  # around the deformation, which keeps its noise out
+    ends: Mapping[str, tuple[float, float]]  # of every channel that a law can be in proportion to
 
 
 def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPriors) -> Rig:
@@ -62,7 +65,13 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         order_of(float(np.nanmax(y) - np.nanmin(y)), 6000.0),
         travel_of(base.shape),
         max(play_of(record.d) for record in records),
+        {name: _ends(name, records) for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1},
     )
+
+
+def _ends(name: str, records: Sequence[Record]) -> tuple[float, float]:
+    low, high = np.quantile(np.concatenate([record.channels[name] for record in records]), [0.005, 0.995])
+    return float(low), float(high)
 
 
 def laws(effects: Iterable[Effect]) -> list[Effect]:
@@ -71,7 +80,17 @@ def laws(effects: Iterable[Effect]) -> list[Effect]:
 
 
 def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
-    """One per combination of starts of the shape parameters."""
+    """One per combination of starts of the shape parameters; in proportion to a channel: growing and fading with it."""
+    law, by, channel = effect.name.partition(BY)
+    if by:
+        ends = rig.ends.get(channel)
+        if ends is None:
+            raise ModelError(
+                f"{effect.name}: expected a column that moves, one of {', '.join(rig.ends) or 'none here'}"
+            )
+        for term, values in itertools.product(terms_of(effect_named(law), rig), (ends, ends[::-1])):
+            yield replace(term, effect=effect, fixed={**term.fixed, **dict(zip(ENDS, values, strict=True))})
+        return
     std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
     shape = [p for p in effect.parameters if not p.amplitude]
     for values in itertools.product(*(_starts(effect, p, rig) for p in shape)):
@@ -103,14 +122,13 @@ def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     return tuple(float(np.clip(factor * s, p.low, p.high)) for s in starts)
 
 
-def modulations(term: Term, records: Sequence[Record]) -> Iterator[tuple[Term, list[Floats]]]:
+def modulations(law: Term, rig: Rig, records: Sequence[Record]) -> Iterator[tuple[Term, list[Floats]]]:
     """A law in proportion to every channel, growing and fading with it, and the proportion (n,) on every record."""
-    for name in [name for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1]:
-        low, high = map(float, np.quantile(np.concatenate([r.channels[name] for r in records]), [0.005, 0.995]))
-        for absent, full in ((low, high), (high, low)) if high > low else ():
-            fixed = {**term.fixed, "absent_at": absent, "full_at": full}
-            share = [np.maximum((r.channels[name] - absent) / (full - absent), 0.0) for r in records]
-            yield replace(term, effect=modulated(term.effect, name), fixed=fixed), share
+    for name, ends in rig.ends.items():
+        for absent, full in (ends, ends[::-1]) if ends[1] > ends[0] else ():
+            fixed = {**law.fixed, **dict(zip(ENDS, (absent, full), strict=True))}
+            share = [np.maximum((record.channels[name] - absent) / (full - absent), 0.0) for record in records]
+            yield replace(law, effect=modulated(law.effect, name), fixed=fixed), share
 
 
 @jit

@@ -29,6 +29,7 @@ from thrustd.model.stage import DEFORMATION, Floats
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
 TRIED = 3  # candidates estimated whole per set
+EXACTLY = 1e-300  # nothing is divided by nothing
 SURE = 3.0  # standard errors over blocks by which a gain has to be told from chance
 WORTH = 0.03  # of the squared error: less is not worth an effect
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
@@ -85,7 +86,7 @@ def rank(
         beam = [best, *(fit for fit in sorted(better, key=lambda fit: fit.mse) if fit is not best)][:BEAM]
     best = pruned(base, records, best)
     if not at_floor(best, base):
-        more = following(base, records, best, looked)
+        more = following(base, records, best, looked, rig)
         fits += more
         best = pruned(base, records, more[-1]) if more else best
     best = fewest(fits, best)
@@ -93,12 +94,12 @@ def rank(
     return Ranked(nothing, best, ordered, tuple(looked), tuple(channels))
 
 
-def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequence[Looked]) -> list[Joint]:
+def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequence[Looked], rig: Rig) -> list[Joint]:
     """Sets grown from the best by what resists motion, in proportion to a channel, while that gains."""
     resisting = [term for term in singles(looked) if (term.effect.site, *term.effect.channels) == RESISTS]
     found: list[Joint] = []
     while len(found) < MOST and not at_floor(best, base):
-        seen = screened_modulations(table_of(base, best), resisting, best.words)
+        seen = screened_modulations(table_of(base, best), resisting, rig, best.words)
         grown = [joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one)) for one in leading(seen)]
         better = [fit for fit in grown if gained(best, fit)]
         if not better:
@@ -167,10 +168,15 @@ def begin_at(term: Term) -> list[float]:
 
 
 def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
-    """Whether a larger set leaves clearly less on held-back blocks."""
+    """Whether a larger set leaves clearly less on held-back blocks: in sum, or block by block as a ratio.
+
+    Where a record moves now and then the sum is that of a few blocks, whatever was found; the ratio is of all that
+    move.
+    """
     fall = (before.block_mse - after.block_mse) * before.block_size
-    error = float(np.std(fall)) * np.sqrt(len(fall))
-    return before.mse - after.mse > worth * after.mse and float(fall.sum()) > SURE * error
+    ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
+    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in (fall, ratio)) * np.sqrt(len(fall))
+    return bool(before.mse - after.mse > worth * after.mse and sure > SURE)
 
 
 def pruned(base: Base, records: Sequence[Record], best: Joint) -> Joint:

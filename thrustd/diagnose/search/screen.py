@@ -12,7 +12,7 @@ import numpy as np
 
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares
-from thrustd.diagnose.search.library import combined, free_curve, modulations
+from thrustd.diagnose.search.library import Rig, combined, free_curve, modulations
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import Mask, prior_of
 from thrustd.identify.regression.sweep import Record, columns, simulate
@@ -133,13 +133,13 @@ def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
     return sorted(found, key=lambda looked: looked.mse)
 
 
-def screened_modulations(table: Table, laws: Iterable[Term], without: Sequence[str]) -> list[Looked]:
+def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig, without: Sequence[str]) -> list[Looked]:
     """These laws, which act on the force, in proportion to every channel; best first. One run a law."""
     plain, before = _outputs(table, ()), table.mse()
     found = []
     for law in laws:
         whole, positive = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool)
-        for term, share in modulations(law, table.records):
+        for term, share in modulations(law, rig, table.records):
             if term.effect.word not in without:
                 thin = [_means(s[:, None] * c, table.width) for s, c in zip(share, whole, strict=True)]
                 found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))

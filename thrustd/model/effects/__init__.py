@@ -48,8 +48,8 @@ _more: dict[str, Effect] = {}  # loaded from files since the start of the proces
 def effect_named(name: str) -> Effect:
     """The effect of that name (or formula); ModelError that lists what there is."""
     law, by, channel = name.partition(BY)
-    if by and law in shelf() and channel:
-        return modulated(shelf()[law], channel)
+    if by:
+        return modulated(effect_named(law), channel)
     if is_expression(name):
         return expression_effect(name)
     if name not in shelf():
