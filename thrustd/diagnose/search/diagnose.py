@@ -24,7 +24,7 @@ from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, asked
-from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_floor, floor_of, gained, rank
+from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_floor, far_above, floor_of, gained, rank
 from thrustd.diagnose.search.screen import Followed, Looked, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
@@ -32,13 +32,12 @@ from thrustd.identify.regression.sweep import Record
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
+from thrustd.model.modulated import BY
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
 OUTDOES = 0.8  # of what the best set leaves above the floor: less than this by one free curve, and the law is another
-UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
-EXACT = 0.01  # of the output's spread: no law of rubber holds better
 FAINT = 0.1  # of the floor squared: less above it is not looked into
 
 
@@ -86,9 +85,11 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     words = best.words or ("none",)
     table = table_of(base, best)
-    left, own = table.mse(), {channel for term in best.terms for channel in term.effect.channels}
+    laws = [term.effect for term in best.terms if BY not in term.effect.name]
+    left, own = table.mse(), {channel for law in laws for channel in law.channels}
     alone = [c for c in ranked.channels if c.mse <= left and not set(c.parts) & own]
-    if len(best.terms) > 1 and alone:  # one curve instead of several laws
+    several = len(best.terms) > 1 or (best.terms and not laws)
+    if several and alone:  # one curve instead of several laws, or of one in proportion to it
         return Verdict(("unknown",), ranked.nothing, tuple(alone)[:3])
     if at_floor(best, base) or base.by_brochure:
         return Verdict(words, best, ())
@@ -99,11 +100,6 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     if (not best.terms and far_above(best, base)) or (above > FAINT * floor and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])
     return Verdict(words, best, tuple(rest)[:3])
-
-
-def far_above(fit: Joint, base: Base) -> bool:
-    """Whether much more than noise is left, and more than any law leaves by not holding exactly."""
-    return not base.by_brochure and bool(fit.mse > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
 
 
 def curve_sigma(records: Sequence[Record]) -> float:

@@ -36,6 +36,8 @@ LAW = 0.01  # of the squared error removed: no law of rubber holds better than t
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 AT_FLOOR = 1.05  # times the floor
+UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
+EXACT = 0.01  # of the output's spread: no law of rubber holds better
 UNKNOWN_SIGMA = 0.02  # of the travel: a free curve's heights
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
@@ -85,7 +87,7 @@ def rank(
         best = simplest(better)
         beam = [best, *(fit for fit in sorted(better, key=lambda fit: fit.mse) if fit is not best)][:BEAM]
     best = pruned(base, records, best)
-    if not at_floor(best, base):
+    if far_above(best, base):
         more = following(base, records, best, looked, rig)
         fits += more
         best = pruned(base, records, more[-1]) if more else best
@@ -98,7 +100,7 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
     """Sets grown from the best by what resists motion, in proportion to a channel, while that gains."""
     resisting = [term for term in singles(looked) if (term.effect.site, *term.effect.channels) == RESISTS]
     found: list[Joint] = []
-    while len(found) < MOST and not at_floor(best, base):
+    while len(found) < MOST and far_above(best, base):
         seen = screened_modulations(table_of(base, best), resisting, rig, best.words)
         grown = [joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one)) for one in leading(seen)]
         better = [fit for fit in grown if gained(best, fit)]
@@ -128,6 +130,11 @@ def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
 def at_floor(fit: Joint, base: Base) -> bool:
     """Nothing is left: the error is that of the instruments, or what the identification left."""
     return bool(fit.mse < (AT_FLOOR * floor_of(fit, base)) ** 2)
+
+
+def far_above(fit: Joint, base: Base) -> bool:
+    """Whether much more than noise is left, and more than any law leaves by not holding exactly."""
+    return not base.by_brochure and bool(fit.mse > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
 
 
 def floor_of(fit: Joint, base: Base) -> float:
