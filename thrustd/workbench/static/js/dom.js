@@ -18,6 +18,25 @@ export function panel(title, header, ...body) {
   return h("section", { class: "panel" }, h("header", {}, h("h2", {}, title), ...[header].flat()), ...body);
 }
 
+// heads: names of the columns, or [name, class, columns it spans]; null for one that is left out
+export function table(props, heads, rows) {
+  const head = ([name, kind, span]) => h("th", { class: kind, colspan: span }, name);
+  return h(
+    "table",
+    props,
+    h(
+      "thead",
+      {},
+      h(
+        "tr",
+        {},
+        heads.filter(Boolean).map((one) => head([one].flat())),
+      ),
+    ),
+    h("tbody", {}, rows),
+  );
+}
+
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 export function select(options, chosen, onchange, label) {

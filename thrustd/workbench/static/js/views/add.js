@@ -1,7 +1,7 @@
 // Add it: the error ledger as falling bars, the numbers found, undo, save, compile, report.
 
 import { post } from "../api.js";
-import { fill, h, panel } from "../dom.js";
+import { fill, h, panel, table } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
 import { newtons, plusMinus } from "../format.js";
 import { latest } from "../guide.js";
@@ -175,25 +175,16 @@ export function add(root) {
       "div",
       {},
       h("h3", {}, "Promise and result"),
-      h(
-        "table",
+      table(
         {},
-        h(
-          "thead",
-          {},
-          h("tr", {}, h("th", {}, "RMS"), h("th", { class: "num" }, "before"), h("th", { class: "num" }, "after")),
-        ),
-        h(
-          "tbody",
-          {},
-          rows.map(([name, before, after]) =>
-            h(
-              "tr",
-              {},
-              h("td", {}, name),
-              h("td", { class: "num" }, before === null ? "" : newtons(before)),
-              h("td", { class: "num" }, h("b", {}, newtons(after))),
-            ),
+        ["RMS", ["before", "num"], ["after", "num"]],
+        rows.map(([name, before, after]) =>
+          h(
+            "tr",
+            {},
+            h("td", {}, name),
+            h("td", { class: "num" }, before === null ? "" : newtons(before)),
+            h("td", { class: "num" }, h("b", {}, newtons(after))),
           ),
         ),
       ),

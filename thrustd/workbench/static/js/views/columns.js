@@ -2,7 +2,7 @@
 
 import { get, Problem, put } from "../api.js";
 import { columnPictures, correlation } from "../column_pictures.js";
-import { fill, h, panel, select } from "../dom.js";
+import { fill, h, panel, select, table } from "../dom.js";
 import { number, withUnit } from "../format.js";
 import { attempt, recording, refresh, say, store } from "../store.js";
 
@@ -99,23 +99,10 @@ class Columns {
       h(
         "div",
         { class: "flush" },
-        h(
-          "table",
+        table(
           { class: "mapping" },
-          h(
-            "thead",
-            {},
-            h(
-              "tr",
-              {},
-              heads.map((one) => h("th", {}, one)),
-            ),
-          ),
-          h(
-            "tbody",
-            {},
-            strange.map((row) => this.row(row)),
-          ),
+          heads,
+          strange.map((row) => this.row(row)),
         ),
       ),
       this.rows.some((row) => row.ours === "time_s") || this.table.timed ? null : this.sampled(),

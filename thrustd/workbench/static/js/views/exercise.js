@@ -1,5 +1,5 @@
 // The hidden-effect exercise: what it is, and once its answer is open, what was found beside what is true.
-import { h } from "../dom.js";
+import { h, table } from "../dom.js";
 import { newtons, number, plusMinus, signed } from "../format.js";
 import { effectOf, revealed } from "../guide.js";
 import { exerciseNow, revealNow } from "../steps.js";
@@ -76,20 +76,7 @@ function foundAndTrue(truth, card) {
     ["Found − true", "num"],
     ["Its force, RMS", "num"],
   ];
-  return h(
-    "table",
-    { class: "truth" },
-    h(
-      "thead",
-      {},
-      h(
-        "tr",
-        {},
-        heads.map(([name, kind]) => h("th", { class: kind }, name)),
-      ),
-    ),
-    h("tbody", {}, rows),
-  );
+  return table({ class: "truth" }, heads, rows);
 }
 
 const found = (yes) => (yes ? h("span", { class: "good" }, "✓ found") : h("span", { class: "warn" }, "not found"));

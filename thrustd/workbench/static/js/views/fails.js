@@ -1,5 +1,5 @@
 // Where it fails: the numbers, the ranked list in words, and the pictures; a click takes all of them to those samples.
-import { fill, h, panel } from "../dom.js";
+import { fill, h, panel, table } from "../dom.js";
 import { newtons, number, percent, seconds, signedNewtons, typeset } from "../format.js";
 import { bar } from "../ledger.js";
 import { compareNow } from "../steps.js";
@@ -93,21 +93,14 @@ export function fails(root) {
       h(
         "div",
         { class: "flush" },
-        h(
-          "table",
+        table(
           { class: "cells" },
-          h(
-            "thead",
-            {},
-            h(
-              "tr",
-              {},
-              h("th", {}, "Model"),
-              several ? h("th", {}, "Recording") : null,
-              [...NUMBERS.map(([name]) => name), "worst"].map((name) => h("th", { class: "num" }, name)),
-            ),
-          ),
-          h("tbody", {}, cells.map(row)),
+          [
+            "Model",
+            several ? "Recording" : null,
+            ...[...NUMBERS.map(([name]) => name), "worst"].map((name) => [name, "num"]),
+          ],
+          cells.map(row),
         ),
       ),
     );

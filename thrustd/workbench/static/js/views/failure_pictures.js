@@ -2,7 +2,7 @@
 
 import { span } from "../axes.js";
 import { coherenceChart, dependenceChart, loopChart, mapChart, spectrumChart, topOf } from "../charts.js";
-import { h, panel } from "../dom.js";
+import { h, panel, table } from "../dom.js";
 import { newtons, percent, signedNewtons, typeset } from "../format.js";
 
 const SHOWN = 9; // channels drawn, those that carry most of the residual first
@@ -124,19 +124,5 @@ export function regions(c) {
       h("td", { class: "num" }, percent(r.share_of_time)),
     );
   const heads = ["RMSE", "Bias", "Share of squared error", "Share of time"];
-  return h(
-    "table",
-    { class: "regions" },
-    h(
-      "thead",
-      {},
-      h(
-        "tr",
-        {},
-        h("th", { colspan: "2" }, "Region"),
-        heads.map((name) => h("th", { class: "num" }, name)),
-      ),
-    ),
-    h("tbody", {}, c.regions.map(row)),
-  );
+  return table({ class: "regions" }, [["Region", "", 2], ...heads.map((name) => [name, "num"])], c.regions.map(row));
 }

@@ -2,7 +2,7 @@
 
 import { span } from "../axes.js";
 import { dependenceChart } from "../charts.js";
-import { fill, h, panel } from "../dom.js";
+import { fill, h, panel, table } from "../dom.js";
 import { evidencePictures, residualAxis } from "../evidence_charts.js";
 import { newtons, percent, plusMinus, typeset } from "../format.js";
 import { GRADES } from "../guide.js";
@@ -26,13 +26,14 @@ export function missing(root) {
   function candidates() {
     const worth = answer.candidates.filter((c) => c.in_verdict || removed(c) >= WORTH),
       rest = answer.candidates.filter((c) => !worth.includes(c));
+
     const heads = [
-      h("th", {}, "Effect"),
-      h("th", { class: "num" }, "Error before"),
-      h("th", { class: "num" }, "after"),
-      h("th", {}, "Squared error removed"),
-      h("th", {}, "Parameters"),
-      h("th", {}, "Looks like"),
+      "Effect",
+      ["Error before", "num"],
+      ["after", "num"],
+      "Squared error removed",
+      "Parameters",
+      "Looks like",
     ];
     return panel(
       "Candidates, ranked",
@@ -40,14 +41,7 @@ export function missing(root) {
       h(
         "div",
         { class: "flush" },
-        worth.length || all
-          ? h(
-              "table",
-              {},
-              h("thead", {}, h("tr", {}, heads)),
-              h("tbody", {}, [...worth, ...(all ? rest : [])].map(row)),
-            )
-          : null,
+        worth.length || all ? table({}, heads, [...worth, ...(all ? rest : [])].map(row)) : null,
         rest.length ? idle(rest) : null,
       ),
     );

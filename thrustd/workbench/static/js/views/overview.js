@@ -1,5 +1,5 @@
 // Overview: what the folder holds, the exercise, and the error ledger of every model.
-import { fill, h, panel, select } from "../dom.js";
+import { fill, h, panel, select, table } from "../dom.js";
 import { addFiles } from "../drop.js";
 import { bytes, count, duration, hertz, newtons, number } from "../format.js";
 import { bar, ledgerOf } from "../ledger.js";
@@ -140,26 +140,19 @@ function recordingTable(recordings) {
   return h(
     "div",
     { class: "flush" },
-    h(
-      "table",
+    table(
       {},
-      h(
-        "thead",
-        {},
-        h(
-          "tr",
-          {},
-          h("th", {}, "Recording"),
-          h("th", {}, "Use"),
-          h("th", { class: "num" }, "Length"),
-          h("th", { class: "num" }, "Samples"),
-          h("th", { class: "num" }, "Rate"),
-          h("th", {}, "Channels"),
-          h("th", { class: "num" }, "Marks"),
-          h("th", { class: "num" }, "File"),
-        ),
-      ),
-      h("tbody", {}, rows),
+      [
+        "Recording",
+        "Use",
+        ["Length", "num"],
+        ["Samples", "num"],
+        ["Rate", "num"],
+        "Channels",
+        ["Marks", "num"],
+        ["File", "num"],
+      ],
+      rows,
     ),
   );
 }
@@ -219,23 +212,10 @@ function modelTable(models) {
   return h(
     "div",
     { class: "flush" },
-    h(
-      "table",
+    table(
       {},
-      h(
-        "thead",
-        {},
-        h(
-          "tr",
-          {},
-          h("th", {}, "Model"),
-          h("th", {}, "Structure"),
-          h("th", {}, "Effects"),
-          h("th", { class: "num" }, "Valid force"),
-          h("th", {}, "Error ledger: RMSE on held-back blocks"),
-        ),
-      ),
-      h("tbody", {}, rows),
+      ["Model", "Structure", "Effects", ["Valid force", "num"], "Error ledger: RMSE on held-back blocks"],
+      rows,
     ),
   );
 }
