@@ -31,4 +31,5 @@ export const query = (values) => {
   for (const [name, value] of Object.entries(values)) for (const one of [value].flat()) pairs.append(name, one);
   return pairs.toString();
 };
-export const fileUrl = (name) => "api/files/" + name.split("/").map(encodeURIComponent).join("/");
+export const inUrl = (name) => name.split("/").map(encodeURIComponent).join("/");
+export const fileUrl = (name) => "api/files/" + inUrl(name);

@@ -1,6 +1,6 @@
 // What the columns of a file are: name, unit, zero and sign of each, with a preview before anything is taken.
 
-import { get, Problem, put } from "../api.js";
+import { get, inUrl, Problem, put } from "../api.js";
 import { columnPictures, correlation } from "../column_pictures.js";
 import { fill, h, panel, select, table } from "../dom.js";
 import { number, withUnit } from "../format.js";
@@ -39,7 +39,7 @@ export const nameColumns = (name) => {
 export function columnsPanel(name, done) {
   const root = panel(`Columns of ${name}`, [], h("p", { class: "empty" }, "Reading …"));
   attempt(async () => {
-    const table = await get("api/columns/" + name.split("/").map(encodeURIComponent).join("/"));
+    const table = await get("api/columns/" + inUrl(name));
     new Columns(root, name, table, done).draw();
   })();
   return root;
@@ -269,7 +269,7 @@ class Columns {
       columns,
       rate_hz: this.rate === "" || columns.some((c) => c.ours === "time_s") ? null : Number(this.rate),
     };
-    await put("api/columns/" + this.name.split("/").map(encodeURIComponent).join("/"), JSON.stringify(body));
+    await put("api/columns/" + inUrl(this.name), JSON.stringify(body));
     say(`${this.name}: ${columns.map((c) => `${c.theirs} is ${c.ours}`).join(", ")}`, "ok");
     this.done();
     await refresh();

@@ -1,6 +1,6 @@
 // Time histories: measured, models, residual and any channel of one or several recordings, zoomed and marked together.
 
-import { put, query } from "../api.js";
+import { inUrl, put, query } from "../api.js";
 import { fill, h, panel } from "../dom.js";
 import { duration, number } from "../format.js";
 import { readAddress, writeAddress } from "../history_address.js";
@@ -240,7 +240,7 @@ export function histories(root) {
   }
 
   async function setMarks(name, marks) {
-    await put("api/marks/" + name.split("/").map(encodeURIComponent).join("/"), JSON.stringify(marks));
+    await put("api/marks/" + inUrl(name), JSON.stringify(marks));
     await refresh();
   }
 
