@@ -3,11 +3,14 @@
     python -m benchmarks.loop_in_air [--case NAME] [--mount left_upper] [--aircraft 7]
 
 Engines, air data and accelerations of PH-LAB as recorded; a twin aircraft supplies the deformations, without wires:
-5 Hz, the noise of its sensors in it. Nobody tells the loop what is hidden, and no truth is among its inputs.
+2 Hz, the noise of its sensors in it. Nobody tells the loop what is hidden, and no truth is among its inputs. A row
+takes one to two minutes of processor time and is kept in `out/loop_in_air`: an interrupted run goes on there.
 """
 
 import argparse
+import json
 import time
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -35,7 +38,7 @@ from thrustd.twin.installation import PLAIN, Knobs, seen_mm
 from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading
 
-HZ, FINE_HZ = 5.0, 50.0
+HZ, FINE_HZ = 2.0, 50.0
 ESTIMATED, JUDGED = FLIGHTS[0], FLIGHTS[2]
 CASES: dict[str, tuple[Knobs, str]] = {
     "nothing hidden": (PLAIN, ""),
@@ -78,39 +81,48 @@ def error_n(spec: ModelSpec, flight: Recording, place: MountPlace) -> float:
     return report.comparisons[0].rmse_n
 
 
+def row_of(case: str, mount: str, aircraft: int) -> list[str]:
+    """What the loop says of one case, and what that is worth on the other flight."""
+    knobs, left_out = CASES[case]
+    installation = read_installation(shipped("deploy/hil.toml", "config"))
+    place = place_of(mount, installation.config, installation.aircraft())
+    given = Given(against="brochure", mount=place, deck=read_deck(shipped(DECK, "--deck")))
+    (whole,) = read_models([shipped(f"models/{mount.replace('_', '-')}.json", "model")]).values()
+    spec = msgspec.structs.replace(whole, effects=[e for e in whole.effects if e.name != left_out], witness=None)
+    known, other = (flown(file, aircraft, knobs) for file in (ESTIMATED, JUDGED))
+    hidden = {n: c for n, c in known.channels.items() if not n.startswith(("thrust_N", "truth_N", "force_N"))}
+    seen = make_recording(known.name, {"time_s": known.time_s, **hidden})
+    began = time.process_time()
+    report = diagnose(spec, [seen], given=given)
+    words, after, sizes = [w for w in report.verdict if w not in ("none", "unknown")], spec, ""
+    if words:
+        try:
+            longer = extend(spec, [seen], words, given=given)
+            after, sizes = longer.spec, "; ".join(p.sentence.split(" (")[0] for p in longer.parameters)
+        except ModelError as problem:
+            sizes = str(problem)[:80]
+    spent = time.process_time() - began
+    before_n, after_n = error_n(spec, other, place), error_n(after, other, place)
+    return [case, "+".join(report.verdict), f"{before_n:.1f}, {after_n:.1f}", sizes, f"{spent:.0f}"]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", action="append", default=[], help="a beginning of its name; may be repeated")
     parser.add_argument("--mount", default="left_upper")
     parser.add_argument("--aircraft", type=int, default=7, metavar="SEED")
+    parser.add_argument("--folder", type=Path, default=Path("out/loop_in_air"), help="where it goes on")
     given = parser.parse_args()
-    installation = read_installation(shipped("deploy/hil.toml", "config"))
-    place = place_of(given.mount, installation.config, installation.aircraft())
-    deck = read_deck(shipped(DECK, "--deck"))
-    name = given.mount.replace("_", "-")
-    (whole,) = read_models([shipped(f"models/{name}.json", "model")]).values()
-    shown = Table(
-        "hidden", "verdict", "N before, after", "sizes", "s", title=f"{given.mount}, aircraft {given.aircraft}"
-    )
-    for case, (knobs, left_out) in CASES.items():
+    given.folder.mkdir(parents=True, exist_ok=True)
+    title = f"{given.mount}, aircraft {given.aircraft}"
+    shown = Table("hidden", "verdict", "N before, after", "sizes", "s", title=title)
+    for number, case in enumerate(CASES):
         if given.case and not any(case.startswith(word) for word in given.case):
             continue
-        spec = msgspec.structs.replace(whole, effects=[e for e in whole.effects if e.name != left_out], witness=None)
-        known, other = (flown(file, given.aircraft, knobs) for file in (ESTIMATED, JUDGED))
-        hidden = {n: c for n, c in known.channels.items() if not n.startswith(("thrust_N", "truth_N", "force_N"))}
-        seen = make_recording(known.name, {"time_s": known.time_s, **hidden})
-        began = time.process_time()
-        report = diagnose(spec, [seen], given=Given(against="brochure", mount=place, deck=deck))
-        words, after, sizes = [w for w in report.verdict if w not in ("none", "unknown")], spec, ""
-        if words:
-            try:
-                longer = extend(spec, [seen], words, given=Given(against="brochure", mount=place, deck=deck))
-                after, sizes = longer.spec, "; ".join(p.sentence.split(" (")[0] for p in longer.parameters)
-            except ModelError as problem:
-                sizes = str(problem)[:80]
-        spent = time.process_time() - began
-        before_n, after_n = error_n(spec, other, place), error_n(after, other, place)
-        row = case, "+".join(report.verdict), f"{before_n:.1f}, {after_n:.1f}", sizes, f"{spent:.0f}"
+        kept = given.folder / f"{given.aircraft}-{given.mount}-{number}.json"
+        if not kept.exists():
+            kept.write_text(json.dumps(row_of(case, given.mount, given.aircraft)))
+        row = json.loads(kept.read_text())
         print(*row, sep=" | ", flush=True)
         shown.add_row(*row)
     Console(width=150).print(shown)

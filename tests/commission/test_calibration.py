@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 
 from thrustd.__main__ import main
+from thrustd.cli.files import read_models
+from thrustd.commission.tether import fit_tether
 from thrustd.commission.zero import recalibrate_by
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
 from thrustd.core.errors import ConfigError, ThrustdError
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
+from thrustd.model.calibrated import calibrated
+from thrustd.records.files import read_recording
+from thrustd.replay.columns import flight_columns
+from thrustd.replay.replay import open_installation
+from thrustd.sources.log_run import LogRun, run_paths
 from thrustd.twin.airframe import MOUNTS, draw_airframe
 from thrustd.twin.installation import PLAIN
 from thrustd.twin.mount import LOWER, UPPER
@@ -23,7 +30,7 @@ def said(capsys):
 
 
 @pytest.fixture(scope="module")
-def calibrated(static_run, tmp_path_factory):
+def tethered(static_run, tmp_path_factory):
     path = tmp_path_factory.mktemp("cal") / "calibration.toml"
     assert main(["zero", str(static_run), "-o", str(path), "--date", "2026-11-22"]) == 0
     zeroed = read_calibration(path.read_text(), "zeroed")
@@ -32,23 +39,50 @@ def calibrated(static_run, tmp_path_factory):
     return zeroed, read_calibration(path.read_text(), "tethered")
 
 
-def test_zeros_hold_the_truth_within_three_sigma(calibrated):
+def test_zeros_hold_the_truth_within_three_sigma(tethered):
     truth = [lvdt.zero_mm + 0.012 for lvdt in draw_airframe(SEED).lvdts]
     for name, zero_mm in zip(MOUNTS, truth, strict=True):
-        found = calibrated[0].of(name)
+        found = tethered[0].of(name)
         assert abs(found.zero_mm - zero_mm) < 3 * found.zero_std_mm < 0.01, name
 
 
-def test_the_tethered_run_finds_gains_and_halves_their_band(calibrated):
+def test_the_tethered_run_finds_gains_and_halves_their_band(tethered):
     mounts = draw_airframe(SEED, PLAIN._replace(stiffness=0.02)).mounts
     pairs = zip(mounts, (UPPER, LOWER) * 2, strict=True)
     stiffer = [mount.stiffness_n_mm / nominal.stiffness_n_mm for mount, nominal in pairs]
     for engine in range(2):  # one engine's two mounts move together: their mean is what a run can tell
-        both = [calibrated[1].of(MOUNTS[2 * engine + k]) for k in range(2)]
+        both = [tethered[1].of(MOUNTS[2 * engine + k]) for k in range(2)]
         truth = np.mean(stiffer[2 * engine : 2 * engine + 2])
         assert abs(np.mean([mount.gain for mount in both]) - truth) < 3 * both[0].gain_std < 0.015
-    assert calibrated[1].tethered == "2026-11-23"
-    assert len(calibrated[1].of("left_upper").zeros) == 2
+    assert tethered[1].tethered == "2026-11-23"
+    assert len(tethered[1].of("left_upper").zeros) == 2
+
+
+def test_what_grows_with_the_mounts_temperature_is_not_taken_for_their_gain(static_run):
+    """Load and heat come together in a run: a gain that took the heat's part would be wrong in cold air."""
+    log = LogRun(run_paths(static_run))
+    installation = open_installation(log, None)
+    flight = flight_columns(log, installation)
+    cell = read_recording(static_run.with_name("run-cell.csv"))
+    columns = {}
+    for mount, model in zip(MOUNTS, installation.parts().models, strict=True):
+        (low_n, high_n), (low_mm, high_mm) = model.spec.valid.force_n, model.spec.valid.deformation_mm
+        warm = flight[f"temperature_degC_{mount}"]
+        warm = np.nan_to_num(warm - warm[np.isfinite(warm)][0])
+        columns[f"model_N_{mount}"] = flight[f"model_N_{mount}"] + (high_n - low_n) / (high_mm - low_mm) * 6e-4 * warm
+    plain, grown = (fit_tether(one, cell, installation) for one in (flight, flight.with_channels(**columns)))
+    for mount in MOUNTS:
+        line = grown.lines[mount]
+        assert abs(line.expansion_mm_k - plain.lines[mount].expansion_mm_k - 6e-4) < line.expansion_std_mm_k
+        assert grown.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.003)
+
+
+def test_a_calibrated_mount_gives_its_growth_back():
+    (spec,) = read_models([shipped("models/left-upper.json", "")]).values()
+    own = sum(e.parameters.get("expansion_mm_k", 0.0) for e in spec.effects if e.name == "thermal_expansion")
+    grows = calibrated(spec, MountCalibration(expansion_mm_k=6e-4, reference_degc=35.0), "")
+    told = next(e.parameters for e in grows.effects if e.name == "thermal_expansion")
+    assert told["expansion_mm_k"] == pytest.approx(own + 6e-4)
 
 
 def test_a_record_in_kilonewtons_is_one_line_and_writes_nothing(static_run, tmp_path, capsys):
@@ -106,7 +140,8 @@ def test_a_flight_takes_zero_gain_and_hours_from_the_file(tmp_path):
 
 def test_a_tethered_run_narrows_what_nobody_had_measured_of_the_installation(tmp_path):
     zeros = (Zero(on="2026-01-01", mm=0.01, std_mm=0.002),)
-    mounts = {name: MountCalibration(zeros=zeros, gain=1.01, gain_std=0.004) for name in MOUNTS}
+    told = {"gain": 1.01, "gain_std": 0.004, "expansion_std_mm_k": 5e-5}
+    mounts = {name: MountCalibration(zeros=zeros, **told) for name in MOUNTS}
     before = with_calibration(tmp_path, Calibration(on="2026-01-01", mount=mounts)).aircraft().installation
     after = with_calibration(tmp_path, Calibration(on="2026-01-01", tethered="2026-01-01", mount=mounts))
     left = after.aircraft().installation

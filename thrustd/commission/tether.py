@@ -1,10 +1,14 @@
 """A tethered static run: the aircraft pulls on one load cell, both engines' mounts are fitted to it together.
 
-    cell = sum over mounts of (1 + G_e + s_m) f_m - k_m z_m  + c      f_m: force of the mount's model
+    cell = sum over mounts of (1 + G_e + s_m) f_m - k_m (z_m + a_e (T_m - T_0) + 4 b_e u (1 - u)) + c
 
+f_m   force of the mount's model; u its deformation over its range
 G_e   what the installation does to an engine's whole load (brackets, lines): prior 3 %
 s_m   one mount against its bench: prior `fusion.mount_stiffness_std`
 z_m   what is left of its transducer's zero: prior its calibration's sigma, else `fusion.mount_zero_std_mm`
+a_e   growth between transducers and mounts with their temperature: prior 0.5 um/K; load and heat come together in such
+      a run, so that without it the gain takes the heat's part, and is wrong in cold air
+b_e   bow of the transducers' lines: prior 10 um, 0 where gauge blocks have measured it
 c     zero of the cell with the wheels' friction: prior 50 N
 
 Bayesian linear regression (Bishop, Pattern Recognition and Machine Learning, ch. 3.3); the noise that counts is slow,
@@ -29,7 +33,9 @@ from thrustd.installation.installation import Installation
 from thrustd.records.recording import Recording
 
 ENGINE_STD, CELL_ZERO_N = 0.03, 50.0
-SLOW_S = 10.0
+EXPANSION_STD_MM_K, BOW_STD_MM, STRAIGHT_MM = 5e-4, 0.01, 1e-6
+CURVE = np.linspace(0.0, 1.0, 9)  # of the range: knots of a bow
+SLOW_S = 60.0  # as long as a level is held: creep that a model misses lasts so long
 LAGS_S = np.arange(-3.0, 3.01, 0.1)  # the cell's clock against the log's
 UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
 RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is another unit or another load path
@@ -56,11 +62,23 @@ class Fitted:
 class TetherFit:
     gains: dict[str, tuple[float, float]]  # by mount: factor, sigma
     zeros_mm: dict[str, tuple[float, float]]  # by mount: what is left of its zero, sigma
+    lines: dict[str, "Line"]  # by mount
     numbers: list[Fitted]
     before_n: float  # RMS of cell minus models
     after_n: float
     lag_s: float
     bands_n: list[tuple[str, float, float, float]]  # mount, force, sigma before and after
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """What a mount's transducer does besides: growth with temperature, bow over its range."""
+
+    expansion_mm_k: float
+    expansion_std_mm_k: float
+    reference_degc: float
+    bow_mm: float
+    range_mm: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +90,17 @@ class _Run:
     engine_of: list[int]
     force_n: Floats  # (n, mounts)
     slope_n_mm: Floats  # (n, mounts)
+    warmer_k: Floats  # (n, mounts) than at first; 0 where no thermometer is
+    bowed: Floats  # (n, mounts) 4 u (1 - u)
+    reference_degc: list[float]
+    range_mm: list[float]
+    straight: list[bool]  # by engine: gauge blocks have measured a curve
     rate_hz: float
+
+    def by_engine(self, columns: Floats) -> Floats:
+        """Sums (n, engines) over an engine's mounts."""
+        sides = [np.array(self.engine_of) == e for e in range(len(self.engines))]
+        return np.column_stack([columns[:, side].sum(axis=1) for side in sides])
 
 
 class _Solved(NamedTuple):
@@ -110,21 +138,34 @@ def _run(flight: Recording, installation: Installation) -> _Run:
     models = installation.parts().models
     force_n = np.column_stack([flight[f"model_N_{name}"] for name in mounts])
     slopes = np.empty_like(force_n)
+    warmer, bowed, references, ranges = np.zeros_like(force_n), np.zeros_like(force_n), [], []
     for i, (name, model) in enumerate(zip(mounts, models, strict=True)):
         low, high = model.spec.valid.deformation_mm
         slopes[:, i] = (model.spec.valid.force_n[1] - model.spec.valid.force_n[0]) / (high - low)
         if np.nanmax(np.abs(force_n[:, i])) < LEAST_RANGE_N:
             raise RecordingError(f"{flight.name}: {name} never carries {LEAST_RANGE_N:g} N, expected a run")
-    engines = list(config.aircraft.engines)
-    return _Run(mounts, engines, [engines.index(m.engine) for m in config.mount], force_n, slopes, flight.sample_hz)
+        u = flight[f"deformation_mm_{name}"] / high
+        warm = flight.channels.get(f"temperature_degC_{name}", np.zeros(len(flight)))
+        measured = warm[np.isfinite(warm)][: max(round(SLOW_S * flight.sample_hz), 1)]
+        first = float(np.median(measured)) if len(measured) else 0.0
+        warmer[:, i], bowed[:, i] = np.nan_to_num(warm - first), 4.0 * u * (1.0 - u)
+        references.append(first)
+        ranges.append(high)
+    engines, known = list(config.aircraft.engines), installation.calibration() or Calibration(on="2000-01-01")
+    owners = [engines.index(m.engine) for m in config.mount]
+    straight = [
+        any(known.of(m).read_mm for m, owner in zip(mounts, owners, strict=True) if owner == e)
+        for e in range(len(engines))
+    ]
+    about = references, ranges, straight, flight.sample_hz
+    return _Run(mounts, engines, owners, force_n, slopes, warmer, bowed, *about)
 
 
 def _design(run: _Run) -> Floats:
-    """Columns of G (engines), s (mounts), z (mounts), c."""
-    of_engine = np.column_stack(
-        [run.force_n[:, np.array(run.engine_of) == e].sum(axis=1) for e in range(len(run.engines))]
-    )
-    return np.column_stack((of_engine, run.force_n, -run.slope_n_mm, np.ones(len(run.force_n))))
+    """Columns of G (engines), s (mounts), z (mounts), a (engines), b (engines), c."""
+    grown, bent = (run.by_engine(-run.slope_n_mm * column) for column in (run.warmer_k, run.bowed))
+    ones = np.ones(len(run.force_n))
+    return np.column_stack((run.by_engine(run.force_n), run.force_n, -run.slope_n_mm, grown, bent, ones))
 
 
 def _prior(run: _Run, installation: Installation) -> Floats:
@@ -133,7 +174,9 @@ def _prior(run: _Run, installation: Installation) -> Floats:
     known = installation.calibration()
     zero = [(known.of(name).zero_std_mm if known else None) or settings.mount_zero_std_mm for name in run.mounts]
     stiffness = [settings.mount_stiffness_std] * len(run.mounts)
-    return np.array([ENGINE_STD] * len(run.engines) + stiffness + zero + [CELL_ZERO_N])
+    bow = [STRAIGHT_MM if straight else BOW_STD_MM for straight in run.straight]
+    grows = [EXPANSION_STD_MM_K] * len(run.engines)
+    return np.array([ENGINE_STD] * len(run.engines) + stiffness + zero + grows + bow + [CELL_ZERO_N])
 
 
 def _at(cell: Recording, at_s: Floats) -> Floats:
@@ -175,18 +218,26 @@ def _fit(design: Floats, prior: Floats, base_n: Floats, cell_n: Floats, rate_hz:
 def _told(run: _Run, installation: Installation, solved: _Solved, before_n: float, lag_s: float) -> TetherFit:
     prior, mean, covariance, after_n = solved
     n_e, n_m = len(run.engines), len(run.mounts)
-    gains, zeros, numbers = {}, {}, []
+    gains, zeros, lines, numbers = {}, {}, {}, []
+    at = n_e + 2 * n_m
     for i, name in enumerate(run.mounts):
         row = np.zeros(len(mean))
         row[run.engine_of[i]] = row[n_e + i] = 1.0
         gains[name] = 1.0 + float(row @ mean), sqrt(float(row @ covariance @ row))
         k = n_e + n_m + i
         zeros[name] = float(mean[k]), sqrt(float(covariance[k, k]))
+        e = run.engine_of[i]
+        grows, bow = float(mean[at + e]), float(mean[at + n_e + e])
+        lines[name] = Line(grows, sqrt(float(covariance[at + e, at + e])), run.reference_degc[i], bow, run.range_mm[i])
         wide = sqrt(float(row**2 @ prior**2))
         numbers.append(Fitted(f"gain {name}", "-", gains[name][0], 1.96 * gains[name][1], 1.96 * wide))
         numbers.append(Fitted(f"zero {name}", "um", 1e3 * zeros[name][0], 1960 * zeros[name][1], 1960 * prior[k]))
+    for e, engine in enumerate(run.engines):
+        for k, what, unit in ((at + e, "growth of", "um/K"), (at + n_e + e, "bow of", "um")):
+            wide, left = 1960 * prior[k], 1960 * sqrt(float(covariance[k, k]))
+            numbers.append(Fitted(f"{what} {engine}", unit, 1e3 * float(mean[k]), left, wide))
     numbers += [_share(run, e, mean, covariance, prior) for e in range(n_e) if run.engine_of.count(e) == 2]
-    return TetherFit(gains, zeros, numbers, before_n, after_n, lag_s, _bands(run, installation, gains, zeros))
+    return TetherFit(gains, zeros, lines, numbers, before_n, after_n, lag_s, _bands(run, installation, gains, zeros))
 
 
 def _share(run: _Run, engine: int, mean: Floats, covariance: Floats, prior: Floats) -> Fitted:
@@ -229,10 +280,22 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibratio
         old = mounts.get(name, MountCalibration())
         left_mm, std_mm = fit.zeros_mm[name]
         zero = Zero(on=on, mm=round(old.zero_mm + left_mm, 6), std_mm=max(round(std_mm, 6), 1e-6))
+        line = fit.lines[name]
         mounts[name] = msgspec.structs.replace(
-            old,
+            old if old.read_mm else _bent(old, line),
             gain=round(old.gain * factor, 6),
             gain_std=round(gain_std, 6),
+            expansion_mm_k=round(old.expansion_mm_k + line.expansion_mm_k, 9),
+            expansion_std_mm_k=max(round(line.expansion_std_mm_k, 9), 1e-9),
+            reference_degc=round(line.reference_degc, 3),
             zeros=(*(kept for kept in old.zeros if kept.on != on), zero),
         )
     return msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)
+
+
+def _bent(mount: MountCalibration, line: Line) -> MountCalibration:
+    """With the bow as a curve."""
+    read = line.range_mm * CURVE
+    true = read - line.bow_mm * 4.0 * CURVE * (1.0 - CURVE)
+    told = {"read_mm": read, "true_mm": true}
+    return msgspec.structs.replace(mount, **{name: tuple(np.round(mm, 6).tolist()) for name, mm in told.items()})

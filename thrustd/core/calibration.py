@@ -1,6 +1,6 @@
 """What was measured of the mounts where they are: zeros, transducers' curves, gains, hours. A dated file.
 
-    reading r -> deformation  d = curve(r) - curve(zero)          curve: gauge blocks, piecewise linear
+    reading r -> deformation  d = curve(r) - curve(zero) - a (T - T_0)      curve: gauge blocks, piecewise linear
     force of the model        F -> gain F                         tethered static run
 
 `thrustd zero` and `thrustd calibrate` write it; a configuration names it (`calibration = "calibration.toml"`), `run`
@@ -39,6 +39,9 @@ class MountCalibration(Section, frozen=True):
     curve_std_mm: Std | None = None
     gain: Annotated[float, Meta(gt=0.5, lt=2)] = 1.0  # force in the aircraft over force of the model
     gain_std: Std | None = None
+    expansion_mm_k: Annotated[float, Meta(ge=-0.1, le=0.1)] = 0.0  # of the reading, per kelvin of the mount
+    expansion_std_mm_k: Std | None = None
+    reference_degc: Annotated[float, Meta(ge=-100, le=200)] = 20.0  # where the zero is
     service_h: Annotated[float, Meta(ge=0, le=1e6)] = 0.0  # with its engine running, before the next flight
 
     @property
@@ -96,7 +99,8 @@ def write_calibration(calibration: Calibration) -> str:
         rows = [f'{{ on = "{zero.on}", mm = {zero.mm:.6f}, std_mm = {zero.std_mm:.6f} }}' for zero in mount.zeros]
         lines += [f"zeros = [{', '.join(rows)}]"] if rows else []
         lines += [f"{key} = {list(value)}" for key in ("read_mm", "true_mm") if (value := getattr(mount, key))]
-        for key in ("curve_std_mm", "gain", "gain_std", "service_h"):
+        thermal = ("expansion_mm_k", "expansion_std_mm_k", "reference_degc") if mount.expansion_std_mm_k else ()
+        for key in ("curve_std_mm", "gain", "gain_std", *thermal, "service_h"):
             value = getattr(mount, key)
             lines += [f"{key} = {value!r}"] if value is not None else []
     return "\n".join(lines) + "\n"

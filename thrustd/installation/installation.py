@@ -7,6 +7,7 @@ import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
+from math import hypot
 from pathlib import Path
 from typing import Any
 
@@ -160,13 +161,20 @@ class Installation:
         return f"{self.where}: {name}"
 
 
+WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its zero is, one sigma; where not measured
+
+
 def _as_tethered(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:
     """What a tethered static run leaves of the zeros and scales that nobody had measured."""
     if calibration is None or calibration.tethered is None:
         return aircraft
     mounts, known = list(calibration.mount.values()), aircraft.installation
     scale = max([mount.gain_std for mount in mounts if mount.gain_std is not None], default=known.scale)
-    zeros_mm = [mount.zero_std_mm for mount in mounts if mount.zero_std_mm is not None]
+    zeros_mm = [
+        hypot(mount.zero_std_mm, WARMS_K * (mount.expansion_std_mm_k or EXPANSION_STD_MM_K))
+        for mount in mounts
+        if mount.zero_std_mm is not None
+    ]
     zero_n = sum(aircraft.spring_n_mm) * max(zeros_mm, default=1.0)
     left = msgspec.structs.replace(known, scale=min(known.scale, scale), zero_n=min(known.zero_n, zero_n))
     return msgspec.structs.replace(aircraft, installation=left)

@@ -1,6 +1,7 @@
 """A model as one calibrated mount has it: the transducer's curve before its input curve, the gain behind its output.
 
-Both curves are piecewise linear, so the composition is one again, exactly: nothing is added to the chain.
+Both curves are piecewise linear, so the composition is one again, exactly. What grows with temperature is the effect
+`thermal_expansion`.
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,8 @@ import numpy as np
 
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.errors import ModelError
-from thrustd.model.artifact import Curve, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
+from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
+from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
 from thrustd.model.stage import Floats
 
 
@@ -38,7 +40,20 @@ def calibrated(spec: ModelSpec, mount: MountCalibration, where: str) -> ModelSpe
             output_curve=_scaled(spec.output_curve, mount.gain),
             valid=msgspec.structs.replace(spec.valid, force_n=(low * mount.gain, high * mount.gain)),
         )
-    return spec
+    return _expanding(spec, mount) if mount.expansion_mm_k != 0.0 else spec
+
+
+def _expanding(spec: ModelSpec, mount: MountCalibration) -> ModelSpec:
+    """a (T - T_0) in front of everything; with the bench's own growth b (T - T_b) it is one: (a + b) (T - T')."""
+    known = next((effect for effect in spec.effects if effect.name == EXPANSION.name), None)
+    own = dict(known.parameters) if known is not None else EXPANSION.neutral()
+    rate = mount.expansion_mm_k + own["expansion_mm_k"]
+    if abs(rate) < 1e-12:
+        return msgspec.structs.replace(spec, effects=[effect for effect in spec.effects if effect is not known])
+    offset_mm = mount.expansion_mm_k * mount.reference_degc + own["expansion_mm_k"] * own["reference_degc"]
+    whole = EffectSpec(EXPANSION.name, {"expansion_mm_k": rate, "reference_degc": offset_mm / rate})
+    rest = [effect for effect in spec.effects if effect is not known]
+    return msgspec.structs.replace(spec, effects=[whole, *rest])
 
 
 def _scaled(curve: Curve, gain: float) -> Curve:
