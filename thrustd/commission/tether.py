@@ -153,10 +153,8 @@ def _run(flight: Recording, installation: Installation) -> _Run:
         ranges.append(high)
     engines, known = list(config.aircraft.engines), installation.calibration() or Calibration(on="2000-01-01")
     owners = [engines.index(m.engine) for m in config.mount]
-    straight = [
-        any(known.of(m).read_mm for m, owner in zip(mounts, owners, strict=True) if owner == e)
-        for e in range(len(engines))
-    ]
+    curved = {owner for name, owner in zip(mounts, owners, strict=True) if known.of(name).read_mm}
+    straight = [e in curved for e in range(len(engines))]
     about = references, ranges, straight, flight.sample_hz
     return _Run(mounts, engines, owners, force_n, slopes, warmer, bowed, *about)
 
