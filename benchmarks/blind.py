@@ -145,8 +145,11 @@ def extended(model: ModelSpec, records: Records, report: DiagnoseReport) -> dict
         return {"refused": str(problem)}
     before, after = compare({"before": model, "after": result.spec}, [records.heldout]).comparisons
     line: dict[str, Any] = {"heldout_before_n": before.rmse_n, "heldout_after_n": after.rmse_n, "intervals": []}
+    truths = dict(records.parameters)
+    if "hysteresis_dahl" in names and "hysteresis.yield_mm" in truths:  # the twin's own law: nothing is converted
+        truths["hysteresis.yield_mm"] /= DAHL_YIELD
     for p in result.parameters:
-        truth = records.parameters.get(f"{p.effect}.{p.name}")
+        truth = truths.get(f"{p.effect}.{p.name}")
         if truth is not None:
             line["intervals"].append([f"{p.effect}.{p.name}", truth, p.value, p.std])
     return line
