@@ -25,7 +25,7 @@ from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.question import NOTHING, Given, asked
-from thrustd.diagnose.search.ranking import Progress, begin_of, gained, leading, pruned, simplest
+from thrustd.diagnose.search.ranking import Progress, begin_of, carried, gained, leading, pruned, simplest
 from thrustd.diagnose.search.screen import screened, table_of
 from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, sentences, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
@@ -130,15 +130,18 @@ def variants(effect: Effect) -> list[Effect]:
 def _fitted(
     base: Base, rows: Sequence[Record], nothing: Joint, chosen: Sequence[Effect], rig: Rig, progress: Progress | None
 ) -> Joint:
-    """Effects one after the other, each in the simplest variant of those that leave least beside those before."""
-    fit = nothing
+    """Effects one after the other, each in its best variants beside the best sets before it, as the search does."""
+    beam = [nothing]
     for i, effect in enumerate(chosen):
         _tell(progress, 0.85 * i / len(chosen), effect.word)
         terms = [term for law in variants(effect) for term in terms_of(law, rig)]
-        looked = leading(screened(table_of(base, fit), terms), least=-np.inf)
-        tried = [joint_fit(base, rows, (*fit.terms, one.term), begin_of(base, fit, one)) for one in looked]
-        fit = simplest(tried)
-    return fit
+        tried = [
+            joint_fit(base, rows, (*fit.terms, one.term), begin_of(base, fit, one))
+            for fit in beam
+            for one in leading(screened(table_of(base, fit), terms), least=-np.inf)
+        ]
+        beam = carried(simplest(tried), tried)
+    return beam[0]
 
 
 def told(fit: Joint) -> bool:

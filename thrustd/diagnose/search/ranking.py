@@ -85,7 +85,7 @@ def rank(
         if not better:
             break
         best = simplest(better)
-        beam = [best, *(fit for fit in sorted(better, key=lambda fit: fit.mse) if fit is not best)][:BEAM]
+        beam = carried(best, better)
     best = pruned(base, records, best)
     if far_above(best, base):
         more = following(base, records, best, looked, rig)
@@ -109,6 +109,11 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
         best = simplest(better)
         found.append(best)
     return found
+
+
+def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
+    """The sets that are grown further: the best, and those that leave least of the others."""
+    return [best, *(fit for fit in sorted(fits, key=lambda fit: fit.mse) if fit is not best)][:BEAM]
 
 
 def simplest(fits: Sequence[Joint]) -> Joint:
