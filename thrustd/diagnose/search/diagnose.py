@@ -144,7 +144,8 @@ def _grade(base: Base, verdict: Verdict, alike: Sequence[str]) -> str:
     if alike:
         return "cannot be told"
     said = verdict.words == ("unknown",) and verdict.channels
-    return "weak" if not said and (verdict.channels or far_above(verdict.fit, base)) else "strong"
+    short = not (verdict.fit.terms or base.by_brochure or at_floor(verdict.fit, base))
+    return "weak" if not said and (verdict.channels or short or far_above(verdict.fit, base)) else "strong"
 
 
 def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
