@@ -64,6 +64,7 @@ BAD_CSV = {
     "empty": ("", "is empty"),
     "header only": ("time_s,force_N\n", "no samples"),
     "not text": ("\x00\x8f\x1btime_s", "not UTF-8 text"),
+    "names that steer a terminal": ("time_s,\x1b[31mred\n0,1\n", "control characters in its first line"),
     "another coding": ("time_s,T_\xb0C\n0,1\n", "not UTF-8 text"),
 }
 

@@ -51,7 +51,8 @@ def _header(path: Path) -> tuple[list[str], str]:
         raise RecordingError(f"{path.name}: its first line has more than {HEADER_BYTES} bytes; expected channel names")
     line = raw.decode("utf-8-sig", errors="replace").strip("\r\n")
     if "\ufffd" in line or not line.replace("\t", "").isprintable():
-        raise RecordingError(f"{path.name}: not UTF-8 text; expected a CSV file with one header line of channel names")
+        what = "not UTF-8 text" if "\ufffd" in line or "\0" in line else "control characters in its first line"
+        raise RecordingError(f"{path.name}: {what}; expected a CSV file with one header line of channel names")
     delimiter = max((sign for sign in ";\t," if sign in line), key=line.count, default=",")
     names = [name.strip().strip('"') for name in line.split(delimiter)]
     if all(_is_number(name.replace(",", ".")) for name in names):
