@@ -183,11 +183,13 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
     """Whether a larger set leaves clearly less on held-back blocks: in sum, or block by block as a ratio.
 
     Where a record moves now and then the sum is that of a few blocks, whatever was found; the ratio is of all that
-    move.
+    move. A brochure is wrong in still blocks too, where a ratio would count: against one, newtons of every block.
     """
     fall = (before.block_mse - after.block_mse) * before.block_size
     ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
-    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in (fall, ratio)) * np.sqrt(len(fall))
+    newtons = np.sign(fall) * np.sqrt(np.abs(fall))
+    judged = (newtons,) if after.by_brochure else (fall, ratio)
+    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in judged) * np.sqrt(len(fall))
     return bool(before.mse - after.mse > worth * after.mse and sure > SURE)
 
 
