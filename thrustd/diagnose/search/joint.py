@@ -11,7 +11,6 @@ from itertools import pairwise
 import numpy as np
 
 from thrustd.diagnose.search.base import Base, is_state
-from thrustd.diagnose.search.reference_terms import MARK
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import LEAST_ITERATIONS, Mask, Solution, bounded, noise_level, prior_of, solve
@@ -44,10 +43,6 @@ class Joint:
     @property
     def mse(self) -> float:
         return float(np.sum(self.block_mse * self.block_size) / np.sum(self.block_size))
-
-    @property
-    def by_brochure(self) -> bool:
-        return MARK in self.records[0].channels
 
     @property
     def plateau(self) -> float:

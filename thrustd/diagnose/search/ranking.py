@@ -37,7 +37,7 @@ NEAR = 0.03  # of the squared error: sets so close are told apart by how many nu
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 AT_FLOOR = 1.05  # times the floor
 UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
-EXACT = 0.01  # of the output's spread: no law of rubber holds better
+EXACT = 0.01  # of the output's spread: no law of rubber holds better, nor does a deck
 UNKNOWN_SIGMA = 0.02  # of the travel: a free curve's heights
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
@@ -143,7 +143,9 @@ def far_above(fit: Joint, base: Base) -> bool:
 
 
 def floor_of(fit: Joint, base: Base) -> float:
-    """Rms that nothing could go below: the fast end of the residual's spectrum, or what was left at identification."""
+    """Rms that nothing could go below: the residual's fast end, what identification left, or what a deck leaves."""
+    if base.by_brochure:
+        return max(fit.plateau, EXACT)
     return min(fit.plateau, base.promised if base.promised is not None else np.inf)
 
 
@@ -183,13 +185,11 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
     """Whether a larger set leaves clearly less on held-back blocks: in sum, or block by block as a ratio.
 
     Where a record moves now and then the sum is that of a few blocks, whatever was found; the ratio is of all that
-    move. A brochure is wrong in still blocks too, where a ratio would count: against one, newtons of every block.
+    move.
     """
     fall = (before.block_mse - after.block_mse) * before.block_size
     ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
-    newtons = np.sign(fall) * np.sqrt(np.abs(fall))
-    judged = (newtons,) if after.by_brochure else (fall, ratio)
-    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in judged) * np.sqrt(len(fall))
+    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in (fall, ratio)) * np.sqrt(len(fall))
     return bool(before.mse - after.mse > worth * after.mse and sure > SURE)
 
 
