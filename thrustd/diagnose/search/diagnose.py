@@ -24,16 +24,7 @@ from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, asked
-from thrustd.diagnose.search.ranking import (
-    UNKNOWN_SIGMA,
-    Progress,
-    Ranked,
-    at_floor,
-    far_above,
-    floor_of,
-    gained,
-    rank,
-)
+from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_floor, far_above, floor_of, gained, rank
 from thrustd.diagnose.search.screen import Followed, Looked, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
