@@ -49,7 +49,7 @@ def test_samples_that_do_not_count_have_no_part_in_the_columns_of_others():
     few = Record(u, np.where(np.arange(3000) % 700 == 0, 0.0, np.nan), 1.0, 0.0)
     point = first_point(shape, [all_of_it]).at(shape, rng.normal(size=shape.n))
     every, some = (next(rows.copy() for _, rows, _ in columns(shape, point, r)) for r in (all_of_it, few))
-    np.testing.assert_allclose(some[::700], every[::700], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(some, every[::700], rtol=1e-9, atol=1e-12)
 
 
 def test_a_resonance_gets_its_pair():

@@ -117,9 +117,11 @@ def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Poi
     mask = np.ones(shape.n, bool)
     mask[where["gain"]] = kept
     rubs = float(point.stops.sum()) > FRICTIONLESS
-    mask[where["stops"]] = rubs
+    mask[where["growth"]] = mask[where["stops"]] = rubs
     nothing = np.zeros(0)
-    smaller = replace(shape, taus_s=np.exp(point.log_tau[kept]), radii=shape.radii if rubs else nothing)
+    smaller = replace(
+        shape, taus_s=np.exp(point.log_tau[kept]), radii=shape.radii if rubs else nothing, grows=shape.grows and rubs
+    )
     stops = point.stops if rubs else nothing
     found = replace(point, gain=point.gain[kept], log_tau=point.log_tau[kept], stops=stops, terms=nothing)
     return smaller, found, information[np.ix_(mask, mask)]

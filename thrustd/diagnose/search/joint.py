@@ -6,7 +6,6 @@ without a group of blocks and the error on them follow from the linearisation at
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -115,25 +114,16 @@ def block_equations(shape: Shape, point: Point, records: Sequence[Record], n_blo
     found = Blocks(np.zeros((n_blocks, n, n)), np.zeros((n_blocks, n)), np.zeros(n_blocks), np.zeros(n_blocks))
     passed = 0
     for record in records:
-        for part, rows, out in columns(shape, point, record):
-            missed = record.y[part] - out
-            begin = passed + part.start
-            inside = edges[(edges > begin) & (edges < begin + len(missed))] - begin
-            for piece in (slice(a, b) for a, b in pairwise([0, *inside, len(missed)])):
-                b = int(np.searchsorted(edges, begin + piece.start, side="right"))
-                _add(found, b, rows[piece], missed[piece])
+        for known, rows, missed in columns(shape, point, record):
+            lies_in = np.searchsorted(edges, passed + known, side="right")
+            for b in np.unique(lies_in):
+                own, left = rows[lies_in == b], missed[lies_in == b]
+                found.matrix[b] += own.T @ own
+                found.right[b] += own.T @ left
+                found.squares[b] += float(left @ left)
+                found.size[b] += len(left)
         passed += len(record)
     return found
-
-
-def _add(blocks: Blocks, b: int, rows: Floats, missed: Floats) -> None:
-    good = np.isfinite(missed)
-    if not good.all():
-        rows, missed = rows[good], missed[good]
-    blocks.matrix[b] += rows.T @ rows
-    blocks.right[b] += rows.T @ missed
-    blocks.squares[b] += float(missed @ missed)
-    blocks.size[b] += len(missed)
 
 
 def std_over(found: Solution, blocks: Blocks) -> Floats:

@@ -88,13 +88,11 @@ def table_of(base: Base, fit: Joint) -> Table:
     shape, point = fit.solution.shape, fit.solution.point
     gradients, residuals = [], []
     for record in records:
-        whole = np.empty((len(record), shape.n))
-        missed = np.empty(len(record))
-        for part, rows, out in columns(shape, point, record):
-            whole[part], missed[part] = rows, record.y[part] - out
-        good = np.isfinite(missed)
-        gradients.append(_means(np.where(good[:, None], whole, 0.0), width))
-        residuals.append(_means(np.where(good, missed, 0.0), width))
+        whole, left = np.zeros((len(record), shape.n)), np.zeros(len(record))
+        for known, rows, missed in columns(shape, point, record):
+            whole[known], left[known] = rows, missed
+        gradients.append(_means(whole, width))
+        residuals.append(_means(left, width))
     gradient, residual = np.concatenate(gradients), np.concatenate(residuals)
     block = np.arange(len(residual)) * BLOCKS // len(residual)
     parts = tuple(slice(a, b) for a, b in pairwise(np.searchsorted(block, np.arange(BLOCKS + 1))))

@@ -1,18 +1,19 @@
 """What lies in front of an even output curve, y = h(x), h(-x) = h(x): a speed without its sign, a power, a distance.
 
-No linear model sees the linear block in front of such a curve: with a random input y does not correlate with it. The
-products do: y by least squares on the products of u through a Laguerre bank, y = phi' C phi + b' phi + a, has a matrix
-C that is mostly c c', and x = c' phi (principal Hessian directions, Li, JASA 87, 1992).
+No linear model sees the linear block in front of such a curve: with a random input y does not correlate with it. What
+is lost is a sign: x = phi c with a bank phi of lags and one swing, signs s = sign(phi c), c by least squares of s y on
+phi, and so on from random beginnings, for every frequency and damping of a grid (Gerchberg & Saxton, Optik 35 (1972)
+237; Netrapalli, Jain & Sanghavi, IEEE Trans. Signal Process. 63 (2015) 4814).
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.signal import lfilter
 
 from thrustd.identify.regression.curve import Grid, roughness
+from thrustd.identify.regression.pairs import candidates
 from thrustd.identify.regression.regress import KNOTS
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
@@ -20,58 +21,55 @@ from thrustd.identify.segments import Segment
 from thrustd.model.stage import Floats
 
 BEYOND = 0.15  # of the output's range: so far beyond it does h reach on either side
-BANK = 5  # Laguerre functions
-MEMORIES = (2, 4, 8, 16, 32, 64, 128)  # samples: time constants of the bank that compete
-ROWS = 20_000
-RIDGE = 0.01  # of the size of every column: few rows and products that are much alike
-BLOCKS = 10  # every other one judges what was fitted to the rest
+ROWS = 2_000  # samples, the first ones, by which signs are found
+LAGS = (1 / 8, 1.0, 8.0)  # periods of the swing: time constants beside it
+POWERS = (1.0, 0.5)  # of y: it grows as |x|, or as its square
+BEGINNINGS, TURNS = 20, 30  # at every swing, and how often signs are drawn anew
+RIDGE = 1e-4  # of the size of every column
+EACH = 10  # known samples for every column, at least
 
 
-def before_even_curve(u: Floats, y: Floats, chosen: NDArray[np.int64]) -> Floats | None:
-    """x (n,) of unit spread for u (n,) and y at the chosen samples; None where these are too few."""
-    rows = chosen[:: max(1, len(chosen) // ROWS)]
-    if len(rows) < 2 * _count(BANK + 1):
-        return None
-    trials = [_hidden(bank, rows, y[rows]) for bank in (laguerre(u - u.mean(), memory) for memory in MEMORIES)]
-    return min(trials, key=lambda trial: trial[0])[1]
+def before_even_curve(u: Floats, y: Floats, dt_s: float) -> Iterator[Floats]:
+    """x (n,) of unit spread for u (n,) and y (n,), NaN where it is not known: one for each power of y.
+
+    None where too little is known.
+    """
+    seen = slice(0, ROWS)
+    good = np.isfinite(y[seen])
+    swings = candidates(dt_s, len(good) * dt_s)
+    tables = [_bank(u[seen] - u.mean(), swing, dt_s)[good] for swing in swings]
+    if good.sum() < EACH * tables[0].shape[1]:
+        return
+    for power in POWERS:
+        size = (y[seen][good] - np.nanmin(y)) ** power
+        ends = [_signed(table, size) for table in tables]
+        best = int(np.argmin([error for error, _ in ends]))
+        x: Floats = _bank(u - u.mean(), swings[best], dt_s) @ ends[best][1]
+        yield x / max(float(x.std()), 1e-300)
 
 
-def laguerre(u: Floats, memory: float) -> Floats:
-    """u (n,) and what a bank of discrete Laguerre functions makes of it, (n, BANK + 1), each of unit spread."""
-    a = np.exp(-1.0 / memory)
-    columns = [u, lfilter([0.0, 1.0], [1.0, -a], u)]
-    while len(columns) <= BANK:
-        columns.append(lfilter([-a, 1.0], [1.0, -a], columns[-1]))
-    table = np.column_stack(columns)
-    scaled: Floats = table / np.maximum(table.std(axis=0), 1e-12 * table.std())
-    return scaled
+def _bank(u: Floats, swing: Floats, dt_s: float) -> Floats:
+    """A constant, what lags and the swing make of u (n,), and how they fade from where they begin: (n, 9)."""
+    times_s = dt_s * np.arange(len(u))
+    period_s = 2 * np.pi / swing[1]
+    lagged = [lfilter([0.0, 1 - a], [1.0, -a], u) for a in np.exp(-dt_s / (period_s * np.array(LAGS)))]
+    pole = np.exp(complex(-swing[0], swing[1]) * dt_s)
+    swung, fading = lfilter([0.0, 1 - pole], [1.0, -pole], u.astype(complex)), pole ** np.arange(len(u))
+    slow = np.exp(-times_s / period_s)
+    return np.column_stack((np.ones(len(u)), *lagged, swung.real, swung.imag, fading.real, fading.imag, slow))
 
 
-def _hidden(bank: Floats, rows: NDArray[np.int64], y: Floats) -> tuple[float, Floats]:
-    """Mean square left in blocks not fitted to, and x."""
-    phi = bank[rows]
-    first, second = np.triu_indices(phi.shape[1])
-    table = np.column_stack((phi[:, first] * phi[:, second], phi, np.ones(len(phi))))
-    judge = np.arange(len(phi)) * BLOCKS // len(phi) % 2 == 1
-    left = float(np.mean((y - table @ _solved(table[~judge], y[~judge]))[judge] ** 2))
-    upper = np.zeros((phi.shape[1], phi.shape[1]))
-    upper[first, second] = _solved(table, y)[: len(first)]
-    root = np.linalg.cholesky(phi.T @ phi / len(phi) + 1e-9 * np.eye(phi.shape[1]))  # of what the bank puts out
-    sizes, ways = np.linalg.eigh(root.T @ (upper + upper.T) @ root)
-    x = bank @ np.linalg.solve(root.T, ways[:, np.argmax(np.abs(sizes))])
-    return left, x / max(float(x.std()), 1e-300)
-
-
-def _solved(table: Floats, y: Floats) -> Floats:
-    size = np.linalg.norm(table, axis=0) + 1e-300
-    matrix = (table / size).T @ (table / size) + RIDGE * np.eye(table.shape[1])
-    found: Floats = cho_solve(cho_factor(matrix), (table / size).T @ y) / size
-    return found
-
-
-def _count(n: int) -> int:
-    """Numbers in the least squares."""
-    return n * (n + 1) // 2 + n + 1
+def _signed(table: Floats, size: Floats) -> tuple[float, Floats]:
+    """Mean square of size - |table c|, and the best c of all beginnings."""
+    scale = np.linalg.norm(table, axis=0) + 1e-300
+    unit = table / scale
+    inverse = np.linalg.solve(unit.T @ unit + RIDGE * np.eye(unit.shape[1]), unit.T)
+    c = np.random.default_rng(0).standard_normal((unit.shape[1], BEGINNINGS))
+    for _ in range(TURNS):
+        c = inverse @ (np.sign(unit @ c) * size[:, None])
+    errors = np.mean((size[:, None] - np.abs(unit @ c)) ** 2, axis=0)
+    best = int(np.argmin(errors))
+    return float(errors[best]), c[:, best] / scale
 
 
 def behind_even(inner: Solution, seen: Segment, hidden: Floats) -> tuple[Shape, Point]:

@@ -3,6 +3,8 @@
     rubber      no curve behind, gains of relaxation and friction >= 0 (`regress`)
     general     gains of either sign, a second curve h, records that begin anywhere; no friction
     ringing     further pairs of complex poles, one by one, where the residual asks for them (`pairs`)
+    straight    lines for both curves while poles are looked for; the curves bend afterwards
+    even        a curve behind that is the same for x and -x (`even`)
     hold        zero-order in place of ramps, where the input moves between samples
 
 A hypothesis takes the place of a simpler one when it predicts the held-back blocks better by more than CLEARLY standard
@@ -21,7 +23,7 @@ from thrustd.core.blas import one_thread
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.even import BEYOND, before_even_curve, behind_even
 from thrustd.identify.regression.holds import holds_of
-from thrustd.identify.regression.long import MANY, THINNED, finer, sparse
+from thrustd.identify.regression.long import MANY, THINNED, finer, onto, sparse
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.regress import FIRST, KNOTS, begun_where, prepared, regress
@@ -41,7 +43,7 @@ MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is 
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
 GENERAL_LAGS = 12
 SLOWEST = 0.2  # times the longest record, for relaxation of either sign: slower cannot be told from a slope
-ITERATIONS, PASSES = 40, 5  # at most; passes over millions of samples
+ITERATIONS, PASSES = 40, 10  # at most; with the finer curves of millions of samples
 
 Kind = Literal["line", "cubic", "curve"]
 FREE = {name: strength for name, strength in FIRST.items() if name != "offset"}  # an output of any kind has any zero
@@ -95,18 +97,23 @@ class Field:
         shape, point = with_best_pair(trial.found, records_of(trial.found.shape, self.visible))
         return self.solved(shape, point, FREE | {"f": trial.found.precisions["f"], "h": trial.found.precisions["h"]})
 
-    def even(self, hold: Hold, pairs: int) -> Trial | None:
-        """A curve behind that is the same for x and -x: begun at what lies in front of it (`even`)."""
+    def bent(self, straight: Trial) -> Trial:
+        """With the curves that are asked for, which begin as straight lines."""
+        old, point = straight.found.shape, straight.found.point
+        curved, _ = general_shape(self.visible, self.asked, old.hold)
+        shape = replace(old, f_grid=curved.f_grid, h_grid=curved.h_grid, line=curved.line)
+        h = np.zeros(curved.h_grid.n if curved.h_grid else 0)
+        return self.solved(shape, replace(point, f=onto(old.f_grid, point.f, curved.f_grid), h=h), FREE)
+
+    def straight(self) -> "Field":
+        """The same data with lines in place of curves."""
+        return replace(self, asked=replace(self.asked, f="line", h="line"))
+
+    def even(self, hidden: Floats, hold: Hold, pairs: int) -> Trial:
+        """A curve behind that is the same for x and -x; hidden: what lies in front of it (`even`)."""
         seen = max(self.visible, key=len)
-        hidden = before_even_curve(seen.inputs[DEFORMATION], seen.force_n, np.flatnonzero(np.isfinite(seen.force_n)))
-        if hidden is None:
-            return None
-        straight = Field(
-            [replace(seen, force_n=hidden)],
-            Asked("line", "line", hold=hold),
-            self.progress,
-            [replace(seen, force_n=hidden)],
-        )
+        inside = [replace(seen, force_n=hidden)]
+        straight = Field(inside, Asked("line", "line", hold=hold), self.progress, inside)
         inner = straight.general()
         for _ in range(pairs):
             inner = straight.with_pair(inner)
@@ -139,21 +146,31 @@ def _explained(segments: Sequence[Segment], asked: Asked, progress: Progress | N
             return _ordered(regress(segments, progress), segments, asked, progress)
     else:
         best = competing.general()
-    if asked.hold is None and "zoh" in holds_of(shown):
-        best = _better(best, competing.general("zoh"))
-    best = _ringing(competing, best)
+    best = _ringing(competing, _best_hold(competing, best))
+    if (asked.f, asked.h) != ("line", "line"):
+        straight = competing.straight()
+        line = _ringing(straight, _best_hold(straight, straight.general()))
+        best = _better(_better(line, competing.bent(line)), best)
     if asked.h == "curve" and float(best.held.mean()) > MOSTLY:
-        for hold, pairs in product(holds_of(shown), EVEN_PAIRS):
-            even = competing.even(hold, pairs)
-            best = _better(best, even) if even is not None else best
-        if best.found.shape.h_straight_from == 0.0:
-            return _ordered(resolved(best.found, segments, progress), segments, asked, progress)
-    if len(best.found.point.pair_gain):
+        best = _even(competing, best)
+    if len(best.found.point.pair_gain) and best.found.shape.h_straight_from != 0.0:
         best = _leaner(competing, best)
-        return _ordered(resolved(best.found, segments, progress), segments, asked, progress)
-    shape, records = general_shape(segments, asked, best.found.shape.hold)
-    found = solve(shape, linear_point(shape, records), records, FREE, iterations=ITERATIONS, progress=progress)
-    return _ordered(found, segments, asked, progress)
+    return _ordered(resolved(best.found, segments, progress), segments, asked, progress)
+
+
+def _best_hold(competing: Field, ramps: Trial) -> Trial:
+    """Ramps between samples, or steps where these follow the held-back blocks better."""
+    if competing.asked.hold is None and "zoh" in holds_of(competing.segments):
+        return _better(ramps, competing.general("zoh"))
+    return ramps
+
+
+def _even(competing: Field, best: Trial) -> Trial:
+    seen = max(competing.visible, key=len)
+    for hidden in before_even_curve(seen.inputs[DEFORMATION], seen.force_n, seen.dt_s):
+        for hold, pairs in product(holds_of(competing.segments), EVEN_PAIRS):
+            best = _better(best, competing.even(hidden, hold, pairs))
+    return best
 
 
 def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
@@ -162,28 +179,34 @@ def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | Non
     if found.shape.passive:
         return _ordered(regress(segments, progress), segments, asked, progress)
     shape, point = finer(found, segments[0].dt_s, thin[0].dt_s, asked.order)
-    found = solve(
-        shape, point, sparse(records_of(shape, thin)), found.precisions, iterations=ITERATIONS, progress=progress
-    )
-    records = sparse(records_of(shape, segments))
+    found = solve(shape, point, records_of(shape, thin), found.precisions, iterations=PASSES, progress=progress)
+    records = sparse(shape, found.point, records_of(shape, segments))
     return solve(shape, found.point, records, found.precisions, iterations=PASSES, progress=progress)
 
 
 def _ordered(found: Solution, segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
-    """With the number of poles that was asked for, two of them a pair where that follows the data better."""
+    """With the number of poles that was asked for, as many of them in pairs as follows the data best."""
     if asked.order is None:
         return found
-    few = _reduced(found, asked.order, segments, progress)
-    if found.shape.passive or asked.order < 2:
-        return few
-    rest = _reduced(found, asked.order - 2, segments, progress)
-    shape, point = with_best_pair(rest, records_for(rest, segments))
-    ringing = resolved(replace(rest, shape=shape, point=point, precisions=FREE), segments, progress)
-    return min((few, ringing), key=lambda solution: solution.mean_square)
+    least = _reduced(found, asked.order, 0, segments, progress)
+    if found.shape.passive:
+        return least
+    trials, seen = [least], len(found.point.pair_gain)
+    for pairs in range(1, asked.order // 2 + 1):
+        if pairs <= seen:
+            trials.append(_reduced(found, asked.order, pairs, segments, progress))
+        else:
+            rest = _reduced(found, asked.order - 2, pairs - 1, segments, progress)
+            shape, point = with_best_pair(rest, records_for(rest, segments))
+            ringing = replace(rest, shape=shape, point=point, precisions=FREE)
+            trials.append(resolved(ringing, segments, progress))
+    return min(trials, key=lambda solution: solution.mean_square)
 
 
-def _reduced(found: Solution, order: int, segments: Sequence[Segment], progress: Progress | None) -> Solution:
-    shape, point = reduced(found.shape, found.point, order)
+def _reduced(
+    found: Solution, order: int, pairs: int, segments: Sequence[Segment], progress: Progress | None
+) -> Solution:
+    shape, point = reduced(found.shape, found.point, order, pairs)
     return resolved(replace(found, shape=shape, point=point), segments, progress)
 
 
@@ -223,7 +246,7 @@ def _leaner(competing: Field, best: Trial) -> Trial:
     """The fewest real modes with which hardly more is missed."""
     pairs = len(best.found.point.pair_gain)
     for count in range(0, len(best.found.point.gain)):
-        shape, point = reduced(best.found.shape, best.found.point, count + 2 * pairs)
+        shape, point = reduced(best.found.shape, best.found.point, count + 2 * pairs, pairs)
         fewer = competing.solved(shape, point, best.found.precisions)
         if WORTH_IT**2 * float(fewer.held.mean()) < float(best.held.mean()):
             return fewer
@@ -258,6 +281,7 @@ def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tupl
         zero=float(np.clip(0.0, *reach)),
         taus_s=np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), GENERAL_LAGS),
         radii=np.zeros(0),
+        grows=False,
         terms=(),
         h_grid=None if asked.h == "line" else Grid(low - edge, high + edge, COEFFICIENTS[asked.h]),
         hold=hold,

@@ -9,25 +9,40 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.reduce import enough, fewer
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
-from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.sweep import Record, simulate
 from thrustd.model.stage import Floats
 
 MANY = 300_000  # samples: more are long
 THINNED = 60_000  # means that give the shape
 COUNTED = 120_000  # samples at the full rate that count
-FINER = 4  # times as many coefficients in a curve
+FINER = 6  # times as many coefficients in a curve
+RARE = 0.1  # of the samples counted, at either end of the output, are counted there beside them
 SPARE = 3  # modes faster than the means
 
 
-def sparse(records: Sequence[Record]) -> list[Record]:
-    """With so many references left that the regression counts enough."""
+def sparse(shape: Shape, point: Point, records: Sequence[Record]) -> list[Record]:
+    """With so many references left that the regression counts enough; where the output hardly ever goes, all of them.
+
+    What is rare is judged by the model's output: chosen by the measured one, noise would be taken for a bend.
+    """
     step = max(1, sum(map(len, records)) // COUNTED)
-    return [replace(r, y=np.where(np.arange(len(r)) % step == 0, r.y, np.nan)) for r in records]
+    if step == 1:
+        return list(records)
+    outputs = [simulate(shape, point, record) for record in records]
+    rare = np.quantile(np.concatenate(outputs), (RARE / step, 1 - RARE / step))
+    return [
+        replace(r, y=np.where(_counted(out, step, rare), r.y, np.nan)) for r, out in zip(records, outputs, strict=True)
+    ]
+
+
+def _counted(output: Floats, step: int, rare: Floats) -> NDArray[np.bool_]:
+    return (np.arange(len(output)) % step == 0) | (output < rare[0]) | (output > rare[1])
 
 
 def finer(found: Solution, dt_s: float, thin_dt_s: float, order: int | None) -> tuple[Shape, Point]:
@@ -42,11 +57,13 @@ def finer(found: Solution, dt_s: float, thin_dt_s: float, order: int | None) -> 
     taus_s = np.concatenate((fast_s, tau_s))
     f_grid = _finer(shape.f_grid)
     h_grid = _finer(shape.h_grid) if shape.h_grid else None
-    new = replace(shape, taus_s=taus_s, f_grid=f_grid, h_grid=h_grid, move=True, begun=0)
+    new = replace(
+        shape, taus_s=taus_s, f_grid=f_grid, h_grid=h_grid, move=True, begun=0, limits_s=(dt_s, shape.limits_s[1])
+    )
     begun = replace(
         point,
-        f=_onto(shape.f_grid, point.f, f_grid),
-        h=_onto(shape.h_grid, point.h, h_grid) if shape.h_grid and h_grid else point.h,
+        f=onto(shape.f_grid, point.f, f_grid),
+        h=onto(shape.h_grid, point.h, h_grid) if shape.h_grid and h_grid else point.h,
         gain=np.concatenate((np.zeros(len(fast_s)), gain)),
         log_tau=np.log(taus_s),
         begin=np.zeros(0),
@@ -58,6 +75,6 @@ def _finer(grid: Grid) -> Grid:
     return grid if grid.n == 4 else Grid(grid.low, grid.high, FINER * grid.n)
 
 
-def _onto(old: Grid, coefficients: Floats, new: Grid) -> Floats:
+def onto(old: Grid, coefficients: Floats, new: Grid) -> Floats:
     at = np.linspace(old.low, old.high, 10 * new.n)
     return np.linalg.lstsq(new.values(at), old.values(at) @ coefficients, rcond=None)[0].astype(np.float64)

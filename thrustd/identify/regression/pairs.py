@@ -76,15 +76,14 @@ def _explained(found: Solution, records: Sequence[Record], grid: Floats) -> Floa
 def _tables(found: Solution, record: Record, grid: Floats) -> tuple[Floats, Floats, Floats]:
     """Columns of the present parameters, of the candidates, and the residual, where there is a reference."""
     shape, point = found.shape, found.point
-    parts = [(rows.copy(), record.y[part] - out) for part, rows, out in columns(shape, point, record)]
-    rows, missed = (np.concatenate(column) for column in zip(*parts, strict=True))
+    parts = [(known, rows.copy(), missed) for known, rows, missed in columns(shape, point, record)]
+    known, rows, missed = (np.concatenate(column) for column in zip(*parts, strict=True))
     core = core_of(shape, point, record.dt_s)
     before, *w = (shape.f_grid.values(np.concatenate(([record.before], record.d))) - core.f_zero) @ point.f
     poles = np.array([discretise_mode(complex(-a, b), record.dt_s, shape.hold) for a, b in grid], complex)
     bank = np.empty((len(record), 2 * len(grid)))
     _bank(np.array(w), float(before), poles, bank)
-    good = np.isfinite(missed)
-    return rows[good], bank[good], missed[good]
+    return rows, bank[known], missed
 
 
 @jit

@@ -7,7 +7,7 @@ import numpy as np
 from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
-from thrustd.identify.regression.stops import radii_of
+from thrustd.identify.regression.stops import N_STOPS, radii_of
 from thrustd.identify.regression.terms import split
 from thrustd.model.artifact import Posterior
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
@@ -96,6 +96,7 @@ def shape_of(posterior: Posterior) -> Shape:
         np.array(posterior.log_pole).reshape(-1, 2),
         posterior.hold,
         posterior.passive,
+        grows=len(posterior.mean) > others + N_STOPS,
     )
 
 

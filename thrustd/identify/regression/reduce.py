@@ -16,15 +16,15 @@ TIMES = 120
 FAINT = 0.02  # of the size of the relaxation: modes that leave less than this are enough, before they are polished
 
 
-def reduced(shape: Shape, point: Point, order: int) -> tuple[Shape, Point]:
-    """At most `order` poles in all: pairs stay as long as they fit, then real modes."""
-    pairs = np.argsort(-np.abs(point.pair_gain).sum(axis=1))[: order // 2]
-    tau_s, gain = fewer(np.exp(point.log_tau), point.gain, order - 2 * len(pairs))
-    poles = point.log_pole[np.sort(pairs)]
+def reduced(shape: Shape, point: Point, order: int, pairs: int) -> tuple[Shape, Point]:
+    """At most `order` poles in all, so many pairs of them, the strongest, and real modes."""
+    kept = np.sort(np.argsort(-np.abs(point.pair_gain).sum(axis=1))[:pairs])
+    tau_s, gain = fewer(np.exp(point.log_tau), point.gain, order - 2 * len(kept))
+    poles = point.log_pole[kept]
     new = replace(shape, taus_s=tau_s, poles=poles, move=True)
     begin = np.zeros(new.sizes["begin"])
     less = replace(point, gain=gain, log_tau=np.log(tau_s), log_pole=poles.copy(), begin=begin)
-    return new, replace(less, pair_gain=point.pair_gain[np.sort(pairs)])
+    return new, replace(less, pair_gain=point.pair_gain[kept])
 
 
 def fewer(tau_s: Floats, gain: Floats, count: int) -> tuple[Floats, Floats]:

@@ -1,6 +1,6 @@
 """The estimator: records -> posterior of a mount model (spline curve, one relaxation, friction, output curve).
 
-    w = f(d);   x = w + sum_i g_i (w - L_i w);   F = h(x) + offset + sum_i c_i stop_i(d) + F_f z(d)
+    w = f(d);   x = w + sum_i g_i (w - L_i w);   F = h(x) + offset + (1 + kappa |d|) sum_i c_i stop_i(d) + F_f z(d)
 
 with f and h splines under a prior on their roughness, L_i first-order lags on a fixed log-spaced set of time
 constants from two samples to four times the longest record, sixteen friction stops, and one friction that yields
@@ -62,7 +62,7 @@ def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
     taus_s = np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), LAGS)
     knots = KNOTS * (2 if len(y) > MANY else 1)
     friction = yielding(d, scale)
-    shape = Shape(beyond(low, high, knots), zero, taus_s, radii_of(high - low), scale, terms=(friction,))
+    shape = Shape(beyond(low, high, knots), zero, taus_s, radii_of(high - low), scale, grows=True, terms=(friction,))
     records = [Record(x, s.force_n / scale, s.dt_s, zero) for x, s in zip(d, segments, strict=True)]
     return shape, records
 
@@ -86,6 +86,7 @@ def first_point(shape: Shape, records: Sequence[Record]) -> Point:
         float(offset),
         nothing(len(shape.radii)),
         np.array([BEGIN if p.amplitude else 0.0 for term in shape.terms for p in term.free], float),
+        nothing(shape.sizes["growth"]),
         nothing(shape.sizes["begin"]),
     )
 

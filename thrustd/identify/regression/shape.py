@@ -35,6 +35,7 @@ class Shape:
     terms: tuple[Term, ...] = ()  # physical effects beside the core
     h_straight_from: float = -np.inf  # above this x h has no straight part of its own: that is the scale of f
     limits_s: tuple[float, float] = (0.0, np.inf)  # of time constants that move: faster or slower is not in the data
+    grows: bool = False  # friction with the deformation
     begun: int = 0  # records, the first ones, whose lags and pairs do not begin settled, but anywhere
 
     @property
@@ -49,6 +50,7 @@ class Shape:
             "log_pole": 2 * p if self.move else 0,
             "h": self.h_grid.n if self.h_grid else 0,
             "offset": 1,
+            "growth": int(self.grows),
             "stops": len(self.radii),
             "terms": sum(len(term.free) for term in self.terms),
             "begin": self.begun * (m + 2 * p),
@@ -87,7 +89,7 @@ class Shape:
     def positive(self) -> NDArray[np.bool_]:
         """Which numbers cannot be negative (n,)."""
         mask = np.zeros(self.n, bool)
-        mask[self.parts()["stops"]] = True
+        mask[self.parts()["growth"]] = mask[self.parts()["stops"]] = True
         if self.passive:
             mask[self.parts()["gain"]] = True
         mask[self.parts()["terms"]] = positives(self.terms)
@@ -114,12 +116,14 @@ class Point:
     offset: float
     stops: Floats
     terms: Floats  # numbers without dimension, see `terms`
+    growth: Floats = field(default_factory=lambda: np.zeros(0))  # (1,) of friction, per largest radius
     begin: Floats = field(default_factory=lambda: np.zeros(0))  # (begun * (m + 2 p),) memory at first, less settled
 
     def vector(self, shape: Shape) -> Floats:
         moved = (self.log_tau, self.log_pole.ravel()) if shape.move else ((), ())
-        parts = (self.f, self.gain, moved[0], self.pair_gain.ravel(), moved[1], self.h, [self.offset], self.stops)
-        return np.concatenate([np.asarray(part, float) for part in (*parts, self.terms, self.begin)])
+        parts = (self.f, self.gain, moved[0], self.pair_gain.ravel(), moved[1], self.h, [self.offset])
+        rest = (self.growth if shape.grows else (), self.stops, self.terms, self.begin)
+        return np.concatenate([np.asarray(part, float) for part in (*parts, *rest)])
 
     def at(self, shape: Shape, vector: Floats) -> "Point":
         part = {name: vector[where] for name, where in shape.parts().items()}
@@ -135,6 +139,7 @@ class Point:
             pair_gain=part["pair_gain"].reshape(-1, 2),
             h=part["h"],
             offset=float(part["offset"][0]),
+            growth=part["growth"],
             stops=part["stops"],
             terms=part["terms"],
             begin=part["begin"],

@@ -37,6 +37,7 @@ WIDEST = {
 }  # least precision
 WIDEST_TERM = 1e-3  # of a spectrum, in units of its typical size
 FLAT = 1e-9  # precision of what no prior holds, in units of the output scale
+GROWTH_STD = 4.0  # of friction that grows, per largest radius: filled rubber five times over
 POLE_STD = 0.5  # of the distance of neighbouring time constants: so far may a pole move
 LONGEST = 64  # blocks of a record at least, for the level of slow errors
 DONE = 0.5  # fall of the cost, in units of one half sigma^2: less is no progress
@@ -186,6 +187,7 @@ def prior_of(shape: Shape, strengths: Mapping[str, float]) -> Floats:
         there = (shape.h_grid.centres() >= shape.h_straight_from).astype(float)
         line = there[:, None] * np.column_stack((np.ones(shape.h_grid.n), shape.h_grid.centres()))
         matrix[where, where] += 1e6 * line @ np.linalg.solve(line.T @ line, line.T)
+    matrix[shape.parts()["growth"], shape.parts()["growth"]] += 1.0 / GROWTH_STD**2
     where = shape.parts()["terms"]
     matrix[where, where] += np.eye(where.stop - where.start)
     for name, own in shape.spectra().items():
@@ -206,7 +208,7 @@ def _strengths(
     new, groups = {}, shape.parts() | shape.spectra()
     for name, strength in old.items():
         where = groups[name]
-        if where.stop == where.start:
+        if where.stop == where.start or (name == "f" and shape.line):  # a line is held straight, not smooth
             new[name] = strength
             continue
         matrix = shape.prior_matrix(name) if name in shape.sizes else np.eye(where.stop - where.start)
@@ -219,11 +221,7 @@ def _strengths(
 
 def _inverse(matrix: Floats) -> Floats:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    unit = matrix * np.outer(scale, scale)
-    try:
-        inverse = cho_solve(cho_factor(unit), np.eye(len(unit)))
-    except np.linalg.LinAlgError:
-        inverse = np.linalg.pinv(unit, rcond=1e-13, hermitian=True)
+    inverse = cho_solve(_factor(matrix * np.outer(scale, scale)), np.eye(len(matrix)))
     result: Floats = inverse * np.outer(scale, scale)
     return result
 

@@ -1,6 +1,6 @@
 """Friction of the rubber: Prandtl-Ishlinskii stops on a fixed set of radii, as columns of a regression.
 
-    s_i <- clip(s_i + dx, -r_i, r_i),   friction = sum_i c_i s_i / r_i,   c_i >= 0
+    s_i <- clip(s_i + dx, -r_i, r_i),   friction = (1 + kappa |x| / r_n) sum_i c_i s_i / r_i,   c_i, kappa >= 0
 
 Radii are shares of the travel, spaced by ratios. The same elements fly as the effect `hysteresis_stops`.
 """

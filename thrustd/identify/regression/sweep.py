@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thrustd.identify.regression.kernel import Core, Memory, at_rest, run, run_with_columns
 from thrustd.identify.regression.shape import Point, Shape, core_of
@@ -16,6 +17,8 @@ from thrustd.identify.regression.stops import run_stops
 from thrustd.identify.regression.terms import NUDGE, Seen, added, deformed, pushed, split, sprung
 from thrustd.identify.segments import DEFORMATION
 from thrustd.model.stage import Floats
+
+Indices = NDArray[np.intp]
 
 BLOCK = 8192
 TOUCHES_CORE = "deformation", "spring", "linear"
@@ -62,21 +65,20 @@ class Normal:
 def normal_equations(shape: Shape, point: Point, records: Sequence[Record]) -> Normal:
     matrix, right, residuals = np.zeros((shape.n, shape.n)), np.zeros(shape.n), []
     for record in records:
-        residual = np.empty(len(record))
-        for part, rows, out in columns(shape, point, record):
-            missed = record.y[part] - out
-            residual[part] = missed
-            good = np.isfinite(missed)
-            if not good.all():
-                rows, missed = rows[good], missed[good]
+        residual = np.full(len(record), np.nan)
+        for known, rows, missed in columns(shape, point, record):
+            residual[known] = missed
             matrix += rows.T @ rows
             right += rows.T @ missed
         residuals.append(residual)
     return Normal(matrix, right, residuals)
 
 
-def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice, Floats, Floats]]:
-    """Blocks: where they lie, derivatives (m, shape.n) and output (m,). The table is used again for the next block."""
+def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[Indices, Floats, Floats]]:
+    """Blocks of the samples whose output is known: their places (m,), derivatives (m, shape.n), what is missed (m,).
+
+    The table of derivatives is used again for the next block.
+    """
     core = core_of(shape, point, record.dt_s)
     seen = deformed(shape.terms, point.terms, record.seen)
     spring, _ = sprung(shape.terms, point.terms, seen)
@@ -87,22 +89,28 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[slice,
     narrow, rub = np.zeros((BLOCK, len(own))), np.empty((BLOCK, len(shape.radii)))
     for part in blocks(len(record)):
         m = part.stop - part.start
-        rows, out, slopes = table[:m], np.empty(m), np.zeros(m)
-        run_with_columns(core, memory, seen.d[part], spring[part], np.isfinite(record.y[part]), out, slopes, narrow[:m])
+        counted, out, slopes = np.isfinite(record.y[part]), np.empty(m), np.zeros(m)
+        run_with_columns(core, memory, seen.d[part], spring[part], counted, out, slopes, narrow[:m])
         run_stops(shape.radii, stops, seen.d[part], rub[:m])
-        rows[:, : shape.n_core] = narrow[:m][:, own]
+        known = np.flatnonzero(counted)
+        places, rows, rubbed = part.start + known, table[: len(known)], rub[known]
+        if shape.grows:
+            far = np.abs(seen.d[places]) / shape.radii[-1]
+            rows[:, where["growth"].start] = far * (rubbed @ point.stops)
+            rubbed = rubbed * (1.0 + point.growth[0] * far)[:, None]
+        rows[:, : shape.n_core] = narrow[known] if own.all() else narrow[np.ix_(known, own)]
         rows[:, where["offset"]] = 1.0
-        out += point.offset
+        rows[:, where["stops"]] = rubbed
+        output = out[known] + point.offset
         if whole is not None:
-            rows[:, : where["offset"].stop] *= whole.gain[part, None]
-            rows[:, where["terms"]] = whole.columns[part]
-            out = whole.output[part]
+            rows[:, : where["offset"].stop] *= whole.gain[places, None]
+            rows[:, where["terms"]] = whole.columns[places]
+            output = whole.output[places]
         else:
-            out += rub[:m] @ point.stops
-        rows[:, where["stops"]] = rub[:m]
+            output += rubbed @ point.stops
         if shape.begun:
-            rows[:, where["begin"]] = _fading(shape, point, core, record, part, slopes)
-        yield part, rows, out
+            rows[:, where["begin"]] = _fading(shape, point, core, record, places, slopes[known])
+        yield places, rows, record.y[places] - output
 
 
 def begun_at(shape: Shape, point: Point, core: Core, record: Record, seen: Seen) -> Memory:
@@ -117,13 +125,13 @@ def begun_at(shape: Shape, point: Point, core: Core, record: Record, seen: Seen)
     return memory
 
 
-def _fading(shape: Shape, point: Point, core: Core, record: Record, part: slice, slopes: Floats) -> Floats:
-    """d y / d (memory at first, of all records) of one block (n, begun * (m + 2 p))."""
+def _fading(shape: Shape, point: Point, core: Core, record: Record, places: Indices, slopes: Floats) -> Floats:
+    """d y / d (memory at first, of all records) at these samples (n, begun * (m + 2 p))."""
     each = len(point.gain) + 2 * len(point.pair_gain)
     columns = np.zeros((len(slopes), shape.begun * each))
     if record.place is None or each == 0:
         return columns
-    steps = 1.0 + np.arange(part.start, part.start + len(slopes))[:, None]
+    steps = 1.0 + places[:, None]
     m = len(point.gain)
     pairs = -core.pairs.gain * core.pairs.taps[:, 0] ** steps
     own = np.hstack((-core.real.gain[:m] * core.real.taps[:m, 0] ** steps, pairs.real, -pairs.imag))
@@ -193,7 +201,7 @@ def _friction(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
         m = part.stop - part.start
         run_stops(shape.radii, state, seen.d[part], rub[:m])
         out[part] = rub[:m] @ point.stops
-    return out
+    return out * (1.0 + point.growth[0] * np.abs(seen.d) / shape.radii[-1]) if shape.grows else out
 
 
 def simulate(shape: Shape, point: Point, record: Record) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 
 from thrustd.identify.error_map import rates_of
 from thrustd.identify.regression.curve import Grid, travel
-from thrustd.identify.regression.shape import Shape
+from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.artifact import (
@@ -105,9 +105,14 @@ def friction_of(found: Solution) -> EffectSpec:
     weights = {name: scale * float(c) for name, c in zip(WEIGHTS, found.point.stops, strict=True)}
     return EffectSpec(
         FRICTION,
-        {"travel_mm": travel_of(found.shape)} | weights,
+        {"travel_mm": travel_of(found.shape), "growth_1_mm": growth_of(found.shape, found.point)} | weights,
         {name: float(s) for name, s in zip(WEIGHTS, std, strict=True) if weights[name] > 0.0},
     )
+
+
+def growth_of(shape: Shape, point: Point) -> float:
+    """1/mm, by which friction grows."""
+    return float(point.growth[0]) / float(shape.radii[-1]) if shape.grows else 0.0
 
 
 def travel_of(shape: Shape) -> float:
