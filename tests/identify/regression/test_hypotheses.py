@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
+from thrustd.identify.regression import hypotheses
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.hypotheses import Asked, explained
 from thrustd.identify.regression.reduce import fewer
@@ -26,7 +28,7 @@ def test_columns_are_the_derivatives_of_the_free_run(move):
     poles = np.log(np.array([[2.0, 9.0], [1.0, 30.0]]))
     grid, h_grid = Grid(float(u.min()), float(u.max()), 8), Grid(-4.0, 4.0, 7)
     shape = Shape(grid, 0.3, np.array([0.05, 0.5, 3.0]), np.array([0.1, 0.3]), 1.0, h_grid, poles, passive=False,
-                  move=move, begun=1)  # fmt: skip
+                  move=move, grows=True, begun=1)  # fmt: skip
     data = Record(u, rng.normal(size=600), 0.05, float(u[0]), place=0)
     start = first_point(shape, [data])
     vector = start.vector(shape) + 0.2 * rng.normal(size=shape.n)
@@ -64,6 +66,26 @@ def test_a_curve_behind_is_found():
     found = explained(segments_of([data]), Asked())
     assert np.abs(np.diff(found.point.h, 2)).max() > 1e-3
     assert np.sqrt(found.mean_square) * found.shape.output_scale < 1.3 * sigma
+
+
+def test_signs_that_an_even_curve_loses_are_found_again():
+    """A swing of 3 Hz and a lag behind a two-level input, 300 samples of the absolute value."""
+    rng = np.random.default_rng(2)
+    u = np.repeat(rng.choice([-1.0, 1.3], 60), 5)
+    p, a = np.exp(complex(-2.0, 20.0) * 0.02), np.exp(-0.02 / 0.3)
+    x = lfilter([0.0, 1 - a], [1.0, -a], u) + lfilter([0.0, 1 - p], [1.0, -p], u.astype(complex)).real
+    y = np.abs(x) + 0.02 * rng.standard_normal(len(x))
+    data = make_recording("even", {"time_s": 0.02 * np.arange(len(u)), "deformation_mm": u, "force_N": y})
+    found = explained(segments_of([data]), Asked())
+    assert np.sqrt(found.mean_square) * found.shape.output_scale < 0.2 * np.std(y)
+
+
+def test_modes_faster_than_the_means_of_a_long_record_are_found(monkeypatch):
+    monkeypatch.setattr(hypotheses, "MANY", 10_000)
+    monkeypatch.setattr(hypotheses, "THINNED", 1_000)
+    data, sigma = record(truth(LinearBlock(1.3, [RealMode(0.04, -0.3)])), 20_000)
+    found = explained(segments_of([data]), Asked())
+    assert np.sqrt(found.mean_square) * found.shape.output_scale < 1.25 * sigma
 
 
 def test_few_modes_follow_what_many_do():

@@ -45,6 +45,17 @@ def segment(d, y, name="bench"):
     return Segment(name, 0.0, DT_S, {"deformation_mm": d}, y)
 
 
+@pytest.mark.parametrize("growth", [0.0, 3.0])
+def test_friction_that_grows_with_the_deformation_is_told_from_friction_that_does_not(growth):
+    d, plain, _ = mount()
+    friction = mount(friction_n=80.0)[1] - plain
+    y = plain + (1 + growth * np.abs(d)) * friction + NOISE_N * np.random.default_rng(3).standard_normal(len(d))
+    found = regress([segment(d, y)])
+    assert np.sqrt(found.mean_square) * found.shape.output_scale == pytest.approx(NOISE_N, rel=0.03)
+    [friction_n] = [e for e in fitted_from(found, [segment(d, y)]).spec.effects if e.name == "hysteresis_stops"]
+    assert friction_n.parameters["growth_1_mm"] == pytest.approx(growth, rel=0.5, abs=0.2)
+
+
 def unseen_error(found, **options):
     d, clean, _ = mount(seed=7, **options)
     record = Record(d, clean / found.shape.output_scale, DT_S, d[0] if options.get("settled") else 0.0)

@@ -37,7 +37,7 @@ WIDEST = {
 }  # least precision
 WIDEST_TERM = 1e-3  # of a spectrum, in units of its typical size
 FLAT = 1e-9  # precision of what no prior holds, in units of the output scale
-GROWTH_STD = 4.0  # of friction that grows, per largest radius: filled rubber five times over
+GROWTH_STD = 1.0  # of friction that grows with the deformation: by as much again at the largest radius
 POLE_STD = 0.5  # of the distance of neighbouring time constants: so far may a pole move
 LONGEST = 64  # blocks of a record at least, for the level of slow errors
 DONE = 0.5  # fall of the cost, in units of one half sigma^2: less is no progress
