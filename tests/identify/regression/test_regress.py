@@ -53,7 +53,7 @@ def test_friction_that_grows_with_the_deformation_is_told_from_friction_that_doe
     found = regress([segment(d, y)])
     assert np.sqrt(found.mean_square) * found.shape.output_scale == pytest.approx(NOISE_N, rel=0.03)
     [friction_n] = [e for e in fitted_from(found, [segment(d, y)]).spec.effects if e.name == "hysteresis_stops"]
-    assert friction_n.parameters["growth_1_mm"] == pytest.approx(growth, rel=0.5, abs=0.2)
+    assert friction_n.parameters["growth"] == pytest.approx(growth * found.shape.radii[-1], rel=0.5, abs=0.15)
 
 
 def unseen_error(found, **options):

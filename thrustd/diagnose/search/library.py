@@ -45,7 +45,7 @@ class Rig:
     begins_s: float
     force_factor: float  # force spread over PH-LAB's
     hysteresis_travel: float
-    hysteresis_growth: float  # 1/mm
+    hysteresis_growth: float
     play: float  # around the deformation, which keeps its noise out
     ends: Mapping[str, tuple[float, float]]  # of every channel that a law can be in proportion to
 
@@ -65,7 +65,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         float(records[0].channels["time_s"][0]),
         order_of(float(np.nanmax(y) - np.nanmin(y)), 6000.0),
         travel_of(base.shape),
-        growth_of(base.shape, base.point),
+        growth_of(base.point),
         max(play_of(record.d) for record in records),
         {name: _ends(name, records) for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1},
     )
@@ -115,7 +115,7 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
 
 def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
-    anchors |= {"growth_1_mm": rig.hysteresis_growth, "reference_degc": rig.reference_degc, "deadband_mm": rig.play}
+    anchors |= {"growth": rig.hysteresis_growth, "reference_degc": rig.reference_degc, "deadband_mm": rig.play}
     told = anchors.get(p.name)
     if told is not None:
         return (float(np.clip(told, p.low, p.high)),)

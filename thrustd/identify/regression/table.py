@@ -105,14 +105,13 @@ def friction_of(found: Solution) -> EffectSpec:
     weights = {name: scale * float(c) for name, c in zip(WEIGHTS, found.point.stops, strict=True)}
     return EffectSpec(
         FRICTION,
-        {"travel_mm": travel_of(found.shape), "growth_1_mm": growth_of(found.shape, found.point)} | weights,
+        {"travel_mm": travel_of(found.shape), "growth": growth_of(found.point)} | weights,
         {name: float(s) for name, s in zip(WEIGHTS, std, strict=True) if weights[name] > 0.0},
     )
 
 
-def growth_of(shape: Shape, point: Point) -> float:
-    """1/mm, by which friction grows."""
-    return float(point.growth[0]) / float(shape.radii[-1]) if shape.grows else 0.0
+def growth_of(point: Point) -> float:
+    return float(point.growth[0]) if len(point.growth) else 0.0
 
 
 def travel_of(shape: Shape) -> float:

@@ -1,6 +1,7 @@
 """Hysteresis as a sum of stop operators with a weight each (Prandtl-Ishlinskii, free density).
 
-    force = core force + (1 + g |x|) sum_i c_i s_i,   s_i <- clip(s_i + dx / r_i, -1, 1),   r_i = travel_mm * share_i
+    force = core force + (1 + g |x| / r_n) sum_i c_i s_i
+    s_i <- clip(s_i + dx / r_i, -1, 1),   r_i = travel_mm * share_i
 
 Springs, each in series with a dry slider (Iwan's and Jenkins' elements), which slip after deformations r_i spaced by
 ratios; c_i is the force at which element i slips. Any loop that obeys Masing's rule is a sum of them; g lets all of
@@ -43,7 +44,9 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     """Radii, weights, growth; elements without weight are left out."""
     weights = np.array([p[name] for name in WEIGHTS])
     there = weights > 0.0
-    return np.concatenate((p["travel_mm"] * SHARES[there], weights[there], [p["growth_1_mm"]]))
+    return np.concatenate(
+        (p["travel_mm"] * SHARES[there], weights[there], [p["growth"] / (p["travel_mm"] * SHARES[-1])])
+    )
 
 
 def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
@@ -62,8 +65,8 @@ EFFECT = Effect(
     parameters=(
         Parameter("travel_mm", "mm", neutral=1.0, low=1e-6, high=1e6, starts=(1.0,),
                   meaning="deformation that the radii are shares of", amplitude=False, estimate=False),
-        Parameter("growth_1_mm", "1/mm", neutral=0.0, low=0.0, high=1e6, starts=(0.0,),
-                  meaning="by how much of itself the friction grows with the deformation", amplitude=False,
+        Parameter("growth", "-", neutral=0.0, low=0.0, high=1e6, starts=(0.0,),
+                  meaning="by how much of itself the friction grows up to the deformation r_n", amplitude=False,
                   estimate=False),
         *(
             Parameter(name, "N", neutral=0.0, low=0.0, high=1e9, starts=(5.0,),
@@ -75,7 +78,7 @@ EFFECT = Effect(
     step=step,
     prepare=prepare,
     n_state=1 + len(SHARES),
-    equation="F = F_core + (1 + g |x|) sum c_i s_i,  s_i = clip(s_i + dx / r_i, -1, 1)",
+    equation="F = F_core + (1 + g |x| / r_n) sum c_i s_i,  s_i = clip(s_i + dx / r_i, -1, 1)",
     source="Brokate & Sprekels, Hysteresis and Phase Transitions, 1996, ch. 2; Iwan, J. Appl. Mech. 33 (1966) 893",
     separating_test="slow triangles of several amplitudes: small cycles make small loops",
     initial=initial,
