@@ -200,7 +200,10 @@ def _ordered(found: Solution, segments: Sequence[Segment], asked: Asked, progres
             shape, point = with_best_pair(rest, records_for(rest, segments))
             ringing = replace(rest, shape=shape, point=point, precisions=FREE)
             trials.append(resolved(ringing, segments, progress))
-    return min(trials, key=lambda solution: solution.mean_square)
+    best = least
+    for trial in trials[1:]:
+        best = trial if trial.mean_square < WORTH_IT**2 * best.mean_square else best
+    return best
 
 
 def _reduced(

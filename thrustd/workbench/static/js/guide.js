@@ -138,7 +138,7 @@ const sayColumns = (name) => ({
 
 // how sure a verdict is, in words
 export const GRADES = {
-  strong: "no other set of effects comes near",
+  strong: "held-back blocks tell it from every other set of effects",
   weak: "something is left that follows a channel",
   "cannot be told": "another effect does as well on these data",
 };

@@ -222,7 +222,7 @@ export function histories(root) {
       settles
         ? key(
             "settle",
-            `first ${duration(settles.settling_s)}: ${settles.name} starts at rest, the mount was already at work; a decay here is the start, no missing effect`,
+            `first ${duration(settles.settling_s)}: ${settles.name} remembers where it began; if the mount was at work before, a decay here is the start, no missing effect`,
           )
         : null,
       marks.some((m) => !m.exclude) ? key("mark", "marked") : null,
