@@ -30,9 +30,9 @@ EACH = 10  # known samples for every column, at least
 
 
 def before_even_curve(u: Floats, y: Floats, dt_s: float) -> Iterator[Floats]:
-    """x (n,) of unit spread for u (n,) and y (n,), NaN where it is not known: one for each power of y.
+    """x (n,) of unit spread for u (n,), one for each power of y (n,), which is NaN where it is not known.
 
-    None where too little is known.
+    Yields nothing where too little of y is known.
     """
     seen = slice(0, ROWS)
     good = np.isfinite(y[seen])
