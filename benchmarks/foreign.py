@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.signal import savgol_filter
 
+from thrustd.core.columns import Floats
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
-from thrustd.model.stage import Floats
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 STEPS = 4  # at most

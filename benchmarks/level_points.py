@@ -15,12 +15,12 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from thrustd.core.atmosphere import ZERO_CELSIUS_K, dynamic_pressure_pa, isa_k, sound_m_s, stagnation
+from thrustd.core.columns import Floats
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.aircraft import LIFT_SLOPE_PER_RAD, WING_M2, ZERO_LIFT_RAD
 from thrustd.twin.engine import Health, fuel_lead_kg_s, steady_fuel_kg_s, steady_n2_pct, true_thrust_n
 from thrustd.twin.engine_start import SIDES, with_engine_start
-from thrustd.twin.fast import FloatArray
 
 SAMPLE_HZ = 20.0
 HOLD_S, CHANGE_S, START_S = 75.0, 40.0, 60.0
@@ -88,7 +88,7 @@ def level_points(seed: int, healths: tuple[Health, ...], polar: Polar) -> Record
     return whole.with_channels(**made)
 
 
-def _course(levels: FloatArray, level_m: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _course(levels: Floats, level_m: float) -> tuple[Floats, Floats, Floats]:
     """Time, indicated speed, altitude: roll and climb, then each level held, smooth changes between."""
     rolled_s = IDLE_S + ROLL_S
     climbed_s = rolled_s + level_m / CLIMB_M_S
@@ -105,9 +105,7 @@ def _course(levels: FloatArray, level_m: float) -> tuple[FloatArray, FloatArray,
     return time_s, np.where(speeds > 0.01, speeds, 0.0), np.where(heights > 0.01, heights, 0.0)
 
 
-def _engine(
-    time_s: FloatArray, wanted_n: FloatArray, air: tuple[FloatArray, FloatArray, FloatArray], health: Health
-) -> dict[str, FloatArray]:
+def _engine(time_s: Floats, wanted_n: Floats, air: tuple[Floats, Floats, Floats], health: Health) -> dict[str, Floats]:
     """The fan speed that makes the thrust while nothing moves, and what the engine does at it."""
     steady = health._replace(lead_s=0.0)
     table = np.stack(
@@ -128,7 +126,7 @@ def _engine(
     }
 
 
-def _smooth_noise(rng: np.random.Generator, n: int, seconds: float) -> FloatArray:
+def _smooth_noise(rng: np.random.Generator, n: int, seconds: float) -> Floats:
     """Unit variance."""
     noise = gaussian_filter1d(rng.standard_normal(n), seconds * SAMPLE_HZ, mode="wrap")
     return np.asarray(noise / noise.std())

@@ -19,6 +19,7 @@ import numpy as np
 
 from thrustd.bench.programme import HIGH_N, multisine, random_steps
 from thrustd.core.aircraft import DATA, read_aircraft
+from thrustd.core.columns import Floats
 from thrustd.identify.artifact import finished
 from thrustd.identify.estimate import estimate
 from thrustd.identify.segments import Segment, segments_of
@@ -29,7 +30,6 @@ from thrustd.installation.shipped import shipped
 from thrustd.model.artifact import EffectSpec, ModelSpec, write_model
 from thrustd.model.compile import check_witness
 from thrustd.model.effects import effect_named
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.twin.bench import RIG, run_bench
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics

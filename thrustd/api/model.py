@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import CompiledModel, compile_model
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.records.shown import as_frame, as_html, as_text
 

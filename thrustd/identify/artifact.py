@@ -8,6 +8,7 @@ from importlib.metadata import version
 import msgspec
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.signals import CATALOGUE
 from thrustd.identify.covariance import coloured
 from thrustd.identify.error_map import error_map
@@ -17,7 +18,6 @@ from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.sensitivity import jacobian, residuals, segments_for
 from thrustd.model.artifact import ModelSpec, PiecewiseLinear, Witness
 from thrustd.model.compile import model_stages, witness_of
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 WITNESS_BEYOND = 0.1  # of the valid range, on either side of it

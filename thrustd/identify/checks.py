@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.identify.segments import DEFORMATION, FORCE, SHORTEST
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 METRE_SPAN = 0.02  # mm: a mount that moves less under kilonewtons was recorded in metres

@@ -11,8 +11,8 @@ a mean is treated as white. R is tapered to zero (Bartlett) over a tenth of the 
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
-from thrustd.model.stage import Floats
 
 ROWS = 20_000  # means kept at most
 TAPER = 0.1  # of the record

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.core.columns import Floats
 from thrustd.identify.segments import Segment
 from thrustd.identify.sensitivity import residuals
 from thrustd.model.artifact import FORCE_RATE_TAU_S, ErrorMap, ModelSpec
-from thrustd.model.stage import Floats
 
 FORCE_CELLS = 8
 RATE_SHARES = (0.5, 0.9, 0.97, 0.99)  # quantiles of the rate that bound its cells

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import rms
 from thrustd.identify.levenberg import search
@@ -16,7 +17,6 @@ from thrustd.identify.parameters import pack, unpack
 from thrustd.identify.segments import Segment
 from thrustd.identify.sensitivity import jacobian, residuals
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.stage import Floats
 
 
 class Estimated(NamedTuple):

@@ -19,9 +19,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats
 from thrustd.identify.levenberg import search
 from thrustd.identify.segments import DEFORMATION, Segment, head
-from thrustd.model.stage import Floats
 
 Simulate = Callable[[Segment], Floats]
 Samples = NDArray[np.intp]

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from thrustd.model.stage import Floats
+from thrustd.core.columns import Floats
 
 TRIES = 8  # of one step, each with more damping
 

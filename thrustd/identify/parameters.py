@@ -20,6 +20,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
 from thrustd.model.artifact import (
     ComplexMode,
@@ -32,7 +33,6 @@ from thrustd.model.artifact import (
     RealMode,
 )
 from thrustd.model.effects import effect_named
-from thrustd.model.stage import Floats
 
 LOG_SPAN = 12.0  # time constants may move by a factor e^12 either way
 

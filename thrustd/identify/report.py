@@ -8,11 +8,11 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from thrustd.core.columns import Floats
 from thrustd.core.measures import percents, rms
 from thrustd.identify.first_state import Levels, from_level, level_of, simulated
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import Fitted, schwarz
-from thrustd.model.stage import Floats
 
 ABOVE = 4  # its place in the table
 RUNAWAY = 100.0  # times the range of the data: further out a free run is called unstable

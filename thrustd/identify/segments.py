@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 DEFORMATION = "deformation_mm"

@@ -10,10 +10,10 @@ import msgspec
 import numpy as np
 
 from thrustd.core.calibration import MountCalibration
+from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
 from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
-from thrustd.model.stage import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.model.artifact import ErrorMap
-from thrustd.model.stage import Floats
 
 THESIS_STD_N = 56.0  # HW-PWL on validation data (thesis table 14.1): for an artifact without an error map
 

@@ -20,11 +20,11 @@ import numpy as np
 from llvmlite import ir
 from numba import cfunc, njit, types
 from numba.extending import intrinsic
-from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats as Floats  # effects take it from here
+from thrustd.core.columns import Integers
 from thrustd.core.jit import compiled, named
 
-Floats = NDArray[np.float64]
 DEFORMATION = "deformation_mm"
 Step = Callable[[Floats, Floats, Floats, float], float]
 
@@ -72,7 +72,7 @@ class Stage:
 _ROW, _TABLE = types.float64[::1], types.float64[:, ::1]
 _STEP = types.float64(_ROW, _ROW, _ROW, types.float64)
 _WORTH_COMPILING = 8_000_000  # samples through one step: inlined each is 20 ns faster, compiling takes 0.2 s
-Places = NDArray[np.int64]  # (n + 1, 4): address of a step, where its slices of x, c and u begin; last row: their ends
+Places = Integers  # (n + 1, 4): address of a step, where its slices of x, c and u begin; last row: their ends
 
 
 class Chain(NamedTuple):
@@ -80,7 +80,7 @@ class Chain(NamedTuple):
 
     places: Places
     entry: int  # number of the stage that the rubber's deformation enters
-    own: NDArray[np.int64]  # (n_own,) columns of u that it is written to there; none where it is the reading as it is
+    own: Integers  # (n_own,) columns of u that it is written to there; none where it is the reading as it is
     c: Floats  # of all stages
 
 

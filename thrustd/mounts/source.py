@@ -11,12 +11,12 @@ from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
 import numpy as np
 
 from thrustd.core.calibration import MountCalibration
+from thrustd.core.columns import Floats
 from thrustd.core.signals import CATALOGUE, Signal
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import FORCE_RATE_TAU_S
 from thrustd.model.compile import CompiledModel
 from thrustd.model.region_error import cells, region_std_n
-from thrustd.model.stage import Floats
 from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Unseen, resting_n, zero_of
 from thrustd.mounts.step import CHORDS, MEANS, TERMS, Cells, Held, Samples, add, fuse, terms_n
 from thrustd.sync.grid import Grid

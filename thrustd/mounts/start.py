@@ -26,8 +26,8 @@ from math import copysign, exp, hypot, isfinite, nan, sqrt
 import numpy as np
 
 from thrustd.core.calibration import LARGEST_ZERO_MM
+from thrustd.core.columns import Floats
 from thrustd.model.compile import CompiledModel, linear_of
-from thrustd.model.stage import Floats
 
 LOAD_AGE_S = 3600.0  # A of a cold start: flights last one to three hours
 DESCENT_AGE_S = 600.0  # A of the idle of an aircraft that flies

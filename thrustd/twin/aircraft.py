@@ -22,7 +22,9 @@ from thrustd.core.atmosphere import (
     stagnation,
     static_pressure_pa,
 )  # fmt: skip
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
+from thrustd.core.jit import compiled
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.engine import (
@@ -36,7 +38,6 @@ from thrustd.twin.engine import (
     true_thrust_n,
 )
 from thrustd.twin.engine_start import SIDES, with_engine_start
-from thrustd.twin.fast import FloatArray, jit
 from thrustd.twin.script import Commands, draw_commands
 
 SCRIPT_HZ = 20.0
@@ -56,13 +57,13 @@ NEEDED = ("mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_z_g")
 class Motion(NamedTuple):
     """Results of the point mass, each (n,)."""
 
-    n1_left: FloatArray
-    n1_right: FloatArray
-    speed_m_s: FloatArray
-    altitude_m: FloatArray
-    accel_x_g: FloatArray
-    accel_z_g: FloatArray
-    pitch_deg: FloatArray
+    n1_left: Floats
+    n1_right: Floats
+    speed_m_s: Floats
+    altitude_m: Floats
+    accel_x_g: Floats
+    accel_z_g: Floats
+    pitch_deg: Floats
 
 
 def scripted(seconds: float, seed: int, healths: tuple[Health, ...]) -> Recording:
@@ -126,12 +127,12 @@ def as_flown(record: Recording, healths: tuple[Health, ...], engine_start: bool 
     )
 
 
-def _bridged(time_s: FloatArray, column: FloatArray) -> FloatArray:
+def _bridged(time_s: Floats, column: Floats) -> Floats:
     good = np.isfinite(column)
     return column if good.all() or not good.any() else np.interp(time_s, time_s[good], column[good])
 
 
-def _gusts(rng: np.random.Generator, count: int) -> FloatArray:
+def _gusts(rng: np.random.Generator, count: int) -> Floats:
     """Light turbulence, g: white noise through a first-order lag of 0.4 s, 0.02 g RMS."""
     keep = np.exp(-1 / (0.4 * SCRIPT_HZ))
     noise = rng.standard_normal(count) * 0.02 * np.sqrt(1 - keep**2)
@@ -143,8 +144,8 @@ def _gusts(rng: np.random.Generator, count: int) -> FloatArray:
 ROTATES_S = 1.5  # lag of the angle of attack, a rotation of some 3 s
 
 
-@jit
-def _fly(commands: Commands, dt_s: float, gust_g: FloatArray, day_k: float, out: Motion) -> None:
+@compiled
+def _fly(commands: Commands, dt_s: float, gust_g: Floats, day_k: float, out: Motion) -> None:
     """Integrate the point mass along the commands (explicit Euler; 20 Hz is fast against its seconds)."""
     left = right = 0.0
     speed = height = gamma = 0.0
@@ -186,7 +187,7 @@ def _fly(commands: Commands, dt_s: float, gust_g: FloatArray, day_k: float, out:
         out.pitch_deg[i] = np.degrees(gamma + alpha)
 
 
-@jit
+@compiled
 def _wanted_load(commands: Commands, i: int, gamma: float, speed: float, height: float) -> float:
     """Load factor that was asked for, or the one that steers to the path angle, keeps the speed and the ground away."""
     if commands.load_g[i] == commands.load_g[i]:  # not NaN

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.core.columns import Floats
 from thrustd.records.recording import Recording
 from thrustd.twin.engine import Health, draw_health
-from thrustd.twin.fast import FloatArray
 from thrustd.twin.installation import PLAIN, Knobs, carried_parts
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics, MountState, advance, at_rest
 from thrustd.twin.sensors import Lvdt
@@ -59,21 +59,19 @@ def draw_airframe(seed: int, knobs: Knobs = PLAIN) -> Airframe:
     )
 
 
-def thrust_shares_n(airframe: Airframe, thrust_n: FloatArray) -> FloatArray:
+def thrust_shares_n(airframe: Airframe, thrust_n: Floats) -> Floats:
     """Thrust of the engines (2, n) -> each mount's share of it (4, n)."""
     upper = np.array(airframe.upper_share)[:, None]
     return np.stack((upper * thrust_n, (1 - upper) * thrust_n), axis=1).reshape(4, -1)
 
 
-def carried_n(
-    airframe: Airframe, thrust_n: FloatArray, accel_g: FloatArray, pressure_pa: FloatArray | float = 0.0
-) -> FloatArray:
+def carried_n(airframe: Airframe, thrust_n: Floats, accel_g: Floats, pressure_pa: Floats | float = 0.0) -> Floats:
     """What each mount really carries (4, n), from thrust (2, n), specific force (3, n) and dynamic pressure (n,)."""
     pairs = zip(airframe.upper_share, thrust_n, strict=True)
     return np.vstack([carried_parts(share, airframe.knobs, one_n, accel_g, pressure_pa) for share, one_n in pairs])
 
 
-def settled(airframe: Airframe, carried_at_start_n: FloatArray, flown: bool = False) -> tuple[MountState, ...]:
+def settled(airframe: Airframe, carried_at_start_n: Floats, flown: bool = False) -> tuple[MountState, ...]:
     """States of the mounts (4,) after a long time under these forces; zero force = at rest.
 
     `flown`: not new, but with what their last flight left in the friction, half a day ago.
@@ -102,7 +100,7 @@ def rigged_mm(airframe: Airframe) -> list[float]:
     ]
 
 
-def mount_temperature_degc(profile: Recording, engine: str) -> FloatArray:
+def mount_temperature_degc(profile: Recording, engine: str) -> Floats:
     """Temperature of the isolators of one engine along the profile (n,): a first-order lag behind bleed air and oil."""
     target = profile["sat_degC"] + BLEED_K[0] + BLEED_K[1] * np.clip(profile[f"n1_pct_{engine}"] / 100, 0, 1)
     keep = float(np.exp(-1 / (profile.sample_hz * WARMING_S)))

@@ -11,9 +11,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from thrustd.bench.programme import multisine, random_steps, sine
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, make_recording
-from thrustd.twin.fast import FloatArray
 from thrustd.twin.mount import UPPER, MountPhysics, advance, at_rest
 from thrustd.twin.sensors import LOAD_CELL_STD_N, Lvdt, load_cell_reading, lvdt_reading
 
@@ -81,11 +81,11 @@ def programme_bench(programme: Recording, seed: int, mount: MountPhysics = UPPER
 
 def run_bench(
     name: str,
-    command_n: FloatArray,
+    command_n: Floats,
     seed: int,
     mount: MountPhysics = UPPER,
     rig: Rig = RIG,
-    accel_z_g: FloatArray | None = None,
+    accel_z_g: Floats | None = None,
 ) -> Recording:
     """Load the mount with `command_n` (n,) at the rig's rate and record it."""
     rng = np.random.default_rng([seed, 1])
@@ -108,7 +108,7 @@ def run_bench(
     return make_recording(name, columns, {"source": "twin bench", "seed": str(seed)})
 
 
-def _wander(rig: Rig, last_n: float, count: int, rng: np.random.Generator) -> tuple[FloatArray, float]:
+def _wander(rig: Rig, last_n: float, count: int, rng: np.random.Generator) -> tuple[Floats, float]:
     """First-order Gauss-Markov force error of the cylinder's control, going on from `last_n`."""
     keep = np.exp(-1 / (rig.sample_hz * rig.wander_s))
     kicks = rig.wander_n * np.sqrt(1 - keep**2) * rng.standard_normal(count)

@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.twin.environment import HYDRAULIC_BAR, ROOM_DEG_C, Channels
-from thrustd.twin.fast import FloatArray, jit
 from thrustd.twin.mount import Kernel, MountPhysics, MountState, advance, at_rest, prepare, step
 
 MOUNT_WEIGHT_N = 1081.0  # half of the 2162 N of the front mounts at 1 g, thesis eq. 4.5
@@ -28,19 +29,19 @@ Shape = dict[str, float]
 class Scene:
     """One record while it is made: effects change it, then `deformation_mm` computes what the LVDT would see."""
 
-    carried_n: FloatArray
+    carried_n: Floats
     channels: Channels
     dt_s: float
     mount: MountPhysics
-    stiffness: FloatArray | float = 1.0
+    stiffness: Floats | float = 1.0
     mullins: tuple[float, float] = (0.0, 1.0)  # softening, energy scale [N mm]
-    readings: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
+    readings: list[Callable[[Floats], Floats]] = field(default_factory=list)
 
     @property
-    def hours(self) -> FloatArray:
+    def hours(self) -> Floats:
         return np.asarray(np.arange(len(self.carried_n)) * (self.dt_s / 3600.0), dtype=np.float64)
 
-    def deformation_mm(self) -> FloatArray:
+    def deformation_mm(self) -> Floats:
         load_n = np.ascontiguousarray(self.carried_n / self.stiffness)
         warm_degc, normal_g = self.channels["temperature_degC"], self.channels["accel_z_g"]
         if self.mullins[0]:
@@ -112,7 +113,7 @@ def _creep(scene: Scene, per_decade: float, shape: Shape) -> None:
     spacing = np.log(CREEP_LAGS_S[1] / CREEP_LAGS_S[0])
     weights = per_decade * np.exp(-CREEP_START_S / CREEP_LAGS_S) * spacing / np.log(10)
 
-    def reading(mm: FloatArray) -> FloatArray:
+    def reading(mm: Floats) -> Floats:
         crept = mm.copy()
         for weight, lag_s in zip(weights, CREEP_LAGS_S, strict=True):
             keep = np.exp(-scene.dt_s / lag_s)
@@ -156,9 +157,9 @@ def _bleed_duct(scene: Scene, force_n: float, shape: Shape) -> None:
     scene.carried_n = scene.carried_n - force_n * np.tanh(3 * scene.channels["bleed_valve_pct"] / 100 - 1.5)
 
 
-@jit
+@compiled
 def _softened_run(
-    kernel: Kernel, state: MountState, load_n: FloatArray, softening: float, scale: float, eta: FloatArray
+    kernel: Kernel, state: MountState, load_n: Floats, softening: float, scale: float, eta: Floats
 ) -> None:
     top = 0.0
     for n in range(load_n.size):
@@ -169,7 +170,7 @@ def _softened_run(
         step(kernel, state, load_n[n] / eta[n])
 
 
-def _softened(mount: MountPhysics, load_n: FloatArray, dt_s: float, softening: float, scale: float) -> FloatArray:
+def _softened(mount: MountPhysics, load_n: Floats, dt_s: float, softening: float, scale: float) -> Floats:
     """Mullins, Ogden-Roxburgh in the form of Dorfmann and Ogden: eta = 1 - r tanh((W_max - W) / (m + beta W_max)).
 
     W is the elastic energy stored in the rubber [N mm]; the energy of the sample before decides.
@@ -179,8 +180,8 @@ def _softened(mount: MountPhysics, load_n: FloatArray, dt_s: float, softening: f
     return eta
 
 
-@jit
-def _side(mm: FloatArray, travel_mm: float) -> FloatArray:
+@compiled
+def _side(mm: Floats, travel_mm: float) -> Floats:
     """Which side of its gap the joint rests on, -1 .. 1, following the motion of the mount."""
     side = np.empty_like(mm)
     at = 0.0

@@ -25,9 +25,10 @@ from thrustd.core.atmosphere import (
     total_pressure_ratio,
     total_temperature_ratio,
 )  # fmt: skip
-from thrustd.twin.fast import FloatArray, jit
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
 
-Real = TypeVar("Real", float, FloatArray)
+Real = TypeVar("Real", float, Floats)
 
 IDLE_N1_PCT = 29.0
 TAKE_OFF_N1_PCT = 98.0
@@ -79,7 +80,7 @@ def draw_health(rng: np.random.Generator, side: int) -> Health:
     )
 
 
-@jit
+@compiled
 def net_thrust_n(fuel_kg_s: Real, mach: Real, altitude_m: Real, static_k: Real) -> Real:
     """Nominal net thrust at the *steady* fuel flow `fuel_kg_s` of one engine."""
     c1, c2, c3, c4, c5, c6, c7 = THRUST_C
@@ -89,19 +90,19 @@ def net_thrust_n(fuel_kg_s: Real, mach: Real, altitude_m: Real, static_k: Real) 
     return delta * (static + mach * (c4 + c5 * np.sqrt(p) + c6 * p) + c7 * mach * mach * p)
 
 
-def steady_fuel_kg_s(n1_pct: FloatArray, mach: FloatArray, altitude_m: FloatArray, static_k: FloatArray) -> FloatArray:
+def steady_fuel_kg_s(n1_pct: Floats, mach: Floats, altitude_m: Floats, static_k: Floats) -> Floats:
     """Nominal fuel flow (n,) that holds a fan speed."""
     theta = total_temperature_ratio(mach, static_k)
     return np.asarray(_FUEL_LINE(n1_pct / np.sqrt(theta)) * total_pressure_ratio(mach, altitude_m) * np.sqrt(theta))
 
 
-def steady_n2_pct(n1_pct: FloatArray, mach: FloatArray, static_k: FloatArray) -> FloatArray:
+def steady_n2_pct(n1_pct: Floats, mach: Floats, static_k: Floats) -> Floats:
     root = np.sqrt(total_temperature_ratio(mach, static_k))
     return np.asarray(_N2_LINE(n1_pct / root) * root)
 
 
-@jit
-def _lagged(time_s: FloatArray, values: FloatArray, tau_s: float) -> FloatArray:
+@compiled
+def _lagged(time_s: Floats, values: Floats, tau_s: float) -> Floats:
     """First-order lag (n,) of what is straight between its samples; neither it nor twice the values less it leaps."""
     out = values.copy()
     for i in range(1, len(values) if tau_s > 0.0 else 0):
@@ -112,14 +113,14 @@ def _lagged(time_s: FloatArray, values: FloatArray, tau_s: float) -> FloatArray:
 
 
 def true_thrust_n(
-    time_s: FloatArray,
-    n1_pct: FloatArray,
-    mach: FloatArray,
-    altitude_m: FloatArray,
-    static_k: FloatArray,
+    time_s: Floats,
+    n1_pct: Floats,
+    mach: Floats,
+    altitude_m: Floats,
+    static_k: Floats,
     health: Health,
     fuel_ratio: float = 1.0,
-) -> FloatArray:
+) -> Floats:
     """Net thrust (n,) of one engine. `fuel_ratio`: this engine's steady fuel flow over the nominal line."""
     speed_pct = n1_pct + np.sign(health.lead_s) * (n1_pct - _lagged(time_s, n1_pct, abs(health.lead_s)))
     fuel_kg_s = fuel_ratio * steady_fuel_kg_s(np.clip(speed_pct, 0.0, 115.0), mach, altitude_m, static_k)
@@ -130,12 +131,12 @@ def true_thrust_n(
 
 
 def fuel_ratio(
-    time_s: FloatArray,
-    n1_pct: FloatArray,
-    fuel_kg_s: FloatArray,
-    mach: FloatArray,
-    altitude_m: FloatArray,
-    static_k: FloatArray,
+    time_s: Floats,
+    n1_pct: Floats,
+    fuel_kg_s: Floats,
+    mach: Floats,
+    altitude_m: Floats,
+    static_k: Floats,
 ) -> float:
     """Median of recorded over nominal fuel flow where the fan speed is steady and above idle."""
     steady = (np.abs(np.gradient(n1_pct, time_s)) < 0.1) & (n1_pct > 50.0)
@@ -145,7 +146,7 @@ def fuel_ratio(
     return float(np.median(fuel_kg_s[steady] / nominal))
 
 
-@jit
+@compiled
 def spool_rate_pct_s(n1_pct: float, wanted_pct: float, altitude_m: float) -> float:
     """dN1/dt of a governed engine: slow near idle, quick near the top; idle to take-off in 8 to 13 s."""
     thin = static_pressure_pa(altitude_m) / SEA_LEVEL_PA
@@ -156,6 +157,6 @@ def spool_rate_pct_s(n1_pct: float, wanted_pct: float, altitude_m: float) -> flo
     return min(max(rate, -1.8 * limit - 4.0), limit)
 
 
-def fuel_lead_kg_s(n1_pct: FloatArray, time_s: FloatArray, steady_kg_s: FloatArray) -> FloatArray:
+def fuel_lead_kg_s(n1_pct: Floats, time_s: Floats, steady_kg_s: Floats) -> Floats:
     """Over- or underfuelling that accelerates the spools: proportional to dN1/dt."""
     return np.asarray(steady_kg_s * np.clip(1.0 + 0.04 * np.gradient(n1_pct, time_s), 0.6, 1.5))

@@ -6,10 +6,10 @@ The aircraft stands as in the recording's first seconds; the engines are off, th
 import numpy as np
 
 from thrustd.core.atmosphere import ZERO_CELSIUS_K
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.engine import spool_rate_pct_s, steady_fuel_kg_s, steady_n2_pct
-from thrustd.twin.fast import FloatArray
 
 SIDES = ("left", "right")
 OFF_S = 40.0
@@ -45,7 +45,7 @@ def _idle_pct(record: Recording, held: dict[str, float], side: str) -> float:
     return idle_pct
 
 
-def _spool_up(idle_pct: float, hz: float, number: int) -> FloatArray:
+def _spool_up(idle_pct: float, hz: float, number: int) -> Floats:
     """N1 [%] from the beginning until engine `number` idles."""
     n1_pct = [0.0] * round((OFF_S + number * BETWEEN_S) * hz)
     while n1_pct[-1] < idle_pct - NEAR_PCT:
@@ -53,7 +53,7 @@ def _spool_up(idle_pct: float, hz: float, number: int) -> FloatArray:
     return np.array([*n1_pct, idle_pct])
 
 
-def _engine(held: dict[str, float], side: str, n1_pct: FloatArray) -> dict[str, FloatArray]:
+def _engine(held: dict[str, float], side: str, n1_pct: Floats) -> dict[str, Floats]:
     """Columns of an engine along N1 (n,): the steady lines, scaled so that they meet the recorded idle."""
     mach, altitude_m, static_k = (
         np.full(len(n1_pct), value)

@@ -10,23 +10,23 @@ from scipy.signal import lfilter
 
 from thrustd.bench.programme import multisine, random_steps
 from thrustd.core.atmosphere import dynamic_pressure_pa
-from thrustd.twin.fast import FloatArray
+from thrustd.core.columns import Floats
 
 LOW_N = 700.0  # a measured mount stays inside the range that its bench covered
 HIGH_N = 6200.0
 ROOM_DEG_C = 20.0
 HYDRAULIC_BAR = 103.0  # Citation II: 1500 psi
-Channels = dict[str, FloatArray]
+Channels = dict[str, Floats]
 
 
-def bench_force_n(seconds: float, sample_hz: float, rng: np.random.Generator) -> FloatArray:
+def bench_force_n(seconds: float, sample_hz: float, rng: np.random.Generator) -> Floats:
     """Steps for two thirds of the time, then a multisine: both are needed to identify the dynamics."""
     stepping_s = round(seconds * 2 / 3)
     steps_n = random_steps(stepping_s, sample_hz, rng, hold_s=(40.0, 240.0), ramp_s=(1.0, 6.0))
     return np.concatenate((steps_n, multisine(seconds - stepping_s, sample_hz, rng)))
 
 
-def flight_force_n(seconds: float, sample_hz: float, rng: np.random.Generator) -> FloatArray:
+def flight_force_n(seconds: float, sample_hz: float, rng: np.random.Generator) -> Floats:
     """Throttle steps with the ramps of an engine, small corrections on top."""
     steps_n = random_steps(seconds, sample_hz, rng, LOW_N, HIGH_N, hold_s=(20.0, 200.0), ramp_s=(2.0, 10.0))
     trimmed_n = steps_n + wander(len(steps_n), sample_hz, 6.0, rng) * 40.0
@@ -52,7 +52,7 @@ def quiet(count: int, sample_hz: float) -> Channels:
     return {name: np.full(count, value) for name, value in constants.items()}
 
 
-def moving(force_n: FloatArray, sample_hz: float, rng: np.random.Generator) -> Channels:
+def moving(force_n: Floats, sample_hz: float, rng: np.random.Generator) -> Channels:
     """A flight around a force programme (n,)."""
     count = len(force_n)
     seconds = count / sample_hz
@@ -75,7 +75,7 @@ def moving(force_n: FloatArray, sample_hz: float, rng: np.random.Generator) -> C
     }
 
 
-def wander(count: int, sample_hz: float, correlation_s: float, rng: np.random.Generator) -> FloatArray:
+def wander(count: int, sample_hz: float, correlation_s: float, rng: np.random.Generator) -> Floats:
     """Smooth random signal (n,) with zero mean and unit variance in the long run: noise through two lags."""
     keep = np.exp(-1 / (sample_hz * correlation_s))
     noise = rng.standard_normal(count)
@@ -88,7 +88,7 @@ def wander(count: int, sample_hz: float, correlation_s: float, rng: np.random.Ge
     return np.asarray(smooth)
 
 
-def _carry(past: FloatArray, keep: float) -> FloatArray:
+def _carry(past: Floats, keep: float) -> Floats:
     """Filter state after `past`, so that a signal does not start at zero."""
     last, before = (float(past[-1]), float(past[-2])) if len(past) > 1 else (0.0, 0.0)
     return np.array([2 * keep * last - keep**2 * before, -(keep**2) * last])
@@ -96,12 +96,12 @@ def _carry(past: FloatArray, keep: float) -> FloatArray:
 
 def _levels(
     seconds: float, sample_hz: float, rng: np.random.Generator, low: float, high: float, hold_s: tuple[float, float]
-) -> FloatArray:
+) -> Floats:
     start = float(rng.uniform(low, high))
     return random_steps(seconds, sample_hz, rng, low, high, hold_s, (1.0, 8.0), start=start)
 
 
-def _load_factor(seconds: float, sample_hz: float, rng: np.random.Generator) -> FloatArray:
+def _load_factor(seconds: float, sample_hz: float, rng: np.random.Generator) -> Floats:
     """Level flight, turns up to 1.7 g, push-overs down to 0.2 g; gusts."""
     count = round(seconds * sample_hz)
     load_g = np.ones(count)
@@ -118,13 +118,13 @@ def _load_factor(seconds: float, sample_hz: float, rng: np.random.Generator) -> 
     return load_g + 0.04 * wander(count, sample_hz, 1.0, rng)
 
 
-def _warming(count: int, sample_hz: float, rng: np.random.Generator) -> FloatArray:
+def _warming(count: int, sample_hz: float, rng: np.random.Generator) -> Floats:
     time_s = np.arange(count) / sample_hz
     rise_k = rng.uniform(15.0, 35.0) * -np.expm1(-time_s / rng.uniform(900.0, 3600.0))
     return ROOM_DEG_C + rise_k + 2.0 * wander(count, sample_hz, 400.0, rng)
 
 
-def _vibration(n1_pct: FloatArray, sample_hz: float, rng: np.random.Generator) -> FloatArray:
+def _vibration(n1_pct: Floats, sample_hz: float, rng: np.random.Generator) -> Floats:
     """Rotor imbalance: grows with the square of the speed, a resonance on the way, an amplitude that changes."""
     resonance = 8.0 * np.exp(-(((n1_pct - rng.uniform(65, 85)) / 6.0) ** 2))
     unrest = 1.0 + 0.35 * wander(len(n1_pct), sample_hz, 120.0, rng)

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from thrustd.core.atmosphere import dynamic_pressure_pa
+from thrustd.core.columns import Floats
 from thrustd.core.types import Event, Frame
 from thrustd.records.recording import Recording
 from thrustd.sinks.mcap_log import new_log
@@ -30,7 +31,6 @@ from thrustd.twin.airframe import (
     settled,
     thrust_shares_n,
 )
-from thrustd.twin.fast import FloatArray
 from thrustd.twin.installation import PLAIN, Knobs, felt_g, seen_mm
 from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading, to_counts
@@ -199,23 +199,23 @@ class _Flight:
             items += stream.block(sample_s, values)
         return items + self._truths(self._grid(begin_s, end_s, self._rates.truth_hz))
 
-    def _grid(self, begin_s: float, end_s: float, rate_hz: float, phase: float = 0.0) -> FloatArray:
+    def _grid(self, begin_s: float, end_s: float, rate_hz: float, phase: float = 0.0) -> Floats:
         """Sample times of one rate in [begin, end) of the flight; `phase` in samples."""
         first, last = (int(np.ceil(round(edge_s * rate_hz - phase, 6))) for edge_s in (begin_s, end_s))
         return np.asarray(self._start_s + (np.arange(first, last) + phase) / rate_hz, dtype=np.float64)
 
-    def _line(self, name: str, sample_s: FloatArray) -> FloatArray:
+    def _line(self, name: str, sample_s: Floats) -> Floats:
         return np.asarray(self._lines[name](sample_s), dtype=np.float64)
 
-    def _thrust_n(self, sample_s: FloatArray) -> FloatArray:
+    def _thrust_n(self, sample_s: Floats) -> Floats:
         return np.stack([self._line(f"thrust_N_{engine}", sample_s) for engine in ENGINES])
 
-    def _loads_n(self, sample_s: FloatArray) -> FloatArray:
+    def _loads_n(self, sample_s: Floats) -> Floats:
         accel_g = np.stack([self._line(name, sample_s) for name in ACCEL_SIGNALS])
         pressure_pa = self._line("dynamic_pressure_Pa", sample_s)
         return carried_n(self._airframe, self._thrust_n(sample_s), accel_g, pressure_pa)
 
-    def _mounts(self, sample_s: FloatArray) -> list[Frame]:
+    def _mounts(self, sample_s: Floats) -> list[Frame]:
         """Load the mounts, read the LVDTs, send the frames."""
         accel_z_g, loads_n = self._line("accel_z_g", sample_s), self._loads_n(sample_s)
         counts = np.empty((len(sample_s), len(MOUNTS)), dtype=np.int32)
@@ -229,7 +229,7 @@ class _Flight:
             counts[:, number] = to_counts(lvdt, lvdt_reading(lvdt, seen, self._rng))
         return self._adc.block(sample_s, counts)
 
-    def _truths(self, sample_s: FloatArray) -> list[Truth]:
+    def _truths(self, sample_s: Floats) -> list[Truth]:
         thrust_n = self._thrust_n(sample_s)
         rows = dict(zip(ENGINES, thrust_n, strict=True))
         rows |= dict(zip(MOUNTS, thrust_shares_n(self._airframe, thrust_n), strict=True))
@@ -267,7 +267,7 @@ def _lines(profile: Recording, knobs: Knobs) -> dict[str, PchipInterpolator]:
     return {name: PchipInterpolator(profile.time_s, column) for name, column in columns.items()}
 
 
-def _rates_deg_s(profile: Recording) -> FloatArray:
+def _rates_deg_s(profile: Recording) -> Floats:
     """Pitch, roll and yaw rate (3, n): as recorded, else pitch's own slope and none."""
     still = np.zeros(len(profile))
     pitching = np.gradient(profile["pitch_deg"], profile.time_s) if "pitch_deg" in profile else still

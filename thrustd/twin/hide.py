@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.records.files import write_recording
 from thrustd.records.recording import Recording, make_recording
 from thrustd.sinks.whole_file import whole_file
 from thrustd.twin.disturbance import DISTURBANCES, UNLISTED, Disturbance, Scene, Shape
 from thrustd.twin.environment import Channels, bench_force_n, flight_force_n, moving, quiet
-from thrustd.twin.fast import FloatArray
 from thrustd.twin.mount import UPPER, MountPhysics
 from thrustd.twin.sensors import COARSE_COUNT_MM, Lvdt, load_cell_reading, lvdt_reading
 
@@ -117,9 +117,7 @@ def _kinds(effects: tuple[str, ...], rng: np.random.Generator) -> list[tuple[str
     return chosen
 
 
-def _deformation_mm(
-    force_n: FloatArray, channels: Channels, mount: MountPhysics, hidden: tuple[Hidden, ...]
-) -> FloatArray:
+def _deformation_mm(force_n: Floats, channels: Channels, mount: MountPhysics, hidden: tuple[Hidden, ...]) -> Floats:
     scene = Scene(force_n, channels, 1 / SAMPLE_HZ, mount)
     for effect in hidden:
         effect.kind.apply(scene, effect.amplitude, effect.shape)
@@ -130,7 +128,7 @@ def _sized(
     name: str,
     kind: Disturbance,
     mount: MountPhysics,
-    force_n: FloatArray,
+    force_n: Floats,
     channels: Channels,
     wanted_n: float,
     rng: np.random.Generator,
@@ -148,7 +146,7 @@ def _sized(
     return Hidden(name, kind, amplitude, shape)
 
 
-def force_rms_n(mount: MountPhysics, plain_mm: FloatArray, changed_mm: FloatArray) -> float:
+def force_rms_n(mount: MountPhysics, plain_mm: Floats, changed_mm: Floats) -> float:
     """RMS [N] of a change of deformation (n,) times the local stiffness."""
     stiffness_n_mm = mount.stiffness_n_mm + 3 * mount.cubic_n_mm3 * plain_mm**2
     return float(np.sqrt(np.mean((stiffness_n_mm * (changed_mm - plain_mm)) ** 2)))
@@ -156,7 +154,7 @@ def force_rms_n(mount: MountPhysics, plain_mm: FloatArray, changed_mm: FloatArra
 
 def _record(
     name: str,
-    force_n: FloatArray,
+    force_n: Floats,
     channels: Channels,
     mount: MountPhysics,
     hidden: tuple[Hidden, ...],
@@ -177,7 +175,7 @@ def _truth(
     effects: tuple[str, ...],
     hidden: tuple[Hidden, ...],
     mount: MountPhysics,
-    flights: list[tuple[FloatArray, Channels]],
+    flights: list[tuple[Floats, Channels]],
     seed: int,
     strength: float,
 ) -> dict[str, Any]:

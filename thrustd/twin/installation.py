@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.twin.fast import FloatArray
+from thrustd.core.columns import Floats
 
 ARMS_M = ((0.2639, -0.2891, 0.2355), (0.2761, -0.2631, -0.1090), (-0.3901, -0.3675, 0.0335))
 RATES_N_M = ((5.079e6, 1.646e6, 1.646e6), (5.954e6, 1.926e6, 1.926e6), (0.0, 8.75e5, 8.75e5))
@@ -65,7 +65,7 @@ def hostile(seed: int) -> Knobs:
     )
 
 
-def loads() -> FloatArray:
+def loads() -> Floats:
     """x force on the mounts (3, 4) per newton of: thrust, thrust's moment per mm above the CG, -z and y force."""
     virtual = []  # displacement of every mount under each of the six motions: (3, 3, 6)
     for x, y, z in ARMS_M:
@@ -83,8 +83,8 @@ def loads() -> FloatArray:
 
 
 def carried_parts(
-    upper_share: float, knobs: Knobs, thrust_n: FloatArray, accel_g: FloatArray, pressure_pa: FloatArray | float
-) -> FloatArray:
+    upper_share: float, knobs: Knobs, thrust_n: Floats, accel_g: Floats, pressure_pa: Floats | float
+) -> Floats:
     """What the two mounts of an engine carry (2, n): thrust (n,), specific force (3, n), dynamic pressure (n,)."""
     weight_n = MASS_KG * G0_M_S2
     along_n = thrust_n - knobs.drag_m2 * pressure_pa
@@ -100,7 +100,7 @@ def carried_parts(
     return np.asarray(out)
 
 
-def felt_g(accel_g: FloatArray, rates_deg_s: FloatArray, time_s: FloatArray, knobs: Knobs) -> FloatArray:
+def felt_g(accel_g: Floats, rates_deg_s: Floats, time_s: Floats, knobs: Knobs) -> Floats:
     """What the accelerometer feels (3, n), ICD signs, of specific force and body rates pitch, roll, yaw."""
     pitch, roll, yaw = np.radians(rates_deg_s)
     omega = np.stack((roll, pitch, yaw))  # forward, right, down: right-handed
@@ -114,7 +114,7 @@ def felt_g(accel_g: FloatArray, rates_deg_s: FloatArray, time_s: FloatArray, kno
     return np.asarray(felt)
 
 
-def seen_mm(mount: int, deformation_mm: FloatArray, temperature_degc: FloatArray, knobs: Knobs) -> FloatArray:
+def seen_mm(mount: int, deformation_mm: Floats, temperature_degc: Floats, knobs: Knobs) -> Floats:
     """What stands between a mount's deformation (n,) and its transducer's zero and noise."""
     expanded = deformation_mm + knobs.expansion_mm_k * (temperature_degc - 20.0)
     along = expanded / BOW_RANGE_MM

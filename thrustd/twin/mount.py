@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.twin.fast import FloatArray, jit
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
 
 REFERENCE_DEG_C = 20.0
 SOLVED_MM = 1e-10  # Newton stops here: a thousandth of one LVDT count
@@ -49,9 +50,9 @@ class MountPhysics(NamedTuple):
 class MountState(NamedTuple):
     """What the rubber remembers; the arrays are changed in place by `advance`."""
 
-    scalar: FloatArray  # (3,) x [mm], f(x) [N], D [N]
-    relaxing: FloatArray  # (n_relaxation,) q_i [N]
-    friction: FloatArray  # (n_friction,) P_j [N]
+    scalar: Floats  # (3,) x [mm], f(x) [N], D [N]
+    relaxing: Floats  # (n_relaxation,) q_i [N]
+    friction: Floats  # (n_friction,) P_j [N]
 
 
 class Kernel(NamedTuple):
@@ -59,11 +60,11 @@ class Kernel(NamedTuple):
 
     k1: float
     k3: float
-    gain: FloatArray  # g_i
-    keep: FloatArray  # exp(-dt / tau_i)
-    rise: FloatArray  # (1 - keep) tau_i / dt: what a ramp of f leaves in q_i
-    slip_n: FloatArray
-    slip_n_mm: FloatArray
+    gain: Floats  # g_i
+    keep: Floats  # exp(-dt / tau_i)
+    rise: Floats  # (1 - keep) tau_i / dt: what a ramp of f leaves in q_i
+    slip_n: Floats
+    slip_n_mm: Floats
     rate_n_mm: float  # c / dt
     dahl_n: float
     dahl_n_mm: float
@@ -120,7 +121,7 @@ def at_rest(mount: MountPhysics) -> MountState:
     return MountState(np.zeros(3), np.zeros(len(mount.relaxation)), np.zeros(len(mount.friction_n)))
 
 
-@jit
+@compiled
 def step(kernel: Kernel, state: MountState, force_n: float) -> float:
     """One sample: the rubber's deformation [mm] under `force_n`; `state` moves on."""
     old_mm, old_n, old_dahl = state.scalar
@@ -157,7 +158,7 @@ def step(kernel: Kernel, state: MountState, force_n: float) -> float:
     return x
 
 
-@jit
+@compiled
 def _settle(kernel: Kernel, state: MountState, x: float, dahl: float) -> None:
     elastic = (kernel.k1 + kernel.k3 * x * x) * x
     for i in range(kernel.gain.size):
@@ -170,8 +171,8 @@ def _settle(kernel: Kernel, state: MountState, x: float, dahl: float) -> None:
     state.scalar[2] = dahl
 
 
-@jit
-def _run(kernel: Kernel, state: MountState, force_n: FloatArray, out_mm: FloatArray) -> None:
+@compiled
+def _run(kernel: Kernel, state: MountState, force_n: Floats, out_mm: Floats) -> None:
     for n in range(force_n.size):
         out_mm[n] = step(kernel, state, force_n[n])
 
@@ -179,11 +180,11 @@ def _run(kernel: Kernel, state: MountState, force_n: FloatArray, out_mm: FloatAr
 def advance(
     mount: MountPhysics,
     state: MountState,
-    force_n: FloatArray,
+    force_n: Floats,
     dt_s: float,
-    temperature_degc: FloatArray | float = REFERENCE_DEG_C,
-    accel_z_g: FloatArray | float = 1.0,
-) -> FloatArray:
+    temperature_degc: Floats | float = REFERENCE_DEG_C,
+    accel_z_g: Floats | float = 1.0,
+) -> Floats:
     """Deformation at the transducer [mm], (n,), for the carried force (n,); `state` moves on.
 
     A heavier engine (accel_z_g > 1) makes the deformation smaller, in proportion: 5 um per 500 N at 6 kN on a mount

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.twin.engine import IDLE_N1_PCT, TAKE_OFF_N1_PCT
-from thrustd.twin.fast import FloatArray
 
 FREE = float("nan")  # load factor: whatever the path needs
 
@@ -24,12 +24,12 @@ class Phase(NamedTuple):
 class Commands(NamedTuple):
     """The phases sample by sample, each (n,)."""
 
-    n1_left: FloatArray
-    n1_right: FloatArray
-    gamma_rad: FloatArray
-    load_g: FloatArray
-    bank_rad: FloatArray
-    brake: FloatArray
+    n1_left: Floats
+    n1_right: Floats
+    gamma_rad: Floats
+    load_g: Floats
+    bank_rad: Floats
+    brake: Floats
 
 
 def draw_commands(seconds: float, sample_hz: float, rng: np.random.Generator) -> Commands:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.twin.fast import FloatArray
+from thrustd.core.columns import Floats
 
 IntArray = npt.NDArray[np.int32]
 
@@ -28,17 +28,17 @@ class Lvdt(NamedTuple):
     zero_mm: float = 0.0  # reading of the unloaded mount
 
 
-def to_counts(lvdt: Lvdt, reading_mm: FloatArray) -> IntArray:
+def to_counts(lvdt: Lvdt, reading_mm: Floats) -> IntArray:
     """Signed counts (n,) of a reading (n,), clipped to 24 bits."""
     return np.clip(np.rint(reading_mm / lvdt.count_mm), -COUNT_LIMIT - 1, COUNT_LIMIT).astype(np.int32)
 
 
-def lvdt_reading(lvdt: Lvdt, deformation_mm: FloatArray, rng: np.random.Generator) -> FloatArray:
+def lvdt_reading(lvdt: Lvdt, deformation_mm: Floats, rng: np.random.Generator) -> Floats:
     """What the transducer says of a true deformation (n,): zero and noise added, a multiple of one count."""
     seen_mm = deformation_mm + lvdt.zero_mm + rng.normal(0.0, lvdt.noise_mm, len(deformation_mm))
     return np.asarray(to_counts(lvdt, seen_mm) * lvdt.count_mm, dtype=np.float64)
 
 
-def load_cell_reading(force_n: FloatArray, rng: np.random.Generator, std_n: float = LOAD_CELL_STD_N) -> FloatArray:
+def load_cell_reading(force_n: Floats, rng: np.random.Generator, std_n: float = LOAD_CELL_STD_N) -> Floats:
     """Force with the load cell's noise, (n,)."""
     return np.asarray(force_n + rng.normal(0.0, std_n, len(force_n)))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from thrustd.core.atmosphere import ZERO_CELSIUS_K
+from thrustd.core.columns import Floats
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.engine import (
     IDLE_N1_PCT,
@@ -13,7 +14,6 @@ from thrustd.twin.engine import (
     steady_n2_pct,
     true_thrust_n,
 )
-from thrustd.twin.fast import FloatArray
 
 HZ = 20.0
 OFF_S, HOLD_S = 30.0, 40.0
@@ -50,7 +50,7 @@ def static_run(seed: int, healths: tuple[Health, ...]) -> tuple[Recording, Recor
     return profile, make_recording(f"cell_seed{seed}", {"time_s": time_s, "force_N": cell_n})
 
 
-def _spooled(wanted_pct: FloatArray) -> FloatArray:
+def _spooled(wanted_pct: Floats) -> Floats:
     n1_pct, now = np.empty_like(wanted_pct), 0.0
     for i, wanted in enumerate(wanted_pct.tolist()):
         now += spool_rate_pct_s(now, wanted, 0.0) / HZ

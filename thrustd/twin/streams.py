@@ -7,8 +7,8 @@ events arrive together.
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.types import Frame, Tick
-from thrustd.twin.fast import FloatArray
 from thrustd.twin.sensors import IntArray
 from thrustd.wire.adc_frames import encode
 from thrustd.wire.can_frames import CanEncoder
@@ -32,7 +32,7 @@ class Arrivals:
         self._rng = rng
         self._last_ns = -(2**62)
 
-    def of(self, sample_s: FloatArray) -> list[int]:
+    def of(self, sample_s: Floats) -> list[int]:
         """Monotonic nanoseconds (n,) at which samples taken at `sample_s` (n,) are read."""
         late_s = self._rng.exponential(READER_S, len(sample_s))
         late_s += STALL_S * (self._rng.random(len(sample_s)) < STALL_ODDS)
@@ -53,7 +53,7 @@ class AdcStream:
         self._sequence = int(rng.integers(0, 2**16))
         self._device_us = int(rng.integers(0, 2**32))
 
-    def block(self, sample_s: FloatArray, counts: IntArray) -> list[Frame]:
+    def block(self, sample_s: Floats, counts: IntArray) -> list[Frame]:
         """`counts` (n, n_channels) at `sample_s` (n,)."""
         device_us = (self._device_us + np.rint(sample_s * 1e6 * CRYSTAL).astype(np.int64)).tolist()
         split = (self._rng.random(len(sample_s)) < SPLIT_ODDS).tolist()
@@ -81,7 +81,7 @@ class CanStream:
         self._encoder = encoder
         self._arrivals = Arrivals(CAN_DELAY_S, origin_ns, rng)
 
-    def block(self, sample_s: FloatArray, values: FloatArray) -> list[Frame]:
+    def block(self, sample_s: Floats, values: Floats) -> list[Frame]:
         """`values` (n,) at `sample_s` (n,); NaN = nothing is sent."""
         signal, index, code = self._signal, self._index, self._encoder.encode
         out: list[Frame] = []
@@ -98,5 +98,5 @@ class TickStream:
     def __init__(self, origin_ns: int, rng: np.random.Generator) -> None:
         self._arrivals = Arrivals(0.0, origin_ns, rng)
 
-    def block(self, sample_s: FloatArray) -> list[Tick]:
+    def block(self, sample_s: Floats) -> list[Tick]:
         return [Tick(t_ns) for t_ns in self._arrivals.of(sample_s)]

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError, RecordingError
 from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.first_look import ONE_LEVEL
@@ -12,7 +13,6 @@ from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording, no_column
 from thrustd.records.roles import roles_of, units_trusted
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
+from thrustd.core.columns import Floats
 from thrustd.core.measures import percents, rms
 from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
@@ -26,7 +27,6 @@ from thrustd.identify.first_state import from_level, level_before, simulated
 from thrustd.identify.segments import Segment, bridged, segments_of
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.records.roles import Roles, roles_of
 

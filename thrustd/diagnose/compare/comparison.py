@@ -12,12 +12,12 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.failures import Failure
 from thrustd.diagnose.compare.first_look import FirstLook
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.regions import RegionError
 from thrustd.model.artifact import LedgerEntry
-from thrustd.model.stage import Floats
 from thrustd.records.roles import Roles
 
 ERROR = "measured minus model"

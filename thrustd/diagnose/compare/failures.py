@@ -19,9 +19,9 @@ from itertools import combinations, pairwise
 import numpy as np
 from scipy.stats import t as student
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.regions import Mask, Region
-from thrustd.model.stage import Floats
 
 MOST = 5
 LEAST_SHARE = 0.04  # of the squared error: less is not worth a line

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import periodogram
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.motion import Motion, motion_of
 from thrustd.diagnose.search.candidates import moves
 from thrustd.identify.segments import DEFORMATION, FORCE, segments_of
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.records.roles import roles_of
 

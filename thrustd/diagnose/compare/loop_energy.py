@@ -17,9 +17,9 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.stats import t as student
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.motion import motion_of
 from thrustd.identify.segments import DEFORMATION, Segment, segments_of
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.records.roles import roles_of
 

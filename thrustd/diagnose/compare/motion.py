@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.model.stage import Floats
 
 MAD = 1.4826  # median absolute value of normal noise -> sigma
 NOISES = 6.0  # sigmas that noise alone does not make in a record

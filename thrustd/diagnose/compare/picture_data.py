@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import coherence, welch
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.comparison import Comparison
 from thrustd.diagnose.compare.regions import FULL_N, force_rate
 from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.diagnose.search.dependence import Dependence, drawn
-from thrustd.model.stage import Floats
 
 LONGEST = 1 << 14  # samples of one stretch of the spectrum
 LONGEST_COHERENCE = 1 << 12

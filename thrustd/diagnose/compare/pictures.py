@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.comparison import Comparison
 from thrustd.diagnose.compare.motion import motion_of
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.picture_data import LOOP_DOTS, channel_dependences, loop_of, rate_map_of, spectrum_of
 from thrustd.diagnose.search.dependence import Dependence
-from thrustd.model.stage import Floats
 from thrustd.records.recording import unit_of
 from thrustd.records.roles import INPUT, OUTPUT, Roles
 from thrustd.sinks.whole_file import whole_file

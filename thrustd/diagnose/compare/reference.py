@@ -14,12 +14,12 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import dynamic_pressure_pa
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE
 from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
-from thrustd.model.stage import Floats
 from thrustd.records.flight_log import FLIGHT_LOG, REPLAY_FIRST
 from thrustd.records.recording import TIME, Recording
 

@@ -12,9 +12,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.motion import Motion, motion_of, thinned
 from thrustd.diagnose.search.candidates import moves, order_of
-from thrustd.model.stage import Floats
 from thrustd.records.recording import unit_of
 from thrustd.records.roles import Roles
 

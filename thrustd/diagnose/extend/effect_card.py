@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from thrustd.core.columns import Floats
 from thrustd.model.effect import Effect
 from thrustd.model.effects import shelf
-from thrustd.model.stage import Floats
 from thrustd.sinks.whole_file import whole_file
 
 STIFFNESS_N_MM = 5500.0

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.model.effect import Effect
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 STILL = 1e-3  # a channel moves when its spread exceeds this share of its typical size ...

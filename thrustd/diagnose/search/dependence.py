@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thrustd.model.stage import Floats
+from thrustd.core.columns import Floats
 
 
 @dataclass(frozen=True, slots=True)

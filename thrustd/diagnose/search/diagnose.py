@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from thrustd.core.blas import one_thread
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.base import Base
@@ -33,7 +34,6 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 from thrustd.model.modulated import BY
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 
 FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from

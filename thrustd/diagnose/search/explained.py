@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.ranking import SAYS, Ranked, begin_at
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.segments import DEFORMATION
-from thrustd.model.stage import Floats
 
 SETS = 2  # the best, and the best of the others
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
@@ -16,7 +17,6 @@ from thrustd.identify.regression.solve import LEAST_ITERATIONS, Mask, Solution, 
 from thrustd.identify.regression.sweep import Record, columns
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term
-from thrustd.model.stage import Floats
 
 BLOCKS = 48  # of equal length over all records
 TOGETHER = 1, 2, 4, 8  # blocks whose scores are summed before they are compared

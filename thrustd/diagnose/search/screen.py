@@ -10,6 +10,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares
 from thrustd.diagnose.search.library import Rig, combined, free_curve, modulations
@@ -17,7 +18,6 @@ from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import Mask, prior_of
 from thrustd.identify.regression.sweep import Record, columns, simulate
 from thrustd.identify.regression.terms import Term, added, deformed
-from thrustd.model.stage import Floats
 
 ROWS = 12_000  # of the table at most
 GAIN = 0.1  # sigma of a free curve that multiplies the force

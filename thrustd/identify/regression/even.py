@@ -12,13 +12,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.curve import Grid, roughness
 from thrustd.identify.regression.pairs import candidates
 from thrustd.identify.regression.regress import KNOTS
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.segments import Segment
-from thrustd.model.stage import Floats
 
 BEYOND = 0.15  # of the output's range: so far beyond it does h reach on either side
 ROWS = 2_000  # samples, the first ones, by which signs are found

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.table import FRICTION, WITHIN, std_of
 from thrustd.identify.regression.terms import Term, at_start, split
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effects.hysteresis import EFFECT
-from thrustd.model.stage import Floats
 
 GROWS = (FRICTION, EFFECT.name)  # what `identify` finds by itself may be found once more, on top
 SIZE = 0.1  # of the output's spread: one sigma of the friction

@@ -20,6 +20,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from thrustd.core.blas import one_thread
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.even import BEYOND, before_even_curve, behind_even
 from thrustd.identify.regression.holds import holds_of
@@ -32,7 +33,6 @@ from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.starts import linear_point
 from thrustd.identify.regression.sweep import Record, simulate
 from thrustd.identify.segments import DEFORMATION, SHORTEST, Segment, head, thinned
-from thrustd.model.stage import Floats
 
 PARTS, EVERY = 40, 4  # blocks of a record; every such one is held back
 CLEARLY = 1.0  # standard errors

@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.reduce import enough, fewer
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.sweep import Record, simulate
-from thrustd.model.stage import Floats
 
 MANY = 300_000  # samples: more are long
 THINNED = 60_000  # means that give the shape

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
@@ -11,7 +12,6 @@ from thrustd.identify.regression.stops import N_STOPS, radii_of
 from thrustd.identify.regression.terms import split
 from thrustd.model.artifact import Posterior
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
-from thrustd.model.stage import Floats
 
 
 def kept(found: Solution) -> Posterior:

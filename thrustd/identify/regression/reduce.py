@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import least_squares
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.model.stage import Floats
 
 TIMES = 120
 FAINT = 0.02  # of the size of the relaxation: modes that leave less than this are enough, before they are polished

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from thrustd.core.blas import one_thread
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.friction import BEGIN, yielding
@@ -22,7 +23,6 @@ from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.stops import radii_of
 from thrustd.identify.regression.sweep import Record, head_of, simulate
 from thrustd.identify.segments import DEFORMATION, Segment
-from thrustd.model.stage import Floats
 
 KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer data
 LAGS = 20

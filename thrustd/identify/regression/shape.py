@@ -6,11 +6,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.curve import Grid, roughness
 from thrustd.identify.regression.kernel import Core, Lags
 from thrustd.identify.regression.terms import Term, branches, positives
 from thrustd.model.linear import discretise_mode
-from thrustd.model.stage import Floats
 
 Hold = Literal["foh", "zoh"]
 SPECTRUM = 6  # amplitudes of one effect from which on they are a spectrum

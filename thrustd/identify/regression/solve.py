@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import nnls
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Normal, Record, normal_equations, simulate
-from thrustd.model.stage import Floats
 
 Mask = NDArray[np.bool_]
 Prior = tuple[Floats, Floats]  # mean (n,), precision (n, n)

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.kernel import Core, Memory, at_rest, run, run_with_columns
 from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.stops import at_rest as stops_at_rest
 from thrustd.identify.regression.stops import run_stops
 from thrustd.identify.regression.terms import NUDGE, Seen, added, deformed, pushed, split, sprung
 from thrustd.identify.segments import DEFORMATION
-from thrustd.model.stage import Floats
 
 Indices = NDArray[np.intp]
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.identify.error_map import rates_of
 from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
@@ -22,7 +23,6 @@ from thrustd.model.artifact import (
     ValidRange,
 )
 from thrustd.model.effects.hysteresis_stops import WEIGHTS
-from thrustd.model.stage import Floats
 
 WITHIN = 0.1  # of the noise: how far a table may be from its curve
 MOST = 200  # segments

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.hypotheses import Asked
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment
@@ -16,7 +17,6 @@ from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, error_over, of_spec
 from thrustd.model.artifact import ModelSpec, PiecewiseLinear
-from thrustd.model.stage import Floats
 
 NOISE_LAGS = 4
 LOST = 1.5  # free-run error of the second model over that of the first, from which on slow modes are lost

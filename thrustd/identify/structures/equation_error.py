@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.regression.table import valid_range
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, deformation, of_spec
 from thrustd.model.artifact import ComplexMode, LinearBlock, ModelSpec, PiecewiseLinear, RealMode
-from thrustd.model.stage import Floats
 
 LAGS = 4
 LONG = 20  # lags of the ARX model whose residuals stand in for e

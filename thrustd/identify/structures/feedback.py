@@ -11,6 +11,7 @@ from math import comb
 import msgspec
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.identify.parameters import pack
 from thrustd.identify.regression.hypotheses import Asked
 from thrustd.identify.regression.solve import Progress
@@ -20,7 +21,6 @@ from thrustd.identify.structures.structure import Fitted, Structure, error_from_
 from thrustd.identify.structures.trial import Bench
 from thrustd.identify.structures.wiener_hammerstein import through
 from thrustd.model.artifact import Feedback, LinearBlock, ModelSpec, PiecewiseLinear
-from thrustd.model.stage import Floats
 
 CHOSEN = ("linear.*", "output_curve.y.*")
 SHAPES = ((2, 3), (3, 2), (3, 3), (4, 2))  # orders and degrees that compete

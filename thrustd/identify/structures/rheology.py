@@ -13,10 +13,10 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
+from thrustd.core.columns import Floats
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import deformation
 from thrustd.model.linear import discretise_mode
-from thrustd.model.stage import Floats
 
 ROWS = 60_000  # samples that count
 

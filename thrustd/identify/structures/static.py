@@ -9,12 +9,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure, deformation, of_spec
 from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
-from thrustd.model.stage import Floats
 
 DEGREE = 3
 SEGMENTS = 10

@@ -10,13 +10,13 @@ from typing import Literal
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.identify.first_state import simulated
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.stage import Floats
 
 Family = Literal["physical", "static", "linear", "autoregressive", "block-oriented", "beyond"]
 

@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Floats
 from thrustd.identify.first_state import SETTLING
 from thrustd.identify.parameters import pack
 from thrustd.identify.regression.holds import holds_of
@@ -26,7 +27,6 @@ from thrustd.identify.structures.structure import Fitted, Structure, of_spec
 from thrustd.identify.structures.trial import Bench, Trial
 from thrustd.model.artifact import ComplexMode, Curve, LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, RealMode
 from thrustd.model.compile import linear_stage
-from thrustd.model.stage import Floats
 
 Roots = NDArray[np.complex128]
 

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.model.effect import Effect, Parameter
-from thrustd.model.stage import Floats
 
 TAUS_S = 10.0 ** (np.arange(10) / 2.0 - 0.5)  # 0.32 s to 10 000 s, two per decade
 
