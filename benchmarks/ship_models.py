@@ -17,7 +17,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from thrustd.bench.programme import HIGH_N, multisine, random_steps
+from thrustd.bench.programme import HIGH_N, Levels, multisine, random_steps
 from thrustd.core.aircraft import DATA, read_aircraft
 from thrustd.core.columns import Floats
 from thrustd.identify.artifact import finished
@@ -45,7 +45,7 @@ STIFFENING_1_N = 1e-5
 def throttle_bench(hours: float, seed: int, mount: MountPhysics, room_degc: float = RIG.room_degc) -> Recording:
     """Random steps from no load to full load, held and ramped as a throttle is moved in flight."""
     rng = np.random.default_rng(seed)
-    command_n = random_steps(hours * 3600, RIG.sample_hz, rng, 0.0, HIGH_N, (30.0, 300.0), (1.0, 8.0), start=0.0)
+    command_n = random_steps(hours * 3600, RIG.sample_hz, rng, Levels(0.0, HIGH_N, (30.0, 300.0), (1.0, 8.0)))
     rig = RIG._replace(room_degc=room_degc)
     return run_bench(f"throttle_{hours:g}h_{room_degc:g}degC_seed{seed}", command_n, seed, mount, rig).resample(
         FITTED_HZ

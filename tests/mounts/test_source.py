@@ -9,7 +9,7 @@ from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import EffectSpec, ErrorMap, LinearBlock, RealMode
 from thrustd.model.compile import compile_model
 from thrustd.mounts.source import MountSource, upper_share
-from thrustd.mounts.start import LOAD_AGE_S, Unseen
+from thrustd.mounts.start import LOAD_AGE_S, Past, Unseen
 from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sync import align
 from thrustd.sync.grid import Grid
@@ -80,7 +80,7 @@ def test_flight_is_the_ground_simulation_bit_for_bit_whatever_channels_the_effec
     }
     rows = model.inputs(channels)
     held = lambda mm: np.where(np.isin(model.channels, "deformation_mm"), mm, rows[0])  # noqa: E731
-    start = Unseen(model).start(held, rows[0, 0], None, LOAD_AGE_S, 0.0)
+    start = Unseen(model).start(held, rows[0, 0], Past(None, LOAD_AGE_S))
     assert list(flown(Bench(model), *channels.values())) == model.simulate(rows, start).tolist()
 
 

@@ -17,7 +17,7 @@ from thrustd.core.errors import ConfigError, UsageError
 from thrustd.core.faults import FAULT_KINDS, UNTIL_OVER
 from thrustd.core.types import Estimate, Fault, Frame, Status
 from thrustd.onboard.checkpoint import Clocks
-from thrustd.onboard.heartbeat import Heartbeat
+from thrustd.onboard.heartbeat import Heartbeat, status_line
 from thrustd.pipeline.fault_status import FaultStatus
 from thrustd.sensors import signal_watch
 from thrustd.sinks.health_counts import HealthCounts
@@ -141,7 +141,7 @@ def heart():
         return Clocks("boot", seconds[0] * S, utc[0] + seconds[0] * S)
 
     return (
-        Heartbeat(service, counts, ("left", "right"), clocks, faults.append, saved.append),
+        Heartbeat(service, lambda: status_line(counts, ("left", "right"), str), clocks, faults.append, saved.append),
         service,
         faults,
         saved,
@@ -174,9 +174,9 @@ def test_a_calendar_that_jumps_is_a_fault_with_its_size(heart):
 
 def test_the_service_manager_hears_thrust_and_troubles(heart):
     counts = heart[-1]
-    assert heart[0].status() == "no estimate yet"
+    assert status_line(counts, ("left", "right"), str) == "no estimate yet"
     counts.write_output(estimate(0, 1, status=int(Status.NOT_RECORDING | Status.LINK_LOST)))
-    assert heart[0].status() == "right 5000 +- 80 N; degraded: link lost, not recording"
+    assert status_line(counts, ("left", "right"), str) == "right 5000 +- 80 N; degraded: link lost, not recording"
 
 
 OURS = {word: kind for word, kind in FAULT_KINDS.items() if not kind.of_engine}

@@ -3,13 +3,16 @@
 import socket
 import threading
 from contextlib import ExitStack
+from typing import Any
 
 import pytest
 
+from thrustd.core import config
 from thrustd.core.errors import ConfigError
 from thrustd.core.types import Estimate, Fault, MountOutput
 from thrustd.sinks import live_view
 from thrustd.sinks.live_view import LiveView
+from thrustd.wire.log_layout import LogHeader
 
 HELLO = (
     "GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
@@ -19,8 +22,12 @@ HELLO = (
 LIMIT_S = 20.0
 
 
-def view(faults: list[Fault], **more: object) -> LiveView:
-    return LiveView(("left", "right"), ("left_upper",), faults.append, **{"port": 0, **more})
+HEADER = LogHeader(engines=("left", "right"), mounts=("left_upper",))
+ANY_PORT = config.LiveView(port=0)
+
+
+def view(faults: list[Fault], wish: config.LiveView = ANY_PORT, **more: Any) -> LiveView:
+    return LiveView(wish, HEADER, faults.append, **more)
 
 
 def estimate(t_ns: int) -> Estimate:
@@ -64,7 +71,7 @@ def answer_to(live: LiveView, *headers: str) -> bytes:
 
 def test_a_strange_page_does_not_read_along() -> None:
     said: list[str] = []
-    live = view([], origins=("https://app.foxglove.dev",), say=said.append)
+    live = view([], say=said.append)
     here = f"Host: 127.0.0.1:{live.port}"
     for headers in ((here,), (here, "Origin: https://app.foxglove.dev"), (f"Host: localhost:{live.port}",)):
         assert answer_to(live, *headers).startswith(b"HTTP/1.1 101"), headers
@@ -106,12 +113,12 @@ def test_so_many_look_on_and_no_more() -> None:
 def test_a_taken_port_is_refused_in_one_line() -> None:
     first = view([])
     with pytest.raises(ConfigError, match=f"live_view = 127.0.0.1:{first.port}"):
-        view([], port=first.port)
+        view([], config.LiveView(port=first.port))
     first.close()
 
 
 def test_it_binds_to_loopback_unless_told_otherwise() -> None:
-    live = LiveView(("left",), (), list[Fault]().append, port=0)
+    live = view([])
     with pytest.raises(OSError):
         socket.create_connection((_outer_address(), live.port), timeout=LIMIT_S).close()
     live.close()

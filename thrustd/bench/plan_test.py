@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thrustd.bench.programme import HOLD_S, multisine, random_steps, sweep
+from thrustd.bench.programme import HOLD_S, Levels, multisine, random_steps, sweep
 from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.core.signals import CATALOGUE
@@ -66,7 +66,7 @@ def programme(kind: str, plan: BenchPlan) -> dict[str, Floats]:
     columns = {"force_N": _forces(kind, moving_s, plan, rng)}
     if kind == "weight":
         columns["accel_z_g"] = random_steps(
-            moving_s, plan.sample_hz, rng, *plan.weight_g, plan.hold_s, RAMP_S, start=REST["accel_z_g"]
+            moving_s, plan.sample_hz, rng, Levels(*plan.weight_g, plan.hold_s, RAMP_S, REST["accel_z_g"])
         )
     return {"time_s": time_s} | {
         name: _from_rest(REST[name], values, still, loading) for name, values in columns.items()
@@ -78,7 +78,7 @@ def _forces(kind: str, moving_s: float, plan: BenchPlan, rng: np.random.Generato
         return multisine(moving_s, plan.sample_hz, rng, plan.band_hz, plan.lines, plan.low_n, plan.high_n)
     if kind == "sweep":
         return sweep(moving_s, plan.sample_hz, plan.band_hz, plan.low_n, plan.high_n)
-    return random_steps(moving_s, plan.sample_hz, rng, plan.low_n, plan.high_n, plan.hold_s, RAMP_S)
+    return random_steps(moving_s, plan.sample_hz, rng, Levels(plan.low_n, plan.high_n, plan.hold_s, RAMP_S))
 
 
 def _from_rest(rest: float, values: Floats, still: int, loading: int) -> Floats:

@@ -4,6 +4,8 @@ The thesis' identification programme steps through random forces between 400 N a
 characterisation adds slow sines; the sweep it recommends is a multisine here.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from thrustd.core.columns import Floats
@@ -14,26 +16,31 @@ HOLD_S = (120.0, 480.0)
 RAMP_S = (0.5, 2.0)
 
 
+class Levels(NamedTuple):
+    """Between which levels a signal steps, and how: the thesis' programme."""
+
+    low: float = LOW_N
+    high: float = HIGH_N
+    hold_s: tuple[float, float] = HOLD_S
+    ramp_s: tuple[float, float] = RAMP_S
+    start: float | None = None  # None: at the lower one
+
+
 def random_steps(
     duration_s: float,
     sample_hz: float,
     rng: np.random.Generator,
-    low: float = LOW_N,
-    high: float = HIGH_N,
-    hold_s: tuple[float, float] = HOLD_S,
-    ramp_s: tuple[float, float] = RAMP_S,
-    *,
-    start: float | None = None,
+    levels: Levels = Levels(),  # noqa: B008 - immutable
 ) -> Floats:
     """Random levels held for random times with smooth ramps between them, (n,)."""
     count = round(duration_s * sample_hz)
     signal = np.empty(count)
-    level = low if start is None else start
+    level = levels.low if levels.start is None else levels.start
     done = 0
     while done < count:
-        target = rng.uniform(low, high)
-        ramp = max(1, round(rng.uniform(*ramp_s) * sample_hz))
-        hold = round(rng.uniform(*hold_s) * sample_hz)
+        target = rng.uniform(levels.low, levels.high)
+        ramp = max(1, round(rng.uniform(*levels.ramp_s) * sample_hz))
+        hold = round(rng.uniform(*levels.hold_s) * sample_hz)
         rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, ramp + 1) / ramp)
         piece = np.concatenate((level + (target - level) * rise, np.full(hold, target)))[: count - done]
         signal[done : done + len(piece)] = piece

@@ -17,7 +17,7 @@ from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import FORCE_RATE_TAU_S
 from thrustd.model.compile import CompiledModel
 from thrustd.model.region_error import cells, region_std_n
-from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Unseen, resting_n, zero_of
+from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Past, Unseen, resting_n, zero_of
 from thrustd.mounts.step import CHORDS, MEANS, TERMS, Cells, Held, Samples, add, fuse, terms_n
 from thrustd.sync.grid import Grid
 
@@ -241,8 +241,8 @@ class MountSource:
     def _start(self, deformation_mm: float, missing: int, rested: bool = False) -> None:
         before, self._means["gap"] = self._state, self._state is not None
         age_s = LOAD_AGE_S if before is None else min(0.5 * missing * self._period_s, LOAD_AGE_S)
-        since_s = self._since_restart_s()
-        self._state = self._unseen.start(self._inputs, deformation_mm, before, age_s, since_s, self._fell_from, rested)
+        past = Past(before, age_s, self._since_restart_s(), self._fell_from, rested)
+        self._state = self._unseen.start(self._inputs, deformation_mm, past)
         self._means["since_restart"], self._found = 0, before is None
 
     def _since_restart_s(self) -> float:

@@ -22,6 +22,7 @@ stood by that zero lower. Unless it is what the friction holds since the last fl
 
 from collections.abc import Callable, Sequence
 from math import copysign, exp, hypot, isfinite, nan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +41,16 @@ SAME_N = 1.0  # branches that are no further apart are one
 Rows = Callable[[float], Floats]  # deformation, mm -> a row of the model's inputs
 
 
+class Past(NamedTuple):
+    """What is known of a mount before it is looked at."""
+
+    state: Floats | None  # None: nobody knows
+    age_s: float  # of the load, mean
+    since_s: float = 0.0  # since the last start or doubt
+    fell_from: float | None = None  # the load fell since a take-off; part of the range that the modes come from
+    rested: bool = False  # nothing is left of an earlier load in the friction
+
+
 class Unseen:
     """What one mount may still be wrong by. Mutable."""
 
@@ -52,35 +63,22 @@ class Unseen:
     def branched(self) -> bool:
         return len(self._branches) > 0
 
-    def start(
-        self,
-        row: Rows,
-        found_mm: float,
-        before: Floats | None,
-        age_s: float,
-        since_s: float,
-        fell_from: float | None = None,
-        rested: bool = False,
-    ) -> Floats:
-        """State of a mount that was in the state `before` (None: nobody knows) and is found under a load of this age.
-
-        `age_s`: mean; `since_s`: since the last start or doubt. `fell_from`: it is known that the load fell since a
-        take-off; the part of the identified deformation that the modes are on their way from. `rested`: nothing is
-        left of an earlier load in the friction.
-        """
+    def start(self, row: Rows, found_mm: float, past: Past) -> Floats:
+        """State of a mount that is found at `found_mm`."""
         model, full_mm = self._model, self._model.spec.valid.deformation_mm[1]
         from_below, from_above = model.start(row(found_mm)), model.start(row(TAKE_OFF * full_mm))
         linear = _linear(model)
         here = np.tile(row(found_mm), (max(round(REST_S * model.rate_hz), 1), 1))
         model.run(from_above, here[:, 1:].copy(), here[:, 0].copy())
         idles = found_mm <= IDLE * full_mm
-        if before is None and idles and fell_from is not None:
+        if past.state is None and idles and past.fell_from is not None:
             from_above[linear] = from_below[linear]
-            state = self.doubt(model.start(row(fell_from * full_mm)), from_above, DESCENT_AGE_S, since_s)
+            state = self.doubt(model.start(row(past.fell_from * full_mm)), from_above, DESCENT_AGE_S, past.since_s)
             from_below = from_above + TURNED_BACK * (from_below - from_above)
         else:
-            state = self.doubt(model.start(row(0.0)) if before is None else before, from_below, age_s, since_s)
-            if rested or (idles and before is not None) or found_mm >= TAKE_OFF * full_mm:
+            before = model.start(row(0.0)) if past.state is None else past.state
+            state = self.doubt(before, from_below, past.age_s, past.since_s)
+            if past.rested or (idles and past.state is not None) or found_mm >= TAKE_OFF * full_mm:
                 self._branches = np.zeros((0, 0))
                 return state
         self._branches = np.stack((from_below, from_above))

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
+from functools import partial
 from pathlib import Path
 from threading import Event as Flag
 from typing import Any, NamedTuple
@@ -23,7 +24,7 @@ from thrustd.core.errors import ConfigError
 from thrustd.core.types import Fault, Output
 from thrustd.installation.installation import CONFIG, WARM_START, Installation, WarmStart
 from thrustd.onboard.checkpoint import SCHEMA, Checkpoint, Clocks, Resume, at_start, clocks, encode, read_checkpoint
-from thrustd.onboard.heartbeat import Heartbeat, ServiceManager
+from thrustd.onboard.heartbeat import Heartbeat, ServiceManager, status_line
 from thrustd.onboard.realtime import ask_for
 from thrustd.pipeline.loop import run
 from thrustd.pipeline.pipeline import Pipeline
@@ -72,7 +73,8 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
         point = LivePoint(len(config.aircraft.engines))
         sinks.append(point)
         open_health(shell, counts, recorder, saver, point)
-        heart = Heartbeat(service, counts, tuple(config.aircraft.engines), clocks, queue.put, saver.save, point.words)
+        words = partial(status_line, counts, tuple(config.aircraft.engines), point.words)
+        heart = Heartbeat(service, words, clocks, queue.put, saver.save)
 
         def record(batch: EventBatch) -> None:
             if recorder is not None:
@@ -88,7 +90,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
             heart.take_time(counts.heard_ns)  # nor would the state that it saves
 
         _settle()
-        service.say(f"READY=1\nSTATUS={heart.status()}")
+        service.say(f"READY=1\nSTATUS={words()}")
         path = recorder.path if recorder is not None else None
         say(f"ready, recording to {path}" if path else "ready, not recording")
         sources = adc, bus, Ticker(config.steps.tick_hz, queue.put)
@@ -187,12 +189,8 @@ def open_live_view(shell: Shell, header: LogHeader) -> LiveView | None:
     wish, put = shell.installation.config.live_view, shell.queue.put
     if wish is None:
         return None
-    offset_ns = header.epoch_offset_ns
     try:
-        view = LiveView(
-            header.engines, header.mounts, put, host=wish.host, port=wish.port,
-            epoch_offset_ns=offset_ns, origins=wish.origins, say=say,
-        )  # fmt: skip
+        view = LiveView(wish, header, put, say)
     except ConfigError as problem:  # nobody need see the thrust for it to be estimated
         say(str(problem))
         put(Fault(time.monotonic_ns(), "live_view", "not_sent"))

@@ -4,6 +4,8 @@ The loop's own events are the clock, so what beats is the loop and not a thread 
 """
 
 from collections.abc import Callable
+from functools import reduce
+from operator import or_
 
 import sdnotify
 
@@ -31,22 +33,29 @@ class ServiceManager:
         self._notifier.notify(message)
 
 
+def status_line(counts: HealthCounts, engines: tuple[str, ...], point: Callable[[], str]) -> str:
+    """One line for `systemctl status`; `point`: of a test point, in words, or nothing."""
+    latest = sorted(counts.latest.items())
+    thrusts = [f"{engines[e]} {estimate.thrust_n:.0f} +- {estimate.thrust_std_n:.0f} N" for e, estimate in latest]
+    bits = reduce(or_, (estimate.status for _, estimate in latest), 0)
+    troubles = [str(bit.name).lower().replace("_", " ") for bit in Status(bits) & TROUBLES]
+    degraded = [f"degraded: {', '.join(troubles)}"] if troubles else []
+    return "; ".join([", ".join(thrusts) or "no estimate yet", *filter(None, [point()]), *degraded])
+
+
 class Heartbeat:
     """Called after every batch of events; acts once a second of event time."""
 
     def __init__(
         self,
         service: ServiceManager,
-        counts: HealthCounts,
-        engines: tuple[str, ...],
+        words: Callable[[], str],
         clocks: Callable[[], Clocks],
         put: Callable[[Event], None],
         save: Callable[[Clocks], None],
-        point: Callable[[], str] = str,
     ) -> None:
-        """`put`: faults into the event stream; `save`: the state, with the time it is of; `point`: of a test point."""
-        self._service, self._counts, self._engines = service, counts, engines
-        self._clocks, self._put, self._save, self._point = clocks, put, save, point
+        """`words`: the status; `put`: faults into the event stream; `save`: the state, with the time it is of."""
+        self._service, self._words, self._clocks, self._put, self._save = service, words, clocks, put, save
         self._offset_ns: int | None = None  # calendar minus monotonic
         self._due_ns = 0
 
@@ -57,22 +66,8 @@ class Heartbeat:
         self._due_ns = t_ns + PERIOD_NS
         now = self._clocks()
         self._watch_clock(now)
-        self._service.say(f"WATCHDOG=1\nSTATUS={self.status()}")
+        self._service.say(f"WATCHDOG=1\nSTATUS={self._words()}")
         self._save(now)
-
-    def status(self) -> str:
-        """One line for `systemctl status`."""
-        thrusts = [
-            f"{self._engines[e]} {estimate.thrust_n:.0f} +- {estimate.thrust_std_n:.0f} N"
-            for e, estimate in sorted(self._counts.latest.items())
-        ]
-        bits = 0
-        for estimate in self._counts.latest.values():
-            bits |= estimate.status
-        troubles = [str(bit.name).lower().replace("_", " ") for bit in Status(bits) & TROUBLES]
-        degraded = [f"degraded: {', '.join(troubles)}"] if troubles else []
-        point = [self._point()] if self._point() else []
-        return "; ".join([", ".join(thrusts) or "no estimate yet", *point, *degraded])
 
     def _watch_clock(self, now: Clocks) -> None:
         offset_ns = now.utc_ns - now.monotonic_ns

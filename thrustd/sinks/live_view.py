@@ -9,17 +9,18 @@ anything. Topics and JSON are those of the flight log.
 
 import logging
 from asyncio import StreamReader, StreamWriter, gather, open_connection
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from secrets import randbelow
 from typing import Final
 
 import foxglove
 import msgspec
 
+from thrustd.core import config
 from thrustd.core.errors import ConfigError
 from thrustd.core.types import Fault, Output
 from thrustd.sinks.door import Door, Question, respond
-from thrustd.wire.log_layout import TopicKind, Topics, json_schema
+from thrustd.wire.log_layout import LogHeader, TopicKind, Topics, json_schema
 
 WHERE: Final = "live_view"
 logging.getLogger("foxglove").addHandler(logging.NullHandler())  # a client that goes is no news
@@ -43,27 +44,22 @@ class LiveView:
 
     def __init__(
         self,
-        engines: tuple[str, ...],
-        mounts: tuple[str, ...],
+        wish: config.LiveView,
+        header: LogHeader,
         report: Callable[[Fault], None],
-        *,
-        host: str = "127.0.0.1",
-        port: int = 8765,
-        rate_hz: float = 10.0,
-        epoch_offset_ns: int = 0,
-        origins: Sequence[str] = (),
         say: Callable[[str], None] = lambda words: None,
+        rate_hz: float = 10.0,
     ) -> None:
         """ConfigError when the address cannot be bound. Port 0 = any free one, see `port`.
 
-        `origins`: pages that may read along; `say` is told once of one that may not.
+        `say` is told once of a page that may not read along.
         """
         self.failed_outputs = 0
         self._context = foxglove.Context()
-        self._topics = Topics(engines, mounts)
+        self._topics = Topics(header.engines, header.mounts)
         self._report = report
         self._period_ns = round(1e9 / rate_hz)
-        self._offset_ns = epoch_offset_ns
+        self._offset_ns = header.epoch_offset_ns
         self._channels: dict[str, foxglove.Channel] = {}
         self._shown_ns: dict[str, int] = {}
         self._say, self._clients = say, 0
@@ -72,10 +68,10 @@ class LiveView:
             self._server = foxglove.start_server(
                 name="thrustd", host=self._inside, port=0, context=self._context, message_backlog_size=BACKLOG_MESSAGES
             )
-            self._door = Door("live view", host, port, self._let_in, origins, self._refused)
+            self._door = Door("live view", wish.host, wish.port, self._let_in, wish.origins, self._refused)
         except (OSError, RuntimeError, ValueError) as error:
             said = getattr(error, "strerror", None) or error
-            raise ConfigError(f"live_view = {host}:{port}: cannot be bound: {said}") from None
+            raise ConfigError(f"live_view = {wish.host}:{wish.port}: cannot be bound: {said}") from None
         for place in self._topics.fixed():
             self._channel(place)
 

@@ -119,7 +119,13 @@ class McapFile:
             zlib.crc32(records.data), len(COMPRESSION), COMPRESSION, len(squeezed),
         )  # fmt: skip
         self._write(b"".join((head, squeezed, indexes[: begins[-1]].tobytes())))
-        self._remember(first_ns, last_ns, start, start + len(head) + len(squeezed), len(squeezed), len(records), begins)
+        length = len(head) + len(squeezed)
+        offsets = {int(channel): start + length + int(begins[channel]) for channel in np.flatnonzero(np.diff(begins))}
+        self._remember(ChunkIndex(
+            message_start_time=first_ns, message_end_time=last_ns, chunk_start_offset=start,
+            chunk_length=length, message_index_offsets=offsets, message_index_length=int(begins[-1]),
+            compression=COMPRESSION.decode(), compressed_size=len(squeezed), uncompressed_size=len(records),
+        ))  # fmt: skip
 
     def finish(self) -> None:
         """Close the last chunk and write the summary. The stream is neither flushed nor closed."""
@@ -151,19 +157,11 @@ class McapFile:
         self._crc = zlib.crc32(data, self._crc)
         self.bytes_written += len(data)
 
-    def _remember(
-        self, first_ns: int, last_ns: int, start: int, end: int, squeezed: int, size: int, begins: Integers
-    ) -> None:
-        """`begins`: of each channel's index behind the chunk, and the end of the last one."""
-        offsets = {int(channel): end + int(begins[channel]) for channel in np.flatnonzero(np.diff(begins))}
+    def _remember(self, chunk: ChunkIndex) -> None:
+        first_ns = chunk.message_start_time
         self._first_ns = first_ns if self._first_ns is None else min(first_ns, self._first_ns)
-        self._last_ns = max(last_ns, self._last_ns)
-        index = ChunkIndex(
-            message_start_time=first_ns, message_end_time=last_ns, chunk_start_offset=start,
-            chunk_length=end - start, message_index_offsets=offsets, message_index_length=int(begins[-1]),
-            compression=COMPRESSION.decode(), compressed_size=squeezed, uncompressed_size=size,
-        )  # fmt: skip
-        self._index += _packed(index)
+        self._last_ns = max(chunk.message_end_time, self._last_ns)
+        self._index += _packed(chunk)
         self._n_chunks += 1
 
     def _statistics(self) -> Statistics:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import lfilter
 
-from thrustd.bench.programme import multisine, random_steps, sine
+from thrustd.bench.programme import Levels, multisine, random_steps, sine
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, make_recording
@@ -60,7 +60,7 @@ def weight_bench(hours: float, seed: int, mount: MountPhysics = UPPER, rig: Rig 
     """Force steps while the normal load steps from 0 to 3 g every minute or so (thesis 12.1.2)."""
     rng = np.random.default_rng(seed)
     command_n = random_steps(hours * 3600, rig.sample_hz, rng)
-    accel_z_g = random_steps(hours * 3600, rig.sample_hz, rng, 0.0, 3.0, (40.0, 90.0), start=1.0)
+    accel_z_g = random_steps(hours * 3600, rig.sample_hz, rng, Levels(0.0, 3.0, (40.0, 90.0), start=1.0))
     return run_bench(f"weight_{hours:g}h_seed{seed}", command_n, seed, mount, rig, accel_z_g)
 
 

@@ -8,7 +8,7 @@ vibration and fan speed, dynamic pressure and Mach number) they are coupled.
 import numpy as np
 from scipy.signal import lfilter
 
-from thrustd.bench.programme import multisine, random_steps
+from thrustd.bench.programme import Levels, multisine, random_steps
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
 
@@ -22,13 +22,13 @@ Channels = dict[str, Floats]
 def bench_force_n(seconds: float, sample_hz: float, rng: np.random.Generator) -> Floats:
     """Steps for two thirds of the time, then a multisine: both are needed to identify the dynamics."""
     stepping_s = round(seconds * 2 / 3)
-    steps_n = random_steps(stepping_s, sample_hz, rng, hold_s=(40.0, 240.0), ramp_s=(1.0, 6.0))
+    steps_n = random_steps(stepping_s, sample_hz, rng, Levels(hold_s=(40.0, 240.0), ramp_s=(1.0, 6.0)))
     return np.concatenate((steps_n, multisine(seconds - stepping_s, sample_hz, rng)))
 
 
 def flight_force_n(seconds: float, sample_hz: float, rng: np.random.Generator) -> Floats:
     """Throttle steps with the ramps of an engine, small corrections on top."""
-    steps_n = random_steps(seconds, sample_hz, rng, LOW_N, HIGH_N, hold_s=(20.0, 200.0), ramp_s=(2.0, 10.0))
+    steps_n = random_steps(seconds, sample_hz, rng, Levels(hold_s=(20.0, 200.0), ramp_s=(2.0, 10.0)))
     trimmed_n = steps_n + wander(len(steps_n), sample_hz, 6.0, rng) * 40.0
     return np.clip(trimmed_n, LOW_N, HIGH_N)
 
@@ -98,7 +98,7 @@ def _levels(
     seconds: float, sample_hz: float, rng: np.random.Generator, low: float, high: float, hold_s: tuple[float, float]
 ) -> Floats:
     start = float(rng.uniform(low, high))
-    return random_steps(seconds, sample_hz, rng, low, high, hold_s, (1.0, 8.0), start=start)
+    return random_steps(seconds, sample_hz, rng, Levels(low, high, hold_s, (1.0, 8.0), start))
 
 
 def _load_factor(seconds: float, sample_hz: float, rng: np.random.Generator) -> Floats:

@@ -24,7 +24,7 @@ from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseRep
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
-from thrustd.diagnose.search.question import NOTHING, Given, asked
+from thrustd.diagnose.search.question import NOTHING, Given, Question, asked
 from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_floor, far_above, floor_of, gained, rank
 from thrustd.diagnose.search.screen import Followed, Looked, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
@@ -74,7 +74,7 @@ def diagnose(
         turned = [energy.sentence(records)] if energy.delivers and not given.against else []
         if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
             verdict = Verdict(("unknown",), ranked.nothing, ())
-        report = _report(name or spec.name, records, base, rows, ranked, verdict, not_judged, turned, beside)
+        report = _report(name or spec.name, question, ranked, verdict, not_judged, turned, beside)
     if progress is not None:
         progress(1.0, "done")
     return report
@@ -108,21 +108,20 @@ def curve_sigma(records: Sequence[Record]) -> float:
 
 def _report(
     name: str,
-    recordings: Sequence[Recording],
-    base: Base,
-    rows: Sequence[Record],
+    question: Question,
     ranked: Ranked,
     verdict: Verdict,
     not_judged: Sequence[NotJudged],
     turned: Sequence[str],
     beside: bool,
 ) -> DiagnoseReport:
+    base, rows = question.base, question.rows
     scale, floor = base.scale, floor_of(verdict.fit, base)
     candidates = _candidates(base, ranked, verdict)
     alike = next((c.separable_from for c in candidates if c.in_verdict), ())
     return DiagnoseReport(
         name,
-        tuple(record.name for record in recordings),
+        tuple(record.name for record in question.records),
         verdict.words,
         tuple(candidates),
         tuple(_drawn(base, rows, verdict)),

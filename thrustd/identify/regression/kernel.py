@@ -251,13 +251,20 @@ def _write(core: Core, memory: Memory, faded: Any, piece: _Piece, counted: Bools
         _basis(core.pairs, memory.pairs, i, faded[1], piece, counted, columns[:, :n_f])
 
 
+class Written(NamedTuple):
+    """What a run with derivatives writes, samples first."""
+
+    y: Floats  # (n,)
+    slopes: Floats  # (n,) d y / d x
+    columns: Floats  # (n, n_columns) d y / d (f, gains, log tau, pair gains, log poles, h)
+
+
 @jit
-def run_with_columns(
-    core: Core, memory: Memory, d: Floats, spring: Floats, counted: Bools, y: Floats, slopes: Floats, columns: Floats
-) -> None:
-    """As `run`; where `counted` (n,), d y / d (f, gains, log tau, pair gains, log poles, h) into columns (n, n_columns)
-    and d y / d x into slopes (n,), elsewhere these stay as they were. Without `core.move` there are none for poles.
+def run_with_columns(core: Core, memory: Memory, d: Floats, spring: Floats, counted: Bools, written: Written) -> None:
+    """As `run`; derivatives are written where `counted` (n,), elsewhere they stay as they were. Without `core.move`
+    there are none for poles.
     """
+    y, slopes, columns = written
     n, at_h = PIECE, columns.shape[1] - core.h.size
     faded = np.ones_like(core.real.gain), np.ones_like(core.pairs.gain)
     first, basis = np.empty(n + 1, np.int64), np.empty((n + 1, 4))

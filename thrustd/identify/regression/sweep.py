@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
-from thrustd.identify.regression.kernel import Core, Memory, at_rest, run, run_with_columns
+from thrustd.identify.regression.kernel import Core, Memory, Written, at_rest, run, run_with_columns
 from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.stops import at_rest as stops_at_rest
 from thrustd.identify.regression.stops import run_stops
@@ -90,7 +90,7 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[Indice
     for part in blocks(len(record)):
         m = part.stop - part.start
         counted, out, slopes = np.isfinite(record.y[part]), np.empty(m), np.zeros(m)
-        run_with_columns(core, memory, seen.d[part], spring[part], counted, out, slopes, narrow[:m])
+        run_with_columns(core, memory, seen.d[part], spring[part], counted, Written(out, slopes, narrow[:m]))
         run_stops(shape.radii, stops, seen.d[part], rub[:m])
         known = np.flatnonzero(counted)
         places, rows, rubbed = part.start + known, table[: len(known)], rub[known]

@@ -63,23 +63,20 @@ def _simulated(spec: ModelSpec, segment: Segment) -> Floats:
 def error_over(spec: ModelSpec, segments: Sequence[Segment]) -> float:
     """RMS of the free run from rest over all segments; infinite for a model that runs away."""
     with np.errstate(all="ignore"):
-        missed = np.concatenate([residuals(spec, s)[np.isfinite(s.force_n)] for s in segments])
-        error = float(np.sqrt(np.mean(missed**2)))
-    return error if np.isfinite(error) else np.inf
-
-
-def missed_from_past(spec: ModelSpec, segments: Sequence[Segment]) -> Floats:
-    """Reference less free run (n,), every segment from the state that its first stretch shows."""
-    simulate = of_spec(spec, 0).simulate
-    with np.errstate(all="ignore"):
-        missed = [(s.force_n - simulated(simulate, s, simulate(s)))[np.isfinite(s.force_n)] for s in segments]
-    return np.concatenate(missed)
+        return _size(np.concatenate([residuals(spec, s)[np.isfinite(s.force_n)] for s in segments]))
 
 
 def error_from_past(spec: ModelSpec, segments: Sequence[Segment]) -> float:
     """As `error_over`, every segment from the state that its first stretch shows."""
+    simulate = of_spec(spec, 0).simulate
     with np.errstate(all="ignore"):
-        error = float(np.sqrt(np.mean(missed_from_past(spec, segments) ** 2)))
+        missed = [(s.force_n - simulated(simulate, s, simulate(s)))[np.isfinite(s.force_n)] for s in segments]
+        return _size(np.concatenate(missed))
+
+
+def _size(missed: Floats) -> float:
+    """RMS that a NaN does not hide in."""
+    error = float(np.sqrt(np.mean(missed**2)))
     return error if np.isfinite(error) else np.inf
 
 
