@@ -17,10 +17,10 @@ import numpy as np
 from thrustd.brochure.deck import Deck
 from thrustd.core.columns import Floats
 from thrustd.flighttest.fleet_health import fleet_health
-from thrustd.flighttest.flight import DECK, Flight
+from thrustd.flighttest.flight import Flight
 from thrustd.flighttest.health import health_rows
 from thrustd.flighttest.trend import FEWEST
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import read_deck
 from thrustd.records.recording import Recording
 from thrustd.records.rows import Row
 from thrustd.twin.aircraft import scripted
@@ -34,7 +34,7 @@ N1_NOISE_PCT, FUEL_NOISE_KG_S = 0.05, 0.0003
 
 def main() -> None:
     fleets = int(sys.argv[1]) if len(sys.argv) > 1 else FLEETS
-    deck = Deck.from_json(shipped(DECK, "").read_text(), DECK)
+    deck = read_deck()
     alarms, named = [], []
     for seed in range(FIRST, FIRST + fleets):
         healthy, worn = map(first_named, fleets_rows(seed, deck))

@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import FLIGHTS, PH_LAB
-from thrustd.cli.files import DECK, read_deck, read_models
+from thrustd.cli.files import read_models
 from thrustd.core.aircraft import MountPlace, place_of
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.errors import ModelError
@@ -27,7 +27,7 @@ from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.question import Given
 from thrustd.installation.installation import read_installation
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import read_deck, shipped
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording, make_recording
@@ -86,7 +86,7 @@ def row_of(case: str, mount: str, aircraft: int) -> list[str]:
     knobs, left_out = CASES[case]
     installation = read_installation(shipped("deploy/hil.toml", "config"))
     place = place_of(mount, installation.config, installation.aircraft())
-    given = Given(against="brochure", mount=place, deck=read_deck(shipped(DECK, "--deck")))
+    given = Given(against="brochure", mount=place, deck=read_deck())
     (whole,) = read_models([shipped(f"models/{mount.replace('_', '-')}.json", "model")]).values()
     spec = msgspec.structs.replace(whole, effects=[e for e in whole.effects if e.name != left_out], witness=None)
     known, other = (flown(file, aircraft, knobs) for file in (ESTIMATED, JUDGED))

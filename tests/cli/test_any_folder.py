@@ -10,7 +10,7 @@ import thrustd
 from tests.brochure.fit.test_deck_fit import flight
 from tests.conftest import ROOT
 from thrustd.__main__ import main
-from thrustd.cli.files import DECK, HIL
+from thrustd.installation.shipped import DECK, HIL
 from thrustd.sources.mcap_log import LogFile
 
 

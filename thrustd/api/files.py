@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from thrustd.api.model import Model
 from thrustd.core.aircraft import place_of
@@ -10,7 +9,7 @@ from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.reference import BROCHURE, THRUST, as_mount, with_reference
 from thrustd.identify.segments import FORCE
 from thrustd.installation.installation import read_installation
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import CONFIGURATION, read_deck, shipped
 from thrustd.model.artifact import write_model
 from thrustd.model.compile import read_proven_model
 from thrustd.records.files import write_recording
@@ -21,11 +20,6 @@ from thrustd.records.roles import Roles, with_roles
 from thrustd.records.time_axis import TimeAxis, read_timed
 from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
-
-if TYPE_CHECKING:
-    from thrustd.brochure.deck import Deck
-
-CONFIGURATION, DECK = "deploy/ph-lab.toml", "models/brochure/jt15d-4.json"
 
 
 def read(
@@ -63,14 +57,7 @@ def read(
     place = place_of(mount, installation.config, installation.aircraft()) if mount else None
     record = as_mount(record, place)
     known = against or FORCE in record or THRUST in record
-    return with_reference(record, against, place, _deck() if against == BROCHURE else None) if known else record
-
-
-def _deck() -> "Deck":
-    from thrustd.brochure.deck import Deck
-
-    path = shipped(DECK, "deck")
-    return Deck.from_json(path.read_text(), str(path))
+    return with_reference(record, against, place, read_deck() if against == BROCHURE else None) if known else record
 
 
 def load(path: str | Path) -> Model:

@@ -17,7 +17,7 @@ from thrustd.identify.identify import OTHERS
 from thrustd.identify.identify import identify as identify_records
 from thrustd.records.recording import Recording
 from thrustd.records.roles import roles_of
-from thrustd.records.shown import as_frame, as_html, as_text
+from thrustd.records.shown import as_frame, as_html, as_text, drawn
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,7 +65,6 @@ class Diagnosis:
 
     def plot(self) -> "Figure":
         """What is left against the channels that it follows; UsageError when it follows none."""
-        from thrustd.api.drawing import drawn
         from thrustd.diagnose.compare.pictures import dependence_figure
 
         if not self.report.depends_on:
@@ -118,7 +117,6 @@ class Comparison:
 
     def plot(self) -> "Figure":
         """The first recording: one model with its residual, or several models side by side."""
-        from thrustd.api.drawing import drawn
         from thrustd.diagnose.compare.before_after import MOST_MODELS, before_after_figure
         from thrustd.diagnose.compare.pictures import history_figure
 

@@ -5,10 +5,11 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import CONFIGURATION, read_text, write_text
+from thrustd.cli.files import write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import CONFIGURATION, shipped
+from thrustd.sources.plain_file import read_text
 
 if TYPE_CHECKING:
     from thrustd.core.calibration import Calibration

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.files import read_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json
 from thrustd.core.errors import ThrustdError, UsageError
+from thrustd.sources.plain_file import read_text
 
 MODEL, DECK = '"thrustd-model/', '"thrustd.deck.v'  # beginnings of a schema, near the beginning of the file
 EXPECTED = f'a mount model (schema {MODEL}1") or a brochure deck (schema {DECK}1")'

@@ -5,14 +5,20 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import CONFIGURATION, DECK, read_deck, read_models, read_text, split_models
-from thrustd.cli.roles import add_roles, add_trust, own_words, recordings_to_judge, roles_of_arguments
+from thrustd.cli.files import read_models, split_models
+from thrustd.cli.roles import (
+    add_reference,
+    own_words,
+    place_in_aircraft,
+    recordings_to_judge,
+    reference,
+    roles_of_arguments,
+)
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
-from thrustd.installation.shipped import shipped
+from thrustd.sources.plain_file import read_text
 
 if TYPE_CHECKING:
-    from thrustd.core.aircraft import MountPlace
     from thrustd.diagnose.search.question import Given
     from thrustd.model.artifact import ModelSpec
     from thrustd.model.effect import Effect
@@ -38,7 +44,7 @@ def _add_compare(verbs: Verbs) -> None:
         metavar="FILE",
         help="models (.json) and recordings; estimate logs (.mcap) alone: NIS and whiteness of the innovations",
     )
-    _add_reference(compare)
+    add_reference(compare)
     compare.add_argument("--load-cell-std", type=float, metavar="N", help="noise of the reference, one sigma, N")
     compare.add_argument("--pictures", type=Path, metavar="FOLDER", help="folder for the pictures")
     add_json(compare)
@@ -101,7 +107,7 @@ def compare_verb(arguments: argparse.Namespace) -> int:
             records,
             load_cell_std_n=arguments.load_cell_std,
             progress=lambda share, what: advance(share),
-            **_reference(arguments),
+            **reference(arguments),
         )
     _remark(records, arguments, list(specs.values()))
     _show(report, arguments)
@@ -203,37 +209,19 @@ def effects_verb(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _reference(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the measurement is judged against, as all three verbs take it."""
-    judged = arguments.against == "brochure"
-    deck = read_deck(arguments.deck or shipped(DECK, "--deck")) if judged else None
-    return {"against": arguments.against, "mount": _place(arguments), "deck": deck}
-
-
 def _known(arguments: argparse.Namespace) -> "Given":
     """What diagnose and extend are told beside model and data."""
     from thrustd.diagnose.search.question import Given
     from thrustd.diagnose.search.rig import read_rig
 
     rig = read_rig(read_text(arguments.rig), str(arguments.rig)) if arguments.rig else None
-    return Given(rig, recordings_to_judge(arguments.bench, arguments), **_reference(arguments))
-
-
-def _place(arguments: argparse.Namespace) -> "MountPlace | None":
-    """The mount that is looked at, as the configuration has it."""
-    from thrustd.core.aircraft import place_of
-    from thrustd.installation.installation import read_installation
-
-    if not arguments.mount:
-        return None
-    installation = read_installation(arguments.config or shipped(CONFIGURATION, "--config"))
-    return place_of(arguments.mount, installation.config, installation.aircraft())
+    return Given(rig, recordings_to_judge(arguments.bench, arguments), **reference(arguments))
 
 
 def _remark(records: list["Recording"], arguments: argparse.Namespace, specs: list["ModelSpec"]) -> None:
     from thrustd.diagnose.compare.reference import rest_remarks
 
-    for line in rest_remarks(records, _place(arguments), specs):
+    for line in rest_remarks(records, place_in_aircraft(arguments), specs):
         note(line)
 
 
@@ -245,7 +233,7 @@ def _say_first(records: list["Recording"], arguments: argparse.Namespace) -> Non
 
     if arguments.against == BROCHURE:
         return
-    place = _place(arguments)
+    place = place_in_aircraft(arguments)
     with suppress(RecordingError):
         for record in records:
             for line in first_look([with_reference(as_mount(record, place), arguments.against, place)]).lines:
@@ -267,16 +255,7 @@ def _show(report: Any, arguments: argparse.Namespace) -> None:
 def _add_model_and_data(parser: argparse.ArgumentParser, count: str = "+") -> None:
     parser.add_argument("model", type=Path, help="model artifact (.json)")
     parser.add_argument("data", type=Path, nargs=count, help="recordings (CSV, Parquet, MCAP, npz, mat)")
-    _add_reference(parser)
-
-
-def _add_reference(parser: argparse.ArgumentParser) -> None:
-    add_roles(parser)
-    add_trust(parser)
-    parser.add_argument("--against", default="", metavar="COLUMN", help="reference: a column, or 'brochure'")
-    parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
-    parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")
-    parser.add_argument("--deck", type=Path, help=f"with --against brochure (default: the shipped {DECK})")
+    add_reference(parser)
 
 
 def _add_known(parser: argparse.ArgumentParser) -> None:

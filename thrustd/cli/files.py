@@ -8,15 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from thrustd.core.errors import UsageError
 from thrustd.sinks.whole_file import whole_file
-from thrustd.sources.plain_file import TEXT_BYTES, read_plain
+from thrustd.sources.plain_file import read_text
 
 if TYPE_CHECKING:
-    from thrustd.brochure.deck import Deck
     from thrustd.model.artifact import ModelSpec
 
-DECK = "models/brochure/jt15d-4.json"
-HIL = "deploy/hil.toml"
-CONFIGURATION = "deploy/ph-lab.toml"
 OUTPUTS = "out", "smooth", "picture", "table", "c", "report"  # arguments that name a file to write
 
 
@@ -62,13 +58,6 @@ def _try_out(folder: Path, said: str) -> None:
         raise UsageError(f"{said}: cannot be written to {folder}: {problem.strerror}; expected a folder") from None
 
 
-def read_text(path: Path) -> str:
-    try:
-        return read_plain(path, TEXT_BYTES, UsageError).decode()
-    except UnicodeDecodeError:
-        raise UsageError(f"{path}: not a text file") from None
-
-
 def split_models(files: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     """Model artifacts (.json) and recordings (anything else); at least one of each."""
     models = [path for path in files if path.suffix == ".json"]
@@ -89,12 +78,6 @@ def read_models(paths: Sequence[Path]) -> dict[str, "ModelSpec"]:
         name = path.stem if path.stem not in specs else str(path.with_suffix(""))
         specs[name] = read_proven_model(read_text(path), str(path))
     return specs
-
-
-def read_deck(path: Path) -> "Deck":
-    from thrustd.brochure.deck import Deck
-
-    return Deck.from_json(read_text(path), str(path))
 
 
 def write_model_file(spec: "ModelSpec", path: Path) -> None:

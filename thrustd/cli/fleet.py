@@ -5,8 +5,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.cli.files import read_deck, read_models
-from thrustd.cli.verb import Verbs, add_json, add_verb, file_type, note, print_json, print_table, progress
+from thrustd.cli.files import read_models
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
@@ -76,29 +76,27 @@ def fleet_verb(arguments: argparse.Namespace) -> int:
 
 def _tell_health(rows: "list[Row]", arguments: argparse.Namespace) -> None:
     from thrustd.flighttest.fleet_health import fleet_health
-    from thrustd.flighttest.fleet_report import HEADS, lines, table_rows, write_page
+    from thrustd.flighttest.fleet_report import answer
 
-    found = fleet_health(rows)
+    found = answer(fleet_health(rows))
     if arguments.report is not None:
-        write_page(found, arguments.report)
+        found.write_page(arguments.report)
     if arguments.json:
-        print_json(found)
-        return
-    print_table(HEADS, table_rows(found))
-    for line in lines(found):
-        print(line)
+        print_json(found.found)
+    else:
+        found.show(console())
 
 
 def _job(arguments: argparse.Namespace) -> "Job":
     from thrustd.fleet.fleet import CompareJob, IdentifyJob, ReplayJob
     from thrustd.flighttest.health import HealthJob
+    from thrustd.installation.shipped import read_deck
 
     out = str(arguments.out.absolute()) if arguments.out is not None else ""
     if arguments.job == "replay":
         return ReplayJob(out)
     if arguments.job == "health":
-        if arguments.deck is not None:
-            read_deck(arguments.deck)
+        read_deck(arguments.deck)  # what is wrong with it is said once, before any work
         return HealthJob(str(arguments.deck.absolute()) if arguments.deck is not None else "")
     if arguments.job == "compare":
         if not arguments.model:

@@ -1,22 +1,18 @@
 """Verbs of a flight test: points, performance, transients."""
 
 import argparse
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, print_table, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, progress
 from thrustd.core.errors import UsageError
+from thrustd.installation.shipped import AIRCRAFT
 
 if TYPE_CHECKING:
     from thrustd.core.steady import SteadyLimits
+    from thrustd.flighttest.answer import Answer
     from thrustd.flighttest.flight import Flight
-    from thrustd.flighttest.performance import Performance
     from thrustd.flighttest.points import TestPoints
-    from thrustd.flighttest.transients import Transients
-
-AIRCRAFT = "deploy/citation-ii.toml"
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -116,14 +112,14 @@ def limits_of(arguments: argparse.Namespace) -> "SteadyLimits":
 
 def points_verb(arguments: argparse.Namespace) -> int:
     from thrustd.flighttest.flight import read_flight
-    from thrustd.flighttest.points_report import write_page
+    from thrustd.flighttest.points_report import answer
 
     check_table(arguments.out)
     limits = limits_of(arguments)
     with progress(f"points of {arguments.log.name}"):
         flight = read_flight(arguments.log, arguments.deck)
         found = _points(flight, limits, arguments)
-    return _hand_over(arguments, found, partial(write_page, flight, found), lambda: _print_points(found))
+    return _hand_over(arguments, answer(flight, found))
 
 
 def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namespace) -> "TestPoints":
@@ -139,81 +135,44 @@ def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namesp
 
 
 def performance_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.flighttest.performance_report import write_page
-
-    check_table(arguments.out)
-    found, known = _performance(arguments)
-    return _hand_over(arguments, found, partial(write_page, found, known), lambda: _print_polar(found, known))
-
-
-def _performance(arguments: argparse.Namespace) -> "tuple[Performance, tuple[str, ...]]":
+    from thrustd.flighttest import performance_report
     from thrustd.flighttest.mass_sheet import read_mass_sheet
     from thrustd.flighttest.performance import performance_of, read_wing
     from thrustd.installation.shipped import shipped
 
+    check_table(arguments.out)
     limits = limits_of(arguments)
     wing = read_wing(arguments.aircraft or shipped(AIRCRAFT, "--aircraft"))
     sheets = [read_mass_sheet(path) for path in arguments.mass_sheet]
     with progress("performance") as advance:
         found = performance_of(arguments.log, wing, sheets, limits, arguments.marks, arguments.deck, advance)
-    return found, wing.known
+    return _hand_over(arguments, performance_report.answer(found, wing.known))
 
 
 def transients_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.cli.files import read_deck
-    from thrustd.flighttest.flight import DECK, read_flight
+    from thrustd.flighttest.flight import read_flight
     from thrustd.flighttest.transients import find_transients
-    from thrustd.flighttest.transients_report import write_page
-    from thrustd.installation.shipped import shipped
+    from thrustd.flighttest.transients_report import answer
+    from thrustd.installation.shipped import read_deck
 
     check_table(arguments.out)
-    deck = read_deck(arguments.deck or shipped(DECK, "--deck"))
+    deck = read_deck(arguments.deck)
     with progress(f"transients of {arguments.log.name}"):
         flight = read_flight(arguments.log, arguments.deck)
         found = find_transients(flight, deck)
-    return _hand_over(arguments, found, partial(write_page, flight, found), lambda: _print_transients(found))
+    return _hand_over(arguments, answer(flight, found))
 
 
-def _hand_over(
-    arguments: argparse.Namespace, found: Any, write_page: Callable[[Path], None], show: Callable[[], None]
-) -> int:
+def _hand_over(arguments: argparse.Namespace, answer: "Answer") -> int:
     """What was found, where it was asked for: table, page, JSON or terminal."""
     from thrustd.records.rows import write_rows
 
     if arguments.out is not None:
-        write_rows(found.rows(), arguments.out)
+        write_rows(answer.found.rows(), arguments.out)
     if arguments.report is not None:
-        write_page(arguments.report)
+        answer.write_page(arguments.report)
     if arguments.json:
-        print_json(found)
+        print_json(answer.found)
     else:
-        show()
+        answer.show(console())
     return 0
-
-
-def _print_points(found: "TestPoints") -> None:
-    from thrustd.flighttest.points_report import HEADS, limits_line, table_rows, unsteady
-
-    screen = console()
-    whose = "fused thrust" if found.thrust == "fused" else "no estimates in it: the brochure's thrust alone"
-    screen.print(f"{found.flight}: {len(found.points)} test points; {whose}", highlight=False)
-    print_table(HEADS, table_rows(found))
-    for line in (*unsteady(found), limits_line(found)):
-        screen.print(line, highlight=False)
-
-
-def _print_polar(found: "Performance", known: tuple[str, ...]) -> None:
-    from thrustd.flighttest import performance_report as report
-
-    screen = console()
-    for heads, rows in report.tables(found):
-        print_table(heads, rows)
-    for line in report.lines(found, known):
-        screen.print(line, highlight=False)
-
-
-def _print_transients(found: "Transients") -> None:
-    from thrustd.flighttest.transients_report import HEADS, table_rows, words
-
-    print_table(HEADS, table_rows(found))
-    print(words(found))

@@ -6,11 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.files import DECK, check_outputs, read_models, read_text, write_model_file, write_text
+from thrustd.cli.files import check_outputs, read_models, write_model_file, write_text
 from thrustd.cli.roles import add_roles, own_words, recordings_in_roles, roles_of_arguments
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed
 from thrustd.core.errors import UsageError
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import DECK, shipped
+from thrustd.sources.plain_file import read_text
 
 
 def add_verbs(verbs: Verbs) -> None:

@@ -1,14 +1,16 @@
-"""`--input`, `--output`, `--time`, `--rate`: columns of anyone's file in the roles that the verbs read."""
+"""Columns of anyone's file in the roles that the verbs read, and what they are judged against (`--against`)."""
 
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from thrustd.core.errors import RecordingError, UsageError
+from thrustd.installation.shipped import CONFIGURATION, DECK, shipped
 
 if TYPE_CHECKING:
+    from thrustd.core.aircraft import MountPlace
     from thrustd.records.recording import Recording
     from thrustd.records.roles import Roles
 
@@ -29,12 +31,18 @@ def add_roles(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time column")
 
 
-def add_trust(parser: argparse.ArgumentParser) -> None:
+def add_reference(parser: argparse.ArgumentParser) -> None:
+    """What a measurement is judged against, in whose columns."""
+    add_roles(parser)
     parser.add_argument(
         "--trust-units",
         action="store_true",
         help="take the units from the column names, whatever the size of the values",
     )
+    parser.add_argument("--against", default="", metavar="COLUMN", help="reference: a column, or 'brochure'")
+    parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
+    parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")
+    parser.add_argument("--deck", type=Path, help=f"with --against brochure (default: the shipped {DECK})")
 
 
 def recordings_in_roles(paths: Sequence[Path], arguments: argparse.Namespace, roles: "Roles") -> list["Recording"]:
@@ -105,3 +113,22 @@ def _check_one_way(arguments: argparse.Namespace, roles: "Roles") -> None:
         raise UsageError(f"--output {roles.output} and --against {arguments.against}: expected one of the two")
     if arguments.mount and not roles.own:
         raise UsageError(f"--mount {arguments.mount} names the columns of a flight: expected no --input or --output")
+
+
+def reference(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What the measurement is judged against, as all three verbs take it."""
+    from thrustd.installation.shipped import read_deck
+
+    deck = read_deck(arguments.deck) if arguments.against == "brochure" else None
+    return {"against": arguments.against, "mount": place_in_aircraft(arguments), "deck": deck}
+
+
+def place_in_aircraft(arguments: argparse.Namespace) -> "MountPlace | None":
+    """The mount that is looked at, as the configuration has it."""
+    from thrustd.core.aircraft import place_of
+    from thrustd.installation.installation import read_installation
+
+    if not arguments.mount:
+        return None
+    installation = read_installation(arguments.config or shipped(CONFIGURATION, "--config"))
+    return place_of(arguments.mount, installation.config, installation.aircraft())

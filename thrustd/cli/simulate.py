@@ -5,10 +5,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.files import HIL
 from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, print_json, progress, seed
 from thrustd.core.errors import UsageError
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import HIL, shipped
 
 TELL_EVENTS = 500  # between two moves of the progress bar
 BENCH_KINDS = ("steps", "sine", "multisine", "weight")

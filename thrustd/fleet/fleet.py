@@ -19,7 +19,7 @@ from distributed import Client, LocalCluster, as_completed
 from thrustd.core.errors import ModelError, RecordingError, ThrustdError, UsageError
 from thrustd.records.rows import Row
 from thrustd.sinks.whole_file import whole_file
-from thrustd.sources.plain_file import TEXT_BYTES, read_plain
+from thrustd.sources.plain_file import read_text
 
 Job = Callable[[str], list[Row]]
 RETRIES = 2  # of a file whose worker failed in another way than dying
@@ -67,13 +67,9 @@ class CompareJob:
         from thrustd.model.compile import read_proven_model
         from thrustd.records.files import read_recording
 
-        specs = {model: read_proven_model(_model_text(model), model) for model in self.models}
+        specs = {model: read_proven_model(read_text(Path(model), ModelError), model) for model in self.models}
         report = compare(specs, [read_recording(Path(file))]).to_json()
         return [_flat(comparison) for comparison in report["comparisons"]]
-
-
-def _model_text(model: str) -> bytes:
-    return read_plain(Path(model), TEXT_BYTES, ModelError)
 
 
 @dataclass(frozen=True, slots=True)

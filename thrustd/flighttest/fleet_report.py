@@ -1,15 +1,14 @@
 """The health of engines and mounts as a table, sentences and a page with its trends."""
 
 from datetime import UTC, datetime
+from functools import partial
 from math import isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns
 from thrustd.flighttest.fleet_health import FleetHealth, Health
-from thrustd.sinks.html_page import drawing, head, section, sentences, table
-from thrustd.sinks.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,15 +40,10 @@ def lines(found: FleetHealth) -> list[str]:
     return said
 
 
-def write_page(found: FleetHealth, path: Path) -> None:
-    """HTML, whole or not at all."""
-    parts = [
-        head(f"Health over {len(found.flights)} flights", WORDS),
-        section("What changed", sentences(lines(found)), table(HEADS, table_rows(found))),
-        section("Trends", drawing(figure(found), "trends")),
-    ]
-    with whole_file(path) as part:
-        part.write_text("".join(parts), encoding="utf-8")
+def answer(found: FleetHealth) -> Answer:
+    table = Columns("What changed", HEADS, table_rows(found))
+    title = f"Health over {len(found.flights)} flights"
+    return Answer(found, title, WORDS, [table], lines(found), partial(figure, found))
 
 
 def figure(found: FleetHealth) -> "Figure":
@@ -64,9 +58,9 @@ def figure(found: FleetHealth) -> "Figure":
     for axis, one in zip(axes, found.health, strict=False):
         hours, values = np.array(one.hours), np.array(one.values)
         axis.set_visible(True)
-        axis.plot(hours, values, "o", ms=3, color="#d55e00" if one.trend.changed else "#0072b2")
+        axis.plot(hours, values, "o", ms=3, color=CHANGED if one.trend.changed else COLOURS[0])
         if one.trend.kind == "step":
-            axis.axvline(one.hours[one.trend.since_flight - 1], color="#d55e00", lw=1)
+            axis.axvline(one.hours[one.trend.since_flight - 1], color=CHANGED, lw=1)
         elif isfinite(one.trend.slope):
             axis.plot(hours, np.nanmean(values) + one.trend.slope * (hours - hours.mean()), color="#555555", lw=1)
         axis.set_title(f"{one.of}: {one.quantity}", fontsize=8)

@@ -18,12 +18,10 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import read_deck
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording, make_recording
-from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
-DECK = "models/brochure/jt15d-4.json"
 AIR = "mach", "pressure_altitude_m", "sat_degC"
 SECOND_HZ = 1.0
 ESTIMATE = {
@@ -62,7 +60,7 @@ def read_flight(path: Path | str, deck: Path | None = None) -> Flight:
     engines = tuple(name.removeprefix("n1_pct_") for name in record.channels if name.startswith("n1_pct_"))
     _check(record, engines)
     fused = all(f"estimate_thrust_n_{engine}" in record for engine in engines)
-    renamed = _named(record, engines) if fused else _by_deck(record, engines, deck or shipped(DECK, "--deck"))
+    renamed = _named(record, engines) if fused else _by_deck(record, engines, read_deck(deck))
     return Flight(renamed, engines, fused)
 
 
@@ -95,8 +93,7 @@ def _named(record: Recording, engines: tuple[str, ...]) -> Recording:
     return make_recording(record.name, columns, record.metadata, record.sha256, record.notes)
 
 
-def _by_deck(record: Recording, engines: tuple[str, ...], deck_path: Path) -> Recording:
-    deck = Deck.from_json(read_plain(deck_path, TEXT_BYTES, RecordingError).decode(), str(deck_path))
+def _by_deck(record: Recording, engines: tuple[str, ...], deck: Deck) -> Recording:
     columns: dict[str, Floats] = {}
     for number, engine in enumerate(engines):
         thrust_n, std_n = _deck_thrust(record, deck, number, engine)

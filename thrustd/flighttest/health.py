@@ -22,9 +22,9 @@ from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.atmosphere import ZERO_CELSIUS_K, total_temperature_ratio
 from thrustd.core.errors import LogError
 from thrustd.core.steady import SteadyLimits
-from thrustd.flighttest.flight import DECK, Flight, read_flight
+from thrustd.flighttest.flight import Flight, read_flight
 from thrustd.flighttest.windows import Window, steady_windows
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import read_deck
 from thrustd.records.rows import Row
 from thrustd.sources.mcap_log import LogFile
 
@@ -49,10 +49,8 @@ class HealthJob:
     deck: str = ""  # empty = the shipped one
 
     def __call__(self, file: str) -> list[Row]:
-        deck = Path(self.deck) if self.deck else shipped(DECK, "--deck")
-        return health_rows(
-            read_flight(Path(file), deck), Deck.from_json(deck.read_text(), str(deck)), begun_s(Path(file))
-        )
+        deck = Path(self.deck) if self.deck else None
+        return health_rows(read_flight(Path(file), deck), read_deck(deck), begun_s(Path(file)))
 
 
 def begun_s(path: Path) -> float:

@@ -19,7 +19,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.config import Section, section
 from thrustd.core.errors import ConfigError, RecordingError, UsageError
 from thrustd.flighttest.flight import Flight
-from thrustd.sources.plain_file import TEXT_BYTES, read_plain
+from thrustd.sources.plain_file import read_text
 
 NotNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e6)]
@@ -37,9 +37,8 @@ class MassSheet(Section, frozen=True):
 def read_mass_sheet(path: Path) -> MassSheet:
     """UsageError, one line, when it is none."""
     try:
-        table = tomllib.loads(read_plain(path, TEXT_BYTES, UsageError).decode())
-        return section(table, MassSheet, str(path))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        return section(tomllib.loads(read_text(path)), MassSheet, str(path))
+    except tomllib.TOMLDecodeError as problem:
         raise UsageError(f"{path}: not TOML: {problem}; expected empty_kg, payload_kg, fuel_kg, std_kg") from None
     except ConfigError as problem:
         raise UsageError(str(problem)) from None

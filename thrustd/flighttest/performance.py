@@ -26,7 +26,7 @@ from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.polar import Polar, PolarPoints, fit_polar
 from thrustd.flighttest.steps import ThrottleStep, throttle_steps
 from thrustd.records.rows import Row
-from thrustd.sources.plain_file import TEXT_BYTES, read_plain
+from thrustd.sources.plain_file import read_text
 
 
 class Interval(msgspec.Struct, frozen=True):
@@ -102,7 +102,7 @@ class Shift(NamedTuple):
 
 def read_wing(where: Path) -> Wing:
     """Of an aircraft's file; UsageError when it has none."""
-    wing = read_aircraft(read_plain(where, TEXT_BYTES, UsageError).decode(), str(where)).wing
+    wing = read_aircraft(read_text(where), str(where)).wing
     if wing is None:
         raise UsageError(f"{where}: no [wing]; expected area_m2, span_m and accel_x_std_g")
     return wing

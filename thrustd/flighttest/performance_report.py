@@ -1,20 +1,18 @@
 """A drag polar as tables, sentences, a picture and a page."""
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from thrustd.flighttest.answer import COLOURS, Answer, Columns
 from thrustd.flighttest.performance import Interval, Performance, PerformancePoint, PolarResult, rms_difference_n
 from thrustd.flighttest.steps import gain_of
-from thrustd.sinks.html_page import drawing, head, section, sentences, table
-from thrustd.sinks.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLOURS = "#0072b2", "#007a59", "#e69f00"  # Okabe & Ito
 WORDS = (
     "C_D = C_D0 + C_L^2 / (pi A e), total least squares over steady, straight windows. 95 % intervals: random errors "
     "in the fit, every systematic source shifted by one sigma and fitted again."
@@ -59,10 +57,10 @@ def step_rows(found: Performance) -> list[list[str]]:
     ]  # fmt: skip
 
 
-def tables(found: Performance) -> list[tuple[Sequence[str], list[list[str]]]]:
-    """Points, throttle steps, polars: heads and rows."""
-    steps = [(STEP_HEADS, step_rows(found))] if found.steps else []
-    return [(POINT_HEADS, point_rows(found)), *steps, (POLAR_HEADS, polar_rows(found))]
+def tables(found: Performance) -> list[Columns]:
+    steps = [Columns("Throttle steps", STEP_HEADS, step_rows(found))] if found.steps else []
+    points = Columns("Points", POINT_HEADS, point_rows(found))
+    return [points, *steps, Columns("Polars", POLAR_HEADS, polar_rows(found))]
 
 
 def lines(found: Performance, known: Sequence[str]) -> list[str]:
@@ -77,17 +75,9 @@ def lines(found: Performance, known: Sequence[str]) -> list[str]:
     return [*said, *(f"known: {line}" for line in known), *found.notes]
 
 
-def write_page(found: Performance, known: Sequence[str], path: Path) -> None:
-    """HTML, whole or not at all."""
-    parts = [
-        head("Drag polar", WORDS),
-        section("Polars", table(POLAR_HEADS, polar_rows(found)), sentences(lines(found, known))),
-        section("Picture", drawing(figure(found), "drag polar")),
-        section("Points", table(POINT_HEADS, point_rows(found))),
-        section("Throttle steps", table(STEP_HEADS, step_rows(found))),
-    ]
-    with whole_file(path) as part:
-        part.write_text("".join(parts), encoding="utf-8")
+def answer(found: Performance, known: Sequence[str]) -> Answer:
+    """`known`: what the aircraft's file says of its wing."""
+    return Answer(found, "Drag polar", WORDS, tables(found), lines(found, known), partial(figure, found))
 
 
 def figure(found: Performance) -> "Figure":

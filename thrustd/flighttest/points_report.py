@@ -1,23 +1,21 @@
 """Test points as a table, a picture and a page."""
 
 from collections.abc import Callable, Iterable
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 
+from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns
 from thrustd.flighttest.flight import Flight
 from thrustd.flighttest.points import Point, TestPoints
 from thrustd.flighttest.uncertainty import Mean
-from thrustd.sinks.html_page import drawing, head, section, sentences, table
-from thrustd.sinks.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = "#0072b2", "#e69f00", "#007a59", "#555555"  # Okabe & Ito
 WORDS = (
     "Means of steady windows with their 95 % uncertainty. r: random, samples that repeat one another counted once. "
     "s: systematic, the thrust's own band, the same in the whole window. Other sensors' systematic part is not known."
@@ -48,16 +46,11 @@ def unsteady(found: TestPoints) -> list[str]:
     return lines
 
 
-def write_page(flight: Flight, found: TestPoints, path: Path) -> None:
-    """HTML with table and picture, whole or not at all."""
-    lines = [f"thrust: {found.thrust}", limits_line(found), *unsteady(found)]
-    parts = [
-        head(f"Test points of {found.flight}", WORDS),
-        section("Points", table(HEADS, table_rows(found)), sentences(lines)),
-        section("Where they are", drawing(figure(flight, found), "points")),
-    ]
-    with whole_file(path) as part:
-        part.write_text("".join(parts), encoding="utf-8")
+def answer(flight: Flight, found: TestPoints) -> Answer:
+    whose = "fused thrust" if found.thrust == "fused" else "no estimates in it: the brochure's thrust alone"
+    lines = [f"{found.flight}: {len(found.points)} test points; {whose}", *unsteady(found), limits_line(found)]
+    table = Columns("Points", HEADS, table_rows(found))
+    return Answer(found, f"Test points of {found.flight}", WORDS, [table], lines, partial(figure, flight, found))
 
 
 def figure(flight: Flight, found: TestPoints) -> "Figure":
@@ -76,7 +69,7 @@ def figure(flight: Flight, found: TestPoints) -> "Figure":
         for column, colour in zip(columns, COLOURS, strict=False):
             axis.plot(record.time_s, record[column], lw=0.8, color=colour, label=column)
         for point in found.points:
-            axis.axvspan(point.start_s, point.end_s, color="#56b4e9" if point.steady else "#d55e00", alpha=0.3, lw=0)
+            axis.axvspan(point.start_s, point.end_s, color="#56b4e9" if point.steady else CHANGED, alpha=0.3, lw=0)
         axis.set_ylabel(label)
         axis.legend(fontsize=7, loc="upper right")
     axis.set_xlabel("time, s")

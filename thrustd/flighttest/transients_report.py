@@ -1,13 +1,12 @@
 """Transients as a table, a picture and a page."""
 
+from functools import partial
 from math import isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from thrustd.flighttest.answer import COLOURS, Answer, Columns
 from thrustd.flighttest.flight import Flight
 from thrustd.flighttest.transients import Transients
-from thrustd.sinks.html_page import drawing, head, section, sentences, table
-from thrustd.sinks.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,7 +15,6 @@ WORDS = (
     "N1 moved by the throttle: time to 95 % of the change, overshoot, largest rate. Candidates are places to look at."
 )
 HEADS = "at s", "engine", "event", "N1 from", "to %", "s", "overshoot %", "%/s", "thrust N"
-COLOURS = "#0072b2", "#e69f00", "#007a59", "#555555"  # Okabe & Ito
 AROUND_S = 15.0
 MOST_DRAWN = 12
 
@@ -37,15 +35,10 @@ def words(found: Transients) -> str:
     return f"{found.flight}: {counts or 'no event'}; {len(found.candidates) or 'no'} candidates to look at"
 
 
-def write_page(flight: Flight, found: Transients, path: Path) -> None:
-    """HTML, whole or not at all."""
-    parts = [
-        head(f"Transients of {found.flight}", WORDS),
-        section("Events", sentences([words(found)]), table(HEADS, table_rows(found))),
-        section("Candidates and the largest movements", drawing(figure(flight, found), "transients")),
-    ]
-    with whole_file(path) as part:
-        part.write_text("".join(parts), encoding="utf-8")
+def answer(flight: Flight, found: Transients) -> Answer:
+    table = Columns("Events", HEADS, table_rows(found))
+    draw = partial(figure, flight, found)
+    return Answer(found, f"Transients of {found.flight}", WORDS, [table], [words(found)], draw)
 
 
 def figure(flight: Flight, found: Transients) -> "Figure":

@@ -12,7 +12,7 @@ import numpy as np
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.steady import Quantity, SteadyLimits, SteadyWatch, quantities
 from thrustd.flighttest.flight import Flight
-from thrustd.sources.plain_file import TEXT_BYTES, read_plain
+from thrustd.sources.plain_file import read_text
 
 MARK = "mark"  # channel of the catalogue: number of the point while it is flown, 0 between points
 MARK_COLUMNS = "start_s", "end_s"
@@ -77,11 +77,7 @@ def marked_windows(flight: Flight, column: str = MARK) -> list[Window]:
 
 def read_windows(path: Path) -> list[Window]:
     """A CSV with the columns start_s and end_s, and name if wanted; UsageError names the line that is wrong."""
-    try:
-        text = read_plain(path, TEXT_BYTES, UsageError).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise UsageError(f"{path}: not a text file; expected a CSV with the columns start_s and end_s") from None
-    rows = csv.DictReader(text.splitlines(), skipinitialspace=True)
+    rows = csv.DictReader(read_text(path).splitlines(), skipinitialspace=True)
     lacking = [name for name in MARK_COLUMNS if name not in (rows.fieldnames or ())]
     if lacking:
         raise UsageError(f"{path}: no column {lacking[0]!r}; expected start_s, end_s and, if wanted, name")

@@ -2,9 +2,17 @@
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import thrustd
 from thrustd.core.errors import UsageError
+from thrustd.sources.plain_file import read_text
+
+if TYPE_CHECKING:
+    from thrustd.brochure.deck import Deck
+
+AIRCRAFT, CONFIGURATION, HIL = "deploy/citation-ii.toml", "deploy/ph-lab.toml", "deploy/hil.toml"
+DECK = "models/brochure/jt15d-4.json"
 
 
 def shipped(name: str, option: str) -> Path:
@@ -14,3 +22,11 @@ def shipped(name: str, option: str) -> Path:
         if (place / name).is_file():
             return place / name
     raise UsageError(f"{option}: expected a file; the shipped {name} is neither in {places[0]} nor in {places[1]}")
+
+
+def read_deck(path: Path | None = None) -> "Deck":
+    """A brochure deck, None: the shipped one; one line that says why not otherwise."""
+    from thrustd.brochure.deck import Deck  # numba: not every verb needs it
+
+    path = path or shipped(DECK, "--deck")
+    return Deck.from_json(read_text(path), str(path))

@@ -9,9 +9,11 @@ from rich.console import Console
 from rich.table import Table
 
 from thrustd.core.errors import UsageError
+from thrustd.sinks.html_page import png_of
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 WIDTH = 110
 PAGE = '<pre style="font-family:ui-monospace,monospace;line-height:1.25">{code}</pre>'
@@ -38,6 +40,12 @@ def as_frame(data: Any) -> "pd.DataFrame":
     except ModuleNotFoundError:
         raise UsageError("to_pandas: pandas is not installed, expected: pip install 'thrustd[notebook]'") from None
     return pd.DataFrame(data)
+
+
+def drawn(figure: "Figure") -> "Figure":
+    """The same figure, shown as a picture where it is the last line of a notebook's cell, although no pyplot made it."""
+    vars(figure)["_repr_png_"] = lambda: png_of(figure, 80)
+    return figure
 
 
 def plain_table(heads: Sequence[str], rows: Any) -> Table:

@@ -53,6 +53,10 @@ def picture(png: bytes, name: str) -> str:
 
 def drawing(figure: "Figure", name: str) -> str:
     """A matplotlib figure as a picture."""
+    return picture(png_of(figure, 110), name)
+
+
+def png_of(figure: "Figure", dpi: float) -> bytes:
     png = BytesIO()
-    figure.savefig(png, dpi=110, format="png")
-    return picture(png.getvalue(), name)
+    figure.savefig(png, dpi=dpi, format="png")
+    return png.getvalue()

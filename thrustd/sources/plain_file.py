@@ -4,7 +4,7 @@ import os
 import stat
 from pathlib import Path
 
-from thrustd.core.errors import ThrustdError
+from thrustd.core.errors import ThrustdError, UsageError
 
 TEXT_BYTES = 8_000_000  # enough for any model, deck or list of marks
 KINDS = {
@@ -14,6 +14,14 @@ KINDS = {
     stat.S_IFBLK: "a device",
     stat.S_IFSOCK: "a socket",
 }
+
+
+def read_text(path: Path, error: type[ThrustdError] = UsageError) -> str:
+    """What a file of text says; an `error` where it is none."""
+    try:
+        return read_plain(path, TEXT_BYTES, error).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise error(f"{path}: not a text file") from None
 
 
 def file_bytes(path: Path, error: type[ThrustdError], where: str = "") -> int:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from thrustd.brochure.deck import Deck
-from thrustd.cli.files import read_deck, read_models
+from thrustd.cli.files import read_models
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.compare import compare
@@ -14,6 +14,7 @@ from thrustd.diagnose.compare.reference import as_mount, with_reference
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.question import Given
 from thrustd.identify.regression.friction import GROWS
+from thrustd.installation.shipped import read_deck
 from thrustd.model.effects import effect_named
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording

@@ -23,7 +23,7 @@ from thrustd.core.measures import rms
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.sinks.whole_file import whole_file
-from thrustd.sources.plain_file import TEXT_BYTES, read_plain
+from thrustd.sources.plain_file import read_text
 
 Mask = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.intp]
@@ -164,7 +164,7 @@ def _with_error(curve: SpoolCurve, left_out: dict[tuple[int, str], float]) -> Sp
 
 def fit_deck_file(flights: Sequence[Path], output: Path, base: Path, pairs: Path | None = None) -> BrochureFit:
     """The verb: a deck from `base` with new spool curves and, with `pairs`, a new thrust surface too; written whole."""
-    data = Deck.from_json(_read_text(base), str(base)).data
+    data = Deck.from_json(read_text(base, DeckError), str(base)).data
     if pairs is not None:
         surface, errors = fit_surface(read_pairs(pairs))
         errors = {name: float(f"{value:.4g}") for name, value in errors.items()}
@@ -178,13 +178,6 @@ def fit_deck_file(flights: Sequence[Path], output: Path, base: Path, pairs: Path
     with whole_file(output, DeckError) as part:
         part.write_text(text, encoding="utf-8")
     return fit._replace(data=data)
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return read_plain(path, TEXT_BYTES, DeckError).decode()
-    except UnicodeDecodeError as error:
-        raise DeckError(f"{path}: cannot be read: {error}") from None
 
 
 def report_lines(fit: BrochureFit) -> list[dict[str, Any]]:

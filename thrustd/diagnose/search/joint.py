@@ -13,7 +13,16 @@ from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.solve import LEAST_ITERATIONS, Mask, Solution, bounded, noise_level, prior_of, solve
+from thrustd.identify.regression.solve import (
+    LEAST_ITERATIONS,
+    Given,
+    Mask,
+    Solution,
+    bounded,
+    noise_level,
+    prior_of,
+    solve,
+)
 from thrustd.identify.regression.sweep import Record, columns
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term
@@ -68,8 +77,8 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     for revision in range(REVISIONS):
         begun = revised
         found = solve(
-            shape, point, begun, strengths, iterations=ITERATIONS, prior=prior, noise_variance=noise,
-            least=1 if revision else LEAST_ITERATIONS,
+            shape, point, begun, strengths, iterations=ITERATIONS,
+            given=Given(prior, noise, 1 if revision else LEAST_ITERATIONS),
         )  # fmt: skip
         level, revised = noise_level(found.normal.residuals), [begun_where(_stateless(found), each) for each in begun]
         other = noise is not None and not noise / WORSE < level < WORSE * noise

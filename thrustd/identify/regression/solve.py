@@ -12,6 +12,7 @@ slow errors do not average out as white ones do (Klein & Morelli, Aircraft Syste
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +97,17 @@ class _Step:
     damping: float  # that it took
 
 
+class Given(NamedTuple):
+    """What is known beside the groups' priors."""
+
+    prior: Prior | None = None  # of the whole vector
+    noise_variance: float | None = None  # s2; None: it follows from the residual as that falls
+    least: int = LEAST_ITERATIONS
+
+
+NOTHING = Given()
+
+
 def solve(
     shape: Shape,
     start: Point,
@@ -104,21 +116,16 @@ def solve(
     *,
     iterations: int = 25,
     progress: Progress | None = None,
-    prior: Prior | None = None,
-    noise_variance: float | None = None,
-    least: int = LEAST_ITERATIONS,
+    given: Given = NOTHING,
 ) -> Solution:
-    """The most probable point. `prior`: mean and precision matrix of the whole vector beside the groups' own.
-
-    `noise_variance`: s2 where it is known; else it follows from the residual as that falls.
-    """
+    """The most probable point."""
     strengths, point, middle = dict(precisions), start, _middle(shape, start)
     normal = normal_equations(shape, point, records)
     done, damping = 0, 0.0
 
     def posterior() -> _Posterior:
-        s2 = noise_variance or noise_level(normal.residuals)
-        return _Posterior(s2, middle, prior_of(shape, strengths), prior)
+        s2 = given.noise_variance or noise_level(normal.residuals)
+        return _Posterior(s2, middle, prior_of(shape, strengths), given.prior)
 
     for done in range(1, iterations + 1):
         now = posterior()
@@ -131,7 +138,7 @@ def solve(
         strengths = _strengths(shape, strengths, information, step.free, point.vector(shape) - middle)
         if progress is not None:
             progress(done, float(np.sqrt(normal.squares / _count(normal))))
-        if done > least and cost - step.cost < (DONE_MOVING if not shape.passive else DONE):
+        if done > given.least and cost - step.cost < (DONE_MOVING if not shape.passive else DONE):
             break
     now, free = posterior(), ~(shape.positive() & (point.vector(shape) <= 0.0))
     mean_square = normal.squares / _count(normal)
