@@ -43,7 +43,7 @@ def as_frame(data: Any) -> "pd.DataFrame":
 
 
 def drawn(figure: "Figure") -> "Figure":
-    """The same figure, shown as a picture where it is the last line of a notebook's cell, although no pyplot made it."""
+    """The same figure, shown as a picture where it ends a notebook's cell, although no pyplot made it."""
     vars(figure)["_repr_png_"] = lambda: png_of(figure, 80)
     return figure
 

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from thrustd.core.aircraft import AircraftData
-from thrustd.core.columns import Flags, Floats
+from thrustd.core.columns import Flags
 from thrustd.core.types import Fault, Status
 from thrustd.sensors.bank import SOURCES_OFF, UNCORRECTED_N, Bank
 from thrustd.sensors.engine_force import MountCombiner
@@ -34,8 +34,6 @@ from thrustd.sensors.past import N_SOURCES
 from thrustd.sensors.watches import Watches
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
-MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: the throttle was moved
-TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 RESTING_S = 2.0
 NAMED_AFTER_S = 1.2  # by then the sensor's own watch knows whether it is noisy; it is left out at once
 NOBODY: frozenset[Sensor] = frozenset()
@@ -108,7 +106,7 @@ class Monitor:
             faults = self._changes(inputs.t_ns)
             self._statuses = list(map(self._status, range(len(self._sources))))
         else:
-            self._excluded |= self._leapt(inputs.readings)
+            self._excluded |= self._watches.leapt_alone(inputs.readings)
         mounts = self._combiner.step(inputs.mounts, self._believed_mounts(), dt_s)
         return MonitorVerdict(self._excluded, mounts, faults, self._statuses, changed)
 
@@ -181,7 +179,7 @@ class Monitor:
         """-> the engine of which another hypothesis leads now, or -1."""
         self._suspect = self._watches.step(inputs.readings)
         if self._suspect:
-            self._acquit_jumps()
+            self._watches.acquit_jumps()
         self._judge_temperature(inputs.readings.item(self._altitude))
         self._accelerometer.look(inputs.readings, self._watches.trusts if self._suspect else None, dt_s)
         self._believed[:] = True
@@ -200,19 +198,6 @@ class Monitor:
     def _say_uncorrected(self) -> None:
         error_n = self._accelerometer.error_n
         self._uncorrected_n = [hypot(each, error_n) for each in self.bank.leading[:, UNCORRECTED_N].tolist()]
-
-    def _leapt(self, readings: Floats) -> frozenset[Sensor]:
-        """Between two looks: what jumped is out until the next one, before anything follows it.
-
-        An engine that is pushed moves both of its mounts; its own signals are judged at the next look.
-        """
-        leapt = self._watches.leapt(readings)
-        out = {sensor for sensor in leapt if sensor[0] in AIRCRAFT_SIGNALS}
-        for mounts in self._layout.mounts_of_engine:
-            far = [("deformation_mm", i) for i in mounts if ("deformation_mm", i) in leapt]
-            if len(far) == 1 and len(mounts) > 1:
-                out.add(far[0])
-        return frozenset(out)
 
     def _all_out(self) -> frozenset[Sensor]:
         out = set(self._judged())
@@ -247,20 +232,6 @@ class Monitor:
             self._sat_since_m, self._sat_stuck = altitude_m, False
         elif abs(altitude_m - self._sat_since_m) > SAT_CLIMB_M and self._watches.trusts(("pressure_altitude_m", 0)):
             self._sat_stuck = True
-
-    def _acquit_jumps(self) -> None:
-        """A throttle that is cut moves fuel flow, spools and both mounts: what jumps with them did not fail."""
-        for engine, mounts in enumerate(self._layout.mounts_of_engine):
-            n1, n2 = self._watches["n1_pct", engine], self._watches["n2_pct", engine]
-            spools_moved = any(abs(spool.change(MOVED_STEPS)) > MOVED_PCT for spool in (n1, n2) if not spool.doubted)
-            last = [self._watches["deformation_mm", i].change(1) for i in mounts]
-            together = len(mounts) > 1 and max(last) * min(last) > 0.0 and min(map(abs, last)) > TOGETHER_MM
-            for i in mounts:
-                if spools_moved or together:
-                    self._watches["deformation_mm", i].acquit()
-            for name in ENGINE_SIGNALS:
-                if self._watches.followed((name, engine)):
-                    self._watches[name, engine].acquit()
 
     def _changes(self, t_ns: int) -> list[Fault]:
         faults = self._whole_changes(t_ns)

@@ -8,8 +8,11 @@ import numpy as np
 from thrustd.core.aircraft import SensorLimits
 from thrustd.core.columns import Floats
 from thrustd.core.errors import ConfigError
-from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS, Layout, Sensor
+from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, Sensor
 from thrustd.sensors.signal_watch import WITNESS_STEPS, SignalWatch, fresh_rows, is_sane, leapt, limit_rows, watch
+
+MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: the throttle was moved
+TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 
 
 class Watches:
@@ -20,6 +23,7 @@ class Watches:
         self.sensors = layout.sensors()
         self._by_signal, n = limits, len(self.sensors)
         self._size = len(layout.mount_names), len(layout.mounts_of_engine)
+        self._mounts_of_engine = layout.mounts_of_engine
         self._rows, self._limits = fresh_rows(n), limit_rows([_limits_of(name, limits) for name, _ in self.sensors])
         self._of = {sensor: SignalWatch(row) for sensor, row in zip(self.sensors, self._rows, strict=True)}
 
@@ -35,14 +39,37 @@ class Watches:
         watched = self._of[sensor]
         return not (watched.kind or watched.doubted)
 
-    def leapt(self, readings: Floats) -> frozenset[Sensor]:
-        """Sensors that are now, between two steps, further from where they were than they may jump."""
+    def leapt_alone(self, readings: Floats) -> frozenset[Sensor]:
+        """Between two looks, further from where they were than they may jump: out before anything follows them.
+
+        An engine that is pushed moves both of its mounts; its own signals are judged at the next look.
+        """
         if not leapt(self._rows, self._limits, readings):
             return frozenset()
         pairs = zip(self.sensors, readings.tolist(), strict=True)
-        return frozenset(s for s, value in pairs if abs(self._of[s].step_to(value)) > self._by_signal[s[0]].jump)
+        far = {s for s, value in pairs if abs(self._of[s].step_to(value)) > self._by_signal[s[0]].jump}
+        out = {sensor for sensor in far if sensor[0] in AIRCRAFT_SIGNALS}
+        for mounts in self._mounts_of_engine:
+            mine = [("deformation_mm", i) for i in mounts if ("deformation_mm", i) in far]
+            if len(mine) == 1 and len(mounts) > 1:
+                out.add(mine[0])
+        return frozenset(out)
 
-    def followed(self, sensor: Sensor) -> bool:
+    def acquit_jumps(self) -> None:
+        """A throttle that is cut moves fuel flow, spools and both mounts: what jumps with them did not fail."""
+        for engine, mounts in enumerate(self._mounts_of_engine):
+            n1, n2 = self["n1_pct", engine], self["n2_pct", engine]
+            spools_moved = any(abs(spool.change(MOVED_STEPS)) > MOVED_PCT for spool in (n1, n2) if not spool.doubted)
+            last = [self["deformation_mm", i].change(1) for i in mounts]
+            together = len(mounts) > 1 and max(last) * min(last) > 0.0 and min(map(abs, last)) > TOGETHER_MM
+            for i in mounts:
+                if spools_moved or together:
+                    self["deformation_mm", i].acquit()
+            for name in ENGINE_SIGNALS:
+                if self._followed((name, engine)):
+                    self[name, engine].acquit()
+
+    def _followed(self, sensor: Sensor) -> bool:
         """Another signal of the engine moved too within the last second, and is not in doubt."""
         name, engine = sensor
         others = [(self._of[other, engine], other) for other in ENGINE_SIGNALS if other != name]
