@@ -3,9 +3,12 @@
 Events go into the pipeline (`Frame`, `Tick`); outputs come out (`Reading`, `MountOutput`, `Estimate`, `Fault`).
 """
 
+from collections.abc import Callable
 from enum import IntFlag
 from math import nan
 from typing import NamedTuple
+
+Progress = Callable[[float, str], None]  # share done, 0 to 1, and what is under way
 
 
 class Frame(NamedTuple):

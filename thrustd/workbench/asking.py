@@ -1,22 +1,22 @@
 """Compare, as the page asks it: whole recordings, or only the samples under a condition."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from thrustd.core.columns import Flags
 from thrustd.core.errors import UsageError
+from thrustd.core.types import Progress
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.regions import regions_of
 from thrustd.records.marks import read_marks, without_excluded
 from thrustd.records.recording import Recording
 from thrustd.workbench.figures import comparison_json
 from thrustd.workbench.folder import Folder
-from thrustd.workbench.intervals import Intervals, Mask, intervals_of
+from thrustd.workbench.intervals import Intervals, intervals_of
 from thrustd.workbench.model_runs import recording_of
-
-Progress = Callable[[float, str], None]
 
 
 def marked_recordings(folder: Folder, names: Sequence[str]) -> list[Recording]:
@@ -56,8 +56,8 @@ def ask_compare(folder: Folder, arguments: Mapping[str, Any], progress: Progress
     return answer
 
 
-def _mask(record: Recording, condition: Mapping[str, Any]) -> Mask:
-    mask: Mask = np.ones(len(record), dtype=bool)
+def _mask(record: Recording, condition: Mapping[str, Any]) -> Flags:
+    mask: Flags = np.ones(len(record), dtype=bool)
     channel, low, high, phase = (condition[key] for key in ("channel", "low", "high", "phase"))
     if channel:
         column = record[channel]
@@ -70,7 +70,7 @@ def _mask(record: Recording, condition: Mapping[str, Any]) -> Mask:
     return mask
 
 
-def _only(record: Recording, mask: Mask) -> Recording:
+def _only(record: Recording, mask: Flags) -> Recording:
     force_n = np.where(mask, record["force_N"], np.nan)
     if not np.isfinite(force_n).any():
         raise UsageError(f"{record.name}: no sample with force_N meets this condition")

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.motion import Motion, motion_of
 from thrustd.diagnose.search.explained import Explained, Stretch
 from thrustd.identify.segments import DEFORMATION
@@ -25,7 +24,6 @@ LOOPS = ("hysteresis", "free_play", "mullins_softening")
 SPEEDS = ("viscous_damping", "time_delay")
 HOLDS = ("creep", "relaxation")
 TIMES = ("ageing", "sensor_drift")
-Mask = NDArray[np.bool_]
 
 
 def evidence_json(explained: Explained | None) -> list[dict[str, Any]]:
@@ -90,13 +88,13 @@ def _all(stretches: Sequence[Stretch], channel: str) -> Floats:
     return np.concatenate([s.channels[channel] for s in stretches])
 
 
-def _by_direction(rising: Mask, moved: Sequence[Motion]) -> dict[str, Mask]:
+def _by_direction(rising: Flags, moved: Sequence[Motion]) -> dict[str, Flags]:
     known = np.concatenate([m.direction != 0 for m in moved])
     return {"loading": rising & known, "unloading": ~rising & known}
 
 
 def _curves(
-    title: str, unit: str, x: Floats, groups: dict[str, Mask], stretches: Sequence[Stretch], i: int, log: bool = False
+    title: str, unit: str, x: Floats, groups: dict[str, Flags], stretches: Sequence[Stretch], i: int, log: bool = False
 ) -> dict[str, Any]:
     residual = np.concatenate([s.residual_n for s in stretches])
     part = np.concatenate([s.explained_n[i] for s in stretches])

@@ -3,18 +3,18 @@
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from thrustd.core.errors import UsageError
+from thrustd.core.types import Progress
 from thrustd.twin.disturbance import DISTURBANCES
 from thrustd.twin.hide import TRUTH, hide
 from thrustd.workbench.folder import Folder
 
-Progress = Callable[[float, str], None]
 NAME = "exercise"
 
 

@@ -1,10 +1,11 @@
 """Identify, diagnose, extend and compile, as the page asks for them: the functions of the command line."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from thrustd.core.types import Progress
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
@@ -21,8 +22,6 @@ from thrustd.workbench.evidence import evidence_json
 from thrustd.workbench.figures import history_json, short
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.identified import identified_json
-
-Progress = Callable[[float, str], None]
 
 CARD = ("title", "equation", "source", "channels", "site", "separating_test")
 

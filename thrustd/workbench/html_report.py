@@ -2,7 +2,7 @@
 
 import html
 import secrets
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from thrustd.core.errors import UsageError
+from thrustd.core.types import Progress
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.comparison import Comparison
 from thrustd.diagnose.compare.newtons import newtons
@@ -21,8 +22,6 @@ from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import read_session
 from thrustd.workbench.story import Step, kept_report, script_of, steps_of
-
-Progress = Callable[[float, str], None]
 
 WORDS = "Free runs: the model sees deformation and channels, never the reference. Residual = measured - model."
 NOTHING = ("none", "unknown")

@@ -1,17 +1,15 @@
 """Samples that have something in common, as stretches of time the page can shade and jump to."""
 
 import numpy as np
-import numpy.typing as npt
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 
-Mask = npt.NDArray[np.bool_]
 Intervals = list[tuple[float, float]]
 
 MOST = 400  # stretches kept; nearer ones are joined until they are so few
 
 
-def intervals_of(mask: Mask, time_s: Floats, most: int = MOST) -> Intervals:
+def intervals_of(mask: Flags, time_s: Floats, most: int = MOST) -> Intervals:
     """[first, last] time of every run of True samples, in order; at most `most`, the smallest gaps closed."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
     starts, stops = edges[::2], edges[1::2] - 1

@@ -1,12 +1,13 @@
 """Models run on recordings, as columns the time histories draw."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95
+from thrustd.core.types import Progress
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.error_map import rates_of
 from thrustd.identify.segments import segments_of
@@ -19,8 +20,6 @@ from thrustd.records.time_axis import read_timed
 from thrustd.workbench.columns import write_columns
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.prepare import prepare
-
-Progress = Callable[[float, str], None]
 
 
 def simulate_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:

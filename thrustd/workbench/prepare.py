@@ -1,13 +1,14 @@
 """The worker's part of drawing: recordings to columns, uploads to files, answers to reports."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import msgspec
 import numpy as np
 
 from thrustd.core.errors import ThrustdError, UsageError
+from thrustd.core.types import Progress
 from thrustd.model.compile import read_proven_model
 from thrustd.records.files import load
 from thrustd.records.loaded import Loaded
@@ -18,7 +19,6 @@ from thrustd.workbench.columns import forget_old, write_columns
 from thrustd.workbench.folder import MODEL_TYPE, Folder
 from thrustd.workbench.mapping import ColumnNames, keep_mapping, remembered, table_of, table_wanted
 
-Progress = Callable[[float, str], None]
 ESTIMATE = "estimate_thrust_n_"
 
 

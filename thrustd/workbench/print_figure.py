@@ -1,7 +1,7 @@
 """The visible window of a time history as a figure for a report: 180 mm wide, title, units, PNG (300 dpi) or SVG."""
 
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,12 +10,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from thrustd.core.errors import UsageError
+from thrustd.core.types import Progress
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.lines import Line
 from thrustd.workbench.pyramid import zoom
 
-Progress = Callable[[float, str], None]
 MM = 1 / 25.4  # inches
 WIDTH_MM, PANEL_MM, HEAD_MM = 180.0, 42.0, 22.0
 DPI = 300

@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
+from thrustd.core.types import Progress
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.prepare import write_report
 
-Progress = Callable[[float, str], None]
 Arguments = Mapping[str, Any]
 Task = Callable[[Folder, Arguments, Progress], dict[str, Any]]
 

@@ -9,7 +9,6 @@ Standard output belongs to this protocol alone: whatever a library prints goes t
 import os
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -18,8 +17,6 @@ import msgspec
 from thrustd.core.errors import ThrustdError
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.prepare import plain
-
-Progress = Callable[[float, str], None]  # (fraction done, what is going on)
 
 SAY_EVERY_S = 0.15
 NICE = 5  # the server stays responsive on a small machine

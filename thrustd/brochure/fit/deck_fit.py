@@ -17,7 +17,7 @@ from thrustd.brochure.deck import Deck, total_ratios
 from thrustd.brochure.deck_data import DeckData, SpoolCurve, ThrustSurface, corrected_thrust, hermite
 from thrustd.brochure.fit.spool_curves import Spool, Steady, fit_curves
 from thrustd.brochure.fit.surface import fit_surface, read_pairs
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import DeckError, RecordingError
 from thrustd.core.measures import rms
 from thrustd.records.files import read_recording
@@ -25,7 +25,6 @@ from thrustd.records.recording import Recording
 from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import read_text
 
-Mask = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.intp]
 
 ENGINES = ("left", "right")
@@ -130,7 +129,7 @@ def _as_steady(record: Recording, engine: int, rows: Rows, speed_pct: Floats, fl
     return Steady(record.name, engine, speed_pct / np.sqrt(theta), corrected, mach, delta, np.log(theta))
 
 
-def _steady(record: Recording, n1_pct: Floats) -> Mask:
+def _steady(record: Recording, n1_pct: Floats) -> Flags:
     half = max(round(HALF_WINDOW_S * record.sample_hz), 1)
     rate = np.full(len(n1_pct), np.inf)
     rate[half:-half] = (n1_pct[2 * half :] - n1_pct[: -2 * half]) / (2 * HALF_WINDOW_S)
@@ -140,7 +139,7 @@ def _steady(record: Recording, n1_pct: Floats) -> Mask:
     count = np.concatenate(([0], np.cumsum(calm)))
     at = np.arange(len(calm))
     first, last = np.maximum(at - settle, 0), np.minimum(at + half + 1, len(calm))
-    steady: Mask = (count[last] - count[first]) == settle + half + 1
+    steady: Flags = (count[last] - count[first]) == settle + half + 1
     return steady
 
 

@@ -8,7 +8,7 @@ when the recording began is told by the first tenth of it (`identify.first_state
 no property of the model.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.columns import Floats
 from thrustd.core.measures import percents, rms
+from thrustd.core.types import Progress
 from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
 from thrustd.diagnose.compare.failures import Failure, where_it_fails
@@ -32,8 +33,6 @@ from thrustd.records.roles import Roles, roles_of
 
 REGION_SAMPLES = 100_000  # at most, evenly spaced, for the search of regions
 LAGS_S = (0.1, 1.0, 10.0, 60.0)
-
-Progress = Callable[[float, str], None]
 
 
 def compare(

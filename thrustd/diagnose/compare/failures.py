@@ -19,9 +19,9 @@ from itertools import combinations, pairwise
 import numpy as np
 from scipy.stats import t as student
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.newtons import newtons
-from thrustd.diagnose.compare.regions import Mask, Region
+from thrustd.diagnose.compare.regions import Region
 
 MOST = 5
 LEAST_SHARE = 0.04  # of the squared error: less is not worth a line
@@ -45,7 +45,7 @@ class Failure:
     share_of_time: float
     rmse_n: float
     bias_n: float
-    mask: Mask
+    mask: Flags
     unit: str = "N"
 
     @property
@@ -90,7 +90,7 @@ def where_it_fails(regions: Sequence[Region], residual_n: Floats, unit: str = "N
     return sorted(failures, key=lambda f: -f.share_of_squared_error)
 
 
-def _combinations(regions: Sequence[Region], masks: Mask) -> list[tuple[int, ...]]:
+def _combinations(regions: Sequence[Region], masks: Flags) -> list[tuple[int, ...]]:
     """Single regions, pairs, and triples of the core dimensions; not those that say one thing twice."""
     thin = masks.astype(np.float32)
     both = thin @ thin.T
@@ -111,7 +111,7 @@ def _combinations(regions: Sequence[Region], masks: Mask) -> list[tuple[int, ...
     return [*((i,) for i in range(len(regions))), *pairs(range(len(regions))), *triples]
 
 
-def _by_block(masks: Mask, members: Sequence[tuple[int, ...]], error: Floats, free: Mask) -> _Slices:
+def _by_block(masks: Flags, members: Sequence[tuple[int, ...]], error: Floats, free: Flags) -> _Slices:
     """Sums by block of all combinations: products of matrices for pairs, for triples one set per third region."""
     edges = np.linspace(0, len(error), BLOCKS + 1).astype(int)
     table = np.zeros((3, len(members), BLOCKS))
@@ -170,12 +170,12 @@ def _scores(slices: _Slices, whole: _Slices) -> Floats:
     return found
 
 
-def _larger(slices: _Slices, whole: _Slices, share: Floats, time: Floats, sure: Floats) -> Mask:
+def _larger(slices: _Slices, whole: _Slices, share: Floats, time: Floats, sure: Floats) -> Flags:
     """More squared error than time, and more than in the rest by the scatter of both from block to block."""
     inside, in_std = _mean_square(slices.squares, slices.counts)
     outside, out_std = _mean_square(whole.squares - slices.squares, whole.counts - slices.counts)
     apart = np.log(np.maximum(inside, 1e-300)) - np.log(np.maximum(outside, 1e-300))
-    found: Mask = (share > LIFT * time) & (apart > sure * np.hypot(in_std, out_std))
+    found: Flags = (share > LIFT * time) & (apart > sure * np.hypot(in_std, out_std))
     return found
 
 
@@ -201,7 +201,7 @@ def _gain(slices: _Slices, whole: _Slices, time: Floats, own: Floats) -> Floats:
     return gain
 
 
-def _failure(chosen: Sequence[Region], mask: Mask, residual_n: Floats, total: float, count: int, unit: str) -> Failure:
+def _failure(chosen: Sequence[Region], mask: Flags, residual_n: Floats, total: float, count: int, unit: str) -> Failure:
     inside = residual_n[mask]
     squares = float(np.sum(inside**2))
     labels = tuple(region.label for region in chosen)

@@ -10,15 +10,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.motion import Motion, motion_of, thinned
 from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.records.recording import unit_of
 from thrustd.records.roles import Roles
 
-Mask = NDArray[np.bool_]
 FULL_N = 6500.0  # load for which the edges are made
 FORCE_EDGES_N = (2000.0, 4000.0)
 BOTH_WAYS = 0.2  # of the largest load to the other side: a record that goes both ways
@@ -40,7 +38,7 @@ class Region:
 
     dimension: str
     label: str  # in words
-    mask: Mask  # (n,)
+    mask: Flags  # (n,)
 
 
 @dataclass(frozen=True, slots=True)

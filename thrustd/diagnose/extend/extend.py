@@ -18,6 +18,7 @@ from rich.console import Console
 from thrustd.core.blas import one_thread
 from thrustd.core.errors import ModelError
 from thrustd.core.measures import rms
+from thrustd.core.types import Progress
 from thrustd.diagnose.compare.checks import check_channels, check_new
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.base import Base
@@ -25,7 +26,7 @@ from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.question import NOTHING, Given, asked
-from thrustd.diagnose.search.ranking import Progress, begin_of, carried, gained, leading, pruned, simplest
+from thrustd.diagnose.search.ranking import begin_of, carried, gained, leading, pruned, simplest
 from thrustd.diagnose.search.screen import screened, table_of
 from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, sentences, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows

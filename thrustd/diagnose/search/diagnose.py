@@ -15,6 +15,7 @@ import numpy as np
 
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
+from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.base import Base
@@ -25,7 +26,7 @@ from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked
-from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Progress, Ranked, at_floor, far_above, floor_of, gained, rank
+from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Ranked, at_floor, far_above, floor_of, gained, rank
 from thrustd.diagnose.search.screen import Followed, Looked, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS

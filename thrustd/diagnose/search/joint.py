@@ -9,20 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.solve import (
-    LEAST_ITERATIONS,
-    Given,
-    Mask,
-    Solution,
-    bounded,
-    noise_level,
-    prior_of,
-    solve,
-)
+from thrustd.identify.regression.solve import LEAST_ITERATIONS, Given, Solution, bounded, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import Record, columns
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term
@@ -167,7 +158,7 @@ def held_back(found: Solution, blocks: Blocks, prior: tuple[Floats, Floats]) -> 
 
 
 def held_back_squares(
-    blocks: Blocks, vector: Floats, prior: Floats, pull: Floats, noise: float, positive: Mask
+    blocks: Blocks, vector: Floats, prior: Floats, pull: Floats, noise: float, positive: Flags
 ) -> Floats:
     """Sum of squares per block, by the linearisation at `vector`; pull: gradient of the prior there."""
     squares = np.empty(len(blocks.size))

@@ -4,11 +4,12 @@ Three sets are carried on at every size (a beam), so that a pair whose members s
 best single; what a member no longer explains beside the others is taken out again.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, terms_of
@@ -41,8 +42,6 @@ EXACT = 0.01  # of the output's spread: no law of rubber holds better, nor does 
 UNKNOWN_SIGMA = 0.02  # of the travel: a free curve's heights
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,12 +10,12 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares
 from thrustd.diagnose.search.library import Rig, combined, free_curve, modulations
 from thrustd.identify.regression.shape import SPECTRUM
-from thrustd.identify.regression.solve import Mask, prior_of
+from thrustd.identify.regression.solve import prior_of
 from thrustd.identify.regression.sweep import Record, columns, simulate
 from thrustd.identify.regression.terms import Term, added, deformed
 
@@ -42,7 +42,7 @@ class Table:
         """Mean square on held-back blocks as it is."""
         return self.squares(np.empty((len(self.residual), 0)), np.zeros(0, bool))
 
-    def squares(self, extra: Floats, positive: Mask) -> float:
+    def squares(self, extra: Floats, positive: Flags) -> float:
         """Mean square on held-back blocks with further columns (n, k) of prior N(0, 1)."""
         found, base = self.fit.solution, self.base
         p, n = self.gradient.shape[1], base.shape.n
@@ -164,7 +164,7 @@ def screened_pairs(table: Table, terms: Sequence[Term]) -> list[Pair]:
     return sorted(found, key=lambda pair: -pair.removes)
 
 
-def _probed(table: Table, term: Term, plain: list[Floats]) -> tuple[Floats, Mask]:
+def _probed(table: Table, term: Term, plain: list[Floats]) -> tuple[Floats, Flags]:
     """Thin columns (n, k) of the amplitudes of a term, and which of them cannot be negative."""
     flags = np.array(replace(term, shapes=False).positive(), bool)
     return np.concatenate([_means(whole, table.width) for whole in _columns(table, term, plain)]), flags

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.core.columns import Flags
 from thrustd.identify.regression.curve import bspline
 from thrustd.model.stage import Floats, jit
 
 Numbers = NDArray[Any]  # float64 of real lags, complex128 of pairs
 Integers = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 PIECE = 512  # samples that pass through one lag after the other: few enough to stay in the processor's cache
 FADED = 1e-100  # a factor kept apart goes back into what it multiplies before it is too small to divide by
@@ -162,7 +162,7 @@ def _begin(core: Core, memory: Memory, piece: _Piece, d: Floats, spring: Floats)
 
 
 @jit
-def _signals(lags: Lags, lagged: Lagged, i: int, piece: _Piece, moves: bool, counted: Bools, own: Floats) -> None:
+def _signals(lags: Lags, lagged: Lagged, i: int, piece: _Piece, moves: bool, counted: Flags, own: Floats) -> None:
     """Through one lag: what it takes off x and `held`; columns of its gain and its poles into `own` (n, ...)."""
     a, b0, b1, gain = lags.taps[i, 0], lags.taps[i, 1], lags.taps[i, 2], lags.gain[i]
     s, swung, width = lagged.s[i], lagged.spring[i], lags.move.shape[1]
@@ -187,7 +187,7 @@ def _signals(lags: Lags, lagged: Lagged, i: int, piece: _Piece, moves: bool, cou
 
 
 @jit
-def _basis(lags: Lags, lagged: Lagged, i: int, faded: Numbers, piece: _Piece, counted: Bools, out: Floats) -> None:
+def _basis(lags: Lags, lagged: Lagged, i: int, faded: Numbers, piece: _Piece, counted: Flags, out: Floats) -> None:
     """Every basis function through one lag: off the columns of f, `out` (n, n_f).
 
     It only fades between the samples that touch it, so the fading is kept as one factor, and only four are changed.
@@ -212,7 +212,7 @@ def _basis(lags: Lags, lagged: Lagged, i: int, faded: Numbers, piece: _Piece, co
 
 
 @jit
-def _bend(core: Core, x: Floats, counted: Bools, y: Floats, slopes: Floats, own: Floats) -> None:
+def _bend(core: Core, x: Floats, counted: Flags, y: Floats, slopes: Floats, own: Floats) -> None:
     """y = x + h(x) (n,), its slopes where counted; columns of h into `own` (n, n_h)."""
     four = np.empty(8)
     for k in range(x.size):
@@ -231,7 +231,7 @@ def _bend(core: Core, x: Floats, counted: Bools, y: Floats, slopes: Floats, own:
 
 
 @jit
-def _write(core: Core, memory: Memory, faded: Any, piece: _Piece, counted: Bools, columns: Floats) -> None:
+def _write(core: Core, memory: Memory, faded: Any, piece: _Piece, counted: Flags, columns: Floats) -> None:
     """Columns of f, gains and poles of one piece, d x by d each."""
     n_f, m, total_gain = core.f.size, core.real.gain.size, _total_gain(core)
     at_pairs = n_f + (2 * m if core.move else m)
@@ -260,7 +260,7 @@ class Written(NamedTuple):
 
 
 @jit
-def run_with_columns(core: Core, memory: Memory, d: Floats, spring: Floats, counted: Bools, written: Written) -> None:
+def run_with_columns(core: Core, memory: Memory, d: Floats, spring: Floats, counted: Flags, written: Written) -> None:
     """As `run`; derivatives are written where `counted` (n,), elsewhere they stay as they were. Without `core.move`
     there are none for poles.
     """

@@ -15,16 +15,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import nnls
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import ModelError
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Normal, Record, normal_equations, simulate
 
-Mask = NDArray[np.bool_]
 Prior = tuple[Floats, Floats]  # mean (n,), precision (n, n)
 
 WIDEST = {
@@ -59,7 +57,7 @@ class Solution:
     noise_variance: float  # s2
     mean_square: float  # of the residual
     information: Floats  # (n, n) posterior precision: J'J / s2 + priors
-    free: Mask  # (n,): not held at zero by its bound
+    free: Flags  # (n,): not held at zero by its bound
     iterations: int
     normal: Normal
 
@@ -92,7 +90,7 @@ class _Posterior:
 @dataclass(frozen=True, slots=True)
 class _Step:
     point: Point
-    free: Mask
+    free: Flags
     cost: float
     damping: float  # that it took
 
@@ -207,7 +205,7 @@ def prior_of(shape: Shape, strengths: Mapping[str, float]) -> Floats:
 
 
 def _strengths(
-    shape: Shape, old: Mapping[str, float], information: Floats, free: Mask, away: Floats
+    shape: Shape, old: Mapping[str, float], information: Floats, free: Flags, away: Floats
 ) -> dict[str, float]:
     """MacKay's fixed point for every group."""
     covariance = np.zeros_like(information)
@@ -244,7 +242,7 @@ def _factor(matrix: Floats) -> tuple[Floats, bool]:
     raise ModelError("these data and this model do not determine a curve: no positive information; expected more data")
 
 
-def bounded(matrix: Floats, right: Floats, positive: Mask) -> tuple[Floats, Mask]:
+def bounded(matrix: Floats, right: Floats, positive: Flags) -> tuple[Floats, Flags]:
     """Minimum of t'At/2 - b't with t[positive] >= 0 (n,), and which of t are free: elimination, then NNLS."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     a, b = matrix * np.outer(scale, scale) + 1e-13 * np.eye(len(right)), right * scale

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thrustd.core.columns import Flags
 from thrustd.identify.estimate import estimate
 from thrustd.identify.first_state import begun
 from thrustd.identify.parameters import pack
@@ -19,9 +19,6 @@ from thrustd.model.artifact import ModelSpec
 HELD_BACK = ((0.3, 0.4), (0.7, 0.8))  # of every segment, while models are compared
 FEEDBACK_STD = 0.1  # of half the input's range: weighs as much as one sample
 MODE_STD = 1.0  # of the blocks' gain at rest, and e-fold: modes that only cancel each other tell another record wrong
-
-
-Mask = NDArray[np.bool_]
 
 
 class Trial(NamedTuple):
@@ -69,12 +66,12 @@ def gentle(spec: ModelSpec) -> dict[str, float]:
     return {name: MODE_STD for name in pack(spec, ("linear.*", "output_linear.*")).names}
 
 
-def _only(segment: Segment, there: Mask) -> Segment:
+def _only(segment: Segment, there: Flags) -> Segment:
     """Where it is not, samples carry no weight."""
     return replace(segment, force_n=np.where(there, segment.force_n, np.nan))
 
 
-def _held(segment: Segment, n: int) -> Mask:
+def _held(segment: Segment, n: int) -> Flags:
     """The blocks held back of the last n samples of a segment."""
     at = np.arange(len(segment)) - (len(segment) - n)
     return np.any([(at >= a * n) & (at < b * n) for a, b in HELD_BACK], axis=0)
