@@ -25,6 +25,7 @@ from rich.console import Console
 
 from benchmarks import blind_rig
 from benchmarks.blind_table import print_table
+from benchmarks.kept import Kept
 from thrustd.core.errors import ThrustdError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
@@ -205,17 +206,13 @@ def main() -> None:
     parser.add_argument("--table", action="store_true", help="print the table of what has been run, run nothing")
     options = parser.parse_args()
     console = Console(width=200)
-    lines = read_lines(options.results)
+    lines = Kept(options.results).rows()
     if not options.table:
         done = {line["key"] for line in lines}
         for case in wanted(options):
             if case.key not in done:
                 lines.append(one(case, options, console))
     print_table(lines, console)
-
-
-def read_lines(path: Path) -> list[dict[str, Any]]:
-    return [json.loads(text) for text in path.read_text().splitlines()] if path.exists() else []
 
 
 def one(case: Wanted, options: argparse.Namespace, console: Console) -> dict[str, Any]:
@@ -231,9 +228,7 @@ def one(case: Wanted, options: argparse.Namespace, console: Console) -> dict[str
             "problem": repr(problem),
             "trace": trace,
         }
-    options.results.parent.mkdir(parents=True, exist_ok=True)
-    with options.results.open("a") as file:
-        file.write(json.dumps(line) + "\n")
+    Kept(options.results).add(line)
     mark = "ok   " if line["right"] else "alike" if line.get("excused") else "WRONG"
     fall = f"{line['heldout_after_n'] / quiet_n:.2f} x" if "heldout_after_n" in line else ""
     console.print(f"{mark} {case.key} -> {', '.join(line['said'])} {fall}", highlight=False, soft_wrap=True)

@@ -11,7 +11,6 @@ Aircraft that flew already are kept in out/fusion_ensemble.jsonl; `--again` thro
 """
 
 import argparse
-import json
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,19 +20,18 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from benchmarks.fusion_flights import ENGINES, FLIGHTS, PH_LAB, Flown, fly_through, installation, refiltered
+from benchmarks.fusion_flights import ENGINES, FLIGHTS, Flown, fly_through, installation, part, refiltered
+from benchmarks.kept import Kept
 from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.installation.installation import Installation
-from thrustd.records.files import read_recording
-from thrustd.records.recording import Recording
 
-RESULTS = Path("out/fusion_ensemble.jsonl")
+KEPT = Path("out/fusion_ensemble.jsonl")
 RUNNING_N1_PCT = 20.0
 SETTLE_S = 30.0
 TRANSIENT_PCT_S = 0.5
 AFTER_S = 15.0  # a transient is N1 that moves, and this long after it
-AIRBORNE_MACH, GROUND_S = 0.18, 120.0
+GROUND_S = 120.0
 DRAWS = 10_000
 HALVES = ("steady", "transients")
 CONDITIONS = (
@@ -91,18 +89,11 @@ def score(flown: Flown, name: str, faults: list[str]) -> Engine:
     return Engine(name, rms(mount[both]), rms(brochure[both]), fused_rmse, best_rmse, coverage, faults)
 
 
-def part(name: str, seconds: float) -> Recording | None:
-    """Of a recording, around its take-off; None = it is not at hand."""
-    if not (PH_LAB / name).exists():
-        return None
-    record = read_recording(PH_LAB / name)
-    start_s = float(record.time_s[int(np.argmax(record["mach"] > AIRBORNE_MACH))]) - GROUND_S
-    return record.window(start_s, start_s + seconds)
-
-
 def engines(place: Installation, name: str, seed: int, seconds: float, condition: str) -> list[Engine]:
     start, flown = condition in CONDITIONS[1:3], condition in CONDITIONS[2:]
-    flight = fly_through(place, name, part(name, seconds), seed, scripted_s=seconds, engine_start=start, flown=flown)
+    flight = fly_through(
+        place, name, part(name, GROUND_S, seconds), seed, scripted_s=seconds, engine_start=start, flown=flown
+    )
     faults = [f"{fault.where} {fault.kind}" for fault in flight.faults if fault.active and fault.kind != "zero"]
     sides = zip(ENGINES, flight.engines, strict=True)
     return [score(flown, f"{name} {seed} {side}", faults) for side, flown in sides]
@@ -128,21 +119,9 @@ def error_table(flown: list[Engine]) -> Table:
     grid = Table("N", "all engines", "median engine", "worst engine", title="RMSE against the truth")
     for name in ("mount", "brochure", "fused", "oracle"):
         rmse = np.array([getattr(engine, f"{name}_rmse") for engine in flown])
-        cells = (np.sqrt(np.mean(rmse**2)), np.median(rmse), rmse.max())
+        cells = (rms(rmse), np.median(rmse), rmse.max())
         grid.add_row("best fixed weight*" if name == "oracle" else name, *(f"{cell:.1f}" for cell in cells))
     return grid
-
-
-def kept(key: str) -> dict[int, list[Engine]]:
-    """By seed, the engines of flights like this that were flown before."""
-    lines = [json.loads(line) for line in RESULTS.read_text().splitlines()] if RESULTS.exists() else []
-    return {line["seed"]: [Engine(**engine) for engine in line["engines"]] for line in lines if line["key"] == key}
-
-
-def keep(key: str, seed: int, flown: list[Engine]) -> None:
-    RESULTS.parent.mkdir(exist_ok=True)
-    with RESULTS.open("a") as file:
-        file.write(json.dumps({"key": key, "seed": seed, "engines": [engine._asdict() for engine in flown]}) + "\n")
 
 
 def told(flown: list[Engine]) -> list[str]:
@@ -170,15 +149,15 @@ def main() -> None:
     parser.add_argument("--again", action="store_true", help="throw the kept aircraft away")
     arguments, _ = parser.parse_known_args()
     if arguments.again:
-        RESULTS.unlink(missing_ok=True)
+        KEPT.unlink(missing_ok=True)
     console, place = Console(), installation()
     for condition in [arguments.only] if arguments.only else CONDITIONS:
-        key = f"{arguments.seconds:g} s, {condition}"
-        done, flown = kept(key), list[Engine]()
+        kept, flown = Kept(KEPT, f"{arguments.seconds:g} s, {condition}"), list[Engine]()
+        done = {row["seed"]: [Engine(**engine) for engine in row["engines"]] for row in kept.rows()}
         for seed in track(range(arguments.first, arguments.first + arguments.aircraft), condition, console=console):
             if seed not in done:
                 done[seed] = engines(place, FLIGHTS[seed % len(FLIGHTS)], seed, arguments.seconds, condition)
-                keep(key, seed, done[seed])
+                kept.add({"seed": seed, "engines": [engine._asdict() for engine in done[seed]]})
             flown += done[seed]
         console.print(f"[b]{condition}[/b]", coverage_table(flown), error_table(flown), *told(flown), sep="\n")
     console.print("* of both sources, with biases removed and weight chosen by the truth: nobody has that in flight")

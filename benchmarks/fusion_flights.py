@@ -16,6 +16,7 @@ from thrustd.fusion.settings import FusionSettings
 from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.installation.installation import CONFIG, Installation, installation_from_files, read_installation
 from thrustd.pipeline.pipeline import Pipeline
+from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
 from thrustd.wire.event_batch import EventBatch
@@ -25,6 +26,7 @@ PH_LAB = ROOT.parent / "shared" / "data" / "ph_lab"
 FLIGHTS = ("ftis_20180312_ref.npz", "ftis_20190312_1014.npz", "ftis_20190312_pm.npz")
 ENGINES = ("left", "right")
 ADC_HZ = 100.0
+AIRBORNE_MACH = 0.18
 TOGETHER = 256  # events that are worked on at once
 FUSED_HZ, EVERY = 50.0, 5  # keep one fused step in so many: 10 Hz
 
@@ -34,6 +36,15 @@ def follow(pipeline: Pipeline, events: Iterable[Event]) -> Iterator[Output]:
     stream = iter(events)
     while together := tuple(islice(stream, TOGETHER)):
         yield from pipeline.take(EventBatch.of(together))
+
+
+def part(name: str, before_s: float, seconds: float) -> Recording | None:
+    """Of a recording, from so long before it flies; None = it is not at hand."""
+    if not (PH_LAB / name).exists():
+        return None
+    record = read_recording(PH_LAB / name)
+    start_s = float(record.time_s[int(np.argmax(record["mach"] > AIRBORNE_MACH))]) - before_s
+    return record.window(start_s, start_s + seconds)
 
 
 class Flown(NamedTuple):

@@ -6,7 +6,6 @@ out/healthy_hours.jsonl and not flown again: it goes on where it stopped, until 
 """
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
@@ -14,16 +13,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.fusion_flights import FLIGHTS, PH_LAB, fly_through, installation
+from benchmarks.fusion_flights import FLIGHTS, fly_through, installation, part
 from benchmarks.integrity_flight import GROUND_S
+from benchmarks.kept import Kept
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Status
 from thrustd.installation.installation import Installation
-from thrustd.records.files import read_recording
 
 RESULTS = Path("out/healthy_hours.jsonl")
 HOURS = 100.0
 FIRST_SEED = 4000  # of the twin aircraft; no other benchmark flies these
-BAND = 1.96
 
 
 class Hours(NamedTuple):
@@ -40,9 +39,8 @@ class Hours(NamedTuple):
 
 
 def fly_one(place: Installation, number: int, seed: int) -> Hours:
-    record = read_recording(PH_LAB / FLIGHTS[number])
-    start_s = float(record.time_s[int(np.argmax(record["mach"] > 0.18))]) - GROUND_S
-    whole = record.window(start_s, float(record.time_s[-1]))
+    whole = part(FLIGHTS[number], GROUND_S, np.inf)
+    assert whole is not None, "the recordings are not at hand"
     flown = fly_through(place, FLIGHTS[number], whole, seed, engine_start=True)
     error_n = np.concatenate([e.column("thrust_n") - e.truth_n for e in flown.engines])
     std_n = np.concatenate([e.column("thrust_std_n") for e in flown.engines])
@@ -51,17 +49,14 @@ def fly_one(place: Installation, number: int, seed: int) -> Hours:
     return Hours(
         flown.name, seed, seconds,
         [f"{f.t_ns * 1e-9:.0f} {f.where} {f.kind}" for f in flown.faults if f.active and f.kind != "zero"],
-        float(np.sqrt(np.mean(error_n**2))), float(std_n.mean()),
-        100.0 * float(np.mean(np.abs(error_n) <= BAND * std_n)), seconds * max(doubt),
+        rms(error_n), float(std_n.mean()),
+        100.0 * float(np.mean(np.abs(error_n) <= SIGMAS_95 * std_n)), seconds * max(doubt),
     )  # fmt: skip
 
 
 def kept(key: str) -> list[Hours]:
     """What was flown under this name."""
-    if not RESULTS.exists():
-        return []
-    found = [json.loads(line) for line in RESULTS.read_text().splitlines()]
-    return [Hours(**{name: row[name] for name in Hours._fields}) for row in found if row["key"] == key]
+    return [Hours(**{name: row[name] for name in Hours._fields}) for row in Kept(RESULTS, key).rows()]
 
 
 def summary(rows: list[Hours]) -> str:
@@ -92,9 +87,7 @@ def main() -> int:
         row = fly_one(place, len(rows) % len(FLIGHTS), FIRST_SEED + len(rows))
         rows.append(row)
         print(f"{row.flight} {row.seed}: {row.accused or 'nobody'}, {row.rmse_n:.0f} N", file=sys.stderr)
-        RESULTS.parent.mkdir(exist_ok=True)
-        with RESULTS.open("a") as file:
-            file.write(json.dumps({"key": arguments.key, **row._asdict()}) + "\n")
+        Kept(RESULTS, arguments.key).add(row._asdict())
     print(summary(rows))
     return int(any(row.accused for row in rows))
 

@@ -16,7 +16,6 @@ that name, and those that are there are not flown again.
 """
 
 import argparse
-import json
 import multiprocessing as mp
 import sys
 import time
@@ -34,6 +33,8 @@ from benchmarks import healthy_hours
 from benchmarks.fusion_flights import ENGINES, FLIGHTS, follow, installation
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
 from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
+from benchmarks.kept import Kept
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Estimate, Event, Fault, Status
 from thrustd.installation.installation import Installation
 from thrustd.pipeline.pipeline import Pipeline
@@ -41,7 +42,7 @@ from thrustd.pipeline.pipeline import Pipeline
 RESULTS = Path("out/integrity.jsonl")
 FLOWN = ((0, 11), (1, 612), (2, 713))  # recording and twin aircraft
 SECONDS = 1500.0  # of a recording
-SILENT_S, SIGMAS, BAND = 5.0, 3.0, 1.96
+SILENT_S, SIGMAS = 5.0, 3.0
 EVERY = 5  # 50 Hz -> 10 Hz
 SETTLED_S = 1.0  # of a fault: a sample that is read now was taken before
 TOLD = int(
@@ -101,17 +102,17 @@ def judge(flown: Flight, case: Case, begin_ns: int, estimates: list[list[Estimat
         told = told != 0
         silent = (np.abs(error_n) > SIGMAS * std_n) & ~told
         figures.append((
-            float(error_n.mean()), float(np.sqrt(np.mean(error_n**2))), 100.0 * float(silent.mean()),
-            longest_s(silent, time_s), 100.0 * float(np.mean((np.abs(error_n) <= BAND * std_n) | told)),
+            float(error_n.mean()), rms(error_n), 100.0 * float(silent.mean()),
+            longest_s(silent, time_s), 100.0 * float(np.mean((np.abs(error_n) <= SIGMAS_95 * std_n) | told)),
             float(std_n.mean()),
         ))  # fmt: skip
         if told.any():
             told_s = min(told_s, time_s[int(np.argmax(told))] - begin_ns * 1e-9)
     reports = [fault for fault in faults if fault.active and fault.kind != "zero"]
     named = [fault for fault in reports if fault.where in case.who]
-    bias, rms, silent_pct, longest, in_band, std = zip(*figures, strict=True)
+    bias, size, silent_pct, longest, in_band, std = zip(*figures, strict=True)
     return Row(
-        flown.name, case.fault, case.moment, max(bias, key=abs), max(rms), max(silent_pct), max(longest), min(in_band),
+        flown.name, case.fault, case.moment, max(bias, key=abs), max(size), max(silent_pct), max(longest), min(in_band),
         max(std), (named[0].t_ns - begin_ns) * 1e-9 if named else None, None if told_s == inf else told_s,
         f"{reports[0].where} {reports[0].kind}" if reports else "",
         sorted({f"{f.where} {f.kind}" for f in reports if f.where not in case.who}),
@@ -188,11 +189,8 @@ def table(rows: list[Row]) -> Table:
 
 def kept(key: str, cases: tuple[Case, ...]) -> list[Row]:
     """What was flown of these cases under this name."""
-    if not key or not RESULTS.exists():
-        return []
     wanted = {(case.fault, case.moment) for case in cases}
-    found = [json.loads(line) for line in RESULTS.read_text().splitlines()]
-    rows = [Row(**{name: row[name] for name in Row._fields}) for row in found if row["key"] == key]
+    rows = [Row(**{name: row[name] for name in Row._fields}) for row in Kept(RESULTS, key).rows()] if key else []
     return [row for row in rows if (row.fault, row.moment) in wanted]
 
 
@@ -223,9 +221,7 @@ def main() -> int:
         rows.append(row)
         print(f"{len(rows)}: {row.aircraft} {row.fault}, {row.moment}: {row.longest_s:.0f} s", file=sys.stderr)
         if arguments.key:
-            RESULTS.parent.mkdir(exist_ok=True)
-            with RESULTS.open("a") as file:
-                file.write(json.dumps({"key": arguments.key, **row._asdict()}) + "\n")
+            Kept(RESULTS, arguments.key).add(row._asdict())
 
     began = time.monotonic()
     place, known = installation(), {(Path(row.aircraft).stem, row.fault, row.moment) for row in rows}

@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.fusion_flights import FLIGHTS, PH_LAB
+from benchmarks.fusion_flights import FLIGHTS, part
 from benchmarks.integrity_edits import Channel, Edit, Surroundings
 from tests.wire.one_by_one import AdcSample, adc_items
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.types import Event, Frame, Tick
 from thrustd.installation.installation import Installation
-from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.twin.airframe import Airframe
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
@@ -50,11 +49,9 @@ class Flight(NamedTuple):
 
 def flight(place: Installation, number: int, seed: int, seconds: float) -> Flight:
     """A recording flown by one twin aircraft behind an engine start; scripted when it is not at hand."""
-    path = PH_LAB / FLIGHTS[number]
-    if path.exists():
-        record = read_recording(path)
-        start_s = float(record.time_s[int(np.argmax(record["mach"] > 0.18))]) - GROUND_S
-        profile, airframe = recorded_flight(record.window(start_s, start_s + seconds), seed, engine_start=True)
+    record = part(FLIGHTS[number], GROUND_S, seconds)
+    if record is not None:
+        profile, airframe = recorded_flight(record, seed, engine_start=True)
     else:
         profile, airframe = scripted_flight(seconds, seed)
     return on_the_wire(place, profile, airframe, seed)

@@ -15,6 +15,7 @@ from time import process_time
 
 import numpy as np
 
+from thrustd.core.measures import rms
 from thrustd.identify.first_state import simulated
 from thrustd.identify.segments import FORCE, Segment, segments_of
 from thrustd.identify.structures import structure_named
@@ -65,7 +66,7 @@ def main() -> None:
                 rest = fitted.simulate(s)
                 errors.append(((s.force_n - rest)[skip:], (s.force_n - simulated(fitted.simulate, s, rest))[skip:]))
             rested, begun = (np.concatenate(column) for column in zip(*errors, strict=True))
-            figures = [float(np.sqrt(np.nanmean(e**2))) for e in (seen, rested, begun)]
+            figures = list(map(rms, (seen, rested, begun)))
             print(
                 f"{name:20s} {fitted_to:20s} " + " ".join(f"{f:11.5g}" for f in figures) + f" {spent:8.1f} s",
                 flush=True,

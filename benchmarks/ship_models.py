@@ -20,6 +20,7 @@ import numpy as np
 from thrustd.bench.programme import HIGH_N, Levels, multisine, random_steps
 from thrustd.core.aircraft import DATA, read_aircraft
 from thrustd.core.columns import Floats
+from thrustd.core.measures import rms
 from thrustd.identify.artifact import finished
 from thrustd.identify.estimate import estimate
 from thrustd.identify.segments import Segment, segments_of
@@ -117,9 +118,7 @@ def ship(name: str, mount: MountPhysics, seed: int, hours: float, folder: Path) 
 
 def fitted_rmse(spec: ModelSpec, segments: Sequence[Segment]) -> float:
     """Free-run error from rest over all segments, N."""
-    parts = [residuals(spec, segment) for segment in segments]
-    joined = np.concatenate(parts)
-    return float(np.sqrt(np.nanmean(joined**2)))
+    return rms(np.concatenate([residuals(spec, segment) for segment in segments]))
 
 
 def at_rest(record: Recording) -> Recording:
