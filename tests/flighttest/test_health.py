@@ -8,12 +8,11 @@ import pytest
 
 from tests.flighttest.scene import ENGINES, made_flight
 from thrustd.__main__ import main
-from thrustd.brochure.deck import Deck
 from thrustd.flighttest.fleet_health import fleet_health
-from thrustd.flighttest.flight import DECK, read_flight
+from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.health import health_rows
 from thrustd.flighttest.trend import FEWEST, hours_to, judge
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import read_deck
 from thrustd.records.files import write_recording
 
 HOURS = np.arange(1.0, 31.0)
@@ -104,7 +103,7 @@ def test_rows_of_a_flight(tmp_path):
         mach=np.where(still, 0.0, off["mach"]), deformation_mm_left_upper=np.where(still, 0.003, 0.5), **columns
     )
     write_recording(record, path)
-    deck = Deck.from_json(shipped(DECK, "").read_text(), "")
+    deck = read_deck()
     rows = health_rows(read_flight(path), deck)
     points = [row for row in rows if row["kind"] == "engine"]
     assert {row["of"] for row in points} == set(ENGINES) and len(points) >= 4

@@ -8,11 +8,10 @@ import pytest
 from tests.conftest import PH_LAB
 from tests.flighttest.scene import ENGINES
 from thrustd.__main__ import main
-from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import DeckInputs
-from thrustd.flighttest.flight import DECK, Flight, read_flight
+from thrustd.flighttest.flight import Flight, read_flight
 from thrustd.flighttest.transients import find_transients
-from thrustd.installation.shipped import shipped
+from thrustd.installation.shipped import read_deck
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
 
@@ -21,7 +20,7 @@ HZ = 10
 
 @pytest.fixture(scope="module")
 def deck():
-    return Deck.from_json(shipped(DECK, "").read_text(), "")
+    return read_deck()
 
 
 def flown(deck, n1_pct, trouble_n=0.0, fuel=1.0):
