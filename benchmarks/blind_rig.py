@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
-from benchmarks.blind_rig_friction import bouc_wen, elastic, relays, rubbed
+from benchmarks.blind_rig_friction import Law, bouc_wen, elastic, relays, rubbed
 
 DT_S = 0.05
 LOAD_CELL_N = 12.0
@@ -109,7 +109,8 @@ class Mount:
         """With Coulomb friction beside it."""
         shares, taus = np.array(self.chain).T
         softness = np.broadcast_to(np.asarray(softness, float), force.shape)
-        return rubbed(force, softness, friction_n, self.k, self.bend, shares, np.exp(-DT_S / taus), self.stick_mm)
+        law = Law(self.k, self.bend, shares, np.exp(-DT_S / taus), self.stick_mm)
+        return rubbed(force, softness, friction_n, law)
 
 
 def _hysteresis(law: int, x: np.ndarray, rng) -> np.ndarray:

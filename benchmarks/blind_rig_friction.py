@@ -5,6 +5,8 @@
 z falls where the mount yields more and the mount yields less where z grows: one root per sample, found by bisection.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -48,9 +50,20 @@ def elastic(force, k, bend):
     return 6500 / k * (z + bend * np.tanh(2 * z) - 0.5 * bend * z**2)
 
 
+class Law(NamedTuple):
+    """Of a mount's own deformation."""
+
+    k: float
+    bend: float
+    shares: np.ndarray  # (m,) of its retarded parts
+    keeps: np.ndarray  # (m,) from sample to sample
+    stick_mm: float
+
+
 @njit
-def rubbed(force, softness, friction_n, k, bend, shares, keeps, stick_mm):
-    """Deformation (n,) of a mount at rest on the first sample; shares and keeps (m,): its retarded parts."""
+def rubbed(force, softness, friction_n, law):
+    """Deformation (n,) of a mount at rest on the first sample."""
+    k, bend, shares, keeps, stick_mm = law
     out = np.empty_like(force)
     e = elastic(force[0] * softness[0], k, bend)
     lags, middle, rate, z = np.full(shares.size, e), e, 0.0, 0.0

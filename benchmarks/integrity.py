@@ -210,11 +210,8 @@ def main() -> int:
     parser.add_argument("--key", default="", help="rows are kept under this name")
     arguments = parser.parse_args()
     console = Console(width=170)
-    wanted = tuple(
-        case
-        for case in (HEALTHY, *CASES, *AIRCRAFT)
-        if arguments.only in f"{case.fault}, {case.moment}" and (case.short or not arguments.short)
-    )
+    named = [case for case in (HEALTHY, *CASES, *AIRCRAFT) if arguments.only in f"{case.fault}, {case.moment}"]
+    wanted = tuple(case for case in named if case.short or not arguments.short)
     rows = kept(arguments.key, wanted)
 
     def said(row: Row) -> None:

@@ -79,7 +79,12 @@ def level_points(seed: int, healths: tuple[Health, ...], polar: Polar) -> Record
     for side, engine in zip(SIDES, engines, strict=True):
         columns |= {f"{name}_{side}": column for name, column in engine.items()}
     about = {"source": "twin, level points", "seed": str(seed)}
-    whole = with_engine_start(make_recording(f"level_points_seed{seed}", columns, about))
+    return _started(make_recording(f"level_points_seed{seed}", columns, about), healths)
+
+
+def _started(flight: Recording, healths: tuple[Health, ...]) -> Recording:
+    """Behind a start of the engines, with the thrust that they make then."""
+    whole = with_engine_start(flight)
     air = whole["mach"], whole["pressure_altitude_m"], whole["sat_degC"] + ZERO_CELSIUS_K
     made = {
         f"thrust_N_{side}": true_thrust_n(whole.time_s, whole[f"n1_pct_{side}"], *air, health, health.fuel_factor)

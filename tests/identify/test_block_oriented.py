@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from thrustd.identify.regression.hypotheses import Asked, explained
+from thrustd.identify.regression.general import Asked
+from thrustd.identify.regression.hypotheses import explained
 from thrustd.identify.regression.table import spec_of
 from thrustd.identify.segments import segments_of
 from thrustd.identify.structures.structure import of_spec

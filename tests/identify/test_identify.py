@@ -9,7 +9,7 @@ import pytest
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.identify.checks import check_records
 from thrustd.identify.identify import identify, split
-from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.general import Asked
 from thrustd.identify.report import as_table, errors_of
 from thrustd.identify.segments import FORCE, segments_of, thinned
 from thrustd.identify.sensitivity import residuals

@@ -16,6 +16,12 @@ LONGEST_LIVE_S = 3600.0
 
 
 def add_verbs(verbs: Verbs) -> None:
+    _add_run(verbs)
+    _add_replay(verbs)
+    _add_check(verbs)
+
+
+def _add_run(verbs: Verbs) -> None:
     run = add_verb(verbs, "run", run_verb, "fly: read the sensors, estimate, record", "thrustd run deploy/ph-lab.toml")
     run.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
     _add_trust(run)
@@ -23,6 +29,8 @@ def add_verbs(verbs: Verbs) -> None:
         "--log-folder", type=Path, metavar="FOLDER", help="record here instead of the configuration's folder"
     )
 
+
+def _add_replay(verbs: Verbs) -> None:
     replay = add_verb(
         verbs, "replay", replay_verb, "run a recorded flight through the same pipeline",
         "thrustd replay replay_logs/throttle-steps.mcap -o out/replayed.mcap --picture out/flight.png",
@@ -43,6 +51,8 @@ def add_verbs(verbs: Verbs) -> None:
     replay.add_argument("--picture", type=Path, metavar="PNG", help="picture of thrust, band and error over time")
     add_json(replay)
 
+
+def _add_check(verbs: Verbs) -> None:
     check = add_verb(
         verbs, "check", check_verb, "check a configuration and every file it names", "thrustd check deploy/ph-lab.toml"
     )
@@ -132,19 +142,18 @@ def replay_verb(arguments: argparse.Namespace) -> int:
     config = read_installation(arguments.config) if arguments.config else None
     picture = FlightPicture() if arguments.picture else None
     paths = run_paths(arguments.log[0]) if len(arguments.log) == 1 else arguments.log
+    log = LogRun(paths, arguments.salvage)
     if len(paths) > 1:
-        LogRun(paths)  # refuses files of two runs
         note(f"{len(paths)} files of one run, {paths[0].name} to {paths[-1].name}")
     with progress(f"replay {paths[0].name}") as advance:
         summary = replay(
-            paths,
+            log,
             arguments.out,
             config,
             pace=(lambda events: paced(events, arguments.speed)) if arguments.speed else None,
             advance=advance,
             picture=picture,
             smoothed=arguments.smooth,
-            salvage=arguments.salvage,
         )
     if picture is not None:
         picture.save(arguments.picture, f"{summary.log}: {summary.length_s / 60:.1f} min", largest_n(summary))

@@ -140,7 +140,7 @@ def _in_own_words(found: Any, roles: Any) -> Any:
 
 def _wish(arguments: argparse.Namespace) -> Any:
     """Order and segments of the artifact, where they were asked for."""
-    from thrustd.identify.regression.hypotheses import Asked
+    from thrustd.identify.regression.general import Asked
 
     if arguments.segments is not None and not 1 <= arguments.segments <= 100:
         raise UsageError(f"--segments {arguments.segments}: expected 1 to 100")

@@ -13,7 +13,7 @@ from thrustd.core.errors import RecordingError, ThrustdError
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_apart, check_records
 from thrustd.identify.first_state import levels_of
-from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.general import Asked
 from thrustd.identify.regression.solve import Progress as Told
 from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
 from thrustd.identify.segments import FORCE, Segment, segments_of

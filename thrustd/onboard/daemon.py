@@ -91,10 +91,9 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
 
         _settle()
         service.say(f"READY=1\nSTATUS={words()}")
-        path = recorder.path if recorder is not None else None
-        say(f"ready, recording to {path}" if path else "ready, not recording")
-        sources = adc, bus, Ticker(config.steps.tick_hz, queue.put)
-        heard = merged(queue, sources, stop, quiet=pipeline.quiet_until_ns)
+        say(f"ready, recording to {recorder.path}" if recorder and recorder.path else "ready, not recording")
+        ticker = Ticker(config.steps.tick_hz, queue.put)
+        heard = merged(queue, (adc, bus, ticker), stop, quiet=pipeline.quiet_until_ns)
         run(map(EventBatch.of, heard), pipeline, record, listen)
         service.say("STOPPING=1")
     return 0

@@ -58,7 +58,7 @@ def open_installation(log: LogRun | LogFile, config: Installation | None) -> Ins
 
 
 def replay(
-    path: Path | Sequence[Path],
+    log: Path | LogRun,
     out: Path | None,
     config: Installation | None = None,
     pace: Pace | None = None,
@@ -66,15 +66,13 @@ def replay(
     advance: Callable[[float], None] = lambda fraction: None,
     picture: FlightPicture | None = None,
     smoothed: Path | None = None,
-    salvage: bool = False,
 ) -> ReplaySummary:
-    """Replay a log, or the files of one run; outputs and truth go to the log `out`, estimates to `picture`.
+    """Replay a log, or a run of several files; outputs and truth go to the log `out`, estimates to `picture`.
 
     `pace` may delay the events (playback at --speed 1); `advance` hears the fraction done. `smoothed`: what the whole
-    flight, looked at from its end, says of every step, as CSV. `salvage`: of a damaged log what is whole is replayed.
+    flight, looked at from its end, says of every step, as CSV.
     """
-    paths = (path,) if isinstance(path, Path) else path
-    log = LogRun(paths, salvage)
+    log = LogRun((log,)) if isinstance(log, Path) else log
     installation = open_installation(log, config)
     pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
     score = flight_score(installation)

@@ -15,19 +15,19 @@ through, the samples carry no weight. The winner is solved on all data.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
-from thrustd.identify.regression.curve import Grid
-from thrustd.identify.regression.even import BEYOND, before_even_curve, behind_even
+from thrustd.identify.regression.even import before_even_curve, behind_even
+from thrustd.identify.regression.general import MOUNT, Asked, general_shape, records_of
 from thrustd.identify.regression.holds import holds_of
 from thrustd.identify.regression.long import MANY, THINNED, finer, onto, sparse
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.reduce import reduced
-from thrustd.identify.regression.regress import FIRST, KNOTS, begun_where, prepared, regress
+from thrustd.identify.regression.regress import FIRST, begun_where, regress
 from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.starts import linear_point
@@ -41,28 +41,8 @@ SHOWN = 20_000  # samples on which hypotheses meet
 MOST_PAIRS = 4
 MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
-GENERAL_LAGS = 12
-SLOWEST = 0.2  # times the longest record, for relaxation of either sign: slower cannot be told from a slope
 ITERATIONS, PASSES = 40, 10  # at most; with the finer curves of millions of samples
-
-Kind = Literal["line", "cubic", "curve"]
 FREE = {name: strength for name, strength in FIRST.items() if name != "offset"}  # an output of any kind has any zero
-COEFFICIENTS: dict[Kind, int] = {"line": 4, "cubic": 4, "curve": KNOTS}
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """What may be part of the model. hold, order, segments: wishes; None leaves them to the data."""
-
-    f: Kind = "curve"
-    h: Kind = "curve"
-    friction: bool = False
-    hold: Hold | None = None
-    order: int | None = None
-    segments: int | None = None
-
-
-MOUNT = Asked(friction=True)
 
 
 class Trial(NamedTuple):
@@ -266,48 +246,6 @@ def _better(simple: Trial, other: Trial, worth_it: float = 1.0) -> Trial:
     spread = float(gain.std(ddof=1)) / np.sqrt(len(gain)) if len(gain) > 1 else np.inf
     worth = float(other.held.mean()) < worth_it**2 * float(simple.held.mean())
     return other if worth and float(gain.mean()) > CLEARLY * spread else simple
-
-
-def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tuple[Shape, list[Record]]:
-    """Gains of either sign, on as many real lags; curves as asked for."""
-    rubber, _ = prepared(segments)
-    y = np.concatenate([segment.force_n for segment in segments]) / rubber.output_scale
-    low, high = float(np.nanmin(y)), float(np.nanmax(y))
-    edge = BEYOND * (high - low)
-    dt_s = min(segment.dt_s for segment in segments)
-    longest_s = max(len(segment) * segment.dt_s for segment in segments)
-    d = [segment.inputs[DEFORMATION] for segment in segments]
-    reach = min(float(x.min()) for x in d), max(float(x.max()) for x in d)
-    shape = replace(
-        rubber,
-        f_grid=Grid(*reach, COEFFICIENTS[asked.f]),
-        zero=float(np.clip(0.0, *reach)),
-        taus_s=np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), GENERAL_LAGS),
-        radii=np.zeros(0),
-        grows=False,
-        terms=(),
-        h_grid=None if asked.h == "line" else Grid(low - edge, high + edge, COEFFICIENTS[asked.h]),
-        hold=hold,
-        passive=False,
-        line=asked.f == "line",
-        limits_s=(dt_s, longest_s),
-        begun=len(segments),
-    )
-    return shape, records_of(shape, segments)
-
-
-def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:
-    """Records in the shape's units: unloaded before they begin (rubber), or settled at their first sample."""
-    return [
-        Record(
-            s.inputs[DEFORMATION],
-            s.force_n / shape.output_scale,
-            s.dt_s,
-            shape.zero if shape.passive else float(s.inputs[DEFORMATION][0]),
-            place=place if shape.begun else None,
-        )
-        for place, s in enumerate(segments)
-    ]
 
 
 def _held(segment: Segment) -> list[slice]:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.identify.regression.hypotheses import Asked, explained
+from thrustd.identify.regression.general import Asked
+from thrustd.identify.regression.hypotheses import explained
 from thrustd.identify.regression.solve import Progress, Solution
 from thrustd.identify.regression.table import spec_of
 from thrustd.identify.segments import DEFORMATION, Segment

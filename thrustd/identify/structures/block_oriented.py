@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import msgspec
 
-from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.general import Asked
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits

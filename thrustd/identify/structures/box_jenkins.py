@@ -10,7 +10,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from thrustd.core.columns import Floats
-from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.general import Asked
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.sensitivity import residuals

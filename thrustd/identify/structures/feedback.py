@@ -13,7 +13,7 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.identify.parameters import pack
-from thrustd.identify.regression.hypotheses import Asked
+from thrustd.identify.regression.general import Asked
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits

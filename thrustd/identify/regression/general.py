@@ -1,0 +1,76 @@
+"""What may be part of a model, as a shape of the regression: curves, holds, gains of either sign, and its records."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.even import BEYOND
+from thrustd.identify.regression.regress import KNOTS, prepared
+from thrustd.identify.regression.shape import Hold, Shape
+from thrustd.identify.regression.sweep import Record
+from thrustd.identify.segments import DEFORMATION, Segment
+
+GENERAL_LAGS = 12
+SLOWEST = 0.2  # times the longest record, for relaxation of either sign: slower cannot be told from a slope
+Kind = Literal["line", "cubic", "curve"]
+COEFFICIENTS: dict[Kind, int] = {"line": 4, "cubic": 4, "curve": KNOTS}
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What may be part of the model. hold, order, segments: wishes; None leaves them to the data."""
+
+    f: Kind = "curve"
+    h: Kind = "curve"
+    friction: bool = False
+    hold: Hold | None = None
+    order: int | None = None
+    segments: int | None = None
+
+
+MOUNT = Asked(friction=True)
+
+
+def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tuple[Shape, list[Record]]:
+    """Gains of either sign, on as many real lags; curves as asked for."""
+    rubber, _ = prepared(segments)
+    y = np.concatenate([segment.force_n for segment in segments]) / rubber.output_scale
+    low, high = float(np.nanmin(y)), float(np.nanmax(y))
+    edge = BEYOND * (high - low)
+    dt_s = min(segment.dt_s for segment in segments)
+    longest_s = max(len(segment) * segment.dt_s for segment in segments)
+    d = [segment.inputs[DEFORMATION] for segment in segments]
+    reach = min(float(x.min()) for x in d), max(float(x.max()) for x in d)
+    shape = replace(
+        rubber,
+        f_grid=Grid(*reach, COEFFICIENTS[asked.f]),
+        zero=float(np.clip(0.0, *reach)),
+        taus_s=np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), GENERAL_LAGS),
+        radii=np.zeros(0),
+        grows=False,
+        terms=(),
+        h_grid=None if asked.h == "line" else Grid(low - edge, high + edge, COEFFICIENTS[asked.h]),
+        hold=hold,
+        passive=False,
+        line=asked.f == "line",
+        limits_s=(dt_s, longest_s),
+        begun=len(segments),
+    )
+    return shape, records_of(shape, segments)
+
+
+def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:
+    """Records in the shape's units: unloaded before they begin (rubber), or settled at their first sample."""
+    return [
+        Record(
+            s.inputs[DEFORMATION],
+            s.force_n / shape.output_scale,
+            s.dt_s,
+            shape.zero if shape.passive else float(s.inputs[DEFORMATION][0]),
+            place=place if shape.begun else None,
+        )
+        for place, s in enumerate(segments)
+    ]
