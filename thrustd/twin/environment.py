@@ -28,7 +28,7 @@ def bench_force_n(seconds: float, sample_hz: float, rng: np.random.Generator) ->
 
 def flight_force_n(seconds: float, sample_hz: float, rng: np.random.Generator) -> Floats:
     """Throttle steps with the ramps of an engine, small corrections on top."""
-    steps_n = random_steps(seconds, sample_hz, rng, Levels(hold_s=(20.0, 200.0), ramp_s=(2.0, 10.0)))
+    steps_n = random_steps(seconds, sample_hz, rng, Levels(LOW_N, HIGH_N, (20.0, 200.0), (2.0, 10.0)))
     trimmed_n = steps_n + wander(len(steps_n), sample_hz, 6.0, rng) * 40.0
     return np.clip(trimmed_n, LOW_N, HIGH_N)
 
