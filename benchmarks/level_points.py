@@ -19,7 +19,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.aircraft import LIFT_SLOPE_PER_RAD, WING_M2, ZERO_LIFT_RAD
-from thrustd.twin.engine import Health, fuel_lead_kg_s, steady_fuel_kg_s, steady_n2_pct, true_thrust_n
+from thrustd.twin.engine import Health, engine_columns, true_thrust_n
 from thrustd.twin.engine_start import SIDES, with_engine_start
 
 SAMPLE_HZ = 20.0
@@ -122,13 +122,7 @@ def _engine(time_s: Floats, wanted_n: Floats, air: tuple[Floats, Floats, Floats]
     part = np.clip((wanted_n - low) / (high - low), 0.0, 1.0)
     n1_pct = N1_GRID_PCT[below] + part * (N1_GRID_PCT[1] - N1_GRID_PCT[0])
     n1_pct = gaussian_filter1d(n1_pct, 1.0 * SAMPLE_HZ, mode="nearest")  # a governor does not follow gusts
-    nominal = steady_fuel_kg_s(n1_pct, *air)
-    return {
-        "n1_pct": n1_pct,
-        "n2_pct": steady_n2_pct(n1_pct, air[0], air[2]),
-        "fuel_flow_kg_s": health.fuel_factor * fuel_lead_kg_s(n1_pct, time_s, nominal),
-        "thrust_N": true_thrust_n(time_s, n1_pct, *air, health, health.fuel_factor),
-    }
+    return engine_columns(time_s, n1_pct, air, health)
 
 
 def _smooth_noise(rng: np.random.Generator, n: int, seconds: float) -> Floats:

@@ -73,13 +73,9 @@ class Flown(NamedTuple):
         return np.asarray(self.why == 0)
 
 
-def flown(
-    flight: Flight, wing: Wing, sheet: MassSheet | None, limits: SteadyLimits, marks: str | None = None,
-    windows: list[Window] | None = None,
-) -> Flown:  # fmt: skip
+def flown(flight: Flight, wing: Wing, sheet: MassSheet | None, limits: SteadyLimits, marks: str | None = None) -> Flown:
     """RecordingError without mass, air data, accelerations or a steady, straight window."""
-    if windows is None and marks:
-        windows = marked_windows(flight, marks)
+    windows = marked_windows(flight, marks) if marks else []
     flight = flight.per_second()
     mass_kg, mass_std_kg = mass_of(flight, sheet)
     motion = motion_of(flight, wing)

@@ -11,7 +11,7 @@ from thrustd.records.mat_file import read_mat, write_mat
 from thrustd.records.mcap_file import read_mcap, write_mcap
 from thrustd.records.npz_file import read_npz, write_npz
 from thrustd.records.parquet_file import read_parquet, write_parquet
-from thrustd.records.recording import Recording, make_recording, no_column
+from thrustd.records.recording import Recording, make_recording
 from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import file_bytes
 
@@ -34,26 +34,22 @@ WRITERS: dict[str, Callable[[Recording, Path], None]] = {
 }
 
 
-def read_recording(
-    path: Path | str, needed: tuple[str, ...] = (), digest: bool = True, salvage: bool = False
-) -> Recording:
-    """Read a recording of any supported type; `needed` columns must be there.
+def read_recording(path: Path | str, digest: bool = True) -> Recording:
+    """Read a recording of any supported type; `digest`: with the SHA-256 of the file.
 
-    `digest`: with the SHA-256 of the file. `salvage`: what is whole of a damaged MCAP file; the notes say what is lost.
     Raises RecordingError with one line that names the file, the column or row, what stands there and what should.
     """
     path = Path(path)
-    loaded = load(path, salvage)
+    loaded = load(path)
     sha256 = file_sha256(path) if digest else ""
-    record = make_recording(path.name, loaded.columns, loaded.metadata, sha256, loaded.notes)
-    for name in needed:
-        if name not in record.channels:
-            raise RecordingError(no_column(path.name, name, record.channels))
-    return record
+    return make_recording(path.name, loaded.columns, loaded.metadata, sha256, loaded.notes)
 
 
 def load(path: Path, salvage: bool = False) -> Loaded:
-    """The columns of a file as they are called there; at least one."""
+    """The columns of a file as they are called there; at least one.
+
+    `salvage`: what is whole of a damaged MCAP file; the notes say what is lost.
+    """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise RecordingError(f"{path.name}: type {path.suffix or '(none)'!r}; expected one of {', '.join(READERS)}")

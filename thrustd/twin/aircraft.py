@@ -29,12 +29,10 @@ from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.engine import (
     Health,
-    fuel_lead_kg_s,
+    engine_columns,
     fuel_ratio,
     net_thrust_n,
     spool_rate_pct_s,
-    steady_fuel_kg_s,
-    steady_n2_pct,
     true_thrust_n,
 )
 from thrustd.twin.engine_start import SIDES, with_engine_start
@@ -90,13 +88,8 @@ def scripted(seconds: float, seed: int, healths: tuple[Health, ...]) -> Recordin
         "pitch_deg": motion.pitch_deg,
     }
     for side, n1_pct, health in zip(SIDES, (motion.n1_left, motion.n1_right), healths, strict=True):
-        nominal = steady_fuel_kg_s(n1_pct, mach, motion.altitude_m, static_k)
-        columns[f"n1_pct_{side}"] = n1_pct
-        columns[f"n2_pct_{side}"] = steady_n2_pct(n1_pct, mach, static_k)
-        columns[f"fuel_flow_kg_s_{side}"] = health.fuel_factor * fuel_lead_kg_s(n1_pct, time_s, nominal)
-        columns[f"thrust_N_{side}"] = true_thrust_n(
-            time_s, n1_pct, mach, motion.altitude_m, static_k, health, health.fuel_factor
-        )
+        engine = engine_columns(time_s, n1_pct, (mach, motion.altitude_m, static_k), health)
+        columns |= {f"{name}_{side}": column for name, column in engine.items()}
     return make_recording(f"scripted_seed{seed}", columns, {"source": "twin script", "seed": str(seed)})
 
 

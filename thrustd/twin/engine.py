@@ -160,3 +160,15 @@ def spool_rate_pct_s(n1_pct: float, wanted_pct: float, altitude_m: float) -> flo
 def fuel_lead_kg_s(n1_pct: Floats, time_s: Floats, steady_kg_s: Floats) -> Floats:
     """Over- or underfuelling that accelerates the spools: proportional to dN1/dt."""
     return np.asarray(steady_kg_s * np.clip(1.0 + 0.04 * np.gradient(n1_pct, time_s), 0.6, 1.5))
+
+
+def engine_columns(
+    time_s: Floats, n1_pct: Floats, air: tuple[Floats, Floats, Floats], health: Health
+) -> dict[str, Floats]:
+    """What an engine does along N1, (n,) each; `air`: Mach, altitude m, static temperature K."""
+    return {
+        "n1_pct": n1_pct,
+        "n2_pct": steady_n2_pct(n1_pct, air[0], air[2]),
+        "fuel_flow_kg_s": health.fuel_factor * fuel_lead_kg_s(n1_pct, time_s, steady_fuel_kg_s(n1_pct, *air)),
+        "thrust_N": true_thrust_n(time_s, n1_pct, *air, health, health.fuel_factor),
+    }

@@ -5,15 +5,7 @@ import numpy as np
 from thrustd.core.atmosphere import ZERO_CELSIUS_K
 from thrustd.core.columns import Floats
 from thrustd.records.recording import Recording, make_recording
-from thrustd.twin.engine import (
-    IDLE_N1_PCT,
-    Health,
-    fuel_lead_kg_s,
-    spool_rate_pct_s,
-    steady_fuel_kg_s,
-    steady_n2_pct,
-    true_thrust_n,
-)
+from thrustd.twin.engine import IDLE_N1_PCT, Health, engine_columns, spool_rate_pct_s
 
 HZ = 20.0
 OFF_S, HOLD_S = 30.0, 40.0
@@ -39,11 +31,8 @@ def static_run(seed: int, healths: tuple[Health, ...]) -> tuple[Recording, Recor
         "pitch_deg": still,
     }  # fmt: skip
     for number, (side, health) in enumerate(zip(("left", "right"), healths, strict=True)):
-        n1_pct = _spooled(wanted[:, number])
-        fuel = health.fuel_factor * fuel_lead_kg_s(n1_pct, time_s, steady_fuel_kg_s(n1_pct, still, still, static_k))
-        columns[f"n1_pct_{side}"], columns[f"fuel_flow_kg_s_{side}"] = n1_pct, fuel
-        columns[f"n2_pct_{side}"] = steady_n2_pct(n1_pct, still, static_k)
-        columns[f"thrust_N_{side}"] = true_thrust_n(time_s, n1_pct, still, still, static_k, health, health.fuel_factor)
+        engine = engine_columns(time_s, _spooled(wanted[:, number]), (still, still, static_k), health)
+        columns |= {f"{name}_{side}": column for name, column in engine.items()}
     profile = make_recording(f"static_seed{seed}", columns, {"source": "twin static run", "seed": str(seed)})
     pull_n = profile["thrust_N_left"] + profile["thrust_N_right"]
     cell_n = pull_n + CELL_ZERO_N * rng.standard_normal() + CELL_STD_N * rng.standard_normal(len(time_s))
