@@ -3,16 +3,17 @@
 No two flights are flown at the same points, and no deck has an engine's own curves. All points of all flights go into
 one regression with two random effects of every flight,
 
-    y = g(N1 / sqrt(theta_t), M, delta, theta) + e_flight + 100 z_flight / F
+    y = g(N1 / sqrt(theta_t), M, delta, theta, 1 / F) + e_flight + 100 z_flight / F
 
-with g of second order: e is what an engine does at equal conditions, a per cent of its thrust; z is what the mounts'
-zeros did in that flight, N. Points weigh with their length and their thrust squared. How large e, z and the noise are,
-the data say: restricted maximum likelihood (Patterson & Thompson 1971).
+with g of second order and F the deck's thrust at this N1 (the measured one holds the wear: as a condition it explains
+it away). e is what an engine does at equal conditions, a per cent of its thrust; z is what the mounts' zeros did in
+that flight, N. Points weigh with their length and their thrust squared. How large e, z and the noise are, the data say:
+restricted maximum likelihood (Patterson & Thompson 1971).
 
-The difference of two engines in the same window has nothing of the day in it, of the air, and of what the deck does to
-both: it is the sharpest series. Its evidence of a trend is that of the whole regression with one and without, so how
-well every flight tells the difference counts. When it changes, the engine is named that wears: less thrust at its N1,
-more fuel.
+The difference of two engines in the same window has nothing of the day in it and of the air: it is the sharpest series.
+What the deck does to both is left of it where their throttles differ, so both engines' conditions are in g, their mean
+and their difference. Its evidence of a trend is that of the whole regression with one and without, so how well every
+flight tells the difference counts. When it changes, the engine is named that wears: less thrust at its N1, more fuel.
 """
 
 from collections.abc import Sequence
@@ -116,8 +117,9 @@ def _effects(points: Sequence[Row], quantity: str, engines: list[str], files: li
     owners = _ones([engines.index(row["of"]) for row in used], len(engines))
     flown = _ones([engines.index(row["of"]) * len(files) + files.index(row["file"]) for row in used],
                   len(engines) * len(files))  # fmt: skip
-    weights = np.array([np.sqrt(row["seconds"]) * abs(row["thrust_N"]) for row in used])
-    zeros = flown * np.array([100.0 / row["thrust_N"] for row in used])[:, None]
+    deck_n = _column(used, "deck_N")
+    weights = np.sqrt(_column(used, "seconds")) * deck_n
+    zeros = flown * (100.0 / deck_n)[:, None]
     design = Design(np.hstack((_conditions(used), owners)), flown, zeros, weights, _column(used, quantity))
     table = _solved(design).values.reshape(len(engines), len(files))
     return {engine: line - np.nanmean(line) if np.isfinite(line).any() else line
@@ -137,10 +139,11 @@ def _apart(
         return np.full(len(files), np.nan), None
     first, second = [one for one, _ in pairs], [other for _, other in pairs]
     flown = _ones([files.index(row["file"]) for row in first], len(files))
-    thrusts = np.column_stack((_column(first, "thrust_N"), _column(second, "thrust_N")))
-    zeros = np.hstack([flown * (100.0 / column)[:, None] for column in thrusts.T])
-    weights = np.sqrt(_column(first, "seconds") / (1.0 / thrusts**2).sum(axis=1))
-    common = np.hstack((_conditions(first), np.ones((len(first), 1))))
+    deck_n = np.column_stack((_column(first, "deck_N"), _column(second, "deck_N")))
+    zeros = np.hstack([flown * (100.0 / column)[:, None] for column in deck_n.T])
+    weights = np.sqrt(_column(first, "seconds") / (1.0 / deck_n**2).sum(axis=1))
+    of_first, of_second = np.split(_conditions([*first, *second]), 2)
+    common = np.hstack((of_first + of_second, of_first - of_second, np.ones((len(first), 1))))
     design = Design(common, flown, zeros, weights, _column(first, quantity) - _column(second, quantity))
     gap = float(np.ptp(hours)) / max(len(hours) - 1, 1)
     steady = _solved(design)
@@ -205,13 +208,11 @@ def _solved(design: Design, wear: Floats | None = None, size: float = 1.0) -> So
 
 def _conditions(points: Sequence[Row]) -> Floats:
     """Second order in corrected N1, Mach, pressure, temperature, newtons over thrust; centred, scaled, (n, 20)."""
-    n1, mach, altitude_m, sat_degc, thrust_n = (
-        np.array([row[name] for row in points])
-        for name in ("n1_corrected_pct", "mach", "pressure_altitude_m", "sat_degC", "thrust_N")
-    )
+    names = "n1_corrected_pct", "mach", "pressure_altitude_m", "sat_degC", "deck_N"
+    n1, mach, altitude_m, sat_degc, deck_n = (_column(points, name) for name in names)
     delta = static_pressure_pa(altitude_m) / SEA_LEVEL_PA
     scaled = [(column - column.mean()) / max(float(column.std()), 1e-9)
-              for column in (n1, mach, delta, sat_degc, 1.0 / thrust_n)]  # fmt: skip
+              for column in (n1, mach, delta, sat_degc, 1.0 / deck_n)]  # fmt: skip
     squares = [one * other for place, one in enumerate(scaled) for other in scaled[place:]]
     return np.column_stack((*scaled, *squares))
 

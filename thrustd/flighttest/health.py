@@ -102,6 +102,7 @@ def _engine(flight: Flight, engine: str, number: int, deck: Deck, window: Window
         "sat_degC": values["sat_degC"],
         "n1_corrected_pct": values[f"n1_pct_{engine}"] / float(np.sqrt(theta)),
         "thrust_N": thrust_n,
+        "deck_N": at.n1_n,
         "thrust_at_n1_pct": 100.0 * (thrust_n / at.n1_n - 1.0),
         "fuel_at_n1_pct": 100.0 * (at.fuel_flow_n / at.n1_n - 1.0),
         "n2_at_n1_pct": 100.0 * (at.n2_n / at.n1_n - 1.0),
