@@ -10,10 +10,10 @@ it away). e is what an engine does at equal conditions, a per cent of its thrust
 that flight, N. Points weigh with their length and their thrust squared. How large e, z and the noise are, the data say:
 restricted maximum likelihood (Patterson & Thompson 1971).
 
-The difference of two engines in the same window has nothing of the day in it and of the air: it is the sharpest series.
-What the deck does to both is left of it where their throttles differ, so both engines' conditions are in g, their mean
-and their difference. Its evidence of a trend is that of the whole regression with one and without, so how well every
-flight tells the difference counts. When it changes, the engine is named that wears: less thrust at its N1, more fuel.
+The difference of two engines in the same window at the same fan speed has nothing of the day in it, of the air, and of
+what the deck does to both: it is the sharpest series. Its evidence of a trend is that of the whole regression with one
+and without, so how well every flight tells the difference counts. When it changes, the engine is named that wears: less
+thrust at its N1, more fuel.
 """
 
 from collections.abc import Sequence
@@ -38,6 +38,7 @@ ZERO_LIMIT_MM = 0.01  # 50 N on a mount of 5 kN/mm
 SHARE_LIMIT = 0.005  # of the upper mount, 1 % of its stiffness
 SLOPES = 0.04, 0.1, 0.2  # of the least change, in a flight: prior sigmas of wear, equally likely
 STARTS = 0.3, 0.3, 25.0  # noise and e, %, z, N: where the search for their sizes begins
+ALIKE_PCT = 2.0  # of corrected N1: throttles that stand together (PH-LAB: within 0.6)
 DAY_S = 86400.0
 
 
@@ -129,12 +130,12 @@ def _effects(points: Sequence[Row], quantity: str, engines: list[str], files: li
 def _apart(
     points: Sequence[Row], quantity: str, engines: list[str], files: list[str], hours: Floats
 ) -> tuple[Floats, Told | None]:
-    """First minus second engine, in the same windows: value per flight (n,) minus their mean, and its trend."""
+    """First minus second engine where both run alike: value per flight (n,) minus their mean, and its trend."""
     by_window: dict[tuple[str, float], dict[str, Row]] = {}
     for row in points:
         if np.isfinite(row[quantity]):
             by_window.setdefault((row["file"], row["start_s"]), {})[row["of"]] = row
-    pairs = [(both[engines[0]], both[engines[1]]) for both in by_window.values() if len(both) == 2]
+    pairs = [(both[engines[0]], both[engines[1]]) for both in by_window.values() if len(both) == 2 and _alike(both)]
     if not pairs:
         return np.full(len(files), np.nan), None
     first, second = [one for one, _ in pairs], [other for _, other in pairs]
@@ -142,8 +143,7 @@ def _apart(
     deck_n = np.column_stack((_column(first, "deck_N"), _column(second, "deck_N")))
     zeros = np.hstack([flown * (100.0 / column)[:, None] for column in deck_n.T])
     weights = np.sqrt(_column(first, "seconds") / (1.0 / deck_n**2).sum(axis=1))
-    of_first, of_second = np.split(_conditions([*first, *second]), 2)
-    common = np.hstack((of_first + of_second, of_first - of_second, np.ones((len(first), 1))))
+    common = np.hstack((_conditions(first), np.ones((len(first), 1))))
     design = Design(common, flown, zeros, weights, _column(first, quantity) - _column(second, quantity))
     gap = float(np.ptp(hours)) / max(len(hours) - 1, 1)
     steady = _solved(design)
@@ -153,6 +153,10 @@ def _apart(
     evidence = float(logsumexp([(steady.unlikely - one.unlikely) / 2.0 for one in worn]) - np.log(len(worn)))
     best = min(worn, key=lambda one: one.unlikely)
     return steady.values - np.nanmean(steady.values), Told(evidence, best.slope / gap, SIGMAS_95 * best.slope_std / gap)
+
+
+def _alike(engines: dict[str, Row]) -> bool:
+    return float(np.ptp([row["n1_corrected_pct"] for row in engines.values()])) < ALIKE_PCT
 
 
 def _ones(places: list[int], width: int) -> Floats:
