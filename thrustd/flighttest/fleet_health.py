@@ -187,6 +187,7 @@ def _solved(design: Design, wear: Floats | None = None, size: float = 1.0) -> So
     columns = np.hstack((common, flown[:, there], zeros, trend)) * weights[:, None]
     squares, moment, whole = columns.T @ columns, columns.T @ (y * weights), float(np.sum((y * weights) ** 2))
     tiny = 1e-9 * float(np.trace(squares)) / len(moment)  # conditions that no flight changed
+    squares[np.diag_indices_from(squares)] += 1e-3 * tiny  # flights of a single point leave it singular to rounding
 
     def posterior(sizes: Floats) -> tuple[tuple[Floats, bool], Floats, float]:
         """Factor of the precision, mean, and log determinant of the precision over that of the trend's prior."""
