@@ -1,9 +1,9 @@
-"""One thrust and one band of several hypotheses: the mixture's median, and its 95 % interval.
+"""One thrust and one band of several hypotheses: the mixture's median, and a sigma that its tails allow.
 
-    thrust = F^-1(0.5),     half = the further end of [F^-1(0.025), F^-1(0.975)] from it,     sigma = half / 1.96
+    thrust = F^-1(0.5),     sigma = max |F^-1(p) - thrust| / z(p)     p: both ends of 95 % (z 1.96) and of 99.73 % (z 3)
 
-The band covers every hypothesis that is alive: one of 5 % that lies elsewhere is inside, where a variance would let it
-vanish. The median is the mean of a single one, and an unlikely one that is far away does not pull it.
+The band covers every hypothesis that is alive: one of 5 % that lies elsewhere is inside the 95 %, one of 0.5 % inside
+three sigmas, where a variance would let both vanish. The median is the mean of a single one, and an unlikely one that is far away does not pull it.
 Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
 """
 
@@ -14,7 +14,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 
 P, SHIFT_N, STD_N = range(3)  # of a hypothesis: its probability; thrust minus that of the one that leads; one sigma
-TAIL, SIGMAS = 0.025, 1.959964
+TAILS = (0.025, 1.959964), (0.00134990, 3.0)  # of one side, and how many sigmas a Gaussian has there
 ALONE = 1e-3  # all others together less likely than this: nothing to mix
 NOTHING = 1e-6  # a hypothesis less likely than this is in no tail
 STEPS, CLOSE_N = 30, 1e-3
@@ -43,17 +43,19 @@ def _beyond(x_n: float, hypotheses: Floats, lead: int, std_n: float, sign: float
 
 
 @compiled
-def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float, tail: float) -> float:
+def _end(
+    hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float, tail: tuple[float, float]
+) -> float:
     """Newton's steps, halves of the bracket where one leads out of it; the median may be on either side of 0."""
     inner, outer = -far_n * sign, far_n * sign
-    at_n = 0.0 if tail == 0.5 else SIGMAS * std_n * sign
+    at_n = tail[1] * std_n * sign
     for _ in range(STEPS):
         beyond, density = _beyond(at_n, hypotheses, lead, std_n, sign)
-        if beyond > tail:
+        if beyond > tail[0]:
             inner = at_n
         else:
             outer = at_n
-        next_n = at_n + sign * (beyond - tail) / max(density, 1e-12)
+        next_n = at_n + sign * (beyond - tail[0]) / max(density, 1e-12)
         if not min(inner, outer) < next_n < max(inner, outer):
             next_n = 0.5 * (inner + outer)
         done = abs(next_n - at_n) < CLOSE_N
@@ -71,9 +73,10 @@ def mix(thrust_n: float, std_n: float, weighed: Weighed) -> tuple[float, float]:
         return thrust_n, std_n
     far_n = 6.0 * std_n
     for i in range(len(hypotheses)):
-        if hypotheses[i, P] > 0.1 * TAIL / len(hypotheses):
+        if hypotheses[i, P] > 0.1 * TAILS[1][0] / len(hypotheses):
             far_n = max(far_n, abs(hypotheses[i, SHIFT_N]) + 6.0 * hypotheses[i, STD_N])
-    middle_n = _end(hypotheses, lead, std_n, 1.0, far_n, 0.5)
-    upper_n = _end(hypotheses, lead, std_n, 1.0, far_n, TAIL)
-    lower_n = _end(hypotheses, lead, std_n, -1.0, far_n, TAIL)
-    return thrust_n + middle_n, max(upper_n - middle_n, middle_n - lower_n) / SIGMAS
+    middle_n, sigma_n = _end(hypotheses, lead, std_n, 1.0, far_n, (0.5, 0.0)), 0.0
+    for tail in TAILS:
+        for sign in (-1.0, 1.0):
+            sigma_n = max(sigma_n, sign * (_end(hypotheses, lead, std_n, sign, far_n, tail) - middle_n) / tail[1])
+    return thrust_n + middle_n, sigma_n

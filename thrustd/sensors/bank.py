@@ -1,6 +1,6 @@
 """The bank of hypotheses of every engine: who is at fault, how likely, and what the thrust is then.
 
-    all well | upper LVDT | lower LVDT | both mounts | fuel flow | N1 | N2 | the brochure as a whole
+    all well | upper LVDT | lower LVDT | both mounts | fuel flow | N1 | N2 | the brochure as a whole | air is bled
 
 Every 0.4 s and engine the sources' past (see `past`) is weighed under each of them (see `evidence`). A fault is
 found when its probability is above FOUND, and over when that is below OVER: the prior of a fault that was found is
@@ -18,7 +18,7 @@ from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.mixture import SHIFT_N, STD_N, P
 from thrustd.sensors.errors import Installed
-from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL, uncorrected_n2, weigh
+from thrustd.sensors.evidence import BLED, BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL, uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
 from thrustd.sensors.past import (
     COMMON_N,
@@ -42,7 +42,7 @@ from thrustd.sensors.past import (
 EVERY_LOOKS, UNCORRECTED_EVERY = 2, 4
 FOUND, OVER = 0.98, 0.2
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
-SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4))
+SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4), ())
 OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
 OFF_N1_PCT, TURNING_N1_PCT, STARTED_S = 5.0, 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
@@ -112,8 +112,9 @@ class Bank:
         return int(_look(self._memory, self._engines, t_ns * 1e-9, readings, states, deck_n, believed))
 
     def disagree(self, engine: int) -> bool:
-        """Nothing tells who is right."""
-        return bool(self.rows[engine, self.found[engine], P] < 1.0 - DISAGREE)
+        """Nothing tells who is right; bled air is nobody's fault."""
+        p, found = self.rows[engine, :, P], self.found.item(engine)
+        return bool((p[WELL] + p[BLED] if found in (WELL, BLED) else p[found]) < 1.0 - DISAGREE)
 
     def snapshot(self) -> list[dict[str, Any]]:
         """By engine, plain numbers."""
