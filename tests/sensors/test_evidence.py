@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from thrustd.sensors import evidence
+from thrustd.sensors import evidence, onsets
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
@@ -30,8 +30,8 @@ def said_of(thrust_n, fault, rng):
 
 def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
     """(n, 8, 3): probability, thrust and variance by hypothesis, every second; `fault_of` the time -> (5,)."""
-    rng, past, out, found = np.random.default_rng(0), no_past(1), np.zeros((evidence.N_HYPOTHESES, 3)), []
-    lead = evidence.WELL
+    rng, past, out, found = np.random.default_rng(0), no_past(1), np.zeros((onsets.N_HYPOTHESES, 3)), []
+    lead = onsets.WELL
     for k in range(round(seconds / 0.4)):
         t_s, row = 0.4 * k, np.zeros(WIDTH)
         row[T_S], row[MACH], row[DECK_N] = t_s, 0.3, 60.0 + 0.034 * thrust_of(t_s)
@@ -49,15 +49,15 @@ def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
 
 def test_a_healthy_engine_is_left_alone():
     rows = weighed(lambda t_s: [0.0] * 5, thrust_of=lambda t_s: 3000.0 + 2000.0 * (t_s > 300))
-    assert rows[:, evidence.WELL, 0].min() > 0.7
+    assert rows[:, onsets.WELL, 0].min() > 0.7
     assert np.allclose(rows[:, :, 0].sum(axis=1), 1.0)
-    assert np.sqrt(rows[-1, evidence.WELL, 2]) < 60.0
+    assert np.sqrt(rows[-1, onsets.WELL, 2]) < 60.0
 
 
 @pytest.mark.parametrize(("fault", "which"), [
-    ((400, 0, 0, 0, 0), evidence.UPPER_OFF), ((0, -400, 0, 0, 0), evidence.LOWER_OFF),
-    ((460, 540, 0, 0, 0), evidence.MOUNTS_OFF), ((0, 0, 1200, 0, 0), evidence.FUEL_OFF),
-    ((0, 0, 0, -1200, 0), evidence.N1_OFF), ((0, 0, 0, 0, 1500), evidence.N2_OFF),
+    ((400, 0, 0, 0, 0), onsets.UPPER_OFF), ((0, -400, 0, 0, 0), onsets.LOWER_OFF),
+    ((460, 540, 0, 0, 0), onsets.MOUNTS_OFF), ((0, 0, 1200, 0, 0), onsets.FUEL_OFF),
+    ((0, 0, 0, -1200, 0), onsets.N1_OFF), ((0, 0, 0, 0, 1500), onsets.N2_OFF),
 ])  # fmt: skip
 def test_a_fault_is_found_and_the_thrust_is_that_of_before(fault, which):
     rows = weighed(lambda t_s: fault if t_s > 300 else [0.0] * 5, 360.0)
@@ -71,16 +71,29 @@ def test_agreement_that_says_nothing_ends_no_fault():
     """Found at idle, still there ten minutes later at an eightfold thrust."""
     rows = weighed(lambda t_s: (500, 0, 0, 0, 0) if t_s > 60 else [0.0] * 5, 700.0,
                    lambda t_s: 1000.0 if t_s < 120 else 8000.0)  # fmt: skip
-    assert (rows[-100:, evidence.UPPER_OFF, 0] > 0.9).all()
+    assert (rows[-100:, onsets.UPPER_OFF, 0] > 0.9).all()
 
 
 def test_both_mounts_that_drift_are_in_the_band_from_three_sigma_of_the_deck_on_and_found_at_six():
     rows = weighed(lambda t_s: np.array((0.46, 0.54, 0, 0, 0)) * 200.0 * max(t_s - 300.0, 0.0) / 60.0, 600.0)
-    drift_n, off = 200.0 * (2.0 * np.arange(len(rows)) - 300.0) / 60.0, rows[:, evidence.MOUNTS_OFF, 0]
+    drift_n, off = 200.0 * (2.0 * np.arange(len(rows)) - 300.0) / 60.0, rows[:, onsets.MOUNTS_OFF, 0]
     assert (off[drift_n > 3.0 * 162.0] > 0.025).all()  # so the band holds it
     assert (off[drift_n > 6.0 * 162.0] > 0.9).all()
 
 
 def test_a_source_that_is_silent_says_nothing():
     rows = weighed(lambda t_s: (0, 0, 9e3, 0, 0) if t_s > 100 else [0.0] * 5, 200.0, silent=(2,))
-    assert rows[-1, evidence.WELL, 0] > 0.7
+    assert rows[-1, onsets.WELL, 0] > 0.7
+
+
+def test_air_that_is_bled_is_no_fault_of_the_fuel_flow():
+    """Anti-ice on at 3000 N, then off: 6 % more fuel, which the deck takes for 8 % more thrust."""
+    rows = weighed(lambda t_s: (0, 0, 240.0 if 300 < t_s < 450 else 0, 0, 0), 600.0)
+    assert rows[:, onsets.FUEL_OFF, 0].max() < 0.3
+    assert rows[:, [onsets.WELL, onsets.BLED], 0].sum(axis=1).min() > 0.6
+    assert np.abs(rows[:, onsets.WELL, 1] - 3000.0).max() < 60.0
+
+
+def test_a_fuel_flow_that_is_off_by_far_more_is_not_taken_for_bled_air():
+    rows = weighed(lambda t_s: (0, 0, 900.0 if t_s > 300 else 0, 0, 0), 360.0)
+    assert rows[-1, onsets.FUEL_OFF, 0] > 0.95

@@ -5,7 +5,7 @@ import pytest
 
 from tests.sensors.test_evidence import INSTALLED, SHARE, said_of
 from thrustd.core.columns import MOUNT_STATE
-from thrustd.sensors import evidence
+from thrustd.sensors import evidence, onsets
 from thrustd.sensors.jumps import FASTEST_FALL_N_S, FASTEST_RISE_N_S, follow, forget, no_jumps
 from thrustd.sensors.past import (
     COUNTS,
@@ -70,7 +70,7 @@ def test_what_comes_back_and_what_was_not_seen_is_no_jump():
 
 def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
     """Probabilities two looks after mounts (2,) that jump, at a thrust that has been moving for five seconds."""
-    rng, past, out = np.random.default_rng(0), no_past(1), np.zeros((evidence.N_HYPOTHESES, 3))
+    rng, past, out = np.random.default_rng(0), no_past(1), np.zeros((onsets.N_HYPOTHESES, 3))
     for k in range(150 + rows + 2):
         t_s, row = 0.4 * k, np.zeros(WIDTH)
         thrust_n, late = 2000.0 + rate_n_s * 0.4 * max(k - 150, 0), k >= 150 + rows
@@ -81,34 +81,34 @@ def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
         row[MOUNT_RATE_N_S], row[STEP_N] = 0.4 * rate_n_s, FASTEST_FALL_N_S * DT_S
         row[JUMPED_N : JUMPED_N + 2] = jumped_n if k == 150 + rows else 0.0
         assert remember(past, 0, row, SHARE)
-        evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, evidence.WELL, INSTALLED, out) if late else None
+        evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, onsets.WELL, INSTALLED, out) if late else None
     return out[:, 0]
 
 
 @pytest.mark.parametrize("rate_n_s", [0.0, 600.0])
 def test_both_mounts_that_jump_are_found_at_once_whatever_the_throttle_does(rate_n_s):
     jump_n = 500.0, 600.0
-    assert weighed(rate_n_s, jump_n, jump_n)[evidence.MOUNTS_OFF] > 0.98
+    assert weighed(rate_n_s, jump_n, jump_n)[onsets.MOUNTS_OFF] > 0.98
 
 
 def test_the_mount_that_jumped_is_told_from_the_other():
-    assert weighed(600.0, (500.0, 0.0), (500.0, 0.0))[evidence.UPPER_OFF] > 0.98
-    assert weighed(600.0, (0.0, -500.0), (0.0, -500.0))[evidence.LOWER_OFF] > 0.98
+    assert weighed(600.0, (500.0, 0.0), (500.0, 0.0))[onsets.UPPER_OFF] > 0.98
+    assert weighed(600.0, (0.0, -500.0), (0.0, -500.0))[onsets.LOWER_OFF] > 0.98
 
 
 def test_an_aircraft_that_is_shaken_accuses_nobody():
     """The mounts jumped, and what they say since is as before."""
     probabilities = weighed(0.0, (0.0, 0.0), (500.0, 600.0))
-    assert probabilities[evidence.WELL] > 0.9
+    assert probabilities[onsets.WELL] > 0.9
 
 
 def test_a_thrust_may_jump_with_its_fuel_flow():
     jump_n = -400.0, -450.0
-    assert weighed(0.0, jump_n, jump_n, fuelled_n=-3000.0)[evidence.MOUNTS_OFF] < 0.9
+    assert weighed(0.0, jump_n, jump_n, fuelled_n=-3000.0)[onsets.MOUNTS_OFF] < 0.9
 
 
 def test_no_fuel_flow_moves_one_mount_alone_and_none_the_other_way():
     """As a throttle that opens."""
-    assert weighed(600.0, (500.0, 0.0), (500.0, 0.0), fuelled_n=1500.0)[evidence.UPPER_OFF] > 0.98
+    assert weighed(600.0, (500.0, 0.0), (500.0, 0.0), fuelled_n=1500.0)[onsets.UPPER_OFF] > 0.98
     jump_n = -500.0, -600.0
-    assert weighed(600.0, jump_n, jump_n, fuelled_n=500.0)[evidence.MOUNTS_OFF] > 0.9
+    assert weighed(600.0, jump_n, jump_n, fuelled_n=500.0)[onsets.MOUNTS_OFF] > 0.9

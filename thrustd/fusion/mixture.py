@@ -3,7 +3,8 @@
     thrust = F^-1(0.5),     sigma = max |F^-1(p) - thrust| / z(p)     p: both ends of 95 % (z 1.96) and of 99.73 % (z 3)
 
 The band covers every hypothesis that is alive: one of 5 % that lies elsewhere is inside the 95 %, one of 0.5 % inside
-three sigmas, where a variance would let both vanish. The median is the mean of a single one, and an unlikely one that is far away does not pull it.
+three sigmas, where a variance would let both vanish. The median is the mean of a single one, and an unlikely one that
+is far away does not pull it.
 Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
 """
 
@@ -43,9 +44,7 @@ def _beyond(x_n: float, hypotheses: Floats, lead: int, std_n: float, sign: float
 
 
 @compiled
-def _end(
-    hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float, tail: tuple[float, float]
-) -> float:
+def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float, tail: tuple[float, float]) -> float:
     """Newton's steps, halves of the bracket where one leads out of it; the median may be on either side of 0."""
     inner, outer = -far_n * sign, far_n * sign
     at_n = tail[1] * std_n * sign

@@ -37,10 +37,10 @@ from thrustd.pipeline.step_inputs import StepInputs, tell_filters
 from thrustd.pipeline.wires import Wires, engines_of, wires_of
 from thrustd.sensors.cross_check import cross_checks
 from thrustd.sensors.engine_force import mounts_table
-from thrustd.sensors.evidence import BROCHURE_OFF
 from thrustd.sensors.limits import FLYING_MACH
 from thrustd.sensors.monitor import Monitor, MonitorVerdict
 from thrustd.sensors.monitor_inputs import Layout, MonitorInputs
+from thrustd.sensors.onsets import BROCHURE_OFF
 from thrustd.wire.can_table import CanTable
 from thrustd.wire.event_batch import EventBatch
 

@@ -18,8 +18,9 @@ from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.mixture import SHIFT_N, STD_N, P
 from thrustd.sensors.errors import Installed
-from thrustd.sensors.evidence import BLED, BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL, uncorrected_n2, weigh
+from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
+from thrustd.sensors.onsets import BLED, BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL
 from thrustd.sensors.past import (
     COMMON_N,
     COUNTS,

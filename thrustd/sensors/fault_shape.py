@@ -15,6 +15,7 @@ from thrustd.sensors.past import LEVEL_N, T_S
 from thrustd.sensors.positive import factor
 
 FAULT_REACH_N = 4000.0
+FAULT_S, LASTING_S = 300.0, 20_000.0  # of a fault since its onset, of one that was always there
 ROOT_3 = 3.0**0.5
 
 

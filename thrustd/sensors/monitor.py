@@ -26,10 +26,10 @@ from thrustd.core.columns import Flags
 from thrustd.core.types import Fault, Status
 from thrustd.sensors.bank import SOURCES_OFF, UNCORRECTED_N, Bank
 from thrustd.sensors.engine_force import MountCombiner
-from thrustd.sensors.evidence import BROCHURE_OFF, MOUNTS_OFF, WELL
 from thrustd.sensors.kinematics import ACCELERATION, Accelerometer
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
+from thrustd.sensors.onsets import BROCHURE_OFF, MOUNTS_OFF, WELL
 from thrustd.sensors.past import N_SOURCES
 from thrustd.sensors.watches import Watches
 
