@@ -130,6 +130,7 @@ def _listen(arguments: argparse.Namespace, installation: "Installation") -> list
 
 
 def replay_verb(arguments: argparse.Namespace) -> int:
+    gc.disable()  # until the flight begins: all that is loaded stays
     from thrustd.installation.installation import read_installation
     from thrustd.replay.picture import FlightPicture
     from thrustd.replay.replay import replay

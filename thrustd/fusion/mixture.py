@@ -15,7 +15,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 
 P, SHIFT_N, STD_N = range(3)  # of a hypothesis: its probability; thrust minus that of the one that leads; one sigma
-TAILS = (0.025, 1.959964), (0.00134990, 3.0)  # of one side, and how many sigmas a Gaussian has there
+TAILS = (0.00134990, 3.0), (0.025, 1.959964)  # of one side, and how many sigmas a Gaussian has there
 ALONE = 1e-3  # all others together less likely than this: nothing to mix
 NOTHING = 1e-6  # a hypothesis less likely than this is in no tail
 STEPS, CLOSE_N = 30, 1e-3
@@ -72,10 +72,13 @@ def mix(thrust_n: float, std_n: float, weighed: Weighed) -> tuple[float, float]:
         return thrust_n, std_n
     far_n = 6.0 * std_n
     for i in range(len(hypotheses)):
-        if hypotheses[i, P] > 0.1 * TAILS[1][0] / len(hypotheses):
+        if hypotheses[i, P] > 0.1 * TAILS[0][0] / len(hypotheses):
             far_n = max(far_n, abs(hypotheses[i, SHIFT_N]) + 6.0 * hypotheses[i, STD_N])
     middle_n, sigma_n = _end(hypotheses, lead, std_n, 1.0, far_n, (0.5, 0.0)), 0.0
     for tail in TAILS:
         for sign in (-1.0, 1.0):
-            sigma_n = max(sigma_n, sign * (_end(hypotheses, lead, std_n, sign, far_n, tail) - middle_n) / tail[1])
+            beyond, _ = _beyond(middle_n + sign * tail[1] * sigma_n, hypotheses, lead, std_n, sign)
+            if beyond > tail[0]:
+                end_n = _end(hypotheses, lead, std_n, sign, far_n, tail)
+                sigma_n = max(sigma_n, sign * (end_n - middle_n) / tail[1])
     return thrust_n + middle_n, sigma_n

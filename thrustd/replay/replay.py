@@ -83,6 +83,7 @@ def replay(
         listener = _Listener(log, engines, score, writer, picture, advance)
         batches = _batches(log, truth_topics(score.names), listener.hear, pace)
         gc.freeze()  # the models and tables stay: no collection walks them meanwhile
+        gc.enable()
         opened.callback(gc.unfreeze)
         run(batches, pipeline, _already_recorded, listener.take)
     summary = _summary(log, score)
