@@ -11,6 +11,7 @@ import thrustd as td
 from tests.conftest import ROOT
 from tests.diagnose.scene import mount, record
 from tests.flighttest.scene import made_flight
+from thrustd.api.flights import health, transients
 from thrustd.api.model import Model
 from thrustd.core.errors import ModelError, RecordingError, UsageError
 from thrustd.model.artifact import EffectSpec
@@ -23,7 +24,7 @@ SHIPPED = ROOT / "models" / "left-upper.json"
 def test_importing_loads_nothing_and_the_names_are_there():
     code = "import sys, thrustd; print(len(thrustd.__all__), 'numpy' in sys.modules, *dir(thrustd))"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert said[:2] == ["12", "False"] and set(td.__all__) < set(said)
+    assert said[:2] == ["10", "False"] and set(td.__all__) < set(said)
     with pytest.raises(AttributeError, match="nonsense"):
         _ = td.nonsense
 
@@ -100,6 +101,18 @@ def test_columns_of_anyone(tmp_path):
     np.testing.assert_allclose(data["deformation_mm"], np.sin(t), atol=1e-4)
 
 
+def test_errors_speak_python(tmp_path):
+    path = tmp_path / "theirs.csv"
+    path.write_text("Time [s],Load [kN]\n0,1\n1,2\n2,3\n")
+    with pytest.raises(RecordingError, match=r"time=COLUMN.*rate_hz=HZ"):
+        td.read(path)
+    with pytest.raises(UsageError, match=r"rename='Load \[kN\]=force_N\*FACTOR'"):
+        td.read(path, rename=["Time [s]=time_s", "Load [kN]=force_N"])
+    with pytest.raises(RecordingError, match="mount=left_up: not in the configuration"):
+        td.read(path, time="Time [s]", mount="left_up")
+    assert "Load [kN]" in repr(td.read(path, time="Time [s]"))
+
+
 def test_tables_for_prompts_notebooks_and_pandas():
     data, model = record([INERTIA], n=2000), Model(mount())
     assert "deformation_mm" in repr(data) and "2000 samples" in repr(data)
@@ -143,7 +156,7 @@ def test_flights(tmp_path):
         td.points(log, moch=1.0)
     with pytest.raises(RecordingError, match="no mass"):
         td.performance(log)
-    moved = td.transients(log)
+    moved = transients(log)
     assert not moved.found.events and "no event" in repr(moved)
-    over = td.health([log, log])
+    over = health([log, log])
     assert isinstance(over.plot(), Figure) and "nothing changed over" in repr(over) and len(over.to_pandas()) >= 6

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from thrustd.api.model import Model
+from thrustd.api.spoken import spoken
 from thrustd.core.aircraft import place_of
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.reference import BROCHURE, THRUST, as_mount, with_reference
@@ -22,6 +23,7 @@ from thrustd.sinks.whole_file import whole_file
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 
+@spoken
 def read(
     path: str | Path,
     *,
@@ -60,12 +62,14 @@ def read(
     return with_reference(record, against, place, read_deck() if against == BROCHURE else None) if known else record
 
 
+@spoken
 def load(path: str | Path) -> Model:
     """A model artifact (.json), proven against its witness; ModelError when it is none."""
     text = read_plain(Path(path), TEXT_BYTES, UsageError)
     return Model(read_proven_model(text, str(path)))
 
 
+@spoken
 def write(what: Recording | Model, path: str | Path, *, overwrite: bool = False) -> Path:
     """A recording (by extension) or a model (.json), whole or not at all. UsageError when the file already exists."""
     path = Path(path)

@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from thrustd.api.spoken import spoken
 from thrustd.core.errors import UsageError
 from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest import fleet_report, performance_report, points_report, transients_report
@@ -60,6 +61,7 @@ class Replayed:
         return as_html(self.show)
 
 
+@spoken
 def replay(log: str | Path, *, out: str | Path | None = None) -> Replayed:
     """A flight log through the same pipeline as in flight, with the configuration that it holds.
 
@@ -75,6 +77,7 @@ def replay(log: str | Path, *, out: str | Path | None = None) -> Replayed:
         return Replayed(summary, read_recording(written, digest=False), picture)
 
 
+@spoken
 def points(log: str | Path, *, marks: str | None = None, **limits: float) -> Answer:
     """Steady windows of a log or recording, with thrust, fuel flow and their uncertainty.
 
@@ -88,6 +91,7 @@ def points(log: str | Path, *, marks: str | None = None, **limits: float) -> Ans
     return points_report.answer(flight, found)
 
 
+@spoken
 def performance(
     logs: str | Path | Sequence[str | Path],
     *,
@@ -107,12 +111,14 @@ def performance(
     return performance_report.answer(found, wing.known)
 
 
+@spoken
 def transients(log: str | Path) -> Answer:
     """Spool-ups and -downs of a log or recording with time, overshoot and rate; flame-out and surge candidates."""
     flight = read_flight(log)
     return transients_report.answer(flight, find_transients(flight, read_deck()))
 
 
+@spoken
 def health(logs: Sequence[str | Path]) -> Answer:
     """Engines and mounts over many flights: trends at equal conditions, what changed, when to calibrate again."""
     found = fleet_health([{"file": str(log), **row} for log in logs for row in HealthJob()(str(log))])

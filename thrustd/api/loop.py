@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from thrustd.api.model import Model
+from thrustd.api.spoken import spoken
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.compare import compare as compare_all
 from thrustd.diagnose.compare.comparison import CompareReport
@@ -29,6 +30,7 @@ Recordings = Recording | Sequence[Recording]
 NO_EFFECT = ("none", "unknown")  # verdicts that name nothing to add
 
 
+@spoken
 def identify(
     bench: Recordings, *, validate: Recordings = (), structures: Sequence[str] = (), name: str = "mount"
 ) -> Model:
@@ -78,11 +80,13 @@ class Diagnosis:
         return as_html(self.report.print)
 
 
+@spoken
 def diagnose(model: Model, measured: Recordings, *, extra: "Sequence[Effect]" = ()) -> Diagnosis:
     """Which effect explains what the model leaves of measured recordings; `extra` effects are judged as well."""
     return Diagnosis(diagnose_spec(model.spec, _several(measured), name=model.name, extra=extra))
 
 
+@spoken
 def extend(
     model: Model,
     measured: Recordings,
@@ -146,6 +150,7 @@ class Comparison:
         return as_html(self.report.print)
 
 
+@spoken
 def compare(models: Model | Sequence[Model], recordings: Recordings) -> Comparison:
     """Free runs of every model over every recording; the models see deformation and channels, never the reference."""
     several = [models] if isinstance(models, Model) else list(models)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from thrustd.core.errors import UsageError
@@ -38,7 +39,7 @@ def as_frame(data: Any) -> "pd.DataFrame":
     try:
         import pandas as pd
     except ModuleNotFoundError:
-        raise UsageError("to_pandas: pandas is not installed, expected: pip install 'thrustd[notebook]'") from None
+        raise UsageError("to_pandas: pandas is not installed; expected: pip install pandas") from None
     return pd.DataFrame(data)
 
 
@@ -54,7 +55,7 @@ def plain_table(heads: Sequence[str], rows: Any) -> Table:
     for number, heading in enumerate(heads):
         table.add_column(heading, justify="left" if number == 0 else "right")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))  # a column may be called Load [kN]
     return table
 
 

@@ -16,6 +16,7 @@ from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.comparison import Comparison
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.model.artifact import ModelSpec
+from thrustd.model.effects import shelf
 from thrustd.sinks.html_page import drawing, head, picture, table
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.asking import marked_recordings
@@ -25,6 +26,7 @@ from thrustd.workbench.story import Step, kept_report, script_of, steps_of
 
 WORDS = "Free runs: the model sees deformation and channels, never the reference. Residual = measured - model."
 NOTHING = ("none", "unknown")
+MOST, WORTH = 8, 0.995  # candidates that are told: how many, and how much of the error each leaves at most
 
 
 def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -87,7 +89,7 @@ def _made(step: Step) -> str:
     rows = [("held-back blocks", made["parent"], made["rmse_before_n"]), ("", made["model"], made["rmse_after_n"])]
     rows += [(one["recording"], one["model"], one["rmse_n"]) for one in made.get("heldout", [])]
     shown = [(where, model, newtons(rmse)) for where, model, rmse in rows]
-    numbers = "".join(f"<li>{html.escape(p['effect'])}: {html.escape(p['sentence'])}</li>" for p in made["estimates"])
+    numbers = "".join(f"<li>{html.escape(p['sentence'])}</li>" for p in made["estimates"])
     added = html.escape(" and ".join(made["effects"]))
     return f"<p>{added} added to {html.escape(made['parent'])} on {records}.</p>" + (
         f"<ul>{numbers}</ul>" + table(("Judged on", "model", "RMSE N"), shown)
@@ -111,7 +113,8 @@ def _asked(folder: Folder, step: Step) -> str:
     advice = "".join(f"<p>{html.escape(line)}</p>" for line in answer["advice"])
     rows = [
         (c["effect"], f"{c['rmse_before_n']:.1f}", f"{c['rmse_after_n']:.1f}", ", ".join(c["separable_from"]) or "-")
-        for c in answer["candidates"][:8]
+        for c in answer["candidates"][:MOST]
+        if c["in_verdict"] or c["rmse_after_n"] < WORTH * c["rmse_before_n"]
     ]
     heads = ("Candidate", "before N", "after N", "looks like")
     return said + _evidence(answer.get("evidence", [])) + table(heads, rows) + advice
@@ -148,14 +151,16 @@ def _evidence(sets: list[dict[str, Any]]) -> str:
 
 
 def _effects(spec: ModelSpec) -> str:
-    """What was found: every parameter of every effect with one sigma; units are in the names."""
-    if not spec.effects:
-        return ""
+    """What was found: every parameter that is not neutral, with one sigma; units are in the names."""
+    neutral = {word: {p.name: p.neutral for p in effect.parameters} for word, effect in shelf().items()}
     rows = [
         (e.name, name, f"{value:.4g}", f"{e.std[name]:.2g}" if name in e.std else "")
         for e in spec.effects
         for name, value in e.parameters.items()
+        if value != neutral.get(e.name, {}).get(name)
     ]
+    if not rows:
+        return ""
     return "<h2>Effects in the model</h2>" + table(("Effect", "parameter", "value", "one sigma"), rows)
 
 

@@ -2,6 +2,7 @@
 
 import secrets
 from collections.abc import Mapping
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ MM = 1 / 25.4  # inches
 WIDTH_MM, PANEL_MM, HEAD_MM = 180.0, 42.0, 22.0
 DPI = 300
 BUCKETS = 1500  # per line: more than the printer resolves
+TITLE_SIGNS, LEGEND_SIGNS = 110, 75  # in a line
 MEASURED = "#16202b"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#b0538a", "#5c6875")
 
@@ -33,12 +35,12 @@ def write_figure(folder: Folder, arguments: Mapping[str, Any], progress: Progres
     progress(0.2, "drawing")
     figure = Figure(figsize=(WIDTH_MM * MM, (HEAD_MM + PANEL_MM * len(panels)) * MM), layout="constrained")
     FigureCanvasAgg(figure)
-    figure.suptitle(arguments["title"], fontsize=10)
+    figure.suptitle(fill(arguments["title"], TITLE_SIGNS), fontsize=9)
     places = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for place, panel in zip(places, panels, strict=True):
         lines = [folder.line(arguments["recording"], channel) for channel in panel["channels"]]
         _draw(place, lines, start_s, stop_s)
-        place.set_ylabel(panel["title"], fontsize=7)
+        place.set_title(panel["title"], fontsize=7, loc="left")
     places[-1].set_xlabel("time [s]", fontsize=8)
     places[-1].set_xlim(start_s, stop_s)
     reports = folder.state / "reports"
@@ -58,8 +60,17 @@ def _draw(place: Axes, lines: list[Line], start_s: float, stop_s: float) -> None
         found = zoom(line.columns.column(line.channel), line.columns.levels(line.channel), first, last, BUCKETS)
         values = np.column_stack((found.low, found.high)).ravel()
         color = MEASURED if line.channel == "force_N" else next(colors)
-        place.plot(np.repeat(time_s[found.first], 2), values, lw=0.7, color=color, label=line.label)
+        place.plot(np.repeat(time_s[found.first], 2), values, lw=0.7, color=color, label=_named(line.label))
     place.tick_params(labelsize=7)
     place.grid(True, lw=0.3, color="#cccccc")
-    if len(lines) > 1:
-        place.legend(fontsize=6, loc="upper right", framealpha=0.8)
+    if len(lines) > 1:  # above the axes, beside its title or over it: never over a curve
+        beside = sum(len(_named(line.label)) for line in lines) < LEGEND_SIGNS
+        place.legend(
+            fontsize=6, loc="lower right", bbox_to_anchor=(1, 1 if beside else 1.1), ncols=len(lines) if beside else 1,
+            frameon=False, borderaxespad=0.3,
+        )  # fmt: skip
+
+
+def _named(label: str) -> str:
+    """model@folder/mount.json -> mount"""
+    return "measured" if label == "force_N" else label.split("@")[-1].split("/")[-1].removesuffix(".json")

@@ -29,8 +29,7 @@ class ParameterEstimate:
     @property
     def sentence(self) -> str:
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
-        tail = f" (on PH-LAB {self.expected})" if self.expected else ""
-        tail += ": these data do not tell it" if self.std >= abs(self.value) > 0 else ""
+        tail = ": these data do not tell it" if self.std >= abs(self.value) > 0 else ""
         tail += f"; it is on its {self.bound} bound" if self.bound else ""
         return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.std:.2g}{unit}{tail}"
 

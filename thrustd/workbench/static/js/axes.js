@@ -112,7 +112,10 @@ export function ticks({ low, high, log }, most) {
   }
   const rough = (high - low) / most,
     size = 10 ** Math.floor(Math.log10(rough));
-  const step = size * [1, 2, 2.5, 5, 10].find((s) => s * size >= rough),
+  const sizes = [0.5, 1, 2, 2.5, 5, 10],
+    wide = sizes.findIndex((s) => s * size >= rough),
+    few = Math.floor(high / (sizes[wide] * size)) - Math.ceil(low / (sizes[wide] * size)) < 2, // one or two say no scale
+    step = size * sizes[wide - (few ? 1 : 0)],
     found = [];
   for (let v = Math.ceil(low / step) * step; v <= high + 1e-9 * step; v += step)
     found.push(Math.abs(v) < step / 1e6 ? 0 : v);

@@ -1,6 +1,6 @@
 // The pictures of a comparison and of a diagnosis.
 import { band, chart, FONT, line, nearest, rule, span, text } from "./axes.js";
-import { css, h } from "./dom.js";
+import { css, h, key } from "./dom.js";
 import { newtons, number, withUnit } from "./format.js";
 
 // residual against one channel: mean with the 10 to 90 % band. `layers`: [{d, color}], the last in front
@@ -186,12 +186,9 @@ export function coherenceChart(s) {
     h(
       "div",
       { class: "keys" },
-      most.map(([name], i) => {
-        const [color, dash] = MANY[i],
-          mark = h("i", { class: dash.length ? (dash[0] > 2 ? "dashed" : "dotted") : "" });
-        mark.style.borderTopColor = `var(${color})`;
-        return h("span", { class: "key" }, mark, name);
-      }),
+      most.map(([name], i) =>
+        key(MANY[i][0], name, MANY[i][1].length ? (MANY[i][1][0] > 2 ? "dashed" : "dotted") : ""),
+      ),
     ),
   );
 }

@@ -3,25 +3,28 @@ import { chart, line, nearest, span } from "./axes.js";
 import { h } from "./dom.js";
 import { number } from "./format.js";
 
+// each: {values, title}, or null
 export function columnPictures(time, force, deformation, slope) {
-  const at = time ?? (force ?? deformation ?? []).map((_, i) => i);
-  const overTime = (values, title, color) =>
-    values &&
-    chart({
+  const at = time?.values ?? ((force ?? deformation)?.values ?? []).map((_, i) => i);
+  const overTime = (channel, color) => {
+    if (!channel) return null;
+    const { values, title } = channel;
+    return chart({
       height: 150,
       x: { title: time ? "time [s]" : "sample", ...span([at], 0) },
       y: { title, ...span([values]) },
       at: (x) => number(values[nearest(at, x)], 5),
       draw: (p) => line(p, at, values, color, 1.2),
     });
+  };
   return [
-    h("div", {}, overTime(force, "force [N]", "--measured"), overTime(deformation, "deform. [mm]", "--s1")),
+    h("div", {}, overTime(force, "--measured"), overTime(deformation, "--s1")),
     force && deformation
       ? chart({
           height: 300,
-          x: { title: "deformation [mm]", ...span([deformation]) },
-          y: { title: "force [N]", ...span([force]) },
-          draw: (p) => line(p, deformation, force, slope < 0 ? "--s2" : "--s1", 1),
+          x: { title: deformation.title, ...span([deformation.values]) },
+          y: { title: force.title, ...span([force.values]) },
+          draw: (p) => line(p, deformation.values, force.values, slope < 0 ? "--s2" : "--s1", 1),
         })
       : null,
   ];

@@ -20,21 +20,16 @@ export function panel(title, header, ...body) {
 
 // heads: names of the columns, or [name, class, columns it spans]; null for one that is left out
 export function table(props, heads, rows) {
-  const head = ([name, kind, span]) => h("th", { class: kind, colspan: span }, name);
-  return h(
-    "table",
-    props,
-    h(
-      "thead",
-      {},
-      h(
-        "tr",
-        {},
-        heads.filter(Boolean).map((one) => head([one].flat())),
-      ),
-    ),
-    h("tbody", {}, rows),
+  const named = heads.filter(Boolean).map((one) => [one].flat()),
+    names = named.flatMap(([name, , span]) => Array(span ?? 1).fill(name));
+  for (const row of rows.flat())
+    for (const [i, cell] of [...(row?.cells ?? [])].entries()) cell.dataset.head = names[i] ?? "";
+  const head = h(
+    "tr",
+    {},
+    named.map(([name, kind, span]) => h("th", { class: kind, colspan: span }, name)),
   );
+  return h("table", props, h("thead", {}, head), h("tbody", {}, rows));
 }
 
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -45,6 +40,13 @@ export function select(options, chosen, onchange, label) {
     { onchange: (event) => onchange(event.target.value), "aria-label": label },
     options.map(([value, text]) => h("option", { value, selected: value === chosen }, text)),
   );
+}
+
+// a line's name beside its colour; `kind`: dashed, dotted
+export function key(color, name, kind = "") {
+  const mark = h("i", { class: kind });
+  mark.style.borderTopColor = `var(${color})`;
+  return h("span", { class: "key" }, mark, name);
 }
 
 // replace what an element holds; nothing for null

@@ -46,43 +46,43 @@ export class EngineTile {
     );
   }
 
-  // e: fields of types.Estimate; begun: whether there ever was an estimate
-  show(e, begun = (this.begun ||= settledAt(e.thrust_std_n))) {
-    const width = SIGMAS * e.thrust_std_n,
-      settled = settledAt(e.thrust_std_n);
+  // e: fields of types.Estimate; since: status bits that have been on since the log began, no alarm as yet
+  show(e, since = (this.since = (this.since ?? e.status) & e.status)) {
+    const settled = settledAt(e.thrust_std_n),
+      half = (std) => `± ${newtons(SIGMAS * std)} (95 %)`;
     this.thrust.textContent = settled ? newtons(e.thrust_n).replace(" N", "") : "–";
     this.band.textContent = settled
-      ? `95 %: ${newtons(e.thrust_n - width).replace(" N", "")} to ${newtons(e.thrust_n + width)}`
+      ? `95 %: ${newtons(edge(-1, e.thrust_n, e.thrust_std_n)).replace(" N", "")} to ${newtons(edge(1, e.thrust_n, e.thrust_std_n))}`
       : "no measurement yet";
     const source = (value, std, bias) =>
-      Number.isFinite(value) && value !== null
-        ? [newtons(value), `± ${newtons(SIGMAS * std)}\nbias ${bias}`]
+      Number.isFinite(value ?? NaN)
+        ? [newtons(value), `${half(std)}\nbias ${bias}`]
         : ["no measurement", `bias ${bias}`];
     const said = [
-      [settled ? `± ${newtons(width)}` : "–", `rate ${signedNewtons(e.thrust_rate_n_s)}/s`],
+      [settled ? half(e.thrust_std_n) : "–", `rate ${signedNewtons(e.thrust_rate_n_s)}/s`],
       source(e.mount_n, e.mount_std_n, signedNewtons(e.mount_bias_n)),
       source(e.brochure_n, e.brochure_std_n, `${signed(100 * e.brochure_bias, 2)} %`),
     ];
     this.sources.forEach((r, i) => {
-      r.value.textContent = said[i][0];
-      r.more.textContent = said[i][1];
+      [r.value.textContent, r.more.textContent] = said[i];
     });
-    const on = Object.entries(store.server.status_words)
-      .filter(([bit]) => (e.status & bit) !== 0)
-      .map(([, name]) => name);
-    const key = begun ? on.join() : null;
-    if (key === this.key) return;
-    this.key = key;
-    if (!begun) {
-      this.lamps.replaceChildren(h("span", { class: "lamp" }, "no estimate yet"));
-      return;
-    }
+    const shown = settled ? `${e.status} ${since}` : "";
+    if (shown === this.shown) return;
+    this.shown = shown;
     this.lamps.replaceChildren(
-      ...(on.length
-        ? on.map((name) => h("span", { class: `lamp ${GRAVE.includes(name) ? "fail" : "on"}` }, words(name)))
-        : [h("span", { class: "lamp ok" }, "both sources healthy, inside the valid range")]),
+      ...(settled ? lamps(e.status, since) : [h("span", { class: "lamp" }, "no estimate yet")]),
     );
   }
+}
+
+function lamps(status, since) {
+  const on = Object.entries(store.server.status_words).filter(([bit]) => (status & bit) !== 0);
+  if (!on.length) return [h("span", { class: "lamp ok" }, "both sources healthy, inside the valid range")];
+  return on.map(([bit, name]) =>
+    since & bit
+      ? h("span", { class: "lamp" }, `${words(name)} since the log began`)
+      : h("span", { class: `lamp ${GRAVE.includes(name) ? "fail" : "on"}` }, words(name)),
+  );
 }
 
 export const FIELDS = [
@@ -116,6 +116,7 @@ export function errorPanel(engine, channels, height) {
     transform: ([x, off, std]) => [x, ...[1, -1].map((sign) => std.map((v) => edge(sign, 0, v))), off],
     bands: [[1, 2]],
     band: "95 %",
+    share: 0.98,
   };
 }
 

@@ -1,6 +1,6 @@
 // Evidence on the user's own data: the residual, and over it what an effect explains of it.
 import { chart, line, nearest, rule, span } from "./axes.js";
-import { css, h } from "./dom.js";
+import { css, h, key } from "./dom.js";
 import { newtons, seconds, typeset, withUnit } from "./format.js";
 
 const PART = "--s2"; // what the effect explains
@@ -119,11 +119,6 @@ function curves(view) {
 const range = (values) => ({ low: Math.min(...values), high: Math.max(...values) });
 
 function keys(view) {
-  const key = (color, words, dashed) => {
-    const mark = h("i", { class: dashed ? "dashed" : "" });
-    mark.style.borderTopColor = `var(${color})`;
-    return h("span", { class: "key" }, mark, words);
-  };
   const many = view.curves.length > 1;
   return [
     key("--ink-3", "residual"),

@@ -161,7 +161,7 @@ export class Frame {
         "label",
         { title: chosen ? `${meaning}: ${chosen}` : meaning, class: wanted === title.toLowerCase() ? "wanted" : "" },
         title,
-        select([["", none], ...list.map((name) => [name, name])], chosen, pick, meaning),
+        select([["", none], ...list.map((name) => [name, name.replace(/\.json$/, "")])], chosen, pick, meaning),
       );
     const one = (field) => (name) => attempt(choose)({ [field]: name ? [name] : [] });
     fill(

@@ -1,20 +1,18 @@
 // What each mount says, in a flight that is played back and in one that is followed.
-import { fill, h, panel } from "./dom.js";
+import { fill, h, panel, table } from "./dom.js";
 import { number } from "./format.js";
 
 const HEADS = ["Deformation", "Thrust share", "One sigma"];
 const DIGITS = [
-  ["mm", 5],
-  ["N", 4],
+  ["mm", 3],
+  ["N", 3],
   ["N", 3],
 ];
 
 export class MountTable {
   constructor() {
-    this.rows = h("tbody", {});
-    const heads = HEADS.map((name) => h("th", { class: "num" }, name));
-    const table = h("table", {}, h("thead", {}, h("tr", {}, h("th", {}, "Mount"), heads)), this.rows);
-    this.root = panel("Mounts", [], h("div", { class: "flush" }, table));
+    this.box = h("div", { class: "flush" });
+    this.root = panel("Mounts", [], this.box);
     this.root.hidden = true;
   }
 
@@ -26,8 +24,12 @@ export class MountTable {
         h("td", { class: "num" }, Number.isFinite(values[i]) ? `${number(values[i], digits)} ${unit}` : "–"),
       );
     fill(
-      this.rows,
-      said.map(([mount, values]) => h("tr", {}, h("td", {}, mount.replace("_", " ")), cells(values))),
+      this.box,
+      table(
+        {},
+        ["Mount", ...HEADS.map((name) => [name, "num"])],
+        said.map(([mount, values]) => h("tr", {}, h("td", {}, mount.replace("_", " ")), cells(values))),
+      ),
     );
   }
 }

@@ -1,5 +1,6 @@
 // The steps of the loop as orders to the worker.
 import { newtons } from "./format.js";
+import { latest } from "./guide.js";
 import { parentOf } from "./ledger.js";
 import { attempt, order, running, say, session, store } from "./store.js";
 
@@ -42,16 +43,15 @@ export function readNext() {
 // effects: the laws that fit best, by the names that extend takes
 export async function extendWith(effects) {
   const chosen = session();
-  const word = effects
-    .map((effect) => effect.replace(/[^A-Za-z0-9_]+/g, "-").replace(/^-+|-+$/g, ""))
-    .join("+")
-    .slice(0, 40);
+  const asked = latest("diagnose")?.candidates ?? [], // a file is called by the words that the page has shown
+    words = effects.map((effect) => asked.find((c) => c.name === effect)?.effect ?? effect),
+    word = words.map((one) => one.replace(/[^A-Za-z0-9_]+/g, "-").replace(/^-+|-+$/g, "")).join("+");
   const job = await order("extend", {
     model: chosen.model,
     effects,
     recordings: chosen.measured,
     heldout: chosen.heldout,
-    out: free(stem(chosen.model) + "+" + word),
+    out: free(`${stem(chosen.model)}+${word.slice(0, 40)}`),
   });
   if (job.state !== "done") return;
   say(

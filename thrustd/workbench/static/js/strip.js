@@ -1,6 +1,6 @@
 // A strip chart of one engine that grows while the daemon writes: the last minutes, band and both sources.
 import uPlot from "../vendor/uPlot.esm.js";
-import { css, h, panel } from "./dom.js";
+import { css, h, key, panel } from "./dom.js";
 import { edge, FUSED, SOURCES } from "./engine.js";
 import { px } from "./scale.js";
 import { timeAxis, valueAxis } from "./time_axes.js";
@@ -13,11 +13,7 @@ export class LiveStrip {
   constructor(name) {
     this.data = [[], [], [], ...LINES.map(() => [])];
     this.box = h("div", {});
-    const keys = [FUSED, ...SOURCES].map(([, label, color]) => {
-      const mark = h("i");
-      mark.style.borderTopColor = `var(${color})`;
-      return h("span", { class: "key" }, mark, label);
-    });
+    const keys = [FUSED, ...SOURCES].map(([, label, color]) => key(color, label));
     this.root = panel(
       `${name} engine: net thrust [N], forward +; band 95 %`,
       [h("span", { class: "push buttons" }, keys)],

@@ -32,4 +32,9 @@ export function timeAxis(last = true) {
 // as wide as a value axis, with nothing on it
 export const emptyAxis = () => ({ size: px(68), grid: { show: false }, ticks: { show: false }, values: () => [] });
 
-export const valueAxis = () => ({ ...base(), size: px(68), space: px(26), values: ticks });
+export const valueAxis = () => ({
+  ...base(),
+  size: px(68),
+  space: (_u, _i, _low, _high, height) => Math.min(px(26), height / 4),
+  values: ticks,
+});

@@ -1,11 +1,11 @@
 // One sheet: panels of lines over the same time axis, zoomed together, each zoom answered by the server's pyramid.
 import uPlot from "../vendor/uPlot.esm.js";
-import { css, h } from "./dom.js";
+import { css, h, key } from "./dom.js";
 import { clock, count, number, seconds } from "./format.js";
 import { fetchWindow, onTimes, toColumns, valueAt } from "./lines.js";
 import { px } from "./scale.js";
 import { emptyAxis, TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
-import { padded, settled } from "./value_range.js";
+import { beyond, padded, scaleOf } from "./value_range.js";
 
 const MIN_SPAN_S = 1e-3;
 
@@ -110,7 +110,7 @@ export class Sheet {
       },
       scales: {
         x: { time: false, range: () => this.range },
-        y: { range: (u, low, high) => padded(...(settled(u, plot.panel.from_s, this.range) ?? [low, high])) },
+        y: { range: (u, low, high) => padded(...(scaleOf(u, plot.panel, this.range) ?? [low, high])) },
       },
       axes: [timeAxis(false), valueAxis()],
       series: [
@@ -184,11 +184,11 @@ export class Sheet {
         const said =
           hit === null ? "" : hit[0] === hit[1] ? number(hit[0], 6) : `${number(hit[0], 5)} … ${number(hit[1], 5)}`;
         if (s.unseen && !said) return "";
-        const mark = h("i", { hidden: s.unseen || plot.named < 2 });
-        mark.style.borderTopColor = css(s.color);
         const crowded = plot.root.classList.contains("many"), // the colour must do while there is a value
           words = [plot.named > 1 && !(crowded && said) && s.label, said, said && plot.panel.unit];
-        return h("span", { class: "key" }, mark, words.filter(Boolean).join(" "));
+        const cell = key(s.color, words.filter(Boolean).join(" "));
+        cell.firstChild.hidden = s.unseen || plot.named < 2;
+        return cell;
       });
       if (plot.panel.second) cells.push(...this.besideCells(plot, t));
       const band = plot.panel.band && h("span", { class: "shade-key" }, h("i", { class: "band" }), plot.panel.band);
@@ -201,10 +201,8 @@ export class Sheet {
   // names and values of the lines of a second recording
   besideCells({ panel, beside }, t) {
     return panel.drawn.slice(panel.series.length).map((s, i) => {
-      const hit = t === null || !beside ? null : valueAt(beside, i, t - panel.second.shift()),
-        mark = h("i");
-      mark.style.borderTopColor = css(s.color);
-      return h("span", { class: "key" }, mark, s.label, hit ? ` ${number(hit[0], 5)} ${panel.unit}` : "");
+      const hit = t === null || !beside ? null : valueAt(beside, i, t - panel.second.shift());
+      return key(s.color, s.label + (hit ? ` ${number(hit[0], 5)} ${panel.unit}` : ""));
     });
   }
 
@@ -283,6 +281,8 @@ export class Sheet {
         plot.chart.setData(this.columns(plot), true);
       });
       this.paint();
+      for (const { chart, panel, title } of this.plots.filter((plot) => plot.panel.share))
+        title.textContent = panel.title + beyond(chart.data, [chart.scales.y.min, chart.scales.y.max], panel.unit);
       this.cursor(this.plots[0].chart);
       this.root.dataset.ready = `${from} ${to}`;
     } catch (problem) {

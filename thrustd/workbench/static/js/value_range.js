@@ -1,4 +1,5 @@
 // The range of values that a panel shows.
+import { number, seconds } from "./format.js";
 
 export function padded(low, high) {
   if (low === null || high === null || !Number.isFinite(low)) return [0, 1];
@@ -10,17 +11,27 @@ export function padded(low, high) {
   return [low - room, high + room];
 }
 
-// lowest and highest from a time on, over what is in sight: the start-up does not set the scale of a residual
-export function settled(u, from_s, [start, stop]) {
-  if (from_s === undefined || stop <= from_s || start >= from_s) return null;
-  const [time, ...lines] = u.data;
-  let low = Infinity,
-    high = -Infinity;
-  for (const values of lines)
-    for (let i = 0; i < time.length; i++) {
-      if (time[i] < from_s || time[i] > stop || values[i] === null || values[i] === undefined) continue;
-      low = Math.min(low, values[i]);
-      high = Math.max(high, values[i]);
-    }
-  return low < high ? [low, high] : null;
+// lowest and highest of what is in sight from a time on: the start-up does not set the scale of a residual; with `share`
+// below 1 of that share in the middle: nor does one spike that of an error
+export function scaleOf(u, { from_s = -Infinity, share = 1 }, [start, stop]) {
+  if (share === 1 && (stop <= from_s || start >= from_s)) return null;
+  const [time, ...lines] = u.data,
+    from = Math.max(from_s < stop ? from_s : start, start);
+  const seen = lines.flatMap((values) =>
+    Array.from(values).filter((v, i) => Number.isFinite(v ?? NaN) && time[i] >= from && time[i] <= stop),
+  );
+  if (!seen.length) return null;
+  const sorted = Float64Array.from(seen).sort(),
+    out = Math.floor(((1 - share) / 2) * sorted.length);
+  return [sorted[out], sorted[sorted.length - 1 - out]];
+}
+
+// where a line goes furthest beyond what is drawn, in words; "" where nowhere
+export function beyond([time, ...lines], [low, high], unit) {
+  const values = lines.at(-1);
+  let at = -1;
+  for (let i = 0; i < time.length; i++)
+    if (values[i] !== null && (values[i] < low || values[i] > high) && !(Math.abs(values[i]) <= Math.abs(values[at])))
+      at = i;
+  return at < 0 ? "" : `; beyond the scale: ${number(values[at], 3)} ${unit} at ${seconds(time[at])}`;
 }

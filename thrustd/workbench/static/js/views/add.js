@@ -209,7 +209,6 @@ export function add(root) {
               {},
               h("td", {}, p.effect, " ", h("b", {}, p.name)),
               h("td", { class: "num" }, plusMinus(p.value, p.std, p.unit)),
-              h("td", { class: "quiet" }, p.expected ? `expected ${p.expected}` : ""),
             ),
           ),
         ),

@@ -53,7 +53,7 @@ class Columns {
     this.rows = table.columns.map((column) => {
       const kept = said.get(column.name),
         one = kept ?? (said.size ? null : table.offered[column.name]);
-      const row = { column, ours: one?.ours ?? "", unit: one?.unit || column.unit, sign: 1, zero: 0, scale: "" };
+      const row = { column, ours: one?.ours ?? "", unit: one?.unit || column.unit, sign: 1, zero: "", scale: "" };
       if (one) this.take(row, one, Boolean(kept));
       return row;
     });
@@ -66,10 +66,13 @@ class Columns {
     const [scale, shift] = this.conversion(row) ?? [Math.abs(factor), 0];
     row.sign = factor < 0 ? -1 : 1;
     row.scale = this.conversion(row) || !said ? "" : scale;
-    row.zero = Number((-(offset - shift) / factor).toPrecision(12)) || 0;
+    row.zero = this.raw(row) && !said ? "" : Number((-(offset - shift) / factor).toPrecision(12)) || 0;
   }
 
   conversion = (row) => this.table.conversions[unitOf(row.ours)]?.[row.unit];
+
+  // what a transducer says, in a unit of its own: scale and zero are for its calibration sheet to say
+  raw = (row) => Boolean(row.ours) && !this.conversion(row);
 
   // [factor, offset] of ours = theirs * factor + offset
   numbers(row) {
@@ -79,14 +82,14 @@ class Columns {
   }
 
   values(row) {
-    const [factor, offset] = this.numbers(row);
+    const [factor, offset] = this.unsaid(row) ? [1, 0] : this.numbers(row);
     return row.column.preview.map((v) => (v === null ? null : v * factor + offset));
   }
 
   draw() {
     const strange = this.rows.filter((row) => !row.column.known),
       known = this.rows.filter((row) => row.column.known).map((row) => row.column.name);
-    const heads = ["Column", "Holds", "Is", "In", "Zero: reading without load", "Sign", "Becomes"];
+    const heads = ["Column", "Is", "In", "Zero: reading without load", "Sign", "Becomes"];
     fill(
       this.root,
       h(
@@ -147,7 +150,6 @@ class Columns {
       this.draw();
     };
     const becomes = h("span", {}, row.ours ? this.becomes(row) : null);
-    const free = row.ours && !this.conversion(row);
     const field = (name, label) =>
       h("input", {
         type: "number",
@@ -167,9 +169,11 @@ class Columns {
             "span",
             { class: "inline" },
             this.units(row, set("unit")),
-            free && row.unit ? [` 1 ${row.unit} = `, field("scale", "scale"), unitOf(row.ours)] : null,
+            this.raw(row) && row.unit ? [` 1 ${row.unit} = `, field("scale", "scale"), unitOf(row.ours)] : null,
           ),
-          row.ours === "time_s" ? "" : h("span", { class: "inline" }, field("zero", "zero"), row.unit),
+          row.ours === "time_s"
+            ? ""
+            : [h("span", { class: "inline" }, field("zero", "zero"), row.unit), this.zeroOffered(row, set("zero"))],
           row.ours === "time_s"
             ? ""
             : h(
@@ -189,8 +193,12 @@ class Columns {
     return h(
       "tr",
       {},
-      h("td", { class: "name" }, h("b", {}, column.name)),
-      h("td", { class: "num" }, `${number(column.low, 4)} to ${withUnit(column.high, column.unit, 4)}`),
+      h(
+        "td",
+        { class: "name" },
+        h("b", {}, column.name),
+        h("div", { class: "faint" }, `${number(column.low, 4)} to ${withUnit(column.high, column.unit, 4)}`),
+      ),
       h(
         "td",
         {},
@@ -198,8 +206,7 @@ class Columns {
           [["", "as named"], ...choices.map((o) => [o, o])],
           row.ours,
           (ours) => {
-            row.ours = ours;
-            row.scale = "";
+            Object.assign(row, { ours, scale: "", zero: "" });
             this.draw();
           },
           `what ${column.name} is`,
@@ -224,14 +231,31 @@ class Columns {
     return h("span", { class: "num" }, `${number(ends[0], 4)} to ${withUnit(ends[1], unitOf(row.ours), 4)}`);
   }
 
-  // what nobody has said yet: how much of ours one of theirs is
-  unsaid = (row) => row.ours && !this.conversion(row) && row.scale === "";
+  // what nobody has said yet: how much of ours one of theirs is, and what it reads without load
+  unsaid = (row) => this.raw(row) && (row.scale === "" || row.zero === "");
 
-  // the channel as it would be read, on the preview's samples
+  // what a transducer says where the force is smallest: a zero to take, or to doubt
+  zeroOffered(row, take) {
+    const force = this.channel("force_N")?.values;
+    if (row.ours !== "deformation_mm" || !force) return null;
+    const least = force.reduce(
+        (best, v, i) => (Math.abs(v ?? Infinity) < Math.abs(force[best] ?? Infinity) ? i : best),
+        0,
+      ),
+      value = Number(row.column.preview[least]?.toPrecision(3) ?? Number.NaN);
+    return h("div", {}, h("button", { class: "plain", onclick: () => take(value) }, `${value} at the least force`));
+  }
+
+  // the channel as it would be read, on the preview's samples: {values, title}
   channel(ours) {
     const row =
       this.rows.find((one) => one.ours === ours) ?? this.rows.find((one) => !one.ours && one.column.name === ours);
-    return row ? (row.ours ? this.values(row) : row.column.preview) : null;
+    if (!row) return null;
+    const title =
+      row.ours && this.unsaid(row)
+        ? row.column.name
+        : { force_N: "force [N]", deformation_mm: "deformation [mm]" }[ours];
+    return { values: row.ours ? this.values(row) : row.column.preview, title };
   }
 
   preview() {
@@ -240,7 +264,7 @@ class Columns {
       ["force_N", force],
       ["deformation_mm", deformation],
     ].filter(([, values]) => !values);
-    const slope = force && deformation ? correlation(deformation, force) : null;
+    const slope = force && deformation ? correlation(deformation.values, force.values) : null;
     const unsaid = this.rows.filter(this.unsaid).map(question);
     this.verdict.className = slope !== null && slope < 0 ? "bad" : "quiet";
     this.verdict.textContent = [
@@ -279,4 +303,6 @@ class Columns {
 const question = (row) =>
   !row.unit
     ? `In what unit is ${row.column.name}?`
-    : `How many ${unitOf(row.ours)} is 1 ${row.unit} of ${row.column.name}? Its calibration sheet says.`;
+    : row.scale === ""
+      ? `How many ${unitOf(row.ours)} is 1 ${row.unit} of ${row.column.name}? Its calibration sheet says.`
+      : `What does ${row.column.name} read without load? Type 0 if it was zeroed.`;

@@ -2,7 +2,7 @@
 
 import { span } from "../axes.js";
 import { coherenceChart, dependenceChart, loopChart, mapChart, spectrumChart, topOf } from "../charts.js";
-import { h, panel, table } from "../dom.js";
+import { h, key, panel, table } from "../dom.js";
 import { newtons, percent, signedNewtons, typeset } from "../format.js";
 
 const SHOWN = 9; // channels drawn, those that carry most of the residual first
@@ -104,11 +104,7 @@ const keys = (list) =>
   h(
     "span",
     { class: "push buttons" },
-    list.map(([name, color]) => {
-      const mark = h("i");
-      mark.style.borderTopColor = `var(${color})`;
-      return h("span", { class: "key" }, mark, name);
-    }),
+    list.map(([name, color]) => key(color, name)),
   );
 
 export function regions(c) {

@@ -4,9 +4,10 @@ import { EngineTile, errorPanel, FIELDS, settledAt, thrustPanel, twoFlightsPanel
 import { clock, seconds } from "../format.js";
 import { fetchWindow, valueAt } from "../lines.js";
 import { MountTable } from "../mounts.js";
-import { attempt } from "../store.js";
+import { attempt, store } from "../store.js";
 import { Sheet } from "../timeplot.js";
 
+const LOOK = 20_000; // points of a look at the whole flight
 const AHEAD_S = 20; // of playback fetched at once, times its speed
 
 // other: {name, shift_s, channels} of a second flight to lie over this one, or null
@@ -126,7 +127,8 @@ export function playback(body, card, engines, channels, other) {
         const hit = valueAt(window, k, now.t);
         return [field, hit ? hit[1] : NaN];
       });
-      tiles[i].show(Object.fromEntries(values), now.t >= (now.begun?.[i] ?? Infinity));
+      const since = Object.entries(now.clear?.[i] ?? {}).reduce((bits, [bit, t]) => (now.t < t ? bits | bit : bits), 0);
+      tiles[i].show(Object.fromEntries(values), since);
     });
     const last = now.windows[engines.length];
     if (last) mountTable.show(mounts.map((m, i) => [m, [0, 1, 2].map((k) => valueAt(last, 3 * i + k, now.t)?.[1])]));
@@ -138,15 +140,23 @@ export function playback(body, card, engines, channels, other) {
     else paint();
   }
 
-  // when each engine had its first estimate: nothing is an alarm before it, and there is nothing to see
+  // when each engine had its first estimate, before which there is nothing to see, and when each of its status bits was
+  // clear for the first time: what is on since the log began is no alarm
   async function begin() {
-    const stds = engines.map((e) => `estimate_thrust_std_n_${e}`),
-      whole = await fetchWindow(card.name, stds, ...limits, 3000);
-    now.begun = whole.series.map((s) => {
-      const at = s.low.findIndex((v) => !Number.isNaN(v) && settledAt(v));
-      return at < 0 ? Infinity : whole.time[at];
-    });
-    const first = Math.max(...now.begun);
+    const of = (field) => engines.map((e) => `estimate_${field}_${e}`),
+      [stds, states] = await Promise.all(
+        [of("thrust_std_n"), of("status")].map((list) => fetchWindow(card.name, list, ...limits, LOOK)),
+      );
+    const when = (window, s, holds) => {
+      const at = s.low.findIndex((v, k) => !Number.isNaN(v) && holds(v, s.high[k]));
+      return at < 0 ? Infinity : window.time[at];
+    };
+    now.clear = states.series.map((s) =>
+      Object.fromEntries(
+        Object.keys(store.server.status_words).map((bit) => [bit, when(states, s, (low, high) => !(low & high & bit))]),
+      ),
+    );
+    const first = Math.max(...stds.series.map((s) => when(stds, s, settledAt)));
     if (now.t === limits[0] && first < limits[1]) now.t = first;
     tick();
   }
