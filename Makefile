@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
 
-.PHONY: help demo test check site bench commission foreign blind fusion integrity thesis clean
+.PHONY: help demo test check wheel site bench commission foreign blind fusion integrity thesis clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -26,6 +26,9 @@ check: .venv/ready ## format, lint, types; Python and JavaScript
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/biome ci --colors=off
+
+wheel: .venv/ready ## out/thrustd-VERSION-py3-none-any.whl
+	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-deps -w out .
 
 site: .venv/ready ## the pages as a site in out/site; a broken link fails
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet

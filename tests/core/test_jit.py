@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thrustd.core.jit import compiled, entry
+from thrustd.core.jit import _Compiling, compiled, entry
 
 SOURCE = """
 from thrustd.core.jit import compiled
@@ -119,3 +119,15 @@ def test_an_index_that_names_a_type_which_is_gone_is_not_read(tmp_path):
         command = [sys.executable, "-c", "import script"]
         answer = subprocess.run(command, cwd=tmp_path, env=kept, capture_output=True, text=True)
         assert answer.stdout.strip() == "3.0", answer.stderr
+
+
+@pytest.mark.parametrize("person", [True, False])
+def test_a_person_is_told_once_that_a_first_start_takes_a_minute(person, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: person, raising=False)
+    listener = _Compiling()
+    for _ in range(9):
+        listener.on_start(None)
+    assert not capsys.readouterr().err
+    for _ in range(30):
+        listener.on_start(None)
+    assert capsys.readouterr().err.count("compiling for this machine") == person

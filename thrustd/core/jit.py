@@ -18,6 +18,29 @@ from typing import Any, Literal
 
 import numpy as np
 from numba import njit, types
+from numba.core import event
+
+MANY = 10  # functions compiled by one process: its cache is empty or of another version
+FIRST = "thrustd: compiling for this machine: about a minute, this once\n"
+
+
+class _Compiling(event.Listener):
+    """Tells a person at a terminal or notebook why nothing happens; a pipe hears nothing."""
+
+    def __init__(self) -> None:
+        self.begun = 0
+
+    def on_start(self, _event: Any) -> None:
+        self.begun += 1
+        if self.begun == MANY and (sys.stderr.isatty() or "ipykernel" in sys.modules):
+            sys.stderr.write(FIRST)
+
+    def on_end(self, _event: Any) -> None:
+        pass
+
+
+_register: Any = event.register
+_register("numba:compile", _Compiling())
 
 BLAS = "scipy.linalg.cython_blas"
 if BLAS not in sys.modules:
