@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "thrustd").rglob("*.py"))
 SAID_ELSEWHERE = (ROOT / "pyproject.toml").read_text() + (ROOT / "thrustd" / "api" / "__init__.py").read_text()
-OTHERS_CALL = {"_repr_html_", "_repr_png_", "_recv_internal"}  # a notebook, python-can
+OTHERS_CALL = {"_repr_html_", "_repr_png_", "_recv_internal", "on_start", "on_end"}  # a notebook, python-can, numba
 WORDS = Counter(re.findall(r"\w+", "".join(path.read_text() for path in FILES) + SAID_ELSEWHERE))
 
 

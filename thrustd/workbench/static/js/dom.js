@@ -18,19 +18,28 @@ export function panel(title, header, ...body) {
   return h("section", { class: "panel" }, h("header", {}, h("h2", {}, title), ...[header].flat()), ...body);
 }
 
-// heads: names of the columns, or [name, class, columns it spans]; null for one that is left out
+// heads: names of the columns, or [name, class, columns it spans]; null for one that is left out, as its cells are.
+// rows: lists of what the cells hold, {props, cells} or elements; a cell has its column's class unless it is one already
 export function table(props, heads, rows) {
-  const named = heads.filter(Boolean).map((one) => [one].flat()),
-    names = named.flatMap(([name, , span]) => Array(span ?? 1).fill(name));
-  for (const row of rows.flat())
-    for (const [i, cell] of [...(row?.cells ?? [])].entries()) cell.dataset.head = names[i] ?? "";
-  const head = h(
-    "tr",
-    {},
-    named.map(([name, kind, span]) => h("th", { class: kind, colspan: span }, name)),
-  );
-  return h("table", props, h("thead", {}, head), h("tbody", {}, rows));
+  const named = heads.filter((one) => one !== null).map((one) => [one].flat()),
+    columns = named.flatMap(([name, kind, span]) => Array(span ?? 1).fill([name, kind]));
+  const made = rows.map((row) => (row instanceof Element ? row : tr(columns, row.props ?? {}, row.cells ?? row)));
+  for (const row of made)
+    for (const [i, cell] of [...row.cells].entries())
+      cell.dataset.head = cell.colSpan > 1 ? "" : (columns[i]?.[0] ?? "");
+  const head = named.map(([name, kind, span]) => h("th", { class: kind, colspan: span }, name));
+  const top = named.some(([name]) => name) ? h("thead", {}, h("tr", {}, head)) : null;
+  return h("table", props, top, h("tbody", {}, made));
 }
+
+const tr = (columns, props, cells) => {
+  const held = cells.filter((cell) => cell !== null);
+  return h(
+    "tr",
+    props,
+    held.map((cell, i) => (cell instanceof HTMLTableCellElement ? cell : h("td", { class: columns[i][1] }, cell))),
+  );
+};
 
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 

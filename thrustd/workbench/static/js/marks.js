@@ -1,5 +1,5 @@
 // Marked stretches: the small dialog that names one, and their table.
-import { h } from "./dom.js";
+import { h, table } from "./dom.js";
 import { number } from "./format.js";
 
 export function askMark(recording, from, to, done) {
@@ -44,36 +44,23 @@ export function marksTable(marks, show, keep) {
   return h(
     "div",
     { class: "flush" },
-    h(
-      "table",
+    table(
       { class: "marks" },
-      h(
-        "tbody",
-        {},
-        marks.map((m, i) =>
-          h(
-            "tr",
-            {},
-            h("td", {}, m.exclude ? h("b", { class: "warn" }, "excluded") : "marked"),
-            h("td", {}, m.label || h("span", { class: "faint" }, "no label")),
-            h("td", { class: "num" }, `${number(m.start_s, 6)} to ${number(m.stop_s, 6)} s`),
-            h(
-              "td",
-              { class: "num" },
-              h("button", { class: "plain", onclick: () => show(m) }, "show"),
-              h(
-                "button",
-                {
-                  class: "plain",
-                  onclick: () => keep(marks.map((one, j) => (j === i ? { ...one, exclude: !one.exclude } : one))),
-                },
-                m.exclude ? "use again" : "exclude",
-              ),
-              h("button", { class: "plain", onclick: () => keep(marks.filter((_, j) => j !== i)) }, "remove"),
-            ),
+      ["", "", ["", "num"], ["", "num"]],
+      marks.map((m, i) => [
+        m.exclude ? h("b", { class: "warn" }, "excluded") : "marked",
+        m.label || h("span", { class: "faint" }, "no label"),
+        `${number(m.start_s, 6)} to ${number(m.stop_s, 6)} s`,
+        [
+          plain("show", () => show(m)),
+          plain(m.exclude ? "use again" : "exclude", () =>
+            keep(marks.map((one, j) => (j === i ? { ...one, exclude: !one.exclude } : one))),
           ),
-        ),
-      ),
+          plain("remove", () => keep(marks.filter((_, j) => j !== i))),
+        ],
+      ]),
     ),
   );
 }
+
+const plain = (said, onclick) => h("button", { class: "plain", onclick }, said);

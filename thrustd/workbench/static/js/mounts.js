@@ -20,15 +20,13 @@ export class MountTable {
   show(said) {
     this.root.hidden = !said.length;
     const cells = (values) =>
-      DIGITS.map(([unit, digits], i) =>
-        h("td", { class: "num" }, Number.isFinite(values[i]) ? `${number(values[i], digits)} ${unit}` : "–"),
-      );
+      DIGITS.map(([unit, digits], i) => (Number.isFinite(values[i]) ? `${number(values[i], digits)} ${unit}` : "–"));
     fill(
       this.box,
       table(
         {},
         ["Mount", ...HEADS.map((name) => [name, "num"])],
-        said.map(([mount, values]) => h("tr", {}, h("td", {}, mount.replace("_", " ")), cells(values))),
+        said.map(([mount, values]) => [mount.replace("_", " "), ...cells(values)]),
       ),
     );
   }

@@ -281,6 +281,7 @@ export class Sheet {
         plot.chart.setData(this.columns(plot), true);
       });
       this.paint();
+      await null; // uPlot sets its scales behind this
       for (const { chart, panel, title } of this.plots.filter((plot) => plot.panel.share))
         title.textContent = panel.title + beyond(chart.data, [chart.scales.y.min, chart.scales.y.max], panel.unit);
       this.cursor(this.plots[0].chart);

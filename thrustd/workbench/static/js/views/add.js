@@ -74,32 +74,21 @@ export function add(root) {
       busy = Boolean(running("extend"));
     const known = card.effects.map((e) => e.name),
       offers = (asked?.candidates ?? []).filter((c) => !known.includes(c.name));
-    const row = (c) =>
+    const row = (c) => [
+      [h("b", {}, c.effect), c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null],
+      `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`,
       h(
-        "tr",
-        {},
-        h("td", {}, h("b", {}, c.effect), c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null),
-        h("td", { class: "num" }, `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`),
-        h(
-          "td",
-          { class: "num" },
-          h(
-            "button",
-            {
-              class: c.in_verdict ? "primary" : "",
-              disabled: busy,
-              onclick: attempt(() => extendWith([c.name])),
-            },
-            "Add",
-          ),
-        ),
-      );
+        "button",
+        { class: c.in_verdict ? "primary" : "", disabled: busy, onclick: attempt(() => extendWith([c.name])) },
+        "Add",
+      ),
+    ];
     const rows = offers.filter((c) => c.in_verdict || removed(c) >= WORTH).map(row);
     return panel(
       "Candidates",
       [],
       rows.length
-        ? h("div", { class: "flush" }, h("table", {}, h("tbody", {}, rows)))
+        ? h("div", { class: "flush" }, table({}, ["", ["", "num"], ["", "num"]], rows))
         : h(
             "div",
             { class: "empty" },
@@ -178,15 +167,7 @@ export function add(root) {
       table(
         {},
         ["RMS", ["before", "num"], ["after", "num"]],
-        rows.map(([name, before, after]) =>
-          h(
-            "tr",
-            {},
-            h("td", {}, name),
-            h("td", { class: "num" }, before === null ? "" : newtons(before)),
-            h("td", { class: "num" }, h("b", {}, newtons(after))),
-          ),
-        ),
+        rows.map(([name, before, after]) => [name, before === null ? "" : newtons(before), h("b", {}, newtons(after))]),
       ),
       (r.heldout ?? []).length ? null : h("p", { class: "quiet" }, "No recording to check on was chosen."),
     );
@@ -197,21 +178,10 @@ export function add(root) {
       "div",
       {},
       h("h3", {}, "Parameters"),
-      h(
-        "table",
+      table(
         {},
-        h(
-          "tbody",
-          {},
-          r.estimates.map((p) =>
-            h(
-              "tr",
-              {},
-              h("td", {}, p.effect, " ", h("b", {}, p.name)),
-              h("td", { class: "num" }, plusMinus(p.value, p.std, p.unit)),
-            ),
-          ),
-        ),
+        ["", ["", "num"]],
+        r.estimates.map((p) => [[p.effect, " ", h("b", {}, p.name)], plusMinus(p.value, p.std, p.unit)]),
       ),
     );
 

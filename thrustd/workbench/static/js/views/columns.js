@@ -89,7 +89,7 @@ class Columns {
   draw() {
     const strange = this.rows.filter((row) => !row.column.known),
       known = this.rows.filter((row) => row.column.known).map((row) => row.column.name);
-    const heads = ["Column", "Is", "In", "Zero: reading without load", "Sign", "Becomes"];
+    const heads = [["Column", "name"], "Is", "In", "Zero: reading without load", "Sign", "Becomes"];
     fill(
       this.root,
       h(
@@ -190,18 +190,12 @@ class Columns {
           becomes,
         ]
       : ["", "", "", h("span", { class: "faint" }, "kept under its own name")];
-    return h(
-      "tr",
-      {},
-      h(
-        "td",
-        { class: "name" },
+    return [
+      [
         h("b", {}, column.name),
         h("div", { class: "faint" }, `${number(column.low, 4)} to ${withUnit(column.high, column.unit, 4)}`),
-      ),
-      h(
-        "td",
-        {},
+      ],
+      [
         select(
           [["", "as named"], ...choices.map((o) => [o, o])],
           row.ours,
@@ -212,9 +206,9 @@ class Columns {
           `what ${column.name} is`,
         ),
         row.ours in MEANT ? h("div", { class: "faint" }, MEANT[row.ours]) : null,
-      ),
-      cells.map((cell) => h("td", {}, cell)),
-    );
+      ],
+      ...cells,
+    ];
   }
 
   units(row, pick) {

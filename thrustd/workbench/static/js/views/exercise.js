@@ -44,33 +44,22 @@ function foundAndTrue(truth, card) {
   const hidden = truth.effects.map((one) => one.effect),
     held = new Map((card?.effects ?? []).map((one) => [effectOf(one.name, hidden), one]));
   const rows = truth.effects.flatMap((one) =>
-    one.parameters.map((p, i) =>
-      h(
-        "tr",
-        {},
-        h("td", {}, i ? "" : h("b", {}, one.effect)),
-        h("td", {}, i ? "" : found(held.has(one.effect))),
-        h("td", {}, p.name),
-        h("td", { class: "num" }, number(p.value, 4)),
-        ...estimate(held.get(one.effect), p),
-        h("td", { class: "num" }, i ? "" : newtons(one.force_rms_n)),
-      ),
-    ),
+    one.parameters.map((p, i) => [
+      i ? "" : h("b", {}, one.effect),
+      i ? "" : found(held.has(one.effect)),
+      p.name,
+      number(p.value, 4),
+      ...estimate(held.get(one.effect), p),
+      i ? "" : newtons(one.force_rms_n),
+    ]),
   );
   for (const one of held.values())
     if (!hidden.includes(effectOf(one.name, hidden)))
-      rows.push(
-        h(
-          "tr",
-          {},
-          h("td", {}, h("b", {}, one.name)),
-          h("td", { class: "warn", colspan: "6" }, "in the model, but not hidden"),
-        ),
-      );
+      rows.push([h("b", {}, one.name), h("td", { class: "warn", colspan: "6" }, "in the model, but not hidden")]);
   const heads = [
-    ["Hidden effect", ""],
-    ["In the model", ""],
-    ["Parameter", ""],
+    "Hidden effect",
+    "In the model",
+    "Parameter",
     ["True", "num"],
     [`Found in ${card?.name ?? "no model"}`, "num"],
     ["Found − true", "num"],
@@ -85,8 +74,8 @@ const found = (yes) => (yes ? h("span", { class: "good" }, "✓ found") : h("spa
 function estimate(effect, { name, value }) {
   const mine = effect?.parameters[name],
     std = effect?.std[name];
-  if (mine === undefined) return [h("td", { class: "num faint" }, effect ? "not estimated" : "–"), h("td", {})];
+  if (mine === undefined) return [h("span", { class: "faint" }, effect ? "not estimated" : "–"), ""];
   const off = value ? `${signed((100 * (mine - value)) / Math.abs(value), 2)} %` : signed(mine - value, 3);
   const sigmas = std ? `, ${number(Math.abs(mine - value) / std, 2)} sigma` : "";
-  return [h("td", { class: "num" }, plusMinus(mine, std)), h("td", { class: "num" }, off + sigmas)];
+  return [plusMinus(mine, std), off + sigmas];
 }

@@ -70,23 +70,19 @@ export function fails(root) {
       draw();
     };
     const several = new Set(cells.map((c) => c.recording)).size > 1;
-    const row = (c, i) =>
-      h(
-        "tr",
-        { class: "pick", "aria-selected": String(i === ui.cell), onclick: choose(i) },
-        h("td", { class: "name" }, h("button", { class: "plain", "aria-pressed": String(i === ui.cell) }, c.model)),
-        several ? h("td", { class: "name" }, c.recording) : null,
-        NUMBERS.map(([, value]) => h("td", { class: "num" }, value(c))),
+    const row = (c, i) => ({
+      props: { class: "pick", "aria-selected": String(i === ui.cell), onclick: choose(i) },
+      cells: [
+        h("button", { class: "plain", "aria-pressed": String(i === ui.cell) }, c.model),
+        several ? c.recording : null,
+        ...NUMBERS.map(([, value]) => value(c)),
         h(
-          "td",
-          { class: "num" },
-          h(
-            "button",
-            { class: "plain", title: "show in the time history", onclick: () => goWorst(c) },
-            `${signedNewtons(c.worst.error_n)} at ${seconds(c.worst.time_s)} ↗`,
-          ),
+          "button",
+          { class: "plain", title: "show in the time history", onclick: () => goWorst(c) },
+          `${signedNewtons(c.worst.error_n)} at ${seconds(c.worst.time_s)} ↗`,
         ),
-      );
+      ],
+    });
     return panel(
       several ? "Side by side" : `Side by side on ${cells[0].recording}`,
       [h("span", { class: "faint" }, "words and regions below are of the chosen row"), buttons()],
@@ -96,8 +92,8 @@ export function fails(root) {
         table(
           { class: "cells" },
           [
-            "Model",
-            several ? "Recording" : null,
+            ["Model", "name"],
+            several ? ["Recording", "name"] : null,
             ...[...NUMBERS.map(([name]) => name), "worst"].map((name) => [name, "num"]),
           ],
           cells.map(row),

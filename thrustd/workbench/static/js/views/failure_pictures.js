@@ -108,17 +108,14 @@ const keys = (list) =>
   );
 
 export function regions(c) {
-  const row = (r, i) =>
-    h(
-      "tr",
-      {},
-      h("td", {}, i && c.regions[i - 1].dimension === r.dimension ? "" : h("b", {}, r.dimension)),
-      h("td", {}, typeset(r.region)),
-      h("td", { class: "num" }, newtons(r.rmse_n)),
-      h("td", { class: "num" }, signedNewtons(r.bias_n)),
-      h("td", { class: "num" }, percent(r.share_of_squared_error)),
-      h("td", { class: "num" }, percent(r.share_of_time)),
-    );
+  const row = (r, i) => [
+    i && c.regions[i - 1].dimension === r.dimension ? "" : h("b", {}, r.dimension),
+    typeset(r.region),
+    newtons(r.rmse_n),
+    signedNewtons(r.bias_n),
+    percent(r.share_of_squared_error),
+    percent(r.share_of_time),
+  ];
   const heads = ["RMSE", "Bias", "Share of squared error", "Share of time"];
   return table({ class: "regions" }, [["Region", "", 2], ...heads.map((name) => [name, "num"])], c.regions.map(row));
 }

@@ -31,8 +31,8 @@ export function missing(root) {
       "Effect",
       ["Error before", "num"],
       ["after", "num"],
-      "Squared error removed",
-      "Parameters",
+      ["Squared error removed", "removed"],
+      ["Parameters", "estimates"],
       "Looks like",
     ];
     return panel(
@@ -41,7 +41,7 @@ export function missing(root) {
       h(
         "div",
         { class: "flush" },
-        worth.length || all ? table({}, heads, [...worth, ...(all ? rest : [])].map(row)) : null,
+        worth.length || all ? table({}, heads, [...worth, ...(all ? rest : [])].flatMap(row)) : null,
         rest.length ? idle(rest) : null,
       ),
     );
@@ -75,9 +75,8 @@ export function missing(root) {
         open = opened ? null : c.effect;
         draw();
       };
-    const line = h(
-      "tr",
-      {
+    const line = {
+      props: {
         class: "pick candidate",
         tabindex: "0",
         "aria-selected": String(opened),
@@ -90,23 +89,17 @@ export function missing(root) {
           }
         },
       },
-      h("td", {}, c.effect, c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null),
-      h("td", { class: "num" }, newtons(c.rmse_before_n)),
-      h("td", { class: "num" }, newtons(c.rmse_after_n)),
-      h(
-        "td",
-        { class: "removed" },
+      cells: [
+        [c.effect, c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null],
+        newtons(c.rmse_before_n),
+        newtons(c.rmse_after_n),
         share < WORTH
           ? h("span", { class: "faint" }, "nothing")
           : [bar(share), h("span", { class: "num" }, percent(share))],
-      ),
-      h(
-        "td",
-        { class: "estimates" },
         c.estimates.map((p) => h("div", {}, `${p.name} = ${plusMinus(p.value, p.std, p.unit)}`)),
-      ),
-      h("td", { title: c.separable_from.join(", ") }, alike(c.separable_from)),
-    );
+        h("td", { title: c.separable_from.join(", ") }, alike(c.separable_from)),
+      ],
+    };
     return opened ? [line, h("tr", {}, h("td", { colspan: "6" }, physicsCard(c)))] : [line];
   }
 

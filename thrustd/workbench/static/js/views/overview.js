@@ -83,32 +83,20 @@ function recordingTable(recordings) {
   const rows = recordings.map((one) => {
     const meta = one.meta,
       channels = meta?.channels ?? [];
-    return h(
-      "tr",
-      {},
-      h(
-        "td",
-        {},
-        h(
-          "a",
-          {
-            href: "#histories",
-            onclick: () => {
-              store.focus = { recording: one.name };
-            },
-          },
-          one.name,
-        ),
+    const focus = () => {
+      store.focus = { recording: one.name };
+    };
+    return [
+      [
+        h("a", { href: "#histories", onclick: focus }, one.name),
         one.problem ? h("div", { class: "bad" }, one.problem) : null,
         meta?.notes.length ? remarks(meta.notes) : null,
-      ),
-      h("td", {}, role(one.name)),
-      h("td", { class: "num" }, length(one)),
-      h("td", { class: "num" }, meta ? count(meta.samples) : ""),
-      h("td", { class: "num" }, meta ? hertz(meta.sample_hz) : ""),
-      h(
-        "td",
-        { class: "channels" },
+      ],
+      role(one.name),
+      length(one),
+      meta ? count(meta.samples) : "",
+      meta ? hertz(meta.sample_hz) : "",
+      [
         meta
           ? h(
               "details",
@@ -132,10 +120,10 @@ function recordingTable(recordings) {
               one.mapped.columns?.length ? "Edit columns" : "Columns …",
             )
           : null,
-      ),
-      h("td", { class: "num" }, String(one.marks.length || "")),
-      h("td", { class: "num faint" }, bytes(one.bytes)),
-    );
+      ],
+      String(one.marks.length || ""),
+      bytes(one.bytes),
+    ];
   });
   return h(
     "div",
@@ -148,7 +136,7 @@ function recordingTable(recordings) {
         ["Length", "num"],
         ["Samples", "num"],
         ["Rate", "num"],
-        "Channels",
+        ["Channels", "channels"],
         ["Marks", "num"],
         ["File", "num"],
       ],
@@ -179,42 +167,35 @@ const remarks = (notes) =>
       );
 
 function modelTable(models) {
-  const rows = models.map((one) =>
-    h(
-      "tr",
-      {
-        "aria-selected": String(one.name === session().model),
-        class: "pick",
-        onclick: () => attempt(choose)({ model: one.name }),
-      },
-      h(
-        "td",
-        { class: "name" },
+  const rows = models.map((one) => ({
+    props: {
+      "aria-selected": String(one.name === session().model),
+      class: "pick",
+      onclick: () => attempt(choose)({ model: one.name }),
+    },
+    cells: [
+      [
         h("button", { class: "plain", "aria-pressed": String(one.name === session().model) }, one.name),
         one.problem ? h("div", { class: "bad" }, one.problem) : null,
-      ),
-      h("td", {}, one.structure),
+      ],
+      one.structure,
       h(
-        "td",
-        {},
-        h(
-          "div",
-          { class: "chips" },
-          one.effects.length
-            ? one.effects.map((e) => h("span", { class: "chip" }, e.name))
-            : h("span", { class: "faint" }, "none"),
-        ),
+        "div",
+        { class: "chips" },
+        one.effects.length
+          ? one.effects.map((e) => h("span", { class: "chip" }, e.name))
+          : h("span", { class: "faint" }, "none"),
       ),
-      h("td", { class: "num" }, one.problem ? "" : `${number(one.force_n[0], 3)} to ${number(one.force_n[1], 4)} N`),
-      h("td", {}, ledgerCell(one.name)),
-    ),
-  );
+      one.problem ? "" : `${number(one.force_n[0], 3)} to ${number(one.force_n[1], 4)} N`,
+      ledgerCell(one.name),
+    ],
+  }));
   return h(
     "div",
     { class: "flush" },
     table(
       {},
-      ["Model", "Structure", "Effects", ["Valid force", "num"], "Error ledger: RMSE on held-back blocks"],
+      [["Model", "name"], "Structure", "Effects", ["Valid force", "num"], "Error ledger: RMSE on held-back blocks"],
       rows,
     ),
   );
