@@ -62,6 +62,7 @@ def figure(folder, **changes):
 def test_a_figure_for_print_has_a_title_and_180_mm(folder):
     svg = figure(folder).read_text()
     assert 'width="510.23' in svg and "<!-- time [s] -->" in svg and "<!-- measured.csv, 10 to 50 s -->" in svg
+    assert "<!-- measured -->" in svg and "model@" not in svg  # names as a person says them
     png = figure(folder, format="png").read_bytes()
     assert png.startswith(b"\x89PNG") and int.from_bytes(png[16:20]) == pytest.approx(180 / 25.4 * 300, abs=2)
 

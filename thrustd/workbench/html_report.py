@@ -117,7 +117,7 @@ def _asked(folder: Folder, step: Step) -> str:
         if c["in_verdict"] or c["rmse_after_n"] < WORTH * c["rmse_before_n"]
     ]
     heads = ("Candidate", "before N", "after N", "looks like")
-    return said + _evidence(answer.get("evidence", [])) + table(heads, rows) + advice
+    return said + _evidence(answer.get("evidence", [])) + (table(heads, rows) if rows else "") + advice
 
 
 def _evidence(sets: list[dict[str, Any]]) -> str:

@@ -59,8 +59,9 @@ def _draw(place: Axes, lines: list[Line], start_s: float, stop_s: float) -> None
         first, last = max(0, int(first) - 1), min(len(time_s), int(last) + 1)
         found = zoom(line.columns.column(line.channel), line.columns.levels(line.channel), first, last, BUCKETS)
         values = np.column_stack((found.low, found.high)).ravel()
-        color = MEASURED if line.channel == "force_N" else next(colors)
-        place.plot(np.repeat(time_s[found.first], 2), values, lw=0.7, color=color, label=_named(line.label))
+        measured = line.channel == "force_N"  # wide enough to be seen behind a model
+        color, width = (MEASURED, 1.6) if measured else (next(colors), 0.7)
+        place.plot(np.repeat(time_s[found.first], 2), values, lw=width, color=color, label=_named(line.label))
     place.tick_params(labelsize=7)
     place.grid(True, lw=0.3, color="#cccccc")
     if len(lines) > 1:  # above the axes, beside its title or over it: never over a curve
