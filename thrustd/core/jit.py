@@ -32,7 +32,8 @@ class _Compiling(event.Listener):
 
     def on_start(self, _event: Any) -> None:
         self.begun += 1
-        if self.begun == MANY and (sys.stderr.isatty() or "ipykernel" in sys.modules):
+        person = sys.stderr.isatty() or type(sys.stderr).__module__.startswith("ipykernel")
+        if self.begun == MANY and person:
             sys.stderr.write(FIRST)
 
     def on_end(self, _event: Any) -> None:

@@ -22,7 +22,7 @@ export function panel(title, header, ...body) {
 // rows: lists of what the cells hold, {props, cells} or elements; a cell has its column's class unless it is one already
 export function table(props, heads, rows) {
   const named = heads.filter((one) => one !== null).map((one) => [one].flat()),
-    columns = named.flatMap(([name, kind, span]) => Array(span ?? 1).fill([name, kind]));
+    columns = named.flatMap(([name, kind, span]) => [[name, kind], ...Array((span ?? 1) - 1).fill(["", kind])]);
   const made = rows.map((row) => (row instanceof Element ? row : tr(columns, row.props ?? {}, row.cells ?? row)));
   for (const row of made)
     for (const [i, cell] of [...row.cells].entries())

@@ -158,7 +158,7 @@ export function add(root) {
           `${name}, which nothing was fitted to`,
           ...[r.parent, r.model].map((m) => r.heldout.find((one) => one.recording === name && one.model === m)?.rmse_n),
         ]),
-        asked ? ["floor", null, asked.floor_n] : null,
+        asked ? ["floor", null, latest("diagnose")?.floor_n ?? asked.floor_n] : null,
       ].filter(Boolean);
     return h(
       "div",
