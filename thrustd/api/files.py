@@ -19,7 +19,7 @@ from thrustd.records.recording import Recording
 from thrustd.records.rename import read_rename
 from thrustd.records.roles import Roles, with_roles
 from thrustd.records.time_axis import TimeAxis, read_timed
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 
@@ -80,6 +80,5 @@ def write(what: Recording | Model, path: str | Path, *, overwrite: bool = False)
         return path
     if path.suffix != ".json":
         raise UsageError(f"{path}: expected a name that ends in .json for a model")
-    with whole_file(path) as part:
-        part.write_text(write_model(what.spec))
+    write_whole(path, write_model(what.spec))
     return path

@@ -5,10 +5,10 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.files import write_text
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import CONFIGURATION, shipped
+from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
 if TYPE_CHECKING:
@@ -296,5 +296,5 @@ def _write(arguments: argparse.Namespace, calibration: "Calibration") -> None:
 
     text = write_calibration(calibration)
     read_calibration(text, str(arguments.out))  # nothing is written that a flight would refuse
-    write_text(arguments.out, text)
+    write_whole(arguments.out, text)
     note(f'written: {arguments.out} (in the configuration: calibration = "{arguments.out.name}")')

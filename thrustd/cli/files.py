@@ -7,7 +7,7 @@ from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 from thrustd.core.errors import UsageError
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
 if TYPE_CHECKING:
@@ -84,9 +84,4 @@ def write_model_file(spec: "ModelSpec", path: Path) -> None:
     """Written whole or not at all."""
     from thrustd.model.artifact import write_model
 
-    write_text(path, write_model(spec))
-
-
-def write_text(path: Path, text: str) -> None:
-    with whole_file(path) as part:
-        part.write_text(text)
+    write_whole(path, write_model(spec))

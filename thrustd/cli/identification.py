@@ -6,11 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.files import check_outputs, read_models, write_model_file, write_text
+from thrustd.cli.files import check_outputs, read_models, write_model_file
 from thrustd.cli.roles import add_roles, own_words, recordings_in_roles, roles_of_arguments
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed
 from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import DECK, shipped
+from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
 
@@ -156,7 +157,7 @@ def plan_verb(arguments: argparse.Namespace) -> int:
 
     plan = BenchPlan(hours=arguments.hours, low_n=arguments.low, high_n=arguments.high, seed=arguments.seed)
     columns = programme(arguments.programme, plan)
-    write_text(arguments.out, as_csv(columns))
+    write_whole(arguments.out, as_csv(columns))
     print(f"{arguments.out}: {arguments.programme}, {arguments.hours:g} h, {len(columns['time_s'])} rows")
     return 0
 
@@ -184,7 +185,7 @@ def compile_verb(arguments: argparse.Namespace) -> int:
         "worst_difference_between_rates_n": difference_n,
     }
     if arguments.c is not None:
-        write_text(arguments.c, c_source(other, arguments.prefix))
+        write_whole(arguments.c, c_source(other, arguments.prefix))
         note(f"written: {arguments.c} ({arguments.prefix}_init, {arguments.prefix}_step)")
     if arguments.json:
         print_json(report)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from thrustd.commission.commission import Commissioned
 from thrustd.commission.mount_models import Made
 from thrustd.sinks.html_page import head, section, sentences, table
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 
 WORDS = (
     "Free runs: a model sees deformation and channels, never the force. Errors are RMS on data that nothing was fitted "
@@ -31,8 +31,7 @@ def write_report(done: Commissioned) -> None:
     ]
     said = (line.format(config=done.config, folder=done.folder) for line in NEXT)
     parts += [section("What is next", sentences(said))]
-    with whole_file(done.folder / "report.html") as part:
-        part.write_text("".join(parts), encoding="utf-8")
+    write_whole(done.folder / "report.html", "".join(parts))
 
 
 def _models(mounts: dict[str, Made]) -> str:

@@ -18,7 +18,7 @@ from distributed import Client, LocalCluster, as_completed
 
 from thrustd.core.errors import ModelError, RecordingError, ThrustdError, UsageError
 from thrustd.records.rows import Row
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
 Job = Callable[[str], list[Row]]
@@ -87,8 +87,7 @@ class IdentifyJob:
         path = Path(file)
         found = identify([read_recording(path)], structures=self.structures, name=path.stem)
         model = Path(self.out) / f"{path.stem}.json"
-        with whole_file(model, RecordingError) as part:
-            part.write_text(write_model(found.spec))
+        write_whole(model, write_model(found.spec), RecordingError)
         scores: Any = found.to_json()["structures"]
         return [_flat(score) | {"model": str(model), "best": found.spec.structure} for score in scores]
 

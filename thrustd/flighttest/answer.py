@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from thrustd.records.shown import as_frame, as_html, as_text, drawn, plain_table
 from thrustd.sinks.html_page import drawing, head, section, sentences, table
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,8 +58,7 @@ class Answer:
         """HTML with tables, sentences and picture, whole or not at all."""
         parts = [head(self.title, self.words), *(section(each.title, table(*each[1:])) for each in self.tables)]
         parts += [sentences(self.lines), section("Picture", drawing(self.draw(), self.title))]
-        with whole_file(path) as part:
-            part.write_text("".join(parts), encoding="utf-8")
+        write_whole(path, "".join(parts))
 
     def __repr__(self) -> str:
         return as_text(self.show)

@@ -13,7 +13,7 @@ import numpy as np
 
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
 REFERENCE = "force_N"
@@ -55,8 +55,7 @@ def write_marks(recording: Path, marks: tuple[Mark, ...]) -> None:
     if not marks:
         path.unlink(missing_ok=True)
         return
-    with whole_file(path, RecordingError) as part:
-        part.write_bytes(msgspec.json.format(msgspec.json.encode(marks)))
+    write_whole(path, msgspec.json.format(msgspec.json.encode(marks)), RecordingError)
 
 
 def without_excluded(record: Recording, marks: tuple[Mark, ...]) -> Recording:

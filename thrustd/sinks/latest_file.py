@@ -12,6 +12,7 @@ from threading import Thread
 from typing import Generic, TypeVar
 
 from thrustd.core.types import Fault
+from thrustd.sinks.whole_file import sync_folder
 
 IDLE_S = 1.0
 JOIN_S = 5.0
@@ -87,8 +88,4 @@ def replace_file(path: Path, content: bytes) -> None:
         stream.flush()
         os.fsync(stream.fileno())
     os.replace(part, path)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+    sync_folder(path.parent)

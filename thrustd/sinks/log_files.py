@@ -19,6 +19,7 @@ import msgspec
 
 from thrustd.core.types import Output
 from thrustd.sinks.mcap_log import LogWriter
+from thrustd.sinks.whole_file import sync_folder
 from thrustd.wire.event_batch import EventBatch
 from thrustd.wire.log_layout import LogHeader
 
@@ -75,17 +76,8 @@ def _claim(part: Path, folder: Path, stem: str) -> Path:
                 continue
             part.rename(path)
         part.unlink(missing_ok=True)
-        _sync_folder(folder)
+        sync_folder(folder)
         return path
-
-
-def _sync_folder(folder: Path) -> None:
-    """The name survives a power cut too."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _still_there(path: Path, stream: BinaryIO) -> None:

@@ -19,3 +19,18 @@ def whole_file(path: Path, error: type[ThrustdError] = UsageError) -> Iterator[P
         raise error(f"{path}: cannot be written: {problem.strerror or problem}") from problem
     finally:
         part.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, content: str | bytes, error: type[ThrustdError] = UsageError) -> None:
+    """`content`, text as UTF-8, under `path`."""
+    with whole_file(path, error) as part:
+        part.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def sync_folder(folder: Path) -> None:
+    """A name that was just given survives a power cut too. OSError goes through."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

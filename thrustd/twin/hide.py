@@ -16,7 +16,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.records.files import write_recording
 from thrustd.records.recording import Recording, make_recording
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.twin.disturbance import DISTURBANCES, UNLISTED, Disturbance, Scene, Shape
 from thrustd.twin.environment import Channels, bench_force_n, flight_force_n, moving, quiet
 from thrustd.twin.mount import UPPER, MountPhysics
@@ -59,8 +59,7 @@ def hide(effects: tuple[str, ...], seed: int, strength: float, out_dir: Path, se
         raise UsageError(f"{out_dir}: cannot be made: {error.strerror}") from None
     for record in (case.bench, case.measured, case.heldout):
         write_recording(record, out_dir / f"{record.name}.csv")
-    with whole_file(out_dir / TRUTH) as part:
-        part.write_text(json.dumps(case.truth, indent=2) + "\n")
+    write_whole(out_dir / TRUTH, json.dumps(case.truth, indent=2) + "\n")
 
 
 def hidden_case(

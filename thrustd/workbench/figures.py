@@ -28,10 +28,10 @@ def comparison_json(c: Comparison) -> dict[str, Any]:
     answer = c.to_json()
     for said, failure in zip(answer["where_it_fails"], c.where_it_fails, strict=True):
         said["intervals"], said["worst"] = _stretches(thin, failure.mask)
-        said["dependences"] = [_dependence(d) for d in channel_dependences(_masked(thin, failure.mask))]
+        said["dependences"] = [dependence_json(d) for d in channel_dependences(_masked(thin, failure.mask))]
         said["map"] = _map(_masked(thin, failure.mask))
     return answer | {
-        "dependences": [_dependence(d) for d in channel_dependences(thin)],
+        "dependences": [dependence_json(d) for d in channel_dependences(thin)],
         "loop": _loop(thin),
         "spectrum": _spectrum(c),
         "map": _map(thin),
@@ -69,7 +69,7 @@ def _stretches(c: Comparison, mask: npt.NDArray[np.bool_]) -> tuple[Intervals, t
     return found, worst
 
 
-def _dependence(d: Dependence) -> dict[str, Any]:
+def dependence_json(d: Dependence) -> dict[str, Any]:
     return {
         "channel": d.channel,
         "unit": unit_of(d.channel),

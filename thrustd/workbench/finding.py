@@ -15,11 +15,10 @@ from thrustd.model.artifact import ModelSpec, write_model
 from thrustd.model.compile import compile_model, rate_difference_n
 from thrustd.model.effects import effect_named
 from thrustd.records.files import file_sha256
-from thrustd.records.recording import unit_of
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.workbench.asking import excluded_of, marked_recordings
 from thrustd.workbench.evidence import evidence_json
-from thrustd.workbench.figures import history_json, short
+from thrustd.workbench.figures import dependence_json, history_json
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.identified import identified_json
 
@@ -46,13 +45,9 @@ def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progres
     answer["candidates"] = [_candidate(c) for c in report.candidates]
     answer["evidence"] = evidence_json(report.explained)
     answer["depends_on"] = [
-        {
-            "channel": d.channel, "unit": unit_of(d.channel), "rmse_before_n": d.rmse_before_n,
-            "rmse_after_n": d.rmse_after_n, "at": short(d.at), "mean": short(d.residual_n), "low": short(d.low_n),
-            "high": short(d.high_n),
-        }
+        dependence_json(d) | {"rmse_before_n": d.rmse_before_n, "rmse_after_n": d.rmse_after_n}
         for d in report.depends_on
-    ]  # fmt: skip
+    ]
     return answer
 
 
@@ -102,5 +97,4 @@ def compile_for_flight(folder: Folder, arguments: Mapping[str, Any], progress: P
 
 def save_model(folder: Folder, name: str, spec: ModelSpec) -> None:
     """Whole or not at all."""
-    with whole_file(folder.new_path(name)) as part:
-        part.write_text(write_model(spec))
+    write_whole(folder.new_path(name), write_model(spec))

@@ -15,6 +15,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError, UsageError
 from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec
 from thrustd.model.compile import read_proven_model
+from thrustd.sources.mcap_walk import MAGIC
 from thrustd.workbench.columns import Columns, columns_key, open_columns
 from thrustd.workbench.lines import Line
 from thrustd.workbench.mapping import ColumnNames, read_mappings
@@ -25,7 +26,6 @@ RECORDING_TYPES = (".csv", ".parquet", ".npz", ".mat", ".mcap")
 MODEL_TYPE = ".json"
 MAX_NAME = 120  # characters
 OPEN = 24  # sets of columns mapped at a time
-MCAP_END = b"\x89MCAP0\r\n"  # last bytes of a log that was closed
 SILENT_S = 10.0  # a log without its end that nobody wrote to for so long was cut off
 
 
@@ -195,5 +195,5 @@ def _growing(path: Path) -> bool:
     if path.suffix.lower() != ".mcap" or time.time() - path.stat().st_mtime > SILENT_S:
         return False
     with path.open("rb") as file:
-        file.seek(max(path.stat().st_size - len(MCAP_END), 0))
-        return file.read() != MCAP_END
+        file.seek(max(path.stat().st_size - len(MAGIC), 0))
+        return file.read() != MAGIC  # the last bytes of a log that was closed

@@ -18,8 +18,8 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from zstandard import ZstdError
 
 from thrustd.core.errors import LogError
+from thrustd.sources.mcap_walk import MAGIC  # at the beginning, and at the end of a log that was finished
 
-MAGIC = b"\x89MCAP0\r\n"  # at the beginning, and at the end of a log that was finished
 MAGIC_BYTES = len(MAGIC)
 SHOW_HZ = 10.0
 KEEP_ROWS = 36_000  # an hour at SHOW_HZ, for each engine and mount

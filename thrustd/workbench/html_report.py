@@ -18,7 +18,7 @@ from thrustd.diagnose.compare.newtons import newtons
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effects import shelf
 from thrustd.sinks.html_page import drawing, head, picture, table
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import read_session
@@ -48,8 +48,7 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     reports = folder.state / "reports"
     reports.mkdir(parents=True, exist_ok=True)
     number = f"{secrets.token_hex(8)}.html"
-    with whole_file(reports / number) as part:
-        part.write_text("".join(parts), encoding="utf-8")
+    write_whole(reports / number, "".join(parts))
     return {"report": number}
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 
 from thrustd.core.errors import UsageError
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 
 KEEP = 60  # finished jobs listed
 LINE_BYTES = 1 << 20  # longest line of the worker
@@ -139,8 +139,7 @@ class JobBoard:
 
     def _set(self, job_id: str, **changes: Any) -> None:
         job = self._jobs[job_id] = msgspec.structs.replace(self._jobs[job_id], **changes)
-        with whole_file(self._folder / f"{job_id}.json") as part:
-            part.write_bytes(msgspec.json.encode(job))
+        write_whole(self._folder / f"{job_id}.json", msgspec.json.encode(job))
         for listener in tuple(self._listeners):
             listener(job)
 

@@ -20,7 +20,7 @@ from thrustd.records.offer import CONVERSIONS, offer, unit_said
 from thrustd.records.recording import TIME, signal_of
 from thrustd.records.rename import Rename
 from thrustd.records.time_axis import TimeAxis
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 
 PREVIEW = 400  # values of a column in its table
 MOST = 60  # columns in a table
@@ -70,8 +70,7 @@ def keep_mapping(state: Path, name: str, mapping: ColumnNames) -> None:
     kept = {other: one for other, one in read_mappings(state).items() if other != name}
     if mapping.columns or mapping.rate_hz is not None:
         kept[name] = mapping
-    with whole_file(state / "mappings.json") as part:
-        part.write_bytes(msgspec.json.encode(kept))
+    write_whole(state / "mappings.json", msgspec.json.encode(kept))
 
 
 def checked(body: bytes, there: Iterable[str]) -> ColumnNames:

@@ -22,10 +22,6 @@ from thrustd.workbench.folder import Folder
 from thrustd.workbench.prepare import prepare
 
 
-def simulate_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    return simulate_models(folder, arguments["recording"], arguments["models"], progress)
-
-
 def recording_of(folder: Folder, name: str) -> Recording:
     """The recording from its columns: mapped, so that a long one is not read twice."""
     columns = folder.columns(name)

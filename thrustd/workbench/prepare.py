@@ -1,7 +1,6 @@
 """The worker's part of drawing: recordings to columns, uploads to files, answers to reports."""
 
 import os
-from collections.abc import Mapping
 from typing import Any
 
 import msgspec
@@ -14,20 +13,12 @@ from thrustd.records.files import load
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME, Recording
 from thrustd.records.time_axis import timed
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.workbench.columns import forget_old, write_columns
 from thrustd.workbench.folder import MODEL_TYPE, Folder
 from thrustd.workbench.mapping import ColumnNames, keep_mapping, remembered, table_of, table_wanted
 
 ESTIMATE = "estimate_thrust_n_"
-
-
-def prepare_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    return prepare(folder, arguments["recording"], progress)
-
-
-def adopt_order(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-    return adopt(folder, arguments["incoming"], arguments["name"], progress)
 
 
 def prepare(folder: Folder, name: str, progress: Progress) -> dict[str, Any]:
@@ -61,8 +52,7 @@ def _mapping(folder: Folder, name: str, loaded: Loaded) -> ColumnNames:
     table = folder.table_path(name)
     if not table.exists() and table_wanted(name):
         table.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(table) as part:
-            part.write_bytes(msgspec.json.encode(table_of(loaded)))
+        write_whole(table, msgspec.json.encode(table_of(loaded)))
     mapping = folder.mapping(name)
     if mapping == ColumnNames() and (known := remembered(folder.state, loaded.columns)):
         keep_mapping(folder.state, name, known)
@@ -105,6 +95,5 @@ def write_report(folder: Folder, number: str, value: Any) -> str:
     """Keep a report as JSON; returns its number."""
     reports = folder.state / "reports"
     reports.mkdir(parents=True, exist_ok=True)
-    with whole_file(reports / f"{number}.json") as part:
-        part.write_bytes(msgspec.json.encode(value, enc_hook=plain))
+    write_whole(reports / f"{number}.json", msgspec.json.encode(value, enc_hook=plain))
     return f"{number}.json"

@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 
 from thrustd.core.errors import UsageError
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.workbench.folder import Folder
 
 
@@ -53,8 +53,7 @@ def _named(records: list[str], said: str, exercise: str) -> tuple[str, ...]:
 
 
 def write_session(folder: Folder, session: Session) -> None:
-    with whole_file(folder.state / "session.json") as part:
-        part.write_bytes(msgspec.json.encode(session))
+    write_whole(folder.state / "session.json", msgspec.json.encode(session))
 
 
 def change_session(folder: Folder, body: bytes) -> Session:

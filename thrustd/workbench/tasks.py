@@ -18,10 +18,12 @@ Arguments = Mapping[str, Any]
 Task = Callable[[Folder, Arguments, Progress], dict[str, Any]]
 
 
-def _call(module: str, name: str) -> Task:
+def _call(module: str, name: str, *fields: str) -> Task:
+    """`fields`: of the arguments, one by one; none: all of them in one piece."""
+
     def task(folder: Folder, arguments: Arguments, progress: Progress) -> dict[str, Any]:
-        work: Task = getattr(import_module(f"thrustd.workbench.{module}"), name)
-        return work(folder, arguments, progress)
+        work: Callable[..., dict[str, Any]] = getattr(import_module(f"thrustd.workbench.{module}"), name)
+        return work(folder, *([arguments[field] for field in fields] or [arguments]), progress)
 
     return task
 
@@ -64,9 +66,9 @@ def _extended(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 TASKS: dict[str, Task] = {
-    "prepare": _call("prepare", "prepare_order"),
-    "adopt": _call("prepare", "adopt_order"),
-    "simulate": _call("model_runs", "simulate_order"),
+    "prepare": _call("prepare", "prepare", "recording"),
+    "adopt": _call("prepare", "adopt", "incoming", "name"),
+    "simulate": _call("model_runs", "simulate_models", "recording", "models"),
     "exercise": _call("exercise", "make_exercise"),
     "reveal": _call("exercise", "reveal"),
     "fit": _kept("finding", "fit", _fitted),

@@ -22,7 +22,7 @@ from thrustd.core.errors import DeckError, RecordingError
 from thrustd.core.measures import rms
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
-from thrustd.sinks.whole_file import whole_file
+from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
 Rows = npt.NDArray[np.intp]
@@ -174,8 +174,7 @@ def fit_deck_file(flights: Sequence[Path], output: Path, base: Path, pairs: Path
     data = replace(fit.data, provenance=(*kept, sources))
     text = msgspec.json.format(msgspec.json.encode(data), indent=1).decode() + "\n"
     Deck.from_json(text, str(output))  # the same checks as at start-up, before anything is written
-    with whole_file(output, DeckError) as part:
-        part.write_text(text, encoding="utf-8")
+    write_whole(output, text, DeckError)
     return fit._replace(data=data)
 
 
