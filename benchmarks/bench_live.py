@@ -11,9 +11,7 @@ its estimate, beside what a turn of a plain Python loop costs at that moment.
 """
 
 import argparse
-import os
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -26,16 +24,15 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.bench_flight import spent_s, turns
+from benchmarks.soak import shipped_aircraft
 from tests.hil.test_hil import PATIENCE_S, ServiceManager
-from tests.onboard.rig import free_port
+from tests.onboard.rig import Daemon, bench, free_port, twin_flight
 from thrustd.cli.status import read_status
 from thrustd.installation.installation import read_installation
 from thrustd.sources.log_run import LogRun
-from thrustd.twin.flight import Rates, scripted_flight, write_flight
-from thrustd.wire.can_frames import ICD_INPUT_ROWS
+from thrustd.twin.flight import Rates
 
-ROOT = Path(__file__).parents[1]
-DEPLOY = ROOT / "deploy"
+PROGRAM = ("benchmarks.socketcan",)  # thrustd, with the datagram bus known to python-can
 MINUTES = 1.5
 BUSES = ("socketcan", "fifo", "udp_multicast")
 RATES = Rates(adc_hz=1000.0, accel_hz=1000.0, engine_hz=20.0, air_hz=20.0)
@@ -51,67 +48,33 @@ class Run(NamedTuple):
     status: dict[str, Any]
 
 
-def aircraft(folder: Path, bus: str, health_port: int) -> Path:
-    """deploy/ph-lab.toml with its wires and folders in `folder`."""
-    text = (DEPLOY / "ph-lab.toml").read_text()
-    channel = {"fifo": f"{folder}/can", "socketcan": str(free_port()), "udp_multicast": "239.74.163.51"}[bus]
-    for old, new in (
-        ('"../models/', f'"{ROOT}/models/'),
-        ('"canaerospace.dbc"', f'"{DEPLOY}/canaerospace.dbc"'),
-        ('"citation-ii.toml"', f'"{DEPLOY}/citation-ii.toml"'),
-        ('"/dev/thrustd-adc"', f'"{folder}/adc"'),
-        ('"socketcan"', f'"{bus}"'),
-        ('"can0"', f'"{channel}"'),
-        ("/var/lib/thrustd", str(folder / "logs")),
-        ("9105", str(health_port)),
-        ("8765", str(free_port())),
-    ):
-        text = text.replace(old, new)
-    path = folder / "aircraft.toml"
-    path.write_text(text)
-    return path
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=MINUTES)
     parser.add_argument("--bus", choices=BUSES)
     wish = parser.parse_known_args()[0]
-    with tempfile.TemporaryDirectory() as name:
-        flight = Path(name) / "flight.mcap"
-        installation = read_installation(DEPLOY / "ph-lab.toml")
-        profile, airframe = scripted_flight(wish.minutes * 60.0, 5)
-        table = installation.can_table(ICD_INPUT_ROWS)
-        write_flight(flight, profile, airframe, table, installation.log_header(), 5, RATES)
-        for bus in (wish.bus,) if wish.bus else BUSES[:2]:
-            folder = Path(name) / bus
-            folder.mkdir()
-            _show(bus, folder, fly(bus, folder, flight, wish.minutes))
+    for bus in (wish.bus,) if wish.bus else BUSES[:2]:
+        with tempfile.TemporaryDirectory() as name:
+            _show(bus, Path(name), fly(bus, Path(name), wish.minutes))
 
 
-def fly(bus: str, folder: Path, flight: Path, minutes: float) -> Run:
-    port = free_port()
-    config = aircraft(folder, bus, port)
+def fly(bus: str, folder: Path, minutes: float) -> Run:
+    channel = {"fifo": f"{folder}/can", "socketcan": str(free_port()), "udp_multicast": "239.74.163.51"}[bus]
+    wires = {"/dev/thrustd-adc": f"{folder}/adc", '"socketcan"': f'"{bus}"', '"can0"': f'"{channel}"'}
+    config = shipped_aircraft(folder, "ph-lab.toml", wires | {"/var/lib/thrustd": f"{folder}/logs"})
+    flight, health = twin_flight(config, minutes * 60.0, 5, RATES), read_installation(config).config.health
+    assert health is not None
     with ServiceManager(folder / "notify") as manager:
-        daemon = start(["run", str(config)], manager.environment())
+        daemon = Daemon(config, manager, PROGRAM)
         try:
-            manager.wait_for("READY=1")
-            player = start(["simulate", "--hil", str(config), "--log", str(flight), "--json"], dict(os.environ))
-            cpu_s, over_s, threads = watch(daemon.pid, player, minutes, bus)
-            report, _ = player.communicate(timeout=PATIENCE_S)
-            status = read_status(f"http://127.0.0.1:{port}/metrics")
-            daemon.terminate()
-            daemon.wait(PATIENCE_S)
+            with bench(config, flight, PROGRAM) as player:
+                cpu_s, over_s, threads = watch(daemon.process.pid, player, minutes, bus)
+                report, _ = player.communicate(timeout=PATIENCE_S)
+            status = read_status(f"http://127.0.0.1:{health.port}/metrics")
+            daemon.stop()
         finally:
-            daemon.kill()
-            daemon.communicate()
+            daemon.close()
     return Run(msgspec.json.decode(report), cpu_s, over_s, threads, status)
-
-
-def start(verb: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
-    """`thrustd` VERB, with the datagram bus known to python-can."""
-    command = [sys.executable, "-m", "benchmarks.socketcan", *verb]
-    return subprocess.Popen(command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
 
 
 def watch(

@@ -14,7 +14,7 @@ import os
 import re
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
@@ -86,14 +86,14 @@ def main() -> None:
         print(f"daemon's exit status {daemon.process.returncode}, tracebacks {words.count('Traceback')}")
 
 
-def shipped_aircraft(folder: Path) -> Path:
-    """deploy/hil.toml with its own wires, port and folders, and no limit to the logs but the disk."""
-    text = (ROOT / "deploy" / "hil.toml").read_text()
+def shipped_aircraft(folder: Path, name: str = "hil.toml", places: Mapping[str, str] | None = None) -> Path:
+    """A shipped configuration with ports of its own; `places`: its wires and folders, none: those of hil.toml."""
+    text = (ROOT / "deploy" / name).read_text()
+    own = {'"../out/hil"': f'"{folder}/logs"', "../out/hil": str(folder), "/tmp/thrustd-hil": f"{folder}/"}
     places = {
-        '"../out/hil"': f'"{folder}/logs"', "../out/hil": str(folder), "/tmp/thrustd-hil": f"{folder}/",
+        **(own if places is None else places), "9105": str(free_port()), "8765": str(free_port()),
         '"../': f'"{ROOT}/', '"canaerospace': f'"{ROOT}/deploy/canaerospace',
         '"citation-ii': f'"{ROOT}/deploy/citation-ii',
-        "9105": str(free_port()), "8765": str(free_port()),
     }  # fmt: skip
     for before, after in places.items():
         assert before in text, before

@@ -28,6 +28,7 @@ from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 FLOOR_N = 1000.0
 MOUNTS = 4
+ADC_RATES = Rates(adc_hz=100.0)
 Floats = NDArray[np.float64]
 KEPT_FLYING = """
 [warm_restart]
@@ -63,12 +64,12 @@ def reliable_aircraft(folder: Path) -> Path:
     return config
 
 
-def twin_flight(config: Path, seconds: float, seed: int) -> Path:
+def twin_flight(config: Path, seconds: float, seed: int, rates: Rates = ADC_RATES) -> Path:
     installation = read_installation(config)
     path = config.parent / "flight.mcap"
     profile, airframe = scripted_flight(seconds, seed)
     table = installation.can_table(ICD_INPUT_ROWS)
-    write_flight(path, profile, airframe, table, installation.log_header(), seed, Rates(adc_hz=100.0))
+    write_flight(path, profile, airframe, table, installation.log_header(), seed, rates)
     return path
 
 
@@ -105,8 +106,8 @@ class Daemon:
 
 
 @contextmanager
-def bench(config: Path, flight: Path) -> Iterator[subprocess.Popen[bytes]]:
-    process = start(["simulate", "--hil", str(config), "--log", str(flight), "--json"], dict(os.environ))
+def bench(config: Path, flight: Path, program: tuple[str, ...] = ("thrustd",)) -> Iterator[subprocess.Popen[bytes]]:
+    process = start(["simulate", "--hil", str(config), "--log", str(flight), "--json"], dict(os.environ), program)
     try:
         yield process
     finally:
