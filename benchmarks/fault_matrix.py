@@ -24,10 +24,10 @@ import numpy as np
 from rich.progress import track
 
 from benchmarks.damage import CASES, CONTRADICTIONS, Case, whole_frames
-from benchmarks.fusion_flights import follow
+from benchmarks.fusion_flights import Said, outputs_of
 from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95
-from thrustd.core.types import Estimate, Event, Fault, Status
+from thrustd.core.types import Estimate, Event, Status
 from thrustd.installation.installation import Installation, read_installation
 from thrustd.pipeline.pipeline import Parts, Pipeline
 from thrustd.twin.flight import Truth, fly, scripted_flight
@@ -72,22 +72,7 @@ def twin_flight(installation: Installation, seconds: float, seed: int, from_s: f
     return Flight(whole_frames(item for item in items if not isinstance(item, Truth)), truth)
 
 
-class Flown(NamedTuple):
-    estimates: tuple[list[Estimate], ...]  # by engine
-    faults: list[Fault]
-
-
-def flown(pipeline: Pipeline, events: Iterable[Event], engines: int) -> Flown:
-    result = Flown(tuple([] for _ in range(engines)), [])
-    for output in follow(pipeline, events):
-        if isinstance(output, Estimate):
-            result.estimates[output.engine].append(output)
-        elif isinstance(output, Fault):
-            result.faults.append(output)
-    return result
-
-
-def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Floats], begin_ns: int, end_ns: int) -> Verdict:
+def judge(case: Case, bad: Said, good: Said, truth: Sequence[Floats], begin_ns: int, end_ns: int) -> Verdict:
     """A damaged flight against the truth and the good one."""
     during = [e for engine in case.engines for e in bad.estimates[engine] if begin_ns <= e.t_ns < end_ns + S]
     stop_ns = bad.estimates[0][-1].t_ns
@@ -110,7 +95,7 @@ def judge(case: Case, bad: Flown, good: Flown, truth: Sequence[Floats], begin_ns
     )
 
 
-def at_the_instants_of(other: Flown, run: Flown) -> Flown:
+def at_the_instants_of(other: Said, run: Said) -> Said:
     """A run where the other one has estimates too: what an overrun shed is judged of neither."""
     times = [{e.t_ns for e in engine} for engine in other.estimates]
     pairs = zip(run.estimates, times, strict=True)
@@ -121,7 +106,7 @@ def pause_s(begin_ns: int, estimates: Sequence[Estimate]) -> float:
     return float(np.diff([begin_ns, *(e.t_ns for e in estimates)]).max()) * 1e-9
 
 
-def errors(run: Flown, truth: Sequence[Floats], begin_ns: int, stop_ns: int) -> tuple[Floats, Floats]:
+def errors(run: Said, truth: Sequence[Floats], begin_ns: int, stop_ns: int) -> tuple[Floats, Floats]:
     """|estimate - truth| and the estimate's sigma, both engines one after the other, (n,) each."""
     error_n, std_n = [], []
     for estimates, (times, thrust_n) in zip(run.estimates, truth, strict=True):
@@ -131,7 +116,7 @@ def errors(run: Flown, truth: Sequence[Floats], begin_ns: int, stop_ns: int) -> 
     return np.concatenate(error_n), np.concatenate(std_n)
 
 
-def differences(bad: Flown, good: Flown, begin_ns: int, stop_ns: int) -> tuple[Floats, Floats]:
+def differences(bad: Said, good: Said, begin_ns: int, stop_ns: int) -> tuple[Floats, Floats]:
     """|bad - good| and both runs' sigma, (n,) each."""
     rows = []
     for mine, theirs in zip(bad.estimates, good.estimates, strict=True):
@@ -151,15 +136,13 @@ def within(estimates: Sequence[Estimate], begin_ns: int, stop_ns: int) -> list[E
     return [e for e in estimates if begin_ns <= e.t_ns < stop_ns]
 
 
-def cell(
-    flight: Flight, pipeline: Pipeline, index: int, good: Flown, case: Case, settle_s: float = SETTLE_S
-) -> Verdict:
+def cell(flight: Flight, pipeline: Pipeline, index: int, good: Said, case: Case, settle_s: float = SETTLE_S) -> Verdict:
     """One fault on a pipeline that was fed the events before `index`. The flight is cut where the verdict is over."""
     begin_ns = flight.events[index].t_ns
     end_ns = begin_ns + round(case.lasts_s * S)
     stop_ns = end_ns + round((settle_s + TAIL_S) * S)
     part = [event for event in flight.events[index:] if event.t_ns < stop_ns]
-    bad = flown(pipeline, case.edit(part, begin_ns, end_ns), len(flight.truth))
+    bad = outputs_of(pipeline, case.edit(part, begin_ns, end_ns), len(flight.truth))
     return judge(case, bad, good, flight.truth, begin_ns, end_ns)
 
 
@@ -185,12 +168,12 @@ def matrix(
 ) -> dict[str, list[Verdict]]:
     """By the fault's name, a verdict for each moment."""
     engines = len(flight.truth)
-    good = flown(Pipeline(installation.config, parts), flight.events, engines)
+    good = outputs_of(Pipeline(installation.config, parts), flight.events, engines)
     pipeline, index = Pipeline(installation.config, parts), 0
     verdicts: dict[str, list[Verdict]] = {case.name: [] for case in cases}
     for moment_s in sorted(moments_s):
         there = place(flight, moment_s)
-        flown(pipeline, flight.events[index:there], engines)
+        outputs_of(pipeline, flight.events[index:there], engines)
         index = there
         for case in track(cases, f"at {moment_s:.0f} s", transient=True):
             verdicts[case.name].append(in_a_copy(partial(cell, flight, pipeline, index, good, case)))

@@ -38,6 +38,26 @@ def follow(pipeline: Pipeline, events: Iterable[Event]) -> Iterator[Output]:
         yield from pipeline.take(EventBatch.of(together))
 
 
+class Said(NamedTuple):
+    """What a pipeline made of a stream of events."""
+
+    estimates: tuple[list[Estimate], ...]  # by engine
+    faults: list[Fault]
+
+
+def outputs_of(pipeline: Pipeline, events: Iterable[Event], engines: int = 2, every: int = 1) -> Said:
+    """One estimate of each engine in so many."""
+    found, count = Said(tuple([] for _ in range(engines)), []), [0] * engines
+    for output in follow(pipeline, events):
+        if isinstance(output, Estimate):
+            if count[output.engine] % every == 0:
+                found.estimates[output.engine].append(output)
+            count[output.engine] += 1
+        elif isinstance(output, Fault):
+            found.faults.append(output)
+    return found
+
+
 def part(name: str, before_s: float, seconds: float) -> Recording | None:
     """Of a recording, from so long before it flies; None = it is not at hand."""
     if not (PH_LAB / name).exists():
@@ -89,19 +109,9 @@ def fly_through(
         profile, airframe = recorded_flight(record, seed, engine_start)
     else:
         profile, airframe = scripted_flight(scripted_s, seed)
-    pipeline = place.pipeline()
-    kept: tuple[list[Estimate], ...] = ([], [])
-    reported: list[Fault] = []
-    count = 0
     items = fly(profile, airframe, place.parts().can_table, seed, flown=flown)
-    for output in follow(pipeline, (item for item in items if not isinstance(item, Truth))):
-        if isinstance(output, Estimate):
-            count += 1
-            if (count - 1) // 2 % EVERY == 0:
-                kept[output.engine].append(output)
-        elif isinstance(output, Fault):
-            reported.append(output)
-    return Flight(name, tuple(_flown(profile, e, kept[e]) for e in range(2)), reported)
+    found = outputs_of(place.pipeline(), (item for item in items if not isinstance(item, Truth)), every=EVERY)
+    return Flight(name, tuple(_flown(profile, *each) for each in enumerate(found.estimates)), found.faults)
 
 
 def _flown(profile: Recording, engine: int, estimates: list[Estimate]) -> Flown:

@@ -20,7 +20,7 @@ import multiprocessing as mp
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,12 +30,12 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks import healthy_hours
-from benchmarks.fusion_flights import ENGINES, FLIGHTS, follow, installation
+from benchmarks.fusion_flights import ENGINES, EVERY, FLIGHTS, installation, outputs_of
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
 from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
 from benchmarks.kept import Kept
 from thrustd.core.measures import SIGMAS_95, rms
-from thrustd.core.types import Estimate, Event, Fault, Status
+from thrustd.core.types import Estimate, Fault, Status
 from thrustd.installation.installation import Installation
 from thrustd.pipeline.pipeline import Pipeline
 
@@ -43,7 +43,6 @@ RESULTS = Path("out/integrity.jsonl")
 FLOWN = ((0, 11), (1, 612), (2, 713))  # recording and twin aircraft
 SECONDS = 1500.0  # of a recording
 SILENT_S, SIGMAS = 5.0, 3.0
-EVERY = 5  # 50 Hz -> 10 Hz
 SETTLED_S = 1.0  # of a fault: a sample that is read now was taken before
 TOLD = int(
     Status.MOUNT_LOST | Status.MOUNT_FAILED | Status.BROCHURE_LOST | Status.BROCHURE_FAILED | Status.MOUNTS_DISAGREE
@@ -70,21 +69,6 @@ class Row(NamedTuple):
     accused: list[str]  # others
 
 
-def fly(pipeline: Pipeline, events: Iterable[Event]) -> tuple[list[list[Estimate]], list[Fault]]:
-    """Estimates by engine at 10 Hz, and reports."""
-    estimates: list[list[Estimate]] = [[], []]
-    faults: list[Fault] = []
-    count = [0, 0]
-    for output in follow(pipeline, events):
-        if isinstance(output, Estimate):
-            if count[output.engine] % EVERY == 0:
-                estimates[output.engine].append(output)
-            count[output.engine] += 1
-        elif isinstance(output, Fault):
-            faults.append(output)
-    return estimates, faults
-
-
 def longest_s(bad: Any, time_s: Any) -> float:
     longest = since = 0.0
     for i in range(1, len(bad)):
@@ -93,7 +77,7 @@ def longest_s(bad: Any, time_s: Any) -> float:
     return longest
 
 
-def judge(flown: Flight, case: Case, begin_ns: int, estimates: list[list[Estimate]], faults: list[Fault]) -> Row:
+def judge(flown: Flight, case: Case, begin_ns: int, estimates: Sequence[list[Estimate]], faults: list[Fault]) -> Row:
     figures, told_s = [], inf
     for side, mine in zip(ENGINES, estimates, strict=True):
         rows = [(e.t_ns * 1e-9, e.thrust_n, e.thrust_std_n, e.status & TOLD != 0) for e in mine]
@@ -122,7 +106,7 @@ def judge(flown: Flight, case: Case, begin_ns: int, estimates: list[list[Estimat
 def run_case(flown: Flight, case: Case, pipeline: Pipeline, first: int) -> Row:
     begin_ns = int(flown.wire.t_ns[first])
     last = int(np.searchsorted(flown.wire.t_ns, begin_ns + min(case.seconds, 1e6) * S))
-    estimates, faults = fly(pipeline, damaged(flown, case.edit, first, last))
+    estimates, faults = outputs_of(pipeline, damaged(flown, case.edit, first, last), every=EVERY)
     return judge(flown, case, begin_ns, estimates, faults)
 
 
@@ -161,7 +145,7 @@ def campaign(place: Installation, flown: Flight, cases: Iterable[Case], jobs: in
         if not mine:
             continue
         first = int(np.searchsorted(flown.wire.t_ns, round(moment_s * S)))
-        fly(pipeline, whole(flown, at, first))
+        outputs_of(pipeline, whole(flown, at, first), every=EVERY)
         at = first
         for case in mine:
             children.start(flown, case, pipeline, first)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.fusion_flights import installation
-from benchmarks.integrity import fly
+from benchmarks.fusion_flights import EVERY, installation, outputs_of
 from benchmarks.integrity_flight import on_the_wire, whole
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, write_calibration
 from thrustd.twin.airframe import MOUNTS
@@ -27,7 +26,7 @@ def flights():
     shipped, found = installation(), []
     flown = on_the_wire(shipped, *scripted_flight(SECONDS, SEED), SEED)
     for place in (shipped, shipped.calibrated_by(measured())):
-        estimates, _ = fly(place.pipeline(), whole(flown, 0, len(flown.wire.t_ns)))
+        estimates, _ = outputs_of(place.pipeline(), whole(flown, 0, len(flown.wire.t_ns)), every=EVERY)
         rows = []
         for side, mine in zip(("left", "right"), estimates, strict=True):
             time_s = np.array([e.t_ns for e in mine]) * 1e-9

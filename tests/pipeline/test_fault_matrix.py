@@ -3,7 +3,8 @@
 import pytest
 
 from benchmarks.damage import CASES, fields, is_adc, whole_frames
-from benchmarks.fault_matrix import cell, flown, place, twin_flight
+from benchmarks.fault_matrix import cell, place, twin_flight
+from benchmarks.fusion_flights import outputs_of
 from tests.conftest import small_aircraft
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Fault, Frame, Tick
@@ -22,7 +23,7 @@ def flight():
     installation = small_aircraft()
     parts = installation.parts()
     whole = twin_flight(installation, 56.0, 3, START_S)
-    return installation, parts, whole, flown(Pipeline(installation.config, parts), whole.events, 2)
+    return installation, parts, whole, outputs_of(Pipeline(installation.config, parts), whole.events)
 
 
 @pytest.mark.parametrize("case, moment_s", [(case, MOMENTS_S[i % 3]) for i, case in enumerate(CASES)],
@@ -30,7 +31,7 @@ def flight():
 def test_the_flight_goes_on_says_so_and_recovers(flight, case, moment_s):
     installation, parts, whole, good = flight
     pipeline, index = Pipeline(installation.config, parts), place(whole, moment_s)
-    flown(pipeline, whole.events[:index], 2)
+    outputs_of(pipeline, whole.events[:index])
     verdict = cell(whole, pipeline, index, good, case, SETTLE_S)
     unseen_s = case.lasts_s if case.name == "queue overrun" else 0.0
     assert verdict.longest_pause_s < unseen_s + 0.2

@@ -1,11 +1,15 @@
 """What a file reader hands on, before `make_recording` checks it."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
+from thrustd.records.recording import signal_of
 
 NUMBER_BYTES = 8
 MOST_COLUMNS = 4096
@@ -17,6 +21,24 @@ class Loaded(NamedTuple):
     columns: dict[str, Floats]
     metadata: dict[str, str]
     notes: tuple[str, ...] = ()
+
+
+def vectors(arrays: Mapping[str, NDArray[Any]], name: str) -> Loaded:
+    """Those of a file that are columns of numbers; of the others a word, RecordingError where it is a channel."""
+    columns: dict[str, Floats] = {}
+    notes: list[str] = []
+    longest = max((array.size for array in arrays.values()), default=0)
+    for key, array in arrays.items():
+        if array.size == 1 < longest and not signal_of(key):
+            notes.append(f"{key}: one value beside columns of {longest} left out")
+        elif array.dtype.kind in "fiub" and array.ndim == 1:
+            columns[key] = array.astype(np.float64, copy=False)
+        elif signal_of(key):
+            raise RecordingError(f"{name}: {key} has shape {array.shape} of {array.dtype}; expected 1-D numbers")
+        else:
+            what = "structure or cell" if array.dtype.kind == "O" else f"shape {array.shape} of {array.dtype}"
+            notes.append(f"{key}: {what} left out")
+    return Loaded(columns, {}, tuple(notes))
 
 
 def read_metadata(text: str | bytes, name: str) -> dict[str, str]:

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, savemat, whosmat
 
-from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_expanded
-from thrustd.records.phlab import from_ftis, from_openap, is_ftis, is_openap
-from thrustd.records.recording import TIME, Recording, signal_of
+from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_expanded, vectors
+from thrustd.records.phlab import from_ph_lab
+from thrustd.records.recording import TIME, Recording
 
 
 def read_mat(path: Path) -> Loaded:
@@ -19,25 +18,9 @@ def read_mat(path: Path) -> Loaded:
     units: dict[str, str] = {}
     if "flightdata" in variables:
         variables, units = _ftis_fields(variables["flightdata"])
-    columns: dict[str, Floats] = {}
-    notes: list[str] = []
     arrays = {name: np.atleast_1d(value) for name, value in _flat(variables).items() if not name.startswith("__")}
-    longest = max((array.size for array in arrays.values()), default=0)
-    for name, array in arrays.items():
-        if array.size == 1 < longest and not signal_of(name):
-            notes.append(f"{name}: one value beside columns of {longest} left out")
-        elif array.dtype.kind in "fiub" and array.ndim == 1:
-            columns[name] = array.astype(np.float64)
-        elif signal_of(name):
-            raise RecordingError(f"{path.name}: {name} has shape {array.shape} of {array.dtype}; expected 1-D numbers")
-        else:
-            what = "structure or cell" if array.dtype.kind == "O" else f"shape {array.shape} of {array.dtype}"
-            notes.append(f"{name}: {what} left out")
-    if is_ftis(columns):
-        return from_ftis(columns, units, path.name)
-    if is_openap(columns):
-        return from_openap(columns, path.name)
-    return Loaded(columns, {}, tuple(notes))
+    found = vectors(arrays, path.name)
+    return from_ph_lab(found.columns, units, path.name) or found
 
 
 def _variables(path: Path) -> dict[str, Any]:

@@ -9,32 +9,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.records.loaded import Loaded, check_columns, check_expanded, read_metadata
-from thrustd.records.phlab import from_ftis, from_openap, is_ftis, is_openap
-from thrustd.records.recording import TIME, Recording, signal_of
+from thrustd.records.loaded import Loaded, check_columns, check_expanded, read_metadata, vectors
+from thrustd.records.phlab import from_ph_lab
+from thrustd.records.recording import TIME, Recording
 
 METADATA_NAME = "_metadata"
+NAMES, UNITS = "_names", "_units"  # of PH-LAB's
+OURS = METADATA_NAME, NAMES, UNITS
 
 
 def read_npz(path: Path) -> Loaded:
     arrays = _arrays(path)
-    columns: dict[str, Floats] = {}
-    notes: list[str] = []
-    for name, array in arrays.items():
-        if array.dtype.kind in "fiub" and array.ndim == 1:
-            columns[name] = array.astype(np.float64, copy=False)
-        elif not name.startswith("_") and signal_of(name):
-            raise RecordingError(f"{path.name}: {name} has shape {array.shape} of {array.dtype}; expected 1-D numbers")
-        elif not name.startswith("_"):
-            notes.append(f"{name}: shape {array.shape} of {array.dtype} left out")
-    if is_ftis(columns):
-        return from_ftis(columns, _units(arrays), path.name)
-    if is_openap(columns):
-        return from_openap(columns, path.name)
+    found = vectors({name: array for name, array in arrays.items() if name not in OURS}, path.name)
     metadata = read_metadata(str(arrays[METADATA_NAME]), path.name) if METADATA_NAME in arrays else {}
-    return Loaded(columns, metadata, tuple(notes))
+    return from_ph_lab(found.columns, _units(arrays), path.name) or found._replace(metadata=metadata)
 
 
 def _arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
@@ -73,5 +62,5 @@ def write_npz(record: Recording, path: Path) -> None:
 
 
 def _units(arrays: dict[str, npt.NDArray[Any]]) -> dict[str, str]:
-    names, units = (np.atleast_1d(arrays.get(key, ())) for key in ("_names", "_units"))
+    names, units = (np.atleast_1d(arrays.get(key, ())) for key in (NAMES, UNITS))
     return dict(zip(map(str, names), map(str, units), strict=False))

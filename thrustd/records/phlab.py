@@ -86,12 +86,11 @@ OPENAP = {
 _UNIT_WORDS = {"deg C": "degC", "deg/s": "deg_s", "%": "pct", "lbs": "lb", "lbs/hr": "lb_h", "ft/min": "ft_min"}
 
 
-def is_ftis(columns: Mapping[str, Floats]) -> bool:
-    return "Dadc1_mach" in columns and "time" in columns
-
-
-def is_openap(columns: Mapping[str, Floats]) -> bool:
-    return "ff_l" in columns and "ts" in columns
+def from_ph_lab(raw: dict[str, Floats], units: Mapping[str, str], name: str) -> Loaded | None:
+    """Canonical columns where it is one of the two kinds, told by their own."""
+    if "Dadc1_mach" in raw and "time" in raw:
+        return from_ftis(raw, units, name)
+    return from_openap(raw, name) if "ff_l" in raw and "ts" in raw else None
 
 
 def from_ftis(raw: dict[str, Floats], units: Mapping[str, str], name: str) -> Loaded:
