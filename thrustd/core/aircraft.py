@@ -3,15 +3,14 @@
 `deploy/citation-ii.toml` is one, every number with its origin. Another type is another file.
 """
 
-import tomllib
 from math import inf
 from typing import Annotated, NamedTuple
 
 import msgspec
 from msgspec import Meta
 
-from thrustd.core.config import Config, Section, section
-from thrustd.core.errors import ConfigError, RecordingError
+from thrustd.core.config import Config, Section, read_toml
+from thrustd.core.errors import RecordingError
 
 DATA = "citation-ii.toml"  # for configurations that name none
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
@@ -101,11 +100,7 @@ class MountPlace(NamedTuple):
 
 def read_aircraft(text: str, where: str) -> AircraftData:
     """Parse and check; ConfigError, one line that begins with `where`."""
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
-        raise ConfigError(f"{where}: not TOML: {problem}") from None
-    return section(table, AircraftData, where)
+    return read_toml(text, AircraftData, where)
 
 
 def place_of(mount: str, config: Config, data: AircraftData) -> MountPlace:

@@ -7,14 +7,13 @@
 and `replay` read it, and it is in every log. What was not measured keeps the defaults of `[fusion]`.
 """
 
-import tomllib
 from itertools import pairwise
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 
-from thrustd.core.config import Section, section
+from thrustd.core.config import Section, read_toml
 from thrustd.core.errors import ConfigError
 
 LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
@@ -68,11 +67,7 @@ class Calibration(Section, frozen=True):
 
 def read_calibration(text: str, where: str) -> Calibration:
     """Parse and check; ConfigError, one line that begins with `where`."""
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
-        raise ConfigError(f"{where}: not TOML: {problem}") from None
-    found = section(table, Calibration, where)
+    found = read_toml(text, Calibration, where)
     for name, mount in found.mount.items():
         _check(mount, f"{where}: mount.{name}")
     return found

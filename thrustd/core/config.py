@@ -25,6 +25,7 @@ Positive = Annotated[float, Meta(gt=0, le=1e9)]
 Scale = Annotated[float, Meta(ge=-0.01, le=0.01)]  # mm per count: 2^24 counts are an LVDT's few mm
 Count = Annotated[int, Meta(ge=1, le=1_000_000)]
 Port = Annotated[int, Meta(ge=1, le=65535)]
+T = TypeVar("T")
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -144,6 +145,13 @@ class Config(Section, frozen=True):
 
 def read_config(text: str, where: str) -> Config:
     """Parse and check a configuration; `where` names the file in errors (ConfigError, one line)."""
+    config = read_toml(text, Config, where)
+    _check(config, where)
+    return config
+
+
+def read_toml(text: str, kind: type[T], where: str) -> T:
+    """A file of TOML as the struct `kind`; ConfigError, one line that begins with `where`."""
     if len(text) > MAX_BYTES:
         raise ConfigError(f"{where}: {len(text)} bytes, expected at most {MAX_BYTES}")
     if found := LONG_KEY.search(text):
@@ -151,12 +159,11 @@ def read_config(text: str, where: str) -> Config:
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
-        raise ConfigError(f"{where}: {_other_file(text) or f'not TOML: {problem}'}") from None
+        other = _other_file(text) if kind is Config else ""
+        raise ConfigError(f"{where}: {other or f'not TOML: {problem}'}") from None
     except RecursionError:
         raise ConfigError(f"{where}: nested too deep, expected tables and lists as in deploy/ph-lab.toml") from None
-    config = section(table, Config, where)
-    _check(config, where)
-    return config
+    return section(table, kind, where)
 
 
 def _other_file(text: str) -> str:
@@ -167,9 +174,6 @@ def _other_file(text: str) -> str:
     }
     found = next((words for schema, words in kinds.items() if schema in text[:4000]), "")
     return f"{found} `thrustd info`; expected a configuration (TOML) that names it" if found else ""
-
-
-T = TypeVar("T")
 
 
 def section(table: Any, kind: type[T], where: str) -> T:

@@ -8,7 +8,6 @@
 A recording with a column mass_kg needs none.
 """
 
-import tomllib
 from pathlib import Path
 from typing import Annotated
 
@@ -16,7 +15,7 @@ import numpy as np
 from msgspec import Meta
 
 from thrustd.core.columns import Floats
-from thrustd.core.config import Section, section
+from thrustd.core.config import Section, read_toml
 from thrustd.core.errors import ConfigError, RecordingError, UsageError
 from thrustd.flighttest.flight import Flight
 from thrustd.sources.plain_file import read_text
@@ -37,9 +36,7 @@ class MassSheet(Section, frozen=True):
 def read_mass_sheet(path: Path) -> MassSheet:
     """UsageError, one line, when it is none."""
     try:
-        return section(tomllib.loads(read_text(path)), MassSheet, str(path))
-    except tomllib.TOMLDecodeError as problem:
-        raise UsageError(f"{path}: not TOML: {problem}; expected empty_kg, payload_kg, fuel_kg, std_kg") from None
+        return read_toml(read_text(path), MassSheet, str(path))
     except ConfigError as problem:
         raise UsageError(str(problem)) from None
 

@@ -3,14 +3,13 @@
 An amplitude's sigma is `over_typical` times what its card calls typical, unless [sigma.EFFECT] says better.
 """
 
-import tomllib
 from functools import cache
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 
-from thrustd.core.config import Section, section
+from thrustd.core.config import Section, read_toml
 from thrustd.core.errors import ConfigError
 from thrustd.installation.shipped import shipped
 from thrustd.model.effects import shelf
@@ -31,10 +30,7 @@ class RigPriors(Section, frozen=True):
 
 def read_rig(text: str, where: str) -> RigPriors:
     """Parse and check; ConfigError, one line that begins with `where`."""
-    try:
-        found = section(tomllib.loads(text), RigPriors, where)
-    except tomllib.TOMLDecodeError as problem:
-        raise ConfigError(f"{where}: not TOML: {problem}") from None
+    found = read_toml(text, RigPriors, where)
     words: dict[str, set[str]] = {}
     for effect in shelf().values():
         words.setdefault(effect.word, set()).update(p.name for p in effect.parameters if p.amplitude)
