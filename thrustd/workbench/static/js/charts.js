@@ -181,11 +181,9 @@ export function coherenceChart(s) {
   });
   return h(
     "div",
-    {},
     plot,
     h(
-      "div",
-      { class: "keys" },
+      "div.keys",
       most.map(([name], i) =>
         key(MANY[i][0], name, MANY[i][1].length ? (MANY[i][1][0] > 2 ? "dashed" : "dotted") : ""),
       ),

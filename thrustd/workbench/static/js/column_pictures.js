@@ -18,7 +18,7 @@ export function columnPictures(time, force, deformation, slope) {
     });
   };
   return [
-    h("div", {}, overTime(force, "--measured"), overTime(deformation, "--s1")),
+    h("div", overTime(force, "--measured"), overTime(deformation, "--s1")),
     force && deformation
       ? chart({
           height: 300,

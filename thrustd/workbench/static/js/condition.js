@@ -45,7 +45,6 @@ export function conditionBar(asked, recordings, models, show) {
     },
     h(
       "label",
-      {},
       "Condition",
       select(
         [
@@ -70,7 +69,7 @@ export function conditionBar(asked, recordings, models, show) {
     ),
     number("low", "from"),
     number("high", "to"),
-    h("button", {}, "Show"),
+    h("button", "Show"),
     h(
       "button",
       {

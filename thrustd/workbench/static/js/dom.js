@@ -1,6 +1,10 @@
-// Elements without templates: h("button", {class: "primary", onclick: go}, "Go").
-export function h(tag, props = {}, ...children) {
+// Elements without templates: h("button.primary", {onclick: go}, "Go"); properties may be left out.
+export function h(kind, first = {}, ...rest) {
+  const [tag, ...classes] = kind.split("."),
+    named = first?.constructor === Object,
+    [props, children] = named ? [first, rest] : [{}, [first, ...rest]];
   const element = document.createElement(tag);
+  if (classes.length) element.className = classes.join(" ");
   for (const [name, value] of Object.entries(props)) {
     if (value === undefined || value === null || value === false) continue;
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
@@ -15,7 +19,7 @@ export function h(tag, props = {}, ...children) {
 }
 
 export function panel(title, header, ...body) {
-  return h("section", { class: "panel" }, h("header", {}, h("h2", {}, title), ...[header].flat()), ...body);
+  return h("section.panel", h("header", h("h2", title), ...[header].flat()), ...body);
 }
 
 // heads: names of the columns, or [name, class, columns it spans]; null for one that is left out, as its cells are.
@@ -28,8 +32,8 @@ export function table(props, heads, rows) {
     for (const [i, cell] of [...row.cells].entries())
       cell.dataset.head = cell.colSpan > 1 ? "" : (columns[i]?.[0] ?? "");
   const head = named.map(([name, kind, span]) => h("th", { class: kind, colspan: span }, name));
-  const top = named.some(([name]) => name) ? h("thead", {}, h("tr", {}, head)) : null;
-  return h("table", props, top, h("tbody", {}, made));
+  const top = named.some(([name]) => name) ? h("thead", h("tr", head)) : null;
+  return h("table", props, top, h("tbody", made));
 }
 
 const tr = (columns, props, cells) => {
@@ -55,7 +59,7 @@ export function select(options, chosen, onchange, label) {
 export function key(color, name, kind = "") {
   const mark = h("i", { class: kind });
   mark.style.borderTopColor = `var(${color})`;
-  return h("span", { class: "key" }, mark, name);
+  return h("span.key", mark, name);
 }
 
 // replace what an element holds; nothing for null

@@ -15,12 +15,10 @@ export function dropFiles(target) {
     event.preventDefault();
     if (!veil) {
       veil = h(
-        "div",
-        { class: "drop-veil" },
+        "div.drop-veil",
         h(
           "p",
-          {},
-          h("b", {}, `Drop to add to the folder ${store.server.folder}`),
+          h("b", `Drop to add to the folder ${store.server.folder}`),
           h("br"),
           "recordings: CSV, Parquet, npz, MATLAB, MCAP; models: JSON. Every file is read whole before it is taken.",
         ),

@@ -24,23 +24,21 @@ const words = (name) => name.toLowerCase().replaceAll("_", " ");
 
 export class EngineTile {
   constructor(name) {
-    this.thrust = h("b", {}, "–");
-    this.band = h("span", { class: "quiet" });
+    this.thrust = h("b", "–");
+    this.band = h("span.quiet");
     this.sources = ["fused", "mount source", "brochure source"].map((title) => ({
       title,
-      value: h("b", {}, "–"),
-      more: h("span", {}),
+      value: h("b", "–"),
+      more: h("span"),
     }));
     this.lamps = h("div", { class: "lamps", role: "status" });
     this.root = h(
-      "section",
-      { class: "panel engine" },
-      h("header", {}, h("h2", {}, `${name} engine`), this.band),
-      h("div", { class: "body big" }, this.thrust, h("span", { class: "quiet" }, "N net thrust, forward +")),
+      "section.panel.engine",
+      h("header", h("h2", `${name} engine`), this.band),
+      h("div.body.big", this.thrust, h("span.quiet", "N net thrust, forward +")),
       h(
-        "div",
-        { class: "sources" },
-        this.sources.map((r) => h("div", {}, h("span", {}, r.title), r.value, r.more)),
+        "div.sources",
+        this.sources.map((r) => h("div", h("span", r.title), r.value, r.more)),
       ),
       this.lamps,
     );
@@ -69,18 +67,16 @@ export class EngineTile {
     const shown = settled ? `${e.status} ${since}` : "";
     if (shown === this.shown) return;
     this.shown = shown;
-    this.lamps.replaceChildren(
-      ...(settled ? lamps(e.status, since) : [h("span", { class: "lamp" }, "no estimate yet")]),
-    );
+    this.lamps.replaceChildren(...(settled ? lamps(e.status, since) : [h("span.lamp", "no estimate yet")]));
   }
 }
 
 function lamps(status, since) {
   const on = Object.entries(store.server.status_words).filter(([bit]) => (status & bit) !== 0);
-  if (!on.length) return [h("span", { class: "lamp ok" }, "both sources healthy, inside the valid range")];
+  if (!on.length) return [h("span.lamp.ok", "both sources healthy, inside the valid range")];
   return on.map(([bit, name]) =>
     since & bit
-      ? h("span", { class: "lamp" }, `${words(name)} since the log began`)
+      ? h("span.lamp", `${words(name)} since the log began`)
       : h("span", { class: `lamp ${GRAVE.includes(name) ? "fail" : "on"}` }, words(name)),
   );
 }

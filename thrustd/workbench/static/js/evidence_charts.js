@@ -10,11 +10,10 @@ const GROUPS = ["--s1", "--s3"];
 export function evidencePictures(evidence, y) {
   return h(
     "div",
-    {},
-    h("h3", {}, `${evidence.effects.join(" + ")}: leaves ${newtons(evidence.rmse_n)} on held-back blocks`),
+    h("h3", `${evidence.effects.join(" + ")}: leaves ${newtons(evidence.rmse_n)} on held-back blocks`),
     history(evidence.history, y),
     curves(evidence.view),
-    h("div", { class: "keys" }, keys(evidence.view)),
+    h("div.keys", keys(evidence.view)),
   );
 }
 
@@ -62,13 +61,7 @@ export const residualPicture = (one) => beforeAfter(one, one);
 export function beforeAfter(before, after) {
   return h(
     "div",
-    {},
-    h(
-      "h3",
-      {},
-      `${before.recording}: ${newtons(before.rmse_n)}`,
-      after === before ? "" : ` → ${newtons(after.rmse_n)}`,
-    ),
+    h("h3", `${before.recording}: ${newtons(before.rmse_n)}`, after === before ? "" : ` → ${newtons(after.rmse_n)}`),
     chart({
       height: 190,
       x: { title: "time [s]", ...span([before.time_s], 0) },

@@ -28,12 +28,12 @@ const NAMES = {
 export class Frame {
   constructor(root) {
     this.nav = h("nav", { "aria-label": "steps" });
-    this.ledger = h("div", { class: "ledger-small" });
-    this.folder = h("div", {});
-    this.context = h("div", { class: "context" });
+    this.ledger = h("div.ledger-small");
+    this.folder = h("div");
+    this.context = h("div.context");
     this.main = h("main", { class: "main", id: "main", tabindex: "-1" });
     this.guide = h("div", { class: "guide", role: "status" });
-    this.body = h("div", {});
+    this.body = h("div");
     this.main.append(this.guide, this.body);
     this.notices = h("div", { class: "notices", role: "log", "aria-label": "messages" });
     this.jobs = h("div", { class: "jobs", role: "status", "aria-label": "running work" });
@@ -41,25 +41,23 @@ export class Frame {
     const gone = h(
       "p",
       { class: "gone", role: "alert" },
-      h("b", {}, "The workbench does not answer. "),
+      h("b", "The workbench does not answer. "),
       "What is shown may be old, and nothing can be asked. If it was closed, start it again with ",
-      h("code", {}, `thrustd workbench ${store.server.folder}`),
+      h("code", `thrustd workbench ${store.server.folder}`),
       " and open the address it prints; its answers are kept in the folder.",
     );
     fill(
       root,
       gone,
       h(
-        "aside",
-        { class: "rail" },
-        h("div", { class: "brand" }, h("b", {}, "thrustd workbench"), this.folder),
+        "aside.rail",
+        h("div.brand", h("b", "thrustd workbench"), this.folder),
         this.nav,
         this.ledger,
         h(
           "footer",
-          {},
           h("button", { onclick: () => this.theme() }, "Light / dark"),
-          h("span", {}, `thrustd ${store.server.version}, this machine only`),
+          h("span", `thrustd ${store.server.version}, this machine only`),
         ),
       ),
       this.context,
@@ -114,8 +112,8 @@ export class Frame {
             "aria-current": key === this.viewKey() ? "page" : null,
             class: next?.view === key ? "next" : "",
           },
-          h("span", { class: "no" }, String(i + 1)),
-          h("span", {}, name),
+          h("span.no", String(i + 1)),
+          h("span", name),
           h("span", { class: "tick", "aria-hidden": "true" }, next?.view === key ? "●" : ""),
         ),
       ),
@@ -126,15 +124,9 @@ export class Frame {
       this.ledger,
       ...(steps.length
         ? [
-            h("h3", {}, "Error on held-back blocks"),
+            h("h3", "Error on held-back blocks"),
             ...steps.map((s) =>
-              h(
-                "div",
-                { class: "ledger-line" },
-                h("span", {}, s.name),
-                h("span", { class: "num" }, newtons(s.rmse_n)),
-                bar(s.rmse_n / top),
-              ),
+              h("div.ledger-line", h("span", s.name), h("span.num", newtons(s.rmse_n)), bar(s.rmse_n / top)),
             ),
           ]
         : []),
@@ -202,7 +194,7 @@ export class Frame {
       this.guide,
       ...(next
         ? [
-            h("div", { class: "say" }, h("b", {}, "Next"), next.say),
+            h("div.say", h("b", "Next"), next.say),
             next.other ? h("button", { onclick: attempt(() => this.next.other.go()) }, next.other.label) : null,
             next.label
               ? h("button", { class: "primary", id: "next", onclick: attempt(() => this.next.go()) }, next.label)
@@ -219,11 +211,10 @@ export class Frame {
       this.jobs,
       ...open.map((job) =>
         h(
-          "div",
-          { class: "job" },
-          h("span", {}, job.title),
+          "div.job",
+          h("span", job.title),
           bar(job.fraction),
-          h("span", { class: "quiet" }, job.state === "waiting" ? "waiting" : job.note || "working"),
+          h("span.quiet", job.state === "waiting" ? "waiting" : job.note || "working"),
           h("button", { onclick: () => attempt(cancel)(job) }, "Cancel"),
         ),
       ),

@@ -24,12 +24,11 @@ export function historyTools(state, recordings, models, draw, hits) {
     },
   });
   return h(
-    "div",
-    { class: "body toolbar" },
+    "div.body.toolbar",
     picker(state, "Recordings", names(store.server.recordings), recordings(), choose("shown")),
     picker(state, "Models", names(store.server.models), models(), choose("models")),
     picker(state, "Channels", [...units.keys()], panels, choose("channels"), (name) => units.get(name)),
-    recordings().length > 1 ? h("label", {}, linked, "zoom recordings together") : null,
+    recordings().length > 1 ? h("label", linked, "zoom recordings together") : null,
     conditionBar(state.condition, recordings, models, hits),
   );
 }
@@ -38,14 +37,13 @@ function picker(state, title, names, chosen, set, note = () => "") {
   const check = (name) =>
     h(
       "label",
-      {},
       h("input", {
         type: "checkbox",
         checked: chosen.includes(name),
         onchange: ({ target }) => set(target.checked ? [...chosen, name] : chosen.filter((one) => one !== name)),
       }),
-      h("span", {}, name),
-      h("span", { class: "faint" }, note(name)),
+      h("span", name),
+      h("span.faint", note(name)),
     );
   const here = chosen.filter((name) => names.includes(name)).length;
   return h(
@@ -57,7 +55,7 @@ function picker(state, title, names, chosen, set, note = () => "") {
         state["open" + title] = event.target.open;
       },
     },
-    h("summary", {}, `${title} (${here} of ${names.length})`),
-    h("div", { class: "checks" }, names.map(check)),
+    h("summary", `${title} (${here} of ${names.length})`),
+    h("div.checks", names.map(check)),
   );
 }

@@ -39,7 +39,7 @@ const checkOf = (made, name) => made.heldout?.find((one) => one.model === name)?
 // falling bars with their numbers, the names under them, and the floor as a line
 export function ledgerBars(steps, floor_n) {
   const top = Math.max(...steps.map((s) => s.rmse_n), 1);
-  const line = floor_n && h("u", { class: "floor" }, `floor ${newtons(floor_n)}`);
+  const line = floor_n && h("u.floor", `floor ${newtons(floor_n)}`);
   if (line) line.style.bottom = `${(82 * floor_n) / top}%`;
   return [
     h(
@@ -56,23 +56,22 @@ export function ledgerBars(steps, floor_n) {
         return h(
           "div",
           { class: "step" + (i ? "" : " first") },
-          h("b", {}, newtons(s.rmse_n)),
+          h("b", newtons(s.rmse_n)),
           i
             ? h(
                 "span",
                 { class: s.rmse_n < steps[i - 1].rmse_n ? "good" : "bad" },
                 `${s.rmse_n < steps[i - 1].rmse_n ? "−" : "+"}${number(100 * Math.abs(1 - s.rmse_n / steps[i - 1].rmse_n), 2)} %`,
               )
-            : h("span", {}, " "),
-          s.check_n ? h("span", { class: "faint" }, `check ${newtons(s.check_n)}`) : null,
+            : h("span", " "),
+          s.check_n ? h("span.faint", `check ${newtons(s.check_n)}`) : null,
           fill,
         );
       }),
     ),
     h(
-      "div",
-      { class: "ledger-names" },
-      steps.map((s) => h("span", {}, s.name)),
+      "div.ledger-names",
+      steps.map((s) => h("span", s.name)),
     ),
   ];
 }

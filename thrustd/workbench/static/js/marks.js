@@ -17,17 +17,11 @@ export function askMark(recording, from, to, done) {
             done({ start_s: from, stop_s: to, label: label.value, exclude: exclude.checked });
         },
       },
-      h("h2", {}, `Mark ${number(from, 6)} to ${number(to, 6)} s of ${recording}`),
+      h("h2", `Mark ${number(from, 6)} to ${number(to, 6)} s of ${recording}`),
       label,
+      h("label", exclude, " exclude: the reference of this stretch is not used in any comparison, diagnosis or fit"),
       h(
-        "label",
-        {},
-        exclude,
-        " exclude: the reference of this stretch is not used in any comparison, diagnosis or fit",
-      ),
-      h(
-        "div",
-        { class: "buttons" },
+        "div.buttons",
         h("button", { class: "primary", value: "keep" }, "Mark"),
         h("button", { value: "cancel", formnovalidate: true }, "Cancel"),
       ),
@@ -42,14 +36,13 @@ export function askMark(recording, from, to, done) {
 export function marksTable(marks, show, keep) {
   if (!marks.length) return null;
   return h(
-    "div",
-    { class: "flush" },
+    "div.flush",
     table(
       { class: "marks" },
       ["", "", ["", "num"], ["", "num"]],
       marks.map((m, i) => [
-        m.exclude ? h("b", { class: "warn" }, "excluded") : "marked",
-        m.label || h("span", { class: "faint" }, "no label"),
+        m.exclude ? h("b.warn", "excluded") : "marked",
+        m.label || h("span.faint", "no label"),
         `${number(m.start_s, 6)} to ${number(m.stop_s, 6)} s`,
         [
           plain("show", () => show(m)),

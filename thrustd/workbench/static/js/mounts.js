@@ -11,7 +11,7 @@ const DIGITS = [
 
 export class MountTable {
   constructor() {
-    this.box = h("div", { class: "flush" });
+    this.box = h("div.flush");
     this.root = panel("Mounts", [], this.box);
     this.root.hidden = true;
   }

@@ -16,8 +16,8 @@ export function showNotices(area) {
     const notice = h(
       "div",
       { class: `notice ${kind}`, role: kind === "problem" ? "alert" : "status", "data-line": said },
-      h("b", {}, WORDS[kind]),
-      h("span", {}, said),
+      h("b", WORDS[kind]),
+      h("span", said),
       h("button", { class: "plain", onclick: () => notice.remove(), "aria-label": "close" }, "✕"),
     );
     area.append(notice);

@@ -12,13 +12,9 @@ const LINES = [...SOURCES, FUSED]; // the fused line in front
 export class LiveStrip {
   constructor(name) {
     this.data = [[], [], [], ...LINES.map(() => [])];
-    this.box = h("div", {});
+    this.box = h("div");
     const keys = [FUSED, ...SOURCES].map(([, label, color]) => key(color, label));
-    this.root = panel(
-      `${name} engine: net thrust [N], forward +; band 95 %`,
-      [h("span", { class: "push buttons" }, keys)],
-      this.box,
-    );
+    this.root = panel(`${name} engine: net thrust [N], forward +; band 95 %`, [h("span.push.buttons", keys)], this.box);
     this.observer = new ResizeObserver(() => this.size());
     this.observer.observe(this.box);
   }

@@ -27,18 +27,18 @@ export class Sheet {
         onkeydown: (event) => this.key(event),
       },
       this.plots.map((plot) => this.build(plot)),
-      h("div", { class: "foot" }, this.axisBox, this.status), // always in sight, however many panels there are
+      h("div.foot", this.axisBox, this.status), // always in sight, however many panels there are
     );
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.root);
   }
 
   build(plot) {
-    plot.readout = h("div", { class: "readout" });
-    plot.title = h("div", { class: "title" }, plot.panel.title);
+    plot.readout = h("div.readout");
+    plot.title = h("div.title", plot.panel.title);
     plot.box = h("div");
     plot.named = (plot.panel.second ? plot.panel.drawn : plot.panel.series).filter((s) => !s.unseen).length;
-    plot.root = h("div", { class: "plot" }, plot.title, plot.readout, plot.box);
+    plot.root = h("div.plot", plot.title, plot.readout, plot.box);
     return plot.root;
   }
 
@@ -191,7 +191,7 @@ export class Sheet {
         return cell;
       });
       if (plot.panel.second) cells.push(...this.besideCells(plot, t));
-      const band = plot.panel.band && h("span", { class: "shade-key" }, h("i", { class: "band" }), plot.panel.band);
+      const band = plot.panel.band && h("span.shade-key", h("i.band"), plot.panel.band);
       plot.readout.replaceChildren(...[band].filter(Boolean), ...cells);
     }
     this.at = t;
@@ -213,9 +213,9 @@ export class Sheet {
       ? "every sample"
       : `lowest and highest of ${number(first.samples / first.count, 3)} samples per column`;
     this.status.replaceChildren(
-      h("span", {}, this.at === null || this.at === undefined ? "" : `t = ${seconds(this.at)} (${clock(this.at)})`),
-      h("span", {}, `${count(first.samples)} samples in ${number(this.range[1] - this.range[0], 4)} s; ${each}`),
-      h("span", {}, `answered in ${Math.round(this.took)} ms`),
+      h("span", this.at === null || this.at === undefined ? "" : `t = ${seconds(this.at)} (${clock(this.at)})`),
+      h("span", `${count(first.samples)} samples in ${number(this.range[1] - this.range[0], 4)} s; ${each}`),
+      h("span", `answered in ${Math.round(this.took)} ms`),
     );
   }
 
@@ -287,7 +287,7 @@ export class Sheet {
       this.cursor(this.plots[0].chart);
       this.root.dataset.ready = `${from} ${to}`;
     } catch (problem) {
-      if (problem.name !== "AbortError") this.status.replaceChildren(h("span", { class: "bad" }, problem.message));
+      if (problem.name !== "AbortError") this.status.replaceChildren(h("span.bad", problem.message));
     }
   }
 

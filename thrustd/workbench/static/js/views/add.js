@@ -18,22 +18,16 @@ export function add(root) {
     fill(
       root,
       h(
-        "div",
-        { class: "head" },
-        h("h1", {}, "Add it"),
+        "div.head",
+        h("h1", "Add it"),
         h(
           "p",
-          {},
           "An effect starts at its neutral value, its parameters are estimated, the rest moves gently. A model that is worse on held-back blocks is refused.",
         ),
       ),
       ...(card
-        ? [
-            h("div", { class: "columns wide-left" }, ledger(card), choice(card)),
-            lastStep(card),
-            keepPanel(card),
-          ].filter(Boolean)
-        : [h("section", { class: "panel" }, h("p", { class: "empty" }, "Choose a model at the top."))]),
+        ? [h("div.columns.wide-left", ledger(card), choice(card)), lastStep(card), keepPanel(card)].filter(Boolean)
+        : [h("section.panel", h("p.empty", "Choose a model at the top."))]),
     );
   };
 
@@ -49,23 +43,11 @@ export function add(root) {
       floor = latest("diagnose")?.floor_n ?? (step && askedOf(step)?.floor_n);
     const body = steps.length
       ? ledgerBars(steps, floor)
-      : [
-          h(
-            "p",
-            { class: "empty" },
-            "The ledger starts with the first effect that is added; compare first to see where it starts.",
-          ),
-        ];
+      : [h("p.empty", "The ledger starts with the first effect that is added; compare first to see where it starts.")];
     return panel(
       "Error ledger",
-      [
-        h(
-          "span",
-          { class: "faint" },
-          card.ledger.length ? `RMSE on held-back blocks of ${card.ledger.at(-1).data}` : "RMSE",
-        ),
-      ],
-      h("div", { class: "body" }, body),
+      [h("span.faint", card.ledger.length ? `RMSE on held-back blocks of ${card.ledger.at(-1).data}` : "RMSE")],
+      h("div.body", body),
     );
   }
 
@@ -75,7 +57,7 @@ export function add(root) {
     const known = card.effects.map((e) => e.name),
       offers = (asked?.candidates ?? []).filter((c) => !known.includes(c.name));
     const row = (c) => [
-      [h("b", {}, c.effect), c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null],
+      [h("b", c.effect), c.in_verdict ? h("span.chip.role", "in the verdict") : null],
       `${newtons(c.rmse_before_n)} → ${newtons(c.rmse_after_n)}`,
       h(
         "button",
@@ -88,14 +70,12 @@ export function add(root) {
       "Candidates",
       [],
       rows.length
-        ? h("div", { class: "flush" }, table({}, ["", ["", "num"], ["", "num"]], rows))
+        ? h("div.flush", table({}, ["", ["", "num"], ["", "num"]], rows))
         : h(
-            "div",
-            { class: "empty" },
+            "div.empty",
             asked ? "The diagnosis names nothing to add." : "Ask first what is missing.",
             h(
               "div",
-              {},
               h(
                 "button",
                 {
@@ -119,8 +99,7 @@ export function add(root) {
       `Added: ${r.effects.join(", ")}`,
       [
         h(
-          "span",
-          { class: "push buttons" },
+          "span.push.buttons",
           h(
             "button",
             {
@@ -144,8 +123,8 @@ export function add(root) {
           ),
         ),
       ],
-      h("div", { class: "columns body" }, promise(r), numbers(r)),
-      h("div", { class: "columns body" }, pictures(r)),
+      h("div.columns.body", promise(r), numbers(r)),
+      h("div.columns.body", pictures(r)),
     );
   }
 
@@ -162,32 +141,30 @@ export function add(root) {
       ].filter(Boolean);
     return h(
       "div",
-      {},
-      h("h3", {}, "Promise and result"),
+      h("h3", "Promise and result"),
       table(
         {},
         ["RMS", ["before", "num"], ["after", "num"]],
-        rows.map(([name, before, after]) => [name, before === null ? "" : newtons(before), h("b", {}, newtons(after))]),
+        rows.map(([name, before, after]) => [name, before === null ? "" : newtons(before), h("b", newtons(after))]),
       ),
-      (r.heldout ?? []).length ? null : h("p", { class: "quiet" }, "No recording to check on was chosen."),
+      (r.heldout ?? []).length ? null : h("p.quiet", "No recording to check on was chosen."),
     );
   }
 
   const numbers = (r) =>
     h(
       "div",
-      {},
-      h("h3", {}, "Parameters"),
+      h("h3", "Parameters"),
       table(
         {},
         ["", ["", "num"]],
-        r.estimates.map((p) => [[p.effect, " ", h("b", {}, p.name)], plusMinus(p.value, p.std, p.unit)]),
+        r.estimates.map((p) => [[p.effect, " ", h("b", p.name)], plusMinus(p.value, p.std, p.unit)]),
       ),
     );
 
   // the residual of both models on every recording; filled when the report is here
   function pictures(r) {
-    const places = h("div", { class: "pair" });
+    const places = h("div.pair");
     attempt(async () => {
       const { histories } = await report(r.report),
         names = [...new Set(histories.map((one) => one.recording))];
@@ -198,7 +175,7 @@ export function add(root) {
             ...[r.parent, r.model].map((m) => histories.find((one) => one.recording === name && one.model === m)),
           ),
         ),
-        h("p", { class: "faint" }, `grey: ${r.parent}; blue: ${r.model}`),
+        h("p.faint", `grey: ${r.parent}; blue: ${r.model}`),
       );
     })();
     return places;

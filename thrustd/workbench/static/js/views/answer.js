@@ -8,7 +8,7 @@ import { attempt, report, running, session } from "../store.js";
 // kind of the order; title and words at the head; label of the button; ask() orders; never(session) says why it is empty;
 // show(answer, head) draws
 export function answerView(root, { kind, title, words, label, ask, never, show }) {
-  const head = h("div", { class: "head" }, h("h1", {}, title), h("p", {}, words));
+  const head = h("div.head", h("h1", title), h("p", words));
   let shown = null;
 
   const update = attempt(async () => {
@@ -28,12 +28,12 @@ export function answerView(root, { kind, title, words, label, ask, never, show }
       s = session(),
       can = Boolean(s.model && s.measured.length);
     const said = job
-      ? [h("p", {}, `${job.title}: ${job.note || job.state} (${percent(job.fraction)})`), bar(job.fraction)]
+      ? [h("p", `${job.title}: ${job.note || job.state} (${percent(job.fraction)})`), bar(job.fraction)]
       : [
-          h("p", {}, can ? never(s) : "Choose a model and a measured recording at the top."),
+          h("p", can ? never(s) : "Choose a model and a measured recording at the top."),
           h("button", { class: "primary", disabled: !can, onclick: attempt(ask) }, label),
         ];
-    fill(root, head, h("section", { class: "panel" }, h("div", { class: "empty" }, said)));
+    fill(root, head, h("section.panel", h("div.empty", said)));
   }
 
   update();

@@ -37,7 +37,7 @@ export const nameColumns = (name) => {
 };
 
 export function columnsPanel(name, done) {
-  const root = panel(`Columns of ${name}`, [], h("p", { class: "empty" }, "Reading …"));
+  const root = panel(`Columns of ${name}`, [], h("p.empty", "Reading …"));
   attempt(async () => {
     const table = await get("api/columns/" + inUrl(name));
     new Columns(root, name, table, done).draw();
@@ -57,7 +57,7 @@ class Columns {
       if (one) this.take(row, one, Boolean(kept));
       return row;
     });
-    this.picture = h("div", { class: "columns" });
+    this.picture = h("div.columns");
     this.verdict = h("p", { role: "status" });
   }
 
@@ -94,14 +94,12 @@ class Columns {
       this.root,
       h(
         "header",
-        {},
-        h("h2", {}, `Columns of ${this.name}`),
-        h("span", { class: "faint" }, "the file stays as it is; files with the same columns are read the same way"),
-        h("span", { class: "push buttons" }, h("button", { onclick: () => this.done() }, "Close"), this.button()),
+        h("h2", `Columns of ${this.name}`),
+        h("span.faint", "the file stays as it is; files with the same columns are read the same way"),
+        h("span.push.buttons", h("button", { onclick: () => this.done() }, "Close"), this.button()),
       ),
       h(
-        "div",
-        { class: "flush" },
+        "div.flush",
         table(
           { class: "mapping" },
           heads,
@@ -109,8 +107,8 @@ class Columns {
         ),
       ),
       this.rows.some((row) => row.ours === "time_s") || this.table.timed ? null : this.sampled(),
-      known.length ? h("p", { class: "idle" }, h("b", {}, "Kept as named: "), known.join(", ")) : null,
-      h("div", { class: "body" }, this.verdict, this.picture),
+      known.length ? h("p.idle", h("b", "Kept as named: "), known.join(", ")) : null,
+      h("div.body", this.verdict, this.picture),
     );
     this.preview();
   }
@@ -125,8 +123,7 @@ class Columns {
 
   sampled() {
     return h(
-      "label",
-      { class: "body toolbar" },
+      "label.body.toolbar",
       "No column of time: ",
       h("input", {
         type: "number",
@@ -149,7 +146,7 @@ class Columns {
       row[field] = value;
       this.draw();
     };
-    const becomes = h("span", {}, row.ours ? this.becomes(row) : null);
+    const becomes = h("span", row.ours ? this.becomes(row) : null);
     const field = (name, label) =>
       h("input", {
         type: "number",
@@ -166,19 +163,17 @@ class Columns {
     const cells = row.ours
       ? [
           h(
-            "span",
-            { class: "inline" },
+            "span.inline",
             this.units(row, set("unit")),
             this.raw(row) && row.unit ? [` 1 ${row.unit} = `, field("scale", "scale"), unitOf(row.ours)] : null,
           ),
           row.ours === "time_s"
             ? ""
-            : [h("span", { class: "inline" }, field("zero", "zero"), row.unit), this.zeroOffered(row, set("zero"))],
+            : [h("span.inline", field("zero", "zero"), row.unit), this.zeroOffered(row, set("zero"))],
           row.ours === "time_s"
             ? ""
             : h(
-                "label",
-                { class: "inline" },
+                "label.inline",
                 h("input", {
                   type: "checkbox",
                   checked: row.sign < 0,
@@ -189,12 +184,9 @@ class Columns {
               ),
           becomes,
         ]
-      : ["", "", "", h("span", { class: "faint" }, "kept under its own name")];
+      : ["", "", "", h("span.faint", "kept under its own name")];
     return [
-      [
-        h("b", {}, column.name),
-        h("div", { class: "faint" }, `${number(column.low, 4)} to ${withUnit(column.high, column.unit, 4)}`),
-      ],
+      [h("b", column.name), h("div.faint", `${number(column.low, 4)} to ${withUnit(column.high, column.unit, 4)}`)],
       [
         select(
           [["", "as named"], ...choices.map((o) => [o, o])],
@@ -205,7 +197,7 @@ class Columns {
           },
           `what ${column.name} is`,
         ),
-        row.ours in MEANT ? h("div", { class: "faint" }, MEANT[row.ours]) : null,
+        row.ours in MEANT ? h("div.faint", MEANT[row.ours]) : null,
       ],
       ...cells,
     ];
@@ -219,10 +211,10 @@ class Columns {
   }
 
   becomes(row) {
-    if (this.unsaid(row)) return h("span", { class: "faint" }, "?");
+    if (this.unsaid(row)) return h("span.faint", "?");
     const [factor, offset] = this.numbers(row),
       ends = [row.column.low, row.column.high].map((v) => v * factor + offset).sort((p, q) => p - q);
-    return h("span", { class: "num" }, `${number(ends[0], 4)} to ${withUnit(ends[1], unitOf(row.ours), 4)}`);
+    return h("span.num", `${number(ends[0], 4)} to ${withUnit(ends[1], unitOf(row.ours), 4)}`);
   }
 
   // what nobody has said yet: how much of ours one of theirs is, and what it reads without load
@@ -237,7 +229,7 @@ class Columns {
         0,
       ),
       value = Number(row.column.preview[least]?.toPrecision(3) ?? Number.NaN);
-    return h("div", {}, h("button", { class: "plain", onclick: () => take(value) }, `${value} at the least force`));
+    return h("div", h("button", { class: "plain", onclick: () => take(value) }, `${value} at the least force`));
   }
 
   // the channel as it would be read, on the preview's samples: {values, title}

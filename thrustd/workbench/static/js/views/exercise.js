@@ -10,22 +10,19 @@ export function exercisePanel() {
     truth = exercise ? revealed() : null;
   const text = exercise
     ? [
-        h("b", {}, exercise),
+        h("b", exercise),
         `: the twin hid an effect in measured.csv and heldout.csv; bench.csv is without it. The answer is ${truth ? "open" : "sealed"}.`,
       ]
     : [
         "The twin hides an effect: a bench record without it, a measured record and a check record with it. Find it with this page.",
       ];
   return h(
-    "section",
-    { class: "panel" },
+    "section.panel",
     h(
       "header",
-      {},
-      h("h2", {}, "Hidden-effect exercise"),
+      h("h2", "Hidden-effect exercise"),
       h(
-        "span",
-        { class: "push buttons" },
+        "span.push.buttons",
         exercise && !truth ? h("button", { onclick: attempt(revealNow) }, "Open the sealed answer") : null,
         h(
           "button",
@@ -34,8 +31,8 @@ export function exercisePanel() {
         ),
       ),
     ),
-    h("div", { class: "body" }, h("p", { class: "quiet" }, text)),
-    truth ? h("div", { class: "flush" }, foundAndTrue(truth, model(session().model))) : null,
+    h("div.body", h("p.quiet", text)),
+    truth ? h("div.flush", foundAndTrue(truth, model(session().model))) : null,
   );
 }
 
@@ -45,7 +42,7 @@ function foundAndTrue(truth, card) {
     held = new Map((card?.effects ?? []).map((one) => [effectOf(one.name, hidden), one]));
   const rows = truth.effects.flatMap((one) =>
     one.parameters.map((p, i) => [
-      i ? "" : h("b", {}, one.effect),
+      i ? "" : h("b", one.effect),
       i ? "" : found(held.has(one.effect)),
       p.name,
       number(p.value, 4),
@@ -55,7 +52,7 @@ function foundAndTrue(truth, card) {
   );
   for (const one of held.values())
     if (!hidden.includes(effectOf(one.name, hidden)))
-      rows.push([h("b", {}, one.name), h("td", { class: "warn", colspan: "6" }, "in the model, but not hidden")]);
+      rows.push([h("b", one.name), h("td", { class: "warn", colspan: "6" }, "in the model, but not hidden")]);
   const heads = [
     "Hidden effect",
     "In the model",
@@ -68,13 +65,13 @@ function foundAndTrue(truth, card) {
   return table({ class: "truth" }, heads, rows);
 }
 
-const found = (yes) => (yes ? h("span", { class: "good" }, "✓ found") : h("span", { class: "warn" }, "not found"));
+const found = (yes) => (yes ? h("span.good", "✓ found") : h("span.warn", "not found"));
 
 // [found, difference] as cells; a parameter that the library does not estimate has none
 function estimate(effect, { name, value }) {
   const mine = effect?.parameters[name],
     std = effect?.std[name];
-  if (mine === undefined) return [h("span", { class: "faint" }, effect ? "not estimated" : "–"), ""];
+  if (mine === undefined) return [h("span.faint", effect ? "not estimated" : "–"), ""];
   const off = value ? `${signed((100 * (mine - value)) / Math.abs(value), 2)} %` : signed(mine - value, 3);
   const sigmas = std ? `, ${number(Math.abs(mine - value) / std, 2)} sigma` : "";
   return [plusMinus(mine, std), off + sigmas];

@@ -33,14 +33,13 @@ export function fails(root) {
       cells.length > 1 ? sideBySide(cells) : figures(c),
       list(c, failure),
       pictures(c, rest, failure, ui.chosen),
-      panel(`By region: ${c.model}`, [], h("div", { class: "flush" }, regions(c))),
+      panel(`By region: ${c.model}`, [], h("div.flush", regions(c))),
     );
   }
 
   const buttons = () =>
     h(
-      "span",
-      { class: "push buttons" },
+      "span.push.buttons",
       others(),
       h("button", { onclick: attempt(() => compareNow([session().model])) }, "Compare again"),
     );
@@ -50,14 +49,13 @@ export function fails(root) {
       `${c.model} on ${c.recording}`,
       [buttons()],
       h(
-        "div",
-        { class: "figures" },
-        NUMBERS.map(([name, value]) => h("div", { class: "figure" }, h("b", {}, value(c)), h("span", {}, name))),
+        "div.figures",
+        NUMBERS.map(([name, value]) => h("div.figure", h("b", value(c)), h("span", name))),
         h(
           "button",
           { class: "figure plain", title: "show in the time history", onclick: () => goWorst(c) },
-          h("b", {}, signedNewtons(c.worst.error_n)),
-          h("span", {}, `worst, at ${seconds(c.worst.time_s)} ↗`),
+          h("b", signedNewtons(c.worst.error_n)),
+          h("span", `worst, at ${seconds(c.worst.time_s)} ↗`),
         ),
       ),
     );
@@ -85,10 +83,9 @@ export function fails(root) {
     });
     return panel(
       several ? "Side by side" : `Side by side on ${cells[0].recording}`,
-      [h("span", { class: "faint" }, "words and regions below are of the chosen row"), buttons()],
+      [h("span.faint", "words and regions below are of the chosen row"), buttons()],
       h(
-        "div",
-        { class: "flush" },
+        "div.flush",
         table(
           { class: "cells" },
           [
@@ -123,7 +120,7 @@ export function fails(root) {
       return panel(
         `In words: ${c.model}`,
         [],
-        h("p", { class: "empty" }, "Nowhere in particular: the error is spread as evenly as the time."),
+        h("p.empty", "Nowhere in particular: the error is spread as evenly as the time."),
       );
     const press = (i) => () => {
       ui.chosen = ui.chosen === i ? null : i;
@@ -132,7 +129,7 @@ export function fails(root) {
     return panel(
       `In words, worst first: ${c.model}`,
       [
-        h("span", { class: "faint" }, "click one: the pictures show its samples"),
+        h("span.faint", "click one: the pictures show its samples"),
         failure &&
           h(
             "button",
@@ -144,16 +141,14 @@ export function fails(root) {
           ),
       ],
       h(
-        "ol",
-        { class: "reasons" },
+        "ol.reasons",
         c.where_it_fails.map((f, i) =>
           h(
             "li",
-            {},
             h(
               "button",
               { "aria-pressed": String(ui.chosen === i), onclick: press(i) },
-              h("span", {}, typeset(f.sentence)),
+              h("span", typeset(f.sentence)),
               share(f),
             ),
           ),
@@ -180,11 +175,10 @@ export function fails(root) {
 
 const share = (f) =>
   h(
-    "span",
-    { class: "share" },
-    h("span", {}, `error ${percent(f.share_of_squared_error)}`),
+    "span.share",
+    h("span", `error ${percent(f.share_of_squared_error)}`),
     bar(f.share_of_squared_error, "error"),
-    h("span", {}, `time ${percent(f.share_of_time)}`),
+    h("span", `time ${percent(f.share_of_time)}`),
     bar(f.share_of_time, "time"),
   );
 

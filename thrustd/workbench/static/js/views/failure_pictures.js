@@ -15,24 +15,17 @@ export function pictures(c, rest, failure, chosen) {
     limit = Math.max(...all.map((one) => one.loop.limit_n)),
     top = topOf(all.map((one) => one.map));
   const each = (title, picture) =>
-    all.map((one) =>
-      panel(
-        title,
-        [h("span", { class: "faint" }, rest.length ? one.model : "")],
-        h("div", { class: "body" }, picture(one)),
-      ),
-    );
+    all.map((one) => panel(title, [h("span.faint", rest.length ? one.model : "")], h("div.body", picture(one))));
   const loops = each("Force over deformation, coloured by error", (one) =>
     loopChart(one.loop, one === c ? chosen : null, limit),
   );
   const maps = each("Error over force and rate", (one) => mapChart(one.map, one === c ? failure?.map : null, top));
   return h(
     "div",
-    {},
     panel(
       "Residual against each channel",
       [
-        h("span", { class: "faint" }, "mean and 10 to 90 % band"),
+        h("span.faint", "mean and 10 to 90 % band"),
         failure
           ? keys([
               ["all samples", "--s2"],
@@ -42,18 +35,16 @@ export function pictures(c, rest, failure, chosen) {
             ? modelKeys(c, rest)
             : null,
       ],
-      h("div", { class: "columns three body" }, dependences(c, rest, failure)),
+      h("div.columns.three.body", dependences(c, rest, failure)),
     ),
     ...(rest.length ? [columns(loops), columns(maps)] : [columns([...loops, ...maps])]),
     h(
-      "div",
-      { class: "columns" },
+      "div.columns",
       panel(
         "Spectrum of the residual",
         [rest.length ? modelKeys(c, rest) : null],
         h(
-          "div",
-          { class: "body" },
+          "div.body",
           spectrumChart([
             ...rest.map((one, i) => ({ s: one.spectrum, color: BEHIND[i % BEHIND.length] })),
             { s: c.spectrum, color: rest.length ? FRONT : "--s2" },
@@ -62,8 +53,8 @@ export function pictures(c, rest, failure, chosen) {
       ),
       panel(
         "Correlation by frequency",
-        [h("span", { class: "faint" }, `${rest.length ? c.model + ": " : ""}the five most coherent channels`)],
-        h("div", { class: "body" }, coherenceChart(c.spectrum)),
+        [h("span.faint", `${rest.length ? c.model + ": " : ""}the five most coherent channels`)],
+        h("div.body", coherenceChart(c.spectrum)),
       ),
     ),
   );
@@ -95,21 +86,20 @@ function dependences(c, rest, failure) {
 const same = (one, d) => one.dependences.find((other) => other.channel === d.channel);
 const layers = (pairs) => pairs.filter(([d]) => d).map(([d, color]) => ({ d, color }));
 
-const columns = (panels) => h("div", { class: "columns" }, panels);
+const columns = (panels) => h("div.columns", panels);
 
 const modelKeys = (c, rest) =>
   keys([...rest.map((one, i) => [one.model, BEHIND[i % BEHIND.length]]), [c.model, FRONT]]);
 
 const keys = (list) =>
   h(
-    "span",
-    { class: "push buttons" },
+    "span.push.buttons",
     list.map(([name, color]) => key(color, name)),
   );
 
 export function regions(c) {
   const row = (r, i) => [
-    i && c.regions[i - 1].dimension === r.dimension ? "" : h("b", {}, r.dimension),
+    i && c.regions[i - 1].dimension === r.dimension ? "" : h("b", r.dimension),
     typeset(r.region),
     newtons(r.rmse_n),
     signedNewtons(r.bias_n),

@@ -25,14 +25,11 @@ export function flight(root) {
       "A log may be followed while the daemon is writing it.",
     );
     const tools = h(
-      "div",
-      { class: "panel" },
+      "div.panel",
       h(
-        "div",
-        { class: "body toolbar" },
+        "div.body.toolbar",
         h(
           "label",
-          {},
           "Flight log",
           select(
             found.map((r) => [r.name, r.name]),
@@ -77,16 +74,14 @@ export function flight(root) {
         state,
       ),
     );
-    const body = h("div", {});
+    const body = h("div");
     fill(
       root,
       h(
-        "div",
-        { class: "head" },
-        h("h1", {}, "Live and flight"),
+        "div.head",
+        h("h1", "Live and flight"),
         h(
           "p",
-          {},
           "Fused net thrust of both engines with its 95 % band, the mount and the brochure source, and the state of the sensors.",
         ),
       ),
@@ -114,11 +109,9 @@ export function flight(root) {
       },
     });
     return h(
-      "span",
-      { class: "toolbar" },
+      "span.toolbar",
       h(
         "label",
-        {},
         "Over it",
         select(
           [["", "no other flight"], ...others.map((r) => [r.name, r.name])],
@@ -130,7 +123,7 @@ export function flight(root) {
           "second flight",
         ),
       ),
-      other ? h("label", {}, "shifted by", shift, "s") : null,
+      other ? h("label", "shifted by", shift, "s") : null,
       other
         ? h(
             "button",
@@ -231,4 +224,4 @@ async function bestShift(one, other) {
   return Number((best.lag * step + one.meta.start_s - other.meta.start_s).toPrecision(4));
 }
 
-const words = (said) => h("section", { class: "panel" }, h("p", { class: "empty" }, said));
+const words = (said) => h("section.panel", h("p.empty", said));

@@ -27,18 +27,13 @@ export function histories(root) {
     asked = new Set();
   const address = readAddress(); // of somebody else's window, or of this one before the page was loaded again
   if (address.names.length && !store.focus) state.shown = address.names;
-  const tools = h("div", { class: "panel" }),
-    grid = h("div", { class: "columns one" });
+  const tools = h("div.panel"),
+    grid = h("div.columns.one");
   root.append(
     h(
-      "div",
-      { class: "head" },
-      h("h1", {}, "Time histories"),
-      h(
-        "p",
-        {},
-        "Drag to zoom, wheel to zoom at the cursor, double click for all, Shift + drag to mark. Keys: ← → + − 0.",
-      ),
+      "div.head",
+      h("h1", "Time histories"),
+      h("p", "Drag to zoom, wheel to zoom at the cursor, double click for all, Shift + drag to mark. Keys: ← → + − 0."),
     ),
     tools,
     grid,
@@ -69,11 +64,7 @@ export function histories(root) {
       grid,
       wanted.length
         ? wanted.map(sheetPanel)
-        : h(
-            "section",
-            { class: "panel" },
-            h("p", { class: "empty" }, "No recording yet. Drop one anywhere on this page."),
-          ),
+        : h("section.panel", h("p.empty", "No recording yet. Drop one anywhere on this page.")),
     );
     sheets.get(held)?.root.focus({ preventScroll: true }); // keys go on to the same plots
     if (!store.focus || sheets.has(store.focus.recording)) store.focus = null; // kept until its recording is read
@@ -105,8 +96,7 @@ export function histories(root) {
         name,
         [],
         h(
-          "p",
-          { class: "empty" },
+          "p.empty",
           recording(name).growing
             ? "This log is being written. Follow it under Live and flight; its time histories are here when it is closed."
             : running("prepare")
@@ -141,8 +131,8 @@ export function histories(root) {
     });
     state[name] = { range: [...range], limits };
     sheets.set(name, sheet);
-    keys.set(name, h("div", { class: "keys" }, keysOf(name)));
-    return panel(name, header(name, sheet), h("div", {}, sheet.root), keys.get(name), marksList(name));
+    keys.set(name, h("div.keys", keysOf(name)));
+    return panel(name, header(name, sheet), h("div", sheet.root), keys.get(name), marksList(name));
   }
 
   // recordings over the same time zoom together
@@ -173,8 +163,7 @@ export function histories(root) {
       });
     return [
       h(
-        "span",
-        { class: "push buttons" },
+        "span.push.buttons",
         h("button", { onclick: () => sheet.show([...sheet.limits]) }, "Whole record"),
         h("button", { onclick: () => mark(name, ...sheet.range) }, "Mark this window"),
         h("button", { onclick: () => save("api/window.csv?" + window(), "window.csv") }, "CSV of window"),
@@ -215,7 +204,7 @@ export function histories(root) {
         recording(name),
         models().filter((m) => m in (run ?? {})),
       ),
-      key = (color, ...words) => h("span", { class: "shade-key" }, h("i", { class: color }), ...words);
+      key = (color, ...words) => h("span.shade-key", h("i", { class: color }), ...words);
     return [
       banded ? key("band", `band: 95 % of the error that ${banded} had when it was identified`) : null,
       state.hits.get(name)?.length ? key("hit", state.why || "chosen samples") : null,

@@ -10,12 +10,10 @@ import { attempt, report, running, session, store } from "../store.js";
 
 export function identify(root) {
   const head = h(
-    "div",
-    { class: "head" },
-    h("h1", {}, "Identify"),
+    "div.head",
+    h("h1", "Identify"),
     h(
       "p",
-      {},
       "A first model of the mount from a bench record. Its last fifth judges the fit; the model then learns from all of it.",
     ),
   );
@@ -37,18 +35,17 @@ export function identify(root) {
     const job = running("fit"),
       { bench, model } = session();
     const said = job
-      ? [h("p", {}, `${job.title}: ${job.note || job.state} (${percent(job.fraction)})`), bar(job.fraction)]
+      ? [h("p", `${job.title}: ${job.note || job.state} (${percent(job.fraction)})`), bar(job.fraction)]
       : [
           h(
             "p",
-            {},
             bench.length
               ? `${model ? `${model} was not identified here.` : "No model yet."} Bench record: ${bench[0]}.`
               : "Choose a bench recording at the top.",
           ),
           h("button", { class: "primary", disabled: !bench.length, onclick: attempt(identifyNow) }, "Identify a model"),
         ];
-    fill(root, head, h("section", { class: "panel" }, h("div", { class: "empty" }, said)));
+    fill(root, head, h("section.panel", h("div.empty", said)));
   }
 
   const draw = (a) =>
@@ -61,14 +58,13 @@ export function identify(root) {
             "What to know",
             [],
             h(
-              "div",
-              { class: "body" },
-              a.warnings.map((w) => h("p", { class: "advice" }, typeset(w))),
+              "div.body",
+              a.warnings.map((w) => h("p.advice", typeset(w))),
             ),
           )
         : null,
-      h("div", { class: "columns" }, staticCurve(a), relaxation(a)),
-      h("div", { class: "columns" }, ...a.loops.slice(0, 1).map((l) => loop(l)), residuals(a)),
+      h("div.columns", staticCurve(a), relaxation(a)),
+      h("div.columns", ...a.loops.slice(0, 1).map((l) => loop(l)), residuals(a)),
       a.effects.length ? frictions(a) : null,
     );
 
@@ -89,10 +85,9 @@ function found() {
 const numbers = (a) =>
   panel(
     `${a.model} from ${a.recordings.join(", ")}`,
-    [h("span", { class: "push buttons" }, h("button", { onclick: attempt(identifyNow) }, "Identify again"))],
+    [h("span.push.buttons", h("button", { onclick: attempt(identifyNow) }, "Identify again"))],
     h(
-      "div",
-      { class: "figures" },
+      "div.figures",
       [
         [newtons(a.train_n), "RMSE, first four fifths"],
         [newtons(a.validation_n), "RMSE, last fifth, not fitted to"],
@@ -100,17 +95,16 @@ const numbers = (a) =>
         [newtons(a.rmse_n), "RMSE, whole record"],
         [`${number(a.force_n[0], 3)} to ${number(a.force_n[1], 4)} N`, "identified over"],
         [String(a.parameters), "numbers estimated"],
-      ].map(([value, name]) => h("div", { class: "figure" }, h("b", {}, value), h("span", {}, name))),
+      ].map(([value, name]) => h("div.figure", h("b", value), h("span", name))),
     ),
   );
 
 function staticCurve({ static: s }) {
   return panel(
     "Static curve",
-    [h("span", { class: "faint" }, "force at rest, long after any movement")],
+    [h("span.faint", "force at rest, long after any movement")],
     h(
-      "div",
-      { class: "body" },
+      "div.body",
       chart({
         height: 240,
         x: { title: "deformation [mm], loaded by forward thrust +", ...span([s.deformation_mm], 0.02) },
@@ -122,8 +116,7 @@ function staticCurve({ static: s }) {
         draw: (p) => line(p, s.deformation_mm, s.force_n, "--s1", 2),
       }),
       h(
-        "p",
-        { class: "quiet" },
+        "p.quiet",
         `Stiffness ${number(Math.min(...s.stiffness_n_mm), 3)} to ${number(Math.max(...s.stiffness_n_mm), 3)} N/mm.`,
       ),
     ),
@@ -134,10 +127,9 @@ function relaxation({ relaxation: r }) {
   const worth = r.modes.filter((m) => Math.abs(m.share) >= 0.001);
   return panel(
     "Relaxation",
-    [h("span", { class: "faint" }, "force after a step that is held, over the force at rest")],
+    [h("span.faint", "force after a step that is held, over the force at rest")],
     h(
-      "div",
-      { class: "body" },
+      "div.body",
       chart({
         height: 240,
         x: { title: "time since the step [s]", low: r.time_s[0], high: r.time_s.at(-1), log: true },
@@ -152,8 +144,7 @@ function relaxation({ relaxation: r }) {
         },
       }),
       h(
-        "p",
-        { class: "quiet" },
+        "p.quiet",
         worth.length
           ? `Time constants and what relaxes with them: ${worth.map((m) => `${duration(m.tau_s)} ${percent(Math.abs(m.share))}`).join(", ")}.`
           : "No time constant carries a tenth of a percent of the force.",
@@ -165,10 +156,9 @@ function relaxation({ relaxation: r }) {
 function loop(l) {
   return panel(
     "Loop",
-    [h("span", { class: "faint" }, "force beyond the static curve; black: measured, blue: model")],
+    [h("span.faint", "force beyond the static curve; black: measured, blue: model")],
     h(
-      "div",
-      { class: "body" },
+      "div.body",
       chart({
         height: 300,
         x: { title: "deformation [mm]", ...span([l.deformation_mm]) },
@@ -193,8 +183,7 @@ const residuals = (a) =>
     "Residual on the bench record",
     [],
     h(
-      "div",
-      { class: "body" },
+      "div.body",
       a.histories.map((one) => residualPicture(one)),
     ),
   );
@@ -204,14 +193,12 @@ const frictions = (a) =>
     "Already in the model",
     [],
     h(
-      "div",
-      { class: "body" },
+      "div.body",
       a.effects.map((e) => {
         const told = Object.entries(e.parameters).filter(([, value]) => value);
         return h(
           "p",
-          {},
-          h("b", {}, e.name),
+          h("b", e.name),
           ` ${e.title}: `,
           told.map(([name, value]) => `${name} ${number(value, 3)}`).join(", "),
         );

@@ -16,8 +16,7 @@ export function keepPanel(card) {
     "Keep it",
     [],
     h(
-      "div",
-      { class: "body buttons" },
+      "div.body.buttons",
       h(
         "button",
         {
@@ -29,7 +28,6 @@ export function keepPanel(card) {
       ),
       h(
         "label",
-        {},
         "at ",
         select(
           ["100", "500", "1000"].map((hz) => [hz, `${hz} Hz`]),
@@ -62,19 +60,17 @@ export function keepPanel(card) {
 // the model as it lies in the folder, proven to fly
 const file = (card, ready) =>
   h(
-    "div",
-    { class: "body file" },
+    "div.body.file",
     h(
-      "dl",
-      { class: "fields" },
+      "dl.fields",
       ...[
-        ["file", h("code", {}, ready.path)],
+        ["file", h("code", ready.path)],
         ["size, SHA-256", `${bytes(ready.bytes)}, ${ready.sha256.slice(0, 16)} …`],
         ["witness", `${ready.witness_rows} rows come out again, exactly as they were written`],
         ["reads", ready.channels.join(", ")],
         ["rate", `${ready.rate_hz} Hz, within ${newtons(ready.between_rates_n)} of the rate it was identified at`],
-        ["fly it", h("code", {}, `model = "${card.name}"`), " in the mount's section of the configuration"],
-      ].flatMap(([name, ...said]) => [h("dt", {}, name), h("dd", {}, ...said)]),
+        ["fly it", h("code", `model = "${card.name}"`), " in the mount's section of the configuration"],
+      ].flatMap(([name, ...said]) => [h("dt", name), h("dd", ...said)]),
     ),
     h("button", { onclick: () => save(fileUrl(card.name), card.name.split("/").pop()) }, "Save a copy elsewhere"),
   );

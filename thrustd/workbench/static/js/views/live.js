@@ -13,19 +13,19 @@ const OLD_S = 2; // a reading that has not come for this long is said to be old
 export function live(body, log, state) {
   const tiles = new Map(),
     strips = new Map(),
-    area = h("div", { class: "engines" }),
-    charts = h("div", { class: "columns wide" }),
+    area = h("div.engines"),
+    charts = h("div.columns.wide"),
     mounts = new Map(),
     mountTable = new MountTable(),
-    readings = h("div", { class: "readings" }),
-    faults = h("div", { class: "readings" });
+    readings = h("div.readings"),
+    faults = h("div.readings");
   state.textContent = "waiting for data";
   fill(
     body,
     area,
     charts,
     mountTable.root,
-    panel("Latest readings", [h("span", { class: "faint" }, "name with its unit, value, age")], readings),
+    panel("Latest readings", [h("span.faint", "name with its unit, value, age")], readings),
     panel("Faults so far", [], faults),
   );
   body.hidden = true; // until there is something to show
@@ -67,8 +67,8 @@ export function live(body, log, state) {
     fill(
       faults,
       said.length
-        ? said.map(([what, n]) => h("div", {}, h("span", {}, what), h("b", { class: "num" }, `× ${count(n)}`)))
-        : h("div", {}, h("span", { class: "good" }, "none")),
+        ? said.map(([what, n]) => h("div", h("span", what), h("b.num", `× ${count(n)}`)))
+        : h("div", h("span.good", "none")),
     );
     timer = setTimeout(look, growing && found.rows.length > 5000 ? 0 : 1000);
   });
@@ -84,9 +84,8 @@ function reading(name, { value, t_ns }, latest_ns) {
   const age_s = Math.max(0, (latest_ns - t_ns) * 1e-9);
   return h(
     "div",
-    {},
-    h("span", {}, name.replace("/", " ")),
-    h("b", { class: "num" }, number(value, 4)),
+    h("span", name.replace("/", " ")),
+    h("b.num", number(value, 4)),
     h("span", { class: `num ${age_s > OLD_S ? "warn" : "faint"}` }, `${age_s.toFixed(1)} s`),
   );
 }

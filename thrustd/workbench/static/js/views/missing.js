@@ -37,10 +37,9 @@ export function missing(root) {
     ];
     return panel(
       "Candidates, ranked",
-      [h("span", { class: "faint" }, "click one for its physics")],
+      [h("span.faint", "click one for its physics")],
       h(
-        "div",
-        { class: "flush" },
+        "div.flush",
         worth.length || all ? table({}, heads, [...worth, ...(all ? rest : [])].flatMap(row)) : null,
         rest.length ? idle(rest) : null,
       ),
@@ -49,9 +48,8 @@ export function missing(root) {
 
   const idle = (rest) =>
     h(
-      "p",
-      { class: "idle" },
-      h("b", {}, `${rest.length} remove nothing: `),
+      "p.idle",
+      h("b", `${rest.length} remove nothing: `),
       rest.map((c) => c.effect).join(", "),
       " ",
       h(
@@ -90,17 +88,15 @@ export function missing(root) {
         },
       },
       cells: [
-        [c.effect, c.in_verdict ? h("span", { class: "chip role" }, "in the verdict") : null],
+        [c.effect, c.in_verdict ? h("span.chip.role", "in the verdict") : null],
         newtons(c.rmse_before_n),
         newtons(c.rmse_after_n),
-        share < WORTH
-          ? h("span", { class: "faint" }, "nothing")
-          : [bar(share), h("span", { class: "num" }, percent(share))],
-        c.estimates.map((p) => h("div", {}, `${p.name} = ${plusMinus(p.value, p.std, p.unit)}`)),
+        share < WORTH ? h("span.faint", "nothing") : [bar(share), h("span.num", percent(share))],
+        c.estimates.map((p) => h("div", `${p.name} = ${plusMinus(p.value, p.std, p.unit)}`)),
         h("td", { title: c.separable_from.join(", ") }, alike(c.separable_from)),
       ],
     };
-    return opened ? [line, h("tr", {}, h("td", { colspan: "6" }, physicsCard(c)))] : [line];
+    return opened ? [line, h("tr", h("td", { colspan: "6" }, physicsCard(c)))] : [line];
   }
 
   return answerView(root, {
@@ -127,9 +123,7 @@ const own = (a) =>
 const capital = (words) => words[0].toUpperCase() + words.slice(1);
 
 const alike = (names) =>
-  names.length
-    ? names[0] + (names.length > 1 ? ` and ${names.length - 1} more` : "")
-    : h("span", { class: "faint" }, "–");
+  names.length ? names[0] + (names.length > 1 ? ` and ${names.length - 1} more` : "") : h("span.faint", "–");
 
 // the best set of effects beside the best other one, on the residual of the measured recording itself
 function evidence(a) {
@@ -140,8 +134,7 @@ function evidence(a) {
     "Evidence on your data",
     [
       h(
-        "span",
-        { class: "faint" },
+        "span.faint",
         a.evidence.length > 1
           ? named
             ? "the verdict, and the best other explanation"
@@ -161,12 +154,12 @@ function verdict(a) {
   const known = a.verdict.filter((v) => !["none", "unknown"].includes(v)),
     kind = known.length ? "" : a.verdict[0];
   const words = known.length
-    ? [h("b", {}, `${newtons(a.rmse_before_n)} → ${newtons(a.rmse_after_n)}`), ` on held-back blocks. ${own(a)}`]
+    ? [h("b", `${newtons(a.rmse_before_n)} → ${newtons(a.rmse_after_n)}`), ` on held-back blocks. ${own(a)}`]
     : kind === "none"
       ? `No absent effect removes enough error to be worth adding. The model leaves ${newtons(a.rmse_before_n)}. ${own(a)}`
       : [
           "Structure is left that no effect of the library explains. The residual follows ",
-          h("b", {}, a.depends_on.map((d) => d.channel).join(", ") || "no channel of this file"),
+          h("b", a.depends_on.map((d) => d.channel).join(", ") || "no channel of this file"),
           a.depends_on.length ? "; see its picture below." : ".",
         ];
   const laws = a.candidates.filter((c) => c.in_verdict).map((c) => c.name);
@@ -175,17 +168,15 @@ function verdict(a) {
     { class: `panel verdict ${kind}` },
     h(
       "div",
-      {},
-      h("span", { class: "quiet" }, "Verdict"),
+      h("span.quiet", "Verdict"),
       h("br"),
-      h("b", { class: "name" }, known.join(" + ") || kind),
+      h("b.name", known.join(" + ") || kind),
       h("br"),
       h("span", { class: "chip", title: GRADES[a.grade] }, a.grade),
     ),
-    h("p", {}, words, known.length ? ` ${capital(GRADES[a.grade])}.` : ""),
+    h("p", words, known.length ? ` ${capital(GRADES[a.grade])}.` : ""),
     h(
-      "div",
-      { class: "buttons" },
+      "div.buttons",
       known.length && laws.length
         ? h("button", { class: "primary", onclick: attempt(() => goAndAdd(laws)) }, `Add ${known.join(" and ")}`)
         : null,
@@ -204,19 +195,16 @@ function dependences(a) {
     "What the residual still follows",
     [
       h(
-        "span",
-        { class: "faint" },
+        "span.faint",
         "mean and 10 to 90 % band; a free curve of the channel would bring the error from the first to the second number",
       ),
     ],
     h(
-      "div",
-      { class: "columns three body" },
+      "div.columns.three.body",
       a.depends_on.map((d) =>
         h(
           "div",
-          {},
-          h("h3", {}, `${d.channel}: ${newtons(d.rmse_before_n)} → ${newtons(d.rmse_after_n)}`),
+          h("h3", `${d.channel}: ${newtons(d.rmse_before_n)} → ${newtons(d.rmse_after_n)}`),
           dependenceChart([{ d, color: "--s2" }], y),
         ),
       ),
@@ -230,9 +218,8 @@ function tests(a) {
     "What would tell more",
     [],
     h(
-      "div",
-      { class: "body" },
-      a.advice.map((line) => h("p", { class: "advice" }, typeset(line))),
+      "div.body",
+      a.advice.map((line) => h("p.advice", typeset(line))),
     ),
   );
 }
@@ -246,7 +233,7 @@ function hypothesis() {
   });
   return panel(
     "A hypothesis of your own",
-    [h("span", { class: "faint" }, "an expression over channels; names that are not channels are estimated")],
+    [h("span.faint", "an expression over channels; names that are not channels are estimated")],
     h(
       "form",
       {
@@ -258,7 +245,7 @@ function hypothesis() {
         }),
       },
       field,
-      h("button", {}, "Try it"),
+      h("button", "Try it"),
     ),
   );
 }

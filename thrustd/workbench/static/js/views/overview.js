@@ -23,25 +23,24 @@ export function overview(root) {
     fill(
       root,
       h(
-        "div",
-        { class: "head" },
-        h("h1", {}, "Overview"),
-        h("p", {}, "Recordings and models of the folder. The page and the command line read the same files."),
+        "div.head",
+        h("h1", "Overview"),
+        h("p", "Recordings and models of the folder. The page and the command line read the same files."),
       ),
       columns?.root,
       panel(
         `Recordings (${recordings.length})`,
-        [h("span", { class: "push" }), picker()],
+        [h("span.push"), picker()],
         recordings.length
           ? recordingTable(recordings)
-          : h("p", { class: "empty" }, "None yet. Drop CSV, Parquet, MCAP, npz or MATLAB files anywhere on this page."),
+          : h("p.empty", "None yet. Drop CSV, Parquet, MCAP, npz or MATLAB files anywhere on this page."),
       ),
       panel(
         `Models (${models.length})`,
         [],
         models.length
           ? modelTable(models)
-          : h("p", { class: "empty" }, "None yet. Identify one from a bench recording, or drop a model file (JSON)."),
+          : h("p.empty", "None yet. Identify one from a bench recording, or drop a model file (JSON)."),
       ),
       exercisePanel(),
     );
@@ -59,7 +58,7 @@ function picker() {
     onchange: (event) => addFiles([...event.target.files]),
     "aria-label": "add files",
   });
-  return h("span", {}, input, h("button", { onclick: () => input.click() }, "Add files …"));
+  return h("span", input, h("button", { onclick: () => input.click() }, "Add files …"));
 }
 
 const ROLES = [
@@ -89,7 +88,7 @@ function recordingTable(recordings) {
     return [
       [
         h("a", { href: "#histories", onclick: focus }, one.name),
-        one.problem ? h("div", { class: "bad" }, one.problem) : null,
+        one.problem ? h("div.bad", one.problem) : null,
         meta?.notes.length ? remarks(meta.notes) : null,
       ],
       role(one.name),
@@ -100,15 +99,12 @@ function recordingTable(recordings) {
         meta
           ? h(
               "details",
-              {},
               h(
                 "summary",
-                {},
                 `${channels.length} channels${channels.some((c) => c.name === "force_N") ? ", with force_N" : ""}`,
               ),
               h(
-                "div",
-                { class: "chips" },
+                "div.chips",
                 channels.map((c) => h("span", { class: "chip", title: c.meaning }, c.name)),
               ),
             )
@@ -126,8 +122,7 @@ function recordingTable(recordings) {
     ];
   });
   return h(
-    "div",
-    { class: "flush" },
+    "div.flush",
     table(
       {},
       [
@@ -154,15 +149,13 @@ function length({ name, meta, growing }) {
 // one remark is said, many are folded
 const remarks = (notes) =>
   notes.length === 1
-    ? h("div", { class: "faint" }, notes[0])
+    ? h("div.faint", notes[0])
     : h(
-        "details",
-        { class: "faint" },
-        h("summary", {}, `${notes.length} remarks on what was read`),
+        "details.faint",
+        h("summary", `${notes.length} remarks on what was read`),
         h(
           "ul",
-          {},
-          notes.map((note) => h("li", {}, note)),
+          notes.map((note) => h("li", note)),
         ),
       );
 
@@ -176,23 +169,16 @@ function modelTable(models) {
     cells: [
       [
         h("button", { class: "plain", "aria-pressed": String(one.name === session().model) }, one.name),
-        one.problem ? h("div", { class: "bad" }, one.problem) : null,
+        one.problem ? h("div.bad", one.problem) : null,
       ],
       one.structure,
-      h(
-        "div",
-        { class: "chips" },
-        one.effects.length
-          ? one.effects.map((e) => h("span", { class: "chip" }, e.name))
-          : h("span", { class: "faint" }, "none"),
-      ),
+      h("div.chips", one.effects.length ? one.effects.map((e) => h("span.chip", e.name)) : h("span.faint", "none")),
       one.problem ? "" : `${number(one.force_n[0], 3)} to ${number(one.force_n[1], 4)} N`,
       ledgerCell(one.name),
     ],
   }));
   return h(
-    "div",
-    { class: "flush" },
+    "div.flush",
     table(
       {},
       [["Model", "name"], "Structure", "Effects", ["Valid force", "num"], "Error ledger: RMSE on held-back blocks"],
@@ -204,18 +190,9 @@ function modelTable(models) {
 function ledgerCell(name) {
   const steps = ledgerOf(name),
     top = Math.max(...steps.map((s) => s.rmse_n), 1);
-  if (!steps.length) return h("span", { class: "faint" }, "as identified");
+  if (!steps.length) return h("span.faint", "as identified");
   return h(
     "div",
-    {},
-    steps.map((s) =>
-      h(
-        "div",
-        { class: "ledger-line" },
-        h("span", {}, s.name),
-        h("span", { class: "num" }, newtons(s.rmse_n)),
-        bar(s.rmse_n / top),
-      ),
-    ),
+    steps.map((s) => h("div.ledger-line", h("span", s.name), h("span.num", newtons(s.rmse_n)), bar(s.rmse_n / top))),
   );
 }

@@ -9,31 +9,27 @@ import { removed, WORTH } from "../worth.js";
 export function physicsCard(c) {
   const k = c.card;
   return h(
-    "div",
-    { class: "card" },
+    "div.card",
     h(
       "div",
-      {},
-      h("h3", {}, k.title),
-      h("div", { class: "equation" }, k.equation),
-      h("p", {}, typeset(c.evidence) + "."),
+      h("h3", k.title),
+      h("div.equation", k.equation),
+      h("p", typeset(c.evidence) + "."),
       h(
-        "dl",
-        { class: "fields" },
-        ...k.parameters.flatMap((p) => [h("dt", {}, p.name), h("dd", {}, p.meaning, expected(c, p.name))]),
-        h("dt", {}, "reads"),
-        h("dd", {}, k.channels.join(", ") || "the force itself"),
-        c.separable_from.length ? [h("dt", {}, "looks like"), h("dd", {}, c.separable_from.join(", "))] : null,
-        h("dt", {}, "shown alone by"),
-        h("dd", {}, typeset(k.separating_test)),
-        h("dt", {}, "source"),
-        h("dd", {}, k.source),
+        "dl.fields",
+        ...k.parameters.flatMap((p) => [h("dt", p.name), h("dd", p.meaning, expected(c, p.name))]),
+        h("dt", "reads"),
+        h("dd", k.channels.join(", ") || "the force itself"),
+        c.separable_from.length ? [h("dt", "looks like"), h("dd", c.separable_from.join(", "))] : null,
+        h("dt", "shown alone by"),
+        h("dd", typeset(k.separating_test)),
+        h("dt", "source"),
+        h("dd", k.source),
       ),
       c.in_verdict
         ? null
         : h(
-            "div",
-            { class: "buttons" },
+            "div.buttons",
             h(
               "button",
               { onclick: attempt(() => goAndAdd([c.name])) },
@@ -47,6 +43,6 @@ export function physicsCard(c) {
 function expected(c, name) {
   const found = c.estimates.find((p) => p.name === name);
   return found?.expected
-    ? h("span", { class: "quiet" }, `; found ${withUnit(found.value, found.unit, 4)}, expected ${found.expected}`)
+    ? h("span.quiet", `; found ${withUnit(found.value, found.unit, 4)}, expected ${found.expected}`)
     : null;
 }

@@ -41,7 +41,7 @@ export function playback(body, card, engines, channels, other) {
     },
     "Play",
   );
-  const at = h("span", { class: "num" }),
+  const at = h("span.num"),
     mountTable = new MountTable();
   const second = other && { recording: other.name, shift: () => other.shift_s };
   const panels = engines.flatMap((name) =>
@@ -70,11 +70,9 @@ export function playback(body, card, engines, channels, other) {
   fill(
     body,
     h(
-      "div",
-      { class: "panel" },
+      "div.panel",
       h(
-        "div",
-        { class: "body playbar" },
+        "div.body.playbar",
         button,
         select(
           [
@@ -94,8 +92,7 @@ export function playback(body, card, engines, channels, other) {
       ),
     ),
     h(
-      "div",
-      { class: "engines" },
+      "div.engines",
       tiles.map((t) => t.root),
     ),
     panel(card.name, [], sheet.root),
