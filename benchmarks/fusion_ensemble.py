@@ -37,8 +37,8 @@ HALVES = ("steady", "transients")
 CONDITIONS = (
     "begins at idle",
     "begins with the engines off",
-    "begins with the engines off, mounts have flown",
-    "begins at idle, mounts have flown",
+    "begins with the engines off, mounts not new",
+    "begins at idle, mounts not new",
 )
 
 

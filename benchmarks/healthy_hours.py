@@ -1,4 +1,4 @@
-"""Flight hours of healthy aircraft: is anybody accused? `python -m benchmarks.healthy_hours [--minutes 9]`.
+"""Flight hours of healthy aircraft: is a healthy sensor excluded? `python -m benchmarks.healthy_hours [--minutes 9]`.
 
 Each flight is a whole recording, from an engine start before its take-off on, flown by a twin aircraft of its own:
 engines, mounts, sensor noise. Every report but a calibrated zero is a false accusation. Flights are kept in
@@ -60,14 +60,14 @@ def kept(key: str) -> list[Hours]:
 
 
 def summary(rows: list[Hours]) -> str:
-    """One line of all that was flown, and one of every flight in which somebody was accused."""
+    """One line of all that was flown, and one of every flight in which a healthy sensor was excluded."""
     if not rows:
         return "healthy aircraft: none flown (python -m benchmarks.healthy_hours)"
     hours = sum(row.seconds for row in rows) / 3600.0
     mean = [float(np.average([row[i] for row in rows], weights=[row.seconds for row in rows])) for i in (4, 5, 6)]
     accused = [row for row in rows if row.accused]
     lines = [
-        f"healthy aircraft: {hours:.1f} flight hours of {len(rows)} aircraft, {len(accused)} with somebody accused;"
+        f"healthy aircraft: {hours:.1f} flight hours of {len(rows)} aircraft, {len(accused)} with a healthy sensor excluded;"
         f" RMSE {mean[0]:.0f} N, sigma {mean[1]:.0f} N, {mean[2]:.1f} % in band,"
         f" disagree {sum(row.disagree_s for row in rows) / hours:.0f} s/h"
     ]

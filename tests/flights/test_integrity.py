@@ -46,7 +46,7 @@ def test_what_jumps_is_named_at_once_and_nobody_else(rows):
     assert all(row.named_s is not None and row.named_s <= 3.0 and not row.accused for row in jumps)
 
 
-def test_a_healthy_aircraft_is_accused_of_nothing_and_keeps_its_thrust(rows):
+def test_a_healthy_aircraft_keeps_its_sensors_and_its_thrust(rows):
     healthy = next(row for row in rows if row.fault == "healthy")
     assert not healthy.accused
     assert healthy.rms_n < 60.0 and healthy.in_band_pct > 95.0

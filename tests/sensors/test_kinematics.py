@@ -1,4 +1,4 @@
-"""The accelerometer against pitch and airspeed: a bias and a sign are found, a flight that turns is not accused."""
+"""The accelerometer against pitch and airspeed: a bias and a sign are found, a flight that turns is no fault."""
 
 import numpy as np
 import pytest

@@ -34,9 +34,11 @@ NO_EFFECT = ("none", "unknown")  # verdicts that name nothing to add
 def identify(
     bench: Recordings, *, validate: Recordings = (), structures: Sequence[str] = (), name: str = "mount"
 ) -> Model:
-    """A model of bench recordings (`deformation_mm` [mm], `force_N` [N], or other columns in their roles).
+    """A model of bench recordings: columns (n,) `deformation_mm`, mm, and `force_N`, N, or others in their roles.
 
-    validate: recordings that are not fitted to (else the last fifth). RecordingError when the data cannot tell.
+    validate: recordings that are not fitted to (else the last fifth); structures: names of model structures to try (else
+    the usual one). The errors in its report are N, RMS of free runs. RecordingError, one line: a column is missing, or
+    the data cannot tell.
     """
     train = _several(bench)
     others = () if roles_of(train).own else OTHERS
@@ -82,7 +84,12 @@ class Diagnosis:
 
 @spoken
 def diagnose(model: Model, measured: Recordings, *, extra: "Sequence[Effect]" = ()) -> Diagnosis:
-    """Which effect explains what the model leaves of measured recordings; `extra` effects are judged as well."""
+    """Which effect explains what the model leaves of measured recordings: force_N - model, N.
+
+    The recordings have the columns of `identify` and, for effects that read channels, those (`accel_x_g`, ...): an
+    effect without its channel is not judged, and the answer says so. extra: effects judged beside the shelf's.
+    RecordingError, one line: a column is missing, or a value contradicts its unit.
+    """
     return Diagnosis(diagnose_spec(model.spec, _several(measured), name=model.name, extra=extra))
 
 
@@ -152,7 +159,10 @@ class Comparison:
 
 @spoken
 def compare(models: Model | Sequence[Model], recordings: Recordings) -> Comparison:
-    """Free runs of every model over every recording; the models see deformation and channels, never the reference."""
+    """Free runs of every model over every recording; the models see deformation and channels, never the reference.
+
+    Errors are measured minus model, N. RecordingError, one line: no reference, or a channel that a model reads is missing.
+    """
     several = [models] if isinstance(models, Model) else list(models)
     names = [model.name if sum(m.name == model.name for m in several) == 1 else f"{model.name} {i}"
              for i, model in enumerate(several, 1)]  # fmt: skip

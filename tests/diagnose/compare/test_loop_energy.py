@@ -41,7 +41,7 @@ def test_a_mount_of_the_scene_is_healthy_and_its_negative_is_not():
     assert mount().effects == []  # relaxation alone dissipates
 
 
-def test_a_spring_without_loss_is_not_accused():
+def test_a_spring_without_loss_is_not_suspected():
     assert not any(loop_energy(rig(loss=0.0, seed=seed)).delivers for seed in range(40))
 
 

@@ -25,7 +25,7 @@ from thrustd.records.roles import roles_of
 
 BLOCKS = 20  # of equal way
 LEAST_BLOCKS = 5
-DOUBT = 1e-3  # that a healthy record is accused
+DOUBT = 1e-3  # that a healthy record is suspected
 SPANS = 8  # of the elastic curve
 SPEED = "/s"  # of a unit: the input is a speed
 
