@@ -67,7 +67,7 @@ def summary(rows: list[Hours]) -> str:
     mean = [float(np.average([row[i] for row in rows], weights=[row.seconds for row in rows])) for i in (4, 5, 6)]
     accused = [row for row in rows if row.accused]
     lines = [
-        f"healthy aircraft: {hours:.1f} flight hours of {len(rows)} aircraft, {len(accused)} with a healthy sensor excluded;"
+        f"healthy aircraft: {hours:.1f} flight hours of {len(rows)} aircraft, {len(accused)} with a sensor excluded;"
         f" RMSE {mean[0]:.0f} N, sigma {mean[1]:.0f} N, {mean[2]:.1f} % in band,"
         f" disagree {sum(row.disagree_s for row in rows) / hours:.0f} s/h"
     ]

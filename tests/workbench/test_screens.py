@@ -55,7 +55,7 @@ def test_a_flight_played_back(page_of, full_folder):
             "slider => { slider.value = 10; slider.dispatchEvent(new Event('input')); }"
         )
         left.locator("b", has_text="1500").wait_for()
-        assert "1402 to 1598 N" in left.inner_text() and "transient" in left.inner_text()
+        assert "1402 to 1598 N" in left.inner_text() and "transient since the log began" in left.inner_text()
         page.get_by_role("button", name="Play", exact=True).click()
         page.locator(".playbar .num", has_text=re.compile("00:00:1[1-9]")).wait_for()
 

@@ -37,7 +37,7 @@ def identify(
     """A model of bench recordings: columns (n,) `deformation_mm`, mm, and `force_N`, N, or others in their roles.
 
     validate: recordings that are not fitted to (else the last fifth); structures: names of model structures to try (else
-    the usual one). The errors in its report are N, RMS of free runs. RecordingError, one line: a column is missing, or
+    the usual one). Errors in its report: N, RMS of free runs. RecordingError, one line: a column is missing, or
     the data cannot tell.
     """
     train = _several(bench)
@@ -161,7 +161,7 @@ class Comparison:
 def compare(models: Model | Sequence[Model], recordings: Recordings) -> Comparison:
     """Free runs of every model over every recording; the models see deformation and channels, never the reference.
 
-    Errors are measured minus model, N. RecordingError, one line: no reference, or a channel that a model reads is missing.
+    Errors are measured minus model, N. RecordingError, one line: no reference, or no channel that a model reads.
     """
     several = [models] if isinstance(models, Model) else list(models)
     names = [model.name if sum(m.name == model.name for m in several) == 1 else f"{model.name} {i}"
