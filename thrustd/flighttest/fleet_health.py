@@ -141,7 +141,7 @@ def _apart(
     first, second = [one for one, _ in pairs], [other for _, other in pairs]
     flown = _ones([files.index(row["file"]) for row in first], len(files))
     deck_n = np.column_stack((_column(first, "deck_N"), _column(second, "deck_N")))
-    zeros = np.hstack([flown * (100.0 / column)[:, None] for column in deck_n.T])
+    zeros = flown * (100.0 / deck_n).mean(axis=1)[:, None]  # their difference; what they share falls out
     weights = np.sqrt(_column(first, "seconds") / (1.0 / deck_n**2).sum(axis=1))
     common = np.hstack((_conditions(first), np.ones((len(first), 1))))
     design = Design(common, flown, zeros, weights, _column(first, quantity) - _column(second, quantity))
@@ -149,9 +149,11 @@ def _apart(
     steady = _solved(design)
     if gap <= 0.0:
         return steady.values - np.nanmean(steady.values), None
-    worn = [_solved(design, (hours - hours.mean()) / gap, share * QUANTITIES[quantity]) for share in SLOPES]
-    evidence = float(logsumexp([(steady.unlikely - one.unlikely) / 2.0 for one in worn]) - np.log(len(worn)))
+    trend = (hours - hours.mean()) / gap
+    worn = [_solved(design, trend, share * QUANTITIES[quantity], steady.sizes) for share in SLOPES]
     best = min(worn, key=lambda one: one.unlikely)
+    steady = min(steady, _solved(design, sizes=best.sizes), key=lambda one: one.unlikely)  # no better sizes left unseen
+    evidence = float(logsumexp([(steady.unlikely - one.unlikely) / 2.0 for one in worn]) - np.log(len(worn)))
     return steady.values - np.nanmean(steady.values), Told(evidence, best.slope / gap, SIGMAS_95 * best.slope_std / gap)
 
 
@@ -175,10 +177,13 @@ class Solved(NamedTuple):
     values: Floats  # (k,) e of each flight, without the trend
     slope: float  # of the trend
     slope_std: float
+    sizes: tuple[float, float, float]  # of noise and e, %, and of z, N
 
 
-def _solved(design: Design, wear: Floats | None = None, size: float = 1.0) -> Solved:
-    """With the sizes of e, z and noise that are likeliest; `wear` (k,): a trend, prior sigma `size`."""
+def _solved(
+    design: Design, wear: Floats | None = None, size: float = 1.0, sizes: tuple[float, float, float] = STARTS
+) -> Solved:
+    """With the likeliest sizes of noise, e and z, from `sizes` on; `wear` (k,): a trend, prior sigma `size`."""
     common, flown, zeros, weights, y = design
     there, c = np.asarray(flown.any(axis=0)), common.shape[1]
     k, zeros = int(there.sum()), zeros[:, zeros.any(axis=0)]
@@ -202,13 +207,16 @@ def _solved(design: Design, wear: Floats | None = None, size: float = 1.0) -> So
         misses = (whole - float(mean @ moment)) * np.exp(-2.0 * sizes[0])
         return float(misses + determinant + 2.0 * (len(y) * sizes[0] + k * sizes[1] + zeros.shape[1] * sizes[2]))
 
-    bounds, enough = [(-7.0, 5.0), (-7.0, 5.0), (-3.0, 8.0)], {"xatol": 0.05, "fatol": 0.05}
-    found = minimize(unlikely, np.log(STARTS), method="Nelder-Mead", bounds=bounds, options=enough)
+    around = np.log(sizes) + 0.5 * np.vstack((np.zeros(3), np.eye(3)))
+    bounds = [(-7.0, 5.0), (-7.0, 5.0), (-3.0, 8.0)]
+    options = {"xatol": 0.05, "fatol": 0.05, "initial_simplex": np.clip(around, *np.transpose(bounds))}
+    found = minimize(unlikely, around[0], method="Nelder-Mead", bounds=bounds, options=options)
     factor, mean, _ = posterior(found.x)
     values = np.full(flown.shape[1], np.nan)
     values[there] = mean[c : c + k]
     last = cho_solve(factor, np.eye(len(moment))[-1], check_finite=False)[-1]
-    return Solved(float(found.fun), values, float(mean[-1]), float(np.sqrt(last)))
+    noise, of_flight, zero = np.exp(found.x).tolist()
+    return Solved(float(found.fun), values, float(mean[-1]), float(np.sqrt(last)), (noise, of_flight, zero))
 
 
 def _conditions(points: Sequence[Row]) -> Floats:
