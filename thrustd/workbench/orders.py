@@ -88,6 +88,24 @@ class Report(Order, frozen=True):
     title: Annotated[str, msgspec.Meta(max_length=200)] = ""
 
 
+class Mass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A mass sheet: what the aircraft weighs when the log begins."""
+
+    empty_kg: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
+    payload_kg: Annotated[float, msgspec.Meta(ge=0, le=1e6)]
+    fuel_kg: Annotated[float, msgspec.Meta(ge=0, le=1e6)]
+    std_kg: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
+
+
+class FlightTest(Order, frozen=True):
+    """Test points or transients of one flight, drag polar or health of several."""
+
+    question: Literal["points", "performance", "transients", "health"]
+    recordings: Annotated[tuple[str, ...], msgspec.Meta(min_length=1, max_length=500)]
+    mass: Mass | None = None
+    marks: Annotated[str, msgspec.Meta(max_length=200)] = ""
+
+
 class Panel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One axes of a figure: its title and its lines, as `api/lines` names them."""
 
@@ -106,7 +124,9 @@ class Figure(Order, frozen=True):
     format: Literal["png", "svg"] = "png"
 
 
-Any_ = Figure | Prepare | Simulate | Exercise | Reveal | Fit | Compare | Diagnose | Extend | Compile | Report
+Any_ = (
+    Figure | Prepare | Simulate | Exercise | Reveal | Fit | Compare | Diagnose | Extend | Compile | Report | FlightTest
+)
 
 
 def order_of(folder: Folder, body: bytes) -> tuple[str, str, dict[str, Any]]:
@@ -149,4 +169,5 @@ TITLES: dict[type[Order], str] = {
     Compile: "compile {model} at {rate_hz:g} Hz",
     Figure: "draw {title}",
     Report: "write the report",
+    FlightTest: "flight test: {question}",
 }

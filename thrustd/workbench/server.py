@@ -34,7 +34,12 @@ MAX_BODY_BYTES = 1 << 20  # of anything but an upload
 LOOK_EVERY_S = 1.0  # for files that came or went
 MAX_LINES = 16
 MAX_COLUMNS = 60  # of a CSV
-DOWNLOADS = {".html": "text/html", ".png": "image/png", ".svg": "image/svg+xml"}  # reports that are files
+DOWNLOADS = {
+    ".csv": "text/csv",
+    ".html": "text/html",
+    ".png": "image/png",
+    ".svg": "image/svg+xml",
+}  # reports that are files
 
 
 class Bench:

@@ -75,6 +75,7 @@ TASKS: dict[str, Task] = {
     "compare": _kept("asking", "ask_compare", _compared),
     "diagnose": _kept("finding", "ask_diagnose", _diagnosed),
     "extend": _kept("finding", "ask_extend", _extended),
+    "flighttest": _kept("flight_test", "ask_flight_test", lambda answer: {"title": answer["title"]}),
     "compile": _call("finding", "compile_for_flight"),
     "figure": _call("print_figure", "write_figure"),
     "report": _call("html_report", "write_html"),

@@ -9,12 +9,13 @@ import { attempt, cancel, choose, store } from "./store.js";
 import { add } from "./views/add.js";
 import { fails } from "./views/fails.js";
 import { flight } from "./views/flight.js";
+import { flightTest } from "./views/flight_test.js";
 import { histories } from "./views/histories.js";
 import { identify } from "./views/identify.js";
 import { missing } from "./views/missing.js";
 import { overview } from "./views/overview.js";
 
-const VIEWS = { overview, identify, histories, fails, missing, add, flight };
+const VIEWS = { overview, identify, histories, fails, missing, add, flight, flighttest: flightTest };
 const NAMES = {
   overview: "Overview",
   identify: "Identify",
@@ -23,6 +24,7 @@ const NAMES = {
   missing: "What is missing",
   add: "Add it",
   flight: "Live and flight",
+  flighttest: "Flight test",
 };
 
 export class Frame {

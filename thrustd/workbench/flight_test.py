@@ -1,0 +1,79 @@
+"""Questions of a flight test, as the page asks them: tables and sentences as on the terminal, the same picture."""
+
+import secrets
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+from matplotlib import style
+
+from thrustd.core.steady import SteadyLimits
+from thrustd.flighttest import fleet_report, performance_report, points_report, transients_report
+from thrustd.flighttest.answer import Answer
+from thrustd.flighttest.fleet_health import fleet_health
+from thrustd.flighttest.flight import read_flight
+from thrustd.flighttest.health import HealthJob
+from thrustd.flighttest.mass_sheet import MassSheet
+from thrustd.flighttest.performance import performance_of, read_wing
+from thrustd.flighttest.points import find_points
+from thrustd.flighttest.transients import find_transients
+from thrustd.flighttest.windows import MARK
+from thrustd.installation.shipped import AIRCRAFT, read_deck, shipped
+from thrustd.records.rows import Row, write_rows
+from thrustd.sinks.whole_file import whole_file
+from thrustd.workbench.folder import Folder
+
+Progress = Callable[[float, str], None]
+
+
+def ask_flight_test(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """What the command line prints, as JSON; its picture for light and dark pages, its rows as CSV."""
+    progress(0.05, "reading")
+    answer = _answer(folder, arguments, progress)
+    progress(0.8, "drawing")
+    reports = folder.state / "reports"
+    reports.mkdir(parents=True, exist_ok=True)
+    number = secrets.token_hex(8)
+    for scheme in ("light", "dark"):
+        _draw(answer, reports / f"{number}-{scheme}.svg", scheme == "dark")
+    write_rows(answer.found.rows(), reports / f"{number}.csv")
+    tables = [table._asdict() for table in answer.tables]
+    return {
+        "title": answer.title,
+        "words": answer.words,
+        "lines": list(answer.lines),
+        "tables": tables,
+        "files": number,
+    }
+
+
+def _answer(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> Answer:
+    question, marks = arguments["question"], arguments["marks"] or None
+    paths = [folder.path(name) for name in arguments["recordings"]]
+    if question == "performance":
+        wing = read_wing(shipped(AIRCRAFT, "aircraft"))
+        sheets = [MassSheet(**arguments["mass"])] if arguments["mass"] else []
+        found = performance_of(
+            paths, wing, sheets, SteadyLimits(), marks, None, lambda share: progress(share, "reading")
+        )
+        return performance_report.answer(found, wing.known)
+    if question == "health":
+        return fleet_report.answer(fleet_health(_health_rows(arguments["recordings"], paths, progress)))
+    flight = read_flight(paths[0])
+    if question == "transients":
+        return transients_report.answer(flight, find_transients(flight, read_deck()))
+    return points_report.answer(flight, find_points(flight, marks=marks or (MARK if MARK in flight.record else None)))
+
+
+def _health_rows(names: Sequence[str], paths: Sequence[Path], progress: Progress) -> list[Row]:
+    rows: list[Row] = []
+    for i, (name, path) in enumerate(zip(names, paths, strict=True)):
+        progress(0.7 * i / len(paths), name)
+        rows += [{"file": name, **row} for row in HealthJob()(str(path))]
+    return rows
+
+
+def _draw(answer: Answer, path: Path, dark: bool) -> None:
+    with style.context("dark_background") if dark else nullcontext(), whole_file(path) as part:
+        answer.draw().savefig(part, format="svg", transparent=True)

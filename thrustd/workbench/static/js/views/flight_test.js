@@ -1,0 +1,261 @@
+// Flight test: test points, drag polar, transients of flights, and the health of engines over many.
+
+import { fill, h, panel, select, table } from "../dom.js";
+import { attempt, order, report, running, say, store } from "../store.js";
+
+const QUESTIONS = {
+  points: ["Test points", "Steady windows with thrust, fuel flow and their 95 % uncertainty."],
+  performance: ["Drag polar", "C_D0, Oswald's e and L/D from thrust, accelerations and mass; throttle steps."],
+  transients: ["Transients", "Spool-ups and -downs; flame-out and surge candidates."],
+  health: ["Health over flights", "Engines and mounts over service hours: trends, steps, left against right."],
+};
+const MASS = { empty_kg: "Empty", payload_kg: "Payload", fuel_kg: "Fuel at the log's begin", std_kg: "One sigma" };
+const SEVERAL = ["performance", "health"];
+
+export function flightTest(root) {
+  const ui = (store.ui.flighttest ??= { question: "points", log: null, several: null, mass: {}, marks: "" });
+  const shown = h("div", {});
+  let number = null; // of the report that is shown
+
+  // recordings with a fan speed, and logs that nobody has read yet
+  const flights = () =>
+    store.server.recordings.filter((r) =>
+      r.meta ? r.meta.channels.some((c) => c.name.startsWith("n1_pct_")) : r.name.endsWith(".mcap"),
+    );
+  const chosen = (found) => {
+    const names = found.map((r) => r.name);
+    if (!SEVERAL.includes(ui.question)) return [names.includes(ui.log) ? ui.log : names[0]];
+    return ui.several ? names.filter((name) => ui.several.includes(name)) : names;
+  };
+
+  function draw() {
+    const found = flights(),
+      busy = Boolean(running("flighttest"));
+    const [, words] = QUESTIONS[ui.question];
+    const tools = h(
+      "section",
+      { class: "panel" },
+      h(
+        "div",
+        { class: "body" },
+        h(
+          "div",
+          { class: "toolbar" },
+          Object.entries(QUESTIONS).map(([key, [name]]) =>
+            h("button", { "aria-pressed": String(key === ui.question), onclick: () => turn(key) }, name),
+          ),
+        ),
+        h("p", { class: "quiet" }, words),
+        found.length
+          ? fields(found, busy)
+          : h("p", { class: "empty" }, "No recording with N1 and air data in this folder."),
+      ),
+    );
+    fill(
+      root,
+      h(
+        "div",
+        { class: "head" },
+        h("h1", {}, "Flight test"),
+        h("p", {}, "What thrust is for: the numbers of thrustd points, performance, transients and fleet health."),
+      ),
+      tools,
+      shown,
+    );
+    attempt(show)();
+  }
+
+  function turn(question) {
+    ui.question = question;
+    number = null;
+    draw();
+  }
+
+  const fields = (found, busy) => [
+    SEVERAL.includes(ui.question) ? checks(found) : one(found),
+    ui.question === "performance" ? masses() : null,
+    ["points", "performance"].includes(ui.question) ? marks() : null,
+    h(
+      "div",
+      { class: "buttons" },
+      h(
+        "button",
+        { class: "primary", disabled: busy, onclick: attempt(() => ask(found)) },
+        busy ? "Working" : "Evaluate",
+      ),
+    ),
+  ];
+  const one = (found) =>
+    h(
+      "div",
+      { class: "toolbar" },
+      h(
+        "label",
+        {},
+        "Flight",
+        select(
+          found.map((r) => [r.name, r.name]),
+          chosen(found)[0],
+          (name) => (ui.log = name),
+          "flight",
+        ),
+      ),
+    );
+  const checks = (found) =>
+    h(
+      "div",
+      { class: "checks", role: "group", "aria-label": "flights" },
+      found.map((r) =>
+        h(
+          "label",
+          {},
+          h("input", {
+            type: "checkbox",
+            checked: chosen(found).includes(r.name),
+            onchange: (event) => tick(found, r.name, event.target.checked),
+          }),
+          r.name,
+        ),
+      ),
+    );
+  function tick(found, name, on) {
+    ui.several = chosen(found).filter((other) => other !== name);
+    if (on) ui.several.push(name);
+  }
+  const masses = () =>
+    h(
+      "div",
+      { class: "toolbar" },
+      Object.entries(MASS).map(([key, name]) =>
+        h(
+          "label",
+          {},
+          name,
+          h("input", {
+            type: "number",
+            min: 0,
+            step: "any",
+            value: ui.mass[key] ?? "",
+            "aria-label": `${name}, kg`,
+            onchange: (event) => (ui.mass[key] = event.target.value),
+          }),
+          "kg",
+        ),
+      ),
+      h("span", { class: "faint" }, "all empty: the recordings' own column mass_kg"),
+    );
+  const marks = () =>
+    h(
+      "div",
+      { class: "toolbar" },
+      h(
+        "label",
+        {},
+        "Points where this channel is above 0",
+        h("input", {
+          type: "text",
+          value: ui.marks,
+          placeholder: "found by the limits",
+          onchange: (event) => (ui.marks = event.target.value.trim()),
+        }),
+      ),
+    );
+
+  async function ask(found) {
+    const recordings = chosen(found),
+      said = Object.keys(MASS).filter((key) => ui.mass[key]),
+      several = SEVERAL.includes(ui.question);
+    if (!recordings.length) return say("Choose a flight.");
+    if (ui.question === "performance" && said.length && said.length < 4)
+      return say("A mass sheet has four numbers, kg.");
+    const mass =
+      ui.question === "performance" && said.length
+        ? Object.fromEntries(said.map((key) => [key, Number(ui.mass[key])]))
+        : null;
+    await order("flighttest", {
+      question: ui.question,
+      recordings: several ? recordings : recordings.slice(0, 1),
+      mass,
+      marks: ui.marks,
+    });
+    draw();
+  }
+
+  const latest = () =>
+    store.server.jobs.find(
+      (job) => job.kind === "flighttest" && job.state === "done" && job.arguments.question === ui.question,
+    );
+
+  // the latest answer to this question, with the flights it is of
+  async function show() {
+    const job = latest();
+    if (!job) return fill(shown);
+    const answer = await report(job.result.report),
+      scheme = document.documentElement.dataset.theme;
+    number = job.result.report;
+    if (latest() !== job) return;
+    const [first, ...others] = answer.tables;
+    fill(
+      shown,
+      panel(
+        answer.title,
+        [
+          h(
+            "span",
+            { class: "push" },
+            h("a", { href: `api/reports/${answer.files}.csv`, download: `${ui.question}.csv` }, "CSV"),
+          ),
+        ],
+        h("p", { class: "body faint" }, job.arguments.recordings.join(", ")),
+        grid(first),
+        h(
+          "div",
+          { class: "body" },
+          answer.lines.map((line) => h("p", {}, line)),
+          h("p", { class: "faint" }, answer.words),
+        ),
+      ),
+      panel(
+        "Picture",
+        [
+          h(
+            "span",
+            { class: "push" },
+            h("a", { href: `api/reports/${answer.files}-light.svg`, download: `${ui.question}.svg` }, "SVG"),
+          ),
+        ],
+        h(
+          "div",
+          { class: "flush" },
+          h("img", { class: "figure", alt: answer.title, src: `api/reports/${answer.files}-${scheme}.svg` }),
+        ),
+      ),
+      ...others.map((one) => panel(one.title, [], grid(one))),
+    );
+  }
+
+  const grid = ({ heads, rows }) =>
+    h(
+      "div",
+      { class: "flush" },
+      table(
+        { class: "dense" },
+        heads.map((name, i) => (i ? [name, "num"] : name)),
+        rows.map((row) =>
+          h(
+            "tr",
+            {},
+            row.map((cell, i) => h("td", { class: i ? "num" : null }, cell)),
+          ),
+        ),
+      ),
+    );
+
+  draw();
+  return {
+    update: () => {
+      if (latest()?.result.report !== number) draw();
+    },
+    jobs: () => {},
+  };
+}
