@@ -22,7 +22,7 @@ FIRST = "bench-model"
 SIGHTS = ((390, 844, "light"), (1280, 800, "light"), (1920, 1080, "dark"), (2560, 1440, "light"))
 LONG_MS = 600_000
 FLIGHT = Path("replay_logs/throttle-steps.mcap")
-VIEWS = ("overview", "identify", "histories", "fails", "missing", "add", "flight", "live")
+VIEWS = ("overview", "identify", "histories", "fails", "missing", "add", "flight", "live", "flighttest")
 
 
 def screenshots(out: Path) -> None:

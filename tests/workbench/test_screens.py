@@ -15,7 +15,7 @@ from tests.workbench.test_server import small_record
 from thrustd.model.artifact import write_model
 from thrustd.records.files import write_recording
 
-VIEWS = ("overview", "identify", "histories", "fails", "missing", "add", "flight")
+VIEWS = ("overview", "identify", "histories", "fails", "missing", "add", "flight", "flighttest")
 LONG = "a-very-long-name-of-a-recording-that-came-from-the-archive-of-the-flight-test-department-second-attempt"
 
 

@@ -1,7 +1,7 @@
 """Questions of a flight test, as the page asks them: tables and sentences as on the terminal, the same picture."""
 
 import secrets
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from typing import Any
 from matplotlib import style
 
 from thrustd.core.steady import SteadyLimits
+from thrustd.core.types import Progress
 from thrustd.flighttest import fleet_report, performance_report, points_report, transients_report
 from thrustd.flighttest.answer import Answer
 from thrustd.flighttest.fleet_health import fleet_health
@@ -23,8 +24,6 @@ from thrustd.installation.shipped import AIRCRAFT, read_deck, shipped
 from thrustd.records.rows import Row, write_rows
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.folder import Folder
-
-Progress = Callable[[float, str], None]
 
 
 def ask_flight_test(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:

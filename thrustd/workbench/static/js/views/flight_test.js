@@ -37,7 +37,7 @@ export function flightTest(root) {
       { class: "panel" },
       h(
         "div",
-        { class: "body" },
+        { class: "body questions" },
         h(
           "div",
           { class: "toolbar" },
@@ -194,7 +194,8 @@ export function flightTest(root) {
       scheme = document.documentElement.dataset.theme;
     number = job.result.report;
     if (latest() !== job) return;
-    const [first, ...others] = answer.tables;
+    const first = answer.tables.at(-1), // what the answer is about; the others tell more
+      others = answer.tables.slice(0, -1);
     fill(
       shown,
       panel(
