@@ -48,6 +48,13 @@ def test_a_model_is_called_on_arrays_and_on_recordings():
     assert at_rest - still == pytest.approx(60.0 * 9.80665 * 0.1, rel=1e-6)
 
 
+def test_the_channels_of_a_model_are_what_it_is_called_with():
+    model = td.load(SHIPPED)
+    assert len(set(model.channels)) == len(model.channels) and "deformation_mm" not in model.channels
+    still = {name: 0.0 for name in model.channels}
+    assert np.isfinite(model(np.full(50, 0.5), rate_hz=100, **still)).all()
+
+
 def test_what_a_model_cannot_be_called_with_is_one_line():
     model = Model(mount(effects=[INERTIA]))
     with pytest.raises(ModelError, match="accel_x_g"):

@@ -12,6 +12,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import CompiledModel, compile_model
+from thrustd.model.stage import DEFORMATION
 from thrustd.records.recording import Recording
 from thrustd.records.shown import as_frame, as_html, as_text
 
@@ -38,8 +39,8 @@ class Model:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """What it reads beside deformation_mm."""
-        return _compiled(self, USUAL_HZ).channels[1:]
+        """What it reads beside deformation_mm, each once."""
+        return tuple(name for name in dict.fromkeys(_compiled(self, USUAL_HZ).channels) if name != DEFORMATION)
 
     @property
     def rate_hz(self) -> float:
@@ -56,7 +57,7 @@ class Model:
         """
         if isinstance(deformation_mm, Recording):
             record = deformation_mm
-            return self._run(record["deformation_mm"], rate_hz or record.sample_hz, dict(record.channels) | channels)
+            return self._run(record[DEFORMATION], rate_hz or record.sample_hz, dict(record.channels) | channels)
         unknown = sorted(set(channels) - set(self.channels))
         if unknown:
             raise UsageError(
@@ -70,8 +71,8 @@ class Model:
         if not rate_hz > 0:
             raise UsageError(f"{self.name}: rate_hz = {rate_hz}; expected samples per second, above 0")
         compiled = _compiled(self, float(rate_hz))
-        given = {"deformation_mm": deformation_mm}
-        for name in set(compiled.channels[1:]) & set(channels):
+        given = {DEFORMATION: deformation_mm}
+        for name in set(self.channels) & set(channels):
             column = np.asarray(channels[name], dtype=np.float64)
             if column.shape not in ((), deformation_mm.shape):
                 raise UsageError(f"{self.name}: {name} has shape {column.shape}; expected {deformation_mm.shape} or ()")

@@ -11,6 +11,7 @@ from thrustd.core.errors import ThrustdError
 P = ParamSpec("P")
 R = TypeVar("R")
 FLAG = re.compile(r"--([a-z][a-z-]*)(?: (?=[A-Z'\"]|\S+:))?")  # with the space before its value
+REPLAY = "thrustd replay LOG -o OUT.mcap", 'td.replay(LOG, out="OUT.mcap")'
 CALLED = {"rate": "rate_hz", "limit": "limits"}  # else as the flag, with underscores
 
 
@@ -27,6 +28,6 @@ def spoken(function: Callable[P, R]) -> Callable[P, R]:
         try:
             return function(*args, **kwargs)
         except ThrustdError as problem:
-            raise type(problem)(FLAG.sub(said, str(problem))) from None
+            raise type(problem)(FLAG.sub(said, str(problem)).replace(*REPLAY)) from None
 
     return call
