@@ -56,6 +56,12 @@ class Offered(NamedTuple):
     offset: float
 
 
+def spelled(theirs: str, ours: str, factor: float = 1.0, offset: float = 0.0) -> str:
+    """ours = theirs * factor + offset, as `--rename` and `td.read` take it."""
+    scale = "" if factor == 1.0 and not offset else f"*{factor!r}"
+    return f"{theirs}={ours}{scale}{f'{offset:+}' if offset else ''}"
+
+
 def unit_said(theirs: str) -> str:
     """The unit that a column's name carries, spelled as here; empty when it says none."""
     said = unit_in_brackets(theirs) or (unit_of(theirs.strip()) if "_" in theirs else "")

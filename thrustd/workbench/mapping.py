@@ -16,7 +16,7 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.records.loaded import Loaded
-from thrustd.records.offer import CONVERSIONS, offer, unit_said
+from thrustd.records.offer import CONVERSIONS, offer, spelled, unit_said
 from thrustd.records.recording import TIME, signal_of
 from thrustd.records.rename import Rename
 from thrustd.records.time_axis import TimeAxis
@@ -37,9 +37,7 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def spelled(self) -> str:
-        """As `--rename` and `td.read` take it."""
-        factor = "" if self.factor == 1.0 and not self.offset else f"*{self.factor!r}"
-        return f"{self.theirs}={self.ours}{factor}{f'{self.offset:+}' if self.offset else ''}"
+        return spelled(self.theirs, self.ours, self.factor, self.offset)
 
 
 class ColumnNames(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
