@@ -169,4 +169,4 @@ def test_flights(tmp_path):
     moved = transients(log)
     assert not moved.found.events and "no event" in repr(moved)
     over = health([log, log])
-    assert isinstance(over.plot(), Figure) and "nothing changed over" in repr(over) and len(over.to_pandas()) >= 6
+    assert isinstance(over.plot(), Figure) and "6 or more tell a change" in repr(over) and len(over.to_pandas()) >= 6

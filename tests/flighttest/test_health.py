@@ -9,6 +9,7 @@ import pytest
 from tests.flighttest.scene import ENGINES, made_flight
 from thrustd.__main__ import main
 from thrustd.flighttest.fleet_health import fleet_health
+from thrustd.flighttest.fleet_report import figure
 from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.health import health_rows
 from thrustd.flighttest.trend import FEWEST, hours_to, judge
@@ -90,6 +91,12 @@ def test_the_engine_that_loses_thrust_is_named_at_equal_conditions(seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_days_and_conditions_are_no_change(seed):
     assert not fleet_health(rows_of_fleet(seed)).changed
+
+
+def test_the_picture_shows_every_series():
+    found = fleet_health(rows_of_fleet(1, 3.0, flights=8))
+    shown = [axis for axis in figure(found).axes if axis.get_visible()]
+    assert len(shown) == len(found.health) and all(axis.lines for axis in shown)
 
 
 def test_a_mount_says_by_when_it_has_to_be_calibrated():

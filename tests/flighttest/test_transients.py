@@ -10,7 +10,8 @@ from tests.flighttest.scene import ENGINES
 from thrustd.__main__ import main
 from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.flighttest.flight import Flight, read_flight
-from thrustd.flighttest.transients import find_transients
+from thrustd.flighttest.transients import Transients, find_transients
+from thrustd.flighttest.transients_report import figure
 from thrustd.installation.shipped import read_deck
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
@@ -55,6 +56,16 @@ def test_a_spool_up_is_timed_with_its_overshoot_and_rate(deck):
         assert event.overshoot_pct == pytest.approx(1.5, abs=0.2)
         assert event.largest_rate_pct_s == pytest.approx(5.0, rel=0.1)
         assert event.thrust_change_n > 2000
+
+
+def test_the_picture_shows_every_event(deck):
+    t = np.arange(600) / HZ
+    flight = flown(deck, np.interp(t, [0, 20, 28, 60], [50, 50, 90, 90]))
+    flight = flight._replace(record=flight.record.with_channels(**{f"thrust_N_{e}": t for e in ENGINES}))
+    found = find_transients(flight, deck)
+    shown = [axis for axis in figure(flight, found).axes if axis.get_visible() and axis.lines]
+    assert len(shown) == 2 * len(found.events) == 4  # fan speeds and thrust
+    assert figure(flight, Transients("nothing happened", [])).axes
 
 
 def test_trouble_is_a_candidate_of_its_engine(deck):

@@ -9,6 +9,7 @@ import numpy as np
 
 from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns
 from thrustd.flighttest.fleet_health import FleetHealth, Health
+from thrustd.flighttest.trend import FEWEST, Trend
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,16 +25,18 @@ ACROSS = 4  # drawings in a row
 def table_rows(found: FleetHealth) -> list[list[str]]:
     """Under HEADS."""
     return [
-        [one.of, one.quantity, f"{one.trend.flights}", f"{one.trend.change:+.3g}", f"{one.trend.slope:+.3g}",
-         f"{one.trend.slope_low:+.2g} to {one.trend.slope_high:+.2g}", _verdict(one)]
+        [one.of, one.quantity, f"{one.trend.flights}", *_numbers(one.trend), _verdict(one)]
         for one in found.health
-    ]  # fmt: skip
+        if one.trend.flights
+    ]
 
 
 def lines(found: FleetHealth) -> list[str]:
     """What changed, and when what has to be calibrated again."""
     said = [f"{one.of}: {one.quantity} changed by {one.trend.change:+.2f} {_since(one)}" for one in found.changed]
-    said = said or [f"nothing changed over {len(found.flights)} flights"]
+    if not said:
+        n = len(found.flights)
+        said = [f"nothing changed over {n} flights" if n >= FEWEST else f"{n} flights; {FEWEST} or more tell a change"]
     for one in found.health:
         if isfinite(one.recalibrate_in_h):
             said.append(f"{one.of} {one.quantity}: recalibrate by {one.recalibrate_in_h:.0f} service hours{_date(one)}")
@@ -50,12 +53,13 @@ def figure(found: FleetHealth) -> "Figure":
     """One small drawing per quantity, with its trend or step."""
     from matplotlib.figure import Figure
 
-    down = max(-(-len(found.health) // ACROSS), 1)
+    series = [one for one in found.health if one.trend.flights]
+    down = max(-(-len(series) // ACROSS), 1)
     drawn = Figure(figsize=(14, 2.6 * down), layout="constrained")
-    axes = drawn.subplots(down, ACROSS, squeeze=False).flat
+    axes = drawn.subplots(down, ACROSS, squeeze=False).ravel().tolist()
     for axis in axes:
         axis.set_visible(False)
-    for axis, one in zip(axes, found.health, strict=False):
+    for axis, one in zip(axes, series, strict=False):
         hours, values = np.array(one.hours), np.array(one.values)
         axis.set_visible(True)
         axis.plot(hours, values, "o", ms=3, color=CHANGED if one.trend.changed else COLOURS[0])
@@ -68,6 +72,12 @@ def figure(found: FleetHealth) -> "Figure":
         axis.grid(alpha=0.3, lw=0.5)
     drawn.supxlabel("service hours", fontsize=8)
     return drawn
+
+
+def _numbers(trend: Trend) -> tuple[str, str, str]:
+    if not isfinite(trend.slope):
+        return "-", "-", "-"
+    return f"{trend.change:+.3g}", f"{trend.slope:+.3g}", f"{trend.slope_low:+.2g} to {trend.slope_high:+.2g}"
 
 
 def _verdict(one: Health) -> str:

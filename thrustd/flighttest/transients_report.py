@@ -49,7 +49,7 @@ def figure(flight: Flight, found: Transients) -> "Figure":
     shown = sorted(largest[:MOST_DRAWN], key=lambda e: e.start_s)
     down = max(-(-len(shown) // 4), 1)
     drawn = Figure(figsize=(14, 2.8 * down), layout="constrained")
-    axes = drawn.subplots(down, 4, squeeze=False).flat
+    axes = drawn.subplots(down, 4, squeeze=False).ravel().tolist()
     record = flight.record
     for axis in axes:
         axis.set_visible(False)
@@ -58,11 +58,16 @@ def figure(flight: Flight, found: Transients) -> "Figure":
         axis.set_visible(True)
         for engine, colour in zip(flight.engines, COLOURS, strict=False):
             axis.plot(part.time_s, part[f"n1_pct_{engine}"], color=colour, lw=1.2, label=engine)
-        axis.axvline(event.start_s, color="black", lw=0.6, ls="--")
+        thrust = axis.twinx()
+        thrust.plot(part.time_s, part[f"thrust_N_{event.engine}"] / 1000, color="#888888", lw=0.8, ls=":")
+        axis.axvline(event.start_s, color="#888888", lw=0.6, ls="--")
         axis.set_title(f"{event.engine}: {event.kind}", fontsize=8)
-        axis.tick_params(labelsize=7)
+        for each in (axis, thrust):
+            each.tick_params(labelsize=7)
         axis.grid(alpha=0.3, lw=0.5)
-    drawn.supylabel("N1, %", fontsize=8)
+    drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=4, fontsize=8)
+    drawn.supylabel("N1, % (left scale); dotted: thrust of the engine, kN (right scale)", fontsize=8)
+    drawn.supxlabel("time, s", fontsize=8)
     return drawn
 
 
