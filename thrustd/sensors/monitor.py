@@ -90,7 +90,7 @@ class Monitor:
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._failed = [""] * len(layout.mounts_of_engine)  # faults of thrust sources that were reported
         self._found_ns = [0] * len(layout.mounts_of_engine)  # when the hypothesis that leads began to
-        self._excluded = NOBODY
+        self._excluded, self._judged = NOBODY, list[Sensor]()
         self._t_ns = self._watched_ns = -1
 
     def step(self, inputs: MonitorInputs) -> MonitorVerdict:
@@ -150,6 +150,7 @@ class Monitor:
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._excluded}
         restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *WHOLE_OFF.values()}
         self._watches.forget_last_values()
+        self._judged = self._judge()
         self._say_uncorrected()
         self._statuses = list(map(self._status, range(len(self._sources))))
         return restored
@@ -161,8 +162,8 @@ class Monitor:
 
     def _status(self, engine: int) -> int:
         mine = self._mine[engine]
-        doubted = {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
-        doubted |= {sensor: "" for sensor in self._judged() if sensor in mine and sensor not in doubted}
+        doubted = dict.fromkeys(mine.intersection(self._judged), "") if self._judged else {}
+        doubted |= {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
         status = Status.SENSOR_EXCLUDED if doubted else Status(0)
         if "stuck" in doubted.values():
             status |= Status.STUCK
@@ -191,6 +192,7 @@ class Monitor:
         changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._believed)
         if changed >= 0:
             self._found_ns[changed] = inputs.t_ns
+        self._judged = self._judge()
         self._excluded = self._all_out()
         self._say_uncorrected()
         return changed
@@ -200,13 +202,13 @@ class Monitor:
         self._uncorrected_n = [hypot(each, error_n) for each in self.bank.leading[:, UNCORRECTED_N].tolist()]
 
     def _all_out(self) -> frozenset[Sensor]:
-        out = set(self._judged())
+        out = set(self._judged)
         if self._suspect:
             out |= {sensor for sensor in self._watches.sensors if not self._watches.trusts(sensor)}
         return frozenset(out) if out else NOBODY
 
-    def _judged(self) -> list[Sensor]:
-        """By the bank and by what the aircraft does."""
+    def _judge(self) -> list[Sensor]:
+        """Who is at fault by the bank and by what the aircraft does."""
         if not (self._sat_stuck or self._accelerometer.off or self.bank.found.any()):
             return []  # all is well
         judged: list[Sensor] = [("sat_degC", 0)] if self._sat_stuck else []
@@ -235,7 +237,7 @@ class Monitor:
 
     def _changes(self, t_ns: int) -> list[Fault]:
         faults = self._whole_changes(t_ns)
-        judged = self._judged()
+        judged = self._judged
         if not (self._suspect or judged or self._kinds):
             return faults
         nameable = set(judged) & {ACCELERATION, ("sat_degC", 0)}
