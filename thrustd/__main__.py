@@ -1,5 +1,6 @@
 """`thrustd VERB ...`: hands over to the verb; bad input is one line and exit status 2, never a traceback."""
 
+import gc
 import os
 import signal
 import sys
@@ -73,6 +74,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:
         return 0
+    finally:
+        gc.enable()  # a verb that failed while it loaded had it off
 
 
 if __name__ == "__main__":
