@@ -1,13 +1,12 @@
 """The blind benchmark: hide effects, diagnose, extend, and count. `python -m benchmarks.blind [options]`.
 
 Per seed one mount: its quiet bench is identified once as `thrustd identify` does, then every effect is hidden in turn
-at every strength. The truth is read only for scoring. Two generators with nothing in common: `twin`
-(thrustd.twin.hide) and `rig` (blind_rig.py, every seed other laws and a damaged recording); a third one's mounts are
-in `make foreign`.
+at every strength (thrustd.twin.hide). The truth is read only for scoring. Mounts of generators that are not ours are in
+`make foreign`.
 Every case is one line of JSON in `--results`; cases that stand there are not run again, and the table is of all lines.
 
     python -m benchmarks.blind                                      everything, hours on one core
-    python -m benchmarks.blind --seeds 1 --strengths 3 --kinds single --generator rig
+    python -m benchmarks.blind --seeds 1 --strengths 3 --kinds single
     python -m benchmarks.blind --table                              only the table of what has been run
 """
 
@@ -23,7 +22,6 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
-from benchmarks import blind_rig
 from benchmarks.blind_table import print_table
 from benchmarks.kept import Kept
 from thrustd.core.errors import ThrustdError
@@ -33,25 +31,15 @@ from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.diagnose_report import DiagnoseReport
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec
-from thrustd.records.recording import Recording, make_recording
+from thrustd.records.recording import Recording
 from thrustd.twin.disturbance import DISTURBANCES
 from thrustd.twin.hide import Case, hidden_case
 
 EFFECTS = sorted(DISTURBANCES)
-UNKNOWN = {
-    "twin": ("hydraulic_line", "bleed_duct"),
-    "rig": ("unknown_fuel", "unknown_gear"),
-}
-FOLLOWS = {
-    "hydraulic_line": "hydraulic_pressure_bar",
-    "bleed_duct": "bleed_valve_pct",
-    "unknown_fuel": "fuel_kg",
-    "unknown_gear": "gear_pct",
-}
+UNKNOWN = {"hydraulic_line": "hydraulic_pressure_bar", "bleed_duct": "bleed_valve_pct"}  # and what they follow
 DAHL_YIELD = (
     0.776  # Bouc-Wen's yield over Dahl's: least squares of 1 - h, -1 + exp(1 - h) on -1 + 2 exp(-h) over 8 yields
 )
-RIG_UNIT_N = 15.0  # strength 1, as in thrustd.twin.hide
 QUIET_RECORDS = 10  # cases with nothing hidden per seed: other flights of the same mount
 
 
@@ -65,7 +53,6 @@ class Records(NamedTuple):
 class Wanted(NamedTuple):
     """One case: `flight` numbers the flights of one mount (0: the first)."""
 
-    generator: str
     kind: str
     effects: tuple[str, ...]
     seed: int
@@ -75,18 +62,12 @@ class Wanted(NamedTuple):
     @property
     def key(self) -> str:
         effects = "+".join(self.effects) or "none"
-        return f"{self.generator} {self.kind} {effects} {self.seed} {self.strength:g} {self.flight}"
+        return f"twin {self.kind} {effects} {self.seed} {self.strength:g} {self.flight}"
 
 
 def make(case: Wanted) -> Records:
-    if case.generator == "twin":
-        hidden = hidden_case(case.effects or ("none",), case.seed, case.strength, flight=case.flight)
-        return Records(hidden.bench, hidden.measured, hidden.heldout, twin_truth(hidden))
-    tables, sizes = blind_rig.exercise(list(case.effects), case.seed, case.strength * RIG_UNIT_N, flight=case.flight)
-    names = ("bench", "measured", "heldout")
-    parameters = {blind_rig.PARAMETERS[e]: s for e, s in sizes.items() if e in blind_rig.PARAMETERS}
-    bench, measured, heldout = (make_recording(n, t) for n, t in zip(names, tables, strict=True))
-    return Records(bench, measured, heldout, parameters)
+    hidden = hidden_case(case.effects or ("none",), case.seed, case.strength, flight=case.flight)
+    return Records(hidden.bench, hidden.measured, hidden.heldout, twin_truth(hidden))
 
 
 def twin_truth(hidden: Case) -> dict[str, float]:
@@ -131,7 +112,7 @@ def judged(case: Wanted, report: DiagnoseReport) -> dict[str, bool]:
         return {"right": said == {"none"}, "excused": False}
     if case.kind == "unknown":
         channels = [d.channel for d in report.depends_on]
-        return {"right": said == {"unknown"} and FOLLOWS[case.effects[0]] in channels[:1], "excused": False}
+        return {"right": said == {"unknown"} and UNKNOWN[case.effects[0]] in channels[:1], "excused": False}
     if case.kind == "single":
         return {"right": first == case.effects[0], "exact": said == set(case.effects), "excused": excused}
     return {"right": set(case.effects) <= said, "exact": said == set(case.effects), "excused": excused}
@@ -158,19 +139,19 @@ def extended(model: ModelSpec, records: Records, report: DiagnoseReport) -> dict
 
 def wanted(options: argparse.Namespace) -> Iterator[Wanted]:
     for seed in range(options.first_seed, options.first_seed + options.seeds):
-        kinds, generator = options.kinds, options.generator
+        kinds = options.kinds
         if "single" in kinds:
             for strength in options.strengths:
-                yield from (Wanted(generator, "single", (e,), seed, strength) for e in options.effects)
+                yield from (Wanted("single", (e,), seed, strength) for e in options.effects)
         if "unknown" in kinds:
-            yield from (Wanted(generator, "unknown", (e,), seed, 3.0) for e in UNKNOWN[generator])
+            yield from (Wanted("unknown", (e,), seed, 3.0) for e in UNKNOWN)
         if "pair" in kinds:
             rng = np.random.default_rng([seed, 5])
             for _ in range(4):
                 one, two = rng.choice(EFFECTS, 2, replace=False)
-                yield Wanted(generator, "pair", (str(one), str(two)), seed, 3.0)
+                yield Wanted("pair", (str(one), str(two)), seed, 3.0)
         if "none" in kinds:
-            yield from (Wanted(generator, "none", (), seed, 1.0, flight) for flight in range(QUIET_RECORDS))
+            yield from (Wanted("none", (), seed, 1.0, flight) for flight in range(QUIET_RECORDS))
 
 
 def quiet_error_n(model: ModelSpec, case: Wanted) -> float:
@@ -181,7 +162,7 @@ def quiet_error_n(model: ModelSpec, case: Wanted) -> float:
 
 def kept(folder: Path, case: Wanted) -> tuple[ModelSpec, float]:
     """Model and quiet error of a seed from the folder, or made and put there."""
-    path = folder / f"{case.generator}-{case.seed}.json"
+    path = folder / f"twin-{case.seed}.json"
     if path.exists():
         quiet_n = json.loads(path.with_suffix(".quiet").read_text())
         return msgspec.json.decode(path.read_bytes(), type=ModelSpec), quiet_n
@@ -200,7 +181,6 @@ def main() -> None:
     parser.add_argument("--strengths", type=float, nargs="+", default=[3.0, 1.0, 2.0])
     parser.add_argument("--kinds", nargs="+", default=["none", "single", "pair", "unknown"])
     parser.add_argument("--effects", nargs="+", default=EFFECTS)
-    parser.add_argument("--generator", choices=("twin", "rig"), default="twin")
     parser.add_argument("--results", type=Path, default=Path("out/blind.jsonl"))
     parser.add_argument("--models", type=Path, default=Path("out/blind-models"), help="identified models are kept here")
     parser.add_argument("--table", action="store_true", help="print the table of what has been run, run nothing")

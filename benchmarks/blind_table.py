@@ -15,26 +15,24 @@ ASKED = {"single 3x": 0.95, "single 2x": 0.95, "single 1x": 0.85, "none": 0.98, 
 
 
 def print_table(lines: Sequence[Line], console: Console) -> None:
-    for generator in sorted({line["generator"] for line in lines}):
-        mine = [line for line in lines if line["generator"] == generator]
-        console.print(_confusion(generator, mine))
-        for kind in sorted({_kind(line) for line in mine}):
-            _shares(kind, [line for line in mine if _kind(line) == kind], console)
-        _falls(mine, console)
-        _coverage(mine, console)
-        cpu_s = [line["cpu_s"] for line in mine if "cpu_s" in line]
-        if cpu_s:
-            console.print(f"diagnose: median {np.median(cpu_s):.1f} s of processor, longest {max(cpu_s):.1f} s")
+    console.print(_confusion(lines))
+    for kind in sorted({_kind(line) for line in lines}):
+        _shares(kind, [line for line in lines if _kind(line) == kind], console)
+    _falls(lines, console)
+    _coverage(lines, console)
+    cpu_s = [line["cpu_s"] for line in lines if "cpu_s" in line]
+    if cpu_s:
+        console.print(f"diagnose: median {np.median(cpu_s):.1f} s of processor, longest {max(cpu_s):.1f} s")
 
 
 def _kind(line: Line) -> str:
     return f"single {line['strength']:g}x" if line["kind"] == "single" else str(line["kind"])
 
 
-def _confusion(generator: str, lines: Sequence[Line]) -> Table:
+def _confusion(lines: Sequence[Line]) -> Table:
     count = Counter(("+".join(line["effects"]) or "none", "+".join(sorted(line["said"]))) for line in lines)
     said = sorted({b for _, b in count if "+" not in b})
-    table = Table(title=f"{generator}: rows hidden, columns said")
+    table = Table(title="rows hidden, columns said")
     for heading in ("hidden", *(word[:9] for word in said), "several"):
         table.add_column(heading, justify="right")
     for hidden in sorted({a for a, _ in count}):
