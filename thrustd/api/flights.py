@@ -21,7 +21,7 @@ from thrustd.flighttest.transients import find_transients
 from thrustd.installation.shipped import AIRCRAFT, read_deck, shipped
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
-from thrustd.records.shown import as_html, as_text, drawn
+from thrustd.records.shown import Shown, drawn
 from thrustd.replay.picture import FlightPicture
 from thrustd.replay.replay import ReplaySummary
 from thrustd.replay.replay import replay as replay_log
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-@dataclass(frozen=True)
-class Replayed:
+@dataclass(frozen=True, repr=False)
+class Replayed(Shown):
     """A replayed flight: `summary` with its errors where a truth is known, `record` with every column."""
 
     summary: ReplaySummary
@@ -53,12 +53,6 @@ class Replayed:
         from thrustd.replay.summary_table import print_summary
 
         print_summary(self.summary, console)
-
-    def __repr__(self) -> str:
-        return as_text(self.show)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
 
 
 @spoken

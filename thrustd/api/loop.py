@@ -18,11 +18,12 @@ from thrustd.identify.identify import OTHERS
 from thrustd.identify.identify import identify as identify_records
 from thrustd.records.recording import Recording
 from thrustd.records.roles import roles_of
-from thrustd.records.shown import as_frame, as_html, as_text, drawn
+from thrustd.records.shown import Shown, as_frame, drawn
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+    from rich.console import Console
 
     from thrustd.model.effect import Effect
 
@@ -46,8 +47,8 @@ def identify(
     return Model(found.spec, found)
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Shown):
     """Which effect is missing: `verdict`, its grade, candidates with parameters and look-alikes."""
 
     report: DiagnoseReport
@@ -75,11 +76,8 @@ class Diagnosis:
             raise UsageError(f"{self.report.model}: what is left follows no channel; nothing to draw")
         return drawn(dependence_figure(self.report.depends_on))
 
-    def __repr__(self) -> str:
-        return as_text(self.report.print)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.report.print)
+    def show(self, console: "Console") -> None:
+        self.report.print(console)
 
 
 @spoken
@@ -115,8 +113,8 @@ def extend(
     return Model(found.spec, found)
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Shown):
     """Models against measurements: how wrong, and where."""
 
     report: CompareReport
@@ -150,11 +148,8 @@ class Comparison:
                 (folder / path.name).write_bytes(path.read_bytes())
         return [folder / path.name for path in made]
 
-    def __repr__(self) -> str:
-        return as_text(self.report.print)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.report.print)
+    def show(self, console: "Console") -> None:
+        self.report.print(console)
 
 
 @spoken

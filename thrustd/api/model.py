@@ -14,7 +14,7 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import CompiledModel, compile_model
 from thrustd.model.stage import DEFORMATION
 from thrustd.records.recording import Recording
-from thrustd.records.shown import as_frame, as_html, as_text
+from thrustd.records.shown import Shown, as_frame
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 USUAL_HZ = 100.0  # of arrays whose rate nobody says, and of a model without a witness
 
 
-@dataclass(frozen=True)
-class Model:
+@dataclass(frozen=True, repr=False)
+class Model(Shown):
     """Deformation of a mount -> the thrust that goes through it, N. Immutable; `spec` is the artifact.
 
     `model(deformation_mm, rate_hz=100.0, accel_x_g=...)` runs it over arrays; `model(recording)` over columns.
@@ -106,12 +106,6 @@ class Model:
         console.print(table)
         if self.report is not None:
             self.report.print(console)
-
-    def __repr__(self) -> str:
-        return as_text(self.show)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)
 
 
 @lru_cache(maxsize=32)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from thrustd.records.shown import as_frame, as_html, as_text, drawn, plain_table
+from thrustd.records.shown import Shown, as_frame, drawn, plain_table
 from thrustd.sinks.html_page import drawing, head, section, sentences, table
 from thrustd.sinks.whole_file import write_whole
 
@@ -26,8 +26,8 @@ class Columns(NamedTuple):
     rows: list[list[str]]
 
 
-@dataclass(frozen=True)
-class Answer:
+@dataclass(frozen=True, repr=False)
+class Answer(Shown):
     """What was found (`found`: all its numbers), as tables, sentences and one figure.
 
     `title`, `words`: of the page, what the numbers are. `rows`: a row per point, event or series.
@@ -59,9 +59,3 @@ class Answer:
         parts = [head(self.title, self.words), *(section(each.title, table(*each[1:])) for each in self.tables)]
         parts += [sentences(self.lines), section("Picture", drawing(self.draw(), self.title))]
         write_whole(path, "".join(parts))
-
-    def __repr__(self) -> str:
-        return as_text(self.show)
-
-    def _repr_html_(self) -> str:
-        return as_html(self.show)

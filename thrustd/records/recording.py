@@ -76,12 +76,12 @@ class Recording:
     def __repr__(self) -> str:
         from thrustd.records.shown import as_text
 
-        return as_text(_table(self))
+        return as_text(lambda console: console.print(_table(self)))
 
     def _repr_html_(self) -> str:
         from thrustd.records.shown import as_html
 
-        return as_html(_table(self))
+        return as_html(lambda console: console.print(_table(self)))
 
     def to_pandas(self) -> "pd.DataFrame":
         """A column per channel (float64, unit in the name), the time as index."""

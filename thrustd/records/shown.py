@@ -18,19 +18,33 @@ if TYPE_CHECKING:
 
 WIDTH = 110
 PAGE = '<pre style="font-family:ui-monospace,monospace;line-height:1.25">{code}</pre>'
-Shown = Table | Callable[[Console], None]
 
 
-def as_text(what: Shown) -> str:
-    """A table, or what a function prints, without colours, in a notebook too (whose kernel asks for them)."""
+class Shown:
+    """A prompt shows it as `show` prints it, without colours, and a notebook as HTML."""
+
+    __slots__ = ()
+
+    def show(self, console: Console) -> None:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return as_text(self.show)
+
+    def _repr_html_(self) -> str:
+        return as_html(self.show)
+
+
+def as_text(show: Callable[[Console], None]) -> str:
+    """What a function prints, in a notebook too, whose kernel asks for colours."""
     page = StringIO()
-    _show(what, Console(file=page, width=WIDTH, force_jupyter=False, force_terminal=False))
+    show(Console(file=page, width=WIDTH, force_jupyter=False, force_terminal=False))
     return page.getvalue().rstrip()
 
 
-def as_html(what: Shown) -> str:
+def as_html(show: Callable[[Console], None]) -> str:
     console = Console(file=StringIO(), width=WIDTH, record=True, force_jupyter=False)
-    _show(what, console)
+    show(console)
     return console.export_html(inline_styles=True, code_format=PAGE)
 
 
@@ -57,10 +71,3 @@ def plain_table(heads: Sequence[str], rows: Any) -> Table:
     for row in rows:
         table.add_row(*map(escape, row))  # a column may be called Load [kN]
     return table
-
-
-def _show(what: Shown, console: Console) -> None:
-    if isinstance(what, Table):
-        console.print(what)
-    else:
-        what(console)
