@@ -5,7 +5,7 @@ import { clock, count, number, seconds } from "./format.js";
 import { fetchWindow, onTimes, toColumns, valueAt } from "./lines.js";
 import { px } from "./scale.js";
 import { emptyAxis, TIME_AXIS_PX, timeAxis, valueAxis } from "./time_axes.js";
-import { beyond, padded, scaleOf } from "./value_range.js";
+import { beyond, moved, padded, scaleOf } from "./value_range.js";
 
 const MIN_SPAN_S = 1e-3;
 
@@ -220,21 +220,10 @@ export class Sheet {
   }
 
   key(event) {
-    const [a, b] = this.range,
-      step = (b - a) / 4;
-    const moves = {
-      ArrowLeft: [a - step, b - step],
-      ArrowRight: [a + step, b + step],
-      "+": [a + step, b - step],
-      "=": [a + step, b - step],
-      "-": [a - 2 * step, b + 2 * step],
-      0: [...this.limits],
-      Home: [this.limits[0], this.limits[0] + b - a],
-      End: [this.limits[1] - (b - a), this.limits[1]],
-    };
-    if (!(event.key in moves)) return;
+    const range = moved(event.key, this.range, this.limits);
+    if (!range) return;
     event.preventDefault();
-    this.show(moves[event.key]);
+    this.show(range);
   }
 
   show([from, to], tell = true) {

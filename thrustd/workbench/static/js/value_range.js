@@ -1,4 +1,4 @@
-// The range of values that a panel shows.
+// The range of values that a panel shows, and of time that a key moves it to.
 import { number, seconds } from "./format.js";
 
 export function padded(low, high) {
@@ -34,4 +34,19 @@ export function beyond([time, ...lines], [low, high], unit) {
     if (values[i] !== null && (values[i] < low || values[i] > high) && !(Math.abs(values[i]) <= Math.abs(values[at])))
       at = i;
   return at < 0 ? "" : `; beyond the scale: ${number(values[at], 3)} ${unit} at ${seconds(time[at])}`;
+}
+
+// the window that a key asks for; nothing for other keys
+export function moved(key, [a, b], limits) {
+  const step = (b - a) / 4;
+  return {
+    ArrowLeft: [a - step, b - step],
+    ArrowRight: [a + step, b + step],
+    "+": [a + step, b - step],
+    "=": [a + step, b - step],
+    "-": [a - 2 * step, b + 2 * step],
+    0: [...limits],
+    Home: [limits[0], limits[0] + b - a],
+    End: [limits[1] - (b - a), limits[1]],
+  }[key];
 }
