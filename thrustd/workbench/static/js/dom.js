@@ -22,6 +22,13 @@ export function panel(title, header, ...body) {
   return h("section.panel", h("header", h("h2", title), ...[header].flat()), ...body);
 }
 
+// what a view begins with
+export const heading = (title, words) => h("div.head", h("h1", title), h("p", words));
+
+// a panel with a word on what it shows
+export const described = (title, words, ...body) =>
+  panel(title, words ? [h("span.faint", words)] : [], h("div.body", ...body));
+
 // heads: names of the columns, or [name, class, columns it spans]; null for one that is left out, as its cells are.
 // rows: lists of what the cells hold, {props, cells} or elements; a cell has its column's class unless it is one already
 export function table(props, heads, rows) {
@@ -35,6 +42,9 @@ export function table(props, heads, rows) {
   const top = named.some(([name]) => name) ? h("thead", h("tr", head)) : null;
   return h("table", props, top, h("tbody", made));
 }
+
+// from edge to edge of its panel
+export const wideTable = (...said) => h("div.flush", table(...said));
 
 const tr = (columns, props, cells) => {
   const held = cells.filter((cell) => cell !== null);

@@ -1,5 +1,5 @@
 // Marked stretches: the small dialog that names one, and their table.
-import { h, table } from "./dom.js";
+import { h, wideTable } from "./dom.js";
 import { number } from "./format.js";
 
 export function askMark(recording, from, to, done) {
@@ -35,24 +35,21 @@ export function askMark(recording, from, to, done) {
 // the marks of a recording; `keep` gets the list as it should be
 export function marksTable(marks, show, keep) {
   if (!marks.length) return null;
-  return h(
-    "div.flush",
-    table(
-      { class: "marks" },
-      ["", "", ["", "num"], ["", "num"]],
-      marks.map((m, i) => [
-        m.exclude ? h("b.warn", "excluded") : "marked",
-        m.label || h("span.faint", "no label"),
-        `${number(m.start_s, 6)} to ${number(m.stop_s, 6)} s`,
-        [
-          plain("show", () => show(m)),
-          plain(m.exclude ? "use again" : "exclude", () =>
-            keep(marks.map((one, j) => (j === i ? { ...one, exclude: !one.exclude } : one))),
-          ),
-          plain("remove", () => keep(marks.filter((_, j) => j !== i))),
-        ],
-      ]),
-    ),
+  return wideTable(
+    { class: "marks" },
+    ["", "", ["", "num"], ["", "num"]],
+    marks.map((m, i) => [
+      m.exclude ? h("b.warn", "excluded") : "marked",
+      m.label || h("span.faint", "no label"),
+      `${number(m.start_s, 6)} to ${number(m.stop_s, 6)} s`,
+      [
+        plain("show", () => show(m)),
+        plain(m.exclude ? "use again" : "exclude", () =>
+          keep(marks.map((one, j) => (j === i ? { ...one, exclude: !one.exclude } : one))),
+        ),
+        plain("remove", () => keep(marks.filter((_, j) => j !== i))),
+      ],
+    ]),
   );
 }
 

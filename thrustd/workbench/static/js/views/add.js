@@ -1,7 +1,7 @@
 // Add it: the error ledger as falling bars, the numbers found, undo, save, compile, report.
 
 import { post } from "../api.js";
-import { fill, h, panel, table } from "../dom.js";
+import { fill, h, heading, panel, table, wideTable } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
 import { newtons, plusMinus } from "../format.js";
 import { latest } from "../guide.js";
@@ -17,13 +17,9 @@ export function add(root) {
       card = model(name);
     fill(
       root,
-      h(
-        "div.head",
-        h("h1", "Add it"),
-        h(
-          "p",
-          "An effect starts at its neutral value, its parameters are estimated, the rest moves gently. A model that is worse on held-back blocks is refused.",
-        ),
+      heading(
+        "Add it",
+        "An effect starts at its neutral value, its parameters are estimated, the rest moves gently. A model that is worse on held-back blocks is refused.",
       ),
       ...(card
         ? [h("div.columns.wide-left", ledger(card), choice(card)), lastStep(card), keepPanel(card)].filter(Boolean)
@@ -70,7 +66,7 @@ export function add(root) {
       "Candidates",
       [],
       rows.length
-        ? h("div.flush", table({}, ["", ["", "num"], ["", "num"]], rows))
+        ? wideTable({}, ["", ["", "num"], ["", "num"]], rows)
         : h(
             "div.empty",
             asked ? "The diagnosis names nothing to add." : "Ask first what is missing.",

@@ -1,5 +1,5 @@
 // A screen for the newest answer of one kind about the chosen model and recordings; before there is one, it offers to ask.
-import { fill, h } from "../dom.js";
+import { fill, h, heading } from "../dom.js";
 import { percent } from "../format.js";
 import { latest } from "../guide.js";
 import { bar } from "../ledger.js";
@@ -8,7 +8,7 @@ import { attempt, report, running, session } from "../store.js";
 // kind of the order; title and words at the head; label of the button; ask() orders; never(session) says why it is empty;
 // show(answer, head) draws
 export function answerView(root, { kind, title, words, label, ask, never, show }) {
-  const head = h("div.head", h("h1", title), h("p", words));
+  const head = heading(title, words);
   let shown = null;
 
   const update = attempt(async () => {

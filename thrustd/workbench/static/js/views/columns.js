@@ -1,11 +1,23 @@
 // What the columns of a file are: name, unit, zero and sign of each, with a preview before anything is taken.
 
 import { get, inUrl, Problem, put } from "../api.js";
-import { MEANT, OTHERS, ROLES, unitOf } from "../channel_names.js";
 import { columnPictures, correlation } from "../column_pictures.js";
-import { fill, h, panel, select, table } from "../dom.js";
+import { fill, h, panel, select, wideTable } from "../dom.js";
 import { number, withUnit } from "../format.js";
 import { attempt, recording, refresh, say, store } from "../store.js";
+
+const ROLES = ["time_s", "force_N", "deformation_mm"];
+const OTHERS = ["temperature_degC", "accel_x_g", "accel_y_g", "accel_z_g", "vibration_mm_s", "n1_pct", "n2_pct"].concat(
+  ["fuel_flow_kg_s", "dynamic_pressure_Pa", "mach", "pressure_altitude_m", "pitch_deg"],
+);
+const MEANT = {
+  time_s: "time",
+  force_N: "reference force, forward thrust +",
+  deformation_mm: "deformation, loaded by forward thrust +",
+};
+const UNITS = { time_s: "s", force_N: "N", deformation_mm: "mm", temperature_degC: "degC", vibration_mm_s: "mm/s" };
+const unitOf = (ours) =>
+  UNITS[ours] ?? { g: "g", pct: "%", Pa: "Pa", m: "m", s: "kg/s", deg: "deg" }[ours.split("_").pop()] ?? "";
 
 // whose columns should be said: no time in the file, or no force and deformation anywhere in the folder
 export function unnamed() {
@@ -86,13 +98,10 @@ class Columns {
         h("span.faint", "the file stays as it is; files with the same columns are read the same way"),
         h("span.push.buttons", h("button", { onclick: () => this.done() }, "Close"), this.button()),
       ),
-      h(
-        "div.flush",
-        table(
-          { class: "mapping" },
-          heads,
-          strange.map((row) => this.row(row)),
-        ),
+      wideTable(
+        { class: "mapping" },
+        heads,
+        strange.map((row) => this.row(row)),
       ),
       this.rows.some((row) => row.ours === "time_s") || this.table.timed ? null : this.sampled(),
       known.length ? h("p.idle", h("b", "Kept as named: "), known.join(", ")) : null,

@@ -1,5 +1,5 @@
 // Where it fails: the numbers, the ranked list in words, and the pictures; a click takes all of them to those samples.
-import { fill, h, panel, table } from "../dom.js";
+import { fill, h, panel, wideTable } from "../dom.js";
 import { newtons, number, percent, seconds, signedNewtons, typeset } from "../format.js";
 import { bar } from "../ledger.js";
 import { compareNow } from "../steps.js";
@@ -84,17 +84,14 @@ export function fails(root) {
     return panel(
       several ? "Side by side" : `Side by side on ${cells[0].recording}`,
       [h("span.faint", "words and regions below are of the chosen row"), buttons()],
-      h(
-        "div.flush",
-        table(
-          { class: "cells" },
-          [
-            ["Model", "name"],
-            several ? ["Recording", "name"] : null,
-            ...[...NUMBERS.map(([name]) => name), "worst"].map((name) => [name, "num"]),
-          ],
-          cells.map(row),
-        ),
+      wideTable(
+        { class: "cells" },
+        [
+          ["Model", "name"],
+          several ? ["Recording", "name"] : null,
+          ...[...NUMBERS.map(([name]) => name), "worst"].map((name) => [name, "num"]),
+        ],
+        cells.map(row),
       ),
     );
   }

@@ -1,7 +1,7 @@
 // Live and flight: follow a log that a daemon is writing, or play a flight back, with both engines.
 
 import { query } from "../api.js";
-import { fill, h, select } from "../dom.js";
+import { fill, h, heading, select } from "../dom.js";
 import { fetchWindow, valueAt } from "../lines.js";
 import { attempt, order, store } from "../store.js";
 import { live } from "./live.js";
@@ -77,13 +77,9 @@ export function flight(root) {
     const body = h("div");
     fill(
       root,
-      h(
-        "div.head",
-        h("h1", "Live and flight"),
-        h(
-          "p",
-          "Fused net thrust of both engines with its 95 % band, the mount and the brochure source, and the state of the sensors.",
-        ),
+      heading(
+        "Live and flight",
+        "Fused net thrust of both engines with its 95 % band, the mount and the brochure source, and the state of the sensors.",
       ),
       found.length ? tools : null,
       body,

@@ -1,7 +1,7 @@
 // Time histories: measured, models, residual and any channel of one or several recordings, zoomed and marked together.
 
 import { inUrl, put, query } from "../api.js";
-import { fill, h, panel } from "../dom.js";
+import { fill, h, heading, panel } from "../dom.js";
 import { duration, number } from "../format.js";
 import { readAddress, writeAddress } from "../history_address.js";
 import { bandedOf, panelsOf } from "../history_panels.js";
@@ -30,10 +30,9 @@ export function histories(root) {
   const tools = h("div.panel"),
     grid = h("div.columns.one");
   root.append(
-    h(
-      "div.head",
-      h("h1", "Time histories"),
-      h("p", "Drag to zoom, wheel to zoom at the cursor, double click for all, Shift + drag to mark. Keys: ← → + − 0."),
+    heading(
+      "Time histories",
+      "Drag to zoom, wheel to zoom at the cursor, double click for all, Shift + drag to mark. Keys: ← → + − 0.",
     ),
     tools,
     grid,

@@ -1,7 +1,7 @@
 // Identify: a first model from the bench record, and what was found: errors, fit, static curve, time constants, loop.
 
 import { chart, line, nearest, rule, span } from "../axes.js";
-import { css, fill, h, panel } from "../dom.js";
+import { css, described, fill, h, heading, panel } from "../dom.js";
 import { residualPicture } from "../evidence_charts.js";
 import { duration, newtons, number, percent, typeset, withUnit } from "../format.js";
 import { bar } from "../ledger.js";
@@ -9,13 +9,9 @@ import { identifyNow } from "../steps.js";
 import { attempt, report, running, session, store } from "../store.js";
 
 export function identify(root) {
-  const head = h(
-    "div.head",
-    h("h1", "Identify"),
-    h(
-      "p",
-      "A first model of the mount from a bench record. Its last fifth judges the fit; the model then learns from all of it.",
-    ),
+  const head = heading(
+    "Identify",
+    "A first model of the mount from a bench record. Its last fifth judges the fit; the model then learns from all of it.",
   );
   let shown = null;
 
@@ -54,13 +50,10 @@ export function identify(root) {
       head,
       numbers(a),
       a.warnings.length
-        ? panel(
+        ? described(
             "What to know",
-            [],
-            h(
-              "div.body",
-              a.warnings.map((w) => h("p.advice", typeset(w))),
-            ),
+            "",
+            a.warnings.map((w) => h("p.advice", typeset(w))),
           )
         : null,
       h("div.columns", staticCurve(a), relaxation(a)),
@@ -100,108 +93,93 @@ const numbers = (a) =>
   );
 
 function staticCurve({ static: s }) {
-  return panel(
+  return described(
     "Static curve",
-    [h("span.faint", "force at rest, long after any movement")],
+    "force at rest, long after any movement",
+    chart({
+      height: 240,
+      x: { title: "deformation [mm], loaded by forward thrust +", ...span([s.deformation_mm], 0.02) },
+      y: { title: "force [N], forward thrust +", ...span([s.force_n]) },
+      at: (x) => {
+        const i = nearest(s.deformation_mm, x);
+        return `${withUnit(s.deformation_mm[i], "mm", 4)}: ${newtons(s.force_n[i])}, ${number(s.stiffness_n_mm[i], 4)} N/mm`;
+      },
+      draw: (p) => line(p, s.deformation_mm, s.force_n, "--s1", 2),
+    }),
     h(
-      "div.body",
-      chart({
-        height: 240,
-        x: { title: "deformation [mm], loaded by forward thrust +", ...span([s.deformation_mm], 0.02) },
-        y: { title: "force [N], forward thrust +", ...span([s.force_n]) },
-        at: (x) => {
-          const i = nearest(s.deformation_mm, x);
-          return `${withUnit(s.deformation_mm[i], "mm", 4)}: ${newtons(s.force_n[i])}, ${number(s.stiffness_n_mm[i], 4)} N/mm`;
-        },
-        draw: (p) => line(p, s.deformation_mm, s.force_n, "--s1", 2),
-      }),
-      h(
-        "p.quiet",
-        `Stiffness ${number(Math.min(...s.stiffness_n_mm), 3)} to ${number(Math.max(...s.stiffness_n_mm), 3)} N/mm.`,
-      ),
+      "p.quiet",
+      `Stiffness ${number(Math.min(...s.stiffness_n_mm), 3)} to ${number(Math.max(...s.stiffness_n_mm), 3)} N/mm.`,
     ),
   );
 }
 
 function relaxation({ relaxation: r }) {
   const worth = r.modes.filter((m) => Math.abs(m.share) >= 0.001);
-  return panel(
+  return described(
     "Relaxation",
-    [h("span.faint", "force after a step that is held, over the force at rest")],
+    "force after a step that is held, over the force at rest",
+    chart({
+      height: 240,
+      x: { title: "time since the step [s]", low: r.time_s[0], high: r.time_s.at(-1), log: true },
+      y: { title: "ratio to the force at rest [-]", ...span([[...r.share, 1]], 0.1) },
+      at: (x) => {
+        const i = nearest(r.time_s, x);
+        return `${duration(r.time_s[i])}: ${number(r.share[i], 4)}`;
+      },
+      draw(p) {
+        rule(p.ctx, p.left, p.y(1), p.left + p.width, p.y(1), "--ink-3");
+        line(p, r.time_s, r.share, "--s1", 2);
+      },
+    }),
     h(
-      "div.body",
-      chart({
-        height: 240,
-        x: { title: "time since the step [s]", low: r.time_s[0], high: r.time_s.at(-1), log: true },
-        y: { title: "ratio to the force at rest [-]", ...span([[...r.share, 1]], 0.1) },
-        at: (x) => {
-          const i = nearest(r.time_s, x);
-          return `${duration(r.time_s[i])}: ${number(r.share[i], 4)}`;
-        },
-        draw(p) {
-          rule(p.ctx, p.left, p.y(1), p.left + p.width, p.y(1), "--ink-3");
-          line(p, r.time_s, r.share, "--s1", 2);
-        },
-      }),
-      h(
-        "p.quiet",
-        worth.length
-          ? `Time constants and what relaxes with them: ${worth.map((m) => `${duration(m.tau_s)} ${percent(Math.abs(m.share))}`).join(", ")}.`
-          : "No time constant carries a tenth of a percent of the force.",
-      ),
+      "p.quiet",
+      worth.length
+        ? `Time constants and what relaxes with them: ${worth.map((m) => `${duration(m.tau_s)} ${percent(Math.abs(m.share))}`).join(", ")}.`
+        : "No time constant carries a tenth of a percent of the force.",
     ),
   );
 }
 
 function loop(l) {
-  return panel(
+  return described(
     "Loop",
-    [h("span.faint", "force beyond the static curve; black: measured, blue: model")],
-    h(
-      "div.body",
-      chart({
-        height: 300,
-        x: { title: "deformation [mm]", ...span([l.deformation_mm]) },
-        y: { title: "force − static curve [N]", ...span([[...l.measured_n, ...l.model_n].filter((v) => v !== null)]) },
-        draw(p) {
-          for (const [values, color, size] of [
-            [l.measured_n, "--measured", 2.4],
-            [l.model_n, "--s1", 1.4],
-          ]) {
-            p.ctx.fillStyle = css(color);
-            for (const [i, v] of values.entries())
-              if (v !== null) p.ctx.fillRect(p.x(l.deformation_mm[i]) - size / 2, p.y(v) - size / 2, size, size);
-          }
-        },
-      }),
-    ),
+    "force beyond the static curve; black: measured, blue: model",
+    chart({
+      height: 300,
+      x: { title: "deformation [mm]", ...span([l.deformation_mm]) },
+      y: { title: "force − static curve [N]", ...span([[...l.measured_n, ...l.model_n].filter((v) => v !== null)]) },
+      draw(p) {
+        for (const [values, color, size] of [
+          [l.measured_n, "--measured", 2.4],
+          [l.model_n, "--s1", 1.4],
+        ]) {
+          p.ctx.fillStyle = css(color);
+          for (const [i, v] of values.entries())
+            if (v !== null) p.ctx.fillRect(p.x(l.deformation_mm[i]) - size / 2, p.y(v) - size / 2, size, size);
+        }
+      },
+    }),
   );
 }
 
 const residuals = (a) =>
-  panel(
+  described(
     "Residual on the bench record",
-    [],
-    h(
-      "div.body",
-      a.histories.map((one) => residualPicture(one)),
-    ),
+    "",
+    a.histories.map((one) => residualPicture(one)),
   );
 
 const frictions = (a) =>
-  panel(
+  described(
     "Already in the model",
-    [],
-    h(
-      "div.body",
-      a.effects.map((e) => {
-        const told = Object.entries(e.parameters).filter(([, value]) => value);
-        return h(
-          "p",
-          h("b", e.name),
-          ` ${e.title}: `,
-          told.map(([name, value]) => `${name} ${number(value, 3)}`).join(", "),
-        );
-      }),
-    ),
+    "",
+    a.effects.map((e) => {
+      const told = Object.entries(e.parameters).filter(([, value]) => value);
+      return h(
+        "p",
+        h("b", e.name),
+        ` ${e.title}: `,
+        told.map(([name, value]) => `${name} ${number(value, 3)}`).join(", "),
+      );
+    }),
   );

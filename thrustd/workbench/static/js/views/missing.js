@@ -2,7 +2,7 @@
 
 import { span } from "../axes.js";
 import { dependenceChart } from "../charts.js";
-import { fill, h, panel, table } from "../dom.js";
+import { described, fill, h, panel, table } from "../dom.js";
 import { evidencePictures, residualAxis } from "../evidence_charts.js";
 import { newtons, percent, plusMinus, typeset } from "../format.js";
 import { GRADES } from "../guide.js";
@@ -214,13 +214,10 @@ function dependences(a) {
 
 function tests(a) {
   if (!a.advice.length && !a.not_judged.length) return null;
-  return panel(
+  return described(
     "What would tell more",
-    [],
-    h(
-      "div.body",
-      a.advice.map((line) => h("p.advice", typeset(line))),
-    ),
+    "",
+    a.advice.map((line) => h("p.advice", typeset(line))),
   );
 }
 

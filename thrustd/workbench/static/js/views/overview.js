@@ -1,5 +1,5 @@
 // Overview: what the folder holds, the exercise, and the error ledger of every model.
-import { fill, h, panel, select, table } from "../dom.js";
+import { fill, h, heading, panel, select, wideTable } from "../dom.js";
 import { addFiles } from "../drop.js";
 import { bytes, count, duration, hertz, newtons, number } from "../format.js";
 import { bar, ledgerOf } from "../ledger.js";
@@ -22,11 +22,7 @@ export function overview(root) {
       };
     fill(
       root,
-      h(
-        "div.head",
-        h("h1", "Overview"),
-        h("p", "Recordings and models of the folder. The page and the command line read the same files."),
-      ),
+      heading("Overview", "Recordings and models of the folder. The page and the command line read the same files."),
       columns?.root,
       panel(
         `Recordings (${recordings.length})`,
@@ -121,22 +117,19 @@ function recordingTable(recordings) {
       bytes(one.bytes),
     ];
   });
-  return h(
-    "div.flush",
-    table(
-      {},
-      [
-        "Recording",
-        "Use",
-        ["Length", "num"],
-        ["Samples", "num"],
-        ["Rate", "num"],
-        ["Channels", "channels"],
-        ["Marks", "num"],
-        ["File", "num"],
-      ],
-      rows,
-    ),
+  return wideTable(
+    {},
+    [
+      "Recording",
+      "Use",
+      ["Length", "num"],
+      ["Samples", "num"],
+      ["Rate", "num"],
+      ["Channels", "channels"],
+      ["Marks", "num"],
+      ["File", "num"],
+    ],
+    rows,
   );
 }
 
@@ -177,13 +170,10 @@ function modelTable(models) {
       ledgerCell(one.name),
     ],
   }));
-  return h(
-    "div.flush",
-    table(
-      {},
-      [["Model", "name"], "Structure", "Effects", ["Valid force", "num"], "Error ledger: RMSE on held-back blocks"],
-      rows,
-    ),
+  return wideTable(
+    {},
+    [["Model", "name"], "Structure", "Effects", ["Valid force", "num"], "Error ledger: RMSE on held-back blocks"],
+    rows,
   );
 }
 
