@@ -7,10 +7,7 @@ channels and a full HD page's 1600 columns.
 
 import http.client
 import json
-import re
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -21,6 +18,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from tests.workbench.served import workbench
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
 
@@ -100,15 +98,10 @@ def zooms(page: Page, name: str, length_s: float) -> tuple[list[float], int]:
 def measure(folder: Path, samples: int, kind: str) -> tuple[str, ...]:
     name = f"record.{kind}"
     write_record(folder / name, samples)
-    command = (sys.executable, "-m", "thrustd", "workbench", str(folder), "--no-browser")
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as child:
-        assert child.stdout is not None
-        found = re.search(r"http\S+", child.stdout.readline())
-        assert found is not None
-        page = Page(found.group())
+    with workbench(folder) as served:
+        page = Page(served.url)
         first_s, cached_s = first_page(page, name), first_page(page, name)
         took_ms, largest = zooms(page, name, samples / 100.0)
-        child.terminate()
     took_ms.sort()
     late = took_ms[int(0.99 * len(took_ms))]
     return (

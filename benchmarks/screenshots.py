@@ -4,7 +4,6 @@ The twin hides an effect (seed and effect below), a browser walks the loop as a 
 on a telephone, a small laptop, a dark monitor and a projector. Needs Debian's chromium and the package playwright.
 """
 
-import re
 import shutil
 import subprocess
 import sys
@@ -15,12 +14,13 @@ from typing import Any
 
 from playwright.sync_api import sync_playwright
 
+from tests.workbench.browser import idle, next_step
+from tests.workbench.served import workbench
 from thrustd.twin.hide import hide
 
 EFFECT, SEED, STRENGTH = "axial_inertia", 3, 4.0
 FIRST = "bench-model"
 SIGHTS = ((390, 844, "light"), (1280, 800, "light"), (1920, 1080, "dark"), (2560, 1440, "light"))
-LONG_MS = 600_000
 FLIGHT = Path("replay_logs/throttle-steps.mcap")
 VIEWS = ("overview", "identify", "histories", "fails", "missing", "add", "flight", "live", "flighttest")
 
@@ -35,17 +35,12 @@ def screenshots(out: Path) -> None:
         hide((EFFECT,), SEED, STRENGTH, folder)
         (folder / "truth.json").unlink()
         add_flight(folder)
-        command = (sys.executable, "-m", "thrustd", "workbench", str(folder), "--no-browser")
-        server = stack.enter_context(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
-        stack.callback(server.terminate)
-        assert server.stdout is not None
-        found = re.search(r"http\S+", server.stdout.readline())
-        assert found is not None
+        url = stack.enter_context(workbench(folder)).url
         playwright = stack.enter_context(sync_playwright())
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        walk(browser, found.group())
+        walk(browser, url)
         for width, height, scheme in SIGHTS:
-            take(browser, found.group(), out, (width, height), scheme)
+            take(browser, url, out, (width, height), scheme)
         browser.close()
 
 
@@ -66,11 +61,7 @@ def walk(browser: Any, url: str) -> None:
     page = browser.new_page()
     page.goto(url)
     for word in ("Identify", "Compare", "missing", "Add", "Compare", "missing"):
-        button = page.locator("#next:not([disabled])", has_text=word)
-        button.wait_for(timeout=LONG_MS)
-        button.click()
-        page.wait_for_selector("html:not([data-busy='0'])")
-        page.wait_for_selector("html[data-busy='0']", timeout=LONG_MS)
+        next_step(page, word)
     page.close()
 
 
@@ -81,7 +72,7 @@ def take(browser: Any, url: str, out: Path, size: tuple[int, int], scheme: str) 
         page.goto(f"{url}#{'flight' if view == 'live' else view}")
         page.wait_for_selector("html[data-started]")
         page.wait_for_timeout(2500)
-        page.wait_for_selector("html[data-busy='0']", timeout=LONG_MS)
+        idle(page)
         prepare(page, view)
         page.wait_for_timeout(900)
         page.screenshot(path=out / f"workbench-{view}-{size[0]}-{scheme}.png")
