@@ -26,7 +26,7 @@ from thrustd.records.rows import Row
 from thrustd.twin.aircraft import scripted
 from thrustd.twin.airframe import ENGINES, draw_airframe
 
-FLEETS, FIRST, FLIGHTS, SECONDS = 60, 700, 30, 600.0
+FLEETS, FIRST, FLIGHTS, SECONDS = 30, 800, 30, 600.0
 LOSS = 0.02
 FLIGHT_N, NOISE_N = 25.0, 5.0
 N1_NOISE_PCT, FUEL_NOISE_KG_S = 0.05, 0.0003
