@@ -44,8 +44,9 @@ export class EngineTile {
     );
   }
 
-  // e: fields of types.Estimate; since: status bits that have been on since the log began, no alarm as yet
-  show(e, since = (this.since = (this.since ?? e.status) & e.status)) {
+  // e: fields of types.Estimate; since: status bits that have been on since the log began, no alarm as yet; in a log that is
+  // followed, whose beginning nobody has seen, every bit is one
+  show(e, since = 0) {
     const settled = settledAt(e.thrust_std_n),
       half = (std) => `± ${newtons(SIGMAS * std)} (95 %)`;
     this.thrust.textContent = settled ? newtons(e.thrust_n).replace(" N", "") : "–";
