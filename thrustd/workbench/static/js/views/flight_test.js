@@ -14,7 +14,7 @@ const SEVERAL = ["performance", "health"];
 
 export function flightTest(root) {
   const ui = (store.ui.flighttest ??= { question: "points", log: null, several: null, mass: {}, marks: "" });
-  const shown = h("div", {});
+  const shown = h("div");
   let number = null; // of the report that is shown
 
   // recordings with a fan speed, and logs that nobody has read yet
@@ -33,31 +33,25 @@ export function flightTest(root) {
       busy = Boolean(running("flighttest"));
     const [, words] = QUESTIONS[ui.question];
     const tools = h(
-      "section",
-      { class: "panel" },
+      "section.panel",
       h(
-        "div",
-        { class: "body questions" },
+        "div.body.questions",
         h(
-          "div",
-          { class: "toolbar" },
+          "div.toolbar",
           Object.entries(QUESTIONS).map(([key, [name]]) =>
             h("button", { "aria-pressed": String(key === ui.question), onclick: () => turn(key) }, name),
           ),
         ),
-        h("p", { class: "quiet" }, words),
-        found.length
-          ? fields(found, busy)
-          : h("p", { class: "empty" }, "No recording with N1 and air data in this folder."),
+        h("p.quiet", words),
+        found.length ? fields(found, busy) : h("p.empty", "No recording with N1 and air data in this folder."),
       ),
     );
     fill(
       root,
       h(
-        "div",
-        { class: "head" },
-        h("h1", {}, "Flight test"),
-        h("p", {}, "What thrust is for: the numbers of thrustd points, performance, transients and fleet health."),
+        "div.head",
+        h("h1", "Flight test"),
+        h("p", "What thrust is for: the numbers of thrustd points, performance, transients and fleet health."),
       ),
       tools,
       shown,
@@ -76,8 +70,7 @@ export function flightTest(root) {
     ui.question === "performance" ? masses() : null,
     ["points", "performance"].includes(ui.question) ? marks() : null,
     h(
-      "div",
-      { class: "buttons" },
+      "div.buttons",
       h(
         "button",
         { class: "primary", disabled: busy, onclick: attempt(() => ask(found)) },
@@ -87,11 +80,9 @@ export function flightTest(root) {
   ];
   const one = (found) =>
     h(
-      "div",
-      { class: "toolbar" },
+      "div.toolbar",
       h(
         "label",
-        {},
         "Flight",
         select(
           found.map((r) => [r.name, r.name]),
@@ -108,7 +99,6 @@ export function flightTest(root) {
       found.map((r) =>
         h(
           "label",
-          {},
           h("input", {
             type: "checkbox",
             checked: chosen(found).includes(r.name),
@@ -124,12 +114,10 @@ export function flightTest(root) {
   }
   const masses = () =>
     h(
-      "div",
-      { class: "toolbar" },
+      "div.toolbar",
       Object.entries(MASS).map(([key, name]) =>
         h(
           "label",
-          {},
           name,
           h("input", {
             type: "number",
@@ -142,15 +130,13 @@ export function flightTest(root) {
           "kg",
         ),
       ),
-      h("span", { class: "faint" }, "all empty: the recordings' own column mass_kg"),
+      h("span.faint", "all empty: the recordings' own column mass_kg"),
     );
   const marks = () =>
     h(
-      "div",
-      { class: "toolbar" },
+      "div.toolbar",
       h(
         "label",
-        {},
         "Points where this channel is above 0",
         h("input", {
           type: "text",
@@ -200,34 +186,25 @@ export function flightTest(root) {
       shown,
       panel(
         answer.title,
-        [
-          h(
-            "span",
-            { class: "push" },
-            h("a", { href: `api/reports/${answer.files}.csv`, download: `${ui.question}.csv` }, "CSV"),
-          ),
-        ],
-        h("p", { class: "body faint" }, job.arguments.recordings.join(", ")),
+        [h("span.push", h("a", { href: `api/reports/${answer.files}.csv`, download: `${ui.question}.csv` }, "CSV"))],
+        h("p.body.faint", job.arguments.recordings.join(", ")),
         grid(first),
         h(
-          "div",
-          { class: "body" },
-          answer.lines.map((line) => h("p", {}, line)),
-          h("p", { class: "faint" }, answer.words),
+          "div.body",
+          answer.lines.map((line) => h("p", line)),
+          h("p.faint", answer.words),
         ),
       ),
       panel(
         "Picture",
         [
           h(
-            "span",
-            { class: "push" },
+            "span.push",
             h("a", { href: `api/reports/${answer.files}-light.svg`, download: `${ui.question}.svg` }, "SVG"),
           ),
         ],
         h(
-          "div",
-          { class: "flush" },
+          "div.flush",
           h("img", { class: "figure", alt: answer.title, src: `api/reports/${answer.files}-${scheme}.svg` }),
         ),
       ),
@@ -237,15 +214,13 @@ export function flightTest(root) {
 
   const grid = ({ heads, rows }) =>
     h(
-      "div",
-      { class: "flush" },
+      "div.flush",
       table(
         { class: "dense" },
         heads.map((name, i) => (i ? [name, "num"] : name)),
         rows.map((row) =>
           h(
             "tr",
-            {},
             row.map((cell, i) => h("td", { class: i ? "num" : null }, cell)),
           ),
         ),
