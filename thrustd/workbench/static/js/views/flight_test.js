@@ -203,10 +203,7 @@ export function flightTest(root) {
             h("a", { href: `api/reports/${answer.files}-light.svg`, download: `${ui.question}.svg` }, "SVG"),
           ),
         ],
-        h(
-          "div.flush",
-          h("img", { class: "figure", alt: answer.title, src: `api/reports/${answer.files}-${scheme}.svg` }),
-        ),
+        h("div.flush", h("img.drawing", { alt: answer.title, src: `api/reports/${answer.files}-${scheme}.svg` })),
       ),
       ...others.map((one) => panel(one.title, [], grid(one))),
     );
