@@ -92,6 +92,10 @@ def prepare(page: Any, view: str) -> None:
     if view == "live":
         page.get_by_role("button", name="Follow live").click()
         page.locator(".engine b").first.wait_for()
+    if view == "flighttest":
+        page.get_by_role("button", name="Transients").click()
+        page.get_by_role("button", name="Evaluate").click()
+        page.locator("img.figure").wait_for()
     if view == "histories":
         page.mouse.move(700, 420)
 

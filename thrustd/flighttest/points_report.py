@@ -24,6 +24,10 @@ HEADS = ("point", "from s", "s", "Mach", "alt m", "engine", "thrust N", "r", "s"
          "N1 %", "F/delta N", "N1/rt(th)")  # fmt: skip
 
 
+def count(found: TestPoints) -> str:
+    return f"{len(found.points)} test point{'s' * (len(found.points) > 1)}"
+
+
 def table_rows(found: TestPoints) -> list[list[str]]:
     """A row per point and engine, under HEADS."""
     return [_row(point, engine, not number) for point in found.points for number, engine in enumerate(found.engines)]
@@ -48,7 +52,7 @@ def unsteady(found: TestPoints) -> list[str]:
 
 def answer(flight: Flight, found: TestPoints) -> Answer:
     whose = "fused thrust" if found.thrust == "fused" else "no estimates in it: the brochure's thrust alone"
-    lines = [f"{found.flight}: {len(found.points)} test points; {whose}", *unsteady(found), limits_line(found)]
+    lines = [f"{found.flight}: {count(found)}; {whose}", *unsteady(found), limits_line(found)]
     table = Columns("Points", HEADS, table_rows(found))
     return Answer(found, f"Test points of {found.flight}", WORDS, [table], lines, partial(figure, flight, found))
 
@@ -75,7 +79,7 @@ def figure(flight: Flight, found: TestPoints) -> "Figure":
     axis.set_xlabel("time, s")
     _against(drawn.add_subplot(grid[:2, 1]), found, "n1_corrected_pct", "thrust_corrected_N")
     _against(drawn.add_subplot(grid[2, 1]), found, "thrust_N", "tsfc_g_kN_s")
-    drawn.suptitle(f"{found.flight}: {len(found.points)} test points ({found.thrust} thrust)", x=0.01, ha="left")
+    drawn.suptitle(f"{found.flight}: {count(found)} ({found.thrust} thrust)", x=0.01, ha="left")
     return drawn
 
 

@@ -1,6 +1,6 @@
 // Flight test: test points, drag polar, transients of flights, and the health of engines over many.
 
-import { fill, h, panel, select, table } from "../dom.js";
+import { fill, h, heading, panel, select, table } from "../dom.js";
 import { attempt, order, report, running, say, store } from "../store.js";
 
 const QUESTIONS = {
@@ -15,7 +15,7 @@ const SEVERAL = ["performance", "health"];
 export function flightTest(root) {
   const ui = (store.ui.flighttest ??= { question: "points", log: null, several: null, mass: {}, marks: "" });
   const shown = h("div");
-  let number = null; // of the report that is shown
+  let number; // of the report that is shown
 
   // recordings with a fan speed, and logs that nobody has read yet
   const flights = () =>
@@ -48,10 +48,9 @@ export function flightTest(root) {
     );
     fill(
       root,
-      h(
-        "div.head",
-        h("h1", "Flight test"),
-        h("p", "What thrust is for: the numbers of thrustd points, performance, transients and fleet health."),
+      heading(
+        "Flight test",
+        "What thrust is for: the numbers of thrustd points, performance, transients and fleet health.",
       ),
       tools,
       shown,
@@ -61,7 +60,7 @@ export function flightTest(root) {
 
   function turn(question) {
     ui.question = question;
-    number = null;
+    number = undefined;
     draw();
   }
 
