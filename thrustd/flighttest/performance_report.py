@@ -24,7 +24,7 @@ POLAR_HEADS = "polar", "points", "C_D0", "95 %", "e", "95 %", "L/D max", "95 %"
 POINT_HEADS = ("flight", "point", "from s", "s", "Mach", "alt m", "C_L", "C_D", "thrust N", "error N", "air-acc N",
                "left out")  # fmt: skip
 
-STEP_HEADS = "flight", "at s", "N1 %", "thrust N", "accel N", "air N", "error N", "95 %", "error N", "95 %"
+STEP_HEADS = "flight", "at s", "N1 %", "thrust N", "accel N", "air N", "minus accel N", "95 %", "minus air N", "95 %"
 
 
 def polar_rows(found: Performance) -> list[list[str]]:
@@ -118,7 +118,7 @@ def _gain(found: Performance, way: str, name: str) -> str:
     if gain.steps < 2:
         return f"throttle steps against {name}: {gain.steps}; two or more are needed, 15 s of rest on both sides"
     much = f"{100 * gain.error:+.1f} +- {100 * gain.u95:.1f} %"
-    return f"throttle steps against {name}: thrust changes {much} too much, {gain.steps} steps, weighed with their 95 %"
+    return f"throttle steps against {name}: thrust changes by {much} more, {gain.steps} steps, weighed with their 95 %"
 
 
 def _by_flight(points: Sequence[PerformancePoint]) -> Iterator[tuple[str, list[PerformancePoint]]]:
