@@ -9,6 +9,7 @@ import hashlib
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -26,7 +27,17 @@ from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.question import NOTHING, Given, asked
-from thrustd.diagnose.search.ranking import begin_of, carried, gained, leading, pruned, simplest
+from thrustd.diagnose.search.ranking import (
+    advanced,
+    begin_of,
+    gained,
+    grown_from,
+    leading,
+    left,
+    look,
+    pruned,
+    simplest,
+)
 from thrustd.diagnose.search.screen import screened, table_of
 from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, sentences, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
@@ -114,8 +125,8 @@ def extend(
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
-    before, after = (base.scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
-    return ExtendReport(written, fit.words, before, after, tuple(estimates_of(base, fit)), left_out, base.roles.unit)
+    was, after = (base.scale * float(np.sqrt(mse)) for mse in (left(nothing, base), fit.mse))
+    return ExtendReport(written, fit.words, was, after, tuple(estimates_of(base, fit)), left_out, base.roles.unit)
 
 
 def variants(effect: Effect) -> list[Effect]:
@@ -131,18 +142,25 @@ def variants(effect: Effect) -> list[Effect]:
 def _fitted(
     base: Base, rows: Sequence[Record], nothing: Joint, chosen: Sequence[Effect], rig: Rig, progress: Progress | None
 ) -> Joint:
-    """Effects one after the other, each in its best variants beside the best sets before it, as the search does."""
-    beam = [nothing]
-    for i, effect in enumerate(chosen):
-        _tell(progress, 0.85 * i / len(chosen), effect.word)
+    """The set that the search would find among these effects alone; then those it left out, in their best variants."""
+    looks = look(base, rows, nothing, [law for effect in chosen for law in variants(effect)], rig)
+    best, beam = nothing, [nothing]
+    for i in range(len(chosen)):
+        tell = partial(_tell, progress, 0.85 * i / len(chosen))
+        step = advanced(base, nothing, best, grown_from(base, rows, looks, best, beam, tell))
+        if step is None:
+            break
+        best, beam = step
+    for effect in chosen:
+        if effect.word in best.words:
+            continue
         terms = [term for law in variants(effect) for term in terms_of(law, rig)]
         tried = [
-            joint_fit(base, rows, (*fit.terms, one.term), begin_of(base, fit, one))
-            for fit in beam
-            for one in leading(screened(table_of(base, fit), terms), least=-np.inf)
+            joint_fit(base, rows, (*best.terms, one.term), begin_of(base, best, one))
+            for one in leading(screened(table_of(base, best), terms), least=-np.inf)
         ]
-        beam = carried(simplest(tried), tried)
-    return beam[0]
+        best = simplest(tried) if tried else best
+    return best
 
 
 def told(fit: Joint) -> bool:
@@ -155,11 +173,12 @@ def told(fit: Joint) -> bool:
 
 
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, base: Base) -> None:
-    if fit.mse > (1.0 - LEAST) * nothing.mse or not (told(fit) or gained(nothing, fit, LEAST)):
-        before, after = (base.scale * float(np.sqrt(one.mse)) for one in (nothing, fit))
+    least = left(nothing, base)
+    if fit.mse > (1.0 - LEAST) * least or not (told(fit) or gained(nothing, fit, LEAST)):
+        was, after = (base.scale * float(np.sqrt(mse)) for mse in (least, fit.mse))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added:"
-            f" {before:.4g} {base.roles.unit} before and {after:.4g} after on held-back blocks, expected clearly less:"
+            f" {was:.4g} {base.roles.unit} before and {after:.4g} after on held-back blocks, expected clearly less:"
             " these data are explained best with none of it; no model written"
         )
 
@@ -179,7 +198,7 @@ def _written(
     effects = [*core.effects, *(effect for term, effect in specs_of(base, fit) if term.effect.name != FRICTION)]
     entry = LedgerEntry(
         added=", ".join(fit.words),
-        rmse_before_n=base.scale * float(np.sqrt(nothing.mse)),
+        rmse_before_n=base.scale * float(np.sqrt(left(nothing, base))),
         rmse_after_n=base.scale * float(np.sqrt(fit.mse)),
         data=", ".join(record.name for record in records),
         parent_sha256=hashlib.sha256(write_model(parent).encode()).hexdigest(),

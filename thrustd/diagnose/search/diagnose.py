@@ -26,8 +26,8 @@ from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked
-from thrustd.diagnose.search.ranking import UNKNOWN_SIGMA, Ranked, at_floor, far_above, floor_of, gained, rank
-from thrustd.diagnose.search.screen import Followed, Looked, followed, table_of
+from thrustd.diagnose.search.ranking import WORTH, Ranked, at_floor, far_above, floor_of, gained, left, rank
+from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.sweep import Record
@@ -38,7 +38,7 @@ from thrustd.model.modulated import BY
 from thrustd.records.recording import Recording
 
 FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
-OUTDOES = 0.8  # of what the best set leaves above the floor: less than this by one free curve, and the law is another
+OUTDOES = 0.8  # of what the best set leaves above the floor: one free curve leaves less, and the law is another
 FAINT = 0.1  # of the floor squared: less above it is not looked into
 
 
@@ -85,26 +85,22 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     """The best set, `none`, or `unknown` where one free curve does better than every law."""
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     words = best.words or ("none",)
-    table = table_of(base, best)
     laws = [term.effect for term in best.terms if BY not in term.effect.name]
-    left, own = table.mse(), {channel for law in laws for channel in law.channels}
-    alone = [c for c in ranked.channels if c.mse <= left and not set(c.parts) & own]
+    own = {channel for law in laws for channel in law.channels}
+    curves = [c for c in ranked.curves if not set(c.parts) & own]
     several = len(best.terms) > 1 or (best.terms and not laws)
+    alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it
         return Verdict(("unknown",), ranked.nothing, tuple(alone)[:3])
     if at_floor(best, base) or base.by_brochure:
         return Verdict(words, best, ())
-    above = best.mse - floor
-    rest = [c for c in followed(table, curve_sigma(records)) if left - c.mse > FOLLOWS * above]
-    first = [c for c in ranked.channels if c.mse < left - (1 - OUTDOES) * above]
-    strange = [c for c in first if not set(c.parts) & own]
+    above, table = left(best, base) - floor, table_of(base, best)
+    before = table.mse()
+    rest = [c for c in followed(table, curve_sigma(records)) if before - c.mse > FOLLOWS * above]
+    strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
     if (not best.terms and far_above(best, base)) or (above > FAINT * floor and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])
     return Verdict(words, best, tuple(rest)[:3])
-
-
-def curve_sigma(records: Sequence[Record]) -> float:
-    return UNKNOWN_SIGMA * float(np.ptp(np.concatenate([record.d for record in records])))
 
 
 def _report(
@@ -128,8 +124,8 @@ def _report(
         tuple(_drawn(base, rows, verdict)),
         tuple(not_judged),
         (*turned, *_advice(base, ranked, verdict, alike, not_judged)),
-        scale * float(np.sqrt(ranked.nothing.mse)),
-        scale * float(np.sqrt(verdict.fit.mse)),
+        scale * float(np.sqrt(left(ranked.nothing, base))),
+        scale * float(np.sqrt(left(verdict.fit, base))),
         scale * floor,
         base.promised is not None,
         _grade(base, verdict, alike),
@@ -151,7 +147,7 @@ def _grade(base: Base, verdict: Verdict, alike: Sequence[str]) -> str:
 def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
     """Effects of the verdict, then every other by what it would leave alone."""
     scale, nothing, best = base.scale, ranked.nothing, verdict.fit
-    before, after = scale * float(np.sqrt(nothing.mse)), scale * float(np.sqrt(best.mse))
+    before, after = (scale * float(np.sqrt(left(fit, base))) for fit in (nothing, best))
     numbers = estimates_of(base, best)
     alike = look_alikes(best, ranked.fits)
     found = []
@@ -177,7 +173,7 @@ def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint) -> Can
     mse = fit.mse if fit is not None else nothing.mse * (1.0 - max(looked.removes, 0.0))
     numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
-    before = scale * float(np.sqrt(nothing.mse))
+    before = scale * float(np.sqrt(left(nothing, base)))
     after = min(before, scale * float(np.sqrt(mse)))
     said = f"{looked.term.effect.word} alone would leave {newtons(after)} {base.roles.unit}" + (
         "" if fit else ", at a linear look"
@@ -190,10 +186,11 @@ def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
     others = [word for word in best.words if word != effect.word]
     beside = f" beside {' and '.join(others)}" if others else ""
     fall = nothing.block_mse - best.block_mse
-    removed = 100 * (1 - best.mse / nothing.mse)
+    was = left(nothing, base)
+    removed = 100 * (1 - best.mse / was)
     return (
         f"{effect.word}{beside} removes {removed:.0f} % of the squared error on held-back blocks"
-        f" ({newtons(scale * nothing.mse**0.5)} -> {newtons(scale * best.mse**0.5)} {base.roles.unit}),"
+        f" ({newtons(scale * was**0.5)} -> {newtons(scale * best.mse**0.5)} {base.roles.unit}),"
         f" better in {int(np.count_nonzero(fall > 0))} of {len(fall)} blocks"
         + (", looking ahead in the record; in flight it can only be extrapolated" if effect.ahead_s else "")
     )
@@ -227,7 +224,7 @@ def _thin(column: Floats) -> Floats:
 def _advice(
     base: Base, ranked: Ranked, verdict: Verdict, alike: Sequence[str], not_judged: Sequence[NotJudged]
 ) -> list[str]:
-    floor, left = base.scale * floor_of(verdict.fit, base), base.scale * float(np.sqrt(verdict.fit.mse))
+    floor, rest = base.scale * floor_of(verdict.fit, base), base.scale * float(np.sqrt(left(verdict.fit, base)))
     names = ", ".join(one.channel for one in verdict.channels)
     advice = []
     if verdict.words == ("unknown",):
@@ -239,7 +236,13 @@ def _advice(
     if not at_floor(verdict.fit, base) and not base.by_brochure:
         along = f", structure along {names}" if names else ""
         unit = base.roles.unit
-        advice.append(f"{newtons(left)} {unit} left, floor about {newtons(floor)} {unit}{along}: something else too")
+        advice.append(f"{newtons(rest)} {unit} left, floor about {newtons(floor)} {unit}{along}: something else too")
+    if base.own_mse * (1.0 + WORTH) < verdict.fit.mse:
+        instead = base.scale * float(np.sqrt(ranked.nothing.mse))
+        advice.append(
+            "effects are judged beside a mount's curve and relaxation, which leave"
+            f" {newtons(instead)} {base.roles.unit} here: this model is of another kind, and none can be added to it"
+        )
     if alike:
         advice.append(f"these data do not tell {' and '.join(verdict.words)} from {' or '.join(alike)}")
         tests = {term.effect.word: term.effect.separating_test for fit in ranked.fits for term in fit.terms}

@@ -14,9 +14,11 @@ from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import RigPriors, shipped_rig
+from thrustd.identify.first_state import from_level, level_before, simulated
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ModelSpec
+from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.records.roles import roles_of
 
@@ -57,5 +59,17 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     bench = stretches(spec, given.bench) if given.bench else []
     base = replace(base_of(spec, segments, bench), roles=roles_of(records))
+    if spec.posterior is None and not (given.bench or base.by_brochure):
+        base = replace(base, own_mse=_own_mse(spec, segments) / base.scale**2)
     rows = records_of(base, spec, segments)
     return Question(records, segments, base, rows, rig_of(rows, base, spec, given.rig or shipped_rig()))
+
+
+def _own_mse(spec: ModelSpec, segments: Sequence[Segment]) -> float:
+    """Mean square error of the model as it is, from the state that the first stretch of every segment shows."""
+
+    def run(segment: Segment) -> Floats:
+        return simulate(spec, segment)
+
+    runs = [simulated(run, s, from_level(run, s, level_before(run, s))) for s in segments]
+    return float(np.nanmean(np.concatenate([s.force_n - own for s, own in zip(segments, runs, strict=True)]) ** 2))

@@ -4,7 +4,7 @@ Three sets are carried on at every size (a beam), so that a pair whose members s
 best single; what a member no longer explains beside the others is taken out again.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,9 @@ from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
     Followed,
     Looked,
+    Table,
+    curve_sigma,
+    estimated,
     followed,
     screened,
     screened_modulations,
@@ -39,20 +42,35 @@ SAYS = 0.01  # of the squared error: who removes less at first look is not estim
 AT_FLOOR = 1.05  # times the floor
 UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
 EXACT = 0.01  # of the output's spread: no law of rubber holds better, nor does a deck
-UNKNOWN_SIGMA = 0.02  # of the travel: a free curve's heights
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
 
 
 @dataclass(frozen=True, slots=True)
 class Ranked:
-    """Fits by what they leave on held-back blocks. `first`: the linear look at every effect, and at every channel."""
+    """Fits by what they leave on held-back blocks; the linear look at every effect; free curves, estimated whole."""
 
     nothing: Joint
     best: Joint
     fits: tuple[Joint, ...]  # every set estimated whole, best first
     looked: tuple[Looked, ...]
-    channels: tuple[Followed, ...]
+    curves: tuple[Followed, ...]  # where the best single effect leaves something
+
+
+@dataclass(frozen=True, slots=True)
+class Looks:
+    """The fit without any effect, its linear look at every law, and the laws, each from every start."""
+
+    nothing: Joint
+    table: Table
+    looked: list[Looked]
+    terms: list[Term]
+
+
+def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequence[Effect], rig: Rig) -> Looks:
+    terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
+    table = table_of(base, nothing)
+    return Looks(nothing, table, screened(table, terms), terms)
 
 
 def rank(
@@ -60,39 +78,67 @@ def rank(
 ) -> Ranked:
     """Judge every set that grows from nothing."""
     nothing = joint_fit(base, records, ())
-    terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
-    first = table_of(base, nothing)
-    looked = screened(first, terms)
-    channels = followed(first, UNKNOWN_SIGMA * rig.travel)
+    looks = look(base, records, nothing, effects, rig)
     fits, best, beam = [nothing], nothing, [nothing]
+    curves: list[Followed] = []
     for size in range(MOST):
         if at_floor(best, base):
             break
-        grown = []
-        for member in beam:
-            seen = looked if member is nothing else screened(table_of(base, member), _beside(member, terms))
-            for one in leading(seen):
-                _tell(progress, size, one.term.effect.word)
-                grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one)))
-        if size == 0 and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
-            pairs = [one for one in screened_pairs(first, singles(looked, by_word=True)) if one.removes > SAYS]
-            start = [begin_at(term) for one in pairs[:1] for term in one.terms]
-            grown += [joint_fit(base, records, one.terms, np.concatenate(start)) for one in pairs[:1]]
+        grown = grown_from(base, records, looks, best, beam, lambda word: _tell(progress, size, word))  # noqa: B023
         fits += grown
-        known = LAW * (nothing.mse - best.mse)  # what the laws found so far may leave by not holding exactly
-        better = [fit for fit in grown if gained(best, fit) and best.mse - fit.mse > known]
-        if not better:
+        if size == 0 and not any(at_floor(fit, base) for fit in grown):
+            curves = _curves(base, records, looks)
+            if curves and curves[0].mse < (AT_FLOOR * floor_of(nothing, base)) ** 2:  # nothing is left for a sum
+                best = simplest([nothing, *(fit for fit in grown if gained(nothing, fit))])
+                break
+        step = advanced(base, nothing, best, grown)
+        if step is None:
             break
-        best = simplest(better)
-        beam = carried(best, better)
+        best, beam = step
     best = pruned(base, records, best)
     if far_above(best, base):
-        more = following(base, records, best, looked, rig)
+        more = following(base, records, best, looks.looked, rig)
         fits += more
         best = pruned(base, records, more[-1]) if more else best
     best = fewest(fits, best)
     ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
-    return Ranked(nothing, best, ordered, tuple(looked), tuple(channels))
+    return Ranked(nothing, best, ordered, tuple(looks.looked), tuple(curves))
+
+
+def grown_from(
+    base: Base, records: Sequence[Record], looks: Looks, best: Joint, beam: Sequence[Joint], tell: Callable[[str], None]
+) -> list[Joint]:
+    """Every set of the beam with one effect more, estimated whole; from nothing a pair where no single says much."""
+    grown = []
+    for member in beam:
+        whole = looks.looked if not member.terms else screened(table_of(base, member), _beside(member, looks.terms))
+        for one in leading(whole):
+            tell(one.term.effect.word)
+            grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one)))
+    if not best.terms and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
+        pairs = screened_pairs(looks.table, singles(looks.looked, by_word=True))
+        for pair in [pair for pair in pairs if pair.removes > SAYS][:1]:
+            start = np.concatenate([begin_at(term) for term in pair.terms])
+            grown.append(joint_fit(base, records, pair.terms, start))
+    return grown
+
+
+def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) -> tuple[Joint, list[Joint]] | None:
+    """The best set of those that gain, and the sets that are grown further; None where none gains.
+
+    A model that is no mount is judged by a mount's core in its stead: what is worse than the model gains nothing.
+    """
+    known = LAW * (nothing.mse - best.mse)  # what the laws found so far may leave by not holding exactly
+    better = [fit for fit in grown if gained(best, fit) and known < best.mse - fit.mse and fit.mse < base.own_mse]
+    if not better:
+        return None
+    found = simplest(better)
+    return found, carried(found, better)
+
+
+def _curves(base: Base, records: Sequence[Record], looks: Looks) -> list[Followed]:
+    worth = max((one.removes for one in looks.looked[:1]), default=0.0) * looks.table.mse()
+    return estimated(base, records, looks.nothing, followed(looks.table, curve_sigma(records)), worth)
 
 
 def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequence[Looked], rig: Rig) -> list[Joint]:
@@ -131,14 +177,19 @@ def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
     return min(alike, key=lambda fit: (len(fit.terms), fit.mse)) if alike else best
 
 
+def left(fit: Joint, base: Base) -> float:
+    """Mean square that is left; without any effect that of the model as it is, where moving its core is no better."""
+    return fit.mse if fit.terms else min(fit.mse, base.own_mse)
+
+
 def at_floor(fit: Joint, base: Base) -> bool:
     """Nothing is left: the error is that of the instruments, or what the identification left."""
-    return bool(fit.mse < (AT_FLOOR * floor_of(fit, base)) ** 2)
+    return bool(left(fit, base) < (AT_FLOOR * floor_of(fit, base)) ** 2)
 
 
 def far_above(fit: Joint, base: Base) -> bool:
     """Whether much more than noise is left, and more than any law leaves by not holding exactly."""
-    return not base.by_brochure and bool(fit.mse > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
+    return not base.by_brochure and bool(left(fit, base) > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
 
 
 def floor_of(fit: Joint, base: Base) -> float:

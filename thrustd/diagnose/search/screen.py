@@ -12,7 +12,7 @@ import numpy as np
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares
+from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, joint_fit
 from thrustd.diagnose.search.library import Rig, combined, free_curve, modulations
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import prior_of
@@ -22,6 +22,9 @@ from thrustd.identify.regression.terms import Term, added, deformed
 ROWS = 12_000  # of the table at most
 GAIN = 0.1  # sigma of a free curve that multiplies the force
 SIZES = 1.0, 5.0, 25.0  # of its typical one: a spectrum's common size is told by the data
+HEIGHT = 0.02  # of the travel: sigma of a free curve's heights
+CURVES = 5  # that are estimated whole
+SAYS = 0.5  # of what the best law removes at first look: who removes less is not
 PROBE = 0.2  # of an amplitude's sigma: typical
 
 
@@ -225,6 +228,29 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
         )
         found.append(Followed(name, parts, mse, before - mse))
     return sorted(found, key=lambda one: one.mse)
+
+
+def estimated(
+    base: Base, records: Sequence[Record], nothing: Joint, looked: Sequence[Followed], worth: float
+) -> list[Followed]:
+    """Free curves that at a first look remove nearly `worth`, estimated whole beside the core; best first."""
+    found = []
+    for one in [one for one in looked if one.removed > SAYS * worth][:CURVES]:
+        columns_of = [combined(record.channels)[one.channel][0] for record in records]
+        seen = [
+            replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
+            for record, column in zip(records, columns_of, strict=True)
+        ]
+        term = free_curve(one.channel, np.concatenate(columns_of), curve_sigma(records))
+        if term is not None:
+            fit = joint_fit(base, seen, (term,))
+            found.append(replace(one, mse=fit.mse, removed=nothing.mse - fit.mse))
+    return sorted(found, key=lambda one: one.mse)
+
+
+def curve_sigma(records: Sequence[Record]) -> float:
+    """One sigma of a free curve's heights: a share of the travel."""
+    return HEIGHT * float(np.ptp(np.concatenate([record.d for record in records])))
 
 
 def _slope(table: Table, record: Record, plain: Floats, sigma_mm: float) -> Floats:

@@ -4,9 +4,11 @@
 
 Bouc-Wen with A = 1 / yield, beta = gamma = 1 / (2 yield), n = 1, integrated exactly over one sample of dx (an
 exponential), so that no rate and no step size enters. Under a reading that trembles the equation forgets: every tremble
-back costs z a whole step, every one forth gives nearly nothing. So x is the reading with a play of deadband_mm around
-it, a few times the noise of the transducer; friction is late by that much. Positive friction resists motion: a loop run
-clockwise in force over deformation, half width friction_n. After a reversal the loop turns over within a few yield_mm.
+back costs z a whole step, every one forth gives nearly nothing.
+So x is the reading with a play of deadband_mm around it, which is estimated: a few times the noise of the transducer
+where only the reading trembles, less where the mount does; within a factor of seven of its start, for a gap is
+`free_play`. Friction is late by that much. Positive friction resists motion: a loop run clockwise in force over
+deformation, half width friction_n. After a reversal the loop turns over within a few yield_mm.
 Prandtl-Ishlinskii and Preisach stand in files of their own as variants. Starts at z = 0: the first loading branch is
 the virgin one. Valid for one scale of friction; left out: many scales at once (see the variants), friction growing with
 load.
@@ -47,7 +49,7 @@ FRICTION_N = Parameter(
 )  # fmt: skip
 
 DEADBAND_MM = Parameter(
-    "deadband_mm", "mm", neutral=0.0, low=0.0, high=1e9, starts=(0.0,), amplitude=False, estimate=False,
+    "deadband_mm", "mm", neutral=0.0, low=0.0, high=1e9, starts=(0.0005,), amplitude=False, e_folds=2.0,
     meaning="play around the reading that keeps its noise out",
 )  # fmt: skip
 
