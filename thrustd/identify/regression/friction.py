@@ -20,15 +20,13 @@ SIZE = 0.1  # of the output's spread: one sigma of the friction
 YIELD = 0.1  # of the travel: where the deformation of the turn begins, one sigma is a factor of e
 BEGIN = 0.1  # of its sigma: where the friction begins, so that the deformation of the turn can move
 NOISE = 1.5  # sigmas: where the play begins that keeps the tremble of a reading out of friction
-LEAST = 1e-6  # of the travel: the play of a reading without noise
 CALM, AT_CALM = 0.25, 0.3186  # share of Gaussian samples below so many sigmas
 
 
 def play_of(d: Floats) -> float:
     """Where the play around a reading begins, from its noise: from the smallest of its second differences."""
     bends = np.abs(np.diff(d, 2))
-    noise = float(np.quantile(bends, CALM)) / (AT_CALM * np.sqrt(6.0)) if len(bends) else 0.0
-    return max(NOISE * noise, LEAST * float(np.ptp(d)))
+    return float(NOISE * np.quantile(bends, CALM) / (AT_CALM * np.sqrt(6.0))) if len(bends) else 0.0
 
 
 def yielding(d: Sequence[Floats], scale: float) -> Term:

@@ -35,7 +35,11 @@ class Term:
 
     @property
     def free(self) -> tuple[Parameter, ...]:
-        return tuple(p for p in self.effect.parameters if p.estimate and (p.amplitude or self.shapes))
+        return tuple(p for p in self.effect.parameters if p.estimate and (p.amplitude or self._moves(p)))
+
+    def _moves(self, p: Parameter) -> bool:
+        """Whether a shape parameter is estimated: one that begins at zero, its bound, has no scale to move by."""
+        return self.shapes and not self.fixed[p.name] == p.low == 0.0
 
     def values(self, numbers: Floats) -> dict[str, float]:
         """Parameters (with units) of numbers without dimension, inside their bounds."""
