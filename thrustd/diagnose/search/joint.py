@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base, is_state
@@ -20,6 +22,7 @@ from thrustd.identify.regression.terms import Term
 
 BLOCKS = 48  # of equal length over all records
 TOGETHER = 1, 2, 4, 8  # blocks whose scores are summed before they are compared
+UPPER = 0.975  # of the distribution: 95 % intervals
 FOLDS = 6  # groups of blocks held back in turn
 BEGIN = 0.02  # of its prior's sigma: where an amplitude begins, so that its shape can move
 ITERATIONS = 12
@@ -144,7 +147,8 @@ def std_over(found: Solution, blocks: Blocks) -> Floats:
     for width in TOGETHER:
         groups = moved.reshape(-1, width, moved.shape[1]).sum(axis=1)
         count = len(groups)
-        std[free] = np.maximum(std[free], np.sqrt((groups**2).sum(axis=0) * count / (count - 1)))
+        unsure = student.ppf(UPPER, count - 1) / norm.ppf(UPPER)  # a scatter that few groups tell
+        std[free] = np.maximum(std[free], unsure * np.sqrt((groups**2).sum(axis=0) * count / (count - 1)))
     return std
 
 

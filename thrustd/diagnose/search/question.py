@@ -58,11 +58,12 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     output = np.concatenate([simulate(spec, segment) for segment in segments])
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     bench = stretches(spec, given.bench) if given.bench else []
-    base = replace(base_of(spec, segments, bench), roles=roles_of(records))
+    priors = given.rig or shipped_rig()
+    base = replace(base_of(spec, segments, bench), roles=roles_of(records), calibration=priors.calibration)
     if spec.posterior is None and not (given.bench or base.by_brochure):
         base = replace(base, own_mse=_own_mse(spec, segments) / base.scale**2)
     rows = records_of(base, spec, segments)
-    return Question(records, segments, base, rows, rig_of(rows, base, spec, given.rig or shipped_rig()))
+    return Question(records, segments, base, rows, rig_of(rows, base, spec, priors))
 
 
 def _own_mse(spec: ModelSpec, segments: Sequence[Segment]) -> float:

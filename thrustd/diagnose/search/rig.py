@@ -27,6 +27,11 @@ class RigPriors(Section, frozen=True):
     without: tuple[str, ...] = ()
     sigma: dict[str, dict[str, Positive]] = msgspec.field(default_factory=dict)  # by effect, parameter
 
+    @property
+    def calibration(self) -> float:
+        """One sigma of the transducer's scale, 0 where nothing is said of it."""
+        return self.sigma.get("sensor_scale", {}).get("scale_error", 0.0)
+
 
 def read_rig(text: str, where: str) -> RigPriors:
     """Parse and check; ConfigError, one line that begins with `where`."""

@@ -11,7 +11,8 @@ from thrustd.diagnose.search.joint import Joint
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
-from thrustd.records.roles import Roles
+
+UNSCALED = "-", "s"  # units of amplitudes that the scale of a transducer does not touch
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +69,10 @@ def estimates_of(base: Base, fit: Joint) -> list[ParameterEstimate]:
     """The numbers of the new effects; elements of friction that carry nothing are left out."""
     known = sum(not is_state(term) for term in base.shape.terms)
     new = specs_of(base, fit)[known:]
-    return [line for term, spec in new for line in _lines(term, spec, base.roles)]
+    return [line for term, spec in new for line in _lines(base, term, spec)]
 
 
-def _lines(term: Term, spec: EffectSpec, roles: Roles) -> Sequence[ParameterEstimate]:
+def _lines(base: Base, term: Term, spec: EffectSpec) -> Sequence[ParameterEstimate]:
     lines = []
     many = sum(p.amplitude for p in term.free) > 2
     for p in term.free:
@@ -79,9 +80,11 @@ def _lines(term: Term, spec: EffectSpec, roles: Roles) -> Sequence[ParameterEsti
         if many and value == p.neutral:
             continue
         bound = "lower" if value <= p.low and p.low != p.neutral else "upper" if value >= p.high else ""
-        std = spec.std.get(p.name, float("nan"))
-        unit, expected = roles.measured_in(p.unit), p.expected if roles.own else ""
-        lines.append(ParameterEstimate(term.effect.word, p.name, value, _finite(std), unit, expected, bound))
+        std = _finite(spec.std.get(p.name, float("nan")))
+        if p.amplitude and p.unit not in UNSCALED:  # measured by a transducer whose scale is known so well
+            std = float(np.hypot(std, base.calibration * value))
+        unit, expected = base.roles.measured_in(p.unit), p.expected if base.roles.own else ""
+        lines.append(ParameterEstimate(term.effect.word, p.name, value, std, unit, expected, bound))
     return lines
 
 
