@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from tests.diagnose.scene import DT_S, NOISE_N, mount, record
+from thrustd.core.errors import ModelError
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
-from thrustd.model.artifact import EffectSpec
+from thrustd.model.artifact import ComplexMode, EffectSpec, LinearBlock
 from thrustd.model.compile import compile_model
 
 
@@ -46,3 +48,30 @@ def test_a_damper_whose_strength_follows_a_channel_is_named_and_added():
     report = extend(mount(), [measured], verdict)
     assert report.rmse_after_n < 1.1 * NOISE_N
     assert compile_model(report.spec, 1 / DT_S).channels.count("cabin_psi") == 1
+
+
+def test_a_large_bias_that_follows_two_channels_is_not_free_play():
+    """Both spools follow the load, and so nearly does their difference: only a curve fitted whole tells them apart."""
+    data = record()
+    t, level = np.arange(len(data)) * DT_S, np.sqrt(data["deformation_mm"] / 1.1)
+    n1_pct = 30.0 + 60.0 * level + 0.5 * np.sin(2 * np.pi * t / 47.0)
+    n2_pct = 50.0 + 45.0 * level + 0.8 * np.sin(2 * np.pi * t / 29.0)
+    reading = data["deformation_mm"] + 0.03 * np.tanh((n2_pct - n1_pct - 12.0) / 4.0)
+    report = diagnose(mount(), [data.with_channels(deformation_mm=reading, n1_pct=n1_pct, n2_pct=n2_pct)])
+    assert report.verdict == ("unknown",)
+    assert report.depends_on[0].channel == "n2_pct - n1_pct"
+    assert report.depends_on[0].rmse_after_n < 1.1 * NOISE_N
+
+
+def test_a_model_of_another_kind_is_judged_by_its_own_error():
+    """A resonance is no mount: beside a mount's core every effect would seem to help, and the model would be lost."""
+    ringing = replace(mount(), linear=LinearBlock(1.0, [], [ComplexMode(2.0, 6.0, -0.4, 0.2)]))
+    data = record()
+    model = compile_model(ringing, 1 / DT_S)
+    noise = np.random.default_rng(4).normal(0, NOISE_N, len(data))
+    data = data.with_channels(force_N=model.simulate(model.inputs(data.channels)) + noise)
+    report = diagnose(ringing, [data])
+    assert report.verdict == ("none",)
+    assert report.rmse_before_n == pytest.approx(NOISE_N, rel=0.05)
+    with pytest.raises(ModelError, match="not added"):
+        extend(ringing, [data], ["hysteresis_coulomb"])

@@ -135,36 +135,40 @@ def modulations(law: Term, rig: Rig, records: Sequence[Record]) -> Iterator[tupl
 
 @jit
 def _curve_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    """v plus a broken line of the channel u[0] through the knots c[:n] with heights c[n:]."""
+    """v plus, or times one plus where c[-1] is 1, a broken line of u[0] through the knots c[:n], heights c[n:2 n]."""
     n = c.size // 2
     at = min(max(u[0], c[0]), c[n - 1])
     i = 0
     while i < n - 2 and at > c[i + 1]:
         i += 1
     share = (at - c[i]) / (c[i + 1] - c[i])
-    return v + (1.0 - share) * c[n + i] + share * c[n + i + 1]
+    height = (1.0 - share) * c[n + i] + share * c[n + i + 1]
+    return v * (1.0 + height) if c[2 * n] == 1.0 else v + height
 
 
-def free_curve(channel: str, column: Floats, sigma_mm: float) -> Term | None:
-    """A bias of the deformation that is any broken line of a channel; None where that has too few levels."""
+def free_curve(channel: str, column: Floats, sigma: float, *, gain: bool = False) -> Term | None:
+    """A bias of the deformation, or a gain of the force, that is any broken line of a channel.
+
+    None where that has too few levels. sigma: of its heights, mm or as a share.
+    """
     knots = np.unique(np.quantile(column, np.linspace(0.005, 0.995, KNOTS)))
     if len(knots) < 3 or not moves(column):
         return None
     names = [f"height_{i}" for i in range(len(knots))]
     effect = Effect(
         name=f"curve of {channel}",
-        title=f"a bias that follows {channel}",
-        site="deformation",
+        title=f"a {'gain' if gain else 'bias'} that follows {channel}",
+        site="gain" if gain else "deformation",
         channels=(channel,),
-        parameters=tuple(Parameter(name, "mm", 0.0, -1e9, 1e9, (sigma_mm,), "height") for name in names),
+        parameters=tuple(Parameter(name, "-" if gain else "mm", 0.0, -1e9, 1e9, (sigma,), "height") for name in names),
         step=_curve_step,
-        prepare=lambda p, dt_s: np.concatenate((knots, [p[name] for name in names])),
+        prepare=lambda p, dt_s: np.concatenate((knots, [p[name] for name in names], [float(gain)])),
         n_state=0,
-        equation="x + curve(channel)",
+        equation="F (1 + curve(channel))" if gain else "x + curve(channel)",
         source="",
         separating_test="",
     )
-    return at_start(effect, dict.fromkeys(names, sigma_mm), {})
+    return at_start(effect, dict.fromkeys(names, sigma), {})
 
 
 DECK_READS = (

@@ -88,9 +88,6 @@ def rank(
         fits += grown
         if size == 0 and not any(at_floor(fit, base) for fit in grown):
             curves = _curves(base, records, looks)
-            if curves and curves[0].mse < (AT_FLOOR * floor_of(nothing, base)) ** 2:  # nothing is left for a sum
-                best = simplest([nothing, *(fit for fit in grown if gained(nothing, fit))])
-                break
         step = advanced(base, nothing, best, grown)
         if step is None:
             break

@@ -202,6 +202,7 @@ class Followed:
     parts: tuple[str, ...]  # channels that it is made of
     mse: float
     removed: float  # of the mean square, beside what was there
+    gain: bool = False  # of the force, no bias of the deformation
 
 
 def followed(table: Table, sigma_mm: float) -> list[Followed]:
@@ -220,13 +221,14 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
             continue
         hats = [_hats(term, column) for column in columns_of]
         none = np.zeros(len(term.free), bool)
-        mse = min(
+        bias, gain = (
             table.squares(
                 np.concatenate([_means(h * w[:, None], table.width) for h, w in zip(hats, weight, strict=True)]), none
             )
             for weight in (slope, [GAIN * out for out in plain])
         )
-        found.append(Followed(name, parts, mse, before - mse))
+        mse = min(bias, gain)
+        found.append(Followed(name, parts, mse, before - mse, gain < bias))
     return sorted(found, key=lambda one: one.mse)
 
 
@@ -241,7 +243,8 @@ def estimated(
             replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
             for record, column in zip(records, columns_of, strict=True)
         ]
-        term = free_curve(one.channel, np.concatenate(columns_of), curve_sigma(records))
+        sigma = GAIN if one.gain else curve_sigma(records)
+        term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=one.gain)
         if term is not None:
             fit = joint_fit(base, seen, (term,))
             found.append(replace(one, mse=fit.mse, removed=nothing.mse - fit.mse))
