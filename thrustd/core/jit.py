@@ -4,9 +4,6 @@ What numba kept it believes as long as the function's own file is the same, thou
 that it calls and the constants that it reads, whichever file they are of. So a digest of them goes with the function,
 as what a closure holds: numba makes that part of the key. It is part of the function's name, too, and so of the file's:
 an index that another version left names types that may be gone, and numba does not survive reading it.
-
-While numba loads, it asks whether scipy has a BLAS, and scipy.linalg is a seventh of the start. Nothing compiled here
-multiplies matrices, so the answer is no.
 """
 
 import sys
@@ -42,13 +39,6 @@ class _Compiling(event.Listener):
 
 _register: Any = event.register
 _register("numba:compile", _Compiling())
-
-BLAS = "scipy.linalg.cython_blas"
-if BLAS not in sys.modules:
-    sys.modules[BLAS] = None  # type: ignore[assignment]  # to Python: there is no such module
-    import numba.np.arraymath  # noqa: F401
-
-    del sys.modules[BLAS]
 
 
 def compiled(
