@@ -243,12 +243,14 @@ def estimated(
             replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
             for record, column in zip(records, columns_of, strict=True)
         ]
-        sigma = GAIN if one.gain else curve_sigma(records)
-        term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=one.gain)
-        if term is not None:
-            fit = joint_fit(base, seen, (term,))
-            found.append(replace(one, mse=fit.mse, removed=nothing.mse - fit.mse))
-    return sorted(found, key=lambda one: one.mse)
+        for gain in {False, one.gain}:  # a first look mistakes a large bias for a gain
+            sigma = GAIN if gain else curve_sigma(records)
+            term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=gain)
+            if term is not None:
+                fit = joint_fit(base, seen, (term,))
+                found.append(replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=gain))
+    best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
+    return sorted(best.values(), key=lambda one: one.mse)
 
 
 def curve_sigma(records: Sequence[Record]) -> float:
