@@ -146,6 +146,13 @@ def test_compare_gives_a_table_and_a_figure_and_writes_nothing(tmp_path, monkeyp
         found.pictures("pictures")
 
 
+def test_a_channel_that_a_model_reads_and_a_record_lacks_is_said():
+    data = record([INERTIA], n=4000)
+    bare = data.select([name for name in data.channels if name != "accel_x_g"])
+    with pytest.warns(UserWarning, match="accel_x_g is not recorded, 0 g taken for it"):
+        td.compare(Model(mount(effects=[INERTIA])), bare)
+
+
 def test_diagnose_and_extend_in_memory():
     model, data = Model(mount()), record([INERTIA], n=12_000)
     found = td.diagnose(model, data)

@@ -154,3 +154,12 @@ def test_a_folder_without_a_reference_is_not_sent_round_the_loop(page_of, tmp_pa
         page.get_by_text("No recording here has a reference").wait_for()
         page.locator("#next", has_text="Time histories").click()
         page.locator(".sheet[data-ready]").wait_for()
+
+
+def test_what_a_question_of_a_flight_test_lacks_stays_on_the_page(page_of, full_folder):
+    with page_of(f"{full_folder.url}#flighttest") as page:
+        page.get_by_role("button", name="Evaluate").click()
+        problem = page.locator(".notice.problem")
+        problem.wait_for()
+        idle(page)
+        assert "flight.mcap" in problem.inner_text()

@@ -1,5 +1,6 @@
 """identify, diagnose, extend, compare: the loop on recordings and models in memory."""
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from thrustd.api.spoken import spoken
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.compare import compare as compare_all
 from thrustd.diagnose.compare.comparison import CompareReport
+from thrustd.diagnose.compare.reference import rest_remarks
 from thrustd.diagnose.extend.extend import extend as extend_spec
 from thrustd.diagnose.search.diagnose import diagnose as diagnose_spec
 from thrustd.diagnose.search.diagnose_report import DiagnoseReport
@@ -156,13 +158,17 @@ class Comparison(Shown):
 def compare(models: Model | Sequence[Model], recordings: Recordings) -> Comparison:
     """Free runs of every model over every recording; the models see deformation and channels, never the reference.
 
-    Errors are measured minus model, N. RecordingError, one line: no reference, or no channel that a model reads.
+    Errors are measured minus model, N. RecordingError, one line: no reference. A channel that a model reads and a
+    recording lacks is taken at rest (20 degC, 1 g), with a warning; one that has no rest is a RecordingError.
     """
     several = [models] if isinstance(models, Model) else list(models)
     names = [model.name if sum(m.name == model.name for m in several) == 1 else f"{model.name} {i}"
              for i, model in enumerate(several, 1)]  # fmt: skip
     specs = {name: model.spec for name, model in zip(names, several, strict=True)}
-    return Comparison(compare_all(specs, _several(recordings)))
+    records = _several(recordings)
+    for line in rest_remarks(records, None, specs.values()):
+        warnings.warn(line, stacklevel=2)
+    return Comparison(compare_all(specs, records))
 
 
 def _several(records: Recordings) -> list[Recording]:

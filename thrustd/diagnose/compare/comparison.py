@@ -97,7 +97,7 @@ class CompareReport:
         for c in self.comparisons:
             console.print(f"\n[bold]Where {c.model} fails on {c.recording}[/bold]")
             for i, failure in enumerate(c.where_it_fails, 1):
-                console.print(f"  {i}. {failure.sentence}", highlight=False)
+                console.print(f"  {i}. {failure.sentence}", highlight=False, markup=False)
             if not c.where_it_fails:
                 console.print("  nowhere in particular: the error is spread as evenly as the time")
             if c.rmse_in_flight_n != c.rmse_from_rest_n:

@@ -100,6 +100,7 @@ class DiagnoseReport:
                 f"the residual follows {dependence.channel}:"
                 f" a free curve of it leaves {newtons(dependence.rmse_after_n)} {self.unit}",
                 highlight=False,
+                markup=False,
             )
         for line in self.advice:
             console.print(f"  - {line}", highlight=False, markup=False)

@@ -17,10 +17,10 @@ export function flightTest(root) {
   const shown = h("div");
   let number; // of the report that is shown
 
-  // recordings with a fan speed, and logs that nobody has read yet
+  // recordings with a fan speed, and logs: a raw one is replayed
   const flights = () =>
-    store.server.recordings.filter((r) =>
-      r.meta ? r.meta.channels.some((c) => c.name.startsWith("n1_pct_")) : r.name.endsWith(".mcap"),
+    store.server.recordings.filter(
+      (r) => r.name.endsWith(".mcap") || r.meta?.channels.some((c) => c.name.startsWith("n1_pct_")),
     );
   const chosen = (found) => {
     const names = found.map((r) => r.name);
@@ -55,7 +55,7 @@ export function flightTest(root) {
       tools,
       shown,
     );
-    attempt(show)();
+    show().catch((problem) => say(problem.message)); // no new attempt: what the last one said stays
   }
 
   function turn(question) {
