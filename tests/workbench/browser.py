@@ -48,7 +48,8 @@ def _page(browser, url, width=1280, height=800, scheme="light"):
     yield page
     page.context.close()
     expected = ("Failed to load resource",)  # refused requests are what some tests are about
-    assert [line for line in complaints if not line.startswith(expected)] == []
+    said = [line for line in complaints if not line.startswith(expected)]
+    assert said == [], said
 
 
 def idle(page):

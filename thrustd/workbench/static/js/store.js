@@ -42,10 +42,10 @@ export function follow() {
       at = jobs.findIndex((one) => one.id === job.id);
     if (at >= 0) jobs[at] = job;
     else jobs.unshift(job);
-    if (over(job)) finished(job);
+    if (over(job)) finished(job).catch((problem) => say(problem.message));
     changed("jobs");
   });
-  events.addEventListener("folder", () => refresh());
+  events.addEventListener("folder", () => refresh().catch(() => {})); // a server that is gone is said by onerror
   // what happened before the stream was open, or while it was broken, is in no event
   events.onopen = () => {
     delete dataset.gone;
