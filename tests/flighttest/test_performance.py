@@ -113,7 +113,7 @@ def test_total_least_squares_on_a_line_with_errors_on_both_sides():
         true = np.linspace(0.05, 0.9, 12)
         lift2 = true + 0.04 * rng.standard_normal(12)
         drag = 0.02 + 0.05 * true + 0.0005 * rng.standard_normal(12)
-        polar = fit_polar(PolarPoints(lift2, np.full(12, 0.04), drag, np.full(12, 0.0005)))
+        polar = fit_polar(PolarPoints(lift2, np.full(12, 0.04), drag, np.full(12, 0.0005), np.sqrt(true)))
         slopes.append(polar.factor)
         hits += abs(polar.zero_lift - 0.02) < 2.23 * np.sqrt(polar.covariance[0, 0])
     assert np.mean(slopes) == pytest.approx(0.05, rel=0.02)  # ordinary least squares would be 2 % low at 0.04
@@ -124,7 +124,7 @@ def test_total_least_squares_on_a_line_with_errors_on_both_sides():
 def test_points_that_make_no_polar(n, top):
     lift2 = np.linspace(0.05, top, n)
     with pytest.raises(RecordingError, match="no drag polar"):
-        fit_polar(PolarPoints(lift2, np.full(n, 0.01), 0.02 + 0.05 * lift2, np.full(n, 1e-4)))
+        fit_polar(PolarPoints(lift2, np.full(n, 0.01), 0.02 + 0.05 * lift2, np.full(n, 1e-4), np.sqrt(lift2)))
 
 
 def test_the_verb_and_its_files(profile, tmp_path, capsys):

@@ -4,6 +4,11 @@ The accelerometer's zero against pitch is one constant of a flight. Air data tel
 prior sigma s_0 (the aircraft's file) and the difference d of the two excess thrusts over n points, spread s_d,
 
     zero = d s_0^2 / (s_0^2 + s_d^2 / n),   sigma = s_0 (s_d / sqrt(n)) / sqrt(s_0^2 + s_d^2 / n)
+
+No point is left out because its two excess thrusts disagree: nobody knows which of them is wrong there. Its variance is
+the mean of what the flight says of all points and what the point says of itself, so it counts less the more they do:
+
+    s_i^2 = (s_d^2 + (d_i - d)^2) / 2
 """
 
 from math import hypot, sqrt
@@ -25,10 +30,9 @@ from thrustd.flighttest.windows import Window, marked_windows, steady_windows
 
 STRAIGHT_G = 0.05  # load factor within 1 +- this: no turn, no pull-up
 SLOWEST_MACH = 0.1  # below: on the ground
-APART = 3.0  # sigmas that accelerometer and air data may differ in a point, of their usual difference
-LEAST_APART_G = 0.003  # never less than this: a gust
+LEAST_SPREAD_G = 0.001  # of the difference: a few points may agree by chance
 MAD_SIGMA = 1.4826  # median absolute deviation -> sigma of a normal distribution
-LEFT_OUT = "", "turns", "on the ground", "air data disagree"
+LEFT_OUT = "", "turns", "on the ground"
 
 
 class Zero(NamedTuple):
@@ -63,10 +67,17 @@ class Flown(NamedTuple):
     mass_std: float  # relative
     zero: Zero
     why: Floats  # place in LEFT_OUT
+    apart_g: Floats  # what accelerometer and air data differ by in this point, beyond the flight's usual difference
+    spread_g: float  # its usual size
 
     @property
     def name(self) -> str:
         return self.flight.name
+
+    @property
+    def doubt_g(self) -> Floats:
+        """One sigma (n,) of an excess thrust, of what the two of a point and of the flight say of one another."""
+        return np.asarray(np.sqrt((self.spread_g**2 + self.apart_g**2) / 2.0))
 
     @property
     def used(self) -> Flags:
@@ -112,7 +123,7 @@ def _point_means(
     }
     load, energy, excess = means(motion.load_g), means(motion.energy_g), means(motion.excess_g)
     mach = means(record["mach"])
-    zero, why = _judge(excess - energy, load, mach, wing)
+    zero, why, spread_g = _judge(excess - energy, load, mach, wing)
     lift = coefficients(motion, sums["thrust"], mass_kg, motion.excess_g).lift
     found = Flown(
         flight, motion, mass_kg, windows, mach, means(record["pressure_altitude_m"]), means(motion.alpha_rad),
@@ -120,23 +131,23 @@ def _point_means(
         randoms(motion.excess_g), randoms(motion.energy_g), randoms(lift * lift),
         {kind: means(total) for kind, total in sums.items()}, stds,
         {kind: randoms(total) for kind, total in sums.items()}, mass_std_kg / float(mass_kg.mean()), zero, why,
+        excess - energy - zero.difference_g, spread_g,
     )  # fmt: skip
     if not found.used.any():
         raise RecordingError(f"{flight.name}: no steady window in straight flight; expected other --limit or --marks")
     return found
 
 
-def _judge(difference_g: Floats, load_g: Floats, mach: Floats, wing: Wing) -> tuple[Zero, Floats]:
-    """The accelerometer's zero, and why points are left out."""
+def _judge(difference_g: Floats, load_g: Floats, mach: Floats, wing: Wing) -> tuple[Zero, Floats, float]:
+    """The accelerometer's zero, why points are left out, and the usual size of the difference beyond its median."""
     why = np.where(~(mach > SLOWEST_MACH), 2, np.where(abs(load_g - 1.0) > STRAIGHT_G, 1, 0))
     flying = (why == 0) & np.isfinite(difference_g)
     if not flying.any():
-        return Zero(0.0, wing.accel_x_std_g, 0.0), why
+        return Zero(0.0, wing.accel_x_std_g, 0.0), why, 0.0
     middle = float(np.median(difference_g[flying]))
     spread = MAD_SIGMA * float(np.median(abs(difference_g[flying] - middle)))
-    why[flying & (abs(difference_g - middle) > max(APART * spread, LEAST_APART_G))] = 3
     why[~np.isfinite(difference_g)] = 2
-    of_mean = max(spread, LEAST_APART_G / APART) / sqrt(flying.sum())
+    of_mean = max(spread, LEAST_SPREAD_G) / sqrt(flying.sum())
     prior = wing.accel_x_std_g
     mean = middle * prior**2 / (prior**2 + of_mean**2)
-    return Zero(mean, prior * of_mean / hypot(prior, of_mean), middle), why
+    return Zero(mean, prior * of_mean / hypot(prior, of_mean), middle), why, spread

@@ -46,7 +46,7 @@ class PolarResult(msgspec.Struct, frozen=True):
     zero_lift_drag: Interval  # C_D0
     oswald: Interval  # e
     best_lift_to_drag: Interval
-    scatter: float  # C_D between points, beyond what each says of itself
+    scatter_g: float  # of the excess thrust between points, beyond what each says of itself
     points: int
     budget_zero_lift_drag: dict[str, float]  # source -> change of C_D0 by one sigma of it
 
@@ -68,6 +68,8 @@ class PerformancePoint(msgspec.Struct, frozen=True):
     energy_minus_accel_n: float  # excess thrust by air data minus by accelerometer (its zero taken out)
     thrust_error_n: float  # thrust minus what the polar and the excess thrust ask for
     left_out: str  # empty, or why
+    counts: float  # weight in the first polar, of the point that counts most; 0: left out
+    why: str  # what most of its variance is from; empty: what all points have in common
 
 
 class Performance(msgspec.Struct, frozen=True):
@@ -134,7 +136,8 @@ def performance(flights: Sequence[Flown], aspect_ratio: float, fused: bool, note
         ways.append(Way("brochure thrust, accelerometer", "brochure", False, True))
     results = [_result(flights, way, aspect_ratio) for way in ways]
     best = fit_polar(_points(flights, ways[0]))
-    points = [point for one in flights for point in _told(one, ways[0], best)]
+    counts = iter(best.weights(_points(flights, ways[0])).tolist())
+    points = [point for one in flights for point in _told(one, ways[0], best, counts)]
     steps = [step for one in flights for step in throttle_steps(one, best)]
     zeros = {one.name: [one.zero.mean_g, one.zero.std_g] for one in flights}
     return Performance(results, points, steps, zeros, list(notes))
@@ -155,7 +158,7 @@ def _result(flights: Sequence[Flown], way: Way, aspect_ratio: float) -> PolarRes
     )
     budget = {source: float(change[0]) for source, change in moved.items()}
     budget["random"] = float(random[0]) / SIGMAS_95
-    return PolarResult(way.name, zero_lift, oswald, ratio, base.scatter, base.points, budget)
+    return PolarResult(way.name, zero_lift, oswald, ratio, base.scatter_g, base.points, budget)
 
 
 def _numbers(polar: Polar, aspect_ratio: float) -> Floats:
@@ -208,11 +211,24 @@ def _flight_points(one: Flown, way: Way, shift: Shift | None) -> PolarPoints:
             excess_g = excess_g + one.zero.std_g
     lift = (weight_n * one.load_g - thrust_n * np.sin(one.alpha_rad)) / one.area_pa_m2
     drag = (thrust_n * np.cos(one.alpha_rad) - weight_n * excess_g) / one.area_pa_m2
-    drag_std = np.hypot(one.thrust_random_n[way.thrust], weight_n * excess_std_g) / one.area_pa_m2
-    return PolarPoints(lift * lift, one.lift2_std, drag, drag_std)
+    per_g = weight_n / one.area_pa_m2
+    drag_std = np.hypot(one.thrust_random_n[way.thrust] / one.area_pa_m2, np.hypot(excess_std_g, one.doubt_g) * per_g)
+    return PolarPoints(lift * lift, one.lift2_std, drag, drag_std, per_g)
 
 
-def _told(one: Flown, way: Way, polar: Polar) -> Iterator[PerformancePoint]:
+def _why(one: Flown, i: int) -> str:
+    """What most of a point's variance is from, in words."""
+    moves_g = hypot(float(one.thrust_random_n["thrust"][i] / one.weight_n[i]), float(one.excess_std_g[i]))
+    apart_g = abs(float(one.apart_g[i])) / sqrt(2.0)
+    parts = {
+        f"moves {1e3 * moves_g:.1f} mg": moves_g,
+        f"air data {-1e3 * one.apart_g[i]:+.1f} mg": apart_g,
+        "": one.spread_g / sqrt(2.0),
+    }
+    return max(parts, key=lambda part: parts[part])
+
+
+def _told(one: Flown, way: Way, polar: Polar, counts: Iterator[float]) -> Iterator[PerformancePoint]:
     points = _flight_points(one, way, None)
     error_n = (points.drag - polar.drag(points.lift2)) * one.area_pa_m2 / np.cos(one.alpha_rad)
     for i, window in enumerate(one.windows):
@@ -231,6 +247,8 @@ def _told(one: Flown, way: Way, polar: Polar) -> Iterator[PerformancePoint]:
             energy_minus_accel_n=float(one.weight_n[i] * (one.energy_g[i] - one.excess_g[i])),
             thrust_error_n=float(error_n[i]),
             left_out=LEFT_OUT[int(one.why[i])],
+            counts=next(counts) if one.used[i] else 0.0,
+            why=_why(one, i),
         )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from thrustd.flighttest.answer import COLOURS, Answer, Columns
 from thrustd.flighttest.performance import Interval, Performance, PerformancePoint, PolarResult, rms_difference_n
-from thrustd.flighttest.steps import gain_of
+from thrustd.flighttest.steps import ThrottleStep, gain_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,11 +18,15 @@ WORDS = (
     "in the fit, every systematic source shifted by one sigma and fitted again."
 )
 COLUMNS = (
-    "error N: thrust minus what polar and excess thrust ask for; air-acc N: excess thrust, air data minus accelerometer"
+    "error N: thrust minus what polar and excess thrust ask for; air-acc N: excess thrust, air data minus accelerometer",
+    "counts %: weight in the first polar, of the point that counts most; the same error in g is more C_D the slower the "
+    "flight. because: what else makes a point count less: thrust and excess thrust that move in it (one sigma of their "
+    "mean), or air data that differ from the accelerometer by more or less than usual",
+    "a step with * has an error outside its random 95 %",
 )
 POLAR_HEADS = "polar", "points", "C_D0", "95 %", "e", "95 %", "L/D max", "95 %"
 POINT_HEADS = ("flight", "point", "from s", "s", "Mach", "alt m", "C_L", "C_D", "thrust N", "error N", "air-acc N",
-               "left out")  # fmt: skip
+               "counts %", "because")  # fmt: skip
 
 STEP_HEADS = "flight", "at s", "N1 %", "thrust N", "accel N", "air N", "minus accel N", "95 %", "minus air N", "95 %"
 
@@ -42,7 +46,7 @@ def point_rows(found: Performance) -> list[list[str]]:
     return [
         [p.flight if first[p.flight] is p else "", p.name, f"{p.start_s:.0f}", f"{p.end_s - p.start_s:.0f}",
          f"{p.mach:.3f}", f"{p.altitude_m:.0f}", f"{p.lift:.3f}", f"{p.drag:.4f}", f"{p.thrust_n:.0f}",
-         f"{p.thrust_error_n:+.0f}", f"{p.energy_minus_accel_n:+.0f}", p.left_out]
+         f"{p.thrust_error_n:+.0f}", f"{p.energy_minus_accel_n:+.0f}", f"{100 * p.counts:.0f}", p.left_out or p.why]
         for p in found.points
     ]  # fmt: skip
 
@@ -51,8 +55,8 @@ def step_rows(found: Performance) -> list[list[str]]:
     """Under STEP_HEADS: changes of thrust over throttle steps, errors by accelerometer and by air data."""
     return [
         [s.flight, f"{s.start_s:.0f}", f"{s.n1_from_pct:.0f} to {s.n1_to_pct:.0f}", f"{s.thrust_n:+.0f}",
-         f"{s.accel_n:+.0f}", f"{s.air_n:+.0f}", f"{s.accel_error_n:+.0f}", f"{s.accel_error_u95:.0f}",
-         f"{s.air_error_n:+.0f}", f"{s.air_error_u95:.0f}"]
+         f"{s.accel_n:+.0f}", f"{s.air_n:+.0f}", _error(s, "accel"), f"{s.accel_error_u95:.0f}", _error(s, "air"),
+         f"{s.air_error_u95:.0f}"]
         for s in found.steps
     ]  # fmt: skip
 
@@ -65,10 +69,11 @@ def tables(found: Performance) -> list[Columns]:
 
 def lines(found: Performance, known: Sequence[str]) -> list[str]:
     """What has to be said beside the tables."""
-    said = [COLUMNS, *(_budget(polar) for polar in found.polars)]
+    said = [*COLUMNS[: 3 if found.steps else 2], *(_budget(polar) for polar in found.polars)]
     said.append(
         f"excess thrust, air data against accelerometer: {rms_difference_n(found.points):.0f} N rms over the points"
     )
+    said += [_outside(step) for step in found.steps if step.outside]
     said += [_gain(found, way, name) for way, name in (("accel", "accelerometer"), ("air", "air data"))]
     for flight, (zero_g, std_g) in found.accelerometer_zero_g.items():
         said.append(f"{flight}: accelerometer zero {1e3 * zero_g:+.2f} +- {1e3 * std_g:.2f} mg, taken out")
@@ -121,6 +126,20 @@ def _gain(found: Performance, way: str, name: str) -> str:
     return f"throttle steps against {name}: thrust changes by {much} more, {gain.steps} steps, weighed with their 95 %"
 
 
+def _error(step: ThrottleStep, way: str) -> str:
+    return f"{getattr(step, f'{way}_error_n'):+.0f}{'*' * (way in step.outside)}"
+
+
+def _outside(step: ThrottleStep) -> str:
+    what = {
+        ("accel", "air"): "by both: the thrust is wrong there, or the polar",
+        ("accel",): "by the accelerometer alone: air data do not say so",
+        ("air",): "by air data alone: the air moved, or the accelerometer is wrong too",
+    }[step.outside]
+    size = " and ".join(f"{getattr(step, f'{way}_error_n'):+.0f} N" for way in step.outside)
+    return f"* {step.flight} at {step.start_s:.0f} s: {size}, outside the 95 % {what}"
+
+
 def _by_flight(points: Sequence[PerformancePoint]) -> Iterator[tuple[str, list[PerformancePoint]]]:
     for flight in dict.fromkeys(p.flight for p in points):
         yield flight, [p for p in points if p.flight == flight]
@@ -132,4 +151,4 @@ def _shown(interval: Interval, digits: int) -> tuple[str, str]:
 
 def _budget(polar: PolarResult) -> str:
     parts = ", ".join(f"{source} {abs(change):.5f}" for source, change in polar.budget_zero_lift_drag.items())
-    return f"{polar.of}: one sigma of C_D0 by source: {parts}; scatter between points {polar.scatter:.4f}"
+    return f"{polar.of}: one sigma of C_D0 by source: {parts}; scatter between points {1e3 * polar.scatter_g:.1f} mg"

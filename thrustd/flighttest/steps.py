@@ -40,6 +40,7 @@ class ThrottleStep(msgspec.Struct, frozen=True):
     accel_error_u95: float
     air_error_n: float
     air_error_u95: float
+    outside: tuple[str, ...]  # accel, air: whose error is larger than its uncertainty
 
 
 class Gain(NamedTuple):
@@ -69,6 +70,7 @@ def throttle_steps(one: Flown, polar: Polar) -> list[ThrottleStep]:
                 ThrottleStep(
                     one.name, float(record.time_s[before.stop]) + QUIET_S, *levels, change_n,
                     change_n - by["accel"][0], change_n - by["air"][0], *by["accel"], *by["air"],
+                    tuple(way for way, (error_n, u95) in by.items() if abs(error_n) > u95),
                 )
             )  # fmt: skip
     return found
