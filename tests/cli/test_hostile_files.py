@@ -199,7 +199,6 @@ def test_damaged_metadata_are_refused(tmp_path: Path, metadata: str) -> None:
 @pytest.mark.parametrize(
     "columns",
     [
-        {"Dadc1_mach": 10, "time": 10},
         {"Dadc1_mach": 9, "Dadc1_alt": 10, "time": 10},
         {"Dadc1_mach": 10, "Dadc1_alt": 10, "time": 10, "lh_engine_FMF": 3},
         {"ff_l": 10, "ts": 10},

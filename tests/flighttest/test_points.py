@@ -44,7 +44,7 @@ def test_the_systematic_part_does_not_average_out():
 
 
 def test_every_level_is_a_point_and_no_change_is_in_one(log):
-    found = find_points(read_flight(log))
+    found = find_points(read_flight(log), fuel_std=0.02)
     assert found.thrust == "fused" and len(found.points) == 3
     for place, (point, mach) in enumerate(zip(found.points, (0.25, 0.35, 0.45), strict=True)):
         begin_s = place * (HOLD_S + CHANGE_S)
@@ -55,8 +55,12 @@ def test_every_level_is_a_point_and_no_change_is_in_one(log):
             thrust = point.values[f"thrust_N_{engine}"]
             assert abs(thrust.mean - (1000 + 5000 * mach + 100 * number)) < 2 * thrust.random_u95 + 1
             assert thrust.systematic_u95 == pytest.approx(SIGMAS_95 * BIAS_STD_N)
+            fuel = point.values[f"fuel_flow_kg_s_{engine}"]
+            assert fuel.systematic_u95 == pytest.approx(SIGMAS_95 * 0.02 * fuel.mean)
             tsfc = point.values[f"tsfc_g_kN_s_{engine}"]
             assert tsfc.mean == pytest.approx(1e6 * (0.02 + 2e-5 * thrust.mean) / thrust.mean, rel=1e-3)
+            whole = np.hypot(BIAS_STD_N / thrust.mean, 0.02)
+            assert tsfc.systematic_u95 == pytest.approx(SIGMAS_95 * whole * tsfc.mean, rel=1e-3)
 
 
 def test_marks_of_a_file_and_of_a_channel(log, tmp_path, capsys):
@@ -101,6 +105,13 @@ def test_what_cannot_be_used_is_one_line(log, tmp_path, capsys):
     record = made_flight()
     write_recording(record.select([name for name in record.channels if name != "mach"]), log)
     assert "no air data" in refused(capsys, "points", log)
+
+
+def test_a_recording_without_air_data_is_told_so(tmp_path, capsys):
+    path, seconds = tmp_path / "flight.npz", np.arange(100.0)
+    np.savez(path, time=seconds, lh_engine_fan_N1=seconds, rh_engine_fan_N1=seconds)
+    for verb in ("points", "performance", "transients"):
+        assert "no air data: no values of mach; expected mach, " in refused(capsys, verb, path)
 
 
 def sheet_fuel():

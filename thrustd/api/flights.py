@@ -18,7 +18,7 @@ from thrustd.flighttest.mass_sheet import MassSheet, read_mass_sheet
 from thrustd.flighttest.performance import performance_of, read_wing
 from thrustd.flighttest.points import find_points
 from thrustd.flighttest.transients import find_transients
-from thrustd.installation.shipped import AIRCRAFT, read_deck, shipped
+from thrustd.installation.shipped import aircraft_data, read_deck
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.records.shown import Shown, drawn
@@ -81,7 +81,7 @@ def points(log: str | Path, *, marks: str | None = None, **limits: float) -> Ans
     if unknown:
         raise UsageError(f"points: no limit {unknown[0]!r}; expected of {', '.join(SteadyLimits.__struct_fields__)}")
     flight = read_flight(log)
-    found = find_points(flight, SteadyLimits(**limits), marks=marks)
+    found = find_points(flight, SteadyLimits(**limits), marks=marks, fuel_std=aircraft_data().fuel.mass)
     return points_report.answer(flight, found)
 
 
@@ -99,7 +99,7 @@ def performance(
     steady window, or points that make no polar.
     """
     several = [Path(logs)] if isinstance(logs, str | Path) else [Path(log) for log in logs]
-    wing = read_wing(Path(aircraft) if aircraft else shipped(AIRCRAFT, "aircraft"))
+    wing = read_wing(Path(aircraft) if aircraft else None)
     sheet = read_mass_sheet(Path(mass_sheet)) if isinstance(mass_sheet, str | Path) else mass_sheet
     found = performance_of(several, wing, [sheet] if sheet else [], SteadyLimits(), marks)
     return performance_report.answer(found, wing.known)

@@ -38,6 +38,7 @@ def _add_points(verbs: Verbs) -> None:
         metavar="CSV|CHANNEL",
         help="take windows from a CSV (start_s, end_s) or from where a channel is above 0",
     )
+    points.add_argument("--aircraft", type=Path, help=f"aircraft data with [fuel] (default {AIRCRAFT})")
     add_limits(points)
     add_outputs(points)
 
@@ -125,24 +126,24 @@ def points_verb(arguments: argparse.Namespace) -> int:
 def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namespace) -> "TestPoints":
     from thrustd.flighttest.points import find_points
     from thrustd.flighttest.windows import MARK, read_windows
+    from thrustd.installation.shipped import aircraft_data
 
-    marks = arguments.marks
+    marks, fuel_std = arguments.marks, aircraft_data(arguments.aircraft).fuel.mass
     if marks is not None and marks.lower().endswith(".csv"):
-        return find_points(flight, limits, read_windows(Path(marks)))
+        return find_points(flight, limits, read_windows(Path(marks)), fuel_std=fuel_std)
     if marks is None and not arguments.auto and MARK in flight.record:
         marks = MARK
-    return find_points(flight, limits, marks=marks)
+    return find_points(flight, limits, marks=marks, fuel_std=fuel_std)
 
 
 def performance_verb(arguments: argparse.Namespace) -> int:
     from thrustd.flighttest import performance_report
     from thrustd.flighttest.mass_sheet import read_mass_sheet
     from thrustd.flighttest.performance import performance_of, read_wing
-    from thrustd.installation.shipped import shipped
 
     check_table(arguments.out)
     limits = limits_of(arguments)
-    wing = read_wing(arguments.aircraft or shipped(AIRCRAFT, "--aircraft"))
+    wing = read_wing(arguments.aircraft)
     sheets = [read_mass_sheet(path) for path in arguments.mass_sheet]
     with progress("performance") as advance:
         found = performance_of(arguments.log, wing, sheets, limits, arguments.marks, arguments.deck, advance)

@@ -3,7 +3,7 @@
 `deploy/citation-ii.toml` is one, every number with its origin. Another type is another file.
 """
 
-from math import inf
+from math import hypot, inf
 from typing import Annotated, NamedTuple
 
 import msgspec
@@ -43,6 +43,24 @@ class Wing(Section, frozen=True):
         return self.span_m**2 / self.area_m2
 
 
+class FuelErrors(Section, frozen=True):
+    """What is not sure about a fuel flow in kg/s, relative, one sigma each; the file says where each number is from."""
+
+    meter: NotNegative  # of the transmitter, as a volume
+    density: NotNegative  # of the fuel on board, against the one that the transmitter's kg/s stand for
+    heating_value: NotNegative  # of the fuel on board, against the brochure's
+
+    @property
+    def mass(self) -> float:
+        """Of the mass that flows."""
+        return hypot(self.meter, self.density)
+
+    @property
+    def heat(self) -> float:
+        """Of the heat, which makes the thrust, for a meter without error."""
+        return hypot(self.density, self.heating_value)
+
+
 class InstallationErrors(Section, frozen=True):
     """What an installation may do to the mounts of an engine that no bench has shown; one sigma each.
 
@@ -80,6 +98,7 @@ class AircraftData(Section, frozen=True):
     mounts: tuple[MountGeometry, ...] = ()  # of one engine, the front ones first; what they carry: `core.statics`
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
     accelerometer_m: dict[str, tuple[float, float, float]] = msgspec.field(default_factory=dict)
+    fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
     installation: InstallationErrors = UNKNOWN
 

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from scipy.special import stdtrit
 
-from thrustd.core.aircraft import Wing, read_aircraft
+from thrustd.core.aircraft import Wing
 from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
@@ -25,8 +25,8 @@ from thrustd.flighttest.flown import LEFT_OUT, Flown, flown
 from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.polar import Polar, PolarPoints, fit_polar
 from thrustd.flighttest.steps import ThrottleStep, throttle_steps
+from thrustd.installation.shipped import AIRCRAFT, aircraft_data
 from thrustd.records.rows import Row
-from thrustd.sources.plain_file import read_text
 
 
 class Interval(msgspec.Struct, frozen=True):
@@ -102,11 +102,11 @@ class Shift(NamedTuple):
     engine: int | None
 
 
-def read_wing(where: Path) -> Wing:
-    """Of an aircraft's file; UsageError when it has none."""
-    wing = read_aircraft(read_text(where), str(where)).wing
+def read_wing(where: Path | None = None) -> Wing:
+    """Of an aircraft's file, None: the shipped one; UsageError when it has none."""
+    wing = aircraft_data(where).wing
     if wing is None:
-        raise UsageError(f"{where}: no [wing]; expected area_m2, span_m and accel_x_std_g")
+        raise UsageError(f"{where or AIRCRAFT}: no [wing]; expected area_m2, span_m and accel_x_std_g")
     return wing
 
 
@@ -222,7 +222,7 @@ def _why(one: Flown, i: int) -> str:
     apart_g = abs(float(one.apart_g[i])) / sqrt(2.0)
     parts = {
         f"moves {1e3 * moves_g:.1f} mg": moves_g,
-        f"air data {-1e3 * one.apart_g[i]:+.1f} mg": apart_g,
+        f"air {-1e3 * one.apart_g[i]:+.1f} mg": apart_g,
         "": one.spread_g / sqrt(2.0),
     }
     return max(parts, key=lambda part: parts[part])

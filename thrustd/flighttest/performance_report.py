@@ -18,10 +18,10 @@ WORDS = (
     "in the fit, every systematic source shifted by one sigma and fitted again."
 )
 COLUMNS = (
-    "error N: thrust minus what polar and excess thrust ask for; air-acc N: excess thrust, air data minus accelerometer",
-    "counts %: weight in the first polar, of the point that counts most; the same error in g is more C_D the slower the "
-    "flight. because: what else makes a point count less: thrust and excess thrust that move in it (one sigma of their "
-    "mean), or air data that differ from the accelerometer by more or less than usual",
+    "error N: thrust minus what polar and excess thrust ask for; air-acc N: air data minus accelerometer",
+    "counts %: weight in the first polar, of the point that counts most; an error in g is more C_D in slow flight",
+    "because: what else makes a point count less: thrust and acceleration that move in it (sigma of their mean), or "
+    "air data that differ from the accelerometer by more or less than usual in this flight",
     "a step with * has an error outside its random 95 %",
 )
 POLAR_HEADS = "polar", "points", "C_D0", "95 %", "e", "95 %", "L/D max", "95 %"
@@ -69,7 +69,7 @@ def tables(found: Performance) -> list[Columns]:
 
 def lines(found: Performance, known: Sequence[str]) -> list[str]:
     """What has to be said beside the tables."""
-    said = [*COLUMNS[: 3 if found.steps else 2], *(_budget(polar) for polar in found.polars)]
+    said = [*COLUMNS[: 4 if found.steps else 3], *(_budget(polar) for polar in found.polars)]
     said.append(
         f"excess thrust, air data against accelerometer: {rms_difference_n(found.points):.0f} N rms over the points"
     )

@@ -1,12 +1,13 @@
 """Test points: what a steady window says of thrust, fuel and the air around, each mean with its 95 % uncertainty.
 
     corrected:  F / delta_t,   W_f / (delta_t sqrt(theta_t)),   N1 / sqrt(theta_t)      (Walsh & Fletcher, ch. 4)
-    TSFC = W_f / F,  g/(kN s)
+    TSFC = W_f / F,  g/(kN s);  its systematic part: that of the thrust and that of the fuel's mass
 
 delta_t, theta_t: total pressure over 101325 Pa, total temperature over 288.15 K.
 """
 
 from collections.abc import Sequence
+from math import hypot
 
 import msgspec
 import numpy as np
@@ -74,10 +75,12 @@ def find_points(
     limits: SteadyLimits | None = None,
     windows: Sequence[Window] | None = None,
     marks: str | None = None,
+    fuel_std: float = 0.0,
 ) -> TestPoints:
     """Of windows that are given, of the channel `marks`, or found by the limits.
 
-    RecordingError when there is no steady window, or no sample inside one that was given.
+    fuel_std: systematic part of a fuel flow, one sigma, relative. RecordingError when there is no steady window, or no
+    sample inside one that was given.
     """
     limits = limits or SteadyLimits()
     if windows is None and marks:
@@ -86,30 +89,31 @@ def find_points(
     if windows is None:
         windows = steady_windows(flight, limits)
     allowed = {name: quantity.limit for name, quantity in watched(flight, limits).items()}
-    points = [_point(flight, window, allowed) for window in windows]
+    points = [_point(flight, window, allowed, fuel_std) for window in windows]
     return TestPoints(flight.name, "fused" if flight.fused else "brochure", flight.engines, limits, points)
 
 
-def _point(flight: Flight, window: Window, allowed: dict[str, float]) -> Point:
+def _point(flight: Flight, window: Window, allowed: dict[str, float], fuel_std: float) -> Point:
     part = flight.record.window(window.start_s, window.end_s)
     values = {name: mean_of(part[name]) for name in AIRCRAFT if name in part}
     for engine in flight.engines:
-        values |= {f"{name}_{engine}": value for name, value in _engine(part, engine).items()}
+        values |= {f"{name}_{engine}": value for name, value in _engine(part, engine, fuel_std).items()}
     found = spans(flight, window, list(allowed))
     moved = [name for name, limit in allowed.items() if not found[name] <= limit]
     status = {engine: bits for engine in flight.engines if (bits := _status(part, engine))}
     return Point(window.name, window.start_s, window.end_s, moved, found, values, status)
 
 
-def _engine(part: Recording, engine: str) -> dict[str, Mean]:
+def _engine(part: Recording, engine: str, fuel_std: float) -> dict[str, Mean]:
     static_k = part["sat_degC"] + ZERO_CELSIUS_K
     delta = total_pressure_ratio(part["mach"], part["pressure_altitude_m"])
     theta = total_temperature_ratio(part["mach"], static_k)
     thrust_n, n1_pct = part[f"thrust_N_{engine}"], part[f"n1_pct_{engine}"]
     std_n = float(np.nanmean(part[f"thrust_std_N_{engine}"])) if np.isfinite(thrust_n).any() else np.nan
+    std = std_n / abs(float(np.nanmean(thrust_n)))
     found = {
         "thrust_N": mean_of(thrust_n, std_n),
-        "thrust_corrected_N": _scaled(thrust_n / delta, thrust_n, std_n),
+        "thrust_corrected_N": _scaled(thrust_n / delta, std),
         "n1_pct": mean_of(n1_pct),
         "n1_corrected_pct": mean_of(n1_pct / np.sqrt(theta)),
     }
@@ -118,18 +122,18 @@ def _engine(part: Recording, engine: str) -> dict[str, Mean]:
         found["brochure_N"] = mean_of(brochure_n, float(np.nanmean(part[f"brochure_std_N_{engine}"])))
     fuel = part.channels.get(f"fuel_flow_kg_s_{engine}")
     if fuel is not None:
-        found["fuel_flow_kg_s"] = mean_of(fuel)
-        found["fuel_flow_corrected_kg_s"] = mean_of(fuel / (delta * np.sqrt(theta)))
-        found["tsfc_g_kN_s"] = _scaled(MICRO * fuel / thrust_n, thrust_n, std_n)
+        found["fuel_flow_kg_s"] = _scaled(fuel, fuel_std)
+        found["fuel_flow_corrected_kg_s"] = _scaled(fuel / (delta * np.sqrt(theta)), fuel_std)
+        found["tsfc_g_kN_s"] = _scaled(MICRO * fuel / thrust_n, hypot(std, fuel_std))
     for name in ("n2_pct", "load_share"):
         if f"{name}_{engine}" in part:
             found[name] = mean_of(part[f"{name}_{engine}"])
     return found
 
 
-def _scaled(values: Floats, thrust_n: Floats, std_n: float) -> Mean:
-    """Of something in proportion to the thrust, or to its reciprocal: as many per cent uncertain."""
-    return mean_of(values, abs(float(np.nanmean(values)) / float(np.nanmean(thrust_n))) * std_n)
+def _scaled(values: Floats, std: float) -> Mean:
+    """Of something whose systematic part is `std` of it."""
+    return mean_of(values, abs(float(np.nanmean(values))) * std)
 
 
 def _status(part: Recording, engine: str) -> list[str]:

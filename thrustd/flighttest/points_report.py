@@ -17,11 +17,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WORDS = (
-    "Means of steady windows with their 95 % uncertainty. r: random, samples that repeat one another counted once. "
-    "s: systematic, the thrust's own band, the same in the whole window. Other sensors' systematic part is not known."
+    "Means of steady windows with their 95 % uncertainty. F thrust, Wf fuel, TSFC = Wf / F in g/(kN s); F/d, N1/rt by "
+    "delta_t and root of theta_t of the total state. r: random, samples that repeat one another counted once. "
+    "s: systematic, the same in the whole window: the thrust's own band, meter and density of the fuel ([fuel] of "
+    "the aircraft's file). Other sensors' systematic part is not known."
 )
-HEADS = ("point", "from s", "s", "Mach", "alt m", "engine", "thrust N", "r", "s", "fuel g/s", "TSFC g/kNs", "u95",
-         "N1 %", "F/delta N", "N1/rt(th)")  # fmt: skip
+HEADS = ("point", "from s", "s", "Mach", "alt m", "engine", "F N", "r", "s", "Wf g/s", "r", "s", "TSFC", "r", "s",
+         "N1 %", "F/d N", "N1/rt")  # fmt: skip
 
 
 def count(found: TestPoints) -> str:
@@ -118,11 +120,11 @@ def _row(point: Point, engine: str, first: bool) -> list[str]:
         f"{point.end_s - point.start_s:.0f}",
         *air,
     ]
-    thrust = value[f"thrust_N_{engine}"]
-    numbers = [f"{thrust.mean:.0f}", f"{thrust.random_u95:.0f}", f"{thrust.systematic_u95:.0f}"]
-    fuel, tsfc = (value.get(f"{name}_{engine}") for name in ("fuel_flow_kg_s", "tsfc_g_kN_s"))
-    numbers.append("-" if fuel is None else f"{1e3 * fuel.mean:.2f}")
-    numbers += ["-", "-"] if tsfc is None else [f"{tsfc.mean:.2f}", f"{tsfc.u95:.2f}"]
+    numbers = []
+    for name, scale, digits in (("thrust_N", 1.0, 0), ("fuel_flow_kg_s", 1e3, 2), ("tsfc_g_kN_s", 1.0, 2)):
+        mean = value.get(f"{name}_{engine}")
+        parts = (mean.mean, mean.random_u95, mean.systematic_u95) if mean else (np.nan,) * 3
+        numbers += ["-" if np.isnan(part) else f"{scale * part:.{digits}f}" for part in parts]
     rest = (("n1_pct", 2), ("thrust_corrected_N", 0), ("n1_corrected_pct", 2))
     numbers += [f"{value[f'{name}_{engine}'].mean:.{digits}f}" for name, digits in rest]
     return [*(about if first else [""] * len(about)), engine, *numbers]

@@ -4,8 +4,9 @@
     s_i^2 = s_y,i^2 + (b W / q S)^2
 
 b: scatter of the excess thrust between points beyond what each says of itself (air that moves, pitch), such that the
-sum is n - 2 (Paule & Mandel 1982). It is an error in g: the slower the flight, the larger is its C_D. k = 1 / (pi A e), largest L/D = 1 / (2 sqrt(C_D0 k)). scipy's ODR leaves with scipy 1.19 and its
-successor has no wheels for the aircraft's computers; the sum above is one call of `least_squares`.
+sum is n - 2 (Paule & Mandel 1982). It is an error in g: the slower the flight, the larger is its C_D. k = 1 / (pi A
+e), largest L/D = 1 / (2 sqrt(C_D0 k)). scipy's ODR leaves with scipy 1.19 and its successor has no wheels for the
+aircraft's computers; the sum above is one call of `least_squares`.
 """
 
 from math import pi, sqrt

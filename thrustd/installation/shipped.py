@@ -10,6 +10,7 @@ from thrustd.sources.plain_file import read_text
 
 if TYPE_CHECKING:
     from thrustd.brochure.deck import Deck
+    from thrustd.core.aircraft import AircraftData
 
 AIRCRAFT, CONFIGURATION, HIL = "deploy/citation-ii.toml", "deploy/ph-lab.toml", "deploy/hil.toml"
 DECK = "models/brochure/jt15d-4.json"
@@ -22,6 +23,14 @@ def shipped(name: str, option: str) -> Path:
         if (place / name).is_file():
             return place / name
     raise UsageError(f"{option}: expected a file; the shipped {name} is neither in {places[0]} nor in {places[1]}")
+
+
+def aircraft_data(path: Path | None = None) -> "AircraftData":
+    """What is known of a type of aircraft, None: of the shipped one; ConfigError, one line, otherwise."""
+    from thrustd.core.aircraft import read_aircraft
+
+    path = path or shipped(AIRCRAFT, "--aircraft")
+    return read_aircraft(read_text(path), str(path))
 
 
 def read_deck(path: Path | None = None) -> "Deck":

@@ -88,16 +88,17 @@ _UNIT_WORDS = {"deg C": "degC", "deg/s": "deg_s", "%": "pct", "lbs": "lb", "lbs/
 
 def from_ph_lab(raw: dict[str, Floats], units: Mapping[str, str], name: str) -> Loaded | None:
     """Canonical columns where it is one of the two kinds, told by their own."""
-    if "Dadc1_mach" in raw and "time" in raw:
+    if "time" in raw and any(source.raw in raw for source in FTIS.values()):
         return from_ftis(raw, units, name)
     return from_openap(raw, name) if "ff_l" in raw and "ts" in raw else None
 
 
 def from_ftis(raw: dict[str, Floats], units: Mapping[str, str], name: str) -> Loaded:
     """Canonical columns, then every other parameter under its own name with its unit behind it."""
-    _check_whole(raw, "time", FTIS, ("mach", "pressure_altitude_m"), name)
+    _check_whole(raw, "time", FTIS, (), name)
     columns = {TIME: raw["time"], **_converted(raw, FTIS)}
-    columns["dynamic_pressure_Pa"] = dynamic_pressure_pa(columns["mach"], columns["pressure_altitude_m"])
+    if "mach" in columns and "pressure_altitude_m" in columns:
+        columns["dynamic_pressure_Pa"] = dynamic_pressure_pa(columns["mach"], columns["pressure_altitude_m"])
     used = {source.raw for source in FTIS.values()} | {"time"}
     for name, values in raw.items():
         if name not in used and len(values) == len(raw["time"]):

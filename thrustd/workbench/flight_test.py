@@ -20,7 +20,7 @@ from thrustd.flighttest.performance import performance_of, read_wing
 from thrustd.flighttest.points import find_points
 from thrustd.flighttest.transients import find_transients
 from thrustd.flighttest.windows import MARK
-from thrustd.installation.shipped import AIRCRAFT, read_deck, shipped
+from thrustd.installation.shipped import aircraft_data, read_deck
 from thrustd.records.rows import Row, write_rows
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.folder import Folder
@@ -51,7 +51,7 @@ def _answer(folder: Folder, arguments: Mapping[str, Any], progress: Progress) ->
     question, marks = arguments["question"], arguments["marks"] or None
     paths = [folder.path(name) for name in arguments["recordings"]]
     if question == "performance":
-        wing = read_wing(shipped(AIRCRAFT, "aircraft"))
+        wing = read_wing()
         sheets = [MassSheet(**arguments["mass"])] if arguments["mass"] else []
         found = performance_of(
             paths, wing, sheets, SteadyLimits(), marks, None, lambda share: progress(share, "reading")
@@ -62,7 +62,8 @@ def _answer(folder: Folder, arguments: Mapping[str, Any], progress: Progress) ->
     flight = read_flight(paths[0])
     if question == "transients":
         return transients_report.answer(flight, find_transients(flight, read_deck()))
-    return points_report.answer(flight, find_points(flight, marks=marks or (MARK if MARK in flight.record else None)))
+    marks = marks or (MARK if MARK in flight.record else None)
+    return points_report.answer(flight, find_points(flight, marks=marks, fuel_std=aircraft_data().fuel.mass))
 
 
 def _health_rows(names: Sequence[str], paths: Sequence[Path], progress: Progress) -> list[Row]:
