@@ -25,11 +25,12 @@ def test_any_two_columns_can_be_input_and_output(tmp_path, capsys):
 def test_a_model_worse_than_a_constant_is_written_and_stops_a_script(tmp_path, capsys):
     rng = np.random.default_rng(1)
     u = np.repeat(rng.uniform(0, 1, 50), 20)
-    y = np.where(np.arange(1000) < 800, u, -3.0 * u) + 0.01 * rng.normal(size=1000)
-    path, out = tmp_path / "torn.csv", tmp_path / "torn.json"
-    np.savetxt(path, np.column_stack((u, y)), delimiter=",", header="u,y", comments="")
+    path, other, out = tmp_path / "bench.csv", tmp_path / "other.csv", tmp_path / "bench.json"
+    for where, slope in ((path, 1.0), (other, -3.0)):
+        y = slope * u + 0.01 * rng.normal(size=1000)
+        np.savetxt(where, np.column_stack((u, y)), delimiter=",", header="u,y", comments="")
     named = ["--rate", "10", "--input", "u", "--output", "y", "--structure", "static-pwl", "--json"]
-    assert main(["identify", str(path), *named, "-o", str(out)]) == 1
+    assert main(["identify", str(path), "--validate", str(other), *named, "-o", str(out)]) == 1
     assert json.loads(capsys.readouterr().out)["usable"] is False
     assert out.exists()
 

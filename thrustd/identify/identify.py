@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
+from thrustd.core.columns import Flags
 from thrustd.core.errors import RecordingError, ThrustdError
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_apart, check_records
@@ -22,7 +23,7 @@ from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.recording import Recording
 
-HELD_OUT = 0.2  # of every record, at its end, when no other records are given
+PARTS, EVERY = 20, 5  # of every record; every fifth is held out when no other records are given
 STILL = 0.1  # of the deviation of the data fitted to: what moves less tells nothing of a model
 USUAL = "hw-pwl+prandtl-ishlinskii"
 EXPLAINED_PCT = 97.0  # fit on validation data; with less other structures are tried, when none was named
@@ -66,7 +67,7 @@ def identify(
     progress: Progress | None = None,
     others: Sequence[str] = (),
 ) -> Identified:
-    """Fit `structures` to `train`, score on `validate` (or the last fifth of `train`, then not fitted to).
+    """Fit `structures` to `train`, score on `validate` (or every fifth part of `train`, then not fitted to).
 
     None named: HW-PWL, and where it leaves much unexplained `others` beside it. The best on data not fitted to wins.
     A mount needs no others: what HW-PWL leaves of it is an absent effect, which `diagnose` names.
@@ -143,14 +144,19 @@ def _share(progress: Progress | None, place: int, total: int) -> Told | None:
 
 
 def split(records: Sequence[Recording]) -> tuple[list[Recording], list[Recording]]:
-    """The first four fifths of every record, and every record with a reference in its last fifth only.
+    """Every record without a reference in every fifth of 20 parts, and with one there only.
 
-    So the model meets the held-out part with the memory that the mount has there, not as if it had come to rest.
+    The model runs through with the memory that the mount has there. Parts all over a record ask what happens between
+    its first and last load; its last fifth alone often holds loads that nothing else of it showed.
     """
-    cuts = [(record, round(len(record) * (1 - HELD_OUT))) for record in records]
-    hidden = [r.with_channels(**{FORCE: np.where(np.arange(len(r)) < cut, np.nan, r[FORCE])}) for r, cut in cuts]
-    held_out = [replace(h, notes=r.notes) for h, (r, _) in zip(hidden, cuts, strict=True)]  # hidden, not missing
-    return [r.rows(slice(0, cut)) for r, cut in cuts], held_out
+    out = [np.arange(len(record)) * PARTS // len(record) % EVERY == EVERY // 2 for record in records]
+    pairs = list(zip(records, out, strict=True))
+    return [_without(record, ~kept) for record, kept in pairs], [_without(record, kept) for record, kept in pairs]
+
+
+def _without(record: Recording, kept: Flags) -> Recording:
+    """Reference hidden where it is not kept; hidden is not missing: no new note."""
+    return replace(record.with_channels(**{FORCE: np.where(kept, record[FORCE], np.nan)}), notes=record.notes)
 
 
 def score_structure(

@@ -81,8 +81,8 @@ def _made(step: Step) -> str:
     made, records = step.made.result, html.escape(", ".join(step.made.arguments["recordings"]))
     if step.made.kind == "fit":
         return (
-            f"<p>Identified from {records}: {newtons(made['train_n'])} N on its first four fifths,"
-            f" {newtons(made['validation_n'])} N on the last fifth, which it was not fitted to."
+            f"<p>Identified from {records}: {newtons(made['train_n'])} N on four fifths of it,"
+            f" {newtons(made['validation_n'])} N on parts all over it that it was not fitted to."
             f"{' ' if made['warnings'] else ''}{html.escape(' '.join(made['warnings']))}</p>"
         )
     rows = [("held-back blocks", made["parent"], made["rmse_before_n"]), ("", made["model"], made["rmse_after_n"])]

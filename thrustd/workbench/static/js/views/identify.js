@@ -11,7 +11,7 @@ import { attempt, report, running, session, store } from "../store.js";
 export function identify(root) {
   const head = heading(
     "Identify",
-    "A first model of the mount from a bench record. Its last fifth judges the fit; the model then learns from all of it.",
+    "A first model of the mount from a bench record. Every fifth part of it judges the fit; the model then learns from all of it.",
   );
   let shown = null;
 
@@ -82,8 +82,8 @@ const numbers = (a) =>
     h(
       "div.figures",
       [
-        [newtons(a.train_n), "RMSE, first four fifths"],
-        [newtons(a.validation_n), "RMSE, last fifth, not fitted to"],
+        [newtons(a.train_n), "RMSE, four parts in five"],
+        [newtons(a.validation_n), "RMSE, every fifth part, not fitted to"],
         [`${number(a.fit_pct, 4)} %`, "fit there"],
         [newtons(a.rmse_n), "RMSE, whole record"],
         [`${number(a.force_n[0], 3)} to ${number(a.force_n[1], 4)} N`, "identified over"],
