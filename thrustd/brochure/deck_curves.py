@@ -1,6 +1,6 @@
 """The deck's surface and spool curves as compiled arithmetic on plain numbers; equations in `deck` and `deck_data`."""
 
-from math import exp, isfinite, nan, sqrt
+from math import exp, isfinite, log, nan, sqrt
 from typing import Any, NamedTuple
 
 from numba import types
@@ -15,6 +15,7 @@ MACH_SLOPE, EXPONENT, PCT_LOW, PCT_HIGH, LINE_STD = range(5)  # of a spool curve
 RELATIVE, EXTRAPOLATING, NO_TEMPERATURE, LAG_N_PER_PCT_S, FLOOR_N, TRANSIENT_PCT_S, FUEL_FLOW = range(7)
 FITTED_FLOW_LOW, FITTED_FLOW_HIGH, FITTED_MACH_LOW, FITTED_MACH_HIGH = range(7, 11)
 KNOTS, LOGS, SLOPES = range(3)
+_Said = tuple[float, float, float, bool, bool, float, float, float, float, float]
 
 
 class DeckNumbers(NamedTuple):
@@ -149,13 +150,14 @@ def _std_n(
     return sqrt(engine_n2 + relative_sq * thrust_n**2 + lag_n**2)
 
 
-def _estimate(deck: DeckNumbers, given: DeckInputs) -> tuple[float, float, float, bool, bool, float, float, float]:
-    """Thrust [N], one sigma, weight of N1 (NaN: no estimate), outside the fit, transient; thrusts by fuel flow, N1, N2.
+def _estimate(deck: DeckNumbers, given: DeckInputs) -> _Said:
+    """Thrust [N], one sigma, weight of N1 (NaN: no estimate), outside the fit, transient; thrusts by fuel flow, N1, N2;
+    dF/d ln w and ln w of the corrected fuel flow w [kg/s].
 
     NaN where an input is missing; of the temperature that is a guess at it.
     """
     if not (isfinite(given.mach) and isfinite(given.pressure_altitude_m)):
-        return nan, nan, nan, False, False, nan, nan, nan
+        return nan, nan, nan, False, False, nan, nan, nan, nan, nan
     mach, rate_pct_s, spread = max(given.mach, 0.0), given.n1_rate_pct_s, deck.spread
     delta_t, theta_t = ratios(mach, given.pressure_altitude_m, given.sat_degc)
     flow = given.fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if given.fuel_flow_kg_s > 0.0 else nan
@@ -166,19 +168,21 @@ def _estimate(deck: DeckNumbers, given: DeckInputs) -> tuple[float, float, float
     n2_n = delta_t * surface_n(deck.surface, deck.box, n2_flow, mach)
     weight = _weight_of_n1(flow_n, n1_n, rate_pct_s, spread[TRANSIENT_PCT_S])
     if not isfinite(weight):
-        return nan, nan, nan, False, False, nan, nan, n2_n
+        return nan, nan, nan, False, False, nan, nan, n2_n, nan, nan
     by_n1 = weight > 0.5
-    outside = _is_outside(spread, n1_flow if by_n1 else flow, mach) or (by_n1 and n1_outside)
+    w = n1_flow if by_n1 else flow
+    outside = _is_outside(spread, w, mach) or (by_n1 and n1_outside)
     thrust_n = flow_n if weight == 0.0 else n1_n if weight == 1.0 else flow_n + weight * (n1_n - flow_n)
-    per_fuel_n = delta_t * _surface(deck.surface, deck.box, n1_flow if by_n1 else flow, mach)[1]
+    per_fuel_n = delta_t * _surface(deck.surface, deck.box, w, mach)[1]
     n1_std, isa = weight * deck.line_1[LINE_STD], not isfinite(given.sat_degc)
     std_n = _std_n(spread, thrust_n, per_fuel_n, outside, n1_std, isa, rate_pct_s)
-    return thrust_n, std_n, weight, outside, abs(rate_pct_s) > spread[TRANSIENT_PCT_S], flow_n, n1_n, n2_n
+    moves = abs(rate_pct_s) > spread[TRANSIENT_PCT_S]
+    return thrust_n, std_n, weight, outside, moves, flow_n, n1_n, n2_n, per_fuel_n, log(w)
 
 
 _ROW, _TABLE = types.float64[::1], types.float64[:, ::1]
 NUMBERS: Any = named(DeckNumbers, _TABLE, _ROW, _ROW, _TABLE, _ROW, _TABLE, _ROW)
 INPUTS: Any = named(DeckInputs, *[types.float64] * 7)
 _tuple_of: Any = types.Tuple
-_SAID = _tuple_of([types.float64] * 3 + [types.boolean] * 2 + [types.float64] * 3)
+_SAID = _tuple_of([types.float64] * 3 + [types.boolean] * 2 + [types.float64] * 5)
 estimate: Any = compiled(_estimate, _SAID(NUMBERS, INPUTS), "numpy")

@@ -25,6 +25,7 @@ ENGINE = np.dtype(
         *((name, np.int64) for name in ("fuel_flow", "n1", "n2", "mach", "altitude", "temperature")),
         *((name, np.float64) for name in ("n1_lagged_pct", "n2_lagged_pct", "n1_rate_pct_s", "std_n")),
         *((name, np.float64) for name in ("fuel_flow_n", "n1_n", "n2_n")),  # thrust by each
+        *((name, np.float64) for name in ("per_fuel_n", "log_flow")),
         ("outside", np.bool_),
         ("transient", np.bool_),
     ]
@@ -54,7 +55,7 @@ class BrochureSource:
     def look(self, dt_s: float, readings: Floats, deck_n: Floats) -> None:
         """Readings dt_s after the last ones; NaN = missing or stale.
 
-        -> `deck_n` (4,): thrust by fuel flow, N1 and N2, sigma of the deck.
+        -> `deck_n` (6,): thrust by fuel flow, N1 and N2, sigma of the deck; dF/d ln w, ln w of corrected fuel flow.
         """
         _look(self._work, dt_s, readings, deck_n)
 
@@ -70,7 +71,8 @@ def _ask(e: Any, deck: DeckNumbers, readings: Floats) -> None:
         readings[e.fuel_flow], readings[e.n1], readings[e.n2], readings[e.mach], readings[e.altitude],
         readings[e.temperature], e.n1_rate_pct_s,
     )  # fmt: skip
-    _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n = estimate(deck, given)
+    said = estimate(deck, given)
+    _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n, e.per_fuel_n, e.log_flow = said
 
 
 def _look_at(work: _Work, dt_s: float, readings: Floats, deck_n: Floats) -> None:
@@ -78,6 +80,7 @@ def _look_at(work: _Work, dt_s: float, readings: Floats, deck_n: Floats) -> None
     e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
     _ask(e, work.deck, readings)
     deck_n[0], deck_n[1], deck_n[2], deck_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
+    deck_n[4], deck_n[5] = e.per_fuel_n, e.log_flow
 
 
 def _tell_filter(work: _Work, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:

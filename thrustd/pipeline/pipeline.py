@@ -87,7 +87,7 @@ class Pipeline:
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         dynamic_pressure_pa(0.0, 0.0)  # compiled now, not in flight
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
-        self._deck_n = np.zeros((len(engines), 4))  # brochure thrust by fuel flow, N1 and N2, sigma of the deck
+        self._deck_n = np.zeros((len(engines), 6))  # see `BrochureSource.look`
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
         self._told_of = [self._told[e : e + 1] for e in numbers]
         self._mounts_said = self._states.view(np.float64).reshape(len(self._states), -1)[:, :3]  # as MountOutput has it

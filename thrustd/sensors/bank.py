@@ -26,11 +26,13 @@ from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
     JUMPED_N,
+    LOG_FLOW,
     MACH,
     MOUNT_RATE_N_S,
     N_SOURCES,
     OWN_N,
     PAST,
+    PER_FUEL_N,
     PRESSURE_PA,
     SAID,
     STEP_N,
@@ -107,8 +109,8 @@ class Bank:
     def look(self, t_ns: int, readings: Floats, states: Any, deck_n: Floats, believed: Flags) -> int:
         """Weigh the engine whose turn it is. -> which one's leading hypothesis changed, or -1.
 
-        `states`: MOUNT_STATE by mount; `deck_n` (n, 4): thrust by fuel flow, N1, N2, sigma of the deck; `believed`
-        (n, 5): by the sensors' own watches.
+        `states`: MOUNT_STATE by mount; `deck_n` (n, 6): see `MonitorInputs`; `believed` (n, 5): by the sensors' own
+        watches.
         """
         return int(_look(self._memory, self._engines, t_ns * 1e-9, readings, states, deck_n, believed))
 
@@ -165,8 +167,9 @@ def _row(
     mach, altitude_m = readings[engines.mach], readings[engines.altitude]
     row[MACH], row[DECK_N] = mach if isfinite(mach) else 0.0, deck_n[e, 3]
     row[PRESSURE_PA] = 70_927.5 * row[MACH] ** 2 * exp(-(altitude_m if isfinite(altitude_m) else 0.0) / SCALE_HEIGHT_M)
-    if not isfinite(row[DECK_N]):
-        row[DECK_N] = 200.0
+    row[PER_FUEL_N], row[LOG_FLOW] = deck_n[e, 4], deck_n[e, 5]
+    if not isfinite(row[DECK_N] + row[LOG_FLOW]):  # nobody asks the deck
+        row[DECK_N], row[PER_FUEL_N], row[LOG_FLOW] = 200.0, 5000.0, -2.5
     for i in range(N_SOURCES):
         said_n = states[mounts[e, i]].force_n if i < 2 else deck_n[e, i - 2]
         row[SAID + i], row[COUNTS + i] = said_n, 1.0 if believed[e, i] else 0.0

@@ -2,7 +2,7 @@
 
     mounts    of one mount and of both, as large as the mounts say themselves; the share that each one carries
     deck      the engine's own deviation; the deck's shape
-    lines     of N1 and of N2, each against the fuel flow
+    lines     ln w(N1), ln w(N2) against the fuel flow w: an engine's appetite, which both show, and each one's own
     lag       of a thrust that moves; a fuel flow that leads it; mounts that see a cut before any spool is read
 
 Each is a Gaussian process, exp(-time / its own - travel / its reach), with its prior sigma: nothing is learnt beyond.
@@ -13,7 +13,7 @@ What no bench shows of an installation acts on both mounts alike: a zero (or a c
 Sizes: docs/fusion.md, those of the installation: the aircraft's file.
 """
 
-from math import exp, log, sqrt
+from math import exp, sqrt
 
 import numpy as np
 
@@ -26,11 +26,13 @@ from thrustd.sensors.past import (
     FUEL_FLOW,
     FUEL_RATE_N_S,
     LEVEL_N,
+    LOG_FLOW,
     MACH,
     MOUNT_RATE_N_S,
     N1,
     N_SOURCES,
     OWN_N,
+    PER_FUEL_N,
     PRESSURE_PA,
     RATE_N_S,
     T_S,
@@ -45,9 +47,9 @@ SILENT_N2 = 1e9
 REST_S, REACH_N = 600.0, 3000.0  # as the filter's: friction and the deck's shape are others at another thrust
 ENGINE, ENGINE_S = 0.02, 7200.0  # of the thrust: engine against deck
 SHARE_STD = 0.006  # of the load that one mount carries
-LINE, LINE_SHAPE = (0.06, 0.08), 0.04  # of the thrust: lines of N1 and N2, as a whole and their shape
-LINE_REACH, LINE_REACH_MACH, LINE_S = 2.0, 0.3, 7200.0  # of the shape: in ln thrust, Mach, time
-LINE_FLOOR_N = 2500.0
+# of ln w, by maximum likelihood from six recorded flights, each against the other engine's lines fitted without it
+APPETITE, LINE = 0.048, (0.024, 0.024)
+LINE_REACH, LINE_REACH_MACH, LINE_S = 0.6, 0.6, 7200.0  # in ln w, Mach, time
 LEAST_DECK_N = 40.0
 WHITE_N = (10.0, 10.0, 20.0, 20.0, 30.0)  # of a row
 LAG_S, LAG_LASTS_S = (0.15, 0.15, 2.5, 0.6, 1.0), 4.0  # lead or lag of a thrust that moves
@@ -72,11 +74,11 @@ def _fill_pair(rows: Floats, a: int, b: int, block: Floats) -> None:
     shape_a = sqrt(max(rows[a, DECK_N] ** 2 - (ENGINE * level_a) ** 2, LEAST_DECK_N**2))
     shape_b = sqrt(max(rows[b, DECK_N] ** 2 - (ENGINE * level_b) ** 2, LEAST_DECK_N**2))
     block[FUEL_FLOW:, FUEL_FLOW:] = engine_n2 * exp(-dt_s / ENGINE_S) + rest * shape_a * shape_b
-    scale_a, scale_b = max(level_a, LINE_FLOOR_N), max(level_b, LINE_FLOOR_N)
-    far = abs(log(scale_a / scale_b)) / LINE_REACH + abs(rows[a, MACH] - rows[b, MACH]) / LINE_REACH_MACH
+    far = abs(rows[a, LOG_FLOW] - rows[b, LOG_FLOW]) / LINE_REACH + abs(rows[a, MACH] - rows[b, MACH]) / LINE_REACH_MACH
+    line_n2 = exp(-far - dt_s / LINE_S) * rows[a, PER_FUEL_N] * rows[b, PER_FUEL_N]
+    block[N1:, N1:] += APPETITE**2 * line_n2
     for i in range(2):
-        line = (LINE[i] ** 2 + LINE_SHAPE**2 * exp(-far)) * exp(-dt_s / LINE_S)
-        block[N1 + i, N1 + i] += line * scale_a * scale_b
+        block[N1 + i, N1 + i] += LINE[i] ** 2 * line_n2
 
 
 @compiled

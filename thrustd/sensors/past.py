@@ -25,12 +25,14 @@ LEVEL_PART = 0.2  # low pass of the level whose rate is taken
 RATE_PART = 0.3  # sensor noise is no throttle movement: the rate rises over a few rows
 # one row: time, thrust level, its recent rate, those of fuel flow and mounts, Mach, dynamic pressure;
 # then by source what it said and whether it counts; sigmas of the mounts and the deck; since the row before, how far
-# each mount jumped, what a thrust moves within a step, what the fuel flow moved by that no mount showed (see `jumps`)
+# each mount jumped, what a thrust moves within a step, what the fuel flow moved by that no mount showed (see `jumps`);
+# what the deck makes of the corrected fuel flow w: dF/d ln w, ln w
 T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH, PRESSURE_PA = range(7)
 SAID, COUNTS = 7, 7 + N_SOURCES
 OWN_N, COMMON_N, DECK_N = COUNTS + N_SOURCES, COUNTS + N_SOURCES + 2, COUNTS + N_SOURCES + 4
 JUMPED_N, STEP_N, FUELLED_N = DECK_N + 1, DECK_N + 3, DECK_N + 4
-WIDTH = FUELLED_N + 1
+PER_FUEL_N, LOG_FLOW = FUELLED_N + 1, FUELLED_N + 2
+WIDTH = LOG_FLOW + 1
 
 PAST = np.dtype(
     [
