@@ -7,10 +7,12 @@ from thrustd.sensors import evidence, onsets
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
+    LOG_FLOW,
     MACH,
     MOUNT_RATE_N_S,
     N_SOURCES,
     OWN_N,
+    PER_FUEL_N,
     SAID,
     T_S,
     WIDTH,
@@ -35,6 +37,7 @@ def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
     for k in range(round(seconds / 0.4)):
         t_s, row = 0.4 * k, np.zeros(WIDTH)
         row[T_S], row[MACH], row[DECK_N] = t_s, 0.3, 60.0 + 0.034 * thrust_of(t_s)
+        row[PER_FUEL_N], row[LOG_FLOW] = 1.5 * thrust_of(t_s), np.log(thrust_of(t_s) / 30_000.0)  # near enough
         row[SAID : SAID + N_SOURCES] = said_of(thrust_of(t_s), np.array(fault_of(t_s)), rng)
         row[MOUNT_RATE_N_S] = thrust_of(t_s) - thrust_of(t_s - 0.4)
         row[COUNTS : COUNTS + N_SOURCES] = [i not in silent for i in range(N_SOURCES)]

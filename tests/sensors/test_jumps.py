@@ -10,11 +10,13 @@ from thrustd.sensors.jumps import FASTEST_FALL_N_S, FASTEST_RISE_N_S, follow, fo
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
+    LOG_FLOW,
     JUMPED_N,
     MACH,
     MOUNT_RATE_N_S,
     N_SOURCES,
     OWN_N,
+    PER_FUEL_N,
     SAID,
     STEP_N,
     T_S,
@@ -76,6 +78,7 @@ def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
         thrust_n, late = 2000.0 + rate_n_s * 0.4 * max(k - 150, 0), k >= 150 + rows
         fault = np.array([*fault_n, fuelled_n, 0.0, 0.0]) if late else np.zeros(N_SOURCES)
         row[T_S], row[MACH], row[DECK_N], row[OWN_N : OWN_N + 2] = t_s, 0.3, 60.0 + 0.034 * thrust_n, 30.0
+        row[PER_FUEL_N], row[LOG_FLOW] = 1.5 * thrust_n, np.log(thrust_n / 30_000.0)  # near enough
         row[SAID : SAID + N_SOURCES] = said_of(thrust_n, fault, rng)
         row[COUNTS : COUNTS + N_SOURCES] = 1.0
         row[MOUNT_RATE_N_S], row[STEP_N] = 0.4 * rate_n_s, FASTEST_FALL_N_S * DT_S

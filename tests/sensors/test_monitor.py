@@ -78,13 +78,14 @@ def monitor_inputs(k, read):
     def deck_n(engine):
         fuel, n1, n2 = (read[name, engine] for name in ("fuel_flow_kg_s", "n1_pct", "n2_pct"))
         rise = 22.0 * (fuel - 0.06), 0.035 * (n1 - 75.0), 0.07 * (n2 - 84.0)
-        return tuple(n * (1.0 + r) * by_mach for n, r in zip((2900.0, 2850.0, 2950.0), rise, strict=True))
+        said = tuple(n * (1.0 + r) * by_mach for n, r in zip((2900.0, 2850.0, 2950.0), rise, strict=True))
+        return *said, 150.0, 4000.0, np.log(0.09)
 
     return MonitorInputs(
         t_ns=k * 100_000_000,
         readings=np.array([read[sensor] for sensor in LAYOUT.sensors()]),
         mounts=mounts,
-        deck_n=np.array(((*deck_n(0), 150.0), (*deck_n(1), 150.0))),
+        deck_n=np.array((deck_n(0), deck_n(1))),
     )
 
 

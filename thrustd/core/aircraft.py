@@ -26,7 +26,7 @@ class SensorLimits(Section, frozen=True):
     rate: Annotated[float, Meta(gt=0)] = inf
     low: float = -inf
     high: float = inf
-    alone_jump: Annotated[float, Meta(gt=0)] = inf
+    alone_jump: Annotated[float, Meta(gt=0)] = inf  # of older files and logs; the bank weighs who jumps alone
     moves: Annotated[float, Meta(gt=0)] = inf
 
 

@@ -1,7 +1,7 @@
 """One sensor on its own: dead, stuck, noisy, a jump that stays, a rate that the aircraft cannot have.
 
-Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go together: who jumps alone, or rests alone,
-lies. A jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if
+Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go together: who rests alone lies; who jumps
+alone is weighed in `bank`, for a fuel flow leads its spools. A larger jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if
 the signal stays where it jumped to, it is an offset; if it came back it was a spike. Noise is the median of |second
 difference| over 2 s, which one jump cannot lift. A sensor that is read once a second rests in between: three jumps
 within some seconds are its noise, and a jump of it is judged later.
@@ -38,7 +38,7 @@ KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, JU
 VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
 BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
 WIDTH = LAST_BEND + 1
-JUMP_LIMIT, NOISE_LIMIT, STUCK_LIMIT, RATE_LIMIT, LOW, HIGH, ALONE_JUMP, MOVES = range(8)  # the fields of SensorLimits
+JUMP_LIMIT, NOISE_LIMIT, STUCK_LIMIT, RATE_LIMIT, LOW, HIGH, _, MOVES = range(8)  # the fields of SensorLimits
 WITNESS_STEPS = 10
 N1, N2, PER_ENGINE = ENGINE_SIGNALS.index("n1_pct"), ENGINE_SIGNALS.index("n2_pct"), len(ENGINE_SIGNALS)
 
@@ -235,42 +235,38 @@ def _symptom(row: Floats, limits: Floats, value: float, active: bool, longest_re
 
 
 @compiled
-def _witnesses(rows: Floats, limits: Floats, own: int, first: int, n_engines: int) -> tuple[int, int]:
-    """How many of the two other signals of the engine changed within the last second, and how many did not."""
-    moved = rested = 0
+def _moved(rows: Floats, limits: Floats, own: int, first: int, n_engines: int) -> int:
+    """How many of the two other signals of the engine changed within the last second."""
+    moved = 0
     for other in range(first + (own - first) % n_engines, first + PER_ENGINE * n_engines, n_engines):
         if other != own and rows[other, N_VALUES] > WITNESS_STEPS:
-            far = abs(rows[other, LAST] - rows[other, LAST - WITNESS_STEPS]) > limits[other, MOVES]
-            moved, rested = moved + far, rested + (not far)
-    return moved, rested
+            moved += abs(rows[other, LAST] - rows[other, LAST - WITNESS_STEPS]) > limits[other, MOVES]
+    return moved
 
 
 @compiled
-def _limit(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engines: int) -> tuple[Floats, Floats, Any]:
-    """Largest jump and longest rest of each sensor now, and whether it is alive: flying, engine turning."""
-    jump, rest_s, active = limits[:, JUMP_LIMIT].copy(), limits[:, STUCK_LIMIT].copy(), np.ones(len(rows), np.bool_)
+def _limit(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engines: int) -> tuple[Floats, Any]:
+    """Longest rest of each sensor now, and whether it is alive: flying, engine turning."""
+    rest_s, active = limits[:, STUCK_LIMIT].copy(), np.ones(len(rows), np.bool_)
     after = n_mounts + PER_ENGINE * n_engines
     for i in range(n_mounts, after):
-        moved, rested = _witnesses(rows, limits, i, n_mounts, n_engines)
-        if rested == PER_ENGINE - 1:
-            jump[i] = limits[i, ALONE_JUMP]
-        if moved == PER_ENGINE - 1:
+        if _moved(rows, limits, i, n_mounts, n_engines) == PER_ENGINE - 1:
             rest_s[i] = ALONE_STUCK_S
         n1 = n_mounts + (i - n_mounts) % n_engines + N1 * n_engines
         active[i] = values[n1] > TURNING_N1_PCT or values[n1 + (N2 - N1) * n_engines] > TURNING_N1_PCT
     active[after:] = values[after] > FLYING_MACH
-    return jump, rest_s, active
+    return rest_s, active
 
 
 def _watch(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engines: int) -> bool:
     """One step of every sensor, in place, in the order of `Layout.sensors`. -> some sensor is suspect."""
     suspect = False
-    jump, rest_s, active = _limit(rows, limits, values, n_mounts, n_engines)
+    rest_s, active = _limit(rows, limits, values, n_mounts, n_engines)
     for i in range(len(rows)):
         row, value = rows[i], values[i]
         if isfinite(value):
             row[SEEN], row[MISSING] = 1.0, 0.0
-            _watch_jump(row, value, jump[i])
+            _watch_jump(row, value, limits[i, JUMP_LIMIT])
             _watch_rest(row, value, active[i])
             _append(row, value)
             _set(row, _symptom(row, limits[i], value, active[i], rest_s[i]))
