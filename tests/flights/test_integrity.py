@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.fusion_flights import installation
+from benchmarks.fusion_flights import fly_through, installation
 from benchmarks.integrity import SILENT_S, campaign
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY
 from benchmarks.integrity_flight import on_the_wire
@@ -54,3 +54,10 @@ def test_a_healthy_aircraft_keeps_its_sensors_and_its_thrust(rows):
 
 def test_an_installation_that_errs_is_inside_the_band_or_flagged(rows):
     assert all(row.in_band_pct > 90.0 for row in rows if row.fault.startswith("hostile"))
+
+
+@pytest.mark.parametrize(("seed", "seconds"), [(3, 520.0), (7, 345.0)])
+def test_a_plain_flight_off_the_fitted_deck_accuses_nobody(seed, seconds):
+    """Engines whose spool lines lie 8 to 13 % beside the deck's, where it was not fitted."""
+    flown = fly_through(installation(), "scripted", None, seed, seconds)
+    assert [(f.where, f.kind) for f in flown.faults if f.kind != "zero"] == []

@@ -10,8 +10,8 @@ from thrustd.sensors.jumps import FASTEST_FALL_N_S, FASTEST_RISE_N_S, follow, fo
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
-    LOG_FLOW,
     JUMPED_N,
+    LOG_FLOW,
     MACH,
     MOUNT_RATE_N_S,
     N_SOURCES,

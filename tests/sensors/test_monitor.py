@@ -167,14 +167,29 @@ def test_an_acceleration_that_pitch_and_airspeed_contradict_is_named_though_ever
     assert {word.split()[0] for _, word in found} == {"accel_x_g[0]"}
 
 
-@pytest.mark.parametrize(("name", "size"), [("n1_pct", 2.5), ("n2_pct", -2.0), ("fuel_flow_kg_s", 0.005)])
-def test_a_small_jump_that_the_engine_does_not_share_is_named(name, size):
+@pytest.mark.parametrize(
+    ("name", "size", "within_s"), [("n1_pct", 2.5, 2.0), ("n2_pct", -2.0, 2.0), ("fuel_flow_kg_s", 0.015, 3.0)]
+)
+def test_a_jump_that_the_engine_does_not_share_is_named(name, size, within_s):
     def jump(read, since_s):
         read[name, 0] += size
 
     (after_s, word), *others = reports(jump)
-    assert word == f"{name}[0] offset" and after_s < 1.5
+    assert word == f"{name}[0] offset" and after_s < within_s
     assert others == []
+
+
+@pytest.mark.parametrize("spools_follow", [0.0, 0.4])
+def test_a_fuel_flow_that_leads_its_spools_or_feeds_bled_air_accuses_nobody(spools_follow):
+    """A throttle that is moved by half a per cent of N1 moves the fuel flow at once, the spools within seconds."""
+
+    def push(read, since_s):
+        part = spools_follow * min(since_s / 2.0, 1.0)
+        read["fuel_flow_kg_s", 0] += 0.004
+        read["n1_pct", 0] += part
+        read["n2_pct", 0] += part / 2.0
+
+    assert reports(push) == []
 
 
 def test_a_throttle_that_jumps_is_no_fault():

@@ -42,4 +42,6 @@ class MonitorInputs(NamedTuple):
     t_ns: int
     readings: Floats  # the latest of each of `Layout.sensors`, as it came
     mounts: Any  # MOUNT_STATE by mount, after load-factor corrections
-    deck_n: Floats  # (n_engines, 6), of readings as they came: thrust by fuel flow, N1, N2; sigma of the deck; dF/d ln w, ln w
+    # (n_engines, 6), of readings as they came: thrust by fuel flow, N1, N2; sigma of the deck; dF/d ln w and ln w of
+    # the corrected fuel flow w
+    deck_n: Floats

@@ -1,10 +1,10 @@
 """One sensor on its own: dead, stuck, noisy, a jump that stays, a rate that the aircraft cannot have.
 
 Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go together: who rests alone lies; who jumps
-alone is weighed in `bank`, for a fuel flow leads its spools. A larger jump is doubted at once (the sensor is left out) and judged CONFIRM_S later: if
-the signal stays where it jumped to, it is an offset; if it came back it was a spike. Noise is the median of |second
-difference| over 2 s, which one jump cannot lift. A sensor that is read once a second rests in between: three jumps
-within some seconds are its noise, and a jump of it is judged later.
+alone is weighed in `bank`, for a fuel flow leads its spools. A larger jump is doubted at once (the sensor is left out)
+and judged CONFIRM_S later: if the signal stays where it jumped to, it is an offset; if it came back it was a spike.
+Noise is the median of |second difference| over 2 s, which one jump cannot lift. A sensor that is read once a second
+rests in between: three jumps within some seconds are its noise, and a jump of it is judged later.
 """
 
 from math import isfinite
