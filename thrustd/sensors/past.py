@@ -19,6 +19,7 @@ N_SOURCES = 5
 LONG_AGO_S = -1e12
 N_ROWS = 10
 LAG_FADES_S, FUEL_LAG_FADES_S = 8.0, 0.5  # fuel flow and spools find together after a throttle moved
+UNKNOWN_RATE_N_S = 300.0  # nobody saw what the throttle did before
 ABSURD_N = 15_000.0  # 11 kN at take-off: no thrust of this engine
 MOUNT_LEAD_FADES_S = 1.0
 LEVEL_PART = 0.2  # low pass of the level whose rate is taken
@@ -48,7 +49,7 @@ PAST = np.dtype(
 def no_past(n_engines: int) -> Any:
     """(n_engines,) of PAST."""
     past = np.zeros(n_engines, PAST)
-    past["lagged_n"] = nan
+    past["lagged_n"], past["rate_n_s"][:, :2] = nan, UNKNOWN_RATE_N_S
     past["since_s"] = LONG_AGO_S  # one that is found turning
     return past
 
