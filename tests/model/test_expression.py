@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from thrustd.core.errors import ModelError
 from thrustd.model.effects import effect_named
-from thrustd.model.expression import expression_effect, is_expression
+from thrustd.model.expression import expression_effect, force_along, is_expression
 
 
 def value(text, columns=(), **given):
@@ -28,11 +28,25 @@ def test_it_computes_what_python_computes(k, q, m):
     assert value(text, k=k, dynamic_pressure_Pa=q, mach=m) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-def test_columns_that_are_not_in_the_catalogue_keep_their_brackets_in_the_name():
+def test_columns_that_are_not_in_the_catalogue_are_quoted_in_the_name():
     effect = expression_effect("k * cabin_psi * mach", ["cabin_psi"])
-    assert effect.name == "expression: k * [cabin_psi] * mach"
+    assert effect.name == "expression: k * 'cabin_psi' * mach"
     assert effect.channels == ("cabin_psi", "mach")
     assert effect_named(effect.name) == effect
+
+
+def test_a_column_of_any_name_is_quoted_and_artifacts_of_before_are_read():
+    effect = expression_effect('k * ("Temp [degC]" - p0)')
+    assert effect.channels == ("Temp [degC]",) and effect_named(effect.name) == effect
+    assert effect_named("expression: k * [cabin_psi] * mach").channels == ("cabin_psi", "mach")
+    assert value('k * "Temp [degC]"', k=2.0, **{"Temp [degC]": 3.0}) == 6.0
+    assert effect_named('k * "driven by hand"').channels == ("driven by hand",)
+
+
+@pytest.mark.parametrize("parts", [("mach",), ("Temp [degC]",), ('5" pipe', "it's"), ("a", "mach")])
+def test_what_is_advised_is_accepted(parts):
+    for channel in [parts[0]] if len(parts) == 1 else [f"{parts[1]} - {parts[0]}", f"{parts[0]} * {parts[1]}"]:
+        assert set(expression_effect(force_along(channel, parts)).channels) == set(parts)
 
 
 def test_amplitude_and_shape_are_told_apart():
@@ -57,11 +71,14 @@ def test_neutral_does_nothing():
         "3 * mach",
         "k * mach.real",
         "k * mach[0]",
+        'k * ""',
+        "k * 'a\\nb'",
+        "k * f'{mach}'",
+        "k * b'mach'",
         "__import__('os')",
         "k * open('x')",
         "lambda: mach",
         "k if mach else 2",
-        "k * 'mach'",
         "[k for k in mach]",
         "k * max(mach, 1)",
         "k * mach; mach",

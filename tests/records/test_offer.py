@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from thrustd.records.offer import CONVERSIONS, offer, unit_said
+from thrustd.records.offer import offer
+from thrustd.records.units import CONVERSIONS, unit_said
 
 T = np.arange(0.0, 10.0, 0.1)
 WAVE = 0.5 + 0.3 * np.sin(T)

@@ -8,7 +8,7 @@ import pytest
 from tests.workbench.served import workbench
 from thrustd.core.errors import UsageError
 from thrustd.workbench.folder import Folder
-from thrustd.workbench.mapping import ColumnNames, checked, keep_mapping
+from thrustd.workbench.mapping import Column, ColumnNames, Said, checked, keep_mapping
 from thrustd.workbench.model_runs import recording_of
 from thrustd.workbench.prepare import prepare
 
@@ -52,7 +52,7 @@ def test_a_strange_file_is_no_problem_but_a_question(folder):
 
 def test_what_was_said_is_read_and_remembered_for_the_others(folder):
     prepare(folder, "rig.csv", quiet)
-    keep_mapping(folder.state, "rig.csv", checked(json.dumps(SAID).encode(), THEIRS))
+    keep_mapping(folder.state, "rig.csv", checked(json.dumps(SAID).encode(), THEIRS), THEIRS)
     for name in ("rig.csv", "test run.csv"):
         assert prepare(folder, name, quiet) == {"recording": name}
         record = recording_of(folder, name)
@@ -60,8 +60,35 @@ def test_what_was_said_is_read_and_remembered_for_the_others(folder):
         slope = np.polyfit(record["deformation_mm"], record["force_N"], 1)
         assert slope == pytest.approx([5000, 0], abs=20)
     before = folder.columns_folder("rig.csv")
-    keep_mapping(folder.state, "rig.csv", ColumnNames())  # taken back: read as it is
+    keep_mapping(folder.state, "rig.csv", ColumnNames(), THEIRS)  # taken back: read as it is
     assert folder.columns_folder("rig.csv") != before and folder.columns("rig.csv") is None
+
+
+def test_a_column_is_read_the_same_in_every_file_also_when_it_is_said_anew(folder):
+    rows = (folder.root / "rig.csv").read_text().splitlines()
+    text = [rows[0] + ",Temp [degC]", *(f"{row},20.5" for row in rows[1:])]
+    (folder.root / "engine run.csv").write_text("\n".join(text))
+    for name in folder.recordings():
+        prepare(folder, name, quiet)
+    said = checked(json.dumps(SAID).encode(), THEIRS)
+    keep_mapping(folder.state, "rig.csv", said, THEIRS)
+    assert [one.ours for one in folder.mapping("engine run.csv").columns] == ["time_s", "force_N", "deformation_mm"]
+    other = {"columns": [*SAID["columns"][:2], {**SAID["columns"][2], "factor": 0.5}]}
+    keys = {name: folder.key(name) for name in folder.recordings()}
+    keep_mapping(folder.state, "test run.csv", checked(json.dumps(other).encode(), THEIRS), THEIRS)
+    for name in folder.recordings():
+        assert folder.mapping(name).columns[2].factor == 0.5 and folder.key(name) != keys[name]
+    temp = ColumnNames((Column("Temp [degC]", "temperature_degC"),))
+    keep_mapping(folder.state, "engine run.csv", temp, ["Temp [degC]"])
+    assert "temperature_degC" in recording_of(folder, "engine run.csv")
+    keep_mapping(folder.state, "rig.csv", said, THEIRS, only=True)
+    assert [folder.mapping(name).columns[2].factor for name in ("rig.csv", "test run.csv")] == [0.25, 0.5]
+
+
+def test_two_columns_of_one_meaning_do_not_meet_in_one_file():
+    said = Said((Column("a", "force_N"), Column("b", "force_N"), Column("c", "mach")))
+    assert [one.theirs for one in said.of("x.csv", ["a", "b", "c"]).columns] == ["b", "c"]
+    assert said.of("x.csv", ["a", "force_N", "mach"]) == ColumnNames()
 
 
 @pytest.mark.parametrize(
@@ -91,7 +118,8 @@ def test_over_http_and_the_roles_of_the_files(folder):
         for name in folder.recordings():
             assert served.order("prepare", recording=name)["result"]["unmapped"]
         card = served.get("api/state")["recordings"][0]
-        assert card["table"] == {"timed": False, "wanting": ["force_N", "deformation_mm"]} and card["meta"] is None
+        assert card["table"] == {"timed": False, "wanting": ["force_N", "deformation_mm"], "unseen": []}
+        assert card["meta"] is None
         assert served.get("api/columns/rig.csv")["rows"] == 2000
         assert (
             served.ask("PUT", "api/columns/rig.csv", json.dumps({"columns": [{"theirs": "x", "ours": "y"}]}))[0] == 400

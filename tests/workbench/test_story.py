@@ -26,12 +26,12 @@ def folder(tmp_path_factory):
     write_foreign(root / "1 rig.csv", n=6000)
     write_foreign(root / "test run.csv", n=6000, seed=1)
     folder = Folder(root)
-    keep_mapping(folder.state, "1 rig.csv", checked(json.dumps(SAID).encode(), THEIRS))
+    keep_mapping(folder.state, "1 rig.csv", checked(json.dumps(SAID).encode(), THEIRS), THEIRS)
     for name in folder.recordings():
         prepare(folder, name, quiet)
     made = fit(folder, {"recordings": ["1 rig.csv"], "out": "bench-model.json"}, quiet)
     keep(folder, Job("1", "fit", "", {"recordings": ["1 rig.csv"]}, "done", result=made))
-    asked = {"verdict": ["none"], "grade": "strong", "at_floor": True, "floor_n": 12.0, "rmse_before_n": 12.1,
+    asked = {"verdict": ["none"], "grade": "strong", "more_left": False, "floor_n": 12.0, "rmse_before_n": 12.1,
              "rmse_after_n": 12.1, "candidates": [], "advice": ["nothing more"], "evidence": []}  # fmt: skip
     answer = {"report": write_report(folder, "a", asked)}
     keep(folder, Job("2", "diagnose", "", {"model": "bench-model.json", "recordings": []}, "done", result=answer))

@@ -30,9 +30,9 @@ def test_his_columns_are_named_once_and_in_his_units(page_of, stranger):
         page.locator(".notice.problem", has_text="What does LVDT (V) read without load?").wait_for()
         page.get_by_role("button", name="at the least force").wait_for()
         page.get_by_label("zero of LVDT (V)").fill("0.3")
-        page.get_by_label("turn the sign of Load [kN]").uncheck()
-        page.get_by_text("one of the two signs is turned").wait_for()
-        page.get_by_label("turn the sign of Load [kN]").check()
+        page.get_by_label("reverse the sign of Load [kN]").uncheck()
+        page.get_by_text("one of the two signs is reversed").wait_for()
+        page.get_by_label("reverse the sign of Load [kN]").check()
         page.get_by_text("the signs agree").wait_for()
         page.locator("#take-columns").click()
         page.locator("#next", has_text="Identify a model").wait_for()
@@ -40,8 +40,7 @@ def test_his_columns_are_named_once_and_in_his_units(page_of, stranger):
         page.get_by_text("2 channels, with force_N").nth(2).wait_for()
         assert page.get_by_label("use of test run.csv").input_value() == "heldout"
     said = json.loads((stranger.folder / ".thrustd" / "mappings.json").read_bytes())
-    assert set(said) == {"rig.csv", "engine run.csv", "test run.csv"}
-    load, lvdt = said["rig.csv"]["columns"][1:]
+    load, lvdt = said["columns"][1:]
     assert load["factor"] == -1000 and lvdt["factor"] == 0.25 and lvdt["offset"] == pytest.approx(-0.075)
 
 

@@ -6,22 +6,19 @@ from pathlib import Path
 from thrustd.api.model import Model
 from thrustd.api.spoken import spoken
 from thrustd.core.aircraft import place_of
-from thrustd.core.errors import RecordingError, UsageError
+from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.reference import BROCHURE, THRUST, as_mount, with_reference
 from thrustd.identify.segments import FORCE
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import CONFIGURATION, read_deck, shipped
 from thrustd.model.artifact import write_model
 from thrustd.model.compile import read_proven_model
-from thrustd.records.files import file_sha256, write_recording
-from thrustd.records.files import load as load_columns
-from thrustd.records.loaded import Loaded
+from thrustd.records.files import write_recording
 from thrustd.records.marks import read_marks, without_excluded
-from thrustd.records.offer import offer, spelled
-from thrustd.records.recording import TIME, Recording, no_column
+from thrustd.records.recording import Recording
 from thrustd.records.rename import read_rename
 from thrustd.records.roles import Roles, with_roles
-from thrustd.records.time_axis import TimeAxis, timed
+from thrustd.records.time_axis import TimeAxis, read_timed
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
 
@@ -35,7 +32,7 @@ def read(
     output: str = "",
     time: str = "time_s",
     rate_hz: float | None = None,
-    rename: Sequence[str] = (),
+    rename: str | Sequence[str] = (),
     against: str = "",
     config: str | Path | None = None,
 ) -> Recording:
@@ -50,10 +47,8 @@ def read(
     Channels are float64 (n,), units in their names. RecordingError, one line, when the file cannot be used as asked.
     """
     path, axis = Path(path), TimeAxis(time, rate_hz)
-    loaded = load_columns(path)
-    if axis == TimeAxis() and not rename and TIME not in loaded.columns:
-        raise RecordingError(f"{no_column(path.name, TIME, loaded.columns)}; expected {_offered(loaded)}")
-    record = timed(path.name, loaded, axis, list(map(read_rename, rename)), file_sha256(path))
+    renames = [read_rename(text) for text in ([rename] if isinstance(rename, str) else rename)]
+    record = read_timed(path, axis, renames)
     record = without_excluded(record, read_marks(path))
     if input or output:
         roles = Roles(*(given or own for given, own in zip((input, output), Roles(), strict=True)))
@@ -65,14 +60,6 @@ def read(
     record = as_mount(record, place)
     known = against or FORCE in record or THRUST in record
     return with_reference(record, against, place, read_deck() if against == BROCHURE else None) if known else record
-
-
-def _offered(loaded: Loaded) -> str:
-    """What the columns may be, as this call takes them."""
-    usual = max(map(len, loaded.columns.values()))
-    same = {name: column for name, column in loaded.columns.items() if len(column) == usual}
-    found = [spelled(theirs, one.ours, one.factor, one.offset) for theirs, one in offer(same).items()]
-    return f"time=COLUMN, rate_hz=HZ{f' or rename={found}' if found else ''}"
 
 
 @spoken

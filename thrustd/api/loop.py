@@ -12,7 +12,6 @@ from thrustd.api.spoken import spoken
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.compare import compare as compare_all
 from thrustd.diagnose.compare.comparison import CompareReport
-from thrustd.diagnose.compare.reference import rest_remarks
 from thrustd.diagnose.extend.extend import extend as extend_spec
 from thrustd.diagnose.search.diagnose import diagnose as diagnose_spec
 from thrustd.diagnose.search.diagnose_report import DiagnoseReport
@@ -83,11 +82,12 @@ class Diagnosis(Shown):
 
 
 @spoken
-def diagnose(model: Model, measured: Recordings, *, extra: "Sequence[Effect]" = ()) -> Diagnosis:
+def diagnose(model: Model, measured: Recordings, *, extra: "Sequence[str | Effect]" = ()) -> Diagnosis:
     """Which effect explains what the model leaves of measured recordings: force_N - model, N.
 
     The recordings have the columns of `identify` and, for effects that read channels, those (`accel_x_g`, ...): an
-    effect without its channel is not judged, and the answer says so. extra: effects judged beside the shelf's.
+    effect without its channel is not judged, and the answer says so. extra: effects or expressions judged beside
+    the shelf's: 'k * "Temp [degC]"'.
     RecordingError, one line: a column is missing, or a value contradicts its unit.
     """
     return Diagnosis(diagnose_spec(model.spec, _several(measured), name=model.name, extra=extra))
@@ -165,10 +165,10 @@ def compare(models: Model | Sequence[Model], recordings: Recordings) -> Comparis
     names = [model.name if sum(m.name == model.name for m in several) == 1 else f"{model.name} {i}"
              for i, model in enumerate(several, 1)]  # fmt: skip
     specs = {name: model.spec for name, model in zip(names, several, strict=True)}
-    records = _several(recordings)
-    for line in rest_remarks(records, None, specs.values()):
+    report = compare_all(specs, _several(recordings))
+    for line in report.remarks:
         warnings.warn(line, stacklevel=2)
-    return Comparison(compare_all(specs, records))
+    return Comparison(report)
 
 
 def _several(records: Recordings) -> list[Recording]:

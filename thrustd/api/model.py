@@ -10,10 +10,12 @@ import numpy.typing as npt
 
 from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
+from thrustd.diagnose.compare.newtons import newtons
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import CompiledModel, compile_model
 from thrustd.model.stage import DEFORMATION
 from thrustd.records.recording import Recording
+from thrustd.records.roles import roles_in
 from thrustd.records.shown import Shown, as_frame
 
 if TYPE_CHECKING:
@@ -123,20 +125,23 @@ def _compiled(model: Model, rate_hz: float) -> CompiledModel:
 
 def _lines(spec: ModelSpec) -> list[tuple[str, str]]:
     low, high = spec.valid.deformation_mm
+    least, most = spec.valid.force_n
+    roles = roles_in(spec.provenance)
     modes = ", ".join(f"{mode.tau_s:.3g}" for mode in spec.linear.real_modes)
     lines = [
         ("structure", spec.structure),
         (
             "identified over",
-            f"{low:.3f} to {high:.3f} mm, {spec.valid.force_n[0]:.0f} to {spec.valid.force_n[1]:.0f} N",
+            f"{low:.4g} to {high:.4g} {roles.input_unit}, {newtons(least)} to {newtons(most)} {roles.output_unit}",
         ),
         ("time constants, s", modes or "none"),
     ]
+    if not roles.own:
+        lines.insert(1, ("input, output", ", ".join(roles)))
     for effect in spec.effects:
         numbers = [f"{name} {value:.4g}" for name, value in effect.parameters.items()][:4]
         lines.append((f"effect {effect.name}", ", ".join(numbers) + (" ..." if len(effect.parameters) > 4 else "")))
     for entry in spec.ledger:
-        lines.append(
-            (f"ledger + {entry.added}", f"{entry.rmse_before_n:.1f} -> {entry.rmse_after_n:.1f} N, {entry.data}")
-        )
+        fall = f"{newtons(entry.rmse_before_n)} -> {newtons(entry.rmse_after_n, unit=roles.output_unit)}"
+        lines.append((f"ledger + {entry.added}", f"{fall}, {entry.data}"))
     return lines

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from thrustd.cli.roles import add_rename
 from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json
 from thrustd.core.errors import ThrustdError, UsageError
 from thrustd.sources.plain_file import read_text
@@ -30,10 +31,7 @@ def add_verbs(verbs: Verbs) -> None:
     convert.add_argument(
         "--sampled", type=float, metavar="HZ", help="samples per second, for files without a time column"
     )
-    convert.add_argument(
-        "--rename", action="append", default=[], metavar="THEIRS=OURS",
-        help="rename a column; OURS*FACTOR+OFFSET converts its unit; may be repeated",
-    )  # fmt: skip
+    add_rename(convert)
     convert.add_argument("--rate", type=float, metavar="HZ", help="resample onto a uniform grid")
     convert.add_argument(
         "--salvage", action="store_true", help="read the intact parts of a damaged MCAP file and report what is lost"

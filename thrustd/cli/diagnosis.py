@@ -20,7 +20,6 @@ from thrustd.sources.plain_file import read_text
 
 if TYPE_CHECKING:
     from thrustd.diagnose.search.question import Given
-    from thrustd.model.artifact import ModelSpec
     from thrustd.model.effect import Effect
     from thrustd.records.recording import Recording
 
@@ -109,7 +108,6 @@ def compare_verb(arguments: argparse.Namespace) -> int:
             progress=lambda share, what: advance(share),
             **reference(arguments),
         )
-    _remark(records, arguments, list(specs.values()))
     _show(report, arguments)
     if arguments.pictures is not None:
         from thrustd.diagnose.compare.before_after import before_after_pictures
@@ -122,10 +120,11 @@ def compare_verb(arguments: argparse.Namespace) -> int:
 
 
 def diagnose_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.diagnose.compare.reference import rest_remarks
     from thrustd.diagnose.search.diagnose import diagnose
 
     records = recordings_to_judge(arguments.data, arguments)
-    extra = _effects(arguments, records)
+    extra = _effects(arguments)
     (spec,) = read_models([arguments.model]).values()
     _say_first(records, arguments)
     with progress(f"diagnose {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
@@ -137,7 +136,8 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
             given=_known(arguments),
             progress=lambda share, what: advance(share),
         )
-    _remark(records, arguments, [spec])
+    for line in rest_remarks(records, place_in_aircraft(arguments), [spec]):
+        note(line)
     _show(report, arguments)
     if arguments.pictures is not None and report.depends_on:
         from thrustd.diagnose.compare.pictures import dependence_picture
@@ -149,6 +149,7 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
 
 def extend_verb(arguments: argparse.Namespace) -> int:
     from thrustd.cli.files import write_model_file
+    from thrustd.diagnose.compare.reference import rest_remarks
     from thrustd.diagnose.extend.extend import extend
 
     if arguments.given:
@@ -156,7 +157,7 @@ def extend_verb(arguments: argparse.Namespace) -> int:
     if not arguments.data:
         raise UsageError("extend: no recording; expected at least one to estimate an effect from, or --given")
     records = recordings_to_judge(arguments.data, arguments)
-    effects = _effects(arguments, records)
+    effects = _effects(arguments)
     if not effects:
         raise UsageError("extend: --effect is missing; expected a name (see thrustd effects) or an expression")
     (spec,) = read_models([arguments.model]).values()
@@ -170,7 +171,8 @@ def extend_verb(arguments: argparse.Namespace) -> int:
             given=_known(arguments),
             progress=lambda share, what: advance(share),
         )
-    _remark(records, arguments, [spec])
+    for line in rest_remarks(records, place_in_aircraft(arguments), [spec]):
+        note(line)
     write_model_file(report.spec, arguments.out)
     _show(report, arguments)
     note(f"written: {arguments.out}")
@@ -216,13 +218,6 @@ def _known(arguments: argparse.Namespace) -> "Given":
 
     rig = read_rig(read_text(arguments.rig), str(arguments.rig)) if arguments.rig else None
     return Given(rig, recordings_to_judge(arguments.bench, arguments), **reference(arguments))
-
-
-def _remark(records: list["Recording"], arguments: argparse.Namespace, specs: list["ModelSpec"]) -> None:
-    from thrustd.diagnose.compare.reference import rest_remarks
-
-    for line in rest_remarks(records, place_in_aircraft(arguments), specs):
-        note(line)
 
 
 def _say_first(records: list["Recording"], arguments: argparse.Namespace) -> None:
@@ -273,16 +268,8 @@ def _add_effects(parser: argparse.ArgumentParser, words: str) -> None:
     parser.add_argument("--effect-file", action="append", default=[], type=Path, help="Python file with an EFFECT")
 
 
-def _effects(arguments: argparse.Namespace, records: list["Recording"]) -> list["Effect"]:
-    """Effects from files, names and expressions; an expression may read any column of the recordings."""
+def _effects(arguments: argparse.Namespace) -> list["Effect | str"]:
+    """Effects from files, names and expressions."""
     from thrustd.diagnose.extend.effect_file import load_effect_file
-    from thrustd.model.effects import effect_named
-    from thrustd.model.expression import expression_effect
-    from thrustd.model.modulated import BY
 
-    own = [effect for path in arguments.effect_file for effect in load_effect_file(path)]
-    columns = tuple(records[0].channels)
-    for text in arguments.effect:
-        is_name = BY in text or text.replace("_", "").isalnum()
-        own.append(effect_named(text) if is_name else expression_effect(text, columns))
-    return own
+    return [*(effect for path in arguments.effect_file for effect in load_effect_file(path)), *arguments.effect]

@@ -2,7 +2,6 @@
 
 import argparse
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -123,7 +122,6 @@ def identify_verb(arguments: argparse.Namespace) -> int:
         others = () if roles.own else OTHERS
         with own_words(roles):
             found = identify(train, validate, names, wish, arguments.out.stem, advance, others)
-    found = _in_own_words(found, roles)
     write_model_file(found.spec, arguments.out)
     if arguments.json:
         print_json(found.to_json())
@@ -132,11 +130,6 @@ def identify_verb(arguments: argparse.Namespace) -> int:
     best = f", of {len(found.scores)} the best on data not fitted to" if len(found.scores) > 1 else ""
     note(f"written: {arguments.out} ({found.spec.structure}{best})")
     return 0 if found.usable else 1  # the model is there to be looked at; a script stops here
-
-
-def _in_own_words(found: Any, roles: Any) -> Any:
-    """Warnings and unit by the names that the file has for its columns."""
-    return replace(found, warnings=tuple(map(roles.in_words, found.warnings)), unit=roles.output_unit)
 
 
 def _wish(arguments: argparse.Namespace) -> Any:

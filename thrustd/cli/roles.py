@@ -29,6 +29,14 @@ def add_roles(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--time", metavar="COLUMN", default="time_s", help="column of time in seconds (default time_s)")
     parser.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time column")
+    add_rename(parser)
+
+
+def add_rename(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rename", action="append", default=[], metavar="THEIRS=OURS",
+        help="rename a column; OURS*FACTOR+OFFSET converts its unit; may be repeated",
+    )  # fmt: skip
 
 
 def add_reference(parser: argparse.ArgumentParser) -> None:
@@ -87,12 +95,14 @@ def roles_of_arguments(arguments: argparse.Namespace) -> "Roles":
 
 
 def _timed(paths: Sequence[Path], arguments: argparse.Namespace) -> list[tuple[Path, "Recording"]]:
+    from thrustd.records.rename import read_rename
     from thrustd.records.time_axis import TimeAxis, read_timed
 
     if arguments.rate is not None and not 0 < arguments.rate <= 1e9:
         raise UsageError(f"--rate {arguments.rate:g}: expected samples per second, above 0, at most 1e9")
     axis = TimeAxis(arguments.time, arguments.rate)
-    return [(path, read_timed(path, axis)) for path in paths]
+    renames = [read_rename(text) for text in arguments.rename]
+    return [(path, read_timed(path, axis, renames)) for path in paths]
 
 
 def _check_there(record: "Recording", roles: "Roles") -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from thrustd.core.measures import SIGMAS_95
 from thrustd.flighttest.answer import COLOURS, Answer, Columns
 from thrustd.flighttest.performance import Interval, Performance, PerformancePoint, PolarResult, rms_difference_n
 from thrustd.flighttest.steps import ThrottleStep, gain_of
@@ -76,7 +77,8 @@ def lines(found: Performance, known: Sequence[str]) -> list[str]:
     said += [_outside(step) for step in found.steps if step.outside]
     said += [_gain(found, way, name) for way, name in (("accel", "accelerometer"), ("air", "air data"))]
     for flight, (zero_g, std_g) in found.accelerometer_zero_g.items():
-        said.append(f"{flight}: accelerometer zero {1e3 * zero_g:+.2f} +- {1e3 * std_g:.2f} mg, taken out")
+        half_mg = 1e3 * SIGMAS_95 * std_g
+        said.append(f"{flight}: accelerometer zero {1e3 * zero_g:+.2f} +- {half_mg:.2f} mg (95 %), taken out")
     return [*said, *(f"known: {line}" for line in known), *found.notes]
 
 

@@ -19,6 +19,7 @@ from thrustd.identify.sensitivity import jacobian, residuals, segments_for
 from thrustd.model.artifact import ModelSpec, PiecewiseLinear, Witness
 from thrustd.model.compile import model_stages, witness_of
 from thrustd.records.recording import Recording
+from thrustd.records.roles import COLUMNS, roles_of
 
 WITNESS_BEYOND = 0.1  # of the valid range, on either side of it
 STD_SAMPLES = 100_000  # stretch on which the uncertainty is computed; scaled to the whole by the square root of length
@@ -79,6 +80,8 @@ def provenance(
         "longest_train_s": max((record.duration_s for record in train), default=0.0),  # slower modes are guesses
         "versions": [f"{package} {version(package)}" for package in ("thrustd", "numpy", "numba")],
     }
+    if not (roles := roles_of(train)).own:
+        found[COLUMNS] = list(roles)
     if dates:
         found["data_date"] = dates[0]
     warmth = [float(np.nanmean(record["temperature_degC"])) for record in train if "temperature_degC" in record]

@@ -22,6 +22,7 @@ from thrustd.identify.structures import Fitted, Structure, structure_named
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.recording import Recording
+from thrustd.records.roles import Roles, roles_of
 
 PARTS, EVERY = 20, 5  # of every record; every fifth is held out when no other records are given
 STILL = 0.1  # of the deviation of the data fitted to: what moves less tells nothing of a model
@@ -96,8 +97,15 @@ def identify(
     options: dict[str, str | float] = {"structure": best.structure}
     options |= {key: wish for key in ("order", "segments") if (wish := getattr(fits.wish, key))}
     spec = finished(msgspec.structs.replace(cast(ModelSpec, fitted.spec), name=name), fitting, held_out, options)
-    scores = tuple(score for _, score in results)
-    return Identified(spec, scores, tuple(dict.fromkeys(warnings)), usable=not worse)
+    return _identified(spec, [score for _, score in results], warnings, roles_of(train), not worse)
+
+
+def _identified(
+    spec: ModelSpec, scores: Sequence[Score], warnings: Sequence[str], roles: Roles, usable: bool
+) -> Identified:
+    """In the words and the unit of the file."""
+    said = tuple(map(roles.in_words, dict.fromkeys(warnings)))
+    return Identified(spec, tuple(scores), said, roles.output_unit, usable)
 
 
 def _best(results: Sequence[tuple[Fitted, Score]], apart: Sequence[str]) -> tuple[Fitted, Score]:

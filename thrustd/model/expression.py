@@ -8,14 +8,14 @@ diagnose, extend, compile, replay and fly like any built-in effect:
 
     c = [n, op_1, arg_1, ... op_n, arg_n]    op: push constant | push channel | add | multiply | ...    x: the stack
 
-Names of the catalogue are channels; a column that thrustd does not know is written in brackets, `k * [cabin_psi]`
-(`expression_effect` puts the brackets where the columns of a recording are given). Every other name is a parameter.
+Names of the catalogue are channels, and so is whatever stands in quotes, `k * "Temp [degC]"` (`expression_effect` puts
+them where the columns of a recording are given; artifacts of before have brackets). Every other name is a parameter.
 A parameter that makes the whole expression vanish at zero is an amplitude; the others are shape, starting at 1.
 """
 
 import ast
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache, partial
 
 import numpy as np
@@ -27,13 +27,14 @@ from thrustd.model.stage import Floats, jit
 
 PREFIX = "expression: "
 LONGEST = 400  # characters
+LONGEST_NAME = 200  # of a column
 DEEPEST = 16  # stack
 NESTED = 60  # parts within each other: what walks over them recurses
 LIMIT = 1e12
 CONSTANT, CHANNEL, ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, NEGATE = range(8)
 _BINARY = {ast.Add: ADD, ast.Sub: SUBTRACT, ast.Mult: MULTIPLY, ast.Div: DIVIDE, ast.Pow: POWER}
 FUNCTIONS = {"abs": 8, "sqrt": 9, "exp": 10, "log": 11, "sin": 12, "cos": 13, "tanh": 14, "sign": 15}
-ALLOWED = "+ - * / **, " + ", ".join(FUNCTIONS) + ", numbers, channels and free names"
+ALLOWED = "+ - * / **, " + ", ".join(FUNCTIONS) + ', numbers, channels, columns as "Temp [degC]" and free names'
 _PARAMETER = -1  # in a program before its parameters have values
 
 Program = tuple[tuple[int, float | str], ...]
@@ -95,7 +96,7 @@ def is_expression(text: str) -> bool:
 
 
 def expression_effect(text: str, columns: Collection[str] = ()) -> Effect:
-    """The effect of an expression; `columns`: further channel names that it may use without brackets."""
+    """The effect of an expression; `columns`: further channel names that it may use without quotes."""
     source = text.removeprefix(PREFIX).strip()
     return _effect(_canonical(_parsed(source), source, frozenset(columns)))
 
@@ -116,18 +117,30 @@ def _parsed(source: str) -> ast.expr:
 
 
 def _canonical(tree: ast.expr, source: str, columns: frozenset[str]) -> str:
-    """Text with brackets round the columns that the catalogue does not have."""
+    """Text with quotes round the columns that the catalogue does not have."""
     _flat(tree, source, columns)  # refuses what is not allowed, before anything else
 
-    class Brackets(ast.NodeTransformer):
+    class Quotes(ast.NodeTransformer):
         def visit_List(self, node: ast.List) -> ast.AST:
             return node
 
         def visit_Name(self, node: ast.Name) -> ast.AST:
             unknown = node.id in columns and node.id not in CATALOGUE
-            return ast.List([node], ast.Load()) if unknown else node
+            return ast.Constant(node.id) if unknown else node
 
-    return ast.unparse(Brackets().visit(tree))
+    return ast.unparse(Quotes().visit(tree))
+
+
+def force_along(channel: str, parts: Sequence[str]) -> str:
+    """An expression to try: a force along a channel, or along the difference or product of two."""
+    first, *second = [name if name in CATALOGUE else f'"{name}"' if '"' not in name else repr(name) for name in parts]
+    if not second:
+        return f"k * {first}"
+    return f"k * ({second[0]} - {first})" if channel == f"{parts[1]} - {parts[0]}" else f"k * {first} * {second[0]}"
+
+
+def _is_column(name: str) -> bool:
+    return 0 < len(name) <= LONGEST_NAME and name.isprintable()
 
 
 def _flat(node: ast.expr, source: str, columns: frozenset[str] = frozenset()) -> list[tuple[int, float | str]]:
@@ -137,6 +150,8 @@ def _flat(node: ast.expr, source: str, columns: frozenset[str] = frozenset()) ->
     if isinstance(node, ast.Name):
         known = node.id in CATALOGUE or node.id in columns
         return [(CHANNEL if known else _PARAMETER, node.id)]
+    if isinstance(node, ast.Constant) and isinstance(node.value, str) and _is_column(node.value):
+        return [(CHANNEL, node.value)]
     if isinstance(node, ast.List) and len(node.elts) == 1 and isinstance(node.elts[0], ast.Name):
         return [(CHANNEL, node.elts[0].id)]
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:

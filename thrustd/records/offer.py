@@ -11,29 +11,12 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.records.recording import TIME, signal_of, unit_of
-from thrustd.records.rename import SYNONYMS, unit_in_brackets
+from thrustd.records.rename import spelled
+from thrustd.records.units import CONVERSIONS, unit_said
 
 FORCE, DEFORMATION, TEMPERATURE = "force_N", "deformation_mm", "temperature_degC"
 AGREE = 0.2  # correlation of force and deformation from which their signs are judged
 
-# our unit -> unit of theirs: (factor, offset)
-CONVERSIONS: dict[str, dict[str, tuple[float, float]]] = {
-    "s": {"s": (1, 0), "ms": (1e-3, 0), "us": (1e-6, 0), "ns": (1e-9, 0), "min": (60, 0), "h": (3600, 0)},
-    "N": {"N": (1, 0), "kN": (1e3, 0), "daN": (10, 0), "kgf": (9.80665, 0), "tonf": (9806.65, 0),
-          "lbf": (4.4482216152605, 0)},
-    "mm": {"mm": (1, 0), "um": (1e-3, 0), "cm": (10, 0), "m": (1e3, 0), "in": (25.4, 0), "mil": (0.0254, 0)},
-    "degC": {"degC": (1, 0), "K": (1, -273.15), "degF": (5 / 9, -160 / 9)},
-    "g": {"g": (1, 0), "m/s2": (1 / 9.80665, 0)},
-    "Pa": {"Pa": (1, 0), "kPa": (1e3, 0), "hPa": (100, 0), "mbar": (100, 0), "bar": (1e5, 0), "psi": (6894.757, 0)},
-    "m": {"m": (1, 0), "ft": (0.3048, 0)},
-    "%": {"%": (1, 0), "-": (100, 0)},
-    "kg/s": {"kg/s": (1, 0), "kg/h": (1 / 3600, 0), "lb/h": (0.45359237 / 3600, 0)},
-    "mm/s": {"mm/s": (1, 0), "cm/s": (10, 0), "m/s": (1e3, 0), "in/s": (25.4, 0)},
-}  # fmt: skip
-_SPELLED = SYNONYMS | {
-    "sec": "s", "seconds": "s", "µm": "um", "μm": "um", "mV": "mV", "°F": "degF", "F": "degF", "m/s^2": "m/s2",
-    "inch": "in", "pct": "%", "percent": "%", "kp": "kgf", "msec": "ms",
-}  # fmt: skip
 # channel: words of its column's name, units that say so themselves
 _WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     TIME: (r"t|time|zeit|tijd|temps|timestamp|elapsed|clock", ("s", "ms", "us", "ns", "min", "h")),
@@ -56,18 +39,6 @@ class Offered(NamedTuple):
     offset: float
 
 
-def spelled(theirs: str, ours: str, factor: float = 1.0, offset: float = 0.0) -> str:
-    """ours = theirs * factor + offset, as `--rename` and `td.read` take it."""
-    scale = "" if factor == 1.0 and not offset else f"*{factor!r}"
-    return f"{theirs}={ours}{scale}{f'{offset:+}' if offset else ''}"
-
-
-def unit_said(theirs: str) -> str:
-    """The unit that a column's name carries, spelled as here; empty when it says none."""
-    said = unit_in_brackets(theirs) or (unit_of(theirs.strip()) if "_" in theirs else "")
-    return _SPELLED.get(said, said)
-
-
 def offer(columns: Mapping[str, Floats]) -> dict[str, Offered]:
     """theirs -> what it may be, for columns that are not called as in the catalogue already; each channel once."""
     taken = {name for name in columns if name == TIME or signal_of(name)}
@@ -83,6 +54,13 @@ def offer(columns: Mapping[str, Floats]) -> dict[str, Offered]:
         rising = [name for name, column in columns.items() if name not in found and _rises(column)]
         found |= {name: _converted(name, TIME) for name in rising[:1]}
     return _turned(found, columns)
+
+
+def offered_renames(columns: Mapping[str, Floats]) -> list[str]:
+    """The same as `--rename` and `td.read` take it, less what is in a unit of its own; empty without a time."""
+    found = {name: one for name, one in offer(columns).items() if one.unit in CONVERSIONS[unit_of(one.ours)]}
+    timed = any(one.ours == TIME for one in found.values())
+    return [spelled(name, one.ours, one.factor, one.offset) for name, one in found.items()] if timed else []
 
 
 def _fits(name: str, words: str, units: tuple[str, ...]) -> int:

@@ -6,6 +6,7 @@ A name that says another unit than the channel's is refused, unless factor or of
 """
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import NamedTuple
@@ -13,13 +14,11 @@ from typing import NamedTuple
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.signals import CATALOGUE
-from thrustd.records.recording import SUFFIX_UNITS, no_column, signal_of, unit_of
+from thrustd.records.recording import no_column, signal_of, unit_of
+from thrustd.records.units import CONVERSIONS, known_unit
 
-SYNONYMS = {"°C": "degC", "C": "degC", "deg C": "degC", "sec": "s", "m/s^2": "m/s2", "m/s²": "m/s2"}
-UNITS = {*SUFFIX_UNITS.values(), "ms", "us", "min", "h", "K", "kPa", "hPa", "mbar", "ft", "kt", "lbf", "rpm", "um"}
 _NUMBER = r"\d+\.?\d*(?:[eE][-+]?\d+)?"
 _OURS = re.compile(rf"([A-Za-z]\w*)(?:\s*\*\s*([-+]?{_NUMBER}))?\s*([-+]{_NUMBER})?")
-_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]\s*$")
 
 
 class Rename(NamedTuple):
@@ -66,22 +65,17 @@ def _remark(ours: str) -> str:
 
 def check_unit(theirs: str, ours: str) -> None:
     """UsageError when the name of a foreign column says another unit than the channel's."""
-    said, own = _unit(theirs), unit_of(ours)
+    said, own = known_unit(theirs), unit_of(ours)
     if said and own and said != own:
+        known = CONVERSIONS.get(own, {}).get(said)
+        meant = spelled(theirs, ours, *known) if known else f"{theirs}={ours}*FACTOR"
         raise UsageError(
-            f"{theirs}: its name says {said}, {ours} is in {own}; expected --rename '{theirs}={ours}*FACTOR' "
-            "(or +OFFSET, or both)"
+            f"{theirs}: its name says {said}, {ours} is in {own}; expected --rename {shlex.quote(meant)}"
+            + ("" if known else " (or +OFFSET, or both)")
         )
 
 
-def _unit(theirs: str) -> str:
-    """As far as the name says one: `force_kN`, `Load [kN]`; in round brackets or after _ only what is known."""
-    said = unit_in_brackets(theirs) or theirs.strip().rpartition("_")[2]
-    known = SUFFIX_UNITS.get(said) or SYNONYMS.get(said) or (said if said in UNITS else "")
-    return known or (said if theirs.rstrip().endswith("]") else unit_of(theirs.strip()))
-
-
-def unit_in_brackets(name: str) -> str:
-    """`bar` of `pressure [bar]` or `pressure (bar)`, known or not."""
-    found = _BRACKETS.search(name)
-    return found.group(1).strip() if found else ""
+def spelled(theirs: str, ours: str, factor: float = 1.0, offset: float = 0.0) -> str:
+    """ours = theirs * factor + offset, as `--rename` and `td.read` take it."""
+    scale = "" if factor == 1.0 and not offset else f"*{factor!r}"
+    return f"{theirs}={ours}{scale}{f'{offset:+}' if offset else ''}"

@@ -5,18 +5,19 @@ names in its metadata, so that every report speaks of `Load [kN]` and prints no 
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, unit_of
-from thrustd.records.rename import unit_in_brackets
+from thrustd.records.units import unit_in_brackets
 
 INPUT, OUTPUT = "deformation_mm", "force_N"
 _INPUT_KEY, _OUTPUT_KEY = "input column", "output column"
 _TRUSTED_KEY = "units"
 _TRUSTED = "as named"
+COLUMNS = "columns"  # of a model's provenance: input, output
 
 
 class Roles(NamedTuple):
@@ -70,6 +71,12 @@ def roles_of(records: Sequence[Recording]) -> Roles:
     """What the file of the first recording calls the columns."""
     said = records[0].metadata if records else {}
     return Roles(said.get(_INPUT_KEY, INPUT), said.get(_OUTPUT_KEY, OUTPUT))
+
+
+def roles_in(provenance: Mapping[str, object]) -> Roles:
+    """What the files that a model was identified from call the columns."""
+    said = provenance.get(COLUMNS)
+    return Roles(*map(str, said)) if isinstance(said, list) and len(said) == len(Roles()) else Roles()
 
 
 def with_trusted_units(record: Recording) -> Recording:

@@ -3,6 +3,7 @@
 Vectors of another length than the rest (a lone `Ts`, say) are left out with a word.
 """
 
+import shlex
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.files import SHOWN_NOTES, file_sha256, load
 from thrustd.records.loaded import Loaded
+from thrustd.records.offer import offered_renames
 from thrustd.records.recording import TIME, Recording, make_recording, no_column
 from thrustd.records.rename import Rename, check_unit, renamed
 
@@ -42,9 +44,10 @@ def timed(name: str, loaded: Loaded, axis: TimeAxis, renames: Sequence[Rename] =
         columns[TIME] = columns.pop(axis.column)
     else:
         others = "".join(f"; {line}" for line in loaded.notes[:SHOWN_NOTES])
+        found = " ".join(f"--rename {shlex.quote(each)}" for each in offered_renames(columns))
         raise RecordingError(
-            f"{no_column(name, axis.column, columns)}{others}; "
-            "expected a column of seconds (--time COLUMN) or the sample rate (--rate HZ, of convert --sampled HZ)"
+            f"{no_column(name, axis.column, columns)}{others}; expected {found}{', or ' if found else ''}"
+            "a column of seconds (--time COLUMN) or the sample rate (--rate HZ, of convert --sampled HZ)"
         )
     return make_recording(name, columns, loaded.metadata, sha256, (*loaded.notes, *remarks, *notes))
 

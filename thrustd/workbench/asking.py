@@ -15,7 +15,7 @@ from thrustd.records.marks import read_marks, without_excluded
 from thrustd.records.recording import Recording
 from thrustd.workbench.figures import comparison_json
 from thrustd.workbench.folder import Folder
-from thrustd.workbench.intervals import Intervals, intervals_of
+from thrustd.workbench.intervals import intervals_of
 from thrustd.workbench.model_runs import recording_of
 
 
@@ -25,12 +25,6 @@ def marked_recordings(folder: Folder, names: Sequence[str]) -> list[Recording]:
         replace(without_excluded(recording_of(folder, name), read_marks(folder.path(name))), name=name)
         for name in names
     ]
-
-
-def excluded_of(folder: Folder, names: Sequence[str]) -> dict[str, Intervals]:
-    """The stretches of each recording that an answer leaves out, so that the page knows when it is out of date."""
-    marks = {name: read_marks(folder.path(name)) for name in names}
-    return {name: [(m.start_s, m.stop_s) for m in found if m.exclude] for name, found in marks.items()}
 
 
 def ask_compare(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -44,10 +38,8 @@ def ask_compare(folder: Folder, arguments: Mapping[str, Any], progress: Progress
         records[i] = _only(records[i], mask)
     report = compare(models, records, progress=lambda share, note: progress(0.1 + 0.6 * share, note))
     progress(0.75, "pictures")
-    answer: dict[str, Any] = {
-        "cells": [comparison_json(c) for c in report.comparisons],
-        "excluded": excluded_of(folder, arguments["recordings"]),
-    }
+    cells = [comparison_json(c) for c in report.comparisons]
+    answer: dict[str, Any] = {"cells": cells, "remarks": list(report.remarks)}
     if condition:
         answer["condition"] = {
             "intervals": {r.name: intervals_of(m, r.time_s) for r, m in zip(records, masks, strict=True)},

@@ -1,12 +1,13 @@
 """Identify, diagnose, extend and compile, as the page asks for them: the functions of the command line."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.compare.comparison import CompareReport
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.diagnose_report import CandidateReport
@@ -16,7 +17,7 @@ from thrustd.model.compile import compile_model, rate_difference_n
 from thrustd.model.effects import effect_named
 from thrustd.records.files import file_sha256
 from thrustd.sinks.whole_file import write_whole
-from thrustd.workbench.asking import excluded_of, marked_recordings
+from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.evidence import evidence_json
 from thrustd.workbench.figures import dependence_json, history_json
 from thrustd.workbench.folder import Folder
@@ -41,7 +42,7 @@ def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progres
     report = diagnose(
         folder.model(arguments["model"]), records, name=arguments["model"], beside=True, progress=progress
     )
-    answer = report.to_json() | {"excluded": excluded_of(folder, arguments["recordings"])}
+    answer = report.to_json()
     answer["candidates"] = [_candidate(c) for c in report.candidates]
     answer["evidence"] = evidence_json(report.explained)
     answer["depends_on"] = [
@@ -68,16 +69,25 @@ def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     )  # fmt: skip
     progress(0.85, "before and after")
     both, checks = {parent: folder.model(parent), name: report.spec}, arguments["heldout"]
-    found = compare(both, [*records, *marked_recordings(folder, checks)]).comparisons
+    found = compare(both, [*records, *marked_recordings(folder, checks)])
     judged = {
         "heldout": [
-            {"model": c.model, "recording": c.recording, "rmse_n": c.rmse_n} for c in found if c.recording in checks
+            {"model": c.model, "recording": c.recording, "rmse_n": c.rmse_n, "contradicted": c.check.contradicted}
+            for c in found.comparisons
+            if c.recording in checks
         ],
-        "histories": [history_json(c) for c in found],
+        "remarks": _remarks(found, parent, checks),
+        "histories": [history_json(c) for c in found.comparisons],
     }
     save_model(folder, name, report.spec)
     numbers = [asdict(p) | {"sentence": p.sentence} for p in report.parameters]
     return report.to_json() | {"parent": parent, "model": name, "estimates": numbers, **judged}
+
+
+def _remarks(found: CompareReport, parent: str, checks: Sequence[str]) -> list[str]:
+    """What the check recordings lack, and whether they contradict the new model."""
+    old = {c.check.sentence for c in found.comparisons if c.model == parent}
+    return [line for line in found.remarks if line not in old and line.startswith(tuple(checks))]
 
 
 def compile_for_flight(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:

@@ -8,6 +8,7 @@ FOLDER/.thrustd/            state of the page; may be deleted while no page is o
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -15,10 +16,11 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError, UsageError
 from thrustd.model.artifact import MAX_BYTES, SCHEMA, ModelSpec
 from thrustd.model.compile import read_proven_model
+from thrustd.records.marks import read_marks
 from thrustd.sources.mcap_walk import MAGIC
 from thrustd.workbench.columns import Columns, columns_key, open_columns
 from thrustd.workbench.lines import Line
-from thrustd.workbench.mapping import ColumnNames, read_mappings
+from thrustd.workbench.mapping import ColumnNames, read_said, read_table
 from thrustd.workbench.settling import settling_s
 
 STATE = ".thrustd"
@@ -37,6 +39,7 @@ class Folder:
         self.state = self.root / STATE
         self._models: dict[str, tuple[str, ModelSpec]] = {}
         self._open: dict[Path, Columns] = {}
+        self._tables: dict[Path, dict[str, Any]] = {}
         if not self.root.is_dir():
             raise UsageError(f"{root}: expected a folder with recordings and models")
 
@@ -76,9 +79,19 @@ class Folder:
             held = self._models[name] = (key, read_proven_model(path.read_bytes(), name))
         return held[1]
 
+    def table(self, name: str) -> dict[str, Any] | None:
+        """The columns of the file as it calls them, and what they may be; None while it was not read."""
+        path = self.table_path(name)
+        if path not in self._tables:
+            if not path.exists():
+                return None
+            self._tables[path] = read_table(path)
+        return self._tables[path]
+
     def mapping(self, name: str) -> ColumnNames:
         """What the columns of the file are called here; nothing changed where nobody said so."""
-        return read_mappings(self.state).get(name) or ColumnNames()
+        table = self.table(name)
+        return ColumnNames() if table is None else read_said(self.state).of(name, table["columns"])
 
     def table_path(self, name: str) -> Path:
         """Where the columns of the file are kept as it calls them."""
@@ -88,6 +101,14 @@ class Folder:
         mapping = self.mapping(name)
         said = "" if mapping == ColumnNames() else msgspec.json.encode(mapping).decode()
         return self.state / "columns" / columns_key(self.path(name), said)
+
+    def key(self, name: str) -> str:
+        """Changes whenever a recording or model does: its file, what its columns are, which stretches are left out."""
+        path = self.path(name)
+        if path.suffix.lower() == MODEL_TYPE:
+            return columns_key(path)
+        out = [f"{mark.start_s!r} to {mark.stop_s!r}" for mark in read_marks(path) if mark.exclude]
+        return " ".join([self.columns_folder(name).name, *out])
 
     def model_columns_folder(self, recording: str, model: str) -> Path:
         return self.columns_folder(recording) / columns_key(self.path(model))
@@ -161,6 +182,7 @@ class ModelCard(msgspec.Struct, frozen=True):
     force_n: tuple[float, float]
     parent: str  # file name of the parent, empty without
     provenance: dict[str, object]
+    key: str  # changes with the file
     settling_s: float = 0.0  # after which its start at rest is forgotten
     problem: str = ""  # the one line that says why it cannot be used
 
@@ -170,13 +192,13 @@ def model_cards(folder: Folder) -> list[ModelCard]:
     cards = []
     for name in folder.models():
         try:
-            cards.append(_card(name, folder.model(name)))
+            cards.append(_card(name, folder.model(name), folder.key(name)))
         except (ModelError, UsageError) as problem:
-            cards.append(ModelCard(name, name, "", [], [], (0, 0), (0, 0), "", {}, problem=str(problem)))
+            cards.append(ModelCard(name, name, "", [], [], (0, 0), (0, 0), "", {}, "", problem=str(problem)))
     return cards
 
 
-def _card(name: str, spec: ModelSpec) -> ModelCard:
+def _card(name: str, spec: ModelSpec, key: str) -> ModelCard:
     return ModelCard(
         name,
         spec.name,
@@ -187,6 +209,7 @@ def _card(name: str, spec: ModelSpec) -> ModelCard:
         spec.valid.force_n,
         str(spec.provenance.get("parent", "")),
         dict(spec.provenance),
+        key,
         settling_s(spec.linear),
     )
 

@@ -103,7 +103,7 @@ def _asked(folder: Folder, step: Step) -> str:
         return ""
     verdict = answer["verdict"]
     after = "" if verdict[0] in NOTHING else f" → {newtons(answer['rmse_after_n'])} N promised"
-    rest = "" if answer["at_floor"] else "; something else too"
+    rest = "; something else is missing too" if answer["more_left"] else ""
     said = (
         f"<p><b>Missing in it: {html.escape(', '.join(verdict))}</b> ({answer['grade']}):"
         f" {newtons(answer['rmse_before_n'])} N{after} on held-back blocks;"

@@ -24,10 +24,10 @@ from thrustd.workbench.prepare import prepare
 
 def recording_of(folder: Folder, name: str) -> Recording:
     """The recording from its columns: mapped, so that a long one is not read twice."""
+    prepare(folder, name, lambda share, note: None)
     columns = folder.columns(name)
-    if columns is None:
-        mapping = folder.mapping(name)
-        return read_timed(folder.path(name), mapping.axis, mapping.renames)
+    if columns is None:  # it has no time yet: says so
+        return read_timed(folder.path(name), folder.mapping(name).axis)
     channels: Mapping[str, Floats] = {c.name: columns.column(c.name) for c in columns.meta.channels}
     sha256 = file_sha256(folder.path(name))
     return make_recording(columns.meta.name, {"time_s": columns.time_s, **channels}, None, sha256, columns.meta.notes)

@@ -143,6 +143,9 @@ def order_of(folder: Folder, body: bytes) -> tuple[str, str, dict[str, Any]]:
     for field in ("recordings", "models", "heldout"):
         for name in arguments.get(field, ()):
             folder.path(name)
+    both = set(arguments.get("heldout", ())) & set(arguments.get("recordings", ()))
+    if both:
+        raise UsageError(f"{min(both)}: what the effect is fitted to cannot check it; expected another recording")
     if "out" in arguments and folder.new_path(arguments["out"]).exists():
         raise UsageError(f"{arguments['out']}: is already in the folder; choose another name")
     return kind, _title(order), arguments

@@ -16,7 +16,7 @@ from thrustd.records.time_axis import timed
 from thrustd.sinks.whole_file import write_whole
 from thrustd.workbench.columns import forget_old, write_columns
 from thrustd.workbench.folder import MODEL_TYPE, Folder
-from thrustd.workbench.mapping import ColumnNames, keep_mapping, remembered, table_of, table_wanted
+from thrustd.workbench.mapping import ColumnNames, table_of, table_wanted
 
 ESTIMATE = "estimate_thrust_n_"
 
@@ -48,16 +48,12 @@ def with_errors(record: Recording) -> Recording:
 
 
 def _mapping(folder: Folder, name: str, loaded: Loaded) -> ColumnNames:
-    """What was said of this file, or of the latest one with the same columns; its table is kept for the page."""
+    """How this file is read here; its table is kept for the page."""
     table = folder.table_path(name)
     if not table.exists() and table_wanted(name):
         table.parent.mkdir(parents=True, exist_ok=True)
         write_whole(table, msgspec.json.encode(table_of(loaded)))
-    mapping = folder.mapping(name)
-    if mapping == ColumnNames() and (known := remembered(folder.state, loaded.columns)):
-        keep_mapping(folder.state, name, known)
-        return known
-    return mapping
+    return folder.mapping(name)
 
 
 def adopt(folder: Folder, incoming: str, name: str, progress: Progress) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from thrustd.workbench.follow import FollowedLog
 from thrustd.workbench.foxglove import foxglove_layout
 from thrustd.workbench.jobs import Job, JobBoard
 from thrustd.workbench.lines import window
-from thrustd.workbench.mapping import checked, keep_mapping
+from thrustd.workbench.mapping import checked, keep_mapping, read_said, with_others
 from thrustd.workbench.orders import order_of
 from thrustd.workbench.session import after_job, change_session, read_session
 from thrustd.workbench.uploads import receive
@@ -51,7 +51,6 @@ class Bench:
         self.board = JobBoard(self.folder.root, self.folder.state)
         self.board.listen(self._after)
         self.followed: dict[str, FollowedLog] = {}
-        self.tables: dict[Path, dict[str, Any]] = {}
 
     def _after(self, job: Job) -> None:
         if job.state == "done":
@@ -80,39 +79,43 @@ class Bench:
         runs = {model: self.folder.model_columns(name, model) for model in self.folder.models()}
         card["models"] = {model: [c.name for c in run.meta.channels] for model, run in runs.items() if run}
         try:
-            card["marks"] = read_marks(path)
+            card |= {"marks": read_marks(path), "key": self.folder.key(name)}
         except ThrustdError as problem:
-            card |= {"marks": [], "problem": str(problem)}
+            card |= {"marks": [], "key": "", "problem": str(problem)}
         return card
 
     def _table(self, name: str) -> dict[str, Any] | None:
-        """What the card says of the file's own columns: its time, and what it may have otherwise named."""
-        path = self.folder.table_path(name)
-        if path not in self.tables:
-            if not path.exists():
-                return None
-            table = msgspec.json.decode(path.read_bytes())
-            self.tables[path] = {key: table[key] for key in ("timed", "wanting")}
-        return self.tables[path]
+        """What the card says of the file's own columns: its time, what it may have otherwise named, what nobody saw."""
+        table = self.folder.table(name)
+        if table is None:
+            return None
+        seen = read_said(self.folder.state).seen
+        unseen = [theirs for theirs in table["offered"] if theirs not in seen] if seen else []
+        return {"timed": table["timed"], "wanting": table["wanting"], "unseen": unseen}
+
+    def _tables(self, name: str) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Of a file, and of the others of the folder; UsageError while it was not read."""
+        tables = {one: found for one in self.folder.recordings() if (found := self.folder.table(one))}
+        if name not in tables:
+            raise UsageError(f"{name}: not read yet")
+        return tables.pop(name), tables
 
     async def table(self, request: Request) -> Response:
-        """The columns of a file as it calls them, with what they may be."""
-        path = self.folder.table_path(request.path_params["name"])
-        if not path.exists():
-            raise UsageError(f"{request.path_params['name']}: not read yet")
-        return Response(path.read_bytes(), media_type="application/json")
+        """The columns of a file as it calls them, with what they may be, and those of the folder's other files."""
+        name = request.path_params["name"]
+        return _json(with_others(name, *self._tables(name), read_said(self.folder.state)))
 
     async def set_mapping(self, request: Request) -> Response:
-        """What the columns of a file are; then it is read anew, and so are others with the same columns."""
-        name = request.path_params["name"]
-        path = self.folder.table_path(name)
-        if not path.exists():
-            raise UsageError(f"{name}: not read yet")
-        there = [column["name"] for column in msgspec.json.decode(path.read_bytes())["columns"]]
-        keep_mapping(self.folder.state, name, checked(await _body(request), there))
-        unread = [one for one in self.folder.recordings() if self.folder.columns(one) is None]
-        for one in dict.fromkeys((name, *unread)):
-            self.board.add("prepare", f"read {one}", {"recording": one})
+        """What columns are, in every file of the folder or with `?only=1` in this one; those files are read anew."""
+        name, only = request.path_params["name"], "only" in request.query_params
+        table, others = self._tables(name)
+        own = table["columns"].keys()
+        elsewhere = {column for other in others.values() for column in other["columns"]} if not only else set()
+        mapping = checked(await _body(request), own, elsewhere)
+        keep_mapping(self.folder.state, name, mapping, {*own, *elsewhere}, only=only)
+        for one in self.folder.recordings():
+            if self.folder.columns(one) is None:
+                self.board.add("prepare", f"read {one}", {"recording": one})
         return _json(self.folder.mapping(name))
 
     async def lines(self, request: Request) -> Response:

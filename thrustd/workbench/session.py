@@ -37,12 +37,14 @@ def read_session(folder: Folder) -> Session:
     def there(names: tuple[str, ...], said: str) -> tuple[str, ...]:
         return tuple(name for name in names if name in records) or _named(records, said, kept.exercise)
 
+    measured, bench = there(kept.measured, MEASURED), there(kept.bench, BENCH)
+    heldout = there(kept.heldout, CHECK) if not kept.unchecked else ()
     return msgspec.structs.replace(
         kept,
         model=kept.model if kept.model in models else "",
-        measured=there(kept.measured, MEASURED),
-        heldout=there(kept.heldout, CHECK) if not kept.unchecked else (),
-        bench=there(kept.bench, BENCH),
+        measured=measured,
+        heldout=tuple(name for name in heldout if name not in (*measured, *bench)),
+        bench=bench,
     )
 
 
@@ -66,6 +68,9 @@ def change_session(folder: Folder, body: bytes) -> Session:
         raise UsageError(f"session: {problem}") from None
     if session.model and session.model not in folder.models():
         raise UsageError(f"session: {session.model!r} is no model of the folder")
+    fitted = {*session.measured, *session.bench} & set(session.heldout)
+    if fitted:
+        raise UsageError(f"{min(fitted)}: what a model is fitted to cannot check it; expected another recording")
     write_session(folder, session)
     return session
 

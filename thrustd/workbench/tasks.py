@@ -12,7 +12,8 @@ from typing import Any
 
 from thrustd.core.types import Progress
 from thrustd.workbench.folder import Folder
-from thrustd.workbench.prepare import write_report
+from thrustd.workbench.mapping import table_wanted
+from thrustd.workbench.prepare import prepare, write_report
 
 Arguments = Mapping[str, Any]
 Task = Callable[[Folder, Arguments, Progress], dict[str, Any]]
@@ -29,12 +30,20 @@ def _call(module: str, name: str, *fields: str) -> Task:
 
 
 def _kept(module: str, name: str, shown: Callable[[dict[str, Any]], dict[str, Any]]) -> Task:
-    """A task whose answer is kept as a report; the job itself carries only what `shown` takes of it."""
+    """A task whose answer is kept as a report; the job itself carries only what `shown` takes of it.
+
+    `files`: what it was asked of, as it was read then, so that the page knows when the answer is out of date.
+    """
     asked = _call(module, name)
 
     def task(folder: Folder, arguments: Arguments, progress: Progress) -> dict[str, Any]:
+        recordings = [*arguments["recordings"], *arguments.get("heldout", ())]
+        for recording in filter(table_wanted, recordings):
+            prepare(folder, recording, progress)
+        models = arguments.get("models") or filter(None, [arguments.get("model")])
+        files = {file: folder.key(file) for file in (*recordings, *models)}
         answer = asked(folder, arguments, progress)
-        return {"report": write_report(folder, secrets.token_hex(8), answer), **shown(answer)}
+        return {"report": write_report(folder, secrets.token_hex(8), answer), "files": files, **shown(answer)}
 
     return task
 
@@ -43,7 +52,7 @@ def _compared(answer: dict[str, Any]) -> dict[str, Any]:
     names = ("model", "recording", "rmse_n", "bias_n")
     worst = [failure["sentence"] for cell in answer["cells"][-1:] for failure in cell["where_it_fails"][:1]]
     cells = [{name: cell[name] for name in names} for cell in answer["cells"]]
-    return {"cells": cells, "worst": worst, "excluded": answer["excluded"]}
+    return {"cells": cells, "worst": worst}
 
 
 def _fitted(answer: dict[str, Any]) -> dict[str, Any]:
@@ -51,17 +60,17 @@ def _fitted(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
+    kept = ("verdict", "grade", "more_left", "floor_n", "rmse_before_n", "rmse_after_n")
     names = ("effect", "name", "rmse_before_n", "rmse_after_n", "in_verdict")
     return {
-        **{name: answer[name] for name in ("verdict", "grade", "at_floor", "floor_n", "rmse_before_n", "rmse_after_n")},
-        "excluded": answer["excluded"],
+        **{name: answer[name] for name in kept},
         "candidates": [{name: c[name] for name in names} for c in answer["candidates"][:6]],
         "depends_on": [d["channel"] for d in answer["depends_on"]],
     }
 
 
 def _extended(answer: dict[str, Any]) -> dict[str, Any]:
-    names = ("model", "parent", "effects", "rmse_before_n", "rmse_after_n", "estimates", "heldout")
+    names = ("model", "parent", "effects", "rmse_before_n", "rmse_after_n", "estimates", "heldout", "remarks")
     return {name: answer[name] for name in names if name in answer}
 
 

@@ -84,7 +84,7 @@ def test_what_was_not_visited_before_is_told_from_what_was():
     motion = motion_of(data["deformation_mm"], DT_S)
     error = np.where(motion.newest, 100.0, 5.0) * np.random.default_rng(0).normal(size=len(data))
     regions = {r.label: r for r in errors_by_region(regions_of(data["force_N"], DT_S, data.channels), error)}
-    assert regions["at a new extreme"].rmse_n > 10 * regions["within the known range"].rmse_n
+    assert regions["at a new extreme"].rmse_n > 10 * regions["within the range reached before"].rmse_n
 
 
 def test_shares_of_a_dimension_add_up():

@@ -17,11 +17,12 @@ from thrustd.core.aircraft import MountPlace
 from thrustd.core.columns import Floats
 from thrustd.core.measures import percents, rms
 from thrustd.core.types import Progress
+from thrustd.diagnose.compare.check import check_of
 from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
 from thrustd.diagnose.compare.failures import Failure, where_it_fails
 from thrustd.diagnose.compare.first_look import first_look
-from thrustd.diagnose.compare.reference import referenced
+from thrustd.diagnose.compare.reference import referenced, rest_remarks
 from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.identify.first_state import from_level, level_before, simulated
@@ -46,6 +47,7 @@ def compare(
     progress: Progress | None = None,
 ) -> CompareReport:
     """Run every model over every recording. `against`: force_N (default), a column, or `brochure`."""
+    remarks = rest_remarks(recordings, mount, models.values())
     records = referenced(recordings, against, mount, deck, list(models.values()))
     for record in records:
         for spec in models.values():
@@ -57,7 +59,8 @@ def compare(
             if progress is not None:
                 progress((i * len(records) + j) / total, f"{name} on {record.name}")
             found.append(_comparison(name, spec, record, load_cell_std_n))
-    return CompareReport(tuple(found), {record.name: first_look([record]) for record in records})
+    remarks += [c.check.sentence for c in found if c.check.sentence]
+    return CompareReport(tuple(found), {record.name: first_look([record]) for record in records}, tuple(remarks))
 
 
 def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: float | None) -> Comparison:
@@ -73,8 +76,7 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
     }
     residual = reference_n - model_n
     worst = int(np.nanargmax(np.abs(residual)))
-    rmse, spread = rms(residual), rms(reference_n - np.nanmean(reference_n))
-    roles = roles_of([record])
+    rmse, spread, roles = rms(residual), rms(reference_n - np.nanmean(reference_n)), roles_of([record])
     regions, failures = _regions(segments, model_n, reference_n, channels, roles)
     large = percents(residual, reference_n) if roles.output_unit == "N" else np.array([])
     return Comparison(
@@ -99,6 +101,7 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
         model_n,
         channels,
         roles,
+        check_of(name, spec, record, rmse, roles.output_unit),
     )
 
 

@@ -5,7 +5,7 @@ judged the other way round, estimate minus truth.)
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import msgspec
@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from thrustd.core.columns import Floats
+from thrustd.diagnose.compare.check import Check
 from thrustd.diagnose.compare.failures import Failure
 from thrustd.diagnose.compare.first_look import FirstLook
 from thrustd.diagnose.compare.newtons import newtons
@@ -49,6 +50,7 @@ class Comparison:
     channels: dict[str, Floats]  # deformation and every complete column
 
     roles: Roles  # what the file calls input and output, and their units
+    check: Check  # what it is worth as a check of the model
 
     @property
     def residual_n(self) -> Floats:
@@ -75,6 +77,7 @@ class Comparison:
             "regions": [_region_json(region) for region in self.regions],
             "where_it_fails": [_failure_json(failure) for failure in self.where_it_fails],
             "ledger": [msgspec.to_builtins(entry) for entry in self.ledger],
+            "check": asdict(self.check),
         }
 
 
@@ -84,14 +87,16 @@ class CompareReport:
 
     comparisons: tuple[Comparison, ...]
     first_look: dict[str, FirstLook] = field(default_factory=dict)  # by recording
+    remarks: tuple[str, ...] = ()  # channels taken at rest, checks that are none or contradict a model
 
     def to_json(self) -> dict[str, Any]:
         looks = [{"recording": name, **look._asdict()} for name, look in self.first_look.items()]
-        return {"error": ERROR, "comparisons": [c.to_json() for c in self.comparisons], "first_look": looks}
+        found = [c.to_json() for c in self.comparisons]
+        return {"error": ERROR, "comparisons": found, "first_look": looks, "remarks": list(self.remarks)}
 
     def print(self, console: Console) -> None:
         """What the records cannot tell, table side by side, then where each model fails, then its error ledger."""
-        for line in (line for look in self.first_look.values() for line in look.lines):
+        for line in (*(line for look in self.first_look.values() for line in look.lines), *self.remarks):
             console.print(line, highlight=False, markup=False)
         console.print(_table(self.comparisons))
         for c in self.comparisons:

@@ -18,6 +18,7 @@ from scipy.interpolate import BSpline
 from scipy.stats import t as student
 
 from thrustd.core.columns import Floats
+from thrustd.core.measures import SIGMAS_95
 from thrustd.diagnose.compare.motion import motion_of
 from thrustd.identify.segments import DEFORMATION, Segment, segments_of
 from thrustd.records.recording import Recording
@@ -46,10 +47,11 @@ class LoopEnergy:
             return ""
         roles = roles_of(records)
         unit = f" {roles.output_unit}" if roles.output_unit else ""
+        delivered = f"{self.mean_n:.2g} +- {SIGMAS_95 * self.std_n:.1g}{unit} along its motion, 95 %"
         names = ", ".join(record.name for record in records)
         exchanged = "" if roles.own else f"; or does {roles.input} drive and {roles.output} move: exchange the two?"
         return (
-            f"{names}: this mount would deliver energy ({self.mean_n:.2g} +- {self.std_n:.1g}{unit} along its motion):"
+            f"{names}: this mount would deliver energy ({delivered}):"
             f" sign of {roles.output} or of {roles.input}? (or a force that is recorded late){exchanged}"
         )
 

@@ -154,7 +154,7 @@ def _past(motion: Motion) -> list[Region]:
     return [
         *found,
         Region("history", "at a new extreme", motion.newest),
-        Region("history", "within the known range", ~motion.newest),
+        Region("history", "within the range reached before", ~motion.newest),
     ]
 
 

@@ -26,7 +26,7 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, laws, terms_of
-from thrustd.diagnose.search.question import NOTHING, Given, asked
+from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import (
     advanced,
     begin_of,
@@ -109,7 +109,7 @@ def extend(
     progress: Progress | None = None,
 ) -> ExtendReport:
     """Add `effects` to a model. ModelError, and no model, when held-back blocks are not better with them."""
-    chosen = [effect_named(effect) if isinstance(effect, str) else effect for effect in effects]
+    chosen = asked_for(effects, recordings)
     for effect in chosen:
         if effect.word != effect_named(FRICTION).word:  # friction grows
             check_new(spec, effect, spec.name)

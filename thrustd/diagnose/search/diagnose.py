@@ -8,6 +8,7 @@ compete on blocks of time held back (`ranking`), and so do free curves of every 
 one of these leaves less than every known law, the verdict is `unknown`.
 """
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,7 +26,7 @@ from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseRep
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
-from thrustd.diagnose.search.question import NOTHING, Given, Question, asked
+from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import WORTH, Ranked, at_floor, far_above, floor_of, gained, left, rank
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
@@ -34,6 +35,7 @@ from thrustd.identify.regression.sweep import Record
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
+from thrustd.model.expression import force_along
 from thrustd.model.modulated import BY
 from thrustd.records.recording import Recording
 
@@ -55,7 +57,7 @@ def diagnose(
     *,
     name: str = "",
     given: Given = NOTHING,
-    extra: Sequence[Effect] = (),
+    extra: Sequence[Effect | str] = (),
     beside: bool = False,
     progress: Progress | None = None,
 ) -> DiagnoseReport:
@@ -68,7 +70,7 @@ def diagnose(
         records, base, rows = question.records, question.base, question.rows
         present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
         possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
-        effects, not_judged = judgeable([*possible, *extra], records, present)
+        effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
         ranked = rank(base, rows, effects, question.rig, progress)
         verdict = judge(base, rows, ranked)
         energy = loop_energy(records)
@@ -129,7 +131,7 @@ def _report(
         scale * floor,
         base.promised is not None,
         _grade(base, verdict, alike),
-        at_floor(verdict.fit, base),
+        more_left(base, verdict),
         explained(base, rows, ranked, beside),
         base.roles.unit,
     )
@@ -140,8 +142,12 @@ def _grade(base: Base, verdict: Verdict, alike: Sequence[str]) -> str:
     if alike:
         return "cannot be told"
     said = verdict.words == ("unknown",) and verdict.channels
-    short = not (verdict.fit.terms or base.by_brochure or at_floor(verdict.fit, base))
-    return "weak" if not said and (verdict.channels or short or far_above(verdict.fit, base)) else "strong"
+    return "weak" if not said and more_left(base, verdict) else "strong"
+
+
+def more_left(base: Base, verdict: Verdict) -> bool:
+    """Whether something else is missing too: the rest follows a channel, or is much."""
+    return bool(verdict.channels) or far_above(verdict.fit, base)
 
 
 def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
@@ -230,10 +236,10 @@ def _advice(
     if verdict.words == ("unknown",):
         advice += [
             f"no known effect explains how the residual follows {one.channel}: look at its picture, then try an"
-            f' expression, for example --effect "k * ({one.channel})"'
+            f" expression, for example --effect {shlex.quote(force_along(one.channel, one.parts))}"
             for one in verdict.channels
         ]
-    if not at_floor(verdict.fit, base) and not base.by_brochure:
+    if more_left(base, verdict):
         along = f", structure along {names}" if names else ""
         unit = base.roles.unit
         advice.append(f"{newtons(rest)} {unit} left, floor about {newtons(floor)} {unit}{along}: something else too")

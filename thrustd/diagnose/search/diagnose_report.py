@@ -58,7 +58,7 @@ class DiagnoseReport:
     own_error_n: float  # what the model leaves where nothing is missing
     promised: bool  # by its identification (else told by the residual's fast end alone)
     grade: str = "strong"  # of the verdict: strong, weak (something is left), cannot be told
-    at_floor: bool = True
+    more_left: bool = False  # the rest follows a channel, or is much: something else is missing too
     explained: Explained | None = None  # sample by sample, for pictures
     unit: str = "N"
 
@@ -78,7 +78,7 @@ class DiagnoseReport:
             "own_error_promised": self.promised,
             "grade": self.grade,
             "floor_n": self.own_error_n,
-            "at_floor": self.at_floor,
+            "more_left": self.more_left,
         }
 
     def print(self, console: Console) -> None:
@@ -129,11 +129,11 @@ def _table(report: DiagnoseReport) -> Table:
     table.add_column("effect")
     for heading in (f"before {report.unit}", f"after {report.unit}"):
         table.add_column(heading, justify="right")
-    table.add_column("amplitude")
+    table.add_column("amplitude, 95 %")
     table.add_column("looks like")
     worth = [c for c in report.candidates if c.in_verdict or c.rmse_after_n < WORTH * c.rmse_before_n]
     for c in worth[:SHOWN]:
-        numbers = ", ".join(f"{p.name} {p.value:.3g} +- {p.std:.1g}" for p in c.parameters[:1])
+        numbers = ", ".join(f"{p.name} {p.value:.3g} +- {p.half_width:.1g}" for p in c.parameters[:1])
         after = newtons(c.rmse_after_n)
         table.add_row(c.effect, newtons(c.rmse_before_n), after, numbers, ", ".join(c.separable_from))
     rest = len(report.candidates) - len(worth)

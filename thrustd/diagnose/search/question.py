@@ -18,6 +18,8 @@ from thrustd.identify.first_state import from_level, level_before, simulated
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ModelSpec
+from thrustd.model.effect import Effect
+from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.records.roles import roles_of
@@ -64,6 +66,12 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
         base = replace(base, own_mse=_own_mse(spec, segments) / base.scale**2)
     rows = records_of(base, spec, segments)
     return Question(records, segments, base, rows, rig_of(rows, base, spec, priors))
+
+
+def asked_for(effects: Sequence[Effect | str], recordings: Sequence[Recording]) -> list[Effect]:
+    """Effects by name or formula; a formula may read any column of the recordings."""
+    columns = recordings[0].channels if recordings else {}
+    return [effect_named(effect, columns) if isinstance(effect, str) else effect for effect in effects]
 
 
 def _own_mse(spec: ModelSpec, segments: Sequence[Segment]) -> float:

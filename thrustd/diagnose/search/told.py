@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.measures import SIGMAS_95
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.diagnose.search.joint import Joint
 from thrustd.identify.regression.shape import SPECTRUM
@@ -28,11 +29,16 @@ class ParameterEstimate:
     bound: str = ""  # "lower" or "upper" where it ended on one
 
     @property
+    def half_width(self) -> float:
+        """Of the 95 % interval: what "+-" stands for, here and everywhere."""
+        return SIGMAS_95 * self.std
+
+    @property
     def sentence(self) -> str:
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         tail = ": these data do not tell it" if self.std >= abs(self.value) > 0 else ""
         tail += f"; it is on its {self.bound} bound" if self.bound else ""
-        return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.std:.2g}{unit}{tail}"
+        return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.half_width:.2g}{unit} (95 %){tail}"
 
     def to_json(self) -> dict[str, Any]:
         found = {"value": self.value, "std": self.std, "unit": self.unit, "expected": self.expected}

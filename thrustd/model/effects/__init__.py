@@ -4,7 +4,7 @@ Effects of a user's file join by `put_on_shelf`; a name that is a formula is an 
 one like `hysteresis by voltage_V` a law of the shelf whose strength follows a channel (model/modulated.py).
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -45,13 +45,13 @@ def put_on_shelf(effect: Effect, where: str) -> None:
 _more: dict[str, Effect] = {}  # loaded from files since the start of the process
 
 
-def effect_named(name: str) -> Effect:
-    """The effect of that name (or formula); ModelError that lists what there is."""
+def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
+    """The effect of that name (or formula, which may read `columns`); ModelError that lists what there is."""
     law, by, channel = name.partition(BY)
-    if by:
+    if by and not is_expression(law):
         return modulated(effect_named(law), channel)
     if is_expression(name):
-        return expression_effect(name)
+        return expression_effect(name, columns)
     if name not in shelf():
         raise ModelError(f"unknown effect '{name}': expected one of {', '.join(sorted(shelf()))}")
     return shelf()[name]

@@ -1,6 +1,6 @@
 // One engine: fused thrust with its band, both sources, what the estimator says of its sensors.
 import { h } from "./dom.js";
-import { newtons, signed, signedNewtons } from "./format.js";
+import { newtons, SIGMAS, signed, signedNewtons } from "./format.js";
 import { store } from "./store.js";
 
 const GRAVE = [
@@ -12,7 +12,6 @@ const GRAVE = [
   "OUT_OF_RANGE",
   "MOUNTS_DISAGREE",
 ];
-const SIGMAS = 1.96; // 95 % of a normal distribution
 const UNSETTLED_N = 2000; // one sigma before the first measurement: a band that wide says nothing
 export const SOURCES = [
   ["mount_n", "mount source", "--s2", 1],

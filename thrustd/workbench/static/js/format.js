@@ -31,13 +31,16 @@ export const signed = (value, digits = 3) => (value > 0 ? "+" : "") + number(val
 export const percent = (share) => (share === null || share === undefined ? "–" : number(100 * share, 2) + " %");
 export const withUnit = (value, unit, digits) => number(value, digits) + (unit && unit !== "-" ? " " + unit : "");
 
-// an estimate with one sigma, both to the second digit of the sigma
+export const SIGMAS = 1.96; // 95 %: what ± stands for everywhere
+
+// an estimate with its 95 % interval, both to the second digit of the half width
 export function plusMinus(value, std, unit = "") {
-  const size = Math.max(Math.abs(value), std ?? 0),
+  const half = SIGMAS * (std ?? 0),
+    size = Math.max(Math.abs(value), half),
     tail = unit && unit !== "-" ? " " + unit : "";
-  if (!std) return number(value, 4) + tail;
+  if (!half) return number(value, 4) + tail;
   const power = size !== 0 && (size < 1e-3 || size >= 1e6) ? Math.floor(Math.log10(size)) : 0;
-  const [v, s] = [value / 10 ** power, std / 10 ** power];
+  const [v, s] = [value / 10 ** power, half / 10 ** power];
   const places = Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(Number(s.toPrecision(2))))));
   const said = `${fixed(v, places)} ± ${fixed(s, places)}`;
   return (power ? `(${said}) · 10${superscript(power)}` : said) + tail;

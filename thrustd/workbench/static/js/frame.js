@@ -1,7 +1,7 @@
 // What is always there: the loop's steps, the choice of model and recordings, the next step in words, running work.
 import { fill, h, select } from "./dom.js";
 import { newtons } from "./format.js";
-import { nextStep } from "./guide.js";
+import { against, nextStep } from "./guide.js";
 import { bar, ledgerOf } from "./ledger.js";
 import { showNotices } from "./notices.js";
 import { readNext } from "./steps.js";
@@ -190,13 +190,14 @@ export class Frame {
   }
 
   drawGuide() {
-    const next = (this.next = nextStep());
-    if (this.same("guide", next?.say, next?.label, next?.other?.label)) return;
+    const next = (this.next = nextStep()),
+      bad = against(store.server.session.model);
+    if (this.same("guide", next?.say, next?.label, next?.other?.label, bad)) return;
     fill(
       this.guide,
       ...(next
         ? [
-            h("div.say", h("b", "Next"), next.say),
+            h("div.say", bad ? h("p.bad", bad) : null, h("b", "Next"), next.say),
             next.other ? h("button", { onclick: attempt(() => this.next.other.go()) }, next.other.label) : null,
             next.label
               ? h("button", { class: "primary", id: "next", onclick: attempt(() => this.next.go()) }, next.label)

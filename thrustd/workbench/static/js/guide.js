@@ -1,5 +1,6 @@
 // The next sensible step, in words, from what is there: a newcomer needs nothing else.
 import { newtons, typeset } from "./format.js";
+import { madeBy, stepOf } from "./ledger.js";
 import {
   compareNow,
   compiled,
@@ -11,7 +12,7 @@ import {
   revealNow,
 } from "./steps.js";
 import { choose, model, recording, session, store } from "./store.js";
-import { nameColumns, unnamed } from "./views/columns.js";
+import { nameColumns } from "./views/columns.js";
 
 const go = (view) => {
   location.hash = view;
@@ -57,6 +58,18 @@ export function nextStep() {
       wants: "model",
       label: models.length === 1 ? "Take this model" : null,
       go: () => choose({ model: models[0].name }),
+    };
+  const old = outdated(chosen.model);
+  if (old && chosen.bench.length)
+    return {
+      view: "identify",
+      say: `${old.arguments.recordings[0]} is read otherwise since ${old.result.model} was made of it: its numbers are those of the columns as they were. Identify anew.`,
+      label: "Identify anew",
+      go: async () => {
+        go("identify");
+        await identifyNow();
+      },
+      kinds: ["fit"],
     };
   const left = recordings
     .filter((one) => hasReference(one) && ![chosen.bench, chosen.measured, chosen.heldout].flat().includes(one.name))
@@ -126,12 +139,27 @@ function noReference() {
   };
 }
 
+// whose columns should be said: no time in the file, no force and deformation anywhere in the folder, or a column that
+// may be a channel and that nobody was asked about when others were named
+function unnamed() {
+  const tables = store.server.recordings.filter((one) => one.table),
+    files = tables.filter((one) => !one.mapped.columns?.length && !one.mapped.rate_hz);
+  const usable = store.server.recordings.some((one) =>
+    ["force_N", "deformation_mm"].every((name) => one.meta?.channels.some((c) => c.name === name)),
+  );
+  return (
+    files.find((one) => !one.table.timed) ??
+    (usable ? undefined : files.find((one) => one.table.wanting.length)) ??
+    tables.find((one) => one.table.unseen.length)
+  );
+}
+
 const hasReference = (one) =>
   ["force_N", "deformation_mm"].every((name) => one.meta?.channels.some((c) => c.name === name));
 
 const sayColumns = (name) => ({
   view: "overview",
-  say: `Name the columns of ${name}: time, force and deformation, with their units. One answer serves all files with the same columns.`,
+  say: `Name the columns of ${name}: time, force, deformation and what else was recorded, with their units. One answer serves every file of the folder.`,
   label: store.view === "overview" && store.ui.columns === name ? null : "Name the columns",
   go: () => nameColumns(name),
 });
@@ -152,9 +180,7 @@ function afterDiagnosis(asked, chosen) {
       say:
         `The data ask for ${effects.join(" and ")} (${asked.grade}: ${GRADES[asked.grade]}). ` +
         `Promised: ${newtons(asked.rmse_before_n)} → ${newtons(asked.rmse_after_n)} on held-back blocks` +
-        (asked.at_floor
-          ? ", which is the floor."
-          : `; the floor is ${newtons(asked.floor_n)}, so something else is missing too.`),
+        `; the floor is ${newtons(asked.floor_n)}${asked.more_left ? ", and something else is missing too" : ""}.`,
       label: `Add ${effects.join(" and ")}`,
       go: () => goAndAdd(laws),
       kinds: ["extend"],
@@ -172,9 +198,12 @@ function afterDiagnosis(asked, chosen) {
   if (asked.verdict.includes("unknown"))
     return {
       view: "missing",
-      say: "Something is left that no known effect explains; the channels it depends on are named below.",
-      label: store.view === "missing" ? null : "Show me",
-      go: () => go("missing"),
+      say:
+        "Something is left that no known effect explains" +
+        (asked.depends_on.length ? `; it follows ${asked.depends_on.join(", ")}. Try a hypothesis of your own` : "") +
+        ", or keep the model as it is.",
+      label: store.view === "missing" ? "Save and compile" : "Show me",
+      go: store.view === "missing" ? keep : () => go("missing"),
     };
   if (chosen.exercise)
     return {
@@ -188,16 +217,26 @@ function afterDiagnosis(asked, chosen) {
     view: "add",
     say:
       "Nothing is left that a further effect would explain" +
-      (asked.at_floor
-        ? `: ${newtons(asked.rmse_before_n)} is the floor.`
-        : `, but ${newtons(asked.rmse_before_n)} is above the floor of ${newtons(asked.floor_n)}: something else is missing too.`),
+      ` (${newtons(asked.rmse_before_n)} left, floor ${newtons(asked.floor_n)})` +
+      (asked.more_left ? "; what is left is much, or follows a channel" : "") +
+      `. ${checked(chosen)}`,
     label: compiled(chosen.model) ? (store.view === "add" ? null : "Show the file") : "Save and compile",
-    go: async () => {
-      go("add");
-      if (!compiled(chosen.model)) await compileNow();
-    },
+    go: keep,
     kinds: ["compile"],
   };
+}
+
+async function keep() {
+  go("add");
+  if (!compiled(session().model)) await compileNow();
+}
+
+// what the recordings that nothing was fitted to say of the chosen model
+function checked({ model: name }) {
+  const found = (stepOf(name)?.heldout ?? []).filter((one) => one.model === name);
+  return found.length
+    ? `Checked on ${found.map((one) => `${one.recording}: ${newtons(one.rmse_n)}`).join(", ")}.`
+    : "It was not checked on another recording.";
 }
 
 // the opened answer of the running exercise
@@ -224,19 +263,35 @@ function afterwards(truth) {
   );
 }
 
-// the latest finished answer about exactly this model and these recordings, with the stretches that are excluded now
+// whether a job was asked of these files as they are read now: their content, columns, excluded stretches
+const upToDate = ({ result: { files = {} } }) =>
+  Object.entries(files).every(([name, key]) => (recording(name) ?? model(name))?.key === key);
+
+// the latest finished answer about exactly this model and these recordings, as they are read now
 export function latest(kind) {
   const chosen = session();
-  const same = (job) => {
-    const asked = job.arguments;
+  const same = ({ arguments: asked }) => {
     const models = asked.models ?? [asked.model];
     return models.at(-1) === chosen.model && String(asked.recordings) === String(chosen.measured) && !asked.condition;
   };
-  const used = (job) =>
-    chosen.measured.every((name) => String(job.result.excluded?.[name] ?? "") === excludedNow(name));
-  const job = store.server.jobs.find((one) => one.kind === kind && one.state === "done" && same(one) && used(one));
+  const job = store.server.jobs.find((one) => one.kind === kind && one.state === "done" && same(one) && upToDate(one));
   return job ? { ...job.result, id: job.id, title: job.title } : null;
 }
 
-const excludedNow = (name) =>
-  String((recording(name)?.marks ?? []).filter((m) => m.exclude).map((m) => [m.start_s, m.stop_s]));
+// the step that made a model, or one it grew from, of recordings that are read otherwise since
+export function outdated(name) {
+  const asRead = (key) => key.split(" ")[0]; // less what is excluded
+  for (let job = madeBy(name); job; job = madeBy(job.result.parent)) {
+    const { files = {} } = job.result,
+      there = job.arguments.recordings.map(recording).filter((one) => one && files[one.name]);
+    if (there.some((one) => asRead(one.key) !== asRead(files[one.name]))) return job;
+  }
+  return null;
+}
+
+// what speaks against the chosen model on the recordings that check it
+export function against(name) {
+  const step = stepOf(name),
+    bad = step?.heldout?.some((one) => one.contradicted && one.model === name);
+  return bad ? typeset(`${step.remarks.join("; ")}.`) : "";
+}

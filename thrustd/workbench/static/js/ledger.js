@@ -9,9 +9,17 @@ export function bar(fraction, kind = "") {
   return h("div", { class: `bar ${kind}` }, fill);
 }
 
-// the finished step that made a model
-export const stepOf = (name) =>
-  store.server.jobs.find((one) => one.kind === "extend" && one.state === "done" && one.result.model === name)?.result;
+// the finished job that made a model
+export const madeBy = (name) =>
+  store.server.jobs.find(
+    (one) => ["fit", "extend"].includes(one.kind) && one.state === "done" && one.result.model === name,
+  );
+
+// what was added to its parent to make it
+export const stepOf = (name) => {
+  const made = madeBy(name);
+  return made?.kind === "extend" ? made.result : undefined;
+};
 
 export const parentOf = (name) => {
   const parent = stepOf(name)?.parent;

@@ -1,6 +1,6 @@
 // The steps of the loop as orders to the worker.
 import { newtons } from "./format.js";
-import { latest } from "./guide.js";
+import { against, latest } from "./guide.js";
 import { parentOf } from "./ledger.js";
 import { attempt, order, running, say, session, store } from "./store.js";
 
@@ -54,10 +54,9 @@ export async function extendWith(effects) {
     out: free(`${stem(chosen.model)}+${word.slice(0, 40)}`),
   });
   if (job.state !== "done") return;
-  say(
-    `${job.result.effects.join(" and ")} added: ${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`,
-    "ok",
-  );
+  const fall = `${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`,
+    bad = against(job.result.model);
+  say(`${job.result.effects.join(" and ")} added: ${fall}. ${bad}`, bad ? "problem" : "ok");
 }
 
 // from another screen: go there, then add

@@ -3,7 +3,7 @@
 import { post } from "../api.js";
 import { fill, h, heading, panel, table, wideTable } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
-import { newtons, plusMinus } from "../format.js";
+import { newtons, plusMinus, typeset } from "../format.js";
 import { latest } from "../guide.js";
 import { ledgerBars, ledgerOf, stepOf } from "../ledger.js";
 import { compareNow, diagnoseNow, extendWith } from "../steps.js";
@@ -144,13 +144,14 @@ export function add(root) {
         rows.map(([name, before, after]) => [name, before === null ? "" : newtons(before), h("b", newtons(after))]),
       ),
       (r.heldout ?? []).length ? null : h("p.quiet", "No recording to check on was chosen."),
+      (r.remarks ?? []).map((line) => h("p.bad", typeset(line))),
     );
   }
 
   const numbers = (r) =>
     h(
       "div",
-      h("h3", "Parameters"),
+      h("h3", "Parameters, ± 95 %"),
       table(
         {},
         ["", ["", "num"]],

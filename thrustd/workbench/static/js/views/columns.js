@@ -1,34 +1,11 @@
 // What the columns of a file are: name, unit, zero and sign of each, with a preview before anything is taken.
 
 import { get, inUrl, Problem, put } from "../api.js";
+import { MEANT, OTHERS, ROLES, unitOf } from "../channels.js";
 import { columnPictures, correlation } from "../column_pictures.js";
 import { fill, h, panel, select, wideTable } from "../dom.js";
 import { number, withUnit } from "../format.js";
 import { attempt, recording, refresh, say, store } from "../store.js";
-
-const ROLES = ["time_s", "force_N", "deformation_mm"];
-const OTHERS = ["temperature_degC", "accel_x_g", "accel_y_g", "accel_z_g", "vibration_mm_s", "n1_pct", "n2_pct"].concat(
-  ["fuel_flow_kg_s", "dynamic_pressure_Pa", "mach", "pressure_altitude_m", "pitch_deg"],
-);
-const MEANT = {
-  time_s: "time",
-  force_N: "reference force, forward thrust +",
-  deformation_mm: "deformation, loaded by forward thrust +",
-};
-const UNITS = { time_s: "s", force_N: "N", deformation_mm: "mm", temperature_degC: "degC", vibration_mm_s: "mm/s" };
-const unitOf = (ours) =>
-  UNITS[ours] ?? { g: "g", pct: "%", Pa: "Pa", m: "m", s: "kg/s", deg: "deg" }[ours.split("_").pop()] ?? "";
-
-// whose columns should be said: no time in the file, or no force and deformation anywhere in the folder
-export function unnamed() {
-  const files = store.server.recordings.filter(
-    (one) => one.table && !one.mapped.columns?.length && !one.mapped.rate_hz,
-  );
-  const usable = store.server.recordings.some((one) =>
-    ["force_N", "deformation_mm"].every((name) => one.meta?.channels.some((c) => c.name === name)),
-  );
-  return files.find((one) => !one.table.timed) ?? (usable ? undefined : files.find((one) => one.table.wanting.length));
-}
 
 export const nameColumns = (name) => {
   store.ui.columns = name;
@@ -48,12 +25,13 @@ export function columnsPanel(name, done) {
 class Columns {
   constructor(root, name, table, done) {
     Object.assign(this, { root, name, table, done });
-    const said = new Map((recording(name)?.mapped.columns ?? []).map((c) => [c.theirs, c]));
-    this.rate = recording(name)?.mapped.rate_hz ?? "";
+    const { mapped } = recording(name);
+    this.only = table.only;
+    this.rate = mapped.rate_hz ?? "";
     this.rows = table.columns.map((column) => {
-      const kept = said.get(column.name),
-        one = kept ?? (said.size ? null : table.offered[column.name]);
-      const row = { column, ours: one?.ours ?? "", unit: one?.unit || column.unit, sign: 1, zero: "", scale: "" };
+      const kept = (column.file ? table.said : mapped.columns)?.find((one) => one.theirs === column.name),
+        one = kept ?? table.offered[column.name],
+        row = { column, ours: one?.ours ?? "", unit: one?.unit || column.unit, sign: 1, zero: "", scale: "" };
       if (one) this.take(row, one, Boolean(kept));
       return row;
     });
@@ -87,35 +65,49 @@ class Columns {
   }
 
   draw() {
-    const strange = this.rows.filter((row) => !row.column.known),
-      known = this.rows.filter((row) => row.column.known).map((row) => row.column.name);
+    const shown = this.asked(),
+      strange = shown.filter((row) => !row.column.known),
+      known = shown.filter((row) => row.column.known).map((row) => row.column.name);
     const heads = [["Column", "name"], "Is", "In", "Zero: reading without load", "Sign", "Becomes"];
     fill(
       this.root,
       h(
         "header",
         h("h2", `Columns of ${this.name}`),
-        h("span.faint", "the file stays as it is; files with the same columns are read the same way"),
-        h("span.push.buttons", h("button", { onclick: () => this.done() }, "Close"), this.button()),
+        h("span.faint", "the file stays as it is; a column is read the same way in every file of the folder"),
+        h(
+          "span.push.buttons",
+          this.alone(),
+          h("button", { onclick: () => this.done() }, "Close"),
+          h(
+            "button",
+            { class: "primary", id: "take-columns", onclick: attempt(() => this.keep()) },
+            "Use these columns",
+          ),
+        ),
       ),
       wideTable(
         { class: "mapping" },
         heads,
         strange.map((row) => this.row(row)),
       ),
-      this.rows.some((row) => row.ours === "time_s") || this.table.timed ? null : this.sampled(),
+      this.rows.some((row) => row.ours === "time_s" && !row.column.file) || this.table.timed ? null : this.sampled(),
       known.length ? h("p.idle", h("b", "Kept as named: "), known.join(", ")) : null,
       h("div.body", this.verdict, this.picture),
     );
     this.preview();
   }
 
-  button() {
-    return h(
-      "button",
-      { class: "primary", id: "take-columns", onclick: attempt(() => this.keep()) },
-      "Use these columns",
-    );
+  // with the rows of the folder's other files, unless it is named alone
+  asked = () => this.rows.filter((row) => !(this.only && row.column.file));
+
+  // another zero, another transducer under the same name
+  alone() {
+    const set = (event) => {
+      this.only = event.target.checked;
+      this.draw();
+    };
+    return h("label.inline", h("input", { type: "checkbox", checked: this.only, onchange: set }), " in this file only");
   }
 
   sampled() {
@@ -174,16 +166,20 @@ class Columns {
                 h("input", {
                   type: "checkbox",
                   checked: row.sign < 0,
-                  "aria-label": `turn the sign of ${column.name}`,
+                  "aria-label": `reverse the sign of ${column.name}`,
                   onchange: (event) => set("sign")(event.target.checked ? -1 : 1),
                 }),
-                " turned",
+                " reversed",
               ),
           becomes,
         ]
       : ["", "", "", h("span.faint", "kept under its own name")];
     return [
-      [h("b", column.name), h("div.faint", `${number(column.low, 4)} to ${withUnit(column.high, column.unit, 4)}`)],
+      [
+        h("b", column.name),
+        column.file ? h("div.faint", `in ${column.file}`) : null,
+        h("div.faint", `${number(column.low, 4)} to ${withUnit(column.high, column.unit, 4)}`),
+      ],
       [
         select(
           [["", "as named"], ...choices.map((o) => [o, o])],
@@ -231,8 +227,8 @@ class Columns {
 
   // the channel as it would be read, on the preview's samples: {values, title}
   channel(ours) {
-    const row =
-      this.rows.find((one) => one.ours === ours) ?? this.rows.find((one) => !one.ours && one.column.name === ours);
+    const rows = this.rows.filter((one) => !one.column.file),
+      row = rows.find((one) => one.ours === ours) ?? rows.find((one) => !one.ours && one.column.name === ours);
     if (!row) return null;
     const title =
       row.ours && this.unsaid(row)
@@ -248,7 +244,7 @@ class Columns {
       ["deformation_mm", deformation],
     ].filter(([, values]) => !values);
     const slope = force && deformation ? correlation(deformation.values, force.values) : null;
-    const unsaid = this.rows.filter(this.unsaid).map(question);
+    const unsaid = this.asked().filter(this.unsaid).map(question);
     this.verdict.className = slope !== null && slope < 0 ? "bad" : "quiet";
     this.verdict.textContent = [
       slope === null
@@ -256,7 +252,7 @@ class Columns {
           ? `Not said yet: ${missing.map(([name]) => name).join(" and ")}.`
           : ""
         : slope < 0
-          ? "The force falls while the deformation grows: one of the two signs is turned."
+          ? "The force falls while the deformation grows: one of the two signs is reversed."
           : "The force rises with the deformation: the signs agree.",
       ...unsaid,
     ].join(" ");
@@ -264,9 +260,9 @@ class Columns {
   }
 
   async keep() {
-    const unsaid = this.rows.find(this.unsaid);
+    const unsaid = this.asked().find(this.unsaid);
     if (unsaid) throw new Problem(question(unsaid));
-    const columns = this.rows
+    const columns = this.asked()
       .filter((row) => row.ours && row.ours !== row.column.name)
       .map((row) => {
         const [factor, offset] = this.numbers(row);
@@ -276,8 +272,11 @@ class Columns {
       columns,
       rate_hz: this.rate === "" || columns.some((c) => c.ours === "time_s") ? null : Number(this.rate),
     };
-    await put("api/columns/" + inUrl(this.name), JSON.stringify(body));
-    say(`${this.name}: ${columns.map((c) => `${c.theirs} is ${c.ours}`).join(", ")}`, "ok");
+    await put(`api/columns/${inUrl(this.name)}${this.only ? "?only=1" : ""}`, JSON.stringify(body));
+    say(
+      `${this.only ? this.name : "In every file"}: ${columns.map((c) => `${c.theirs} is ${c.ours}`).join(", ")}`,
+      "ok",
+    );
     this.done();
     await refresh();
   }

@@ -32,7 +32,7 @@ export function missing(root) {
       ["Error before", "num"],
       ["after", "num"],
       ["Squared error removed", "removed"],
-      ["Parameters", "estimates"],
+      ["Parameters, ± 95 %", "estimates"],
       "Looks like",
     ];
     return panel(
@@ -118,7 +118,7 @@ export function missing(root) {
 // what error is the model's own, and who says so
 const own = (a) =>
   `The floor, what instruments and identification leave, is ${newtons(a.floor_n)}.` +
-  (a.at_floor ? "" : " Something else is missing too.");
+  (a.more_left ? " Something else is missing too." : "");
 
 const capital = (words) => words[0].toUpperCase() + words.slice(1);
 

@@ -1,0 +1,46 @@
+"""Units as the names of columns say them, and what they are in the catalogue's."""
+
+import re
+
+from thrustd.records.recording import SUFFIX_UNITS, unit_of
+
+SYNONYMS = {"°C": "degC", "C": "degC", "deg C": "degC", "sec": "s", "m/s^2": "m/s2", "m/s²": "m/s2"}
+UNITS = {*SUFFIX_UNITS.values(), "ms", "us", "min", "h", "K", "kPa", "hPa", "mbar", "ft", "kt", "lbf", "rpm", "um"}
+_BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]\s*$")
+# our unit -> unit of theirs: (factor, offset)
+CONVERSIONS: dict[str, dict[str, tuple[float, float]]] = {
+    "s": {"s": (1, 0), "ms": (1e-3, 0), "us": (1e-6, 0), "ns": (1e-9, 0), "min": (60, 0), "h": (3600, 0)},
+    "N": {"N": (1, 0), "kN": (1e3, 0), "daN": (10, 0), "kgf": (9.80665, 0), "tonf": (9806.65, 0),
+          "lbf": (4.4482216152605, 0)},
+    "mm": {"mm": (1, 0), "um": (1e-3, 0), "cm": (10, 0), "m": (1e3, 0), "in": (25.4, 0), "mil": (0.0254, 0)},
+    "degC": {"degC": (1, 0), "K": (1, -273.15), "degF": (5 / 9, -160 / 9)},
+    "g": {"g": (1, 0), "m/s2": (1 / 9.80665, 0)},
+    "Pa": {"Pa": (1, 0), "kPa": (1e3, 0), "hPa": (100, 0), "mbar": (100, 0), "bar": (1e5, 0), "psi": (6894.757, 0)},
+    "m": {"m": (1, 0), "ft": (0.3048, 0)},
+    "%": {"%": (1, 0), "-": (100, 0)},
+    "kg/s": {"kg/s": (1, 0), "kg/h": (1 / 3600, 0), "lb/h": (0.45359237 / 3600, 0)},
+    "mm/s": {"mm/s": (1, 0), "cm/s": (10, 0), "m/s": (1e3, 0), "in/s": (25.4, 0)},
+}  # fmt: skip
+SPELLED = SYNONYMS | {
+    "sec": "s", "seconds": "s", "µm": "um", "μm": "um", "mV": "mV", "°F": "degF", "F": "degF", "m/s^2": "m/s2",
+    "inch": "in", "pct": "%", "percent": "%", "kp": "kgf", "msec": "ms",
+}  # fmt: skip
+
+
+def unit_said(theirs: str) -> str:
+    """The unit that a column's name carries, spelled as here; empty when it says none."""
+    said = unit_in_brackets(theirs) or (unit_of(theirs.strip()) if "_" in theirs else "")
+    return SPELLED.get(said, said)
+
+
+def known_unit(theirs: str) -> str:
+    """As far as the name says one: `force_kN`, `Load [kN]`; in round brackets or after _ only what is known."""
+    said = unit_in_brackets(theirs) or theirs.strip().rpartition("_")[2]
+    known = SUFFIX_UNITS.get(said) or SYNONYMS.get(said) or (said if said in UNITS else "")
+    return known or (said if theirs.rstrip().endswith("]") else unit_of(theirs.strip()))
+
+
+def unit_in_brackets(name: str) -> str:
+    """`bar` of `pressure [bar]` or `pressure (bar)`, known or not."""
+    found = _BRACKETS.search(name)
+    return found.group(1).strip() if found else ""

@@ -1,0 +1,20 @@
+// The channels that a column may be: roles first, what they mean, their units.
+
+export const ROLES = ["time_s", "force_N", "deformation_mm"];
+export const OTHERS = [
+  "temperature_degC",
+  "accel_x_g",
+  "accel_y_g",
+  "accel_z_g",
+  "vibration_mm_s",
+  "n1_pct",
+  "n2_pct",
+].concat(["fuel_flow_kg_s", "dynamic_pressure_Pa", "mach", "pressure_altitude_m", "pitch_deg"]);
+export const MEANT = {
+  time_s: "time",
+  force_N: "reference force, forward thrust +",
+  deformation_mm: "deformation, loaded by forward thrust +",
+};
+const UNITS = { force_N: "N", deformation_mm: "mm", temperature_degC: "degC", vibration_mm_s: "mm/s", time_s: "s" };
+export const unitOf = (ours) =>
+  UNITS[ours] ?? { g: "g", pct: "%", Pa: "Pa", m: "m", s: "kg/s", deg: "deg" }[ours.split("_").pop()] ?? "";
