@@ -135,7 +135,7 @@ def test_a_flight_takes_zero_gain_and_hours_from_the_file(tmp_path):
     pipeline = place.pipeline()
     assert pipeline._sources[0]._zero_mm == 0.02  # what a calibration would take off is off already
     assert pipeline._sources[0]._means["zero_std_mm"][0] == 0.001
-    assert pipeline._intake._service_s == [10800.0, 0.0, 0.0, 0.0]
+    assert pipeline.service_s == [10800.0, 0.0, 0.0, 0.0]
 
 
 def test_a_tethered_run_narrows_what_nobody_had_measured_of_the_installation(tmp_path):

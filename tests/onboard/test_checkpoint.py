@@ -16,7 +16,8 @@ PATH = Path("checkpoint.json")
 HASHES = {"config.toml": "a", "left.json": "b"}
 THEN = Clocks("boot", 100 * S, 5000 * S)
 SNAPSHOT = {"mounts": [{"state": [0.1, 1e-300, -0.0]}]}
-CONTENT = encode(Checkpoint(SCHEMA, THEN, HASHES, SNAPSHOT))
+SERVICE = {"left": (3.0, 12_000.0), "right": (5.0, 20_000.0)}
+CONTENT = encode(Checkpoint(SCHEMA, THEN, HASHES, SNAPSHOT, SERVICE))
 
 
 def later(seconds, boot="boot", base_ns=0):
@@ -56,6 +57,7 @@ def test_an_old_or_foreign_one_is_refused_with_a_word(now, hashes, word):
     assert found.refused
     assert word in found.word
     assert "starting cold" in found.word
+    assert found.service_s({"left": 3.0, "right": 0.0}) == (12_000.0, 0.0)  # the right one was mounted anew
 
 
 @given(st.data())

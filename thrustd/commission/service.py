@@ -6,9 +6,8 @@ import numpy as np
 from thrustd.core.calibration import Calibration, MountCalibration
 from thrustd.core.config import Config
 from thrustd.core.errors import RecordingError
+from thrustd.core.signals import RUNS_PCT
 from thrustd.records.recording import Recording
-
-RUNS_PCT = 5.0  # N1
 
 
 def with_hours(calibration: Calibration, flight: Recording, config: Config) -> Calibration:

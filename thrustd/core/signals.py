@@ -9,6 +9,7 @@ from math import nan
 from typing import Literal
 
 STANDARD_GRAVITY_M_S2 = 9.80665  # ISO 80000-3
+RUNS_PCT = 5.0  # N1 of an engine that runs
 
 
 @dataclass(frozen=True, slots=True)

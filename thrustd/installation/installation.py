@@ -58,6 +58,10 @@ class Installation:
         pipeline = Pipeline(self.config, parts)
         if start is None:
             return pipeline, False
+        if start.snapshot is None:
+            if len(start.service_s) == len(self.config.mount):
+                pipeline.serve_from(start.service_s)
+            return pipeline, False
         if pipeline.restore(start.snapshot, start.shift_ns):
             return pipeline, True
         return Pipeline(self.config, parts), False
@@ -79,6 +83,11 @@ class Installation:
             models.append(model)
         mounts = tuple(calibration.of(mount.name) for mount in config.mount) if calibration is not None else ()
         return Parts(tuple(models), deck, table, self.aircraft(), mounts)
+
+    def service_h(self) -> dict[str, float]:
+        """By mount, the hours that the calibration file gives it."""
+        calibration = self.calibration()
+        return {m.name: calibration.of(m.name).service_h if calibration else 0.0 for m in self.config.mount}
 
     def calibrated_by(self, text: str, name: str = "calibration.toml") -> "Installation":
         """The same with another calibration file, of this name in the configuration."""
@@ -183,8 +192,9 @@ def _as_tethered(aircraft: AircraftData, calibration: Calibration | None) -> Air
 class WarmStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The state that a run takes over from the one before."""
 
-    snapshot: dict[str, Any]
+    snapshot: dict[str, Any] | None  # None: it starts cold
     shift_ns: int = 0  # added to its times
+    service_s: tuple[float, ...] = ()  # with a cold start: what the mounts had served before; empty: as calibrated
 
 
 def read_installation(path: Path | str, trust: Path | None = None) -> Installation:

@@ -3,7 +3,9 @@
     {"sha256": hash of the body's bytes, "body": {boot, clocks, hashes of configuration and models, snapshot}}
 
 Within one boot the age is the monotonic clock's; after a reboot the calendar clock's, and the snapshot's times are
-moved onto the new monotonic clock.
+moved onto the new monotonic clock. Hours in service have no age: a checkpoint that is too old for the rest still tells
+them, for each mount whose hours in the calibration file are those it began with. Who mounts another one, or counts
+anew (`thrustd calibrate hours`), changes that file, and then the file is right.
 """
 
 import hashlib
@@ -19,11 +21,14 @@ from thrustd.core.errors import UsageError
 from thrustd.installation.installation import WarmStart
 from thrustd.sources.plain_file import read_plain
 
-SCHEMA = "thrustd.onboard.checkpoint.v1"
+SCHEMA = "thrustd.onboard.checkpoint.v2"
 MAX_BYTES = 4_000_000
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 OWN_STATUS = Path("/proc/self/stat")
 STARTED = 19  # proc(5): field 22 of the file, the third is the first behind the name
+
+
+Service = dict[str, tuple[float, float]]  # by mount: hours in the calibration file, seconds in service now
 
 
 class Clocks(NamedTuple):
@@ -41,6 +46,7 @@ class Checkpoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     clocks: Clocks
     sha256: dict[str, str]  # of the configuration and every file it names
     snapshot: dict[str, Any]
+    service: Service = {}
 
 
 class _Envelope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -54,6 +60,13 @@ class Resume(NamedTuple):
     start: WarmStart | None
     word: str
     refused: bool  # there was a checkpoint, and it is not good
+    service: Service | None = None
+
+    def service_s(self, calibrated_h: Mapping[str, float]) -> tuple[float, ...]:
+        """Of the mounts, which the calibration file gives these hours."""
+        told = self.service or {}
+        known = [(told.get(name, (hours, 3600.0 * hours)), hours) for name, hours in calibrated_h.items()]
+        return tuple(now_s if began_h == hours else 3600.0 * hours for (began_h, now_s), hours in known)
 
 
 def clocks() -> Clocks:
@@ -101,18 +114,18 @@ def judge(path: Path, content: bytes, sha256: Mapping[str, str], now: Clocks, ma
     if body.schema != SCHEMA:
         return _refuse(path, f"schema {body.schema!r}, expected {SCHEMA!r}")
     if body.sha256 != dict(sha256):
-        return _refuse(path, f"of another {_difference(body.sha256, sha256)}")
+        return _refuse(path, f"of another {_difference(body.sha256, sha256)}", body.service)
     same_boot = body.clocks.boot == now.boot != ""
     then_ns = body.clocks.monotonic_ns if same_boot else body.clocks.utc_ns
     age_s = ((now.monotonic_ns if same_boot else now.utc_ns) - then_ns) * 1e-9
     if not 0 <= age_s <= max_age_s:
-        return _refuse(path, f"{age_s:.1f} s old, expected 0 to {max_age_s:g} s")
+        return _refuse(path, f"{age_s:.1f} s old, expected 0 to {max_age_s:g} s", body.service)
     shift_ns = 0 if same_boot else now.monotonic_ns - round(age_s * 1e9) - body.clocks.monotonic_ns
-    return Resume(WarmStart(body.snapshot, shift_ns), f"{path}: {age_s:.1f} s old, starting warm", False)
+    return Resume(WarmStart(body.snapshot, shift_ns), f"{path}: {age_s:.1f} s old, starting warm", False, body.service)
 
 
-def _refuse(path: Path, reason: str) -> Resume:
-    return Resume(None, f"{path}: {reason}: starting cold", True)
+def _refuse(path: Path, reason: str, service: Service | None = None) -> Resume:
+    return Resume(None, f"{path}: {reason}: starting cold", True, service)
 
 
 def _difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:

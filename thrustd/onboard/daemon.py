@@ -118,18 +118,23 @@ def start_pipeline(shell: Shell) -> tuple[Pipeline, WarmStart | None]:
     found = read_checkpoint(path, shell.installation.hashes(), at_start(clocks()), wish.max_age_s)
     pipeline, warm = shell.installation.warm_pipeline(found.start)
     if found.start is not None and not warm:
-        found = Resume(None, f"{path}: does not fit this pipeline: starting cold", True)
+        found = Resume(None, f"{path}: does not fit this pipeline: starting cold", True, found.service)
     say(found.word)
     if found.refused:
         shell.queue.put(Fault(time.monotonic_ns(), "checkpoint", "cold"))
-    return pipeline, found.start
+    if warm:
+        return pipeline, found.start
+    service_s = found.service_s(shell.installation.service_h())
+    pipeline.serve_from(service_s)
+    return pipeline, WarmStart(None, service_s=service_s)
 
 
 class Saver:
     """Hands the state to the checkpoint's thread; does nothing when the configuration wants no checkpoint."""
 
-    def __init__(self, file: LatestFile[Checkpoint] | None, sha256: dict[str, str], pipeline: Pipeline) -> None:
-        self._file, self._sha256, self._pipeline = file, sha256, pipeline
+    def __init__(self, file: LatestFile[Checkpoint] | None, installation: Installation, pipeline: Pipeline) -> None:
+        self._file, self._sha256, self._pipeline = file, installation.hashes(), pipeline
+        self._service_h = installation.service_h()
 
     @property
     def written_ns(self) -> int | None:
@@ -137,15 +142,17 @@ class Saver:
 
     def save(self, now: Clocks) -> None:
         if self._file is not None:
-            self._file.put(Checkpoint(SCHEMA, now, self._sha256, self._pipeline.snapshot()))
+            served = zip(self._service_h.items(), self._pipeline.service_s, strict=True)
+            service = {name: (began_h, now_s) for (name, began_h), now_s in served}
+            self._file.put(Checkpoint(SCHEMA, now, self._sha256, self._pipeline.snapshot(), service))
 
 
 def open_checkpoint(shell: Shell, pipeline: Pipeline) -> Saver:
-    wish, hashes = shell.installation.config.warm_restart, shell.installation.hashes()
+    wish = shell.installation.config.warm_restart
     if wish is None:
-        return Saver(None, hashes, pipeline)
+        return Saver(None, shell.installation, pipeline)
     file = LatestFile(shell.base / wish.file, encode, shell.queue.put)
-    return Saver(shell.opened.enter_context(closing(file)), hashes, pipeline)
+    return Saver(shell.opened.enter_context(closing(file)), shell.installation, pipeline)
 
 
 def open_sinks(

@@ -56,7 +56,7 @@ class Intake:
         self._fused_ns = self._grid.state["fused_ns"]
         bridge = round(config.steps.bridge_gap_ms * 1e-3 * config.adc.sample_hz)
         known = calibrations or [MountCalibration()] * len(models)
-        self._service_s = [3600.0 * mount.service_h for mount in known]
+        self.service_s = [3600.0 * mount.service_h for mount in known]  # by mount, with its engine running
         self.sources = tuple(
             MountSource(model, bridge, self._grid, number, settings, known[number])
             for number, model in enumerate(models)
@@ -123,10 +123,12 @@ class Intake:
         for mount, position in self._listeners.get(sensor, ()):
             self.sources[mount].set_channel(position, value)
 
-    def tell_time(self, since_start_s: float) -> None:
-        """The mounts' own clocks: seconds in service, which go on over power cycles."""
+    def pass_time(self, dt_s: float, mounts: Sequence[int]) -> None:
+        """The mounts' own clocks, which go on over power cycles: `dt_s` more in service for these."""
+        for mount in mounts:
+            self.service_s[mount] += dt_s
         for mount, position in self._listeners.get(("time_s", 0), ()):
-            self.sources[mount].set_channel(position, self._service_s[mount] + since_start_s)
+            self.sources[mount].set_channel(position, self.service_s[mount])
 
     def believe(self, all_but: frozenset[Sensor]) -> None:
         """Readings that models hear from now on."""

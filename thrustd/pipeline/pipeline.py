@@ -21,6 +21,7 @@ from thrustd.core.aircraft import AircraftData
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.config import Config, section
+from thrustd.core.signals import RUNS_PCT
 from thrustd.core.types import Event, Fault, MountOutput, Output
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.mixture import Weighed
@@ -83,7 +84,8 @@ class Pipeline:
         self._filters = tuple(ThrustFilter(settings, e, 0.5 / config.steps.estimate_hz) for e in range(len(engines)))
         place, numbers = self._inputs.place, range(len(engines))
         self._brochures = tuple(BrochureSource(parts.deck, e, place) for e in numbers)
-        self._time_wanted, self._pressure_wanted = [self._intake.is_wanted((name, 0)) for name in DERIVED]
+        self._pressure_wanted = self._intake.is_wanted(("dynamic_pressure_Pa", 0))
+        self._spools = [place("n1_pct", e) for e in numbers]
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         dynamic_pressure_pa(0.0, 0.0)  # compiled now, not in flight
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
@@ -141,6 +143,7 @@ class Pipeline:
             "hand_overs": [hand_over.snapshot() for hand_over in self._hand_overs],
             "monitor": self._monitor.snapshot(),
             "hold": self._hold.snapshot(),
+            "service_s": self._intake.service_s,
         }
         return plain(memory)
 
@@ -153,6 +156,7 @@ class Pipeline:
         if memory is None:
             return False
         self._intake.fused_ns, self._start_ns = memory.t_ns
+        self.serve_from(memory.service_s)
         restored = all([source.restore(state) for source, state in zip(self._sources, memory.mounts, strict=True)])
         restored &= all([part.restore(state) for part, state in zip(self._filters, memory.filters, strict=True)])
         restored &= all([part.restore(state) for part, state in zip(self._hand_overs, memory.hand_overs, strict=True)])
@@ -160,6 +164,15 @@ class Pipeline:
         self._excluded = self._monitor.excluded
         self._intake.resume_from(memory.sample, self._intake.fused_ns, self._excluded)
         return restored
+
+    @property
+    def service_s(self) -> list[float]:
+        """Of the mounts, with their engine running."""
+        return list(self._intake.service_s)
+
+    def serve_from(self, service_s: Sequence[float]) -> None:
+        """What the mounts had served when the power came."""
+        self._intake.service_s = list(service_s)
 
     def _report(self, fault: Fault, outputs: list[Output]) -> None:
         self._troubles.take(fault)
@@ -175,6 +188,8 @@ class Pipeline:
         dt_s = (t_ns - self._looked_ns) * 1e-9 if self._looked_ns >= 0 else 0.0
         self._looked_ns = t_ns
         self._refresh(t_ns, self._inputs.look(t_ns), outputs)
+        for spool, mounts in zip(self._spools, self._layout.mounts_of_engine, strict=True):
+            self._intake.pass_time(dt_s, mounts if self._inputs.readings[spool] > RUNS_PCT else ())
         for source in self._sources:
             source.fuse((t_ns - since_ns) * 1e-9)
         self._inputs.measure()
@@ -218,8 +233,6 @@ class Pipeline:
             self._report(fault, outputs)
             if fault.active:
                 self._intake.tell(self._hold.slots[place], nan)
-        if self._time_wanted:
-            self._intake.tell_time((t_ns - self._start_ns) * 1e-9)
         if self._pressure_wanted:
             air = [self._inputs.readings.item(place) for place in self._air]
             self._intake.tell(("dynamic_pressure_Pa", 0), dynamic_pressure_pa(*air))

@@ -18,6 +18,7 @@ class Memory(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     hand_overs: list[list[float | None]]
     monitor: dict[str, Any]
     hold: list[list[Any]]
+    service_s: list[float]  # of the mounts, with their engine running
 
 
 def read_memory(snapshot: Mapping[str, Any], mounts: int, engines: int, shift_ns: int) -> Memory | None:
@@ -27,7 +28,9 @@ def read_memory(snapshot: Mapping[str, Any], mounts: int, engines: int, shift_ns
     except msgspec.ValidationError:
         return None
     times = [*memory.t_ns, memory.sample[0]]
-    if len(memory.mounts) != mounts or {len(memory.filters), len(memory.hand_overs)} != {engines}:
+    if {len(memory.mounts), len(memory.service_s)} != {mounts} or {len(memory.filters), len(memory.hand_overs)} != {
+        engines
+    }:
         return None
     if max(map(abs, times)) > MAX_TIME_NS:
         return None
