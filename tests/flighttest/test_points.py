@@ -74,7 +74,7 @@ def test_marks_of_a_file_and_of_a_channel(log, tmp_path, capsys):
     write_recording(record.with_channels(mark=number), log)
     assert main(["points", str(log), "--json"]) == 0  # the log marks its points: no search
     (point,) = json.loads(capsys.readouterr().out)["points"]
-    assert 79 <= point["start_s"] <= 82 and 119 <= point["end_s"] <= 122
+    assert point["name"] == "4" and 79 <= point["start_s"] <= 82 and 119 <= point["end_s"] <= 122
     assert main(["points", str(log), "--auto", "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["points"]) == 3
 

@@ -44,6 +44,14 @@ def test_silence_bad_values_and_engines_off_break_it():
         assert fly(point, 5, 20.0, off, without)[-1] == 0 and point.words() == ""
 
 
+def test_a_bus_that_falls_silent_ends_the_point_while_faults_are_told():
+    point = LivePoint(2)
+    fly(point, 20)
+    for second in range(20, 24):
+        point.write_output(Fault(second * 1_000_000_000, "can", "silent"))
+    assert point.steady_s == 0 and point.words() == ""
+
+
 def test_a_gap_breaks_it_and_strange_outputs_do_nothing():
     point = LivePoint(2, SteadyLimits(least_s=10.0))
     fly(point, 20)

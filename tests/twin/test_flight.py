@@ -18,7 +18,7 @@ from thrustd.twin.flight import Rates, Truth, fly, scripted_flight, write_flight
 from thrustd.twin.sensors import COUNT_MM
 from thrustd.wire.adc_frames import AdcDecoder
 from thrustd.wire.can_decoder import CanDecoder
-from thrustd.wire.can_frames import ICD_INPUT_ROWS
+from thrustd.wire.can_frames import ICD_INPUT_ROWS, ICD_OPTIONAL_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
 from thrustd.wire.log_layout import LogHeader
 
@@ -66,6 +66,16 @@ def test_arrival_order_and_kinds(items):
 
 def test_same_seed_same_bytes(flight, table, items):
     assert list(fly(*flight, table, SEED)) == items
+
+
+def test_the_crews_mark_of_a_recording_is_said_where_the_bus_has_it(flight, table):
+    profile, airframe = flight
+    marked = profile.with_channels(mark=np.where(abs(profile.time_s - 60.0) < 20.0, 3.0, 0.0))
+    wide = CanTable.from_dbc(DBC.read_text(), (*ICD_INPUT_ROWS, *ICD_OPTIONAL_ROWS), CanUnits())
+    said = decoded(fly(marked, airframe, wide, SEED), wide)[1]["mark", 0]
+    high = [one.t_ns * 1e-9 for one in said if one.value == 3.0]
+    assert high[-1] - high[0] == pytest.approx(40.0, abs=1.0)
+    assert ("mark", 0) not in decoded(fly(marked, airframe, table, SEED), table)[1]
 
 
 def test_nothing_is_lost_on_a_healthy_wire(items, table, flight):

@@ -69,9 +69,9 @@ def marked_windows(flight: Flight, column: str = MARK) -> list[Window]:
     found = [(a, b) for a, b in pairwise(edges) if numbers[a] > 0 and time_s[b] - time_s[a] >= SLIP_S]
     if not found:
         raise RecordingError(f"{flight.name}: {column!r} marks no point: it is never above 0 for {SLIP_S:g} s")
-    several = len({numbers[a] for a, _ in found}) > 1
+    numbered = any(numbers[a] != 1 for a, _ in found)  # else a switch
     return [
-        Window(time_s[a], time_s[b], f"{numbers[a]:g}" if several else str(i + 1)) for i, (a, b) in enumerate(found)
+        Window(time_s[a], time_s[b], f"{numbers[a]:g}" if numbered else str(i + 1)) for i, (a, b) in enumerate(found)
     ]
 
 

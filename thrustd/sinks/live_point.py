@@ -23,10 +23,10 @@ class LivePoint:
         self.steady_s = 0  # whole seconds
 
     def write_output(self, output: Output) -> None:
+        if output.t_ns >= self._due_ns:  # whatever it is: a bus that falls silent ends the point
+            self._close(output.t_ns)
         if not isinstance(output, Reading):
             return
-        if output.t_ns >= self._due_ns:
-            self._close(output.t_ns)
         place = self._places.get((output.signal, output.index))
         if place is not None and output.value == output.value:
             self._sums[place] += output.value

@@ -43,10 +43,11 @@ BLOCK_S = 10.0
 NODE_ID = 10
 ACCEL_SIGNALS = ("accel_x_g", "accel_y_g", "accel_z_g")
 RATE_SIGNALS = ("pitch_rate_deg_s", "roll_rate_deg_s", "yaw_rate_deg_s")  # where the aircraft's table has them
-AIR_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "tat_degC", "pitch_deg")
+AIR_SIGNALS = ("mach", "pressure_altitude_m", "sat_degC", "tat_degC", "pitch_deg", "mark")
 ENGINE_SIGNALS = ("n1_pct", "n2_pct", "fuel_flow_kg_s")
 MOUNT_SIGNALS = ("temperature_degC", "vibration_mm_s")
 NOISE = {  # one sigma of the sensor
+    "mark": 0.0,  # a number that somebody types
     "accel_x_g": 0.002,
     "accel_y_g": 0.002,
     "accel_z_g": 0.003,
@@ -165,6 +166,7 @@ class _Flight:
         self._can = [
             (quantity, CanStream(quantity.signal, quantity.number, encoder, origin_ns, self._rng))
             for quantity in _quantities(rates, self._lines)
+            if encoder.says(quantity.signal, quantity.number)
         ]
         self._turning = np.random.default_rng([start.seed, 9])  # apart: what else is drawn is the same without rates
         self._can += [

@@ -123,7 +123,15 @@ export function nextStep() {
 
 function noReference() {
   const { recordings, models } = store.server,
-    flights = recordings.some((one) => one.meta.channels.some((c) => c.name.startsWith("estimate_thrust_n")));
+    has = (start) => recordings.some((one) => one.meta.channels.some((c) => c.name.startsWith(start))),
+    flights = has("estimate_thrust_n");
+  if (!flights && has("n1_pct"))
+    return {
+      view: "flighttest",
+      say: "No recording here has a reference (force_N), but there are flights: find test points, drag polar, engine health.",
+      label: store.view === "flighttest" ? null : "Flight test",
+      go: () => go("flighttest"),
+    };
   const where = flights ? "flight" : "histories";
   return {
     view: where,
@@ -140,9 +148,10 @@ function noReference() {
 }
 
 // whose columns should be said: no time in the file, no force and deformation anywhere in the folder, or a column that
-// may be a channel and that nobody was asked about when others were named
+// may be a channel and that nobody was asked about when others were named; a flight has what screen "Flight test" reads
+const flies = (one) => ["n1_pct", "mach"].every((name) => one.meta?.channels.some((c) => c.name.startsWith(name)));
 function unnamed() {
-  const tables = store.server.recordings.filter((one) => one.table),
+  const tables = store.server.recordings.filter((one) => one.table && !flies(one)),
     files = tables.filter((one) => !one.mapped.columns?.length && !one.mapped.rate_hz);
   const usable = store.server.recordings.some((one) =>
     ["force_N", "deformation_mm"].every((name) => one.meta?.channels.some((c) => c.name === name)),
