@@ -5,6 +5,7 @@ import json
 import pytest
 
 from thrustd.__main__ import main
+from thrustd.commission.budget import INSTALLED
 from thrustd.installation.shipped import shipped
 
 
@@ -35,6 +36,26 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
     for before, after in zip(plain, wide, strict=True):
         assert after["filter_n"] > 2 * before["filter_n"]
         assert after["fused_n"] != before["fused_n"]
+    aircraft = (folder / "citation-ii.toml").read_text()
+    changes = (
+        ("zero_n = 200.0", "zero_n = 20.0"),
+        ("scale = 0.03", "scale = 0.003"),
+        ("drag_m2 = 0.04", "drag_m2 = 0.004"),
+    )
+    for old, new in changes:
+        aircraft = aircraft.replace(old, new)
+    (tmp_path / "known.toml").write_text(aircraft)
+    (tmp_path / "hil.toml").write_text(text.replace(str(folder / "citation-ii.toml"), "known.toml"))
+    known = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
+    for before, after in zip(plain, known, strict=True):
+        was, now = (next(r for r in e["rows"] if r["term"] == INSTALLED)["std_n"] for e in (before, after))
+        assert now < 0.6 * was and after["fused_n"] < before["fused_n"]
+        assert after["mounts_n"] == pytest.approx(before["mounts_n"])  # of the bench
+    (tmp_path / "known.toml").write_text(
+        (folder / "citation-ii.toml").read_text().replace("density = 0.012", "density = 0.05")
+    )
+    other = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
+    assert all(after["brochure_n"] > 1.2 * before["brochure_n"] for before, after in zip(plain, other, strict=True))
 
 
 def test_a_window_where_nothing_was_estimated_is_one_line(log, capsys):

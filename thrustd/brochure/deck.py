@@ -12,7 +12,7 @@ G is fitted to the brochure program's own pairs and to static reference points, 
 Similarity of the corrected quantities: Walsh & Fletcher, Gas Turbine Performance, ch. 4; atmosphere: ISO 2533.
 """
 
-from math import isfinite
+from math import hypot, isfinite
 from typing import Literal, NamedTuple
 
 import msgspec
@@ -54,6 +54,14 @@ class Deck:
             raise DeckError(f"{where}: not a brochure deck: {error}") from None
         check_deck(data, where)
         return cls(data)
+
+    def burning(self, fuel_std: float) -> "Deck":
+        """The same with a fuel whose heat per kg/s that is said is not known better than this, relative."""
+        if not fuel_std:
+            return self
+        spread = self.data.spread
+        wider = msgspec.structs.replace(spread, fuel_flow_relative=hypot(spread.fuel_flow_relative, fuel_std))
+        return Deck(msgspec.structs.replace(self.data, spread=wider))
 
     def estimate(self, inputs: DeckInputs, engine: int) -> DeckEstimate:
         """Thrust of `engine` with its spread; ISA stands in for a missing temperature, other NaN mean "none"."""

@@ -72,7 +72,8 @@ class Installation:
         _check_line(config, self.where)
         where = f"{self.where}: fusion"
         check_settings(section(config.fusion, FusionSettings, where), where)
-        deck = Deck.from_json(self._text(config.deck), self._place(config.deck))
+        aircraft = self.aircraft()
+        deck = Deck.from_json(self._text(config.deck), self._place(config.deck)).burning(aircraft.fuel.heat)
         table = self.heard()
         heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
         calibration, models = self.calibration(), []
@@ -82,7 +83,7 @@ class Installation:
             _check_channels(model, heard, scopes, self._place(mount.model))
             models.append(model)
         mounts = tuple(calibration.of(mount.name) for mount in config.mount) if calibration is not None else ()
-        return Parts(tuple(models), deck, table, self.aircraft(), mounts)
+        return Parts(tuple(models), deck, table, aircraft, mounts)
 
     def service_h(self) -> dict[str, float]:
         """By mount, the hours that the calibration file gives it."""

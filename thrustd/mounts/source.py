@@ -22,6 +22,7 @@ from thrustd.mounts.step import CHORDS, MEANS, TERMS, Cells, Held, Samples, add,
 from thrustd.sync.grid import Grid
 
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
+COMMON = "start, unmeasured channels"  # of a term that both mounts of an engine have to the same side
 ZERO_SIGMAS = 3.0  # more is no zero
 JUST_S = 2.0  # found so lately: what is known by now was known then
 LEAST_SHARE = 0.2  # of one of two mounts
@@ -115,8 +116,9 @@ class MountSource:
         force_n, rate_n_s = float(state["force_n"]), abs(float(state["force_n"] - means["lagged_n"])) / FORCE_RATE_TAU_S
         model_n = region_std_n(*self._cells, force_n, rate_n_s)
         known = dict(zip(TERMS, terms_n(means, model_n, float(state["deformation_mm"]), force_n), strict=True))
-        rest_n2 = float(state["std_n"]) ** 2 - sum(value**2 for value in known.values())
-        return known | {"creep, start, unmeasured channels": sqrt(max(rest_n2, 0.0))}
+        common_n = float(state["common_n"])
+        rest_n2 = float(state["std_n"]) ** 2 - common_n**2 - sum(value**2 for value in known.values())
+        return known | {"creep": sqrt(max(rest_n2, 0.0)), COMMON: common_n}
 
     def calibrate(self) -> bool:
         """The engine stands and has not run: what the mount's transducer shows is its zero.

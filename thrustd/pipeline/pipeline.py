@@ -122,6 +122,10 @@ class Pipeline:
         """By mount, the terms of its sigma at the last fused step."""
         return [source.terms_n() for source in self._sources]
 
+    def uncorrected_n(self) -> list[float]:
+        """By engine, what its thrust may be wrong by because nobody corrected the installation, one sigma."""
+        return [self._monitor.uncorrected_n(e) for e in range(len(self._filters))]
+
     def quiet_until_ns(self) -> int:
         """Frames that arrive before this complete no fused step: whoever feeds may hand them over with later ones.
 

@@ -1,13 +1,15 @@
 """What a brochure may be wrong by, in the same regression as the model: no load cell flies.
 
-    reference = thrust share + s F + l dF/dt + d F (t - mean) + b + delta_t G sum c_ij x^i v^j     i + j <= 3, not x
-    x = F / (delta_t G),   v = u / 0.5,   u = M / sqrt(1 + 0.2 M^2)
+    reference = thrust share + s F + l dF/dt + d F (t - mean) + b + H sum c_ij x^i v^j     i + j <= 2
+    H = delta_t G h,   h = x + r v sqrt(h),   x = F / (delta_t G),   v = u / 0.5,   u = M / sqrt(1 + 0.2 M^2)
 
-F: the model's own output as it stands, so that the reference's noise does not explain itself; G the largest corrected
-thrust. The sum is the deck's own form (docs/fusion.md), for a surface errs as a surface. Every number has a prior: an
-engine is 3 % off its deck (with the share, 1 %), each coefficient of its surface by SHAPE of G, which is the spread of
-48 engine-flights, a deck's time lags half a second, an engine drifts by 0.4 % an hour, at idle net thrust is 25 N
-uncertain. They are nobody's effects: reports and models leave them out.
+F: the model's own output as it stands, so that the reference's noise does not explain itself; G the largest
+corrected thrust; H the gross thrust: the net one and the ram drag of its air, r v sqrt(h), as air flow goes with the
+root of gross thrust. A cycle is wrong by a part of its gross thrust. So a deck is much better known at idle than at
+cruise, while a nacelle drags alike: fast flight at idle tells them apart. Every number has a prior: an engine is
+3 % off its deck (with the share, 1 %), each coefficient of its surface by SHAPE, which makes 3 % of the net thrust in
+cruise, a deck's time lags half a second, an engine drifts by 0.4 % an hour, at idle net thrust is 25 N uncertain. They
+are nobody's effects: reports and models leave them out.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,10 +24,11 @@ from thrustd.model.stage import Floats, jit
 
 REFERENCE_OF = "reference: "
 MARK = BROCHURE_MARK
-SHAPE = 0.026  # of the largest corrected thrust
-POWERS = [(i, j) for i in range(4) for j in range(4 - i) if (i, j) != (1, 0)]  # of x and v; x alone is the scale
+SHAPE = 0.01  # of gross thrust
+POWERS = [(i, j) for i in range(3) for j in range(3 - i)]  # of x and v
 PRIORS = {"scale": 0.0316, "lead": 0.5, "drift": 0.004, "idle": 25.0} | {f"x{i} v{j}": SHAPE for i, j in POWERS}
 FAST = 0.5  # of u
+RAM = FAST * 340.3 / 316.0  # r: speed of sound over static thrust per air flow, m/s (JT15D-4: 11.12 kN of 35.2 kg/s)
 LAG_S = 1.0  # of the rate of force
 
 
@@ -64,12 +67,14 @@ def reference_columns(
     for force, (delta, v), step_s in zip(model_n, airs, dt_s, strict=True):
         hours = np.arange(len(force)) * step_s / 3600
         x = force / (delta * largest)
+        ram = 0.5 * RAM * v
+        gross = delta * largest * (ram + np.sqrt(ram**2 + np.maximum(x, 0.0))) ** 2
         columns = {
             "scale": force,
             "lead": np.gradient(_smooth(force, LAG_S / step_s), step_s),
             "drift": force * (hours - hours[-1] / 2),
             "idle": np.ones(len(force)),
-        } | {f"x{i} v{j}": delta * largest * x**i * v**j for i, j in POWERS}
+        } | {f"x{i} v{j}": gross * x**i * v**j for i, j in POWERS}
         found.append({f"{REFERENCE_OF}{name}": np.ascontiguousarray(column) for name, column in columns.items()})
     return found
 
