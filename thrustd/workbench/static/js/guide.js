@@ -123,27 +123,19 @@ export function nextStep() {
 
 function noReference() {
   const { recordings, models } = store.server,
-    has = (start) => recordings.some((one) => one.meta.channels.some((c) => c.name.startsWith(start))),
-    flights = has("estimate_thrust_n");
-  if (!flights && has("n1_pct"))
-    return {
-      view: "flighttest",
-      say: "No recording here has a reference (force_N), but there are flights: find test points, drag polar, engine health.",
-      label: store.view === "flighttest" ? null : "Flight test",
-      go: () => go("flighttest"),
-    };
-  const where = flights ? "flight" : "histories";
+    has = (start) => recordings.some((one) => one.meta.channels.some((c) => c.name.startsWith(start)));
+  const [view, label, words] = has("estimate_thrust_n")
+    ? ["flight", "Live and flight", "Play the flight back."]
+    : has("n1_pct")
+      ? ["flighttest", "Flight test", "Find test points, drag polar and health of these flights."]
+      : models.length
+        ? ["histories", "Time histories", "Look at what the chosen model estimates."]
+        : ["histories", "Time histories", "Look at the channels; with a model file dropped here, also at its estimate."];
   return {
-    view: where,
-    say:
-      "No recording here has a reference (force_N), so there is nothing to compare a model with. " +
-      (flights
-        ? "Play the flight back."
-        : models.length
-          ? "Look at what the chosen model estimates."
-          : "Look at the channels; with a model file dropped here, also at its estimate."),
-    label: store.view === where ? null : flights ? "Live and flight" : "Time histories",
-    go: () => go(where),
+    view,
+    say: `No recording here has a reference (force_N), so there is nothing to compare a model with. ${words}`,
+    label: store.view === view ? null : label,
+    go: () => go(view),
   };
 }
 
