@@ -20,7 +20,7 @@ from thrustd.fusion.mixture import SHIFT_N, STD_N, P
 from thrustd.sensors.errors import Installed
 from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
-from thrustd.sensors.onsets import BLED, BROCHURE_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL
+from thrustd.sensors.onsets import BLED, BROCHURE_OFF, FUEL_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL
 from thrustd.sensors.past import (
     COMMON_N,
     COUNTS,
@@ -194,10 +194,7 @@ def _fastest_pct(readings: Floats, spools: Integers) -> float:
 @compiled
 def _lead(found: int, out: Floats) -> int:
     """The hypothesis that leads from now on."""
-    best = 0
-    for which in range(N_HYPOTHESES):
-        if out[which, 0] > out[best, 0]:
-            best = which
+    best = np.argmax(out[:, 0])
     if out[best, 0] > FOUND:
         return best
     return WELL if out[found, 0] < OVER else found
@@ -209,6 +206,7 @@ def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floa
     past, fastest_pct = memory.past[e], _fastest_pct(readings, engines.spools[e])
     if not fastest_pct > TURNING_N1_PCT:
         past.n, past.since_s = 0, nan
+        past.rate_n_s[:] = 0.0
     elif not isfinite(past.since_s):
         past.since_s = t_s
     if engines.judged[e] and t_s - past.since_s >= STARTED_S:
@@ -249,7 +247,9 @@ def _look_at(
     lead = _lead(found[e], out)
     changed, found[e] = lead != found[e], lead
     if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * n:
-        more_n2 = uncorrected_n2(past[e].rows, past[e].n, share, engines.off[lead], installed, out[lead, 1:])
+        best = np.argmax(out[:, 0])  # though it was not found
+        off = engines.off[FUEL_OFF if best == BLED else best]
+        more_n2 = uncorrected_n2(past[e].rows, past[e].n, share, off, installed, out[best, 1:])
         memory.leading[e, UNCORRECTED_N] = sqrt(more_n2)
     _say(memory, e, lead, out)
     return e if changed else -1

@@ -24,11 +24,11 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import AS_ON_THE_BENCH, THRUST_N2, Installed, Parts, covariance
 from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, fault_shape, installed_shape
-from thrustd.sensors.onsets import BLED, N_HYPOTHESES, STAYS, WELL, Scene, Told, of_onsets, of_stretches
+from thrustd.sensors.onsets import BLED, LEAST_P, N_HYPOTHESES, STAYS, WELL, Scene, Told, of_onsets, of_stretches
 from thrustd.sensors.past import COUNTS, N_SOURCES, SAID
 from thrustd.sensors.positive import factor, forward, inverse
 
-LEAST_N, LEAST_P = -200.0, 1e-12  # ram drag of 10 kg/s at flight idle, less what is left of the gross thrust
+LEAST_N = -200.0  # ram drag of 10 kg/s at flight idle, less what is left of the gross thrust
 
 
 @compiled

@@ -35,7 +35,7 @@ from thrustd.sensors.watches import Watches
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
 RESTING_S = 2.0
-NAMED_AFTER_S = 1.6  # by then its own watch knows a noisy sensor; it is left out at once
+NAMED_AFTER_S = 1.4  # by then its own watch knows a noisy sensor; it is left out at once
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))

@@ -8,7 +8,7 @@
 Equations: see `evidence`.
 """
 
-from math import log
+from math import erfc, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +43,7 @@ TIED_N = 1.0  # of a fault that has not begun yet, one sigma
 # Air that is bled (anti-ice) takes fuel and gives no thrust: 5 and 6 % more fuel of both engines at one N1, recorded.
 # One past in twenty has a stretch of it; no sensor is at fault
 BLEED, BLEEDS = 0.05, 0.05
+LEAST_P = 1e-12
 
 
 class Scene(NamedTuple):
@@ -229,7 +230,10 @@ def of_onsets(which: int, scene: Scene, told: Told) -> None:
 
 @compiled
 def of_stretches(scene: Scene, told: Told) -> None:
-    """As `of_onsets`, of air that was bled in any stretch of rows: so much more fuel, by a part of the thrust."""
+    """As `of_onsets`, of air that was bled in any stretch of rows: so much more fuel, never less, by a part of the thrust.
+
+    b > 0: twice the evidence, times the part of b's posterior N(sigma2 g / wide, sigma2 / wide) that is positive.
+    """
     rows, n, sigma2 = scene.rows, scene.n, BLEED**2
     prior = log((STAYS if scene.found == BLED else BLEEDS) / (n * (n + 1) / 2))
     for a in range(n):
@@ -242,5 +246,6 @@ def of_stretches(scene: Scene, told: Told) -> None:
             g += level_n * scene.z[at]
             u += level_n * scene.ac[at]
             wide = 1.0 + sigma2 * q
-            log_p = prior + 0.5 * (sigma2 * g * g / wide - log(wide))
+            more = max(erfc(-g * sqrt(0.5 * sigma2 / wide)), LEAST_P)
+            log_p = prior + 0.5 * (sigma2 * g * g / wide - log(wide)) + log(more)
             _tell(told, log_p, -sigma2 * u * g / wide, sigma2 * u * u / wide)
