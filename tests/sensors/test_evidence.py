@@ -44,7 +44,7 @@ def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
         row[OWN_N : OWN_N + 2] = 30.0
         assert remember(past, 0, row, SHARE)
         if past["n"][0] > 2 and k % 5 == 0:
-            evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, lead, INSTALLED, out)
+            evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, lead, 0.0, INSTALLED, out)
             lead = int(out[:, 0].argmax()) if out[:, 0].max() > 0.95 else lead
             found.append(out.copy())
     return np.array(found)

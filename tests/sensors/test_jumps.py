@@ -84,7 +84,7 @@ def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
         row[MOUNT_RATE_N_S], row[STEP_N] = 0.4 * rate_n_s, FASTEST_FALL_N_S * DT_S
         row[JUMPED_N : JUMPED_N + 2] = jumped_n if k == 150 + rows else 0.0
         assert remember(past, 0, row, SHARE)
-        evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, onsets.WELL, INSTALLED, out) if late else None
+        evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, onsets.WELL, 0.0, INSTALLED, out) if late else None
     return out[:, 0]
 
 

@@ -218,6 +218,18 @@ def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floa
 
 
 @compiled
+def _elsewhere(hypotheses: Floats, e: int) -> float:
+    """How likely it is that every other engine's brochure is wrong too, rather than all well; 0: there is none."""
+    least = 1.0 if len(hypotheses) > 1 else 0.0
+    for other in range(len(hypotheses)):
+        if other != e:
+            wrong = hypotheses[other, BROCHURE_OFF, P]
+            well = hypotheses[other, WELL, P] + hypotheses[other, BLED, P]
+            least = min(least, wrong / max(wrong + well, 1e-300))
+    return least
+
+
+@compiled
 def _say(memory: _Memory, e: int, lead: int, out: Floats) -> None:
     """What was weighed, `out` (N_HYPOTHESES, 3), as the bank's rows."""
     memory.leading[e, 0], memory.leading[e, 1] = out[lead, 1], sqrt(out[lead, 2])
@@ -243,7 +255,7 @@ def _look_at(
     forget(memory.jumps[e])
     if past[e].n < 2:
         return -1
-    weigh(past[e].rows, past[e].n, share, found[e], installed, out)
+    weigh(past[e].rows, past[e].n, share, found[e], _elsewhere(memory.hypotheses, e), installed, out)
     lead = _lead(found[e], out)
     changed, found[e] = lead != found[e], lead
     if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * n:

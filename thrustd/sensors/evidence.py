@@ -96,17 +96,19 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
 
 
 @compiled
-def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installed, out: Floats) -> None:
+def weigh(
+    rows: Floats, n: int, share: float, found: int, elsewhere: float, installed_as: Installed, out: Floats
+) -> None:
     """By hypothesis its probability, the thrust of the newest row and its variance: `out` (N_HYPOTHESES, 3).
 
-    `found`: the hypothesis that led so far; a fault stays unless it is refuted.
+    `found`: the hypothesis that led so far; a fault stays unless it is refuted. `elsewhere`: see `Scene`.
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
     a, z, ac = _solve(rows, n, parts, out)
     out[WELL, 0] = 0.0 if found == WELL else log(1.0 - STAYS)  # a fault that was found leaves all others less
     well = _log_pushes(out[WELL, 1], out[WELL, 2])
     since, always = fault_shape(rows, n, FAULT_S), fault_shape(rows, n, LASTING_S)
-    scene = Scene(rows, n, parts, a, z, ac, since, always, installed_shape(rows, n, installed_as), found)
+    scene = Scene(rows, n, parts, a, z, ac, since, always, installed_shape(rows, n, installed_as), found, elsewhere)
     most = max(6 * n, n * (n + 1) // 2)
     told = Told(np.empty(most), np.empty((most, 2)), np.zeros(1, np.int64))
     for which in range(1, N_HYPOTHESES):

@@ -38,6 +38,7 @@ SIZES_N = (
 NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-6)
 ALWAYS = (1e-3, 1e-3, 5e-2, 1e-3, 1e-3, 1e-3, 1e-3)
 INSTALLED = 0.2  # one installation in five is off by what no bench shows
+AIR = 2e-3  # air data at fault: every engine's brochure is wrong at once
 STAYS = 0.9  # prior of a fault that has been found
 TIED_N = 1.0  # of a fault that has not begun yet, one sigma
 # Air that is bled (anti-ice) takes fuel and gives no thrust: 5 and 6 % more fuel of both engines at one N1, recorded.
@@ -59,6 +60,7 @@ class Scene(NamedTuple):
     always: Floats  # of one that was always there
     installed: Floats  # of what no bench shows
     found: int  # the hypothesis that led so far
+    elsewhere: float  # how likely it is that the other engines' brochures are wrong too, where any engine's is
 
 
 class Seen(NamedTuple):
@@ -157,15 +159,17 @@ def _update(shape: Floats, size_n: float, m: int, seen: Seen, room: Room) -> tup
 
 
 @compiled
-def _prior(which: int, m: int, size: int, n: int, found: int) -> float:
-    """Of a fault in the newest m of n rows and one size."""
-    if which == found:
+def _prior(which: int, m: int, size: int, scene: Scene) -> float:
+    """Of a fault in the newest m rows and one size."""
+    n = scene.n
+    if which == scene.found:
         return STAYS / (2 * n)
     if which == MOUNTS_OFF and m == n:
         return INSTALLED if size == 0 else 0.5 * ALWAYS[which - 1]
+    new = NEW[which - 1] + (AIR * scene.elsewhere if which == BROCHURE_OFF else 0.0)
     if which == BROCHURE_OFF and size == 1:  # an engine is not that much unlike its deck
-        return 0.5 * NEW[which - 1] / n
-    return 0.5 * ALWAYS[which - 1] if m == n else 0.5 * NEW[which - 1] / (n - 1)
+        return 0.5 * new / n
+    return 0.5 * ALWAYS[which - 1] if m == n else 0.5 * new / (n - 1)
 
 
 @compiled
@@ -189,7 +193,7 @@ def _tell(told: Told, log_p: float, moved_n: float, more_n2: float) -> None:
 def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, room: Room, told: Told) -> None:
     """In the newest m rows, and once more with what the mounts jumped by then."""
     rows, n, shape, size_n = scene.rows, scene.n, scene.since, SIZES_N[which - 1][size]
-    prior = log(0.5 * _prior(which, m, size, n, scene.found))
+    prior = log(0.5 * _prior(which, m, size, scene))
     ratio, moved_n, more_n2 = _update(shape, size_n, m, seen, room)
     _tell(told, prior + ratio, moved_n, more_n2)
     pattern = _pattern(which, scene.parts)
@@ -203,7 +207,7 @@ def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, room: Room,
 @compiled
 def of_onsets(which: int, scene: Scene, told: Told) -> None:
     """Of one hypothesis, by onset and size."""
-    n, found, sizes = scene.n, scene.found, SIZES_N[which - 1]
+    n, sizes = scene.n, SIZES_N[which - 1]
     f, g, u, q, across = np.empty((n, n)), np.empty(n), np.zeros(n), np.empty((n, n)), np.empty(n)
     room, pattern = Room(np.empty((n, n)), np.empty(n), np.empty(n)), _pattern(which, scene.parts)
     _project(scene.a, scene.z, n, pattern, f, g)
@@ -217,7 +221,7 @@ def of_onsets(which: int, scene: Scene, told: Told) -> None:
             if m > 1:
                 tied = Seen(_tied(scene.since, m, q), g, u)
                 ratio, moved_n, more_n2 = _update(scene.since, sizes[size], m, tied, room)
-                ratio += log(0.5 * _prior(which, m - 1, size, n, found)) + 0.5 * log(1.0 + (sizes[size] / TIED_N) ** 2)
+                ratio += log(0.5 * _prior(which, m - 1, size, scene)) + 0.5 * log(1.0 + (sizes[size] / TIED_N) ** 2)
                 _tell(told, ratio, moved_n, more_n2)
     for size in range(2):
         installed = which == MOUNTS_OFF and size == 0
@@ -225,7 +229,7 @@ def of_onsets(which: int, scene: Scene, told: Told) -> None:
         for i in range(n if size == 0 or which == MOUNTS_OFF else 0):  # another shape begins anew
             _grow(shape, f, i, across, q)
         ratio, moved_n, more_n2 = _update(shape, size_n, n, Seen(q, g, u), room)
-        _tell(told, log(_prior(which, n, size, n, found)) + ratio, moved_n, more_n2)
+        _tell(told, log(_prior(which, n, size, scene)) + ratio, moved_n, more_n2)
 
 
 @compiled
