@@ -71,6 +71,10 @@ def _less(_: Floats, values: Floats) -> Floats:
     return 0.8 * values
 
 
+def _frozen(_: Floats, values: Floats) -> Floats:
+    return np.full_like(values, values[0])
+
+
 CASES: tuple[Case, ...] = (
     # both mounts of an engine
     *_at("ground idle", "both LVDTs of an engine drift +0.02 mm/min", drift(LEFT, 0.02), L2, FOR_GOOD_S, "ground idle"),
@@ -114,6 +118,8 @@ CASES: tuple[Case, ...] = (
     *_at("cruise", "N1 drifts 2 %/min", _n1(lambda s, v: v + 2.0 * RPM_PCT * s / 60.0), N1L, 300.0),
     *_at("ground idle", "N1 swapped", swap(("n1_pct", 0), ("n1_pct", 1)), (), 300.0),
     *_at("ground idle", "fuel flow swapped", swap(("fuel_flow_kg_s", 0), ("fuel_flow_kg_s", 1)), (), 300.0),
+    *_at("ground idle, take-off roll", "Mach freezes", says("mach", 0, _frozen), ("mach[0]",), 240.0),
+    *_at("cruise", "Mach drifts 0.03/min", says("mach", 0, lambda s, v: v + 0.03 * s / 60.0), (), 300.0),
     *_at("cruise", "Mach +0.05", says("mach", 0, lambda _, v: v + 0.05), ("mach[0]",)),
     *_at("cruise", "SAT +10 K", says("sat_degC", 0, lambda _, v: v + 10.0), ("sat_degC[0]",)),
     # the ADC's clock

@@ -20,6 +20,7 @@ FLOWN = {
     ("accel_x turns its sign", "cruise"),
     ("fuel flow drifts 5 %/min", "cruise"),
     ("ADC clock 1 % slow", "cruise"),
+    ("Mach freezes", "take-off roll"),
     ("hostile: nacelle drag 0.04 m2", "begin"),
     ("hostile: zero -0.03 mm", "begin"),
 }
@@ -44,6 +45,12 @@ def test_what_jumps_is_named_at_once_and_nobody_else(rows):
     jumps = [row for row in rows if row.fault in JUMPS]
     assert len(jumps) == len(JUMPS)
     assert all(row.named_s is not None and row.named_s <= 3.0 and not row.accused for row in jumps)
+
+
+def test_a_mach_number_that_freezes_in_the_roll_is_named_and_costs_no_thrust(rows):
+    frozen = next(row for row in rows if row.fault == "Mach freezes")
+    assert frozen.named_s is not None and frozen.named_s < 30.0 and not frozen.accused
+    assert abs(frozen.bias_n) < 100.0 and frozen.in_band_pct > 95.0  # 2 kN when the brochure was believed
 
 
 def test_a_healthy_aircraft_keeps_its_sensors_and_its_thrust(rows):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from thrustd.sensors.kinematics import balance_of, no_balance
+from thrustd.sensors.kinematics import ACCELERATION, MACH, TAKEN, Accelerometer, balance_of, no_balance
 
 DT_S, SOUND_M_S = 0.1, 331.3
 
@@ -41,3 +41,36 @@ def test_what_is_not_measured_says_nothing():
     for _ in range(100):
         assert not balance_of(balance, 0.5, 1.0, np.nan, 0.3, 0.0, DT_S)
         assert not balance_of(balance, 0.5, 1.0, 3.0, 0.1, 0.0, DT_S)
+
+
+def blamed(f_x_g, mach_of, apart_n, seconds=(40.0, 25.0, 60.0), watch=None):
+    """Who is at fault at the end: at rest, in a roll that shows `f_x_g`, and behind it."""
+    watch = Accelerometer(TAKEN.index, 373.0) if watch is None else watch
+    v_m_s = 0.0
+    for shown_g, lasts_s in zip((0.0, f_x_g, 0.0), seconds, strict=True):
+        for _ in range(round(lasts_s / DT_S)):
+            v_m_s += DT_S * 9.80665 * shown_g
+            readings = {"accel_x_g": shown_g, "accel_z_g": 1.0, "pitch_deg": 0.0, "sat_degC": 0.0}
+            readings["mach"] = mach_of(v_m_s / SOUND_M_S)
+            row = np.array([readings[name] for name, _ in TAKEN])
+            watch.look(row, None, DT_S, lambda: np.array(apart_n))
+    return watch
+
+
+def test_a_roll_on_which_mach_stands_is_machs_fault_where_the_brochure_says_too_much():
+    watch = blamed(0.3, lambda _: 0.03, ((-900.0, 300.0), (-700.0, 300.0)))
+    assert watch.blamed == MACH  # also a minute later: at rest it agrees, and could not have failed
+    again = Accelerometer(TAKEN.index, 373.0)
+    again.restore(watch.snapshot())
+    assert again.blamed == MACH
+    assert blamed(0.0, lambda _: 0.3, (), (30.0, 0.0, 0.0), watch).blamed is None
+
+
+def test_an_accelerometer_that_invents_a_roll_is_at_fault_where_the_mounts_say_too_much():
+    watch = blamed(0.3, lambda _: 0.0, ((900.0, 300.0), (700.0, 300.0)), (40.0, 25.0, 0.0))
+    assert watch.blamed == ACCELERATION
+    assert blamed(0.3, lambda _: 0.0, ((0.0, 300.0), (np.nan, 300.0)), (40.0, 25.0, 0.0)).blamed == ACCELERATION
+
+
+def test_a_roll_that_mach_shows_accuses_nobody():
+    assert blamed(0.3, lambda mach: mach, ((-900.0, 300.0), (-700.0, 300.0))).blamed is None

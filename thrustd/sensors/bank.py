@@ -25,6 +25,7 @@ from thrustd.sensors.past import (
     COMMON_N,
     COUNTS,
     DECK_N,
+    FUEL_FLOW,
     JUMPED_N,
     LOG_FLOW,
     MACH,
@@ -119,6 +120,17 @@ class Bank:
         p, found = self.rows[engine, :, P], self.found.item(engine)
         return bool((p[WELL] + p[BLED] if found in (WELL, BLED) else p[found]) < 1.0 - DISAGREE)
 
+    def apart_n(self) -> Floats:
+        """(n, 2) by engine: the thrust by mounts that are well minus that by a brochure that is, and its sigma."""
+        mounts, brochure = self.rows[:, BROCHURE_OFF], self.rows[:, MOUNTS_OFF]
+        return np.stack([mounts[:, SHIFT_N] - brochure[:, SHIFT_N], np.hypot(mounts[:, STD_N], brochure[:, STD_N])], 1)
+
+    def forget_brochure(self) -> None:
+        """Nobody knows since when the air data have been wrong."""
+        self._past["rows"][:, :, COUNTS + FUEL_FLOW : COUNTS + N_SOURCES] = 0.0
+        self._past["rows"][:, :, SAID + FUEL_FLOW : COUNTS] = 0.0
+        self.found[:] = WELL
+
     def snapshot(self) -> list[dict[str, Any]]:
         """By engine, plain numbers."""
         return [
@@ -194,7 +206,7 @@ def _fastest_pct(readings: Floats, spools: Integers) -> float:
 @compiled
 def _lead(found: int, out: Floats) -> int:
     """The hypothesis that leads from now on."""
-    best = np.argmax(out[:, 0])
+    best = int(np.argmax(out[:, 0]))
     if out[best, 0] > FOUND:
         return best
     return WELL if out[found, 0] < OVER else found

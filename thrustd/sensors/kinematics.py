@@ -5,12 +5,17 @@
 A Kalman filter for V and b with Mach's airspeed as its measurement: in steady flight b is known to 0.003 g within some
 10 s, beside 0.008 g of mounting. Slower than FLYING_MACH it is no airspeed yet: an aircraft that taxis or stands goes
 at 0 +- 10 m/s, for some 10 s at a time. What a turn adds (w q - v r) goes with |n_z - 1|, and is doubt for a while.
-More than FOUND sigmas is a fault of the accelerometer; what is beyond one is in the band before that.
+More than FOUND sigmas of b, or of a speed that is no taxiing, is a fault of the accelerometer or of the Mach number;
+what is beyond one is in the band before that. The engines tell which: an accelerometer that shows too much makes every
+mount's force too large, an airspeed that is as much too low makes every brochure thrust too large.
+
+    s = +1: too much, -1: too little      ln odds = sum over engines of ln Phi(s d / std) - ln Phi(-s d / std)
+                                          d: mounts' thrust minus the brochure's
 Reference: Klein & Morelli, Aircraft System Identification, sec. 3.3 and 10.1 (kinematic consistency).
 """
 
 from collections.abc import Callable, Sequence
-from math import exp, isfinite, nan, radians, sin, sqrt
+from math import erfc, exp, isfinite, log, nan, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -21,18 +26,23 @@ from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.sensors.monitor_inputs import Sensor
 
 ACCELERATION: Sensor = ("accel_x_g", 0)
-TAKEN: tuple[Sensor, ...] = (ACCELERATION, ("accel_z_g", 0), ("pitch_deg", 0), ("mach", 0), ("sat_degC", 0))
+MACH: Sensor = ("mach", 0)
+TAKEN: tuple[Sensor, ...] = (ACCELERATION, ("accel_z_g", 0), ("pitch_deg", 0), MACH, ("sat_degC", 0))
+MACH_TAKEN = TAKEN.index(MACH)
 
 AIRSPEED_STD_M_S, TURBULENCE_M_S2 = 0.3, 0.02
 WANDER_G = 1e-3  # of b, per root of a second
 MOUNTING_G, START_G, START_M_S = 0.008, 0.02, 10.0
 OF_A_TURN, TURN_NOISE, TURN_FADES_S = 0.1, 0.3, 40.0
 FLYING_MACH, TAXI_M_S, TAXI_S = 0.2, 10.0, 10.0
-FOUND, OVER = 5.0, 2.0  # sigmas
+FOUND, OVER, TOO_FAST = 5.0, 2.0, 3.0  # sigmas; a speed that readings have pulled back from is no further off
+MACH_BLAMED = log(0.02)  # odds; else it is the accelerometer
+LEAST_PHI = 1e-12
 SETTLED_S, LASTS_S = 20.0, 4.0  # by then a Mach number or a pitch that drifts is known by its own watch
 SOUND_M_S = 20.0468  # of the root of the temperature
 BALANCE = np.dtype(
     [(name, np.float64) for name in ("v", "b", "p_vv", "p_vb", "p_bb", "turn", "since_s", "found", "excess_g", "odd_s")]
+    + [("more", np.float64), ("blamed", np.float64)]
 )
 
 
@@ -67,7 +77,7 @@ def _step(m: Any, v: float, f_x_g: float, pitch_deg: float, turn: float, varianc
 def _balance(
     balance: Any, f_x_g: float, f_z_g: float, pitch_deg: float, mach: float, sat_degc: float, dt_s: float
 ) -> bool:
-    """The accelerometer is at fault. NaN readings say nothing."""
+    """They contradict each other. NaN readings say nothing."""
     m = balance[0]
     v = mach * SOUND_M_S * sqrt(max((sat_degc if isfinite(sat_degc) else 0.0) + 273.15, 100.0))
     if not (isfinite(mach + f_x_g + f_z_g + pitch_deg) and dt_s > 0.0):
@@ -81,7 +91,9 @@ def _balance(
     _step(m, v, f_x_g, pitch_deg, turn, variance, dt_s)
     if m.since_s > SETTLED_S:
         variance_g2 = m.p_bb + MOUNTING_G**2 + (OF_A_TURN * m.turn) ** 2
-        odd = abs(m.b) > (OVER if m.found else FOUND) * sqrt(variance_g2)
+        sigmas, taxiing_m_s = OVER if m.found else FOUND, m.v - v if mach <= FLYING_MACH else 0.0
+        odd = abs(m.b) > sigmas * sqrt(variance_g2) or abs(taxiing_m_s) > TOO_FAST * TAXI_M_S
+        m.more = 1.0 if (m.b if taxiing_m_s == 0.0 else taxiing_m_s) > 0.0 else -1.0
         m.odd_s = m.odd_s + dt_s if odd else 0.0
         m.found = odd and (m.found or m.odd_s > LASTS_S)
         m.excess_g = sqrt(max(m.b**2 - variance_g2, 0.0))  # of b beyond what is known of it
@@ -91,27 +103,47 @@ def _balance(
 balance_of: Any = compiled(_balance)
 
 
+def _accelerometer_odds(more: float, apart_n: Floats) -> float:
+    """ln of the odds that it is the accelerometer and not the Mach number; `apart_n` (n, 2): d and its sigma."""
+    signs = [more * d_n / std_n for d_n, std_n in apart_n.tolist() if isfinite(d_n) and std_n > 0.0]
+    return sum(log(max(erfc(-x / sqrt(2.0)), LEAST_PHI)) - log(max(erfc(x / sqrt(2.0)), LEAST_PHI)) for x in signs)
+
+
 class Accelerometer:
-    """Is it believed? Mutable; `snapshot` / `restore` for the checkpoint."""
+    """Are it and the Mach number believed? Mutable; `snapshot` / `restore` for the checkpoint."""
 
     def __init__(self, place: Callable[[Sensor], int], engine_mass_kg: float) -> None:
         """`place`: of a sensor among the readings."""
         self._taken = [(sensor, place(sensor)) for sensor in TAKEN]
         self._balance, self._weight_n = no_balance(), engine_mass_kg * STANDARD_GRAVITY_M_S2
-        self.off = False
 
-    def look(self, readings: Floats, trusts: Callable[[Sensor], bool] | None, dt_s: float) -> None:
-        """`trusts`: what the sensors' own watches say; None: all is well."""
+    @property
+    def blamed(self) -> Sensor | None:
+        """Which of both is at fault."""
+        return (None, ACCELERATION, MACH)[int(self._balance["blamed"].item())]
+
+    def look(
+        self, readings: Floats, trusts: Callable[[Sensor], bool] | None, dt_s: float, apart_n: Callable[[], Floats]
+    ) -> None:
+        """`trusts`: what the sensors' own watches say; None: all is well.
+
+        `apart_n` is asked when they contradict each other: by engine mounts' thrust minus the brochure's, its sigma.
+        """
         taken = [
             readings.item(at) if sensor == ACCELERATION or trusts is None or trusts(sensor) else nan
             for sensor, at in self._taken
         ]
-        self.off = balance_of(self._balance, *taken, dt_s)
+        contradict, blamed = balance_of(self._balance, *taken, dt_s), self.blamed
+        if contradict and blamed is None:
+            is_mach = _accelerometer_odds(float(self._balance["more"].item()), apart_n()) < MACH_BLAMED
+            self._balance["blamed"] = 2.0 if is_mach else 1.0
+        elif not contradict and (blamed == ACCELERATION or taken[MACH_TAKEN] > FLYING_MACH):
+            self._balance["blamed"] = 0.0  # an airspeed that says nothing has not agreed
 
     @property
     def error_n(self) -> float:
         """What it may do to an engine's thrust before it is found."""
-        return 0.0 if self.off else float(self._weight_n * self._balance["excess_g"].item())
+        return 0.0 if self.blamed else float(self._weight_n * self._balance["excess_g"].item())
 
     def snapshot(self) -> list[float]:
         return [0.0 if value != value else value for value in self._balance[0].tolist()]
@@ -120,4 +152,5 @@ class Accelerometer:
         """ValueError or TypeError when these are no numbers of this kind."""
         self._balance[0] = tuple(float(value) for value in numbers)
         self._balance["v"] = nan
-        self.off = bool(self._balance["found"].item())
+        if self._balance["blamed"].item() not in (0.0, 1.0, 2.0):
+            raise ValueError("not who is blamed")

@@ -26,11 +26,11 @@ from thrustd.core.columns import Flags
 from thrustd.core.types import Fault, Status
 from thrustd.sensors.bank import SOURCES_OFF, UNCORRECTED_N, Bank
 from thrustd.sensors.engine_force import MountCombiner
-from thrustd.sensors.kinematics import ACCELERATION, Accelerometer
+from thrustd.sensors.kinematics import ACCELERATION, MACH, Accelerometer
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
 from thrustd.sensors.onsets import BROCHURE_OFF, MOUNTS_OFF, WELL
-from thrustd.sensors.past import N_SOURCES
+from thrustd.sensors.past import FUEL_FLOW, N_SOURCES
 from thrustd.sensors.watches import Watches
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
@@ -182,13 +182,18 @@ class Monitor:
         if self._suspect:
             self._watches.acquit_jumps()
         self._judge_temperature(inputs.readings.item(self._altitude))
-        self._accelerometer.look(inputs.readings, self._watches.trusts if self._suspect else None, dt_s)
+        before, trusts = self._accelerometer.blamed, self._watches.trusts if self._suspect else None
+        self._accelerometer.look(inputs.readings, trusts, dt_s, self.bank.apart_n)
         self._believed[:] = True
         if self._suspect:
             for row, sensors in zip(self._believed, self._sources, strict=True):
                 row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_SOURCES]]
             self._believed[:, :2] &= self._watches.trusts(ACCELERATION)
             self._believed[:, 2:] &= all([self._watches.trusts(sensor) for sensor in AIR])
+        if self._accelerometer.blamed == MACH:
+            self._believed[:, FUEL_FLOW:] = False
+            if before != MACH:
+                self.bank.forget_brochure()
         changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._believed)
         if changed >= 0:
             self._found_ns[changed] = inputs.t_ns
@@ -209,13 +214,16 @@ class Monitor:
 
     def _judge(self) -> list[Sensor]:
         """Who is at fault by the bank and by what the aircraft does."""
-        if not (self._sat_stuck or self._accelerometer.off or self.bank.found.any()):
+        blamed = self._accelerometer.blamed
+        if not (self._sat_stuck or blamed or self.bank.found.any()):
             return []  # all is well
         judged: list[Sensor] = [("sat_degC", 0)] if self._sat_stuck else []
         for engine, found in enumerate(self.bank.found.tolist()):
             if found != BROCHURE_OFF:  # its sensors are well: it is the engine or the air data
                 judged += [self._sources[engine][source] for source in SOURCES_OFF[found]]
-        return [*judged, ACCELERATION] if self._accelerometer.off or self._all_mounts_off() else judged
+        if blamed is None and self._all_mounts_off():
+            blamed = ACCELERATION
+        return judged if blamed is None else [*judged, blamed]
 
     def _all_mounts_off(self) -> bool:
         """Of every engine: it is what they share."""
@@ -240,7 +248,7 @@ class Monitor:
         judged = self._judged
         if not (self._suspect or judged or self._kinds):
             return faults
-        nameable = set(judged) & {ACCELERATION, ("sat_degC", 0)}
+        nameable = set(judged) & {ACCELERATION, MACH, ("sat_degC", 0)}
         for engine, found in enumerate(self._nameable(t_ns)):
             if found != MOUNTS_OFF:
                 nameable |= {self._sources[engine][source] for source in SOURCES_OFF[found]} & set(judged)

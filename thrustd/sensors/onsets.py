@@ -234,7 +234,7 @@ def of_onsets(which: int, scene: Scene, told: Told) -> None:
 
 @compiled
 def of_stretches(scene: Scene, told: Told) -> None:
-    """As `of_onsets`, of air that was bled in any stretch of rows: so much more fuel, never less, by a part of the thrust.
+    """As `of_onsets`, of air that was bled in any stretch of rows: more fuel, never less, by a part of the thrust.
 
     b > 0: twice the evidence, times the part of b's posterior N(sigma2 g / wide, sigma2 / wide) that is positive.
     """
