@@ -19,6 +19,7 @@ SHORTEST = 20  # samples; a shorter stretch tells nothing about dynamics
 BRIDGE = 5  # missing samples bridged by a straight line
 COARSE, FAST, MOST_FINE = 3.0, 0.05, 30  # longest step over the 5 % shortest; samples per sample at most
 UNEVEN = 0.02  # a step that differs more than this from the median step asks for resampling
+LEAPING = 0.02  # of the means, those over which the input moves most, say least
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,15 +137,23 @@ def _part(segment: Segment, begin: int, samples: int) -> Segment:
 
 
 def thinned(segments: Sequence[Segment], samples: int) -> list[Segment]:
-    """Means of so many consecutive samples that `samples` remain."""
+    """Means of so many consecutive samples that `samples` remain; without output where the input leaps.
+
+    There the curve's mean is not the curve of the mean: a few leaps would outweigh all that is slow.
+    """
     width = max(1, sum(map(len, segments)) // samples)
     return [_thin(segment, width) for segment in segments if len(segment) >= 20 * width]
 
 
 def _thin(segment: Segment, width: int) -> Segment:
-    def means(column: Floats) -> Floats:
-        return column[: len(column) // width * width].reshape(-1, width).mean(axis=1)
+    def blocks(column: Floats) -> Floats:
+        return column[: len(column) // width * width].reshape(-1, width)
 
+    def means(column: Floats) -> Floats:
+        return blocks(column).mean(axis=1)
+
+    moved = np.ptp(blocks(segment.inputs[DEFORMATION]), axis=1)
+    force_n = np.where(moved > np.quantile(moved, 1.0 - LEAPING), np.nan, means(segment.force_n))
     inputs = {name: means(column) for name, column in segment.inputs.items()}
     start_s = segment.start_s + segment.dt_s * (width - 1) / 2
-    return Segment(segment.record, start_s, segment.dt_s * width, inputs, means(segment.force_n))
+    return Segment(segment.record, start_s, segment.dt_s * width, inputs, force_n)

@@ -41,7 +41,8 @@ SHOWN = 20_000  # samples on which hypotheses meet
 MOST_PAIRS = 4
 MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
-ITERATIONS, PASSES = 40, 10  # at most; with the finer curves of millions of samples
+ITERATIONS = 40  # at most
+FEW, PASSES = 3, 10  # with the finer curves of millions of samples: over their means, over all of them
 FREE = {name: strength for name, strength in FIRST.items() if name != "offset"}  # an output of any kind has any zero
 
 
@@ -159,7 +160,7 @@ def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | Non
     if found.shape.passive:
         return _ordered(regress(segments, progress), segments, asked, progress)
     shape, point = finer(found, segments[0].dt_s, thin[0].dt_s, asked.order)
-    found = solve(shape, point, records_of(shape, thin), found.precisions, iterations=PASSES, progress=progress)
+    found = solve(shape, point, records_of(shape, thin), found.precisions, iterations=FEW, progress=progress)
     records = sparse(shape, found.point, records_of(shape, segments))
     return solve(shape, found.point, records, found.precisions, iterations=PASSES, progress=progress)
 

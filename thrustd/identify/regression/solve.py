@@ -90,6 +90,7 @@ class _Posterior:
 @dataclass(frozen=True, slots=True)
 class _Step:
     point: Point
+    normal: Normal  # there
     free: Flags
     cost: float
     damping: float  # that it took
@@ -131,7 +132,7 @@ def solve(
         step = _step(now, shape, point, records, normal, damping)
         if step is None:
             break
-        point, normal = step.point, normal_equations(shape, step.point, records)
+        point, normal = step.point, step.normal
         damping = step.damping / 10 if step.damping > LEAST else 0.0
         strengths = _strengths(shape, strengths, information, step.free, point.vector(shape) - middle)
         if progress is not None:
@@ -154,12 +155,17 @@ def _step(
         target, free = bounded(heavy, downhill + heavy @ vector, shape.positive())
         new = point.at(shape, target)
         with np.errstate(all="ignore"):
-            squares = float(sum(np.nansum((r.y - simulate(shape, new, r)) ** 2) for r in records))
+            there = None if damping else normal_equations(shape, new, records)  # a whole step mostly is downhill
+            squares = there.squares if there else _squares(shape, new, records)
         new_cost = now.cost(squares, target)
         if new_cost <= cost:  # a number that is none is not
-            return _Step(new, free, new_cost, damping)
+            return _Step(new, there or normal_equations(shape, new, records), free, new_cost, damping)
         damping = max(10 * damping, LEAST)
     return None
+
+
+def _squares(shape: Shape, point: Point, records: Sequence[Record]) -> float:
+    return float(sum(np.nansum((r.y - simulate(shape, point, r)) ** 2) for r in records))
 
 
 def _count(normal: Normal) -> int:
