@@ -1,8 +1,9 @@
 """A stranger's aircraft from bench records to a scored flight: `python -m benchmarks.commission [--aircraft N]`.
 
 Per aircraft: bench, weight and chamber records of other mounts as `plan-test` asks for them, `commission`, zero,
-tethered run, and a flight. It is flown twice: as its benches know it, and with the hostile knobs of the same seed,
-which nobody modelled. Every aircraft keeps its files and its `result.json` in the folder: an ended run goes on there.
+tethered run, a first flight for the nacelles' drag (a recorded one, where it is at hand), and a flight. It is flown
+twice: as its benches know it, and with the hostile knobs of the same seed, which nobody modelled. Every aircraft
+keeps its files and its `result.json` in the folder: an ended run goes on there.
 """
 
 import argparse
@@ -17,6 +18,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.fusion_flights import PH_LAB
 from thrustd.__main__ import main as thrustd
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.installation.shipped import shipped
@@ -28,7 +30,9 @@ from thrustd.twin.mount import LOWER, UPPER, MountPhysics
 HOURS, BENCH_HZ, FUSED_HZ = 4.0, 20.0, 50.0
 MINUTES = 12.0
 FIRST_SEED = 101
-COLUMNS = ("plain", "plain, calibrated", "hostile", "hostile, calibrated")
+FIRST_FLIGHT = PH_LAB / "ftis_20190312_1014.npz"  # it has idle at Mach 0.36
+STAGES = ("commissioned", "tethered", "drag")[: 3 if FIRST_FLIGHT.exists() else 2]
+COLUMNS = tuple(f"{kind}, {stage}" for kind in ("plain", "hostile") for stage in STAGES)
 
 
 def said(*words: str) -> str:
@@ -82,7 +86,7 @@ def flown(config: Path, log: Path) -> list[list[float]]:
 
 
 def scored(config: Path, seed: int, kind: str, minutes: float) -> list[list[list[float]]]:
-    """Engines as commissioned, and calibrated: zeros and tethered run."""
+    """Engines as commissioned; with zeros and tethered run; with the drag that a first flight tells."""
     folder = config.parent.parent
     static, flight = folder / f"{kind}-static.mcap", folder / f"{kind}.mcap"
     twin = ["--seed", str(seed), "--installation", kind, "--config", str(config)]
@@ -94,6 +98,12 @@ def scored(config: Path, seed: int, kind: str, minutes: float) -> list[list[list
     said("calibrate", "tether", str(static), "--cell", str(folder / f"{kind}-static-cell.csv"), "-o", str(file))
     calibrated.write_text(f'calibration = "{file.name}"\n{config.read_text()}')
     found = [flown(config, flight), flown(calibrated, flight)]
+    if FIRST_FLIGHT.exists():
+        first = folder / f"{kind}-first.mcap"
+        said("simulate", "--recording", str(FIRST_FLIGHT), "--engine-start", *twin, "-o", str(first))
+        said("calibrate", "drag", str(first), "-o", str(file))
+        found.append(flown(calibrated, flight))
+        first.unlink()
     static.unlink()
     flight.unlink()
     return found

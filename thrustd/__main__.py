@@ -12,6 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy at its start
 
 from thrustd import __version__
 from thrustd.cli import (
+    budget,
     commissioning,
     data,
     demo,
@@ -42,6 +43,7 @@ def parser() -> Parser:
         data,
         identification,
         commissioning,
+        budget,
         diagnosis,
         fleet,
         workbench,

@@ -1,4 +1,4 @@
-"""Verbs of an aircraft's first days: commission, zero, calibrate, budget."""
+"""Verbs of an aircraft's first days: commission, zero, calibrate."""
 
 import argparse
 from datetime import UTC, date, datetime
@@ -20,7 +20,7 @@ DAYS = datetime(2000, 1, 1, tzinfo=UTC).timestamp()  # a clock before that was n
 
 
 def add_verbs(verbs: Verbs) -> None:
-    for add in (_add_commission, _add_zero, _add_calibrate, _add_budget):
+    for add in (_add_commission, _add_zero, _add_calibrate):
         add(verbs)
 
 
@@ -60,31 +60,22 @@ def _add_zero(verbs: Verbs) -> None:
 
 def _add_calibrate(verbs: Verbs) -> None:
     calibrate = add_verb(
-        verbs, "calibrate", calibrate_verb, "calibrate mounts: gauge blocks, a tethered static run, hours in service",
+        verbs, "calibrate", calibrate_verb, "calibrate mounts: gauge blocks, tethered run, drag in flight, hours",
         "thrustd calibrate blocks blocks.csv --mount left_upper -o my/calibration.toml\n"
         "  thrustd calibrate tether run.mcap --cell cell.csv -o my/calibration.toml\n"
+        "  thrustd calibrate drag flight.mcap -o my/calibration.toml\n"
         "  thrustd calibrate hours flight1.mcap flight2.mcap -o my/calibration.toml",
     )  # fmt: skip
-    calibrate.add_argument("what", choices=("blocks", "tether", "hours"))
+    calibrate.add_argument("what", choices=("blocks", "tether", "drag", "hours"))
     calibrate.add_argument(
-        "files", type=Path, nargs="+", help="blocks: the record of the blocks; tether, hours: logs of `thrustd run`"
+        "files",
+        type=Path,
+        nargs="+",
+        help="blocks: the record of the blocks; tether, drag, hours: logs of `thrustd run`",
     )
     calibrate.add_argument("--mount", help="with blocks: the mount whose transducer was measured")
     calibrate.add_argument("--cell", type=Path, help="with tether: record of the load cell (time_s, force_N)")
     _add_file(calibrate)
-
-
-def _add_budget(verbs: Verbs) -> None:
-    budget = add_verb(
-        verbs, "budget", budget_verb, "list what makes up the band over part of a flight, systematic and random terms",
-        "thrustd budget flight.mcap --at 600 660",
-    )  # fmt: skip
-    budget.add_argument("log", type=Path, help="log with raw events (of `thrustd run`)")
-    budget.add_argument(
-        "--at", type=float, nargs=2, required=True, metavar=("T0", "T1"), help="seconds since the log's first estimate"
-    )
-    budget.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
-    add_json(budget)
 
 
 def _add_file(parser: argparse.ArgumentParser) -> None:
@@ -143,7 +134,7 @@ def zero_verb(arguments: argparse.Namespace) -> int:
 
 
 def calibrate_verb(arguments: argparse.Namespace) -> int:
-    return {"blocks": _blocks, "tether": _tether, "hours": _hours}[arguments.what](arguments)
+    return {"blocks": _blocks, "tether": _tether, "drag": _drag, "hours": _hours}[arguments.what](arguments)
 
 
 def _blocks(arguments: argparse.Namespace) -> int:
@@ -196,6 +187,26 @@ def _print_tether(fit: Any) -> None:
         print(f"{name} at {force_n:.0f} N: +- {1.96 * before_n:.0f} -> {1.96 * after_n:.0f} N by gain and zero")
 
 
+def _drag(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.drag import fit_drag, with_drag
+
+    read = [_flight(arguments, path) for path in arguments.files]
+    _, installation, on = read[-1]
+    fit = fit_drag([flight for flight, *_ in read], installation)
+    old = _known(arguments) or installation.calibration() or _new(on)
+    new = with_drag(old, fit, on)
+    _write(arguments, new)
+    if arguments.json:
+        print_json({"date": on, "drag": new.drag, "fit": fit})
+        return 0
+    for one in fit.flights:
+        where = f"{one.seconds:.0f} s at Mach {one.mach:.2f}, N1 {one.n1_pct:.0f} %"
+        print(f"{one.flight}: {one.m2:+.4f} +- {1.96 * one.std_m2:.4f} m2 beyond the file's, {where}")
+    assert new.drag is not None
+    print(f"drag of a nacelle: {new.drag.m2:.4f} +- {1.96 * new.drag.std_m2:.4f} m2")
+    return 0
+
+
 def _hours(arguments: argparse.Namespace) -> int:
     from thrustd.commission.service import with_hours
 
@@ -239,38 +250,6 @@ def _flight(arguments: argparse.Namespace, path: Path) -> "tuple[Recording, Inst
     began_s = log.header.epoch_offset_ns * 1e-9 + float(flight.time_s[0])
     day = datetime.fromtimestamp(began_s if began_s > DAYS else datetime.now(UTC).timestamp(), UTC).date()
     return flight, installation, str(arguments.date or day)
-
-
-def budget_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.commission.budget import budgets
-    from thrustd.installation.installation import read_installation
-    from thrustd.replay.replay import open_installation
-    from thrustd.sources.log_run import LogRun, run_paths
-
-    begin_s, end_s = arguments.at
-    if not 0 <= begin_s < end_s:
-        raise UsageError(f"--at {begin_s:g} {end_s:g}: expected two times, the later one second")
-    config = read_installation(arguments.config) if arguments.config else None
-    log = LogRun(run_paths(arguments.log))
-    found = budgets(log, open_installation(log, config), begin_s, end_s)
-    if arguments.json:
-        print_json({"at": [begin_s, end_s], "engines": found})
-    else:
-        for each in found:
-            _print_budget(each)
-    return 0
-
-
-def _print_budget(budget: Any) -> None:
-    from rich.table import Table
-
-    table = Table("source", "term", "kind", "sigma, N", title=f"{budget.engine}: {budget.thrust_n:.0f} N")
-    for row in budget.rows:
-        table.add_row(row.source, row.term, row.kind, f"{row.std_n:.1f}")
-    console().print(table)
-    print(f"mounts: sum of systematic terms {budget.mounts_n:.1f} N, the filter used {budget.filter_n:.1f} N")
-    band = f"fused {budget.fused_n:.1f} N, band +- {1.96 * budget.fused_n:.0f} N"
-    print(f"brochure: sum of terms {budget.brochure_n:.1f} N; {band}")
 
 
 def _known(arguments: argparse.Namespace) -> "Calibration | None":

@@ -2,6 +2,7 @@
 
     reading r -> deformation  d = curve(r) - curve(zero) - a (T - T_0)      curve: gauge blocks, piecewise linear
     force of the model        F -> gain F                         tethered static run
+    thrust of the engine      F -> F + drag q                     flight at idle
 
 `thrustd zero` and `thrustd calibrate` write it; a configuration names it (`calibration = "calibration.toml"`), `run`
 and `replay` read it, and it is in every log. What was not measured keeps the defaults of `[fusion]`.
@@ -52,6 +53,14 @@ class MountCalibration(Section, frozen=True):
         return self.zeros[-1].std_mm if self.zeros else None
 
 
+class Drag(Section, frozen=True):
+    """Of one engine's nacelle, over dynamic pressure."""
+
+    on: Day
+    m2: Annotated[float, Meta(ge=-0.5, le=0.5)]
+    std_m2: Annotated[float, Meta(gt=0, le=1)]
+
+
 class Calibration(Section, frozen=True):
     """The file."""
 
@@ -59,6 +68,7 @@ class Calibration(Section, frozen=True):
     mount: dict[str, MountCalibration] = msgspec.field(default_factory=dict)  # by name in the configuration
     runs: tuple[str, ...] = ()  # whose hours are counted
     tethered: Day | None = None
+    drag: Drag | None = None
     recalibrate_by: Day | None = None  # when the trend of some zero leaves what the band allows
 
     def of(self, mount: str) -> MountCalibration:
@@ -88,6 +98,8 @@ def write_calibration(calibration: Calibration) -> str:
     """The text of the file."""
     lines = ["# Written by `thrustd zero` and `thrustd calibrate`.", f'on = "{calibration.on}"']
     lines += [f'{name} = "{value}"' for name in ("tethered", "recalibrate_by") if (value := getattr(calibration, name))]
+    if (drag := calibration.drag) is not None:
+        lines.append(f'drag = {{ on = "{drag.on}", m2 = {drag.m2:.5f}, std_m2 = {drag.std_m2:.5f} }}')
     lines += [f"runs = {list(calibration.runs)}".replace("'", '"')] if calibration.runs else []
     for name, mount in calibration.mount.items():
         lines += ["", f"[mount.{name}]"]

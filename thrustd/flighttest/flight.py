@@ -96,13 +96,14 @@ def _named(record: Recording, engines: tuple[str, ...]) -> Recording:
 def _by_deck(record: Recording, engines: tuple[str, ...], deck: Deck) -> Recording:
     columns: dict[str, Floats] = {}
     for number, engine in enumerate(engines):
-        thrust_n, std_n = _deck_thrust(record, deck, number, engine)
+        thrust_n, std_n = deck_thrust(record, deck, number, engine)
         for name in ("thrust", "brochure"):
             columns |= {f"{name}_N_{engine}": thrust_n, f"{name}_std_N_{engine}": std_n}
     return record.with_channels(**columns)
 
 
-def _deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> tuple[Floats, Floats]:
+def deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> tuple[Floats, Floats]:
+    """Thrust and its sigma (n,) of one engine by the brochure."""
     nothing = np.full(len(record), np.nan)
     n1_pct = record[f"n1_pct_{engine}"]
     fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))

@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 from thrustd.brochure.deck import Deck
-from thrustd.core.aircraft import DATA, AircraftData, read_aircraft
+from thrustd.core.aircraft import DATA, AircraftData, place_of, read_aircraft
 from thrustd.core.calibration import Calibration, read_calibration
 from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
@@ -158,7 +158,9 @@ class Installation:
         spec = read_proven_model(self.files[mount.model], where)
         _check_units(spec, where)
         if calibration is not None:
-            spec = calibrated(spec, calibration.of(mount.name), where)
+            area_m2 = calibration.drag.m2 if calibration.drag else 0.0
+            share = place_of(mount.name, self.config, self.aircraft()).share
+            spec = calibrated(spec, calibration.of(mount.name), where, share * area_m2)
         return compile_model(spec, self.config.adc.sample_hz)
 
     def _text(self, name: str) -> str:
@@ -175,7 +177,10 @@ WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its 
 
 
 def _as_tethered(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:
-    """What a tethered static run leaves of the zeros and scales that nobody had measured."""
+    """What a tethered run leaves of the zeros and scales that nobody had measured, and flight at idle of the drag."""
+    if calibration is not None and calibration.drag is not None:
+        left = msgspec.structs.replace(aircraft.installation, drag_m2=calibration.drag.std_m2)
+        aircraft = msgspec.structs.replace(aircraft, installation=left)
     if calibration is None or calibration.tethered is None:
         return aircraft
     mounts, known = list(calibration.mount.values()), aircraft.installation

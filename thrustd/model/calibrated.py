@@ -13,6 +13,7 @@ from thrustd.core.calibration import MountCalibration
 from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
+from thrustd.model.effects.nacelle_drag import EFFECT as DRAG
 from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
 
 
@@ -29,8 +30,11 @@ class _Line:
         return np.asarray(self.y[i] + slope * (x - self.x[i]))
 
 
-def calibrated(spec: ModelSpec, mount: MountCalibration, where: str) -> ModelSpec:
-    """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured."""
+def calibrated(spec: ModelSpec, mount: MountCalibration, where: str, drag_m2: float = 0.0) -> ModelSpec:
+    """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured.
+
+    drag_m2: what this mount carries of its nacelle's drag, over dynamic pressure.
+    """
     if mount.read_mm:
         spec = _behind_curve(spec, mount, where)
     if mount.gain != 1.0:
@@ -40,7 +44,16 @@ def calibrated(spec: ModelSpec, mount: MountCalibration, where: str) -> ModelSpe
             output_curve=_scaled(spec.output_curve, mount.gain),
             valid=msgspec.structs.replace(spec.valid, force_n=(low * mount.gain, high * mount.gain)),
         )
+    if drag_m2 != 0.0:
+        spec = _dragged(spec, drag_m2)
     return _expanding(spec, mount) if mount.expansion_mm_k != 0.0 else spec
+
+
+def _dragged(spec: ModelSpec, drag_m2: float) -> ModelSpec:
+    known = next((effect for effect in spec.effects if effect.name == DRAG.name), None)
+    whole_m2 = drag_m2 + (known.parameters["drag_area_m2"] if known is not None else 0.0)
+    rest = [effect for effect in spec.effects if effect is not known]
+    return msgspec.structs.replace(spec, effects=[*rest, EffectSpec(DRAG.name, {"drag_area_m2": whole_m2})])
 
 
 def _expanding(spec: ModelSpec, mount: MountCalibration) -> ModelSpec:

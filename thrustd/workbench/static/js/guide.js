@@ -130,7 +130,7 @@ function noReference() {
       ? ["flighttest", "Flight test", "Find test points, drag polar and health of these flights."]
       : models.length
         ? ["histories", "Time histories", "Look at what the chosen model estimates."]
-        : ["histories", "Time histories", "Look at the channels; with a model file dropped here, also at its estimate."];
+        : ["histories", "Time histories", "Look at the channels; a model file dropped here shows its estimate."];
   return {
     view,
     say: `No recording here has a reference (force_N), so there is nothing to compare a model with. ${words}`,

@@ -1,0 +1,73 @@
+"""Drag of nacelles: found where the deck knows the thrust, however wrong it is in cruise, and flown with afterwards."""
+
+import numpy as np
+import pytest
+
+from thrustd.commission.drag import fit_drag, with_drag
+from thrustd.core.atmosphere import dynamic_pressure_pa
+from thrustd.core.calibration import Calibration, read_calibration, write_calibration
+from thrustd.core.errors import RecordingError
+from thrustd.flighttest.flight import deck_thrust
+from thrustd.installation.installation import read_installation
+from thrustd.installation.shipped import read_deck, shipped
+from thrustd.records.recording import make_recording
+
+TRUE_M2 = 0.024
+
+
+@pytest.fixture(scope="module")
+def installation():
+    return read_installation(shipped("deploy/hil.toml", "config"))
+
+
+def flight(drag_m2=TRUE_M2, cruise_off=0.08, idle_s=60):
+    """Cruise, where the deck is 8 % low, then fast flight at idle, where it is right."""
+    n = 600 + idle_s
+    idle = np.arange(n) >= 600
+    columns = {"time_s": np.arange(n) * 1.0, "mach": np.full(n, 0.4), "pressure_altitude_m": np.full(n, 2000.0),
+               "sat_degC": np.full(n, 2.0)}  # fmt: skip
+    for engine in ("left", "right"):
+        columns |= {f"n1_pct_{engine}": np.where(idle, 40.0, 75.0), f"n2_pct_{engine}": np.where(idle, 58.0, 85.0),
+                    f"fuel_flow_kg_s_{engine}": np.where(idle, 0.026, 0.078)}  # fmt: skip
+    record = make_recording("flight.mcap", columns)
+    pressure_pa = dynamic_pressure_pa(0.4, 2000.0)
+    columns["dynamic_pressure_Pa"] = np.full(n, pressure_pa)
+    for number, engine in enumerate(("left", "right")):
+        thrust_n = deck_thrust(record, read_deck(), number, engine)[0] * np.where(idle, 1.0, 1.0 - cruise_off)
+        for mount, share in (("upper", 0.46), ("lower", 0.54)):
+            columns[f"model_N_{engine}_{mount}"] = share * (thrust_n - drag_m2 * pressure_pa)
+    return make_recording("flight.mcap", columns)
+
+
+def test_idle_tells_the_drag_that_cruise_would_hide(installation):
+    fit = fit_drag([flight()], installation)
+    assert abs(fit.m2 - TRUE_M2) < 0.1 * TRUE_M2 and fit.std_m2 < TRUE_M2 / 3
+    (one,) = fit.flights
+    assert one.n1_pct < 45.0 and one.seconds <= 60
+    hidden = fit_drag([flight(idle_s=0)], installation)  # no flight at idle: so it says
+    assert hidden.std_m2 > 1.5 * fit.std_m2
+    assert abs(hidden.m2 - TRUE_M2) < 3 * hidden.std_m2
+
+
+def test_the_file_is_flown_with_and_measured_again_nothing_is_left(installation):
+    fit = fit_drag([flight()], installation)
+    calibration = with_drag(Calibration(on="2026-01-01"), fit, "2026-01-02")
+    assert read_calibration(write_calibration(calibration), "c").drag == calibration.drag
+    flown = installation.calibrated_by(write_calibration(calibration))
+    assert flown.aircraft().installation.drag_m2 == pytest.approx(fit.std_m2, abs=1e-5)
+    areas = [
+        effect.parameters["drag_area_m2"]
+        for model in flown.parts().models
+        for effect in model.spec.effects
+        if effect.name == "nacelle_drag"
+    ]
+    assert sum(areas) == pytest.approx(2 * fit.m2, abs=1e-4)  # of two engines
+    again = with_drag(calibration, fit_drag([flight(TRUE_M2 - fit.m2)], flown), "2026-01-03")
+    assert again.drag.m2 == pytest.approx(TRUE_M2, abs=0.001)
+
+
+def test_what_tells_no_drag_is_one_line(installation):
+    with pytest.raises(RecordingError, match="less than 20 s of steady flight"):
+        fit_drag([flight().window(0.0, 15.0)], installation)
+    with pytest.raises(RecordingError, match="expected a drag"):
+        fit_drag([flight(drag_m2=-0.06)], installation)

@@ -1,0 +1,53 @@
+"""The verb budget."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json
+from thrustd.core.errors import UsageError
+
+
+def add_verbs(verbs: Verbs) -> None:
+    budget = add_verb(
+        verbs, "budget", budget_verb, "list what makes up the band over part of a flight, systematic and random terms",
+        "thrustd budget flight.mcap --at 600 660",
+    )  # fmt: skip
+    budget.add_argument("log", type=Path, help="log with raw events (of `thrustd run`)")
+    budget.add_argument(
+        "--at", type=float, nargs=2, required=True, metavar=("T0", "T1"), help="seconds since the log's first estimate"
+    )
+    budget.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
+    add_json(budget)
+
+
+def budget_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.budget import budgets
+    from thrustd.installation.installation import read_installation
+    from thrustd.replay.replay import open_installation
+    from thrustd.sources.log_run import LogRun, run_paths
+
+    begin_s, end_s = arguments.at
+    if not 0 <= begin_s < end_s:
+        raise UsageError(f"--at {begin_s:g} {end_s:g}: expected two times, the later one second")
+    config = read_installation(arguments.config) if arguments.config else None
+    log = LogRun(run_paths(arguments.log))
+    found = budgets(log, open_installation(log, config), begin_s, end_s)
+    if arguments.json:
+        print_json({"at": [begin_s, end_s], "engines": found})
+    else:
+        for each in found:
+            _print_budget(each)
+    return 0
+
+
+def _print_budget(budget: Any) -> None:
+    from rich.table import Table
+
+    table = Table("source", "term", "kind", "sigma, N", title=f"{budget.engine}: {budget.thrust_n:.0f} N")
+    for row in budget.rows:
+        table.add_row(row.source, row.term, row.kind, f"{row.std_n:.1f}")
+    console().print(table)
+    print(f"mounts: sum of systematic terms {budget.mounts_n:.1f} N, the filter used {budget.filter_n:.1f} N")
+    band = f"fused {budget.fused_n:.1f} N, band +- {1.96 * budget.fused_n:.0f} N"
+    print(f"brochure: sum of terms {budget.brochure_n:.1f} N; {band}")

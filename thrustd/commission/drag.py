@@ -1,0 +1,87 @@
+"""Drag of the nacelles, from flight at idle: there a deck knows the thrust best against what the air does to a nacelle.
+
+    A = (deck - mounts) / q       of engines together, over the rows where sigma_deck / q is least
+
+Mounts carry F - A q, and A is one number for nacelles of one design. The error of a deck is one error however long a
+flight is: no row averages it out. So the rows within BEST of the least sigma_deck / q are taken, LEAST_S of them at
+least, and sigma is theirs. In cruise a deck's error over Mach number looks like a nacelle's drag, and is as large.
+Thirty seconds at flight idle, fast and steady, tell the most. Zeros and gains have to be calibrated before.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from thrustd.core.calibration import Calibration, Drag
+from thrustd.core.errors import RecordingError
+from thrustd.flighttest.flight import deck_thrust
+from thrustd.installation.installation import Installation
+from thrustd.records.recording import Recording
+
+BEST, LEAST_S = 1.25, 20.0
+FLYING_MACH, STEADY_PCT_S = 0.18, 0.5
+UNLIKELY = 3.0  # sigmas below no drag: something else is wrong
+
+
+@dataclass(frozen=True, slots=True)
+class FlightDrag:
+    """What one flight tells."""
+
+    flight: str
+    m2: float
+    std_m2: float
+    seconds: float
+    mach: float
+    n1_pct: float
+
+
+@dataclass(frozen=True, slots=True)
+class DragFit:
+    """Beyond what the calibration file takes off already."""
+
+    m2: float
+    std_m2: float
+    flights: list[FlightDrag]
+
+
+def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFit:
+    """`flights`: columns of `flight_columns`. RecordingError, one line, when they tell nothing, or no drag at all."""
+    found = [_flight_drag(flight.resample(1.0), installation) for flight in flights]
+    weights = np.array([one.std_m2**-2 for one in found])
+    told_m2 = float(weights @ [one.m2 for one in found] / weights.sum())
+    std_m2 = min(one.std_m2 for one in found)  # a deck's error at idle is in every flight
+    prior = installation.aircraft().installation.drag_m2
+    if told_m2 < -UNLIKELY * std_m2:
+        told = f"{told_m2:.3f} +- {1.96 * std_m2:.3f} m2"
+        raise RecordingError(f"{flights[0].name}: {told}; expected a drag: are zeros and gains calibrated?")
+    part = prior**2 / (prior**2 + std_m2**2)
+    return DragFit(part * told_m2, float(np.sqrt(part)) * std_m2, found)
+
+
+def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
+    config, deck = installation.config, installation.parts().deck
+    engines = list(config.aircraft.engines)
+    q_pa = flight["dynamic_pressure_Pa"]
+    decks = [deck_thrust(flight, deck, number, engine) for number, engine in enumerate(engines)]
+    carried = [sum(flight[f"model_N_{config.mount[i].name}"] for i in config.mounts_of(engine)) for engine in engines]
+    off_n = np.mean([deck_n - mounts_n for (deck_n, _), mounts_n in zip(decks, carried, strict=True)], axis=0)
+    std_n = np.mean([std for _, std in decks], axis=0)
+    moves = np.max([abs(np.gradient(flight[f"n1_pct_{engine}"])) for engine in engines], axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        flies = (flight["mach"] > FLYING_MACH) & (moves < STEADY_PCT_S) & np.isfinite(off_n)
+        doubt = np.where(flies & np.isfinite(std_n), std_n / q_pa, np.inf)
+    if np.isfinite(doubt).sum() < LEAST_S:
+        raise RecordingError(f"{flight.name}: less than {LEAST_S:g} s of steady flight with mounts, fuel and air data")
+    used = doubt <= BEST * np.sort(doubt)[int(LEAST_S) - 1]
+    n1_pct = float(np.mean([flight[f"n1_pct_{engine}"][used].mean() for engine in engines]))
+    m2, std_m2 = float(np.mean(off_n[used] / q_pa[used])), float(np.mean(doubt[used]))
+    return FlightDrag(flight.name, m2, std_m2, float(used.sum()), float(flight["mach"][used].mean()), n1_pct)
+
+
+def with_drag(calibration: Calibration, fit: DragFit, on: str) -> Calibration:
+    """The file with the nacelles' drag."""
+    before_m2 = calibration.drag.m2 if calibration.drag else 0.0
+    drag = Drag(on=on, m2=round(before_m2 + fit.m2, 5), std_m2=round(fit.std_m2, 5))
+    return msgspec.structs.replace(calibration, on=on, drag=drag)
