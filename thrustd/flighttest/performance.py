@@ -65,6 +65,7 @@ class PerformancePoint(msgspec.Struct, frozen=True):
     brochure_n: float
     lift: float  # C_L
     drag: float  # C_D
+    drag_u95: float  # random, as the first polar weighs it; NaN: left out
     energy_minus_accel_n: float  # excess thrust by air data minus by accelerometer (its zero taken out)
     thrust_error_n: float  # thrust minus what the polar and the excess thrust ask for
     left_out: str  # empty, or why
@@ -136,8 +137,9 @@ def performance(flights: Sequence[Flown], aspect_ratio: float, fused: bool, note
         ways.append(Way("brochure thrust, accelerometer", "brochure", False, True))
     results = [_result(flights, way, aspect_ratio) for way in ways]
     best = fit_polar(_points(flights, ways[0]))
-    counts = iter(best.weights(_points(flights, ways[0])).tolist())
-    points = [point for one in flights for point in _told(one, ways[0], best, counts)]
+    stds = best.point_std(_points(flights, ways[0]))
+    told = zip(stds.tolist(), ((stds.min() / stds) ** 2).tolist(), strict=True)
+    points = [point for one in flights for point in _told(one, ways[0], best, told)]
     steps = [step for one in flights for step in throttle_steps(one, best)]
     zeros = {one.name: [one.zero.mean_g, one.zero.std_g] for one in flights}
     return Performance(results, points, steps, zeros, list(notes))
@@ -228,10 +230,11 @@ def _why(one: Flown, i: int) -> str:
     return max(parts, key=lambda part: parts[part])
 
 
-def _told(one: Flown, way: Way, polar: Polar, counts: Iterator[float]) -> Iterator[PerformancePoint]:
+def _told(one: Flown, way: Way, polar: Polar, told: Iterator[tuple[float, float]]) -> Iterator[PerformancePoint]:
     points = _flight_points(one, way, None)
     error_n = (points.drag - polar.drag(points.lift2)) * one.area_pa_m2 / np.cos(one.alpha_rad)
     for i, window in enumerate(one.windows):
+        std, counts = next(told) if one.used[i] else (np.nan, 0.0)
         yield PerformancePoint(
             flight=one.name,
             name=window.name,
@@ -244,10 +247,11 @@ def _told(one: Flown, way: Way, polar: Polar, counts: Iterator[float]) -> Iterat
             brochure_n=float(one.thrust_n["brochure"][i]),
             lift=float(np.sqrt(points.lift2[i])),
             drag=float(points.drag[i]),
+            drag_u95=SIGMAS_95 * std,
             energy_minus_accel_n=float(one.weight_n[i] * (one.energy_g[i] - one.excess_g[i])),
             thrust_error_n=float(error_n[i]),
             left_out=LEFT_OUT[int(one.why[i])],
-            counts=next(counts) if one.used[i] else 0.0,
+            counts=counts,
             why=_why(one, i),
         )
 

@@ -95,7 +95,8 @@ def figure(found: Performance) -> "Figure":
     left, right = drawn.subplots(1, 2)
     for flight, points in _by_flight(found.points):
         used = [p for p in points if not p.left_out]
-        left.plot([p.lift**2 for p in used], [p.drag for p in used], "o", ms=4, label=flight)
+        bars = [p.drag_u95 for p in used]
+        left.errorbar([p.lift**2 for p in used], [p.drag for p in used], bars, fmt="o", ms=4, lw=0.8, label=flight)
         right.plot(
             [p.thrust_n for p in used], [p.thrust_error_n for p in used], "o", ms=4, label=f"{flight}: thrust error"
         )

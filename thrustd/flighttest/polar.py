@@ -52,10 +52,9 @@ class Polar(NamedTuple):
     def drag(self, lift2: Floats) -> Floats:
         return np.asarray(self.zero_lift + self.factor * lift2)
 
-    def weights(self, points: PolarPoints) -> Floats:
-        """What each point counts, 1 / s_i^2, of the one that counts most."""
-        variance = points.drag_std**2 + (self.scatter_g * points.drag_per_g) ** 2
-        return np.asarray(variance.min() / variance)
+    def point_std(self, points: PolarPoints) -> Floats:
+        """One sigma (n,) of every point's C_D, the scatter in it."""
+        return np.hypot(points.drag_std, self.scatter_g * points.drag_per_g)
 
 
 def fit_polar(points: PolarPoints) -> Polar:

@@ -65,6 +65,7 @@ def figure(flight: Flight, found: Transients) -> "Figure":
         for each in (axis, thrust):
             each.tick_params(labelsize=7)
         axis.grid(alpha=0.3, lw=0.5)
+        axis.locator_params(axis="x", nbins=4)
     drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=4, fontsize=8)
     drawn.supylabel("N1, % (left scale); dotted: thrust of the engine, kN (right scale)", fontsize=8)
     drawn.supxlabel("time, s", fontsize=8)

@@ -7,7 +7,6 @@ import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
-from math import hypot
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
+from thrustd.installation.as_calibrated import as_calibrated
 from thrustd.installation.shipped import shipped
 from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
@@ -116,7 +116,7 @@ class Installation:
             raise ConfigError(
                 f"{self._place(name)}: spring_n_mm: {given} numbers, expected one for each of {most} mounts"
             )
-        return _as_tethered(aircraft, self.calibration())
+        return as_calibrated(aircraft, self.calibration())
 
     def uncorrected(self) -> list[str]:
         """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""
@@ -171,28 +171,6 @@ class Installation:
 
     def _place(self, name: str) -> str:
         return f"{self.where}: {name}"
-
-
-WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its zero is, one sigma; where not measured
-
-
-def _as_tethered(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:
-    """What a tethered run leaves of the zeros and scales that nobody had measured, and flight at idle of the drag."""
-    if calibration is not None and calibration.drag is not None:
-        left = msgspec.structs.replace(aircraft.installation, drag_m2=calibration.drag.std_m2)
-        aircraft = msgspec.structs.replace(aircraft, installation=left)
-    if calibration is None or calibration.tethered is None:
-        return aircraft
-    mounts, known = list(calibration.mount.values()), aircraft.installation
-    scale = max([mount.gain_std for mount in mounts if mount.gain_std is not None], default=known.scale)
-    zeros_mm = [
-        hypot(mount.zero_std_mm, WARMS_K * (mount.expansion_std_mm_k or EXPANSION_STD_MM_K))
-        for mount in mounts
-        if mount.zero_std_mm is not None
-    ]
-    zero_n = sum(aircraft.spring_n_mm) * max(zeros_mm, default=1.0)
-    left = msgspec.structs.replace(known, scale=min(known.scale, scale), zero_n=min(known.zero_n, zero_n))
-    return msgspec.structs.replace(aircraft, installation=left)
 
 
 class WarmStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

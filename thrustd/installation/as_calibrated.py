@@ -1,0 +1,29 @@
+"""What calibrations leave of the installation's errors that the aircraft's file allows for."""
+
+from math import hypot
+
+import msgspec
+
+from thrustd.core.aircraft import AircraftData
+from thrustd.core.calibration import Calibration
+
+WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its zero is, one sigma; where not measured
+
+
+def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:
+    """What a tethered run leaves of the zeros and scales that nobody had measured, and flight at idle of the drag."""
+    if calibration is not None and calibration.drag is not None:
+        left = msgspec.structs.replace(aircraft.installation, drag_m2=calibration.drag.std_m2)
+        aircraft = msgspec.structs.replace(aircraft, installation=left)
+    if calibration is None or calibration.tethered is None:
+        return aircraft
+    mounts, known = list(calibration.mount.values()), aircraft.installation
+    scale = max([mount.gain_std for mount in mounts if mount.gain_std is not None], default=known.scale)
+    zeros_mm = [
+        hypot(mount.zero_std_mm, WARMS_K * (mount.expansion_std_mm_k or EXPANSION_STD_MM_K))
+        for mount in mounts
+        if mount.zero_std_mm is not None
+    ]
+    zero_n = sum(aircraft.spring_n_mm) * max(zeros_mm, default=1.0)
+    left = msgspec.structs.replace(known, scale=min(known.scale, scale), zero_n=min(known.zero_n, zero_n))
+    return msgspec.structs.replace(aircraft, installation=left)
