@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from thrustd.__main__ import main
 from thrustd.commission.drag import fit_drag, with_drag
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import Calibration, read_calibration, write_calibration
@@ -64,6 +65,13 @@ def test_the_file_is_flown_with_and_measured_again_nothing_is_left(installation)
     assert sum(areas) == pytest.approx(2 * fit.m2, abs=1e-4)  # of two engines
     again = with_drag(calibration, fit_drag([flight(TRUE_M2 - fit.m2)], flown), "2026-01-03")
     assert again.drag.m2 == pytest.approx(TRUE_M2, abs=0.001)
+
+
+def test_a_log_that_never_flies_is_one_line_and_writes_nothing(static_run, tmp_path, capsys):
+    out = tmp_path / "c.toml"
+    assert main(["calibrate", "drag", str(static_run), "-o", str(out)]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("thrustd:")]
+    assert "less than 20 s of steady flight" in line and not out.exists()
 
 
 def test_what_tells_no_drag_is_one_line(installation):
