@@ -151,7 +151,8 @@ def _update(shape: Floats, size_n: float, m: int, seen: Seen, room: Room) -> tup
         for k in range(i):
             lg[i] -= work[i, k] * lg[k]
             lu[i] -= work[i, k] * lu[k]
-        lg[i], lu[i] = lg[i] / work[i, i], lu[i] / work[i, i]
+        over = 1.0 / work[i, i]
+        lg[i], lu[i] = lg[i] * over, lu[i] * over
         fit += lg[i] * lg[i]
         moved_n -= lu[i] * lg[i]
         more_n2 += lu[i] * lu[i]
@@ -215,11 +216,11 @@ def of_onsets(which: int, scene: Scene, told: Told) -> None:
         u[i] = np.sum(pattern * scene.ac[i * N_SOURCES : (i + 1) * N_SOURCES])
     for m in range(1, n + 1):
         _grow(scene.since, f, m - 1, across, q)
+        tied = Seen(_tied(scene.since, m, q), g, u)
         for size in range(2):
             if m < n:
                 _sudden(which, scene, m, size, Seen(q, g, u), room, told)
             if m > 1:
-                tied = Seen(_tied(scene.since, m, q), g, u)
                 ratio, moved_n, more_n2 = _update(scene.since, sizes[size], m, tied, room)
                 ratio += log(0.5 * _prior(which, m - 1, size, scene)) + 0.5 * log(1.0 + (sizes[size] / TIED_N) ** 2)
                 _tell(told, ratio, moved_n, more_n2)

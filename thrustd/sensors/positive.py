@@ -11,18 +11,21 @@ from thrustd.core.jit import compiled
 @compiled
 def factor(c: Floats, n: int) -> float:
     """Lower Cholesky factor of the first n in place; -> half of ln det."""
-    half = 0.0
+    half, product = 0.0, 1.0
     for j in range(n):
         for k in range(j):
             c[j, j] -= c[j, k] * c[j, k]
         c[j, j] = sqrt(max(c[j, j], 1e-12))
-        half += log(c[j, j])
+        product *= c[j, j]
+        if not 1e-100 < product < 1e100:
+            half, product = half + log(product), 1.0
+        over = 1.0 / c[j, j]
         for i in range(j + 1, n):
             dot = 0.0
             for k in range(j):
                 dot += c[i, k] * c[j, k]
-            c[i, j] = (c[i, j] - dot) / c[j, j]
-    return half
+            c[i, j] = (c[i, j] - dot) * over
+    return half + log(product)
 
 
 @compiled
