@@ -67,16 +67,25 @@ class Seen(NamedTuple):
     """Of one fault of one newton in the newest m rows."""
 
     q: Floats  # (m, m): L' G L
-    g: Floats  # (m,)
-    u: Floats  # (m,): V' A c
+    g: Floats  # (m,): L' g
+    u: Floats  # (m,): L' V' A c
+    pattern: Floats  # (N_SOURCES,)
 
 
 class Room(NamedTuple):
     """Written over: the factor of M (n, n), and two columns (n,)."""
 
     work: Floats
-    lg: Floats
-    lu: Floats
+    g: Floats
+    u: Floats
+
+
+class Alone(NamedTuple):
+    """Of a fault of one newton in each row alone."""
+
+    f: Floats  # (n, n): V' A V
+    g: Floats  # (n,): V' z
+    u: Floats  # (n,): V' A c
 
 
 class Told(NamedTuple):
@@ -117,9 +126,16 @@ def _project(a: Floats, z: Floats, n: int, pattern: Floats, f: Floats, g: Floats
 
 
 @compiled
-def _grow(shape: Floats, f: Floats, k: int, across: Floats, q: Floats) -> None:
-    """L' G L of the newest k rows becomes that of k + 1; of `q` the lower half counts, `across` is written over."""
+def _grow(shape: Floats, alone: Alone, k: int, across: Floats, seen: Seen) -> None:
+    """Of the newest k rows becomes that of k + 1; of q the lower half counts, `across` is written over.
+
+    `shape` (n, n): lower factor of the fault's correlation.
+    """
+    f, q = alone.f, seen.q
+    seen.g[k] = seen.u[k] = 0.0
     for j in range(k + 1):
+        seen.g[j] += shape[k, j] * alone.g[k]
+        seen.u[j] += shape[k, j] * alone.u[k]
         across[j] = 0.5 * f[k, k] * shape[k, j]
         for i in range(j, k):
             across[j] += f[k, i] * shape[i, j]
@@ -130,13 +146,9 @@ def _grow(shape: Floats, f: Floats, k: int, across: Floats, q: Floats) -> None:
 
 
 @compiled
-def _update(shape: Floats, size_n: float, m: int, seen: Seen, room: Room) -> tuple[float, float, float]:
-    """-> ln of the likelihood ratio, change of T0 and of its variance, for a fault in the newest m rows.
-
-    `shape` (n, n): lower factor of the fault's correlation.
-    """
-    q, g, u = seen
-    work, lg, lu = room
+def _update(size_n: float, m: int, seen: Seen, room: Room) -> tuple[float, float, float]:
+    """-> ln of the likelihood ratio, change of T0 and of its variance, for a fault in the newest m rows."""
+    q, work = seen.q, room.work
     for i in range(m):
         for j in range(i + 1):
             work[i, j] = size_n * size_n * q[i, j]
@@ -144,18 +156,16 @@ def _update(shape: Floats, size_n: float, m: int, seen: Seen, room: Room) -> tup
     half = factor(work, m)
     fit = moved_n = more_n2 = 0.0
     for i in range(m):
-        lg[i] = lu[i] = 0.0
-        for k in range(i, m):
-            lg[i] += size_n * shape[k, i] * g[k]
-            lu[i] += size_n * shape[k, i] * u[k]
+        g, u = size_n * seen.g[i], size_n * seen.u[i]
         for k in range(i):
-            lg[i] -= work[i, k] * lg[k]
-            lu[i] -= work[i, k] * lu[k]
+            g -= work[i, k] * room.g[k]
+            u -= work[i, k] * room.u[k]
         over = 1.0 / work[i, i]
-        lg[i], lu[i] = lg[i] * over, lu[i] * over
-        fit += lg[i] * lg[i]
-        moved_n -= lu[i] * lg[i]
-        more_n2 += lu[i] * lu[i]
+        g, u = g * over, u * over
+        room.g[i], room.u[i] = g, u
+        fit += g * g
+        moved_n -= u * g
+        more_n2 += u * u
     return 0.5 * fit - half, moved_n, more_n2
 
 
@@ -195,12 +205,12 @@ def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, room: Room,
     """In the newest m rows, and once more with what the mounts jumped by then."""
     rows, n, shape, size_n = scene.rows, scene.n, scene.since, SIZES_N[which - 1][size]
     prior = log(0.5 * _prior(which, m, size, scene))
-    ratio, moved_n, more_n2 = _update(shape, size_n, m, seen, room)
+    ratio, moved_n, more_n2 = _update(size_n, m, seen, room)
     _tell(told, prior + ratio, moved_n, more_n2)
-    pattern = _pattern(which, scene.parts)
+    pattern = seen.pattern
     if pattern[UPPER] * rows[m - 1, JUMPED_N] + pattern[LOWER] * rows[m - 1, JUMPED_N + 1] != 0.0:
         q, g = see_jump(rows, scene.parts, pattern, shape, m, seen.q, seen.g)
-        ratio, moved_n, more_n2 = _update(shape, size_n, m, Seen(q, g, seen.u), room)
+        ratio, moved_n, more_n2 = _update(size_n, m, Seen(q, g, seen.u, pattern), room)
         less = shaken(rows, m, scene.parts, SIZES_N[MOUNTS_OFF - 1], NEW[MOUNTS_OFF - 1] / (n - 1))
         _tell(told, prior + ratio - less, moved_n, more_n2)
 
@@ -209,27 +219,30 @@ def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, room: Room,
 def of_onsets(which: int, scene: Scene, told: Told) -> None:
     """Of one hypothesis, by onset and size."""
     n, sizes = scene.n, SIZES_N[which - 1]
-    f, g, u, q, across = np.empty((n, n)), np.empty(n), np.zeros(n), np.empty((n, n)), np.empty(n)
-    room, pattern = Room(np.empty((n, n)), np.empty(n), np.empty(n)), _pattern(which, scene.parts)
-    _project(scene.a, scene.z, n, pattern, f, g)
+    across, pattern = np.empty(n), _pattern(which, scene.parts)
+    alone = Alone(np.empty((n, n)), np.empty(n), np.zeros(n))
+    seen = Seen(np.empty((n, n)), np.empty(n), np.empty(n), pattern)
+    room = Room(np.empty((n, n)), np.empty(n), np.empty(n))
+    _project(scene.a, scene.z, n, pattern, alone.f, alone.g)
     for i in range(n):
-        u[i] = np.sum(pattern * scene.ac[i * N_SOURCES : (i + 1) * N_SOURCES])
+        for s in range(N_SOURCES):
+            alone.u[i] += pattern[s] * scene.ac[i * N_SOURCES + s]
     for m in range(1, n + 1):
-        _grow(scene.since, f, m - 1, across, q)
-        tied = Seen(_tied(scene.since, m, q), g, u)
+        _grow(scene.since, alone, m - 1, across, seen)
+        tied = Seen(_tied(scene.since, m, seen.q), seen.g, seen.u, pattern)
         for size in range(2):
             if m < n:
-                _sudden(which, scene, m, size, Seen(q, g, u), room, told)
+                _sudden(which, scene, m, size, seen, room, told)
             if m > 1:
-                ratio, moved_n, more_n2 = _update(scene.since, sizes[size], m, tied, room)
+                ratio, moved_n, more_n2 = _update(sizes[size], m, tied, room)
                 ratio += log(0.5 * _prior(which, m - 1, size, scene)) + 0.5 * log(1.0 + (sizes[size] / TIED_N) ** 2)
                 _tell(told, ratio, moved_n, more_n2)
     for size in range(2):
         installed = which == MOUNTS_OFF and size == 0
         shape, size_n = (scene.installed, 1.0) if installed else (scene.always, sizes[size])
         for i in range(n if size == 0 or which == MOUNTS_OFF else 0):  # another shape begins anew
-            _grow(shape, f, i, across, q)
-        ratio, moved_n, more_n2 = _update(shape, size_n, n, Seen(q, g, u), room)
+            _grow(shape, alone, i, across, seen)
+        ratio, moved_n, more_n2 = _update(size_n, n, seen, room)
         _tell(told, log(_prior(which, n, size, scene)) + ratio, moved_n, more_n2)
 
 

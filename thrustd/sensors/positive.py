@@ -13,9 +13,10 @@ def factor(c: Floats, n: int) -> float:
     """Lower Cholesky factor of the first n in place; -> half of ln det."""
     half, product = 0.0, 1.0
     for j in range(n):
+        left = c[j, j]
         for k in range(j):
-            c[j, j] -= c[j, k] * c[j, k]
-        c[j, j] = sqrt(max(c[j, j], 1e-12))
+            left -= c[j, k] * c[j, k]
+        c[j, j] = sqrt(max(left, 1e-12))
         product *= c[j, j]
         if not 1e-100 < product < 1e100:
             half, product = half + log(product), 1.0
