@@ -18,6 +18,7 @@ from thrustd.installation.installation import CONFIG, Installation, installation
 from thrustd.pipeline.pipeline import Pipeline
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
+from thrustd.twin.airframe import Airframe
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
 from thrustd.wire.event_batch import EventBatch
 
@@ -109,6 +110,13 @@ def fly_through(
         profile, airframe = recorded_flight(record, seed, engine_start)
     else:
         profile, airframe = scripted_flight(scripted_s, seed)
+    return fly_profile(place, name, profile, airframe, seed, flown)
+
+
+def fly_profile(
+    place: Installation, name: str, profile: Recording, airframe: Airframe, seed: int, flown: bool = False
+) -> Flight:
+    """The same along a profile."""
     items = fly(profile, airframe, place.parts().can_table, seed, flown=flown)
     found = outputs_of(place.pipeline(), (item for item in items if not isinstance(item, Truth)), every=EVERY)
     return Flight(name, tuple(_flown(profile, *each) for each in enumerate(found.estimates)), found.faults)

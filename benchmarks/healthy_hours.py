@@ -1,8 +1,10 @@
 """Flight hours of healthy aircraft: is a healthy sensor excluded? `python -m benchmarks.healthy_hours [--minutes 9]`.
 
-Each flight is a whole recording, from an engine start before its take-off on, flown by a twin aircraft of its own:
-engines, mounts, sensor noise. Every report but a calibrated zero is a false accusation. Flights are kept in
-out/healthy_hours.jsonl and not flown again: it goes on where it stopped, until the hours that are asked for are there.
+Each flight has a twin aircraft of its own: engines, mounts, sensor noise. Three in six are whole recordings behind an
+engine start; then one that begins in mid-air, one in an installation with the errors that no bench shows, and one from
+the script, which flies where the deck was not fitted. Every report but a calibrated zero is a false accusation. Flights
+are kept in out/healthy_hours.jsonl and not flown again: it goes on where it stopped, until the hours that are asked for
+are there.
 """
 
 import argparse
@@ -13,15 +15,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.fusion_flights import FLIGHTS, fly_through, installation, part
+from benchmarks.fusion_flights import FLIGHTS, fly_profile, installation, part
 from benchmarks.integrity_flight import GROUND_S
 from benchmarks.kept import Kept
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Status
 from thrustd.installation.installation import Installation
+from thrustd.records.recording import Recording
+from thrustd.twin.airframe import Airframe
+from thrustd.twin.flight import recorded_flight, scripted_flight
+from thrustd.twin.installation import PLAIN, hostile
 
 RESULTS = Path("out/healthy_hours.jsonl")
 HOURS = 100.0
+SCRIPTED_S, MID_AIR_S = 3600.0, 900.0
 FIRST_SEED = 4000  # of the twin aircraft; no other benchmark flies these
 
 
@@ -38,10 +45,20 @@ class Hours(NamedTuple):
     disagree_s: float  # the longer of the engines
 
 
+def profile_of(number: int, seed: int) -> tuple[Recording, Airframe]:
+    """What the flight of this number does, and with which aircraft."""
+    name, kind = FLIGHTS[number % len(FLIGHTS)], number % 6
+    if kind == 5:
+        return scripted_flight(SCRIPTED_S, seed)
+    record = part(name, -MID_AIR_S if kind == 3 else GROUND_S, np.inf)
+    assert record is not None, "the recordings are not at hand"
+    return recorded_flight(record, seed, engine_start=kind != 3, knobs=hostile(seed) if kind == 4 else PLAIN)
+
+
 def fly_one(place: Installation, number: int, seed: int) -> Hours:
-    whole = part(FLIGHTS[number], GROUND_S, np.inf)
-    assert whole is not None, "the recordings are not at hand"
-    flown = fly_through(place, FLIGHTS[number], whole, seed, engine_start=True)
+    profile, airframe = profile_of(number, seed)
+    kind = ("", "", "", ", begun in mid-air", ", installed with errors", "")[number % 6]
+    flown = fly_profile(place, profile.name + kind, profile, airframe, seed)
     error_n = np.concatenate([e.column("thrust_n") - e.truth_n for e in flown.engines])
     std_n = np.concatenate([e.column("thrust_std_n") for e in flown.engines])
     doubt = [float(np.mean([each.status & Status.DISAGREE != 0 for each in e.estimates])) for e in flown.engines]
@@ -84,7 +101,7 @@ def main() -> int:
     while sum(row.seconds for row in rows) < 3600.0 * arguments.hours:
         if time.monotonic() - began > 60.0 * arguments.minutes:
             break
-        row = fly_one(place, len(rows) % len(FLIGHTS), FIRST_SEED + len(rows))
+        row = fly_one(place, len(rows), FIRST_SEED + len(rows))
         rows.append(row)
         print(f"{row.flight} {row.seed}: {row.accused or 'nobody'}, {row.rmse_n:.0f} N", file=sys.stderr)
         Kept(RESULTS, arguments.key).add(row._asdict())
