@@ -221,7 +221,7 @@ def main() -> int:
     )
     healthy = healthy_hours.kept(arguments.key)
     console.print(healthy_hours.summary(healthy), highlight=False)
-    return int(bool(silent) or any(row.accused for row in healthy))
+    return int(bool(silent) or healthy_hours.accused(healthy))
 
 
 if __name__ == "__main__":
