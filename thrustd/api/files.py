@@ -5,11 +5,10 @@ from pathlib import Path
 
 from thrustd.api.model import Model
 from thrustd.api.spoken import spoken
-from thrustd.core.aircraft import place_of
+from thrustd.core.aircraft import MountPlace, place_of
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.reference import BROCHURE, THRUST, as_mount, with_reference
 from thrustd.identify.segments import FORCE
-from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import CONFIGURATION, read_deck, shipped
 from thrustd.model.artifact import write_model
 from thrustd.model.compile import read_proven_model
@@ -55,11 +54,18 @@ def read(
         record = with_roles(record, roles)
     if not (mount or against):
         return record
-    installation = read_installation(Path(config) if config else shipped(CONFIGURATION, "config"))
-    place = place_of(mount, installation.config, installation.aircraft()) if mount else None
+    place = _place(mount, config) if mount else None
     record = as_mount(record, place)
     known = against or FORCE in record or THRUST in record
     return with_reference(record, against, place, read_deck() if against == BROCHURE else None) if known else record
+
+
+def _place(mount: str, config: str | Path | None) -> MountPlace:
+    """The mount in the aircraft that the configuration describes."""
+    from thrustd.installation.installation import read_installation  # and with it all that flies
+
+    installation = read_installation(Path(config) if config else shipped(CONFIGURATION, "config"))
+    return place_of(mount, installation.config, installation.aircraft())
 
 
 @spoken

@@ -13,7 +13,7 @@ A log that was cut off is read up to its last whole chunk; of a damaged one `--s
 """
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -24,8 +24,10 @@ from thrustd.core.errors import LogError, RecordingError
 from thrustd.records.loaded import Loaded
 from thrustd.records.recording import TIME
 from thrustd.records.topics import Topic, append, level
-from thrustd.sources.mcap_log import LogFile
 from thrustd.wire.log_layout import FAULT_TOPIC
+
+if TYPE_CHECKING:
+    from thrustd.sources.mcap_log import LogFile
 
 LEFT_OUT = ("t_ns", "engine", "mount")  # said by the row and the topic already
 FLIGHT_LOG = "thrustd flight log"
@@ -33,15 +35,17 @@ REPLAY_FIRST = "readings, mounts and estimates are columns once it is replayed: 
 REFERENCES = {"thrust_n": "thrust_N", "force_n": "force_N"}
 
 
-def open_flight_log(path: Path, salvage: bool = False) -> LogFile | None:
+def open_flight_log(path: Path, salvage: bool = False) -> "LogFile | None":
     """The log, or None when `path` is another kind of MCAP file."""
+    from thrustd.sources.mcap_log import LogFile  # compiles the wire's columns: no other file needs them
+
     try:
         return LogFile(path, salvage)
     except LogError:
         return None
 
 
-def read_flight_log(log: LogFile) -> Loaded:
+def read_flight_log(log: "LogFile") -> Loaded:
     topics: dict[str, Topic] = {}
     decode: Any = msgspec.json.Decoder().decode
     faults = 0

@@ -14,14 +14,17 @@ if TYPE_CHECKING:
 STYLE = """body{font:14px/1.5 system-ui,sans-serif;max-width:1000px;margin:32px auto;padding:0 20px;color:#16202b}
 table{border-collapse:collapse;margin:8px 0 20px}td,th{border-bottom:1px solid #d5dae1;padding:4px 14px 4px 0;
 text-align:left}td.n,th.n{text-align:right}img{max-width:100%;margin:6px 0}h1{font-size:22px}h2{font-size:17px;
-margin-top:28px}.faint{color:#667383}"""
+margin-top:28px}.faint{color:#667383}.bad{color:#b3261e}pre{white-space:pre-wrap;overflow-wrap:anywhere}
+@media(max-width:700px){table{display:block;overflow-x:auto}}"""
 
 
 def head(title: str, words: str) -> str:
     """Everything up to the first section; `words` say what the numbers are."""
     shown = html.escape(title)
     return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{shown}</title><style>{STYLE}</style>'
+        '<!doctype html><html lang="en"><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width,initial-scale=1">'
+        f"<title>{shown}</title><style>{STYLE}</style>"
         f'<h1>{shown}</h1><p class="faint">thrustd {__version__}. {html.escape(words)}</p>'
     )
 

@@ -40,6 +40,7 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     spec, steps = folder.model(session.model), steps_of(folder, session.model)
     found = compare({session.model: spec}, records, progress=lambda share, note: progress(0.3 * share, note))
     parts = [head(arguments.get("title") or session.model, WORDS), _numbers(found.comparisons, session.heldout)]
+    parts += [f'<p class="bad">{html.escape(line)}</p>' for line in found.remarks]
     parts += [_ledger(found.comparisons[0]), *(_step(folder, i, step) for i, step in enumerate(steps)), _effects(spec)]
     for i, comparison in enumerate(found.comparisons):
         progress(0.35 + 0.6 * i / len(found.comparisons), f"pictures of {comparison.recording}")

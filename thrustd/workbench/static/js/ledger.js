@@ -35,14 +35,14 @@ export function ledgerOf(name) {
     steps.push({ name: "+ " + entry.added, rmse_n: entry.rmse_after_n, data: entry.data });
   let made = stepOf(name);
   for (let i = steps.length - 1; i > 0 && made; i--) {
-    steps[i].check_n ??= checkOf(made, made.model);
-    steps[i - 1].check_n = checkOf(made, made.parent);
+    steps[i].check ??= checkOf(made, made.model);
+    steps[i - 1].check = checkOf(made, made.parent);
     made = stepOf(made.parent);
   }
   return steps;
 }
 
-const checkOf = (made, name) => made.heldout?.find((one) => one.model === name)?.rmse_n;
+const checkOf = (made, name) => made.heldout?.find((one) => one.model === name);
 
 // falling bars with their numbers, the names under them, and the floor as a line
 export function ledgerBars(steps, floor_n) {
@@ -72,7 +72,9 @@ export function ledgerBars(steps, floor_n) {
                 `${s.rmse_n < steps[i - 1].rmse_n ? "−" : "+"}${number(100 * Math.abs(1 - s.rmse_n / steps[i - 1].rmse_n), 2)} %`,
               )
             : h("span", " "),
-          s.check_n ? h("span.faint", `check ${newtons(s.check_n)}`) : null,
+          s.check
+            ? h("span", { class: s.check.contradicted ? "bad" : "faint" }, `check ${newtons(s.check.rmse_n)}`)
+            : null,
           fill,
         );
       }),

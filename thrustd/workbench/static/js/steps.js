@@ -76,7 +76,7 @@ export async function revealNow() {
   if (job.state === "done") location.hash = "overview";
 }
 
-const stem = (name) => name.replace(/\.json$/, "");
+export const stem = (name) => name.replace(/\.json$/, "");
 
 export function free(base) {
   const taken = new Set(store.server.models.map((one) => one.name));

@@ -131,7 +131,8 @@ export function add(root) {
         ["result on held-back blocks", r.rmse_before_n, r.rmse_after_n],
         ...[...new Set((r.heldout ?? []).map((one) => one.recording))].map((name) => [
           `${name}, which nothing was fitted to`,
-          ...[r.parent, r.model].map((m) => r.heldout.find((one) => one.recording === name && one.model === m)?.rmse_n),
+          ...[r.parent, r.model].map((m) => checkOf(r, name, m)?.rmse_n),
+          checkOf(r, name, r.model)?.contradicted,
         ]),
         asked ? ["floor", null, latest("diagnose")?.floor_n ?? asked.floor_n] : null,
       ].filter(Boolean);
@@ -141,7 +142,11 @@ export function add(root) {
       table(
         {},
         ["RMS", ["before", "num"], ["after", "num"]],
-        rows.map(([name, before, after]) => [name, before === null ? "" : newtons(before), h("b", newtons(after))]),
+        rows.map(([name, before, after, bad]) => [
+          name,
+          before === null ? "" : newtons(before),
+          h(bad ? "b.bad" : "b", newtons(after)),
+        ]),
       ),
       (r.heldout ?? []).length ? null : h("p.quiet", "No recording to check on was chosen."),
       (r.remarks ?? []).map((line) => h("p.bad", typeset(line))),
@@ -181,6 +186,8 @@ export function add(root) {
   draw();
   return { update: draw, jobs: () => {} };
 }
+
+const checkOf = (r, name, by) => r.heldout.find((one) => one.recording === name && one.model === by);
 
 // the diagnosis that asked for a step
 const askedOf = (r) =>

@@ -2,7 +2,7 @@
 import { fill, h, panel, wideTable } from "../dom.js";
 import { newtons, number, percent, seconds, signedNewtons, typeset } from "../format.js";
 import { bar } from "../ledger.js";
-import { compareNow } from "../steps.js";
+import { compareNow, stem } from "../steps.js";
 import { attempt, session, store } from "../store.js";
 import { answerView } from "./answer.js";
 import { pictures, regions } from "./failure_pictures.js";
@@ -71,7 +71,7 @@ export function fails(root) {
     const row = (c, i) => ({
       props: { class: "pick", "aria-selected": String(i === ui.cell), onclick: choose(i) },
       cells: [
-        h("button", { class: "plain", "aria-pressed": String(i === ui.cell) }, c.model),
+        h("button", { class: "plain", "aria-pressed": String(i === ui.cell) }, stem(c.model)),
         several ? c.recording : null,
         ...NUMBERS.map(([, value]) => value(c)),
         h(

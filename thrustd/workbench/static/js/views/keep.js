@@ -7,7 +7,7 @@ import { save } from "../save.js";
 import { compiled, compileNow } from "../steps.js";
 import { attempt, order, running, store } from "../store.js";
 
-let rate = "1000"; // Hz, as chosen last
+let rate = "1000"; // Hz, as chosen last; PH-LAB's
 
 export function keepPanel(card) {
   const ready = compiled(card.name),
@@ -28,7 +28,7 @@ export function keepPanel(card) {
       ),
       h(
         "label",
-        "at ",
+        "at the ADC's rate in flight, ",
         select(
           ["100", "500", "1000"].map((hz) => [hz, `${hz} Hz`]),
           rate,

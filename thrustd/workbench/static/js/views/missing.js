@@ -230,7 +230,12 @@ function hypothesis() {
   });
   return panel(
     "A hypothesis of your own",
-    [h("span.faint", "an expression over channels; names that are not channels are estimated")],
+    [
+      h(
+        "span.faint",
+        'an expression over channels, others in quotes: k * "Temp [degC]"; names that are no channels are estimated',
+      ),
+    ],
     h(
       "form",
       {
