@@ -108,6 +108,14 @@ def test_columns_of_anyone(tmp_path):
     np.testing.assert_allclose(data["deformation_mm"], np.sin(t), atol=1e-4)
 
 
+def test_the_loop_compiles_nothing_that_only_flies():
+    flies = "('thrustd.pipeline', 'thrustd.sensors', 'thrustd.fusion')"
+    code = "import sys, thrustd.api.files, thrustd.api.loop, thrustd.workbench.finding;"
+    code += f"print([name for name in sys.modules if name.startswith({flies})])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
 def test_errors_speak_python(tmp_path):
     path = tmp_path / "theirs.csv"
     path.write_text("Time [s],Load [kN]\n0,1\n1,2\n2,3\n")

@@ -167,7 +167,7 @@ def compare(models: Model | Sequence[Model], recordings: Recordings) -> Comparis
     specs = {name: model.spec for name, model in zip(names, several, strict=True)}
     report = compare_all(specs, _several(recordings))
     for line in report.remarks:
-        warnings.warn(line, stacklevel=2)
+        warnings.warn(line, stacklevel=3)  # past `spoken`: the line of the caller
     return Comparison(report)
 
 

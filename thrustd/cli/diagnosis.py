@@ -91,9 +91,10 @@ def _add_shelf(verbs: Verbs) -> None:
 
 def compare_verb(arguments: argparse.Namespace) -> int:
     from thrustd.diagnose.compare.compare import compare
-    from thrustd.diagnose.compare.innovations import innovations
 
     if all(path.suffix == ".mcap" for path in arguments.files):
+        from thrustd.diagnose.compare.innovations import innovations
+
         _show(innovations(arguments.files), arguments)
         return 0
     if arguments.load_cell_std is not None and not 0 < arguments.load_cell_std <= 1e6:

@@ -135,10 +135,10 @@ def reference(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def place_in_aircraft(arguments: argparse.Namespace) -> "MountPlace | None":
     """The mount that is looked at, as the configuration has it."""
-    from thrustd.core.aircraft import place_of
-    from thrustd.installation.installation import read_installation
-
     if not arguments.mount:
         return None
+    from thrustd.core.aircraft import place_of
+    from thrustd.installation.installation import read_installation  # and with it all that flies, compiled
+
     installation = read_installation(arguments.config or shipped(CONFIGURATION, "--config"))
     return place_of(arguments.mount, installation.config, installation.aircraft())

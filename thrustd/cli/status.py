@@ -43,7 +43,7 @@ def _show(url: str, once: bool) -> int:
     from rich.console import Console
     from rich.live import Live
 
-    console = Console()
+    console = Console(markup=False, highlight=False)
     if once:
         console.print(_screen(read_status(url)))
         return 0

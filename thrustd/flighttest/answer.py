@@ -52,7 +52,7 @@ class Answer(Shown):
         for each in self.tables:
             console.print(plain_table(each.heads, each.rows))
         for line in self.lines:
-            console.print(line, highlight=False)
+            console.print(line)
 
     def write_page(self, path: Path) -> None:
         """HTML with tables, sentences and picture, whole or not at all."""

@@ -56,7 +56,7 @@ class Identified:
     def print(self, console: Console) -> None:
         console.print(as_table(self.scores, self.unit))
         for line in self.warnings:
-            console.print(f"warning: {line}", style="yellow", highlight=False)
+            console.print(f"warning: {line}", style="yellow")
 
 
 def identify(

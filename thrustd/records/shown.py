@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from thrustd.core.errors import UsageError
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH = 110
+PLAIN: dict[str, Any] = {"markup": False, "highlight": False}  # of a console: a column may be called Load [kN]
 PAGE = '<pre style="font-family:ui-monospace,monospace;line-height:1.25">{code}</pre>'
 
 
@@ -38,12 +38,12 @@ class Shown:
 def as_text(show: Callable[[Console], None]) -> str:
     """What a function prints, in a notebook too, whose kernel asks for colours."""
     page = StringIO()
-    show(Console(file=page, width=WIDTH, force_jupyter=False, force_terminal=False))
+    show(Console(file=page, width=WIDTH, force_jupyter=False, force_terminal=False, **PLAIN))
     return page.getvalue().rstrip()
 
 
 def as_html(show: Callable[[Console], None]) -> str:
-    console = Console(file=StringIO(), width=WIDTH, record=True, force_jupyter=False)
+    console = Console(file=StringIO(), width=WIDTH, record=True, force_jupyter=False, **PLAIN)
     show(console)
     return console.export_html(inline_styles=True, code_format=PAGE)
 
@@ -69,5 +69,5 @@ def plain_table(heads: Sequence[str], rows: Any) -> Table:
     for number, heading in enumerate(heads):
         table.add_column(heading, justify="left" if number == 0 else "right")
     for row in rows:
-        table.add_row(*map(escape, row))  # a column may be called Load [kN]
+        table.add_row(*row)
     return table

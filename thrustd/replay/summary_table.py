@@ -22,12 +22,11 @@ def print_summary(summary: "ReplaySummary", screen: "Console") -> None:
     for name, engine in summary.engines.items():
         shares = sorted(engine.status_pct.items(), key=lambda row: -row[1])
         words = ", ".join(f"{bit.replace('_', ' ')} {_pct(share)}" for bit, share in shares)
-        screen.print(f"{name}, share of the time: {words or 'healthy throughout'}", highlight=False)
+        screen.print(f"{name}, share of the time: {words or 'healthy throughout'}")
         if isfinite(engine.residual_pct):
             screen.print(
                 f"{name}, steady above {OPERATING_N / 1000:g} kN: mounts minus brochure {engine.residual_pct:+.1f} %, "
                 f"upper mount carries {100 * engine.load_share:.1f} %",
-                highlight=False,
             )
     faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items()) or "none"
     screen.print(f"faults: {faults}")

@@ -97,22 +97,21 @@ class CompareReport:
     def print(self, console: Console) -> None:
         """What the records cannot tell, table side by side, then where each model fails, then its error ledger."""
         for line in (*(line for look in self.first_look.values() for line in look.lines), *self.remarks):
-            console.print(line, highlight=False, markup=False)
+            console.print(line)
         console.print(_table(self.comparisons))
         for c in self.comparisons:
-            console.print(f"\n[bold]Where {c.model} fails on {c.recording}[/bold]")
+            console.print(f"\nWhere {c.model} fails on {c.recording}", style="bold")
             for i, failure in enumerate(c.where_it_fails, 1):
-                console.print(f"  {i}. {failure.sentence}", highlight=False, markup=False)
+                console.print(f"  {i}. {failure.sentence}")
             if not c.where_it_fails:
                 console.print("  nowhere in particular: the error is spread as evenly as the time")
             if c.rmse_in_flight_n != c.rmse_from_rest_n:
                 console.print(
                     f"  its reading is late, and put back to its time here: in flight that is extrapolated, RMSE"
                     f" {newtons(c.rmse_in_flight_n, unit=c.roles.output_unit)}",
-                    highlight=False,
                 )
         for c in {c.model: c for c in self.comparisons if c.ledger}.values():
-            console.print(f"\n[bold]Error ledger of {c.model}[/bold]")
+            console.print(f"\nError ledger of {c.model}", style="bold")
             for entry in c.ledger:
                 after = newtons(entry.rmse_after_n, unit=c.roles.output_unit)
                 fall = f"{newtons(entry.rmse_before_n)} -> {after}"

@@ -89,14 +89,13 @@ class ExtendReport:
     def print(self, console: Console) -> None:
         names = " and ".join(self.effects)
         console.print(
-            f"[bold]{names}[/bold] added: {newtons(self.rmse_before_n)} -> {newtons(self.rmse_after_n)} {self.unit}"
+            f"{names} added: {newtons(self.rmse_before_n)} -> {newtons(self.rmse_after_n)} {self.unit}"
             " on held-back blocks",
-            highlight=False,
         )
         for line in sentences(self.parameters):
-            console.print(f"  {line}", highlight=False)
+            console.print(f"  {line}")
         for word in self.left_out:
-            console.print(f"  {word} left out: the others explain as much without it", highlight=False)
+            console.print(f"  {word} left out: the others explain as much without it")
 
 
 def extend(

@@ -16,6 +16,7 @@ import numpy as np
 
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
+from thrustd.core.signals import CATALOGUE
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
@@ -37,7 +38,9 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 from thrustd.model.expression import force_along
 from thrustd.model.modulated import BY
+from thrustd.records.offer import offer
 from thrustd.records.recording import Recording
+from thrustd.records.rename import spelled
 
 FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
 OUTDOES = 0.8  # of what the best set leaves above the floor: one free curve leaves less, and the law is another
@@ -125,7 +128,7 @@ def _report(
         tuple(candidates),
         tuple(_drawn(base, rows, verdict)),
         tuple(not_judged),
-        (*turned, *_advice(base, ranked, verdict, alike, not_judged)),
+        (*turned, *_advice(base, ranked, verdict, alike, not_judged), *_renames(question.records)),
         scale * float(np.sqrt(left(ranked.nothing, base))),
         scale * float(np.sqrt(left(verdict.fit, base))),
         scale * floor,
@@ -209,6 +212,14 @@ def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:
         if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and not gained(fit, best):
             found.append("+".join(fit.words))
     return tuple(dict.fromkeys(found))
+
+
+def _renames(records: Sequence[Recording]) -> list[str]:
+    """Columns that may be a channel which effects read, under another name."""
+    found = offer({name: column for name, column in records[0].channels.items() if len(column)})
+    channels = [(theirs, one) for theirs, one in found.items() if one.ours in CATALOGUE and one.unit]
+    said = [shlex.quote(spelled(theirs, one.ours, one.factor, one.offset)) for theirs, one in channels]
+    return [f"if {theirs} is {one.ours}: --rename {how}" for (theirs, one), how in zip(channels, said, strict=True)]
 
 
 def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Dependence]:

@@ -82,28 +82,24 @@ class DiagnoseReport:
         }
 
     def print(self, console: Console) -> None:
-        console.print(
-            f"[bold]Verdict on {self.model}:[/bold] {', '.join(self.verdict)} ({self.grade})", highlight=False
-        )
-        console.print(f"  {_yardstick(self)}", highlight=False)
+        console.print(f"Verdict on {self.model}: {', '.join(self.verdict)} ({self.grade})", style="bold")
+        console.print(f"  {_yardstick(self)}")
         for candidate in self.candidates:
             if candidate.in_verdict:
-                console.print(f"  {candidate.evidence}", highlight=False)
+                console.print(f"  {candidate.evidence}")
                 for line in sentences(candidate.parameters):
-                    console.print(f"    {line}", highlight=False)
+                    console.print(f"    {line}")
                 if candidate.separable_from:
-                    console.print(f"    looks like: {', '.join(candidate.separable_from)}", highlight=False)
+                    console.print(f"    looks like: {', '.join(candidate.separable_from)}")
         if any(c.in_verdict or c.rmse_after_n < WORTH * c.rmse_before_n for c in self.candidates):
             console.print(_table(self))
         for dependence in self.depends_on:
             console.print(
                 f"the residual follows {dependence.channel}:"
                 f" a free curve of it leaves {newtons(dependence.rmse_after_n)} {self.unit}",
-                highlight=False,
-                markup=False,
             )
         for line in self.advice:
-            console.print(f"  - {line}", highlight=False, markup=False)
+            console.print(f"  - {line}")
 
 
 def _dependence_json(dependence: Dependence) -> dict[str, Any]:
