@@ -47,6 +47,15 @@ def test_session_survives_nonsense_and_missing_files(folder):
     assert read_session(folder).measured == ("a.csv",) and read_session(folder).model == ""
 
 
+def test_what_is_fitted_to_checks_nothing(folder):
+    for name in ("a.csv", "holdout.csv"):
+        (folder.root / name).write_text("time_s\n0\n1\n")
+    change_session(folder, b'{"measured": ["holdout.csv"]}')
+    assert read_session(folder).heldout == ()  # its name says check, but it is the measured one
+    with pytest.raises(UsageError, match="is fitted to cannot check it"):
+        change_session(folder, b'{"heldout": ["holdout.csv"]}')
+
+
 def test_undo_goes_back_to_the_parent(folder):
     parent = simple_model("parent")
     text = json.dumps(json.loads(write_model(parent)))  # the same model, spelled differently

@@ -69,8 +69,10 @@ def change_session(folder: Folder, body: bytes) -> Session:
     if session.model and session.model not in folder.models():
         raise UsageError(f"session: {session.model!r} is no model of the folder")
     fitted = {*session.measured, *session.bench} & set(session.heldout)
-    if fitted:
+    if fitted and "heldout" in changes:
         raise UsageError(f"{min(fitted)}: what a model is fitted to cannot check it; expected another recording")
+    rest = tuple(name for name in session.heldout if name not in fitted)  # what was the check is the measured one now
+    session = msgspec.structs.replace(session, heldout=rest)
     write_session(folder, session)
     return session
 
