@@ -22,7 +22,7 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
 from thrustd.identify.regression.even import before_even_curve, behind_even
-from thrustd.identify.regression.general import MOUNT, Asked, general_shape, records_of
+from thrustd.identify.regression.general import MOUNT, Asked, Kind, general_shape, records_of
 from thrustd.identify.regression.holds import holds_of
 from thrustd.identify.regression.long import MANY, THINNED, finer, onto, sparse
 from thrustd.identify.regression.pairs import with_best_pair
@@ -53,6 +53,9 @@ class Trial(NamedTuple):
     held: Floats
 
 
+Trials = dict[tuple[Kind, Kind, Hold | None], Trial]
+
+
 @dataclass(frozen=True, slots=True)
 class Field:
     """Data on which hypotheses meet."""
@@ -61,6 +64,14 @@ class Field:
     asked: Asked
     progress: Progress | None = None
     visible: list[Segment] = field(default_factory=list)
+    made: Trials = field(default_factory=dict)
+
+    def searched(self) -> Trial:
+        """Hold and pairs that the blocks ask for, gains of either sign; what was searched before is not again."""
+        key = self.asked.f, self.asked.h, self.asked.hold
+        if key not in self.made:
+            self.made[key] = _ringing(self, _best_hold(self, self.general()))
+        return self.made[key]
 
     def rubber(self) -> Trial:
         found = regress(self.visible, self.progress)
@@ -109,28 +120,29 @@ class Field:
         return Trial(found, np.array(blocks))
 
 
-def explained(segments: Sequence[Segment], asked: Asked = MOUNT, progress: Progress | None = None) -> Solution:
-    """The regression that these data speak for, on all of them."""
+def explained(
+    segments: Sequence[Segment],
+    asked: Asked = MOUNT,
+    progress: Progress | None = None,
+    made: Trials | None = None,
+) -> Solution:
+    """The regression that these data speak for, on all of them. `made`: searches on the same data, filled here."""
     with one_thread():
-        return _explained(segments, asked, progress)
+        return _explained(segments, asked, progress, {} if made is None else made)
 
 
-def _explained(segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
+def _explained(segments: Sequence[Segment], asked: Asked, progress: Progress | None, made: Trials) -> Solution:
     if sum(map(len, segments)) > MANY:
-        return _of_many(segments, asked, progress)
+        return _of_many(segments, asked, progress, made)
     shown = _first(segments, SHOWN)
-    competing = Field(shown, asked, progress, [_hidden(segment) for segment in shown])
+    competing = Field(shown, asked, progress, [_hidden(segment) for segment in shown], made)
     if asked.friction:
         rubber = competing.rubber()
-        best = _better(rubber, competing.general(), WORTH_IT)
-        if best is rubber:
+        if _better(rubber, competing.general(), WORTH_IT) is rubber:
             return _ordered(regress(segments, progress), segments, asked, progress)
-    else:
-        best = competing.general()
-    best = _ringing(competing, _best_hold(competing, best))
+    best = competing.searched()
     if (asked.f, asked.h) != ("line", "line"):
-        straight = competing.straight()
-        line = _ringing(straight, _best_hold(straight, straight.general()))
+        line = competing.straight().searched()
         best = _better(_better(line, competing.bent(line)), best)
     if asked.h == "curve" and float(best.held.mean()) > MOSTLY:
         best = _even(competing, best)
@@ -154,12 +166,12 @@ def _even(competing: Field, best: Trial) -> Trial:
     return best
 
 
-def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
+def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | None, made: Trials) -> Solution:
     thin = thinned(segments, THINNED)
-    found = _explained(thin, replace(asked, order=None), progress)
+    found = _explained(thin, replace(asked, order=None), progress, made)
     if found.shape.passive:
         return _ordered(regress(segments, progress), segments, asked, progress)
-    shape, point = finer(found, segments[0].dt_s, thin[0].dt_s, asked.order)
+    shape, point = finer(found, segments, thin[0].dt_s, asked.order)
     found = solve(shape, point, records_of(shape, thin), found.precisions, iterations=FEW, progress=progress)
     records = sparse(shape, found.point, records_of(shape, segments))
     return solve(shape, found.point, records, found.precisions, iterations=PASSES, progress=progress)

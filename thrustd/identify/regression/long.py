@@ -17,6 +17,7 @@ from thrustd.identify.regression.reduce import enough, fewer
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.sweep import Record, simulate
+from thrustd.identify.segments import DEFORMATION, Segment
 
 MANY = 300_000  # samples: more are long
 THINNED = 60_000  # means that give the shape
@@ -45,18 +46,18 @@ def _counted(output: Floats, step: int, rare: Floats) -> NDArray[np.bool_]:
     return (np.arange(len(output)) % step == 0) | (output < rare[0]) | (output > rare[1])
 
 
-def finer(found: Solution, dt_s: float, thin_dt_s: float, order: int | None) -> tuple[Shape, Point]:
-    """Few modes that move, spare fast ones, curves on finer grids: the same model to begin with.
+def finer(found: Solution, segments: Sequence[Segment], thin_dt_s: float, order: int | None) -> tuple[Shape, Point]:
+    """Few modes that move, spare fast ones, curves on finer grids over all that `segments` reach: the same model.
 
-    Records begin settled: what came before one of millions of samples is soon forgotten.
+    Means reach less far than samples do. Records begin settled: what came before one of millions is soon forgotten.
     """
-    shape, point = found.shape, found.point
+    shape, point, dt_s = found.shape, found.point, segments[0].dt_s
     spare = SPARE if order is None else min(1, order - 1)
     tau_s, gain = fewer(np.exp(point.log_tau), point.gain, enough(point) if order is None else order - spare)
     fast_s = np.geomspace(2 * dt_s, 2 * thin_dt_s, spare + 2)[1:-1]
     taus_s = np.concatenate((fast_s, tau_s))
-    f_grid = _finer(shape.f_grid)
-    h_grid = _finer(shape.h_grid) if shape.h_grid else None
+    f_grid = _finer(shape.f_grid, [s.inputs[DEFORMATION] for s in segments])
+    h_grid = _finer(shape.h_grid, [s.force_n / shape.output_scale for s in segments]) if shape.h_grid else None
     new = replace(
         shape, taus_s=taus_s, f_grid=f_grid, h_grid=h_grid, move=True, begun=0, limits_s=(dt_s, shape.limits_s[1])
     )
@@ -71,10 +72,12 @@ def finer(found: Solution, dt_s: float, thin_dt_s: float, order: int | None) -> 
     return new, begun
 
 
-def _finer(grid: Grid) -> Grid:
-    return grid if grid.n == 4 else Grid(grid.low, grid.high, FINER * grid.n)
+def _finer(grid: Grid, columns: Sequence[Floats]) -> Grid:
+    low = min(float(np.nanmin(column)) for column in columns)
+    high = max(float(np.nanmax(column)) for column in columns)
+    return Grid(min(grid.low, low), max(grid.high, high), grid.n if grid.n == 4 else FINER * grid.n)
 
 
 def onto(old: Grid, coefficients: Floats, new: Grid) -> Floats:
-    at = np.linspace(old.low, old.high, 10 * new.n)
+    at = np.linspace(new.low, new.high, 10 * new.n)
     return np.linalg.lstsq(new.values(at), old.values(at) @ coefficients, rcond=None)[0].astype(np.float64)

@@ -6,6 +6,7 @@ its physical effects.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,14 +130,21 @@ def _fading(shape: Shape, point: Point, core: Core, record: Record, places: Indi
     """d y / d (memory at first, of all records) at these samples (n, begun * (m + 2 p))."""
     each = len(point.gain) + 2 * len(point.pair_gain)
     columns = np.zeros((len(slopes), shape.begun * each))
-    if record.place is None or each == 0:
+    if record.place is None or each == 0 or len(places) == 0:
         return columns
-    steps = 1.0 + places[:, None]
     m = len(point.gain)
-    pairs = -core.pairs.gain * core.pairs.taps[:, 0] ** steps
-    own = np.hstack((-core.real.gain[:m] * core.real.taps[:m, 0] ** steps, pairs.real, -pairs.imag))
+    pairs = -core.pairs.gain * _powers(core.pairs.taps[:, 0], 1 + places)
+    real = -core.real.gain[:m] * _powers(core.real.taps[:m, 0], 1 + places)
+    own = np.hstack((real, pairs.real, -pairs.imag))
     columns[:, record.place * each : (record.place + 1) * each] = slopes[:, None] * own
     return columns
+
+
+def _powers(taps: NDArray[Any], steps: Indices) -> NDArray[Any]:
+    """taps ** steps (n, k), steps rising: products of the ones before, which cost a tenth of a power."""
+    table = np.tile(taps, (int(steps[-1] - steps[0]) + 1, 1))
+    table[0] = taps ** steps[0]
+    return np.cumprod(table, axis=0)[steps - steps[0]]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thrustd.identify.regression.general import Asked
-from thrustd.identify.regression.hypotheses import explained
+from thrustd.identify.regression.hypotheses import Trials, explained
 from thrustd.identify.regression.solve import Progress, Solution
 from thrustd.identify.regression.table import spec_of
 from thrustd.identify.segments import DEFORMATION, Segment
@@ -29,12 +29,13 @@ class BlockFits:
 
     wish: Asked = field(default_factory=Asked)
     _made: dict[tuple[bytes, Asked], BlockFit] = field(default_factory=dict)
+    _searched: dict[bytes, Trials] = field(default_factory=dict)
 
     def of(self, segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> BlockFit:
         """The regression of these data with this asked of it, made now unless it was before."""
         key = _digest(segments), asked
         if key not in self._made:
-            found = explained(segments, asked, progress)
+            found = explained(segments, asked, progress, self._searched.setdefault(key[0], {}))
             spec = spec_of(found, segments, "block", asked.segments)
             self._made[key] = BlockFit(found, spec, round(determined(found)))
         return self._made[key]
