@@ -172,14 +172,14 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
         if word in seen:
             continue
         seen.add(word)
-        found.append(_other(base, looked, single.get(word), nothing))
+        found.append(_other(base, looked, single.get(word), nothing, best))
     return found[: len(best.terms)] + sorted(found[len(best.terms) :], key=lambda c: c.rmse_after_n)
 
 
-def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint) -> CandidateReport:
-    """An effect alone: estimated whole, or as the linear look saw it."""
+def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint, best: Joint) -> CandidateReport:
+    """An effect alone: estimated whole, or as the linear look saw it, which is no better than the best estimated."""
     scale = base.scale
-    mse = fit.mse if fit is not None else nothing.mse * (1.0 - max(looked.removes, 0.0))
+    mse = fit.mse if fit is not None else max(nothing.mse * (1.0 - max(looked.removes, 0.0)), left(best, base))
     numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
     before = scale * float(np.sqrt(left(nothing, base)))
