@@ -14,7 +14,7 @@ from typing import Any
 
 from playwright.sync_api import sync_playwright
 
-from tests.workbench.browser import idle, next_step
+from tests.workbench.browser import LONG_MS, idle, next_step
 from tests.workbench.served import workbench
 from thrustd.twin.hide import hide
 
@@ -95,7 +95,7 @@ def prepare(page: Any, view: str) -> None:
     if view == "flighttest":
         page.get_by_role("button", name="Transients").click()
         page.get_by_role("button", name="Evaluate").click()
-        page.locator("img.figure").wait_for()
+        page.locator("img.figure").wait_for(timeout=LONG_MS)
     if view == "histories":
         page.mouse.move(700, 420)
 
