@@ -95,7 +95,7 @@ def prepare(page: Any, view: str) -> None:
     if view == "flighttest":
         page.get_by_role("button", name="Transients").click()
         page.get_by_role("button", name="Evaluate").click()
-        page.locator("img.figure").wait_for(timeout=LONG_MS)
+        page.locator("img.drawing").wait_for(timeout=LONG_MS)
     if view == "histories":
         page.mouse.move(700, 420)
 
