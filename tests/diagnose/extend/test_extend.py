@@ -87,6 +87,6 @@ def test_two_chambers_begun_unloaded_tell_stiffness_from_expansion():
 
     known = identify([chamber(20.0, 1)], name="upper").spec
     report = extend(known, [chamber(-10.0, 2), chamber(50.0, 3)], ["thermal_stiffness", "thermal_expansion"])
-    values = {effect.name: effect.parameters for effect in report.spec.effects}
-    assert values["thermal_stiffness"]["stiffness_1_k"] == pytest.approx(-2e-4, abs=1e-4)
-    assert values["thermal_expansion"]["expansion_mm_k"] == pytest.approx(1e-4, abs=4e-5)
+    values = {p.name: p.value for p in report.parameters}
+    assert values["stiffness_1_k"] == pytest.approx(-2e-4, abs=1e-4)
+    assert values["expansion_mm_k"] == pytest.approx(1e-4, abs=4e-5)

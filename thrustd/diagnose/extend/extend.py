@@ -120,7 +120,7 @@ def extend(
         nothing = joint_fit(base, rows, ())
         fit = _fitted(base, rows, nothing, chosen, question.rig, progress)
         _check_better(spec, chosen, nothing, fit, base)
-        fit = pruned(base, rows, fit)
+        fit = pruned(base, rows, nothing, fit)
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)

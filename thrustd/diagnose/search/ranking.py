@@ -92,11 +92,11 @@ def rank(
         if step is None:
             break
         best, beam = step
-    best = pruned(base, records, best)
+    best = pruned(base, records, nothing, best)
     if far_above(best, base):
         more = following(base, records, best, looks.looked, rig)
         fits += more
-        best = pruned(base, records, more[-1]) if more else best
+        best = pruned(base, records, nothing, more[-1]) if more else best
     best = fewest(fits, best)
     ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
     return Ranked(nothing, best, ordered, tuple(looks.looked), tuple(curves))
@@ -170,7 +170,8 @@ def simplest(fits: Sequence[Joint]) -> Joint:
 
 def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
     """The smallest set that held-back blocks do not tell from the best: nothing is named that need not be there."""
-    alike = [fit for fit in fits if len(fit.terms) < len(best.terms) and not gained(fit, best)]
+    nothing = next(fit for fit in fits if not fit.terms)
+    alike = [fit for fit in fits if len(fit.terms) < len(best.terms) and not gained(fit, best) and stands(nothing, fit)]
     return min(alike, key=lambda fit: (len(fit.terms), fit.mse)) if alike else best
 
 
@@ -240,15 +241,20 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
     return bool(before.mse - after.mse > worth * after.mse and sure > SURE)
 
 
-def pruned(base: Base, records: Sequence[Record], best: Joint) -> Joint:
-    """Without the members that the others explain as well."""
+def stands(nothing: Joint, fit: Joint) -> bool:
+    """Whether a set can be a verdict: nothing, or more than nothing explains."""
+    return not fit.terms or gained(nothing, fit)
+
+
+def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint) -> Joint:
+    """Without the members that the others explain as well, as long as these are told from nothing."""
     while len(best.terms) > 1:
         fewer = [
             joint_fit(base, records, [term for term in best.terms if term is not left_out]) for left_out in best.terms
         ]
-        smaller = min(fewer, key=lambda fit: fit.mse)
-        if gained(smaller, best):
-            return best
+        smaller = min((fit for fit in fewer if stands(nothing, fit)), key=lambda fit: fit.mse, default=best)
+        if smaller is best or gained(smaller, best):
+            break
         best = smaller
     return best
 

@@ -1,0 +1,32 @@
+"""Which of several fits is the verdict, from what they leave block by block."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from thrustd.diagnose.search.ranking import fewest, gained
+
+RNG = np.random.default_rng(3)
+COMMON = RNG.normal(size=48)
+
+
+def _fit(words: str, level: float, scatter: float) -> SimpleNamespace:
+    """Leaves `level` on average, block by block differently by `scatter`."""
+    block_mse = level + scatter * (COMMON - COMMON.mean())
+    return SimpleNamespace(terms=tuple(words), block_mse=block_mse, block_size=np.ones(48), mse=float(block_mse.mean()))
+
+
+def test_a_member_that_alone_is_not_told_from_nothing_is_no_verdict():
+    """Told from nothing together, not told from the pair alone, nor from nothing: the pair stays."""
+    nothing, alone, pair = _fit("", 1.0, 0.0), _fit("m", 0.9, 0.3), _fit("mr", 0.8, 0.3)
+    pair.block_mse[:] = np.linspace(0.7, 0.9, 48)[RNG.permutation(48)]
+    assert gained(nothing, pair)
+    assert not gained(nothing, alone)
+    assert not gained(alone, pair)
+    assert fewest([nothing, alone, pair], pair) is pair
+
+
+def test_the_smaller_set_that_is_told_from_nothing_is_named():
+    nothing, alone, pair = _fit("", 1.0, 0.0), _fit("m", 0.805, 0.03), _fit("mr", 0.8, 0.03)
+    assert gained(nothing, alone)
+    assert fewest([nothing, alone, pair], pair) is alone
