@@ -28,7 +28,7 @@ def full_folder(browser, tmp_path_factory):
     (folder / f"{LONG}.json").write_text(write_model(simple_model()))
     write_log(folder / "flight.mcap", seconds=20)
     with workbench(folder) as served:
-        for name in (f"{LONG}.csv", "flight.mcap"):
+        for name in (f"{LONG}.csv", "flight.mcap", *(f"run-{i:02d}.csv" for i in range(12))):
             assert served.order("prepare", recording=name)["state"] == "done"
         served.ask("POST", "api/session", f'{{"model": "{LONG}.json", "measured": ["{LONG}.csv"]}}')
         assert served.order("compare", models=[f"{LONG}.json"], recordings=[f"{LONG}.csv"])["state"] == "done"

@@ -28,6 +28,7 @@ export async function refresh() {
     server = await get("api/state");
   if (mine !== pending) return;
   store.server = server;
+  for (const job of server.jobs) if (waiting.has(job.id) && over(job)) tell(job); // ended before the stream was open
   changed("state");
 }
 
@@ -59,14 +60,20 @@ export function follow() {
 
 const over = (job) => ["done", "failed", "cancelled"].includes(job.state);
 const waiting = new Map();
+const told = new Set(); // jobs whose end was told
 async function finished(job) {
   await refresh();
+  tell(job);
+  changed("state");
+}
+function tell(job) {
+  if (told.has(job.id)) return;
+  told.add(job.id);
   const later = waiting.get(job.id);
   waiting.delete(job.id);
   if (job.state === "failed") say(job.error);
   if (job.state === "done" && job.kind === "adopt") say(`${job.result.name} is in the folder`, "ok");
   later?.(job);
-  changed("state");
 }
 
 // queue a job; resolves with the finished job
@@ -74,7 +81,10 @@ export async function order(kind, fields = {}) {
   const job = await asked({ kind, ...fields }),
     { jobs } = store.server,
     known = jobs.find((one) => one.id === job.id);
-  if (known && over(known)) return known; // its end was heard before the answer to the order
+  if (known && over(known)) {
+    tell(known); // its end was heard before the answer to the order
+    return known;
+  }
   if (!known) jobs.unshift(job);
   changed("jobs");
   refresh().catch((problem) => say(problem.message)); // an answer already on its way does not know this job
