@@ -94,7 +94,7 @@ def see_the_fallen_bar(page):
     bars.nth(1).wait_for()
     before, after = (float(bars.nth(i).locator("b").inner_text().split()[0]) for i in (0, 1))
     assert after < 0.6 * before
-    heights = [bars.nth(i).locator("i").bounding_box()["height"] for i in (0, 1)]
+    heights = bars.locator("i").evaluate_all("all => all.map(one => one.getBoundingClientRect().height)")
     assert heights[1] < 0.6 * heights[0]
     assert page.get_by_text("which nothing was fitted to").is_visible()
     assert page.get_by_text("promised on held-back blocks").is_visible()
