@@ -43,9 +43,9 @@ class Flight(NamedTuple):
         return self.record.name
 
     def per_second(self) -> "Flight":
-        """Means of a second; the status of an engine is the newest of it."""
+        """Means of a second, NaN where it has no sample; the status of an engine is the newest of it."""
         held = [name for name in self.record.channels if name.startswith("status_")]
-        even = self.record.resample(SECOND_HZ) if self.record.sample_hz > SECOND_HZ * 1.5 else self.record
+        even = self.record.resample(SECOND_HZ)
         at = np.searchsorted(self.record.time_s, even.time_s, side="right") - 1
         columns = {name: self.record[name][at] for name in held}
         return self._replace(record=even.with_channels(**columns) if columns else even)

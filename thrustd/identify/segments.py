@@ -70,26 +70,18 @@ def _even(piece: Recording) -> Recording:
         return piece
     if float(steps_s.max()) > COARSE * float(np.quantile(steps_s, FAST)):
         return _on_fine_axis(piece, max(float(np.quantile(steps_s, FAST)), piece.duration_s / (MOST_FINE * len(piece))))
-    even = piece.resample(1.0 / middle_s)
-    return even.with_channels(**{name: _with_holes(piece, name, even) for name in piece.channels})
+    return piece.resample(1.0 / middle_s, np.inf)
 
 
 def _on_fine_axis(piece: Recording, step_s: float) -> Recording:
     """Steps that vary many-fold: inputs on an axis as fine as the finest of them, the reference only where measured."""
-    even = piece.resample(1.0 / step_s)
-    columns = {name: _with_holes(piece, name, even) for name in piece.channels}
-    if FORCE in columns:
-        nearest = np.unique(np.clip(np.round((piece.time_s - even.time_s[0]) / step_s), 0, len(even) - 1).astype(int))
-        measured = np.full(len(even), np.nan)
-        measured[nearest] = np.interp(even.time_s[nearest], piece.time_s, piece[FORCE])
-        columns[FORCE] = measured
-    return even.with_channels(**columns)
-
-
-def _with_holes(piece: Recording, name: str, even: Recording) -> Floats:
-    """What was missing stays missing: the straight lines of resampling reach across holes of any length."""
-    there = np.interp(even.time_s, piece.time_s, np.isfinite(piece[name]).astype(float))
-    return np.where(there >= 0.5, even[name], np.nan)
+    even = piece.resample(1.0 / step_s, np.inf)
+    if FORCE not in piece:
+        return even
+    nearest = np.unique(np.clip(np.round((piece.time_s - even.time_s[0]) / step_s), 0, len(even) - 1).astype(int))
+    measured = np.full(len(even), np.nan)
+    measured[nearest] = np.interp(even.time_s[nearest], piece.time_s, piece[FORCE])
+    return even.with_channels(**{FORCE: measured})
 
 
 def _of_piece(piece: Recording, wanted: list[str]) -> list[Segment]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE, Signal
 
@@ -143,17 +143,19 @@ class Recording:
             self.name, {TIME: self.time_s, **self.channels, **columns}, self.metadata, self.sha256, self.notes
         )
 
-    def resample(self, rate_hz: float) -> "Recording":
+    def resample(self, rate_hz: float, longest_s: float | None = None) -> "Recording":
         """On a uniform grid from the first sample on: means of the bins going down, straight lines going up.
 
-        Gaps are bridged by straight lines: split at `segments()` first where that matters.
+        What was not measured stays missing: values that a column lacks, and whatever is inside a step of time longer
+        than `longest_s` (None: `GAP_FACTOR` of the grid's step, or of all but the longest tenth of the recording's).
         """
         if not rate_hz > 0:
             raise RecordingError(f"{self.name}: resample rate is {rate_hz:g} Hz; expected > 0")
         count = int(np.floor(self.duration_s * rate_hz * (1 + 1e-12))) + 1
         grid_s = self.time_s[0] + np.arange(count) / rate_hz
         bins = _bins(self.time_s, grid_s, rate_hz) if rate_hz < self.sample_hz / GAP_FACTOR else None
-        channels = {name: _on_grid(self.time_s, column, grid_s, bins) for name, column in self.channels.items()}
+        gap = _in_gaps(self.time_s, grid_s, rate_hz, longest_s)
+        channels = {name: _on_grid(self.time_s, column, grid_s, bins, gap) for name, column in self.channels.items()}
         return replace(self, time_s=grid_s, channels=channels)
 
 
@@ -250,11 +252,20 @@ def _bins(time_s: Floats, grid_s: Floats, rate_hz: float) -> Bins:
     return at[:-1], at[1:]
 
 
-def _on_grid(time_s: Floats, column: Floats, grid_s: Floats, bins: Bins | None) -> Floats:
+def _in_gaps(time_s: Floats, grid_s: Floats, rate_hz: float, longest_s: float | None) -> Flags:
+    steps_s = np.append(np.diff(time_s), 0.0)
+    if longest_s is None:
+        longest_s = GAP_FACTOR * max(1.0 / rate_hz, float(np.quantile(steps_s, 0.9)))
+    before = np.clip(np.searchsorted(time_s, grid_s, side="right") - 1, 0, None)
+    return np.asarray((steps_s[before] > longest_s) & (grid_s > time_s[before]))
+
+
+def _on_grid(time_s: Floats, column: Floats, grid_s: Floats, bins: Bins | None, gap: Flags) -> Floats:
     good = np.isfinite(column)
     if not good.any():
         return np.full(len(grid_s), np.nan)
-    line: Floats = np.interp(grid_s, time_s[good], column[good])
+    nearest = np.interp(grid_s, time_s, _measured(good).astype(np.float64)) >= 0.5
+    line: Floats = np.where(nearest & ~gap, np.interp(grid_s, time_s[good], column[good]), np.nan)
     if bins is None:
         return line
     total = np.concatenate(([0.0], np.cumsum(np.where(good, column, 0.0))))
@@ -262,6 +273,19 @@ def _on_grid(time_s: Floats, column: Floats, grid_s: Floats, bins: Bins | None) 
     inside = number[bins[1]] - number[bins[0]]
     mean: Floats = (total[bins[1]] - total[bins[0]]) / np.maximum(inside, 1)
     return np.where(inside > 0, mean, line)
+
+
+def _measured(good: Flags) -> Flags:
+    """Rows (n,) with a value, and those between two values that follow one another as usual in a slower column."""
+    rows = np.flatnonzero(good)
+    steps = np.diff(rows)
+    if len(rows) in (1, len(good)) or np.median(steps) == 1.0:
+        return good
+    edges = np.zeros(len(good) + 1)
+    usual = steps <= GAP_FACTOR * np.median(steps)
+    edges[rows[:-1][usual]] += 1.0
+    edges[rows[1:][usual]] -= 1.0
+    return np.asarray(good | (np.cumsum(edges[:-1]) > 0.0))
 
 
 def _table(record: Recording) -> "Table":
