@@ -66,7 +66,7 @@ def fly(seed: int, wing: Wing) -> tuple[Polar, list[PolarResult]]:
         table = installation.can_table(ICD_INPUT_ROWS)
         write_flight(log, profile, airframe, table, installation.log_header(), seed)
         point = flown(read_flight(log), wing, sheet, SteadyLimits())
-    return truth, performance([point], wing.aspect_ratio, True).polars
+    return truth, performance([point], wing, True).polars
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -17,6 +18,7 @@ from thrustd.flighttest.flight import Flight, read_flight
 from thrustd.flighttest.flown import flown
 from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.performance import performance
+from thrustd.flighttest.performance_report import answer
 from thrustd.flighttest.polar import Polar as FlownPolar
 from thrustd.flighttest.polar import PolarPoints, fit_polar
 from thrustd.flighttest.steps import gain_of, throttle_steps
@@ -53,7 +55,7 @@ def estimated(profile, bias_n=(0.0, 0.0), std_n=40.0, accel_zero_g=0.0):
 
 
 def polars(flight, wing):
-    found = performance([flown(flight, wing, None, SteadyLimits())], wing.aspect_ratio, True)
+    found = performance([flown(flight, wing, None, SteadyLimits())], wing, True)
     return {polar.of: polar for polar in found.polars}
 
 
@@ -140,8 +142,15 @@ def test_the_verb_and_its_files(profile, tmp_path, capsys):
     assert (
         f"{interval['value']:.4f}" in page.read_text() and table.read_text().count("\n") == 9
     )  # seven levels, the ground, the heads
+    course = said["known"][0]
+    assert (course["zero_lift_drag"], course["zero_lift_drag_inside"], course["oswald_inside"]) == (0.04, False, True)
+    assert said["excess_rms_n"] > 0 and {way: gain["steps"] for way, gain in said["gains"].items()}["air"] > 5
     assert main(["performance", str(log)]) == 0
-    assert "known: C_D0 0.04" in capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "known: C_D0 0.04, outside 0.0" in printed and "e 0.8, inside" in printed
+    gain = said["gains"]["accel"]
+    assert f"{100 * gain['error']:+.1f} +- {100 * gain['u95']:.1f} % (95 %)" in printed
+    assert f"{said['excess_rms_n']:.0f} N rms" in printed and "0.00000" not in printed
 
 
 def test_what_cannot_be_used_is_one_line(profile, tmp_path, capsys):
@@ -153,6 +162,8 @@ def test_what_cannot_be_used_is_one_line(profile, tmp_path, capsys):
     assert "payload_kg" in refused(capsys, "performance", log, "--mass-sheet", sheet)
     sheet.write_text(SHEET.replace("1837", "20"))
     assert "burns" in refused(capsys, "performance", log, "--mass-sheet", sheet)
+    sheet.write_text(SHEET.replace("4157.2", "9165").replace("695", "1532").replace("1837", "4050"))
+    assert "weighs 147" in (line := refused(capsys, "performance", log, "--mass-sheet", sheet)) and "kg?" in line
     sheet.write_text(SHEET)
     assert main(["performance", str(log), "--mass-sheet", str(sheet), "--json"]) == 0
     capsys.readouterr()
@@ -166,10 +177,10 @@ def test_recorded_flights_agree_with_one_another(wing):
     found = []
     for name in names:
         one = flown(read_flight(PH_LAB / f"{name}.npz"), wing, None, SteadyLimits())
-        found.append(performance([one], wing.aspect_ratio, False).polars[0])
+        found.append(performance([one], wing, False).polars[0])
     values = [polar.zero_lift_drag.value for polar in found]
     assert max(values) - min(values) < 0.0025  # students' flight tests of the aircraft: 0.020 to 0.023
-    theirs = 0.0209 * 1.026  # by the same deck, which is known to 2.6 %; they give no interval
+    theirs = 0.0209
     assert all(polar.zero_lift_drag.low < theirs < polar.zero_lift_drag.high for polar in found)
     assert all(polar.oswald.low < 0.80 < polar.oswald.high for polar in found)
 
@@ -178,9 +189,7 @@ def test_recorded_flights_agree_with_one_another(wing):
 def test_marks_and_windows_found_tell_the_same_polar(wing):
     flight, sheet = read_flight(PH_LAB / "ftis_20180312_ref.npz"), MassSheet(4157.0, 695.0, 1837.0, 30.0)
     marks = None, "measurement_running"
-    found, marked = (
-        performance([flown(flight, wing, sheet, SteadyLimits(), mark)], wing.aspect_ratio, False) for mark in marks
-    )
+    found, marked = (performance([flown(flight, wing, sheet, SteadyLimits(), mark)], wing, False) for mark in marks)
     for one, other in zip(found.polars, marked.polars, strict=True):
         assert abs(one.oswald.value - other.oswald.value) < min(one.oswald.random_u95, other.oswald.random_u95) / 2
     said = {point.name: point for point in marked.points}
@@ -196,11 +205,42 @@ def test_one_point_with_wrong_air_data_counts_little_and_changes_little(profile,
     accel_x[(profile.time_s >= window.start_s) & (profile.time_s < window.end_s)] += 0.02
     found = performance(
         [flown(flight._replace(record=flight.record.with_channels(accel_x_g=accel_x)), wing, None, SteadyLimits())],
-        wing.aspect_ratio, True,
+        wing, True,
     )  # fmt: skip
     assert found.points[-1].counts < 0.01 and found.points[-1].why.startswith("air -")
     drag = found.polars[0].zero_lift_drag
     assert drag.low <= TRUE.zero_lift <= drag.high and drag.value == pytest.approx(TRUE.zero_lift, rel=0.03)
+
+
+def test_an_efficiency_that_no_wing_has_is_remarked(profile, wing):
+    flight = estimated(profile)
+    light = flight.record.with_channels(mass_kg=0.75 * flight.record["mass_kg"])
+    heavy = flight.record.with_channels(mass_kg=1.4 * flight.record["mass_kg"])
+    anything = msgspec.structs.replace(wing, mass_kg=(1.0, 1e6))
+    for record, remarked in ((light, False), (heavy, True)):
+        one = flown(flight._replace(record=record), anything, None, SteadyLimits())
+        assert any("above 1" in note for note in performance([one], anything, True).notes) == remarked
+    with pytest.raises(RecordingError, match="is it in kg"):
+        flown(flight._replace(record=heavy), wing, None, SteadyLimits())
+
+
+def test_a_marked_window_without_air_data_for_a_while_says_so(profile, wing):
+    flight = estimated(profile)
+    window = flown(flight, wing, None, SteadyLimits()).windows[3]
+    missing = (profile.time_s > window.start_s + 20) & (profile.time_s < window.start_s + 40)
+    marked = (profile.time_s > window.start_s) & (profile.time_s < window.end_s)
+    for gone, why in ((missing, ""), (marked, "values missing")):
+        columns = {"mach": np.where(gone, np.nan, profile["mach"]), "mark": np.where(marked, 1.0, 0.0)}
+        for number, other in enumerate(flown(flight, wing, None, SteadyLimits()).windows, 2):
+            inside = (profile.time_s > other.start_s + 5) & (profile.time_s < other.end_s - 5) & ~marked
+            columns["mark"] = np.where(inside, float(number), columns["mark"])
+        record = flight.record.with_channels(**columns)
+        one = flown(flight._replace(record=record), wing, None, SteadyLimits(), "mark")
+        found = performance([one], wing, True)
+        (point,) = (point for point in found.points if point.name == "1")
+        assert point.missing_s >= 19 and point.left_out == why
+        assert any("point 1: values missing in" in line for line in answer(found).lines)
+        assert found.polars[0].zero_lift_drag.value == pytest.approx(TRUE.zero_lift, rel=0.03)
 
 
 def test_a_step_outside_its_interval_is_marked(profile, wing):

@@ -15,6 +15,7 @@ from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.points import find_points
 from thrustd.flighttest.uncertainty import mean_of
 from thrustd.records.files import write_recording
+from thrustd.records.recording import make_recording
 
 FLIGHT = PH_LAB / "ftis_20180312_ref.npz"
 SHEET = PH_LAB / "datasheet_20180312_ref.csv"
@@ -91,6 +92,44 @@ def test_table_page_and_json_say_the_same(log, tmp_path, capsys):
     assert "altitude_m 35" in capsys.readouterr().out.replace("\n", " ")  # the limits are printed
 
 
+def test_seconds_without_a_value_are_in_no_window_and_told_of_a_mark(log, tmp_path, capsys):
+    record = made_flight()
+    missing = (record.time_s > 20) & (record.time_s < 40)
+    write_recording(record.with_channels(mach=np.where(missing, np.nan, record["mach"])), log)
+    found = find_points(read_flight(log))
+    assert found.missing_s["mach"] in (19, 20) and len(found.points) == 2  # 20 s are left on either side
+    marks = tmp_path / "marks.csv"
+    marks.write_text("start_s,end_s\n5,50\n22,38\n80,120\n")
+    assert main(["points", str(log), "--marks", str(marks), "--json"]) == 0
+    half, none, whole = json.loads(capsys.readouterr().out)["points"]
+    assert half["missing_s"]["mach"] in (19, 20) and half["values"]["mach"]["mean"] == pytest.approx(0.25, abs=1e-3)
+    assert none["values"]["mach"]["mean"] is None and not whole["missing_s"]
+    assert main(["points", str(log), "--marks", str(marks)]) == 0
+    said = capsys.readouterr()
+    assert "* point 1: no mach in " in said.out and "nan" not in said.out and "Warning" not in said.err
+    gone = record.rows(slice(0, 80)), record.rows(slice(160, len(record)))
+    columns = {name: np.concatenate([part[name] for part in gone]) for name in ("time_s", *record.channels)}
+    write_recording(make_recording("made", columns), log)
+    assert find_points(read_flight(log)).points[0].start_s > 70  # no window across rows not there
+
+
+def test_a_meters_error_is_in_deck_thrust_and_fuel_flow_alike(tmp_path):
+    path = tmp_path / "flight.csv"
+    record = made_flight(estimates=False)
+    found = {}
+    for factor in (1.0, 1.01):
+        flows = {f"fuel_flow_kg_s_{e}": factor * record[f"fuel_flow_kg_s_{e}"] for e in ENGINES}
+        write_recording(record.with_channels(**flows), path)
+        found[factor] = find_points(read_flight(path), fuel_std=0.016).points[1].values
+    values = {name: found[1.0][f"{name}_left"] for name in ("thrust_N", "tsfc_g_kN_s")}
+    thrust, tsfc = ((value.systematic_u95 / SIGMAS_95 / value.mean) for value in values.values())
+    per_fuel = 100 * (found[1.01]["thrust_N_left"].mean / values["thrust_N"].mean - 1)
+    moved = 100 * (found[1.01]["tsfc_g_kN_s_left"].mean / values["tsfc_g_kN_s"].mean - 1)
+    assert moved == pytest.approx(1 - per_fuel, abs=0.05) and per_fuel > 1.2
+    others = thrust**2 - (per_fuel * 0.016) ** 2  # engine and deck, not the meter
+    assert tsfc == pytest.approx(np.sqrt(others + (moved * 0.016) ** 2), rel=0.02)
+
+
 def test_what_cannot_be_used_is_one_line(log, tmp_path, capsys):
     assert "no steady window" in refused(capsys, "points", log, "--limit", "least_s=500")
     assert "--limit moch=1" in refused(capsys, "points", log, "--limit", "moch=1")
@@ -101,6 +140,11 @@ def test_what_cannot_be_used_is_one_line(log, tmp_path, capsys):
     out = tmp_path / "points.csv"
     assert "no samples" in refused(capsys, "points", log, "--marks", marks, "-o", out)
     assert not out.exists()
+    page = tmp_path / "page.pdf"
+    for verb in ("points", "performance", "transients"):
+        assert "ends in .html" in refused(capsys, verb, log, "--report", page) and not page.exists()
+    long = refused(capsys, "points", log, "--marks", "n1_left")
+    assert "n1_pct_left" in long and len(long) < 300
     assert ".csv or .parquet" in refused(capsys, "points", log, "-o", tmp_path / "points.txt")
     record = made_flight()
     write_recording(record.select([name for name in record.channels if name != "mach"]), log)

@@ -65,7 +65,7 @@ def test_the_picture_shows_every_event(deck):
     found = find_transients(flight, deck)
     shown = [axis for axis in figure(flight, found).axes if axis.get_visible() and axis.lines]
     assert len(shown) == 2 * len(found.events) == 4  # fan speeds and thrust
-    assert figure(flight, Transients("nothing happened", [])).axes
+    assert figure(flight, Transients("nothing happened", [], {})).axes
 
 
 def test_trouble_is_a_candidate_of_its_engine(deck):
@@ -78,6 +78,19 @@ def test_trouble_is_a_candidate_of_its_engine(deck):
     starved = np.where(np.arange(900) > 500, 0.05, 1.0)
     out = find_transients(flown(deck, n1, fuel=starved), deck).candidates
     assert [(e.engine, e.kind) for e in out] == [("left", "flame-out candidate")]
+
+
+def test_values_that_are_not_there_are_no_trouble_and_told(deck):
+    n1 = np.full(1800, 80.0)
+    flight = flown(deck, n1, 300.0)  # its thrust is off: the edges of a hole are steps
+    for gone in (slice(600, 900), slice(1000, 1004)):
+        for name in ("mach", "mount_N_left", "n1_pct_left"):
+            column = flight.record[name].copy()
+            column[gone] = np.nan
+            found = find_transients(flight._replace(record=flight.record.with_channels(**{name: column})), deck)
+            assert not found.events and (found.missing_s.get(name, 0) in (29, 30)) == (
+                name != "mount_N_left" and gone.start == 600
+            )
 
 
 def test_throttle_and_steady_flight_give_no_candidate(deck):

@@ -82,6 +82,25 @@ def test_resampling_leaves_missing_values_out():
     assert record["force_N"] == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("rate_hz", [1.0, 10.0, 30.0])
+def test_resampling_invents_nothing_where_nothing_was_measured(rate_hz):
+    time_s = np.arange(6000) / 10
+    hole = (time_s > 100) & (time_s < 300)
+    columns = {
+        "mach": np.where(hole | (time_s < 20), np.nan, 0.4),
+        "temperature_degC": np.where(np.arange(6000) % 20 == 0, 30.0, np.nan),  # a reading every 2 s
+        "force_N": time_s,
+    }
+    whole = make_recording("a", {"time_s": time_s, **columns}).resample(rate_hz)
+    for begin_s, end_s, there in ((0, 19, False), (21, 99, True), (102, 298, False), (302, 590, True)):
+        assert np.isfinite(whole.window(begin_s, end_s)["mach"]).all() == there
+        assert np.isfinite(whole.window(begin_s, end_s)["mach"]).any() == there
+    assert np.isfinite(whole.window(0, 597)["temperature_degC"]).all()
+    cut = make_recording("a", {"time_s": time_s[~hole], "force_N": time_s[~hole]})
+    assert np.isnan(cut.resample(rate_hz).window(102, 298)["force_N"]).all()
+    assert cut.resample(rate_hz, np.inf).window(102, 298)["force_N"] == pytest.approx(np.arange(102, 298, 1 / rate_hz))
+
+
 def test_resampling_refuses_a_rate_of_zero():
     with pytest.raises(RecordingError, match="expected > 0"):
         ramp().resample(0.0)

@@ -15,7 +15,7 @@ from thrustd.flighttest.fleet_health import fleet_health
 from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.health import HealthJob
 from thrustd.flighttest.mass_sheet import MassSheet, read_mass_sheet
-from thrustd.flighttest.performance import performance_of, read_wing
+from thrustd.flighttest.performance import performance_of
 from thrustd.flighttest.points import find_points
 from thrustd.flighttest.transients import find_transients
 from thrustd.installation.shipped import aircraft_data, read_deck
@@ -99,10 +99,9 @@ def performance(
     steady window, or points that make no polar.
     """
     several = [Path(logs)] if isinstance(logs, str | Path) else [Path(log) for log in logs]
-    wing = read_wing(Path(aircraft) if aircraft else None)
     sheet = read_mass_sheet(Path(mass_sheet)) if isinstance(mass_sheet, str | Path) else mass_sheet
-    found = performance_of(several, wing, [sheet] if sheet else [], SteadyLimits(), marks)
-    return performance_report.answer(found, wing.known)
+    place = Path(aircraft) if aircraft else None
+    return performance_report.answer(performance_of(several, place, [sheet] if sheet else [], SteadyLimits(), marks))
 
 
 @spoken

@@ -35,6 +35,7 @@ class DeckEstimate(NamedTuple):
     fuel_flow_thrust_n: float  # each source alone, NaN when its input is missing
     n1_thrust_n: float
     n2_thrust_n: float
+    per_fuel_n: float  # dF / d ln(fuel flow)
 
 
 class Deck:
@@ -65,7 +66,7 @@ class Deck:
 
     def estimate(self, inputs: DeckInputs, engine: int) -> DeckEstimate:
         """Thrust of `engine` with its spread; ISA stands in for a missing temperature, other NaN mean "none"."""
-        thrust_n, std_n, weight_n1, outside, transient, *deck_n = estimate(self.numbers(engine), inputs)[:8]
+        thrust_n, std_n, weight_n1, outside, transient, *deck_n = estimate(self.numbers(engine), inputs)[:9]
         source: Source = "none" if not isfinite(weight_n1) else "n1" if weight_n1 > 0.5 else "fuel_flow"
         return DeckEstimate(thrust_n, std_n, source, outside, transient, *deck_n)
 

@@ -39,7 +39,7 @@ def add_verbs(verbs: Verbs) -> None:
     )
     fleet.add_argument("--scheduler", metavar="ADDRESS", help="use the workers of this Dask scheduler")
     fleet.add_argument("--deck", type=Path, help="with health: brochure deck (default: the shipped one)")
-    fleet.add_argument("--report", type=Path, help="with health: page to write (.html)")
+    fleet.add_argument("--report", type=file_type(".html"), help="with health: page to write (.html)")
     add_json(fleet)
 
 

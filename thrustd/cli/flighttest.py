@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, print_json, progress
 from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import AIRCRAFT
 
@@ -38,7 +38,6 @@ def _add_points(verbs: Verbs) -> None:
         metavar="CSV|CHANNEL",
         help="take windows from a CSV (start_s, end_s) or from where a channel is above 0",
     )
-    points.add_argument("--aircraft", type=Path, help=f"aircraft data with [fuel] (default {AIRCRAFT})")
     add_limits(points)
     add_outputs(points)
 
@@ -54,7 +53,6 @@ def _add_performance(verbs: Verbs) -> None:
         "--mass-sheet", type=Path, action="append", default=[], metavar="TOML",
         help="file with empty_kg, payload_kg, fuel_kg, std_kg; one per log, or one for all",
     )  # fmt: skip
-    performance.add_argument("--aircraft", type=Path, help=f"aircraft data with [wing] (default {AIRCRAFT})")
     performance.add_argument("--marks", metavar="CHANNEL", help="use the windows in which this channel is above 0")
     add_limits(performance)
     add_outputs(performance)
@@ -71,8 +69,9 @@ def _add_transients(verbs: Verbs) -> None:
 
 def add_outputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--deck", type=Path, help="brochure deck for recordings without estimates")
+    parser.add_argument("--aircraft", type=Path, help=f"aircraft data with [fuel] and [wing] (default {AIRCRAFT})")
     parser.add_argument("-o", "--out", type=Path, help="table to write (.csv or .parquet)")
-    parser.add_argument("--report", type=Path, help="page to write (.html): table and picture")
+    parser.add_argument("--report", type=file_type(".html"), help="page to write (.html): table and picture")
     add_json(parser)
 
 
@@ -118,7 +117,7 @@ def points_verb(arguments: argparse.Namespace) -> int:
     check_table(arguments.out)
     limits = limits_of(arguments)
     with progress(f"points of {arguments.log.name}"):
-        flight = read_flight(arguments.log, arguments.deck)
+        flight = read_flight(arguments.log, arguments.deck, arguments.aircraft)
         found = _points(flight, limits, arguments)
     return _hand_over(arguments, answer(flight, found))
 
@@ -139,15 +138,16 @@ def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namesp
 def performance_verb(arguments: argparse.Namespace) -> int:
     from thrustd.flighttest import performance_report
     from thrustd.flighttest.mass_sheet import read_mass_sheet
-    from thrustd.flighttest.performance import performance_of, read_wing
+    from thrustd.flighttest.performance import performance_of
 
     check_table(arguments.out)
     limits = limits_of(arguments)
-    wing = read_wing(arguments.aircraft)
     sheets = [read_mass_sheet(path) for path in arguments.mass_sheet]
     with progress("performance") as advance:
-        found = performance_of(arguments.log, wing, sheets, limits, arguments.marks, arguments.deck, advance)
-    return _hand_over(arguments, performance_report.answer(found, wing.known))
+        found = performance_of(
+            arguments.log, arguments.aircraft, sheets, limits, arguments.marks, arguments.deck, advance
+        )
+    return _hand_over(arguments, performance_report.answer(found))
 
 
 def transients_verb(arguments: argparse.Namespace) -> int:
@@ -159,7 +159,7 @@ def transients_verb(arguments: argparse.Namespace) -> int:
     check_table(arguments.out)
     deck = read_deck(arguments.deck)
     with progress(f"transients of {arguments.log.name}"):
-        flight = read_flight(arguments.log, arguments.deck)
+        flight = read_flight(arguments.log, arguments.deck, arguments.aircraft)
         found = find_transients(flight, deck)
     return _hand_over(arguments, answer(flight, found))
 

@@ -66,8 +66,8 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     q_pa = flight["dynamic_pressure_Pa"]
     decks = [deck_thrust(flight, deck, number, engine) for number, engine in enumerate(engines)]
     carried = [sum(flight[f"model_N_{config.mount[i].name}"] for i in config.mounts_of(engine)) for engine in engines]
-    off_n = np.mean([deck_n - mounts_n for (deck_n, _), mounts_n in zip(decks, carried, strict=True)], axis=0)
-    std_n = np.mean([std for _, std in decks], axis=0)
+    off_n = np.mean([deck_n - mounts_n for (deck_n, *_), mounts_n in zip(decks, carried, strict=True)], axis=0)
+    std_n = np.mean([std for _, std, _ in decks], axis=0)
     moves = np.max([abs(np.gradient(flight[f"n1_pct_{engine}"])) for engine in engines], axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         flies = (flight["mach"] > FLYING_MACH) & (moves < STEADY_PCT_S) & np.isfinite(off_n)

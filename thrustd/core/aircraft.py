@@ -30,13 +30,22 @@ class SensorLimits(Section, frozen=True):
     moves: Annotated[float, Meta(gt=0)] = inf
 
 
+class KnownPolar(Section, frozen=True):
+    """What somebody else found."""
+
+    zero_lift_drag: Positive
+    oswald: Positive
+    source: str
+
+
 class Wing(Section, frozen=True):
     """What lift and drag coefficients are made of; the file says where each number is from."""
 
     area_m2: Positive
     span_m: Positive
     accel_x_std_g: Positive  # one sigma of the zero of the longitudinal accelerometer against pitch and flight path
-    known: tuple[str, ...] = ()  # polars of others, with their source, to print beside ours
+    mass_kg: tuple[Positive, Positive] = (1.0, 1e6)  # least and largest of the aircraft in flight
+    known: tuple[KnownPolar | str, ...] = ()  # polars of others, to lay beside ours; sentences: of older files
 
     @property
     def aspect_ratio(self) -> float:
@@ -54,6 +63,11 @@ class FuelErrors(Section, frozen=True):
     def mass(self) -> float:
         """Of the mass that flows."""
         return hypot(self.meter, self.density)
+
+    @property
+    def thrust(self) -> float:
+        """Of the mass flow that a deck should have been asked for."""
+        return hypot(self.mass, self.heating_value)
 
     @property
     def heat(self) -> float:

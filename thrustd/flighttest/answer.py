@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,6 +25,11 @@ class Columns(NamedTuple):
     title: str
     heads: Sequence[str]
     rows: list[list[str]]
+
+
+def said(value: float, form: str) -> str:
+    """A number in a table."""
+    return f"{value:{form}}" if isfinite(value) else "-"
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,11 +3,13 @@
     thrust_N_<engine>, thrust_std_N_<engine>       fused; where there is none, the brochure's
     brochure_N_<engine>, brochure_std_N_<engine>   the brochure alone
     status_<engine>                                bits of the estimate at that second
+    thrust_per_fuel_<engine>                       d ln F / d ln(fuel flow), where the thrust is the deck's
 
 Everything else is called as in the log. A raw log is replayed first; a recording without estimates (an FTIS export, a
 CSV with N1, fuel flow and air data) has the brochure's thrust, from the deck.
 """
 
+from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -18,7 +20,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.installation.shipped import read_deck
+from thrustd.installation.shipped import aircraft_data, read_deck
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording, make_recording
 
@@ -50,9 +52,24 @@ class Flight(NamedTuple):
         columns = {name: self.record[name][at] for name in held}
         return self._replace(record=even.with_channels(**columns) if columns else even)
 
+    def missing_s(self, names: Iterable[str]) -> dict[str, int]:
+        """Seconds of the flight without a value, of the columns that have such."""
+        even = self.record.select(names).resample(SECOND_HZ)
+        missing = {name: int(np.isnan(column).sum()) for name, column in even.channels.items()}
+        return {name: seconds for name, seconds in missing.items() if seconds}
 
-def read_flight(path: Path | str, deck: Path | None = None) -> Flight:
-    """Any log or recording with N1 and air data; RecordingError, one line, when it lacks them."""
+
+def absent(missing_s: dict[str, int]) -> str:
+    """What has no value for how long; quantities that lack as long together."""
+    names = {seconds: [name for name, s in missing_s.items() if s == seconds] for seconds in missing_s.values()}
+    return "; ".join(f"no {', '.join(names[seconds])} in {seconds} s" for seconds in sorted(names, reverse=True))
+
+
+def read_flight(path: Path | str, deck: Path | None = None, aircraft: Path | None = None) -> Flight:
+    """Any log or recording with N1 and air data; RecordingError, one line, when it lacks them.
+
+    deck, aircraft: files for the thrust of a recording without estimates and what is not sure about its fuel.
+    """
     path = Path(path)
     record = read_recording(path, digest=False)
     if "raw events" in " ".join(record.notes):
@@ -60,8 +77,10 @@ def read_flight(path: Path | str, deck: Path | None = None) -> Flight:
     engines = tuple(name.removeprefix("n1_pct_") for name in record.channels if name.startswith("n1_pct_"))
     _check(record, engines)
     fused = all(f"estimate_thrust_n_{engine}" in record for engine in engines)
-    renamed = _named(record, engines) if fused else _by_deck(record, engines, read_deck(deck))
-    return Flight(renamed, engines, fused)
+    if fused:
+        return Flight(_named(record, engines), engines, fused)
+    burning = read_deck(deck).burning(aircraft_data(aircraft).fuel.thrust)
+    return Flight(_by_deck(record, engines, burning), engines, fused)
 
 
 def _replayed(path: Path) -> Recording:
@@ -96,18 +115,21 @@ def _named(record: Recording, engines: tuple[str, ...]) -> Recording:
 def _by_deck(record: Recording, engines: tuple[str, ...], deck: Deck) -> Recording:
     columns: dict[str, Floats] = {}
     for number, engine in enumerate(engines):
-        thrust_n, std_n = deck_thrust(record, deck, number, engine)
+        thrust_n, std_n, per_fuel_n = deck_thrust(record, deck, number, engine)
         for name in ("thrust", "brochure"):
             columns |= {f"{name}_N_{engine}": thrust_n, f"{name}_std_N_{engine}": std_n}
+        with np.errstate(divide="ignore", invalid="ignore"):
+            columns[f"thrust_per_fuel_{engine}"] = per_fuel_n / thrust_n
     return record.with_channels(**columns)
 
 
-def deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> tuple[Floats, Floats]:
-    """Thrust and its sigma (n,) of one engine by the brochure."""
+def deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> tuple[Floats, Floats, Floats]:
+    """Thrust of one engine by the brochure, its sigma and dF / d ln(fuel flow), each (n,), N."""
     nothing = np.full(len(record), np.nan)
     n1_pct = record[f"n1_pct_{engine}"]
     fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))
     rate = np.gradient(n1_pct, record.time_s) if len(record) > 1 else np.zeros(1)
     rows = np.column_stack((fuel, n1_pct, n2, *(record[name] for name in AIR), rate))
     found = [deck.estimate(DeckInputs(*row), number) for row in rows.tolist()]
-    return np.array([one.thrust_n for one in found]), np.array([one.std_n for one in found])
+    thrust_n, std_n, per_fuel_n = np.array([(one.thrust_n, one.std_n, one.per_fuel_n) for one in found]).T
+    return thrust_n, std_n, per_fuel_n

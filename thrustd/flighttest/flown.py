@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thrustd.core.aircraft import Wing
-from thrustd.core.columns import Flags, Floats
+from thrustd.core.columns import Flags, Floats, Integers
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
@@ -25,14 +25,14 @@ from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest.aerodynamics import Motion, coefficients, motion_of
 from thrustd.flighttest.flight import Flight
 from thrustd.flighttest.mass_sheet import MassSheet, mass_of
-from thrustd.flighttest.uncertainty import mean_of
+from thrustd.flighttest.uncertainty import FEWEST_VALUES, mean_of
 from thrustd.flighttest.windows import Window, marked_windows, steady_windows
 
 STRAIGHT_G = 0.05  # load factor within 1 +- this: no turn, no pull-up
 SLOWEST_MACH = 0.1  # below: on the ground
 LEAST_SPREAD_G = 0.001  # of the difference: a few points may agree by chance
 MAD_SIGMA = 1.4826  # median absolute deviation -> sigma of a normal distribution
-LEFT_OUT = "", "turns", "on the ground"
+LEFT_OUT = "", "turns", "on the ground", "values missing"
 
 
 class Zero(NamedTuple):
@@ -50,6 +50,7 @@ class Flown(NamedTuple):
     motion: Motion
     mass_kg: Floats
     windows: list[Window]
+    missing_s: Integers  # of each, seconds that lack a value; means are of the others
     mach: Floats
     altitude_m: Floats
     alpha_rad: Floats
@@ -88,28 +89,38 @@ def flown(flight: Flight, wing: Wing, sheet: MassSheet | None, limits: SteadyLim
     """RecordingError without mass, air data, accelerations or a steady, straight window."""
     windows = marked_windows(flight, marks) if marks else []
     flight = flight.per_second()
-    mass_kg, mass_std_kg = mass_of(flight, sheet)
+    mass_kg, mass_std_kg = mass_of(flight, sheet, wing)
     motion = motion_of(flight, wing)
     windows = windows or steady_windows(flight, limits)
-    rows = [_rows(flight, window) for window in windows]
-    return _point_means(flight, motion, mass_kg, mass_std_kg, wing, windows, rows)
+    rows, known = _rows(flight, windows), _known(flight, motion)
+    found = _point_means(flight, motion, mass_kg, mass_std_kg, wing, windows, [part[known[part]] for part in rows])
+    return found._replace(missing_s=np.array([int((~known[part]).sum()) for part in rows]))
 
 
-def _rows(flight: Flight, window: Window) -> slice:
-    first, last = np.searchsorted(flight.record.time_s, (window.start_s, window.end_s))
-    if first == last:
-        raise RecordingError(f"{flight.name}: no samples from {window.start_s:g} to {window.end_s:g} s")
-    return slice(int(first), int(last))
+def _known(flight: Flight, motion: Motion) -> Flags:
+    """Seconds (n,) in which all values of a point are known."""
+    record = flight.record
+    thrusts = [record[f"{kind}_N_{engine}"] for kind in ("thrust", "brochure") for engine in flight.engines]
+    needed = record["mach"], record["pressure_altitude_m"], motion.excess_g, motion.energy_g, motion.load_g, *thrusts
+    return np.asarray(np.isfinite(needed).all(axis=0))
+
+
+def _rows(flight: Flight, windows: list[Window]) -> list[Integers]:
+    edges = [np.searchsorted(flight.record.time_s, (window.start_s, window.end_s)) for window in windows]
+    for window, (first, last) in zip(windows, edges, strict=True):
+        if first == last:
+            raise RecordingError(f"{flight.name}: no samples from {window.start_s:g} to {window.end_s:g} s")
+    return [np.arange(first, last) for first, last in edges]
 
 
 def _point_means(
     flight: Flight, motion: Motion, mass_kg: Floats, mass_std_kg: float, wing: Wing, windows: list[Window],
-    rows: list[slice],
+    rows: list[Integers],
 ) -> Flown:  # fmt: skip
     record = flight.record
 
     def means(column: Floats) -> Floats:
-        return np.array([float(np.mean(column[part])) for part in rows])
+        return np.array([float(np.mean(column[part])) if len(part) >= FEWEST_VALUES else np.nan for part in rows])
 
     def randoms(column: Floats) -> Floats:
         return np.array([mean_of(column[part]).random_u95 / SIGMAS_95 for part in rows])
@@ -126,9 +137,9 @@ def _point_means(
     zero, why, spread_g = _judge(excess - energy, load, mach, wing)
     lift = coefficients(motion, sums["thrust"], mass_kg, motion.excess_g).lift
     found = Flown(
-        flight, motion, mass_kg, windows, mach, means(record["pressure_altitude_m"]), means(motion.alpha_rad),
-        means(motion.area_pa_m2), means(mass_kg) * STANDARD_GRAVITY_M_S2, load, excess - zero.mean_g, energy,
-        randoms(motion.excess_g), randoms(motion.energy_g), randoms(lift * lift),
+        flight, motion, mass_kg, windows, np.zeros(len(rows), int), mach, means(record["pressure_altitude_m"]),
+        means(motion.alpha_rad), means(motion.area_pa_m2), means(mass_kg) * STANDARD_GRAVITY_M_S2, load,
+        excess - zero.mean_g, energy, randoms(motion.excess_g), randoms(motion.energy_g), randoms(lift * lift),
         {kind: means(total) for kind, total in sums.items()}, stds,
         {kind: randoms(total) for kind, total in sums.items()}, mass_std_kg / float(mass_kg.mean()), zero, why,
         excess - energy - zero.difference_g, spread_g,
@@ -146,7 +157,7 @@ def _judge(difference_g: Floats, load_g: Floats, mach: Floats, wing: Wing) -> tu
         return Zero(0.0, wing.accel_x_std_g, 0.0), why, 0.0
     middle = float(np.median(difference_g[flying]))
     spread = MAD_SIGMA * float(np.median(abs(difference_g[flying] - middle)))
-    why[~np.isfinite(difference_g)] = 2
+    why[~np.isfinite(difference_g)] = 3
     of_mean = max(spread, LEAST_SPREAD_G) / sqrt(flying.sum())
     prior = wing.accel_x_std_g
     mean = middle * prior**2 / (prior**2 + of_mean**2)

@@ -14,10 +14,12 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
+from thrustd.core.aircraft import Wing
 from thrustd.core.columns import Floats
 from thrustd.core.config import Section, read_toml
 from thrustd.core.errors import ConfigError, RecordingError, UsageError
 from thrustd.flighttest.flight import Flight
+from thrustd.records.recording import Recording
 from thrustd.sources.plain_file import read_text
 
 NotNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
@@ -41,22 +43,44 @@ def read_mass_sheet(path: Path) -> MassSheet:
         raise UsageError(str(problem)) from None
 
 
-def mass_of(flight: Flight, sheet: MassSheet | None) -> tuple[Floats, float]:
-    """Mass (n,) of a flight per second, and its one sigma, kg."""
+def mass_of(flight: Flight, sheet: MassSheet | None, wing: Wing) -> tuple[Floats, float]:
+    """Mass (n,) of a flight per second, and its one sigma, kg; fuel flow is bridged where it is missing.
+
+    RecordingError when it is unknown, or not what this aircraft can weigh.
+    """
+    mass_kg, std_kg = _of_column(flight) if sheet is None else _of_sheet(flight, sheet)
+    least_kg, most_kg = wing.mass_kg
+    wrong = mass_kg[(mass_kg < least_kg) | (mass_kg > most_kg)]
+    if len(wrong):
+        raise RecordingError(
+            f"{flight.name}: weighs {wrong[0]:.0f} kg by its {'column' if sheet is None else 'sheet'}; expected mass_kg"
+            f" = {least_kg:g} to {most_kg:g} of the aircraft's file: is it in kg?"
+        )
+    return mass_kg, std_kg
+
+
+def _of_column(flight: Flight) -> tuple[Floats, float]:
     record = flight.record
-    if sheet is None:
-        if COLUMN not in record or not np.isfinite(record[COLUMN]).any():
-            raise RecordingError(f"{flight.name}: no mass: expected --mass-sheet FILE, or a column {COLUMN}")
-        known = np.isfinite(record[COLUMN])
-        mass_kg = np.interp(record.time_s, record.time_s[known], record[COLUMN][known])
-        return mass_kg, COLUMN_STD * float(mass_kg.mean())
-    flows = [name for engine in flight.engines if (name := f"fuel_flow_kg_s_{engine}") in record]
-    if len(flows) < len(flight.engines):
+    if COLUMN not in record or not np.isfinite(record[COLUMN]).any():
+        raise RecordingError(f"{flight.name}: no mass: expected --mass-sheet FILE, or a column {COLUMN}")
+    mass_kg = _bridged(record, COLUMN)
+    return mass_kg, COLUMN_STD * float(mass_kg.mean())
+
+
+def _of_sheet(flight: Flight, sheet: MassSheet) -> tuple[Floats, float]:
+    record = flight.record
+    flows = [f"fuel_flow_kg_s_{engine}" for engine in flight.engines]
+    if not all(name in record and np.isfinite(record[name]).any() for name in flows):
         raise RecordingError(f"{flight.name}: no fuel flow of every engine: the mass of the fuel is not known")
-    used_kg = np.cumsum(np.nan_to_num(sum(record[name] for name in flows))) / record.sample_hz
+    used_kg = np.cumsum(np.sum([_bridged(record, name) for name in flows], axis=0)) / record.sample_hz
     burnt = sheet.fuel_kg - float(used_kg[-1])
     if burnt < 0:
         raise RecordingError(
             f"{flight.name}: burns {used_kg[-1]:.0f} kg; the mass sheet has fuel_kg = {sheet.fuel_kg:g}"
         )
     return sheet.empty_kg + sheet.payload_kg + sheet.fuel_kg - used_kg, sheet.std_kg
+
+
+def _bridged(record: Recording, name: str) -> Floats:
+    known = np.isfinite(record[name])
+    return np.asarray(np.interp(record.time_s, record.time_s[known], record[name][known]))

@@ -20,11 +20,12 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.steady import SteadyLimits
-from thrustd.flighttest.flight import read_flight
+from thrustd.flighttest.flight import absent, read_flight
 from thrustd.flighttest.flown import LEFT_OUT, Flown, flown
 from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.polar import Polar, PolarPoints, fit_polar
-from thrustd.flighttest.steps import ThrottleStep, throttle_steps
+from thrustd.flighttest.steps import Gain, ThrottleStep, gain_of, throttle_steps
+from thrustd.flighttest.windows import watched
 from thrustd.installation.shipped import AIRCRAFT, aircraft_data
 from thrustd.records.rows import Row
 
@@ -66,19 +67,34 @@ class PerformancePoint(msgspec.Struct, frozen=True):
     lift: float  # C_L
     drag: float  # C_D
     drag_u95: float  # random, as the first polar weighs it; NaN: left out
+    missing_s: int  # seconds of it without all values; means are of the others
     energy_minus_accel_n: float  # excess thrust by air data minus by accelerometer (its zero taken out)
     thrust_error_n: float  # thrust minus what the polar and the excess thrust ask for
+    thrust_error_u95: float  # random
     left_out: str  # empty, or why
     counts: float  # weight in the first polar, of the point that counts most; 0: left out
     why: str  # what most of its variance is from; empty: what all points have in common
+
+
+class BesideKnown(msgspec.Struct, frozen=True):
+    """What somebody else found, and whether the first polar's intervals hold it."""
+
+    zero_lift_drag: float
+    oswald: float
+    source: str
+    zero_lift_drag_inside: bool
+    oswald_inside: bool
 
 
 class Performance(msgspec.Struct, frozen=True):
     """Everything."""
 
     polars: list[PolarResult]
+    known: list[BesideKnown]
     points: list[PerformancePoint]
+    excess_rms_n: float  # excess thrust by air data against accelerometer, over the points that are used
     steps: list[ThrottleStep]
+    gains: dict[str, Gain]  # accel, air: thrust's changes over all steps against theirs
     accelerometer_zero_g: dict[str, list[float]]  # flight -> zero, its sigma
     notes: list[str]
 
@@ -112,37 +128,59 @@ def read_wing(where: Path | None = None) -> Wing:
 
 
 def performance_of(
-    logs: Sequence[Path], wing: Wing, sheets: Sequence[MassSheet], limits: SteadyLimits, marks: str | None = None,
-    deck: Path | None = None, advance: Callable[[float], None] = lambda done: None,
+    logs: Sequence[Path], aircraft: Path | None, sheets: Sequence[MassSheet], limits: SteadyLimits,
+    marks: str | None = None, deck: Path | None = None, advance: Callable[[float], None] = lambda done: None,
 ) -> Performance:  # fmt: skip
     """Of logs or recordings, with a mass sheet each, or one for all, or none; UsageError, RecordingError: one line."""
+    wing = read_wing(aircraft)
     if len(sheets) not in (0, 1, len(logs)):
         raise UsageError(f"--mass-sheet: {len(sheets)} given for {len(logs)} logs; expected one per log, or one")
     flights, notes, fused = [], [], True
     for number, path in enumerate(logs):
-        flight = read_flight(path, deck)
+        flight = read_flight(path, deck, aircraft)
         flights.append(flown(flight, wing, sheets[number % len(sheets)] if sheets else None, limits, marks))
         notes += [f"{flight.name}: {note}" for note in flight.record.notes if "derived" in note]
+        missing = flight.missing_s(watched(flight, limits))
+        notes += [f"{flight.name}: {absent(missing)}"] if missing else []
         fused = fused and flight.fused
         advance((number + 1) / len(logs))
-    return performance(flights, wing.aspect_ratio, fused, notes)
+    return performance(flights, wing, fused, notes)
 
 
-def performance(flights: Sequence[Flown], aspect_ratio: float, fused: bool, notes: Sequence[str] = ()) -> Performance:
+def performance(flights: Sequence[Flown], wing: Wing, fused: bool, notes: Sequence[str] = ()) -> Performance:
     """RecordingError when the points do not make a polar."""
     first = "fused" if fused else "brochure"
     ways = [Way(f"{first} thrust, accelerometer", "thrust", False, not fused),
             Way(f"{first} thrust, energy height", "thrust", True, not fused)]  # fmt: skip
     if fused:
         ways.append(Way("brochure thrust, accelerometer", "brochure", False, True))
-    results = [_result(flights, way, aspect_ratio) for way in ways]
+    results = [_result(flights, way, wing.aspect_ratio) for way in ways]
     best = fit_polar(_points(flights, ways[0]))
     stds = best.point_std(_points(flights, ways[0]))
     told = zip(stds.tolist(), ((stds.min() / stds) ** 2).tolist(), strict=True)
     points = [point for one in flights for point in _told(one, ways[0], best, told)]
     steps = [step for one in flights for step in throttle_steps(one, best)]
     zeros = {one.name: [one.zero.mean_g, one.zero.std_g] for one in flights}
-    return Performance(results, points, steps, zeros, list(notes))
+    gains = {way: gain_of(steps, way) for way in ("accel", "air")}
+    known, said = _beside(results[0], wing), [*notes, *map(_senseless, results)]
+    return Performance(results, known, points, _rms_n(points), steps, gains, zeros, [line for line in said if line])
+
+
+def _senseless(polar: PolarResult) -> str:
+    """Elliptic lift of a plane wing has e = 1: nothing has more."""
+    e = polar.oswald
+    if e.low <= 1.0:
+        return ""
+    return f"{polar.of}: e = {e.value:.2f} ({e.low:.2f} to {e.high:.2f}): above 1; are thrust, mass and pitch right?"
+
+
+def _beside(polar: PolarResult, wing: Wing) -> list[BesideKnown]:
+    drag, oswald = polar.zero_lift_drag, polar.oswald
+    return [
+        BesideKnown(one.zero_lift_drag, one.oswald, one.source, drag.low <= one.zero_lift_drag <= drag.high,
+                    oswald.low <= one.oswald <= oswald.high)
+        for one in wing.known if not isinstance(one, str)
+    ]  # fmt: skip
 
 
 def _result(flights: Sequence[Flown], way: Way, aspect_ratio: float) -> PolarResult:
@@ -232,7 +270,8 @@ def _why(one: Flown, i: int) -> str:
 
 def _told(one: Flown, way: Way, polar: Polar, told: Iterator[tuple[float, float]]) -> Iterator[PerformancePoint]:
     points = _flight_points(one, way, None)
-    error_n = (points.drag - polar.drag(points.lift2)) * one.area_pa_m2 / np.cos(one.alpha_rad)
+    per_drag_n = one.area_pa_m2 / np.cos(one.alpha_rad)
+    error_n = (points.drag - polar.drag(points.lift2)) * per_drag_n
     for i, window in enumerate(one.windows):
         std, counts = next(told) if one.used[i] else (np.nan, 0.0)
         yield PerformancePoint(
@@ -248,15 +287,16 @@ def _told(one: Flown, way: Way, polar: Polar, told: Iterator[tuple[float, float]
             lift=float(np.sqrt(points.lift2[i])),
             drag=float(points.drag[i]),
             drag_u95=SIGMAS_95 * std,
+            missing_s=int(one.missing_s[i]),
             energy_minus_accel_n=float(one.weight_n[i] * (one.energy_g[i] - one.excess_g[i])),
             thrust_error_n=float(error_n[i]),
+            thrust_error_u95=float(SIGMAS_95 * std * per_drag_n[i]),
             left_out=LEFT_OUT[int(one.why[i])],
             counts=counts,
             why=_why(one, i),
         )
 
 
-def rms_difference_n(points: Sequence[PerformancePoint]) -> float:
-    """Excess thrust by air data against accelerometer over the points that are used."""
+def _rms_n(points: Sequence[PerformancePoint]) -> float:
     used = [point.energy_minus_accel_n for point in points if not point.left_out]
     return sqrt(float(np.mean(np.square(used))))

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from thrustd.core.measures import SIGMAS_95
-from thrustd.flighttest.answer import COLOURS, Answer, Columns
-from thrustd.flighttest.performance import Interval, Performance, PerformancePoint, PolarResult, rms_difference_n
-from thrustd.flighttest.steps import ThrottleStep, gain_of
+from thrustd.flighttest.answer import COLOURS, Answer, Columns, said
+from thrustd.flighttest.performance import BesideKnown, Interval, Performance, PerformancePoint, PolarResult
+from thrustd.flighttest.steps import ThrottleStep
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,17 +19,20 @@ WORDS = (
     "in the fit, every systematic source shifted by one sigma and fitted again."
 )
 COLUMNS = (
-    "error N: thrust minus what polar and excess thrust ask for; air-acc N: air data minus accelerometer",
+    "error N: thrust minus what polar and excess thrust ask for, with its random 95 %",
+    "air-acc N: excess thrust by air data minus by accelerometer",
     "counts %: weight in the first polar, of the point that counts most; an error in g is more C_D in slow flight",
     "because: what else makes a point count less: thrust and acceleration that move in it (sigma of their mean), or "
     "air data that differ from the accelerometer by more or less than usual in this flight",
     "a step with * has an error outside its random 95 %",
 )
 POLAR_HEADS = "polar", "points", "C_D0", "95 %", "e", "95 %", "L/D max", "95 %"
-POINT_HEADS = ("flight", "point", "from s", "s", "Mach", "alt m", "C_L", "C_D", "thrust N", "error N", "air-acc N",
+POINT_HEADS = ("point", "from s", "s", "Mach", "alt m", "C_L", "C_D", "thrust N", "error N", "95 %", "air-acc N",
                "counts %", "because")  # fmt: skip
+STEP_HEADS = "at s", "N1 %", "thrust N", "accel N", "air N", "minus accel N", "95 %", "minus air N", "95 %"
 
-STEP_HEADS = "flight", "at s", "N1 %", "thrust N", "accel N", "air N", "minus accel N", "95 %", "minus air N", "95 %"
+
+LEAST_SHOWN = 1e-5  # of C_D0; of a scatter in g
 
 
 def polar_rows(found: Performance) -> list[list[str]]:
@@ -41,50 +44,56 @@ def polar_rows(found: Performance) -> list[list[str]]:
     ]  # fmt: skip
 
 
-def point_rows(found: Performance) -> list[list[str]]:
-    """Under POINT_HEADS."""
-    first = {name: points[0] for name, points in _by_flight(found.points)}
+def point_rows(points: Sequence[PerformancePoint]) -> list[list[str]]:
+    """Under POINT_HEADS, of one flight."""
     return [
-        [p.flight if first[p.flight] is p else "", p.name, f"{p.start_s:.0f}", f"{p.end_s - p.start_s:.0f}",
-         f"{p.mach:.3f}", f"{p.altitude_m:.0f}", f"{p.lift:.3f}", f"{p.drag:.4f}", f"{p.thrust_n:.0f}",
-         f"{p.thrust_error_n:+.0f}", f"{p.energy_minus_accel_n:+.0f}", f"{100 * p.counts:.0f}", p.left_out or p.why]
-        for p in found.points
+        [p.name, f"{p.start_s:.0f}", f"{p.end_s - p.start_s:.0f}", said(p.mach, ".3f"), said(p.altitude_m, ".0f"),
+         said(p.lift, ".3f"), said(p.drag, ".4f"), said(p.thrust_n, ".0f"), said(p.thrust_error_n, "+.0f"),
+         said(p.thrust_error_u95, ".0f"), said(p.energy_minus_accel_n, "+.0f"), f"{100 * p.counts:.0f}",
+         p.left_out or p.why]
+        for p in points
     ]  # fmt: skip
 
 
-def step_rows(found: Performance) -> list[list[str]]:
-    """Under STEP_HEADS: changes of thrust over throttle steps, errors by accelerometer and by air data."""
+def step_rows(steps: Sequence[ThrottleStep]) -> list[list[str]]:
+    """Under STEP_HEADS, of one flight: changes of thrust, errors by accelerometer and by air data."""
     return [
-        [s.flight, f"{s.start_s:.0f}", f"{s.n1_from_pct:.0f} to {s.n1_to_pct:.0f}", f"{s.thrust_n:+.0f}",
+        [f"{s.start_s:.0f}", f"{s.n1_from_pct:.0f} to {s.n1_to_pct:.0f}", f"{s.thrust_n:+.0f}",
          f"{s.accel_n:+.0f}", f"{s.air_n:+.0f}", _error(s, "accel"), f"{s.accel_error_u95:.0f}", _error(s, "air"),
          f"{s.air_error_u95:.0f}"]
-        for s in found.steps
+        for s in steps
     ]  # fmt: skip
 
 
 def tables(found: Performance) -> list[Columns]:
-    steps = [Columns("Throttle steps", STEP_HEADS, step_rows(found))] if found.steps else []
-    points = Columns("Points", POINT_HEADS, point_rows(found))
-    return [points, *steps, Columns("Polars", POLAR_HEADS, polar_rows(found))]
+    """Points and throttle steps of every flight, then the polars of all."""
+    each = []
+    for flight, points in _by_flight(found.points):
+        each.append(Columns(f"Points of {flight}", POINT_HEADS, point_rows(points)))
+        steps = [step for step in found.steps if step.flight == flight]
+        if steps:
+            each.append(Columns(f"Throttle steps of {flight}", STEP_HEADS, step_rows(steps)))
+    return [*each, Columns("Polars", POLAR_HEADS, polar_rows(found))]
 
 
-def lines(found: Performance, known: Sequence[str]) -> list[str]:
+def sentences(found: Performance) -> list[str]:
     """What has to be said beside the tables."""
-    said = [*COLUMNS[: 4 if found.steps else 3], *(_budget(polar) for polar in found.polars)]
-    said.append(
-        f"excess thrust, air data against accelerometer: {rms_difference_n(found.points):.0f} N rms over the points"
-    )
-    said += [_outside(step) for step in found.steps if step.outside]
-    said += [_gain(found, way, name) for way, name in (("accel", "accelerometer"), ("air", "air data"))]
+    lines = [*COLUMNS[: None if found.steps else -1], *(_budget(polar) for polar in found.polars)]
+    lines.append(f"excess thrust, air data against accelerometer: {found.excess_rms_n:.0f} N rms over the points")
+    lines += [
+        f"{p.flight}, point {p.name}: values missing in {p.missing_s} of {p.end_s - p.start_s:.0f} s, means of the rest"
+        for p in found.points if p.missing_s
+    ]  # fmt: skip
+    lines += [_outside(step) for step in found.steps if step.outside]
+    lines += [_gain(found, way, name) for way, name in (("accel", "accelerometer"), ("air", "air data"))]
     for flight, (zero_g, std_g) in found.accelerometer_zero_g.items():
         half_mg = 1e3 * SIGMAS_95 * std_g
-        said.append(f"{flight}: accelerometer zero {1e3 * zero_g:+.2f} +- {half_mg:.2f} mg (95 %), taken out")
-    return [*said, *(f"known: {line}" for line in known), *found.notes]
+        lines.append(f"{flight}: accelerometer zero {1e3 * zero_g:+.2f} +- {half_mg:.2f} mg (95 %), taken out")
+    return [*lines, *(_beside(known, found.polars[0]) for known in found.known), *found.notes]
 
 
-def answer(found: Performance, known: Sequence[str]) -> Answer:
-    """`known`: what the aircraft's file says of its wing."""
-    return Answer(found, "Drag polar", WORDS, tables(found), lines(found, known), partial(figure, found))
+def answer(found: Performance) -> Answer:
+    return Answer(found, "Drag polar", WORDS, tables(found), sentences(found), partial(figure, found))
 
 
 def figure(found: Performance) -> "Figure":
@@ -122,11 +131,11 @@ def figure(found: Performance) -> "Figure":
 
 
 def _gain(found: Performance, way: str, name: str) -> str:
-    gain = gain_of(found.steps, way)
+    gain = found.gains[way]
     if gain.steps < 2:
         return f"throttle steps against {name}: {gain.steps}; two or more are needed, 15 s of rest on both sides"
-    much = f"{100 * gain.error:+.1f} +- {100 * gain.u95:.1f} %"
-    return f"throttle steps against {name}: thrust changes by {much} more, {gain.steps} steps, weighed with their 95 %"
+    much = f"{100 * gain.error:+.1f} +- {100 * gain.u95:.1f} % (95 %)"
+    return f"throttle steps against {name}: error of the thrust's changes {much}, {gain.steps} steps"
 
 
 def _error(step: ThrottleStep, way: str) -> str:
@@ -153,5 +162,21 @@ def _shown(interval: Interval, digits: int) -> tuple[str, str]:
 
 
 def _budget(polar: PolarResult) -> str:
-    parts = ", ".join(f"{source} {abs(change):.5f}" for source, change in polar.budget_zero_lift_drag.items())
-    return f"{polar.of}: one sigma of C_D0 by source: {parts}; scatter between points {1e3 * polar.scatter_g:.1f} mg"
+    parts = ", ".join(
+        f"{source} {abs(change):.5f}" if abs(change) >= LEAST_SHOWN else f"{source} below {LEAST_SHOWN:.5f}"
+        for source, change in polar.budget_zero_lift_drag.items()
+    )
+    scatter = (
+        f"scatter between points {1e3 * polar.scatter_g:.1f} mg" if polar.scatter_g >= LEAST_SHOWN else "no scatter"
+    )
+    return f"{polar.of}: one sigma of C_D0 by source: {parts}; {scatter} beyond what each point says of itself"
+
+
+def _beside(known: BesideKnown, polar: PolarResult) -> str:
+    """A published polar against the first one's intervals."""
+    c_d0 = _inside(f"C_D0 {known.zero_lift_drag:g}", known.zero_lift_drag_inside, polar.zero_lift_drag, 4)
+    return f"known: {c_d0}; {_inside(f'e {known.oswald:g}', known.oswald_inside, polar.oswald, 3)}: {known.source}"
+
+
+def _inside(number: str, inside: bool, interval: Interval, digits: int) -> str:
+    return f"{number}, inside" if inside else f"{number}, outside {_shown(interval, digits)[1]}"

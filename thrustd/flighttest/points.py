@@ -1,13 +1,14 @@
 """Test points: what a steady window says of thrust, fuel and the air around, each mean with its 95 % uncertainty.
 
     corrected:  F / delta_t,   W_f / (delta_t sqrt(theta_t)),   N1 / sqrt(theta_t)      (Walsh & Fletcher, ch. 4)
-    TSFC = W_f / F,  g/(kN s);  its systematic part: that of the thrust and that of the fuel's mass
+    TSFC = W_f / F,  g/(kN s);      (s_TSFC / TSFC)^2 = (s_F / F)^2 + (1 - 2 e) (s_W / W)^2,   e = d ln F / d ln W
 
-delta_t, theta_t: total pressure over 101325 Pa, total temperature over 288.15 K.
+delta_t, theta_t: total pressure over 101325 Pa, total temperature over 288.15 K. e: where the deck makes the thrust of
+the fuel flow, an error of the meter is in both, and in s_F too. A fused thrust is that of the mounts first: e = 0.
 """
 
 from collections.abc import Sequence
-from math import hypot
+from math import sqrt
 
 import msgspec
 import numpy as np
@@ -23,6 +24,7 @@ from thrustd.records.recording import Recording
 from thrustd.records.rows import Row
 
 AIRCRAFT = "mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_z_g", "pitch_deg", "aoa_deg"
+NEEDED = "thrust_N", "fuel_flow_kg_s"  # of an engine, beside what has to be steady
 MICRO = 1e6  # kg/(N s) -> g/(kN s)
 OFTEN = 0.1  # a status bit that is on for this share of a point is told
 KEPT = Status.CHANNEL_OPEN | Status.WIRE_FAULT | Status.LINK_LOST  # of the installation, not of the estimate
@@ -36,14 +38,15 @@ class Point(msgspec.Struct, frozen=True):
     start_s: float
     end_s: float
     moved: list[str]  # channels that are outside their limits
+    missing_s: dict[str, int]  # seconds without a value, by channel; means are of the others
     spans: dict[str, float]  # largest minus smallest in the window, by channel
     values: dict[str, Mean]  # by channel, engine's name behind it
     status: dict[str, list[str]]  # by engine: bits that were on for a tenth of the time or more
 
     @property
     def steady(self) -> bool:
-        """Inside all limits."""
-        return not self.moved
+        """Inside all limits, all of the time."""
+        return not self.moved and not self.missing_s
 
     def row(self) -> Row:
         """Flat, for tables: `NAME`, `NAME_u95`, and of the thrust `NAME_random_u95`, `NAME_systematic_u95`."""
@@ -65,6 +68,7 @@ class TestPoints(msgspec.Struct, frozen=True):
     engines: tuple[str, ...]
     limits: SteadyLimits
     points: list[Point]
+    missing_s: dict[str, int]  # seconds of the flight without a value, by channel that has to be steady
 
     def rows(self) -> list[Row]:
         return [{"flight": self.flight} | point.row() for point in self.points]
@@ -90,7 +94,8 @@ def find_points(
         windows = steady_windows(flight, limits)
     allowed = {name: quantity.limit for name, quantity in watched(flight, limits).items()}
     points = [_point(flight, window, allowed, fuel_std) for window in windows]
-    return TestPoints(flight.name, "fused" if flight.fused else "brochure", flight.engines, limits, points)
+    thrust = "fused" if flight.fused else "brochure"
+    return TestPoints(flight.name, thrust, flight.engines, limits, points, flight.missing_s(allowed))
 
 
 def _point(flight: Flight, window: Window, allowed: dict[str, float], fuel_std: float) -> Point:
@@ -99,9 +104,11 @@ def _point(flight: Flight, window: Window, allowed: dict[str, float], fuel_std: 
     for engine in flight.engines:
         values |= {f"{name}_{engine}": value for name, value in _engine(part, engine, fuel_std).items()}
     found = spans(flight, window, list(allowed))
-    moved = [name for name, limit in allowed.items() if not found[name] <= limit]
+    moved = [name for name, limit in allowed.items() if found[name] > limit]
     status = {engine: bits for engine in flight.engines if (bits := _status(part, engine))}
-    return Point(window.name, window.start_s, window.end_s, moved, found, values, status)
+    needed = [*allowed, "sat_degC", *(f"{name}_{engine}" for engine in flight.engines for name in NEEDED)]
+    missing = flight._replace(record=part).missing_s(name for name in needed if name in part)
+    return Point(window.name, window.start_s, window.end_s, moved, missing, found, values, status)
 
 
 def _engine(part: Recording, engine: str, fuel_std: float) -> dict[str, Mean]:
@@ -109,8 +116,8 @@ def _engine(part: Recording, engine: str, fuel_std: float) -> dict[str, Mean]:
     delta = total_pressure_ratio(part["mach"], part["pressure_altitude_m"])
     theta = total_temperature_ratio(part["mach"], static_k)
     thrust_n, n1_pct = part[f"thrust_N_{engine}"], part[f"n1_pct_{engine}"]
-    std_n = float(np.nanmean(part[f"thrust_std_N_{engine}"])) if np.isfinite(thrust_n).any() else np.nan
-    std = std_n / abs(float(np.nanmean(thrust_n)))
+    std_n = mean_of(part[f"thrust_std_N_{engine}"]).mean
+    std = std_n / abs(mean_of(thrust_n).mean)
     found = {
         "thrust_N": mean_of(thrust_n, std_n),
         "thrust_corrected_N": _scaled(thrust_n / delta, std),
@@ -119,12 +126,13 @@ def _engine(part: Recording, engine: str, fuel_std: float) -> dict[str, Mean]:
     }
     brochure_n = part[f"brochure_N_{engine}"]
     if np.isfinite(brochure_n).any():
-        found["brochure_N"] = mean_of(brochure_n, float(np.nanmean(part[f"brochure_std_N_{engine}"])))
+        found["brochure_N"] = mean_of(brochure_n, mean_of(part[f"brochure_std_N_{engine}"]).mean)
     fuel = part.channels.get(f"fuel_flow_kg_s_{engine}")
     if fuel is not None:
         found["fuel_flow_kg_s"] = _scaled(fuel, fuel_std)
         found["fuel_flow_corrected_kg_s"] = _scaled(fuel / (delta * np.sqrt(theta)), fuel_std)
-        found["tsfc_g_kN_s"] = _scaled(MICRO * fuel / thrust_n, hypot(std, fuel_std))
+        per_fuel = mean_of(part.channels.get(f"thrust_per_fuel_{engine}", np.zeros(len(part)))).mean
+        found["tsfc_g_kN_s"] = _scaled(MICRO * fuel / thrust_n, sqrt(std**2 + (1.0 - 2.0 * per_fuel) * fuel_std**2))
     for name in ("n2_pct", "load_share"):
         if f"{name}_{engine}" in part:
             found[name] = mean_of(part[f"{name}_{engine}"])
@@ -133,7 +141,7 @@ def _engine(part: Recording, engine: str, fuel_std: float) -> dict[str, Mean]:
 
 def _scaled(values: Floats, std: float) -> Mean:
     """Of something whose systematic part is `std` of it."""
-    return mean_of(values, abs(float(np.nanmean(values))) * std)
+    return mean_of(values, abs(mean_of(values).mean) * std)
 
 
 def _status(part: Recording, engine: str) -> list[str]:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 
-from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns
-from thrustd.flighttest.flight import Flight
+from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns, said
+from thrustd.flighttest.flight import Flight, absent
 from thrustd.flighttest.points import Point, TestPoints
 from thrustd.flighttest.uncertainty import Mean
 
@@ -45,9 +45,12 @@ def unsteady(found: TestPoints) -> list[str]:
     """Of points that were given and do not hold the limits, and of estimates that doubt something: a sentence each."""
     lines = []
     for point in found.points:
-        if not point.steady:
-            moved = ", ".join(f"{name} by {span:.3g}" for name, span in point.spans.items() if name in point.moved)
+        if point.moved:
+            moved = ", ".join(f"{name} by {point.spans[name]:.3g}" for name in point.moved)
             lines.append(f"* point {point.name} is not steady: moved in {moved}")
+        if point.missing_s:
+            whole = f"of {point.end_s - point.start_s:.0f} s; means are of the others"
+            lines.append(f"* point {point.name}: {absent(point.missing_s)} {whole}")
         lines += [f"point {point.name}, {engine}: {', '.join(bits)}" for engine, bits in point.status.items()]
     return lines
 
@@ -55,6 +58,8 @@ def unsteady(found: TestPoints) -> list[str]:
 def answer(flight: Flight, found: TestPoints) -> Answer:
     whose = "fused thrust" if found.thrust == "fused" else "no estimates in it: the brochure's thrust alone"
     lines = [f"{found.flight}: {count(found)}; {whose}", *unsteady(found), limits_line(found)]
+    if found.missing_s:
+        lines.append(f"of the flight: {absent(found.missing_s)}: no steady window is found there")
     table = Columns("Points", HEADS, table_rows(found))
     return Answer(found, f"Test points of {found.flight}", WORDS, [table], lines, partial(figure, flight, found))
 
@@ -113,7 +118,7 @@ def _u95(value: Mean) -> float:
 
 def _row(point: Point, engine: str, first: bool) -> list[str]:
     value = point.values
-    air = f"{value['mach'].mean:.3f}", f"{value['pressure_altitude_m'].mean:.0f}"
+    air = said(value["mach"].mean, ".3f"), said(value["pressure_altitude_m"].mean, ".0f")
     about = [
         point.name + ("" if point.steady else "*"),
         f"{point.start_s:.0f}",
@@ -124,7 +129,7 @@ def _row(point: Point, engine: str, first: bool) -> list[str]:
     for name, scale, digits in (("thrust_N", 1.0, 0), ("fuel_flow_kg_s", 1e3, 2), ("tsfc_g_kN_s", 1.0, 2)):
         mean = value.get(f"{name}_{engine}")
         parts = (mean.mean, mean.random_u95, mean.systematic_u95) if mean else (np.nan,) * 3
-        numbers += ["-" if np.isnan(part) else f"{scale * part:.{digits}f}" for part in parts]
+        numbers += [said(scale * part, f".{digits}f") for part in parts]
     rest = (("n1_pct", 2), ("thrust_corrected_N", 0), ("n1_corrected_pct", 2))
-    numbers += [f"{value[f'{name}_{engine}'].mean:.{digits}f}" for name, digits in rest]
+    numbers += [said(value[f"{name}_{engine}"].mean, f".{digits}f") for name, digits in rest]
     return [*(about if first else [""] * len(about)), engine, *numbers]

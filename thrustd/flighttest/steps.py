@@ -8,7 +8,6 @@ out. Ray 1994 (NASA TM-4591) judges thrust calculations in this way.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -43,7 +42,7 @@ class ThrottleStep(msgspec.Struct, frozen=True):
     outside: tuple[str, ...]  # accel, air: whose error is larger than its uncertainty
 
 
-class Gain(NamedTuple):
+class Gain(msgspec.Struct, frozen=True):
     """Slope of the thrust's changes over those of the motion, minus 1, with its 95 % half interval; steps."""
 
     error: float

@@ -20,7 +20,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import RecordingError
-from thrustd.flighttest.flight import Flight
+from thrustd.flighttest.flight import AIR, Flight
 from thrustd.records.recording import Recording
 from thrustd.records.rows import Row
 
@@ -54,6 +54,7 @@ class Transient(msgspec.Struct, frozen=True):
 class Transients(msgspec.Struct, frozen=True):
     flight: str
     events: list[Transient]
+    missing_s: dict[str, int]  # seconds without a value, by channel: nothing is looked for there
 
     @property
     def candidates(self) -> list[Transient]:
@@ -73,7 +74,8 @@ def find_transients(flight: Flight, deck: Deck) -> Transients:
         for number, engine in enumerate(flight.engines)
         for event in _engine(record, engine, number, deck, flight.fused)
     ]
-    return Transients(flight.name, sorted(events, key=lambda event: event.start_s))
+    needed = [*AIR, *(f"n1_pct_{engine}" for engine in flight.engines)]
+    return Transients(flight.name, sorted(events, key=lambda event: event.start_s), flight.missing_s(needed))
 
 
 def movements(time_s: Floats, n1_pct: Floats) -> list[tuple[int, int]]:
@@ -112,7 +114,7 @@ def _movement(
     time_s = record.time_s
     until = int(np.searchsorted(time_s, time_s[last] + SETTLE_S))
     rest = int(np.searchsorted(time_s, time_s[last] + SETTLE_S / 2))
-    settled = float(np.nanmedian(n1_pct[rest : until + 1] if rest <= until and rest < len(n1_pct) else n1_pct[last:]))
+    settled = _median(n1_pct[rest : until + 1] if rest <= until and rest < len(n1_pct) else n1_pct[last:])
     begun = float(n1_pct[max(first - 1, 0)])
     change = settled - begun
     if not abs(change) >= LEAST_PCT:
@@ -123,8 +125,13 @@ def _movement(
     overshoot = max(float(np.nanmax(travelled)) - 1.0, 0.0) * abs(change)
     kind = "spool up" if change > 0 else "spool down"
     fastest = float(np.nanmax(abs(rate[first : last + 1])))
-    thrust = float(np.nanmedian(thrust_n[last : until + 1]) - thrust_n[max(first - 1, 0)])
+    thrust = _median(thrust_n[last : until + 1]) - float(thrust_n[max(first - 1, 0)])
     return Transient(engine, kind, float(time_s[first]), seconds, begun, settled, overshoot, fastest, thrust)
+
+
+def _median(values: Floats) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else float("nan")
 
 
 def _candidate(
@@ -140,14 +147,17 @@ def _candidate(
 
 
 def _surging(time_s: Floats, unexplained_n: Floats, still: Flags, thrust_n: Floats) -> Flags:
-    """Where the thrust that N1 does not explain steps."""
+    """Where the thrust that N1 does not explain steps; nothing steps where it is not known."""
     half = max(round(HALF_S / float(np.median(np.diff(time_s)))), 1)
-    calm_n = median_filter(np.nan_to_num(unexplained_n), 2 * (half // 2) + 1)
+    there = np.isfinite(unexplained_n)
+    known = still & there
+    if known.sum() < 10 * half:
+        return np.zeros(len(time_s), bool)
+    calm_n = median_filter(np.interp(time_s, time_s[there], unexplained_n[there]), 2 * (half // 2) + 1)
     step_n = np.zeros(len(calm_n))
     step_n[half:-half] = abs(calm_n[2 * half :] - calm_n[: -2 * half])
-    known = still & np.isfinite(unexplained_n)
-    if known.sum() < 10 * half:
-        return np.zeros(len(calm_n), bool)
+    known[half:-half] &= there[2 * half :] & there[: -2 * half]
+    known[half:-half] &= time_s[2 * half :] - time_s[: -2 * half] < 4.0 * HALF_S
     usual = MAD_SIGMA * float(np.median(step_n[known]))  # steps are as often up as down
     most = float(np.nanquantile(abs(thrust_n[known]), 0.99))
     return np.asarray(known & (step_n > max(SIGMAS * usual, LEAST_SURGE * most)))
@@ -157,7 +167,7 @@ def _deck(record: Recording, engine: str, number: int, deck: Deck) -> tuple[Floa
     """Thrust (n,) by fuel flow and by N1."""
     nothing = np.full(len(record), np.nan)
     fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))
-    air = [record[name] for name in ("mach", "pressure_altitude_m", "sat_degC")]
+    air = [record[name] for name in AIR]
     rows = np.column_stack((fuel, record[f"n1_pct_{engine}"], n2, *air, np.zeros(len(record)))).tolist()
     found = [deck.estimate(DeckInputs(*row), number) for row in rows]
     return np.array([one.fuel_flow_thrust_n for one in found]), np.array([one.n1_thrust_n for one in found])

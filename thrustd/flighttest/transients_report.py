@@ -1,11 +1,10 @@
 """Transients as a table, a picture and a page."""
 
 from functools import partial
-from math import isfinite
 from typing import TYPE_CHECKING
 
-from thrustd.flighttest.answer import COLOURS, Answer, Columns
-from thrustd.flighttest.flight import Flight
+from thrustd.flighttest.answer import COLOURS, Answer, Columns, said
+from thrustd.flighttest.flight import Flight, absent
 from thrustd.flighttest.transients import Transients
 
 if TYPE_CHECKING:
@@ -22,8 +21,8 @@ MOST_DRAWN = 12
 def table_rows(found: Transients) -> list[list[str]]:
     """Under HEADS."""
     return [
-        [f"{e.start_s:.1f}", e.engine, e.kind, f"{e.n1_from_pct:.1f}", f"{e.n1_to_pct:.1f}", _number(e.seconds, ".1f"),
-         _number(e.overshoot_pct, ".2f"), _number(e.largest_rate_pct_s, ".1f"), _number(e.thrust_change_n, "+.0f")]
+        [f"{e.start_s:.1f}", e.engine, e.kind, f"{e.n1_from_pct:.1f}", f"{e.n1_to_pct:.1f}", said(e.seconds, ".1f"),
+         said(e.overshoot_pct, ".2f"), said(e.largest_rate_pct_s, ".1f"), said(e.thrust_change_n, "+.0f")]
         for e in found.events
     ]  # fmt: skip
 
@@ -38,7 +37,10 @@ def words(found: Transients) -> str:
 def answer(flight: Flight, found: Transients) -> Answer:
     table = Columns("Events", HEADS, table_rows(found))
     draw = partial(figure, flight, found)
-    return Answer(found, f"Transients of {found.flight}", WORDS, [table], [words(found)], draw)
+    lines = [words(found)]
+    if found.missing_s:
+        lines.append(f"of the flight: {absent(found.missing_s)}: no event is found there")
+    return Answer(found, f"Transients of {found.flight}", WORDS, [table], lines, draw)
 
 
 def figure(flight: Flight, found: Transients) -> "Figure":
@@ -70,7 +72,3 @@ def figure(flight: Flight, found: Transients) -> "Figure":
     drawn.supylabel("N1, % (left scale); dotted: thrust of the engine, kN (right scale)", fontsize=8)
     drawn.supxlabel("time, s", fontsize=8)
     return drawn
-
-
-def _number(value: float, form: str) -> str:
-    return f"{value:{form}}" if isfinite(value) else "-"

@@ -98,9 +98,10 @@ def _window(row: dict[str, str], path: Path, line: int) -> Window:
 
 
 def spans(flight: Flight, window: Window, names: Sequence[str]) -> dict[str, float]:
-    """Largest minus smallest of the seconds in a window, by column."""
+    """Largest minus smallest of the seconds in a window, by column; NaN where none is known."""
     part = flight.record.window(window.start_s, window.end_s)
-    return {name: float(np.ptp(part[name])) if np.isfinite(part[name]).all() else float("nan") for name in names}
+    known = {name: part[name][np.isfinite(part[name])] for name in names}
+    return {name: float(np.ptp(column)) if len(column) else float("nan") for name, column in known.items()}
 
 
 def _said(limits: SteadyLimits) -> str:

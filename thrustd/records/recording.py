@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 TIME = "time_s"
 OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
 MOST_CHANNELS = 40  # of a recording's table
+MOST_LISTED = 12  # names in a complaint
 GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
 SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     "N": "N",
@@ -163,6 +164,9 @@ def no_column(record: str, wanted: str, there: Iterable[str]) -> str:
     """The complaint: what is not there, what is, and which of that is called nearly so."""
     names = sorted(there)
     lower = {name.lower(): name for name in names}
+    if len(names) > MOST_LISTED:
+        near = [lower[found] for found in get_close_matches(wanted.lower(), list(lower), 5, 0.0)]
+        return f"{record}: no column {wanted!r}; nearest of its {len(names)}: {', '.join(near)} (thrustd info: all)"
     near = [lower[found] for found in get_close_matches(wanted.lower(), list(lower), 3)]
     meant = f"; meant was {' or '.join(near)}?" if near else ""
     return f"{record}: no column {wanted!r}; it has {', '.join(names) or 'none'}{meant}"

@@ -16,7 +16,7 @@ from thrustd.flighttest.fleet_health import fleet_health
 from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.health import HealthJob
 from thrustd.flighttest.mass_sheet import MassSheet
-from thrustd.flighttest.performance import performance_of, read_wing
+from thrustd.flighttest.performance import performance_of
 from thrustd.flighttest.points import find_points
 from thrustd.flighttest.transients import find_transients
 from thrustd.flighttest.windows import MARK
@@ -51,12 +51,11 @@ def _answer(folder: Folder, arguments: Mapping[str, Any], progress: Progress) ->
     question, marks = arguments["question"], arguments["marks"] or None
     paths = [folder.path(name) for name in arguments["recordings"]]
     if question == "performance":
-        wing = read_wing()
         sheets = [MassSheet(**arguments["mass"])] if arguments["mass"] else []
         found = performance_of(
-            paths, wing, sheets, SteadyLimits(), marks, None, lambda share: progress(share, "reading")
+            paths, None, sheets, SteadyLimits(), marks, None, lambda share: progress(share, "reading")
         )
-        return performance_report.answer(found, wing.known)
+        return performance_report.answer(found)
     if question == "health":
         return fleet_report.answer(fleet_health(_health_rows(arguments["recordings"], paths, progress)))
     flight = read_flight(paths[0])
