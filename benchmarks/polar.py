@@ -18,7 +18,8 @@ from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.flown import flown
 from thrustd.flighttest.mass_sheet import MassSheet
-from thrustd.flighttest.performance import PolarResult, performance
+from thrustd.flighttest.performance import performance
+from thrustd.flighttest.performance_result import PolarResult
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.twin.airframe import draw_airframe

@@ -8,7 +8,7 @@ import numpy as np
 
 from thrustd.core.measures import SIGMAS_95
 from thrustd.flighttest.answer import COLOURS, Answer, Columns, said
-from thrustd.flighttest.performance import BesideKnown, Interval, Performance, PerformancePoint, PolarResult
+from thrustd.flighttest.performance_result import BesideKnown, Interval, Performance, PerformancePoint, PolarResult
 from thrustd.flighttest.steps import ThrottleStep
 
 if TYPE_CHECKING:

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from thrustd.core.columns import Flags, Floats
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE, Signal
+from thrustd.records.grid import GAP_FACTOR, Grid
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,7 +27,6 @@ TIME = "time_s"
 OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
 MOST_CHANNELS = 40  # of a recording's table
 MOST_LISTED = 12  # names in a complaint
-GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
 SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     "N": "N",
     "kN": "kN",
@@ -154,10 +154,8 @@ class Recording:
             raise RecordingError(f"{self.name}: resample rate is {rate_hz:g} Hz; expected > 0")
         count = int(np.floor(self.duration_s * rate_hz * (1 + 1e-12))) + 1
         grid_s = self.time_s[0] + np.arange(count) / rate_hz
-        bins = _bins(self.time_s, grid_s, rate_hz) if rate_hz < self.sample_hz / GAP_FACTOR else None
-        gap = _in_gaps(self.time_s, grid_s, rate_hz, longest_s)
-        channels = {name: _on_grid(self.time_s, column, grid_s, bins, gap) for name, column in self.channels.items()}
-        return replace(self, time_s=grid_s, channels=channels)
+        take = Grid(self.time_s, grid_s, rate_hz, longest_s)
+        return replace(self, time_s=grid_s, channels={name: take(column) for name, column in self.channels.items()})
 
 
 def no_column(record: str, wanted: str, there: Iterable[str]) -> str:
@@ -245,51 +243,6 @@ def _checked(name: str, channel: str, values: npt.ArrayLike, count: int, notes: 
         column = np.where(finite, column, np.nan)
         notes.append(f"{channel}: {count - int(finite.sum())} of {count} values missing")
     return column
-
-
-Bins = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
-
-
-def _bins(time_s: Floats, grid_s: Floats, rate_hz: float) -> Bins:
-    edges_s = np.append(grid_s, grid_s[-1] + 1 / rate_hz) - 0.5 / rate_hz
-    at = np.searchsorted(time_s, edges_s)
-    return at[:-1], at[1:]
-
-
-def _in_gaps(time_s: Floats, grid_s: Floats, rate_hz: float, longest_s: float | None) -> Flags:
-    steps_s = np.append(np.diff(time_s), 0.0)
-    if longest_s is None:
-        longest_s = GAP_FACTOR * max(1.0 / rate_hz, float(np.quantile(steps_s, 0.9)))
-    before = np.clip(np.searchsorted(time_s, grid_s, side="right") - 1, 0, None)
-    return np.asarray((steps_s[before] > longest_s) & (grid_s > time_s[before]))
-
-
-def _on_grid(time_s: Floats, column: Floats, grid_s: Floats, bins: Bins | None, gap: Flags) -> Floats:
-    good = np.isfinite(column)
-    if not good.any():
-        return np.full(len(grid_s), np.nan)
-    nearest = np.interp(grid_s, time_s, _measured(good).astype(np.float64)) >= 0.5
-    line: Floats = np.where(nearest & ~gap, np.interp(grid_s, time_s[good], column[good]), np.nan)
-    if bins is None:
-        return line
-    total = np.concatenate(([0.0], np.cumsum(np.where(good, column, 0.0))))
-    number = np.concatenate(([0], np.cumsum(good)))
-    inside = number[bins[1]] - number[bins[0]]
-    mean: Floats = (total[bins[1]] - total[bins[0]]) / np.maximum(inside, 1)
-    return np.where(inside > 0, mean, line)
-
-
-def _measured(good: Flags) -> Flags:
-    """Rows (n,) with a value, and those between two values that follow one another as usual in a slower column."""
-    rows = np.flatnonzero(good)
-    steps = np.diff(rows)
-    if len(rows) in (1, len(good)) or np.median(steps) == 1.0:
-        return good
-    edges = np.zeros(len(good) + 1)
-    usual = steps <= GAP_FACTOR * np.median(steps)
-    edges[rows[:-1][usual]] += 1.0
-    edges[rows[1:][usual]] -= 1.0
-    return np.asarray(good | (np.cumsum(edges[:-1]) > 0.0))
 
 
 def _table(record: Recording) -> "Table":
