@@ -2,7 +2,7 @@
 
 Each flight has a twin aircraft of its own: engines, mounts, sensor noise. Three in six are whole recordings behind an
 engine start; then one that begins in mid-air, one in an installation with the errors that no bench shows, and one from
-the script, which flies where the deck was not fitted. Every report but a calibrated zero is a false accusation. Flights
+the script, which flies where the deck was not fitted. Every report but a calibrated zero is a false exclusion. Flights
 are kept in out/healthy_hours.jsonl and not flown again: it goes on where it stopped, until the hours that are asked for
 are there.
 """
@@ -39,7 +39,7 @@ class Hours(NamedTuple):
     flight: str
     seed: int
     seconds: float
-    accused: list[str]  # "time where kind"
+    wrongly_excluded: list[str]  # "time where kind"
     rmse_n: float
     std_n: float  # mean
     in_band_pct: float
@@ -77,13 +77,13 @@ def kept(key: str) -> list[Hours]:
     return [Hours(**{name: row[name] for name in Hours._fields}) for row in Kept(RESULTS, key).rows()]
 
 
-def accused(rows: list[Hours]) -> bool:
+def any_excluded(rows: list[Hours]) -> bool:
     """A sensor of an aircraft that is as its models know it."""
-    return any(row.accused and not row.flight.endswith(WITH_ERRORS) for row in rows)
+    return any(row.wrongly_excluded and not row.flight.endswith(WITH_ERRORS) for row in rows)
 
 
 def summary(rows: list[Hours]) -> str:
-    """A line of all that was flown healthy, one of what was installed with errors, one of every accusation."""
+    """A line of all that was flown healthy, one of what was installed with errors, one of every exclusion."""
     if not rows:
         return "healthy aircraft: none flown (python -m benchmarks.healthy_hours)"
     errs = [row for row in rows if row.flight.endswith(WITH_ERRORS)]
@@ -94,13 +94,15 @@ def summary(rows: list[Hours]) -> str:
 def _line(name: str, rows: list[Hours]) -> str:
     hours = sum(row.seconds for row in rows) / 3600.0
     mean = [float(np.average([row[i] for row in rows], weights=[row.seconds for row in rows])) for i in (4, 5, 6)]
-    accused = [row for row in rows if row.accused]
+    found = [row for row in rows if row.wrongly_excluded]
     lines = [
-        f"{name}: {hours:.1f} flight hours of {len(rows)} aircraft, {len(accused)} with a sensor excluded;"
+        f"{name}: {hours:.1f} flight hours of {len(rows)} aircraft, {len(found)} with a sensor excluded;"
         f" RMSE {mean[0]:.0f} N, sigma {mean[1]:.0f} N, {mean[2]:.1f} % in band,"
         f" disagree {sum(row.disagree_s for row in rows) / hours:.0f} s/h"
     ]
-    return "\n".join([*lines, *(f"  {row.flight} aircraft {row.seed}: {'; '.join(row.accused)}" for row in accused)])
+    return "\n".join(
+        [*lines, *(f"  {row.flight} aircraft {row.seed}: {'; '.join(row.wrongly_excluded)}" for row in found)]
+    )
 
 
 def main() -> int:
@@ -115,10 +117,10 @@ def main() -> int:
             break
         row = fly_one(place, len(rows), FIRST_SEED + len(rows))
         rows.append(row)
-        print(f"{row.flight} {row.seed}: {row.accused or 'nobody'}, {row.rmse_n:.0f} N", file=sys.stderr)
+        print(f"{row.flight} {row.seed}: {row.wrongly_excluded or 'nobody'}, {row.rmse_n:.0f} N", file=sys.stderr)
         Kept(RESULTS, arguments.key).add(row._asdict())
     print(summary(rows))
-    return int(accused(rows))
+    return int(any_excluded(rows))
 
 
 if __name__ == "__main__":

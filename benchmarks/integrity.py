@@ -66,7 +66,7 @@ class Row(NamedTuple):
     named_s: float | None
     told_s: float | None
     first: str  # first report
-    accused: list[str]  # others
+    wrongly_excluded: list[str]
 
 
 def longest_s(bad: Any, time_s: Any) -> float:
@@ -221,7 +221,7 @@ def main() -> int:
     )
     healthy = healthy_hours.kept(arguments.key)
     console.print(healthy_hours.summary(healthy), highlight=False)
-    return int(bool(silent) or healthy_hours.accused(healthy))
+    return int(bool(silent) or healthy_hours.any_excluded(healthy))
 
 
 if __name__ == "__main__":

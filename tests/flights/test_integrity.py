@@ -44,18 +44,18 @@ def test_no_fault_is_confidently_wrong_for_longer_than_five_seconds(rows):
 def test_what_jumps_is_named_at_once_and_nobody_else(rows):
     jumps = [row for row in rows if row.fault in JUMPS]
     assert len(jumps) == len(JUMPS)
-    assert all(row.named_s is not None and row.named_s <= 3.0 and not row.accused for row in jumps)
+    assert all(row.named_s is not None and row.named_s <= 3.0 and not row.wrongly_excluded for row in jumps)
 
 
 def test_a_mach_number_that_freezes_in_the_roll_is_named_and_costs_no_thrust(rows):
     frozen = next(row for row in rows if row.fault == "Mach freezes")
-    assert frozen.named_s is not None and frozen.named_s < 30.0 and not frozen.accused
+    assert frozen.named_s is not None and frozen.named_s < 30.0 and not frozen.wrongly_excluded
     assert abs(frozen.bias_n) < 100.0 and frozen.in_band_pct > 95.0  # 2 kN when the brochure was believed
 
 
 def test_a_healthy_aircraft_keeps_its_sensors_and_its_thrust(rows):
     healthy = next(row for row in rows if row.fault == "healthy")
-    assert not healthy.accused
+    assert not healthy.wrongly_excluded
     assert healthy.rms_n < 60.0 and healthy.in_band_pct > 95.0
 
 
@@ -64,7 +64,7 @@ def test_an_installation_that_errs_is_inside_the_band_or_flagged(rows):
 
 
 @pytest.mark.parametrize(("seed", "seconds"), [(3, 520.0), (7, 345.0)])
-def test_a_plain_flight_off_the_fitted_deck_accuses_nobody(seed, seconds):
+def test_a_plain_flight_off_the_fitted_deck_excludes_nobody(seed, seconds):
     """Engines whose spool lines lie 8 to 13 % beside the deck's, where it was not fitted."""
     flown = fly_through(installation(), "scripted", None, seed, seconds)
     assert [(f.where, f.kind) for f in flown.faults if f.kind != "zero"] == []

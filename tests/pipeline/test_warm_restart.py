@@ -108,7 +108,7 @@ def test_what_fuel_flow_taught_about_n1_survives(flown_level):
     assert errors[0] < 0.5 * errors[1]
 
 
-def test_a_throttle_moved_during_the_pause_accuses_no_sensor(flown):
+def test_a_throttle_moved_during_the_pause_excludes_no_sensor(flown):
     _, snapshot, later = flown
     kinds = {fault.kind for fault in of(fed(restarted(snapshot), later), Fault)}
     assert not kinds & {"offset", "drift", "stuck", "noisy", "dead"}

@@ -99,7 +99,7 @@ def test_the_mount_that_jumped_is_told_from_the_other():
     assert weighed(600.0, (0.0, -500.0), (0.0, -500.0))[onsets.LOWER_OFF] > 0.98
 
 
-def test_an_aircraft_that_is_shaken_accuses_nobody():
+def test_an_aircraft_that_is_shaken_excludes_nobody():
     """The mounts jumped, and what they say since is as before."""
     probabilities = weighed(0.0, (0.0, 0.0), (500.0, 600.0))
     assert probabilities[onsets.WELL] > 0.9

@@ -72,5 +72,5 @@ def test_an_accelerometer_that_invents_a_roll_is_at_fault_where_the_mounts_say_t
     assert blamed(0.3, lambda _: 0.0, ((0.0, 300.0), (np.nan, 300.0)), (40.0, 25.0, 0.0)).blamed == ACCELERATION
 
 
-def test_a_roll_that_mach_shows_accuses_nobody():
+def test_a_roll_that_mach_shows_excludes_nobody():
     assert blamed(0.3, lambda mach: mach, ((-900.0, 300.0), (-700.0, 300.0))).blamed is None

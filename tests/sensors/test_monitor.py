@@ -180,7 +180,7 @@ def test_a_jump_that_the_engine_does_not_share_is_named(name, size, within_s):
 
 
 @pytest.mark.parametrize("spools_follow", [0.0, 0.4])
-def test_a_fuel_flow_that_leads_its_spools_or_feeds_bled_air_accuses_nobody(spools_follow):
+def test_a_fuel_flow_that_leads_its_spools_or_feeds_bled_air_excludes_nobody(spools_follow):
     """A throttle that is moved by half a per cent of N1 moves the fuel flow at once, the spools within seconds."""
 
     def push(read, since_s):
