@@ -46,8 +46,6 @@ FILTER = np.dtype(
         ("r", np.float64),
         ("gain", np.float64, N_STATE),
         ("work", np.float64, (2, N_STATE, N_STATE)),
-        ("x_before", np.float64, (N_STATE, 1)),  # what it is about to update
-        ("p_before", np.float64, (N_STATE, N_STATE)),
         ("sizes", np.float64, 3),  # of the slow errors: see `dynamics`
         ("t_ns", np.int64),  # of the last step
         ("read_ns", np.int64),  # of the last brochure reading used
@@ -95,11 +93,13 @@ def _take(m: Any, x: Floats, p: Floats) -> None:
     """
     if not m.taken:
         return
-    m.x_before[:], m.p_before[:] = x, p
+    x_before, p_before = x.copy(), p.copy()
     update(x, p, m.z, m.h, m.r, m.gain, m.work)
     if not m.anchored:
-        x[MOUNT:] = m.x_before[MOUNT:]
-        p[MOUNT:, MOUNT:] = m.p_before[MOUNT:, MOUNT:]
+        for i in range(MOUNT, N_STATE):  # no slices: numba compiles 2 s for what one may refuse of another
+            x[i, 0] = x_before[i, 0]
+            for j in range(MOUNT, N_STATE):
+                p[i, j] = p_before[i, j]
     m.anchored, m.taken = True, False
 
 

@@ -102,7 +102,8 @@ def _add_samples(samples: Samples, state: Floats) -> None:
     m, n = means[0], row[0].waiting
     row[0].waiting = 0
     if n > 0:
-        waiting_n[:n] = waiting_mm[:n]
+        for i in range(n):  # no slices: see `_take` of fusion/thrust_step
+            waiting_n[i] = waiting_mm[i]
         run_chain(samples.chain, state, samples.u[:n], waiting_n[:n])
     for i in range(n):
         m.sum_mm += waiting_mm[i]

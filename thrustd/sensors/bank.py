@@ -267,13 +267,14 @@ def _look_at(
     forget(memory.jumps[e])
     if past[e].n < 2:
         return -1
-    weigh(past[e].rows, past[e].n, share, found[e], _elsewhere(memory.hypotheses, e), installed, out)
+    rows = past[e].rows[:]  # an array, as the copies of it: one machine code for both
+    weigh(rows, past[e].n, share, found[e], _elsewhere(memory.hypotheses, e), installed, out)
     lead = _lead(found[e], out)
     changed, found[e] = lead != found[e], lead
     if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * n:
         best = np.argmax(out[:, 0])  # though it was not found
         off = engines.off[FUEL_OFF if best == BLED else best]
-        more_n2 = uncorrected_n2(past[e].rows, past[e].n, share, off, installed, out[best, 1:])
+        more_n2 = uncorrected_n2(rows, past[e].n, share, off, installed, out[best, 1:])
         memory.leading[e, UNCORRECTED_N] = sqrt(more_n2)
     _say(memory, e, lead, out)
     return e if changed else -1

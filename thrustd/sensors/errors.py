@@ -76,8 +76,9 @@ def _fill_pair(rows: Floats, a: int, b: int, block: Floats) -> None:
     block[FUEL_FLOW:, FUEL_FLOW:] = engine_n2 * exp(-dt_s / ENGINE_S) + rest * shape_a * shape_b
     far = abs(rows[a, LOG_FLOW] - rows[b, LOG_FLOW]) / LINE_REACH + abs(rows[a, MACH] - rows[b, MACH]) / LINE_REACH_MACH
     line_n2 = exp(-far - dt_s / LINE_S) * rows[a, PER_FUEL_N] * rows[b, PER_FUEL_N]
-    block[N1:, N1:] += APPETITE**2 * line_n2
     for i in range(2):
+        for j in range(2):
+            block[N1 + i, N1 + j] += APPETITE**2 * line_n2
         block[N1 + i, N1 + i] += LINE[i] ** 2 * line_n2
 
 
@@ -88,7 +89,10 @@ def _add_lag(rows: Floats, a: int, b: int, block: Floats) -> None:
     for i in range(N_SOURCES):
         block[i, i] += LAG_S[i] ** 2 * lasts * rows[a, RATE_N_S] * rows[b, RATE_N_S]
     block[FUEL_FLOW, FUEL_FLOW] += FUEL_LEADS_S**2 * lasts * rows[a, FUEL_RATE_N_S] * rows[b, FUEL_RATE_N_S]
-    block[FUEL_FLOW:, FUEL_FLOW:] += MOUNTS_LEAD_S**2 * lasts * rows[a, MOUNT_RATE_N_S] * rows[b, MOUNT_RATE_N_S]
+    lead_n2 = MOUNTS_LEAD_S**2 * lasts * rows[a, MOUNT_RATE_N_S] * rows[b, MOUNT_RATE_N_S]
+    for i in range(FUEL_FLOW, N_SOURCES):
+        for j in range(FUEL_FLOW, N_SOURCES):
+            block[i, j] += lead_n2
 
 
 @compiled

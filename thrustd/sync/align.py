@@ -56,10 +56,10 @@ def _rate_clock(clock: Any, device_ns: int, delay_ns: int) -> None:
     clock.window_ns = 0
     base_ns = clock.least[0] - clock.anchor[0]
     if clock.anchor[0] == 0:
-        clock.anchor[:] = clock.least
+        clock.anchor[0], clock.anchor[1] = clock.least[0], clock.least[1]  # no slice: see `_take` of the filter
     elif base_ns > 0:
         rate, before = (clock.least[1] - clock.anchor[1]) / base_ns, clock.last_rate
-        clock.anchor[:], clock.last_rate = clock.least, rate
+        clock.anchor[0], clock.anchor[1], clock.last_rate = clock.least[0], clock.least[1], rate
         if abs(rate) < WORST_CRYSTAL and abs(rate - before) < SAME_RATE:
             clock.rate = rate if abs(rate) > 3.0 * CRYSTAL_TOLERANCE else 0.0
         if clock.rate != 0.0:

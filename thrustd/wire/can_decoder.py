@@ -210,7 +210,7 @@ def _decode_messages(
 ) -> int:
     found, values = out
     lines, fields, _, _ = bus
-    n = end = 0
+    n, end = 0, np.int64(0)  # a plain 0 has numba compile the header a second time, for messages that begin there
     for i in range(len(ends)):
         begin, end = end, ends[i]
         number = -1 if left_out[i] else _line_of(lines, ident[i])
