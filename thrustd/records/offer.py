@@ -27,7 +27,16 @@ _WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
         ("mm", "um", "in", "mil"),
     ),
     TEMPERATURE: (r"temp|temperature|temperatur|thermo|tc", ("degC", "K", "degF")),
+    "accel_x_g": (r"ax|nx|fx|accx|accelx", ("g", "m/s2")),
+    "accel_y_g": (r"ay|ny|fy|accy|accely", ("g", "m/s2")),
+    "accel_z_g": (r"az|nz|fz|accz|accelz", ("g", "m/s2")),
+    "n1_pct": (r"n1", ("%",)),
+    "n2_pct": (r"n2", ("%",)),
+    "vibration_mm_s": (r"vib|vibration", ("mm/s", "cm/s", "m/s", "in/s")),
+    "dynamic_pressure_Pa": (r"q|qbar|qc", ("Pa", "kPa", "hPa", "mbar", "psi")),
+    "mach": (r"ma|mach", ("", "-")),
 }
+UNIT_ALONE = {TIME, FORCE, DEFORMATION, TEMPERATURE}  # a column in newtons is a force; one in per cent may be anything
 
 
 class Offered(NamedTuple):
@@ -48,7 +57,7 @@ def offer(columns: Mapping[str, Floats]) -> dict[str, Offered]:
             continue
         rest = [name for name in columns if name not in taken and name not in found]
         best = max(rest, key=lambda name: _fits(name, words, units), default="")
-        if best and _fits(best, words, units) > 0:
+        if best and _fits(best, words, units) > (0 if ours in UNIT_ALONE else 2):  # 2: name and unit
             found[best] = _converted(best, ours)
     if TIME not in taken and not any(o.ours == TIME for o in found.values()):
         rising = [name for name, column in columns.items() if name not in found and _rises(column)]
@@ -73,12 +82,12 @@ def _fits(name: str, words: str, units: tuple[str, ...]) -> int:
     stem = re.sub(r"[\[(].*", "", name).strip().lower()
     if unit and stem.endswith("_" + unit.lower()):
         stem = stem[: -len(unit) - 1]
-    parts = re.split(r"[^a-zµ]+", stem)
+    parts = {*re.split(r"[^a-zµ]+", stem), *re.split(r"[^a-z0-9]+", stem)}
     return 2 * any(re.fullmatch(words, part) for part in parts) + kind
 
 
 def _converted(theirs: str, ours: str) -> Offered:
-    unit = unit_said(theirs) or ("s" if ours == TIME else "")
+    unit = unit_said(theirs) or {TIME: "s", "mach": "-"}.get(ours, "")
     factor, offset = CONVERSIONS[unit_of(ours)].get(unit, (1.0, 0.0))
     return Offered(ours, unit, float(factor), float(offset))
 

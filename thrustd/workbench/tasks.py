@@ -60,7 +60,7 @@ def _fitted(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
-    kept = ("verdict", "grade", "more_left", "floor_n", "rmse_before_n", "rmse_after_n")
+    kept = ("verdict", "grade", "more_left", "floor_n", "rmse_before_n", "rmse_after_n", "not_judged")
     names = ("effect", "name", "rmse_before_n", "rmse_after_n", "in_verdict")
     return {
         **{name: answer[name] for name in kept},

@@ -128,7 +128,7 @@ def _report(
         tuple(candidates),
         tuple(_drawn(base, rows, verdict)),
         tuple(not_judged),
-        (*turned, *_advice(base, ranked, verdict, alike, not_judged), *_renames(question.records)),
+        (*turned, *_renames(question.records), *_advice(base, ranked, verdict, alike, not_judged)),
         scale * float(np.sqrt(left(ranked.nothing, base))),
         scale * float(np.sqrt(left(verdict.fit, base))),
         scale * floor,
@@ -219,7 +219,10 @@ def _renames(records: Sequence[Recording]) -> list[str]:
     found = offer({name: column for name, column in records[0].channels.items() if len(column)})
     channels = [(theirs, one) for theirs, one in found.items() if one.ours in CATALOGUE and one.unit]
     said = [shlex.quote(spelled(theirs, one.ours, one.factor, one.offset)) for theirs, one in channels]
-    return [f"if {theirs} is {one.ours}: --rename {how}" for (theirs, one), how in zip(channels, said, strict=True)]
+    return [
+        f"{theirs} may be {one.ours}, which effects read: if so, --rename {how}"
+        for (theirs, one), how in zip(channels, said, strict=True)
+    ]
 
 
 def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Dependence]:
@@ -246,8 +249,8 @@ def _advice(
     advice = []
     if verdict.words == ("unknown",):
         advice += [
-            f"no known effect explains how the residual follows {one.channel}: look at its picture, then try an"
-            f" expression, for example --effect {shlex.quote(force_along(one.channel, one.parts))}"
+            f"no effect that was judged explains how the residual follows {one.channel}: look at its picture, then try"
+            f" an expression as an effect, for example {force_along(one.channel, one.parts)}"
             for one in verdict.channels
         ]
     if more_left(base, verdict):

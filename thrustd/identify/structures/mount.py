@@ -45,7 +45,7 @@ def never_excited(spec: ModelSpec) -> tuple[str, ...]:
     low, high = spec.valid.force_n
     if low <= UNSEEN * high:
         return ()
-    return (f"force_N never goes below {low:.4g}: the model extrapolates there, and flight idle is in that range",)
+    return (f"force_N never goes below {low:.4g}; flight idle lies lower, where the model extrapolates",)
 
 
 STRUCTURES = (Structure(NAME, "HW-PWL with Prandtl-Ishlinskii friction", "beyond", _fit),)

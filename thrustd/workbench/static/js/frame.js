@@ -27,6 +27,8 @@ const NAMES = {
   flighttest: "Flight test",
 };
 
+const KINDS = ["jobs", "state", "all", "view"]; // of changes, the later draws what the earlier does
+
 export class Frame {
   constructor(root) {
     this.nav = h("nav", { "aria-label": "steps" });
@@ -67,11 +69,26 @@ export class Frame {
       this.notices,
       this.jobs,
     );
+    root.addEventListener("pointerdown", () => {
+      this.pressed = true;
+    });
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => setTimeout(() => this.release()));
     showNotices(this.notices);
     this.update("view");
   }
 
+  // what is drawn anew between press and release loses the click
+  release() {
+    this.pressed = false;
+    if (this.held) this.update(this.held);
+    this.held = null;
+  }
+
   update(what) {
+    if (this.pressed) {
+      this.held = KINDS[Math.max(KINDS.indexOf(this.held), KINDS.indexOf(what))];
+      return;
+    }
     if (what === "jobs") {
       this.drawJobs();
       this.view?.jobs?.();

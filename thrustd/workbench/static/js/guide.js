@@ -1,6 +1,6 @@
 // The next sensible step, in words, from what is there: a newcomer needs nothing else.
 import { newtons, typeset } from "./format.js";
-import { madeBy, stepOf } from "./ledger.js";
+import { askedOf, madeBy, stepOf } from "./ledger.js";
 import {
   compareNow,
   compiled,
@@ -99,23 +99,25 @@ export function nextStep() {
   if (!compared)
     return {
       view: "fails",
-      say: `See how well ${chosen.model} explains ${chosen.measured[0]}, and where it fails.`,
+      say: `${added(chosen.model)}See how well ${chosen.model} explains ${chosen.measured[0]}, and where it fails.`,
       label: "Compare",
       go: async () => {
         go("fails");
         await compareNow();
       },
+      other: asItIs(chosen.model),
       kinds: ["compare"],
     };
   if (!asked)
     return {
       view: "missing",
-      say: `The model is ${newtons(compared.cells.at(-1).rmse_n)} RMS wrong${compared.worst.at(-1) ? ", most of all " + typeset(compared.worst.at(-1)) : ""}. Ask which absent physical effect would explain what is left.`,
+      say: `${added(chosen.model)}The model is ${newtons(compared.cells.at(-1).rmse_n)} RMS wrong.${compared.worst.at(-1) ? ` It fails most here: ${typeset(compared.worst.at(-1))}.` : ""} Ask which absent physical effect would explain what is left.`,
       label: "What is missing?",
       go: async () => {
         go("missing");
         await diagnoseNow();
       },
+      other: asItIs(chosen.model),
       kinds: ["diagnose"],
     };
   return afterDiagnosis(asked, chosen);
@@ -157,6 +159,14 @@ function unnamed() {
 
 const hasReference = (one) =>
   ["force_N", "deformation_mm"].every((name) => one.meta?.channels.some((c) => c.name === name));
+
+// effects that were not tried because their channel has no column, where the rest follows a column that is no channel
+function unread({ depends_on: followed, not_judged: left }) {
+  const absent = left.filter((one) => one.reason.startsWith("channel"));
+  return absent.length && followed.some((name) => /[[("]/.test(name))
+    ? `Not tried: ${absent.map((one) => `${one.effect} (${one.reason})`).join(", ")}. Is a column one of these channels? `
+    : "";
+}
 
 const sayColumns = (name) => ({
   view: "overview",
@@ -200,9 +210,10 @@ function afterDiagnosis(asked, chosen) {
     return {
       view: "missing",
       say:
-        "Something is left that no known effect explains" +
-        (asked.depends_on.length ? `; it follows ${asked.depends_on.join(", ")}. Try a hypothesis of your own` : "") +
-        ", or keep the model as it is.",
+        "Something is left that no effect that was tried explains" +
+        (asked.depends_on.length ? `; it follows ${asked.depends_on.join(", ")}` : "") +
+        `. ${unread(asked)}Try a hypothesis of your own, or keep the model as it is.`,
+      other: unread(asked) ? { label: "Name the columns", go: () => nameColumns(chosen.measured[0]) } : null,
       label: store.view === "missing" ? "Save and compile" : "Show me",
       go: store.view === "missing" ? keep : () => go("missing"),
     };
@@ -230,7 +241,18 @@ function afterDiagnosis(asked, chosen) {
 async function keep() {
   go("add");
   if (!compiled(session().model)) await compileNow();
+  setTimeout(() => document.querySelector(".body.file")?.scrollIntoView({ block: "center" }), 200); // once it is drawn
 }
+
+// what the step that made the chosen model gave, and that one may stop here
+const added = (name) => {
+  const step = stepOf(name),
+    floor = askedOf(step)?.floor_n;
+  return step
+    ? `${step.effects.join(" and ")} left ${newtons(step.rmse_after_n)} of ${newtons(step.rmse_before_n)}${floor ? `, the floor is ${newtons(floor)}` : ""}. `
+    : "";
+};
+const asItIs = (name) => (stepOf(name) ? { label: "Save and compile", go: keep } : null);
 
 // what the recordings that nothing was fitted to say of the chosen model
 function checked({ model: name }) {

@@ -21,6 +21,17 @@ export const stepOf = (name) => {
   return made?.kind === "extend" ? made.result : undefined;
 };
 
+// the diagnosis that asked for a step
+export const askedOf = (step) =>
+  step &&
+  store.server.jobs.find(
+    (one) =>
+      one.kind === "diagnose" &&
+      one.state === "done" &&
+      one.arguments.model === step.parent &&
+      step.effects.every((effect) => one.result.verdict.includes(effect)),
+  )?.result;
+
 export const parentOf = (name) => {
   const parent = stepOf(name)?.parent;
   return parent && model(parent) ? parent : null;

@@ -5,7 +5,7 @@ import { fill, h, heading, panel, table, wideTable } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
 import { newtons, plusMinus, typeset } from "../format.js";
 import { latest } from "../guide.js";
-import { ledgerBars, ledgerOf, stepOf } from "../ledger.js";
+import { askedOf, ledgerBars, ledgerOf, stepOf } from "../ledger.js";
 import { compareNow, diagnoseNow, extendWith } from "../steps.js";
 import { attempt, model, refresh, report, running, say, session, store } from "../store.js";
 import { removed, WORTH } from "../worth.js";
@@ -36,7 +36,7 @@ export function add(root) {
         ? [{ name: "as identified", rmse_n: compared.cells.at(-1).rmse_n }]
         : [];
     const step = stepOf(card.name),
-      floor = latest("diagnose")?.floor_n ?? (step && askedOf(step)?.floor_n);
+      floor = (askedOf(step) ?? latest("diagnose"))?.floor_n;
     const body = steps.length
       ? ledgerBars(steps, floor)
       : [h("p.empty", "The ledger starts with the first effect that is added; compare first to see where it starts.")];
@@ -69,7 +69,7 @@ export function add(root) {
         ? wideTable({}, ["", ["", "num"], ["", "num"]], rows)
         : h(
             "div.empty",
-            asked ? "The diagnosis names nothing to add." : "Ask first what is missing.",
+            asked ? "The diagnosis names nothing to add." : "Nobody has asked yet what this model is missing.",
             h(
               "div",
               h(
@@ -134,7 +134,7 @@ export function add(root) {
           ...[r.parent, r.model].map((m) => checkOf(r, name, m)?.rmse_n),
           checkOf(r, name, r.model)?.contradicted,
         ]),
-        asked ? ["floor", null, latest("diagnose")?.floor_n ?? asked.floor_n] : null,
+        asked ? ["floor", null, asked.floor_n] : null,
       ].filter(Boolean);
     return h(
       "div",
@@ -188,13 +188,3 @@ export function add(root) {
 }
 
 const checkOf = (r, name, by) => r.heldout.find((one) => one.recording === name && one.model === by);
-
-// the diagnosis that asked for a step
-const askedOf = (r) =>
-  store.server.jobs.find(
-    (one) =>
-      one.kind === "diagnose" &&
-      one.state === "done" &&
-      one.arguments.model === r.parent &&
-      r.effects.every((effect) => one.result.verdict.includes(effect)),
-  )?.result;

@@ -4,7 +4,7 @@ import { get, inUrl, Problem, put } from "../api.js";
 import { MEANT, OTHERS, ROLES, unitOf } from "../channels.js";
 import { columnPictures, correlation } from "../column_pictures.js";
 import { fill, h, panel, select, wideTable } from "../dom.js";
-import { number, withUnit } from "../format.js";
+import { newtons, number, withUnit } from "../format.js";
 import { attempt, recording, refresh, say, store } from "../store.js";
 
 export const nameColumns = (name) => {
@@ -21,6 +21,8 @@ export function columnsPanel(name, done) {
   })();
   return root;
 }
+
+const MAY_BE_OFF = ["force_N", "deformation_mm"]; // what has a reading without load
 
 class Columns {
   constructor(root, name, table, done) {
@@ -156,9 +158,9 @@ class Columns {
             this.units(row, set("unit")),
             this.raw(row) && row.unit ? [` 1 ${row.unit} = `, field("scale", "scale"), unitOf(row.ours)] : null,
           ),
-          row.ours === "time_s"
-            ? ""
-            : [h("span.inline", field("zero", "zero"), row.unit), this.zeroOffered(row, set("zero"))],
+          MAY_BE_OFF.includes(row.ours) || this.raw(row) || row.zero
+            ? [h("span.inline", field("zero", "zero"), row.unit), this.zeroOffered(row, set("zero"))]
+            : "",
           row.ours === "time_s"
             ? ""
             : h(
@@ -222,7 +224,8 @@ class Columns {
         0,
       ),
       value = Number(row.column.preview[least]?.toPrecision(3) ?? Number.NaN);
-    return h("div", h("button", { class: "plain", onclick: () => take(value) }, `${value} at the least force`));
+    const words = `take ${value}, read at the least force (${newtons(force[least])})`;
+    return h("div", h("button", { onclick: () => take(value) }, words));
   }
 
   // the channel as it would be read, on the preview's samples: {values, title}
@@ -253,10 +256,15 @@ class Columns {
           : ""
         : slope < 0
           ? "The force falls while the deformation grows: one of the two signs is reversed."
-          : "The force rises with the deformation: the signs agree.",
+          : `The force rises with the deformation: the signs agree${this.turned()}.`,
       ...unsaid,
     ].join(" ");
     fill(this.picture, columnPictures(time, force, deformation, slope));
+  }
+
+  turned() {
+    const names = this.rows.filter((row) => row.sign < 0).map((row) => row.column.name);
+    return names.length ? `, with ${names.join(" and ")} reversed` : "";
   }
 
   async keep() {

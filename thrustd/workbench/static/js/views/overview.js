@@ -118,7 +118,7 @@ function recordingTable(recordings) {
     ];
   });
   return wideTable(
-    {},
+    { class: "recordings" },
     [
       "Recording",
       "Use",
