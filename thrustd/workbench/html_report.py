@@ -2,7 +2,8 @@
 
 import html
 import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import date
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -38,13 +39,20 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     progress(0.05, "reading")
     records = marked_recordings(folder, names)
     spec, steps = folder.model(session.model), steps_of(folder, session.model)
-    found = compare({session.model: spec}, records, progress=lambda share, note: progress(0.3 * share, note))
-    parts = [head(arguments.get("title") or session.model, WORDS), _numbers(found.comparisons, session.heldout)]
-    parts += [f'<p class="bad">{html.escape(line)}</p>' for line in found.remarks]
-    parts += [_ledger(found.comparisons[0]), *(_step(folder, i, step) for i, step in enumerate(steps)), _effects(spec)]
-    for i, comparison in enumerate(found.comparisons):
-        progress(0.35 + 0.6 * i / len(found.comparisons), f"pictures of {comparison.recording}")
-        parts.append(_comparison(comparison))
+    models = {steps[0].model: folder.model(steps[0].model), session.model: spec}
+    found = compare(models, records, progress=lambda share, note: progress(0.3 * share, note))
+    last = [c for c in found.comparisons if c.model == session.model]
+    said = f"{WORDS} Folder {folder.root.name}, {date.today()}."
+    parts = [head(arguments.get("title") or session.model, said), _numbers(found.comparisons, session.heldout)]
+    parts += [f'<p class="{_tone(found.comparisons, line)}">{html.escape(line)}</p>' for line in found.remarks]
+    parts += [_ledger(last[0]), *(_step(folder, i, step) for i, step in enumerate(steps)), _effects(spec)]
+    for i, comparison in enumerate(last):
+        progress(0.35 + 0.6 * i / len(last), f"pictures of {comparison.recording}")
+        both = [c for c in found.comparisons if c.recording == comparison.recording]
+        parts.append(_comparison(comparison, both))
+    parts.append(
+        _columns(folder, dict.fromkeys([*names, *(r for s in steps if s.made for r in s.made.arguments["recordings"])]))
+    )
     parts.append(_script(script_of(folder, steps, session)))
     reports = folder.state / "reports"
     reports.mkdir(parents=True, exist_ok=True)
@@ -53,14 +61,30 @@ def write_html(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     return {"report": number}
 
 
+def _tone(comparisons: Iterable[Comparison], line: str) -> str:
+    """What contradicts the model is bad; that it was fitted to a recording is only said."""
+    return "bad" if any(c.check.contradicted and c.check.sentence == line for c in comparisons) else "faint"
+
+
+def _columns(folder: Folder, names: Iterable[str]) -> str:
+    """What the columns of the files were taken for."""
+    rows = [
+        (name, column.theirs, column.ours, f"{column.factor:g}", f"{column.offset:g}")
+        for name in names
+        for column in folder.mapping(name).columns
+    ]
+    heads = ("File", "column", "read as", "times", "plus")
+    return "<h2>Columns</h2>" + table(heads, rows) if rows else ""
+
+
 def _numbers(comparisons: Iterable[Comparison], heldout: Iterable[str]) -> str:
     checks = set(heldout)
     rows = [
-        [c.recording + (" (nothing was fitted to it)" if c.recording in checks else ""), f"{c.rmse_n:.1f}",
+        [c.recording + (" (nothing was fitted to it)" if c.recording in checks else ""), c.model, f"{c.rmse_n:.1f}",
          f"{c.mae_n:.1f}", f"{c.bias_n:+.1f}", f"{c.fit_pct:.2f}", f"{c.worst_n:+.0f}", f"{c.worst_at_s:.1f}"]
-        for c in comparisons
+        for c in sorted(comparisons, key=lambda c: c.recording)
     ]  # fmt: skip
-    heads = ("Recording", "RMSE N", "mean |error| N", "bias N", "fit %", "worst N", "at s")
+    heads = ("Recording", "model", "RMSE N", "mean |error| N", "bias N", "fit %", "worst N", "at s")
     return "<h2>How wrong: measured minus model</h2>" + table(heads, rows)
 
 
@@ -83,8 +107,9 @@ def _made(step: Step) -> str:
     if step.made.kind == "fit":
         return (
             f"<p>Identified from {records}: {newtons(made['train_n'])} N on four fifths of it,"
-            f" {newtons(made['validation_n'])} N on parts all over it that it was not fitted to."
-            f"{' ' if made['warnings'] else ''}{html.escape(' '.join(made['warnings']))}</p>"
+            f" {newtons(made['validation_n'])} N on the fifth that was held out, in parts all over the record."
+            + html.escape("".join(f" {line}." for line in made["warnings"]))
+            + "</p>"
         )
     rows = [("held-back blocks", made["parent"], made["rmse_before_n"]), ("", made["model"], made["rmse_after_n"])]
     rows += [(one["recording"], one["model"], one["rmse_n"]) for one in made.get("heldout", [])]
@@ -164,12 +189,16 @@ def _effects(spec: ModelSpec) -> str:
     return "<h2>Effects in the model</h2>" + table(("Effect", "parameter", "value", "one sigma"), rows)
 
 
-def _comparison(c: Comparison) -> str:
+def _comparison(c: Comparison, both: Sequence[Comparison]) -> str:
+    """Of the last model; beside the first one where they are two."""
+    from thrustd.diagnose.compare.before_after import before_after_figure
     from thrustd.diagnose.compare.pictures import comparison_pictures
 
     words = "".join(f"<li>{html.escape(failure.sentence)}</li>" for failure in c.where_it_fails)
     with TemporaryDirectory() as scratch:
         pictures = "".join(picture(path.read_bytes(), path.stem) for path in comparison_pictures(c, Path(scratch)))
+    if len(both) > 1:
+        pictures = drawing(before_after_figure(both), f"{c.recording}, before and after") + pictures
     where = f"<ol>{words}</ol>" if words else "<p>Nowhere in particular: the error is spread as evenly as the time.</p>"
     return f"<h2>{html.escape(c.recording)}: where it fails</h2>{where}{pictures}"
 
