@@ -50,7 +50,7 @@ def test_what_jumps_is_named_at_once_and_nobody_else(rows):
 def test_a_mach_number_that_freezes_in_the_roll_is_named_and_costs_no_thrust(rows):
     frozen = next(row for row in rows if row.fault == "Mach freezes")
     assert frozen.named_s is not None and frozen.named_s < 30.0 and not frozen.wrongly_excluded
-    assert abs(frozen.bias_n) < 100.0 and frozen.in_band_pct > 95.0  # 2 kN when the brochure was believed
+    assert abs(frozen.bias_n) < 100.0 and frozen.in_band_pct > 95.0  # 2 kN when the brochure was trusted
 
 
 def test_a_healthy_aircraft_keeps_its_sensors_and_its_thrust(rows):

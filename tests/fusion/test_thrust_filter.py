@@ -184,7 +184,7 @@ def test_no_error_is_learnt_beyond_three_sigma_of_its_prior():
 
 @pytest.mark.parametrize("pushed", [True, False])
 def test_a_jump_of_the_mounts_is_in_the_band_of_the_very_estimate_that_sees_it(pushed):
-    """Before N1 or the deck say anything: with both mounts pushed it is believed, else both explanations are held."""
+    """Before N1 or the deck say anything: with both mounts pushed it is trusted, else both explanations are held."""
     thrust_filter, before = settled()
     jump_n = -1500.0
     estimate = thrust_filter.step(inputs(300, 3000.0 + jump_n, 3050.0, push_n=jump_n if pushed else 0.0))
@@ -195,7 +195,7 @@ def test_a_jump_of_the_mounts_is_in_the_band_of_the_very_estimate_that_sees_it(p
 
 
 @pytest.mark.parametrize("more", [{"push_n": 1500.0}, {"push_n": -1500.0, "mount_extrapolating": True}])
-def test_mounts_that_no_engine_pushes_like_that_are_not_believed(more):
+def test_mounts_that_no_engine_pushes_like_that_are_not_trusted(more):
     """Upwards no spool is as quick; outside the model's range no thrust is."""
     thrust_filter, before = settled()
     estimate = thrust_filter.step(inputs(300, 3000.0 + more["push_n"], 3050.0, **more))

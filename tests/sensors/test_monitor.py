@@ -111,13 +111,13 @@ def test_each_fault_is_named_in_time_and_nothing_else(sensor, kind):
 
 
 @pytest.mark.parametrize("sensor", [("deformation_mm", 0), ("fuel_flow_kg_s", 1), ("accel_x_g", 0)])
-def test_a_sensor_that_was_stuck_and_works_again_is_believed_again(sensor):
+def test_a_sensor_that_was_stuck_and_works_again_is_trusted_again(sensor):
     found, excluded = fly(sensor, "stuck", seconds=130.0)
     assert [word.split()[1:] for _, word in found] == [["stuck"], ["stuck", "over"]]
     assert any(sensor in out for out in excluded) and not excluded[-1]
 
 
-def test_an_lvdt_that_was_stuck_while_the_throttle_moved_is_believed_again():
+def test_an_lvdt_that_was_stuck_while_the_throttle_moved_is_trusted_again():
     """It comes back with a jump that the other mount does not make."""
     held_mm, up_mm = 0.4, 0.27  # as the deck has it
 

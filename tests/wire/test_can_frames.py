@@ -117,7 +117,7 @@ def test_identifiers_count_separately() -> None:
     assert feed(message(7), message(3, ident=501), message(8), message(4, ident=501)) == ["n1_pct"] * 4
 
 
-def test_a_second_sender_is_not_believed_while_the_first_lives() -> None:
+def test_a_second_sender_is_not_trusted_while_the_first_lives() -> None:
     second = message(0, node=2)
     assert feed(message(0), second, message(1)) == ["n1_pct", "contested", "n1_pct"]
     assert feed(message(0), second._replace(t_ns=2_000_000_000)) == ["n1_pct", "n1_pct"]

@@ -139,7 +139,7 @@ def _hand_over(
 ) -> tuple[float, float, float]:
     """-> thrust, its slow one sigma (engine, deck, hand-over), one sigma that lasts as long as the throttle moves; N.
 
-    `dt_s` after the last one; inputs that are believed, else NaN. NaN = no estimate.
+    `dt_s` after the last one; inputs that are trusted, else NaN. NaN = no estimate.
     """
     thrust_n, std_n, lag_n = _carry(row, min(max(dt_s, 0.0), MAX_STEP_S), fuel_n, n1_n, n1_pct, n1_rate_pct_s)
     if not isfinite(thrust_n):

@@ -1,6 +1,6 @@
 """One engine's brochure thrust in flight: how fast its spools turn up, the deck, the hand-over between its sources.
 
-`look` at the readings as they came, for the monitor; `tell` the filter what the believed ones say.
+`look` at the readings as they came, for the monitor; `tell` the filter what the trusted ones say.
 """
 
 from collections.abc import Callable

@@ -24,7 +24,7 @@ CONVERGING = int(Status.CONVERGING)
 
 @compiled
 def _mount_bits(there: bool, used: bool) -> int:
-    """`there`: the mounts say something at this step, `used`: and it was believed."""
+    """`there`: the mounts say something at this step, `used`: and it was trusted."""
     if not there:
         return MOUNT_LOST
     return 0 if used else MOUNT_REJECTED
@@ -43,7 +43,7 @@ def _brochure_bits(there: bool, rejected: bool, off: bool) -> int:
 def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: int, weighed: Weighed) -> tuple[Any, ...]:
     """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
 
-    A measurement that was gated out while its source is believed says that one of both is wrong: the band holds what
+    A measurement that was gated out while its source is trusted says that one of both is wrong: the band holds what
     it says, too; and what nobody corrected (see `sensors.evidence`).
     """
     m, t, s = memory[0], told[0], settings[0]

@@ -26,7 +26,7 @@ class Weighed(NamedTuple):
     """What the bank of hypotheses says of an engine."""
 
     hypotheses: Floats  # (n, 3) P, SHIFT_N, STD_N
-    lead: int  # the one that was believed of what the filter is told
+    lead: int  # the one that was trusted of what the filter is told
     uncorrected_n: float  # one sigma of what none of them knows
 
 

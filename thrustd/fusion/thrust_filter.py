@@ -80,7 +80,7 @@ class ThrustFilter:
         return estimate
 
     def begin_anew(self, thrust_n: float, std_n: float, told: Any) -> None:
-        """Somebody else is believed than so far: the thrust is this, and the sources' errors are what is left of them.
+        """Another hypothesis leads: the thrust is this, and the sources' errors are what is left of them.
 
         `told`: what the next `step` is. What is wrong with the thrust is wrong with the errors, to the other side:
         what led to it is not counted again.

@@ -86,7 +86,7 @@ class MountSource:
         """A new value of `signals[position]`; NaN = not measured any more.
 
         It is held where it was lately: a second's mean that leaves out the last fused step, because what made somebody
-        stop believing it came at once.
+        stop trusting it came at once.
         """
         if isfinite(value):
             self._channels[position], self._unmeasured_s[position] = value, nan

@@ -1,6 +1,6 @@
 """Faults as status bits, as `core.faults` says: for a moment, or by place until the fault is over.
 
-A fault of one engine's sensor shows in that engine's estimates only. Those of sensors and sources that are not believed
+A fault of one engine's sensor shows in that engine's estimates only. Those of sensors and sources that are excluded
 are not kept here: the fusion sets their bits.
 """
 

@@ -130,15 +130,15 @@ class Intake:
         for mount, position in self._listeners.get(("time_s", 0), ()):
             self.sources[mount].set_channel(position, self.service_s[mount])
 
-    def believe(self, all_but: frozenset[Sensor]) -> None:
+    def trust(self, all_but: frozenset[Sensor]) -> None:
         """Readings that models hear from now on."""
-        self.hold.held["believed"] = [slot not in all_but for slot in self.hold.slots]
+        self.hold.held["trusted"] = [slot not in all_but for slot in self.hold.slots]
 
     def resume_from(self, sample: tuple[int, int], readings_at_ns: int, without: frozenset[Sensor]) -> None:
         """After a warm restart: the last sample of before, and the readings that are still good for the models."""
         self._resume_from = sample
         self._grid.state["resuming"] = 1
-        self.believe(without)
+        self.trust(without)
         for signal, index in self._listeners:
             if (signal, index) not in without:
                 self.tell((signal, index), self.hold.value(readings_at_ns, signal, index))

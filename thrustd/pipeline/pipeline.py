@@ -3,7 +3,7 @@
     Frame "adc" -> ADC samples -> one model step per mount and sample (load-factor corrections inside)
     Frame "can" -> readings, held until the next one
     every fused step (ADC instants, or ticks while the ADC is silent):
-        readings -> brochure deck -> monitor: who is believed -> thrust filter per engine -> estimates
+        readings -> brochure deck -> monitor: who is trusted -> thrust filter per engine -> estimates
 
 Time is data: the pipeline reads only `event.t_ns`. Nothing that arrives can stop it.
 """
@@ -99,7 +99,7 @@ class Pipeline:
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
         self._read_ns = self._start_ns = self._looked_ns = self._read_due_ns = self._checked_ns = -1
         self._flying = self._clock_off = False
-        self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor does not believe
+        self._excluded: frozenset[tuple[str, int]] = frozenset()  # sensors the monitor excludes
         self._book = FaultBook()
         self._troubles = FaultStatus(len(engines), engines_of(config))
         self._wires = Wires(wires_of(config, self._hold.slots))
@@ -256,7 +256,7 @@ class Pipeline:
             for sensor in verdict.excluded - self._excluded:
                 self._intake.tell(sensor, nan)
             self._excluded = verdict.excluded
-            self._intake.believe(verdict.excluded)
+            self._intake.trust(verdict.excluded)
 
     def _calibrate(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
         for mount in self._layout.mounts_of_engine[engine]:
@@ -265,11 +265,11 @@ class Pipeline:
 
     def _tell(self, t_ns: int, dt_s: float, verdict: MonitorVerdict) -> None:
         """What the filters are told, a row of INPUTS each."""
-        told, readings, believed = self._told, self._inputs.readings, self._inputs.believed(verdict.excluded)
+        told, readings, trusted = self._told, self._inputs.readings, self._inputs.trusted(verdict.excluded)
         troubles = self._troubles.bits(t_ns)
         tell_filters(told, t_ns, troubles, verdict.mounts, self._mounts_of, self._states, readings[self._loads])
         for e, brochure in enumerate(self._brochures):
-            brochure.tell(dt_s, believed, self._inputs.ages_s, bool(verdict.excluded), self._told_of[e])
+            brochure.tell(dt_s, trusted, self._inputs.ages_s, bool(verdict.excluded), self._told_of[e])
             if verdict.status[e]:
                 told["status"][e] |= verdict.status[e]
             if self._monitor.bank.found.item(e) == BROCHURE_OFF:

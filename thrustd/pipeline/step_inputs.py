@@ -41,7 +41,7 @@ class StepInputs:
         """The mounts' part of `readings`, as their models were given it."""
         self._of_mounts[:] = self._measured_mm
 
-    def believed(self, excluded: Collection[Sensor]) -> Floats:
+    def trusted(self, excluded: Collection[Sensor]) -> Floats:
         """`readings` without the excluded sensors."""
         if not excluded:
             return self.readings

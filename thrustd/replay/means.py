@@ -36,7 +36,7 @@ class EngineMeans(msgspec.Struct, frozen=True):
 
     sources: dict[str, SourceMean]  # those that ever had a value
     status_pct: dict[str, float]  # share of the estimates with each status bit that was ever on
-    # steady, above 2 kN, both sources and both mounts believed; NaN where there was no such time:
+    # steady, above 2 kN, both sources and both mounts trusted; NaN where there was no such time:
     residual_pct: float = nan  # mounts minus brochure, of the brochure's thrust: it falls while an engine wears
     load_share: float = nan  # upper mount's part, -: it moves when a mount or a transducer does
 

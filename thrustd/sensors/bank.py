@@ -73,7 +73,7 @@ class _Engines(NamedTuple):
     mach: int
     altitude: int
     shares: Floats  # (n,)
-    off: Floats  # (N_HYPOTHESES, N_SOURCES) 1: not believed
+    off: Floats  # (N_HYPOTHESES, N_SOURCES) 1: excluded
     installed: Installed
 
 
@@ -107,13 +107,13 @@ class Bank:
         """Call it at every fused step: what the mounts moved by since the last one, `dt_s` ago."""
         follow(*self._follow, states, dt_s)
 
-    def look(self, t_ns: int, readings: Floats, states: Any, deck_n: Floats, believed: Flags) -> int:
+    def look(self, t_ns: int, readings: Floats, states: Any, deck_n: Floats, trusted: Flags) -> int:
         """Weigh the engine whose turn it is. -> which one's leading hypothesis changed, or -1.
 
-        `states`: MOUNT_STATE by mount; `deck_n` (n, 6): see `MonitorInputs`; `believed` (n, 5): by the sensors' own
+        `states`: MOUNT_STATE by mount; `deck_n` (n, 6): see `MonitorInputs`; `trusted` (n, 5): by the sensors' own
         watches.
         """
-        return int(_look(self._memory, self._engines, t_ns * 1e-9, readings, states, deck_n, believed))
+        return int(_look(self._memory, self._engines, t_ns * 1e-9, readings, states, deck_n, trusted))
 
     def disagree(self, engine: int) -> bool:
         """Nothing tells who is right; bled air is nobody's fault."""
@@ -171,9 +171,7 @@ class Bank:
 
 
 @compiled
-def _row(
-    engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, deck_n: Floats, believed: Flags
-) -> Floats:
+def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, deck_n: Floats, trusted: Flags) -> Floats:
     """What an engine's sources say now: (WIDTH,), see `past`; the time is left out."""
     row, mounts = np.zeros(WIDTH), engines.mounts
     mach, altitude_m = readings[engines.mach], readings[engines.altitude]
@@ -184,7 +182,7 @@ def _row(
         row[DECK_N], row[PER_FUEL_N], row[LOG_FLOW] = 200.0, 5000.0, -2.5
     for i in range(N_SOURCES):
         said_n = states[mounts[e, i]].force_n if i < 2 else deck_n[e, i - 2]
-        row[SAID + i], row[COUNTS + i] = said_n, 1.0 if believed[e, i] else 0.0
+        row[SAID + i], row[COUNTS + i] = said_n, 1.0 if trusted[e, i] else 0.0
     row[MOUNT_RATE_N_S], row[STEP_N] = jump.could_n, jump.step_n
     for i in range(2):
         state, row[JUMPED_N + i] = states[mounts[e, i]], jump.jumped_n[i]
@@ -252,7 +250,7 @@ def _say(memory: _Memory, e: int, lead: int, out: Floats) -> None:
 
 
 def _look_at(
-    memory: _Memory, engines: _Engines, t_s: float, readings: Floats, states: Any, deck_n: Floats, believed: Flags
+    memory: _Memory, engines: _Engines, t_s: float, readings: Floats, states: Any, deck_n: Floats, trusted: Flags
 ) -> int:
     past, found, turn, n = memory.past, memory.found, memory.turn, len(memory.found)
     turn[0] = (turn[0] + 1) % (EVERY_LOOKS * n * UNCORRECTED_EVERY)
@@ -260,7 +258,7 @@ def _look_at(
     if turn[0] % EVERY_LOOKS or not _runs(memory, engines, e, t_s, readings):
         return -1
     share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
-    row = _row(engines, memory.jumps[e], e, readings, states, deck_n, believed)
+    row = _row(engines, memory.jumps[e], e, readings, states, deck_n, trusted)
     row[T_S] = t_s
     if not remember(past, e, row, share):
         return -1

@@ -1,8 +1,8 @@
-"""From the forces of single mounts to the force on the engine, with whichever mounts are believed.
+"""From the forces of single mounts to the force on the engine, with whichever mounts are trusted.
 
 both mounts    F = sum F_i,  share = sum F_upper F dt / sum F^2 dt      (least squares: F_upper = share F)
                sigma^2 = sum sigma_i^2 + (sum c_i)^2 - sum c_i^2        c_i: what both have to the same side
-one mount      F = F_i / share_i,  share from the time when both were believed; one sigma of share widens the band
+one mount      F = F_i / share_i,  share from the time when both were trusted; one sigma of share widens the band
 
 push           p = (k_upper + k_lower) d,  d: the smaller of what both moved to the same side within half a second, mm
 
@@ -31,7 +31,7 @@ NO_MOUNT = -1
 
 ENGINE_MOUNTS = np.dtype(  # one engine's mount source at one step
     [
-        ("force_n", np.float64),  # NaN: no mount is believed
+        ("force_n", np.float64),  # NaN: no mount is trusted
         ("std_n", np.float64),
         ("load_share", np.float64),  # upper mount's part, slow average, -
         ("push_n", np.float64),  # what both mounts were moved by within half a second; 0: they do not say the same
@@ -74,12 +74,12 @@ class MountCombiner:
         self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)
         self._work = _Work(self.rows, self.mounts, lagged_mm, stiffness_n_mm, self._out)
 
-    def step(self, mounts: Any, believed: Flags, dt_s: float) -> Any:
+    def step(self, mounts: Any, trusted: Flags, dt_s: float) -> Any:
         """ENGINE_MOUNTS by engine, good until the next step.
 
-        `mounts`: MOUNT_STATE by mount; `believed` (n_mounts,); forces that are not finite are not believed either.
+        `mounts`: MOUNT_STATE by mount; `trusted` (n_mounts,); forces that are not finite are excluded, too.
         """
-        _combine(self._work, mounts, believed, dt_s)
+        _combine(self._work, mounts, trusted, dt_s)
         return self._out
 
     def snapshot(self) -> list[list[float]]:
@@ -121,7 +121,7 @@ def _push_n(stiffness_n_mm: float, moved_mm: Floats, upper: int, lower: int) -> 
     return stiffness_n_mm * moved_mm[smaller] if both else 0.0
 
 
-def _combine_all(work: _Work, mounts: Any, believed: Any, dt_s: float) -> None:
+def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float) -> None:
     rows, mounts_of, lagged_mm, stiffness_n_mm, out = work
     moved_mm = np.empty(len(lagged_mm))
     for i in range(len(lagged_mm)):
@@ -135,7 +135,7 @@ def _combine_all(work: _Work, mounts: Any, believed: Any, dt_s: float) -> None:
         for i in mounts_of[e]:
             if i != NO_MOUNT:
                 n += 1
-                if believed[i] and isfinite(mounts[i].force_n):
+                if trusted[i] and isfinite(mounts[i].force_n):
                     n_usable += 1
                     only = i if only == NO_MOUNT else only
         engine, upper, lower = out[e], mounts_of[e, 0], mounts_of[e, 1]

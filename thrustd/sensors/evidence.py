@@ -76,7 +76,7 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
 
         (v + (m - thrust)^2) - variance      m, v: thrust and variance when the installation errs as its prior says
 
-    `off` (N_SOURCES,): 1 of a source that is not believed; `said`: thrust and variance as installed on the bench.
+    `off` (N_SOURCES,): 1 of a source that is excluded; `said`: thrust and variance as installed on the bench.
     The prior is not weighed against the bench's: agreement within the deck's own error proves no nacelle without
     drag. Reference: JCGM 100:2008 (GUM), F.2.4.5, uncorrected systematic effects.
     """

@@ -110,7 +110,7 @@ def _accelerometer_odds(more: float, apart_n: Floats) -> float:
 
 
 class Accelerometer:
-    """Are it and the Mach number believed? Mutable; `snapshot` / `restore` for the checkpoint."""
+    """Are it and the Mach number trusted? Mutable; `snapshot` / `restore` for the checkpoint."""
 
     def __init__(self, place: Callable[[Sensor], int], engine_mass_kg: float) -> None:
         """`place`: of a sensor among the readings."""

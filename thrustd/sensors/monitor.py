@@ -12,7 +12,7 @@ Every sensor is watched by itself (`watches`); then what all sensors of an engin
 of who is at fault (`bank`).
 
 Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.where` is the mount's name or
-"signal[index]"; not active when it is believed again.
+"signal[index]"; not active when it is trusted again.
 """
 
 from collections.abc import Sequence
@@ -80,7 +80,7 @@ class Monitor:
             np.array((aircraft.spring_n_mm * 2)[:2]),
             aircraft.installation.sizes(),
         )
-        self._believed = np.ones((len(engines), N_SOURCES), np.bool_)
+        self._trusted = np.ones((len(engines), N_SOURCES), np.bool_)
         self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]
         self._sat_since_m = nan  # altitude where SAT last moved
         self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
@@ -107,7 +107,7 @@ class Monitor:
             self._statuses = list(map(self._status, range(len(self._sources))))
         else:
             self._excluded |= self._watches.leapt_alone(inputs.readings)
-        mounts = self._combiner.step(inputs.mounts, self._believed_mounts(), dt_s)
+        mounts = self._combiner.step(inputs.mounts, self._trusted_mounts(), dt_s)
         return MonitorVerdict(self._excluded, mounts, faults, self._statuses, changed)
 
     @property
@@ -155,7 +155,7 @@ class Monitor:
         self._statuses = list(map(self._status, range(len(self._sources))))
         return restored
 
-    def _believed_mounts(self) -> Flags:
+    def _trusted_mounts(self) -> Flags:
         if not self._excluded:
             return self._all_mounts
         return np.array([("deformation_mm", i) not in self._excluded for i in range(len(self._all_mounts))])
@@ -184,17 +184,17 @@ class Monitor:
         self._judge_temperature(inputs.readings.item(self._altitude))
         before, trusts = self._accelerometer.blamed, self._watches.trusts if self._suspect else None
         self._accelerometer.look(inputs.readings, trusts, dt_s, self.bank.apart_n)
-        self._believed[:] = True
+        self._trusted[:] = True
         if self._suspect:
-            for row, sensors in zip(self._believed, self._sources, strict=True):
+            for row, sensors in zip(self._trusted, self._sources, strict=True):
                 row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_SOURCES]]
-            self._believed[:, :2] &= self._watches.trusts(ACCELERATION)
-            self._believed[:, 2:] &= all([self._watches.trusts(sensor) for sensor in AIR])
+            self._trusted[:, :2] &= self._watches.trusts(ACCELERATION)
+            self._trusted[:, 2:] &= all([self._watches.trusts(sensor) for sensor in AIR])
         if self._accelerometer.blamed == MACH:
-            self._believed[:, FUEL_FLOW:] = False
+            self._trusted[:, FUEL_FLOW:] = False
             if before != MACH:
                 self.bank.forget_brochure()
-        changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._believed)
+        changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._trusted)
         if changed >= 0:
             self._found_ns[changed] = inputs.t_ns
         self._judged = self._judge()

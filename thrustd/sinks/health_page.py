@@ -55,7 +55,7 @@ class HealthCollector(Collector):
         yield _counter("thrustd_estimates", "estimates", "engine", {names[e]: n for e, n in counts.estimates.items()})
         yield from self._estimates(names)
         yield _histogram("thrustd_latency_seconds", "event in to estimate out", counts.latency_s)
-        yield _histogram("thrustd_nis", "normalised innovation squared of what was believed", counts.nis)
+        yield _histogram("thrustd_nis", "normalised innovation squared of what was trusted", counts.nis)
         yield _gauge("thrustd_queue_events", "events waiting", {(): watched.queue_events()})
         yield _counter("thrustd_shed_events", "events shed for lack of speed", "", {"": watched.shed_events()})
         yield _gauge("thrustd_steady_seconds", "how long a test point has lasted", {(): watched.steady_s()})

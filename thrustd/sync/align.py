@@ -147,7 +147,7 @@ def _take_reading(memory: Memory, place: int, t_ns: int, value: float) -> bool:
     """Hold it and tell the models that it concerns; False when it is outside its range."""
     if not keep(memory.held, memory.heard, place, t_ns, value):
         return False
-    if memory.held[place].believed:
+    if memory.held[place].trusted:
         for i in range(len(memory.listeners)):
             if memory.listeners[i, 0] == place:
                 mount, channel = memory.listeners[i, 1], memory.listeners[i, 2]

@@ -20,7 +20,7 @@ HELD = np.dtype(  # the latest reading of one signal beside what the catalogue s
         ("stale_after_ns", np.int64),
         ("known", np.int64),
         ("stale", np.int64),  # as last told
-        ("believed", np.int64),
+        ("trusted", np.int64),
         ("value", np.float64),
         ("low", np.float64),
         ("high", np.float64),
