@@ -230,13 +230,13 @@ def test_both_mounts_of_an_engine_do_not_know_it_together():
     [((0.1, 0.1), 0.1 * 11033), ((-0.2, -0.1), -0.1 * 11033), ((0.5, 0.0), 0.0), ((0.5, -0.1), 0.0)],
 )
 def test_a_push_is_what_both_mounts_were_moved_by(moved_mm, push_n):
-    combiner, believed = MountCombiner([(0, 1)], SPRINGS), np.ones(2, np.bool_)
+    combiner, trusted = MountCombiner([(0, 1)], SPRINGS), np.ones(2, np.bool_)
     mounts = both_mounts()
-    assert combiner.step(mounts, believed, 0.1)[0]["push_n"] == 0.0
+    assert combiner.step(mounts, trusted, 0.1)[0]["push_n"] == 0.0
     mounts["deformation_mm"] += moved_mm
-    assert combiner.step(mounts, believed, 0.1)[0]["push_n"] == pytest.approx(push_n)
+    assert combiner.step(mounts, trusted, 0.1)[0]["push_n"] == pytest.approx(push_n)
     for _ in range(50):
-        (rested,) = combiner.step(mounts, believed, 0.1)
+        (rested,) = combiner.step(mounts, trusted, 0.1)
     assert abs(rested["push_n"]) < 1.0
     assert combiner.step(mounts, np.array([True, False]), 0.1)[0]["push_n"] == 0.0
 

@@ -38,4 +38,4 @@ def test_without_a_truth_the_estimates_speak_of_themselves(capsys):
 @pytest.mark.parametrize("scores", [{}, SCORES])
 def test_status_is_told_as_a_share_of_the_time(capsys, scores):
     out, _ = printed(capsys, scores)
-    assert "left, share of the time: transient 14.3 %, mount rejected < 0.1 %" in out
+    assert "left, status by share of the time (bits overlap): transient 14.3 %, mount rejected < 0.1 %" in out

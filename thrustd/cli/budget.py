@@ -10,7 +10,7 @@ from thrustd.core.errors import UsageError
 
 def add_verbs(verbs: Verbs) -> None:
     budget = add_verb(
-        verbs, "budget", budget_verb, "list what makes up the band over part of a flight, systematic and random terms",
+        verbs, "budget", budget_verb, "list the terms of the band over part of a flight, systematic and random",
         "thrustd budget flight.mcap --at 600 660",
     )  # fmt: skip
     budget.add_argument("log", type=Path, help="log with raw events (of `thrustd run`)")

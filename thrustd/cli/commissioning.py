@@ -26,7 +26,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 def _add_commission(verbs: Verbs) -> None:
     new = add_verb(
-        verbs, "commission", commission_verb, "turn bench records and flights into an aircraft's folder",
+        verbs, "commission", commission_verb, "make an aircraft's folder that can fly from bench records and flights",
         "thrustd commission --bench upper=b1.parquet lower=b2.parquet --weight w.parquet \\\n"
         "    --chamber cold.parquet hot.parquet --flights f1.npz f2.npz --aircraft ph-lab.toml -o aircraft/",
     )  # fmt: skip
@@ -60,7 +60,7 @@ def _add_zero(verbs: Verbs) -> None:
 
 def _add_calibrate(verbs: Verbs) -> None:
     calibrate = add_verb(
-        verbs, "calibrate", calibrate_verb, "calibrate mounts: gauge blocks, tethered run, drag in flight, hours",
+        verbs, "calibrate", calibrate_verb, "calibrate mounts: blocks, tethered run, drag in flight, hours in service",
         "thrustd calibrate blocks blocks.csv --mount left_upper -o my/calibration.toml\n"
         "  thrustd calibrate tether run.mcap --cell cell.csv -o my/calibration.toml\n"
         "  thrustd calibrate drag flight.mcap -o my/calibration.toml\n"

@@ -255,12 +255,10 @@ def _add_model_and_data(parser: argparse.ArgumentParser, count: str = "+") -> No
 
 
 def _add_known(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--rig", type=Path, metavar="FILE", help="priors of the rig (TOML; default: the shipped PH-LAB's)"
-    )
+    parser.add_argument("--rig", type=Path, metavar="FILE", help="what is known of the rig (TOML; default: PH-LAB's)")
     parser.add_argument(
         "--bench", type=Path, action="append", default=[], metavar="RECORD",
-        help="what the mount was identified on, for a model that does not carry it; may be repeated",
+        help="bench record of the model, for a model that carries none; may be repeated",
     )  # fmt: skip
 
 

@@ -62,7 +62,7 @@ def _add_check(verbs: Verbs) -> None:
         "--live",
         type=float,
         metavar="SECONDS",
-        help="listen to the serial port and the bus for so long and say which sensors contradict each other",
+        help="listen to the serial port and the bus this long, then report sensors that contradict each other",
     )
     check.add_argument("--manifest", action="store_true", help="print only what has to be signed")
     add_json(check)

@@ -51,7 +51,7 @@ def _add_identify(verbs: Verbs) -> None:
         "--order", default="auto", help="poles of the linear block (default auto: as many as the data show)"
     )
     identify.add_argument(
-        "--segments", type=int, help="segments of both curves (default: as many as stay within a tenth of the noise)"
+        "--segments", type=int, help="segments of both curves (default: enough to stay within a tenth of the noise)"
     )
     add_json(identify)
 

@@ -93,7 +93,7 @@ def identify(
     if not validate and fitted.again is not None:  # judged on what was held back; what flies has seen all of it
         fitted = fitted.again(_segments(structure_named(best.structure), train))
     worse = useless(best, fitting)
-    warnings = [*worse, *warnings, *(f"{best.structure}: {line}" for line in fitted.warnings)]
+    warnings = [*worse, *warnings, *fitted.warnings]
     options: dict[str, str | float] = {"structure": best.structure}
     options |= {key: wish for key in ("order", "segments") if (wish := getattr(fits.wish, key))}
     spec = finished(msgspec.structs.replace(cast(ModelSpec, fitted.spec), name=name), fitting, held_out, options)

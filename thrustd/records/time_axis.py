@@ -47,7 +47,7 @@ def timed(name: str, loaded: Loaded, axis: TimeAxis, renames: Sequence[Rename] =
         found = " ".join(f"--rename {shlex.quote(each)}" for each in offered_renames(columns))
         raise RecordingError(
             f"{no_column(name, axis.column, columns)}{others}; expected {found}{', or ' if found else ''}"
-            "a column of seconds (--time COLUMN) or the sample rate (--rate HZ, of convert --sampled HZ)"
+            "a column of seconds (--time COLUMN) or the sample rate (--rate HZ; for `thrustd convert` --sampled HZ)"
         )
     return make_recording(name, columns, loaded.metadata, sha256, (*loaded.notes, *remarks, *notes))
 

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from thrustd.replay.replay import ReplaySummary
 
 
+ZERO = " zero"  # kind of an event that goes the way of faults and is none
+
+
 def print_summary(summary: "ReplaySummary", screen: "Console") -> None:
     cut = ", log cut off: read up to the last whole chunk" if summary.cut else ""
     screen.print(
@@ -22,13 +25,16 @@ def print_summary(summary: "ReplaySummary", screen: "Console") -> None:
     for name, engine in summary.engines.items():
         shares = sorted(engine.status_pct.items(), key=lambda row: -row[1])
         words = ", ".join(f"{bit.replace('_', ' ')} {_pct(share)}" for bit, share in shares)
-        screen.print(f"{name}, share of the time: {words or 'healthy throughout'}")
+        screen.print(f"{name}, status by share of the time (bits overlap): {words or 'healthy throughout'}")
         if isfinite(engine.residual_pct):
             screen.print(
                 f"{name}, steady above {OPERATING_N / 1000:g} kN: mounts minus brochure {engine.residual_pct:+.1f} %, "
                 f"upper mount carries {100 * engine.load_share:.1f} %",
             )
-    faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items()) or "none"
+    zeros = [what.removesuffix(ZERO) for what in summary.faults if what.endswith(ZERO)]
+    if zeros:
+        screen.print(f"zeros of the transducers calibrated before the engine start: {', '.join(zeros)}")
+    faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items() if not what.endswith(ZERO)) or "none"
     screen.print(f"faults: {faults}")
 
 
@@ -48,7 +54,13 @@ def _scores(summary: "ReplaySummary") -> "Table":
     table = Table(title="error: estimate minus truth")
     for heading in ("", "source"):
         table.add_column(heading)
-    for heading in ("RMSE N", "bias N", "mean |error| % above 2 kN per mount", "worst |error| N", "truth in 95 % band"):
+    for heading in (
+        "RMSE N",
+        "bias N",
+        "mean |error| % while mounts carry > 2 kN",
+        "worst |error| N",
+        "truth in 95 % band",
+    ):
         table.add_column(heading, justify="right")
     for name, sources in summary.scores.items():
         for source, s in sources.items():

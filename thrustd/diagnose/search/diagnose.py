@@ -272,4 +272,5 @@ def _advice(
     reasons: dict[str, list[str]] = {}
     for one in not_judged:
         reasons.setdefault(one.reason, []).append(one.effect)
-    return advice + [f"not judged: {', '.join(effects)}: {reason}" for reason, effects in sorted(reasons.items())]
+    why = "; ".join(f"{', '.join(effects)} ({reason})" for reason, effects in sorted(reasons.items()))
+    return advice + [f"not judged: {why}"] * bool(why)

@@ -82,7 +82,8 @@ class DiagnoseReport:
         }
 
     def print(self, console: Console) -> None:
-        console.print(f"Verdict on {self.model}: {', '.join(self.verdict)} ({self.grade})", style="bold")
+        grade = "" if self.verdict == ("unknown",) else f" ({self.grade})"
+        console.print(f"Verdict on {self.model}: {', '.join(self.verdict)}{grade}", style="bold")
         console.print(f"  {_yardstick(self)}")
         for candidate in self.candidates:
             if candidate.in_verdict:
