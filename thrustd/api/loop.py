@@ -2,13 +2,13 @@
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from thrustd.api.model import Model
-from thrustd.api.spoken import spoken
+from thrustd.api.spoken import RENAMES, listed, spoken
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.compare import compare as compare_all
 from thrustd.diagnose.compare.comparison import CompareReport
@@ -78,7 +78,8 @@ class Diagnosis(Shown):
         return drawn(dependence_figure(self.report.depends_on))
 
     def show(self, console: "Console") -> None:
-        self.report.print(console)
+        advice = tuple(RENAMES.sub(listed, line) for line in self.report.advice)
+        replace(self.report, advice=advice).print(console)
 
 
 @spoken

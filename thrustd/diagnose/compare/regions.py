@@ -29,6 +29,10 @@ CHANNELS = {  # in words; others by their name
     "accel_z_g": "load factor",
     "vibration_mm_s": "vibration",
     "mach": "Mach",
+    "accel_x_g": "longitudinal acceleration",
+    "dynamic_pressure_Pa": "dynamic pressure",
+    "n1_pct": "N1",
+    "n2_pct": "N2",
 }
 
 
@@ -175,7 +179,7 @@ def _cut(dimension: str, column: Floats, edges: Sequence[float], unit: str) -> l
 
 def _between(edges: Sequence[float], unit: str) -> list[str]:
     """`below 2 kN`, `2 to 4 kN`, `above 4 kN`."""
-    shown, end = [f"{edge:.3g}" for edge in edges], f" {unit}" if unit else ""
+    shown, end = [f"{float(f'{edge:.3g}'):g}" for edge in edges], f" {unit}" if unit else ""
     middle = [f"{low} to {high}{end}" for low, high in pairwise(shown)]
     return [f"below {shown[0]}{end}", *middle, f"above {shown[-1]}{end}"]
 
