@@ -125,7 +125,7 @@ def keep_it(page):
     """Compiled for flight, a report that needs nothing else, a copy of the model."""
     page.locator("nav a", has_text="Add it").click()
     page.get_by_role("button", name="Save and compile").click()
-    page.locator(".file", has_text="come out again").wait_for(timeout=LONG_MS)
+    page.locator(".file", has_text="to the bit").wait_for(timeout=LONG_MS)
     assert str(page.locator(".file code").first.inner_text()).endswith("bench-model+axial_inertia.json")
     with page.expect_download(timeout=LONG_MS) as report:
         page.get_by_role("button", name="Write the report").click()

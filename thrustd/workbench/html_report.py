@@ -176,17 +176,17 @@ def _evidence(sets: list[dict[str, Any]]) -> str:
 
 
 def _effects(spec: ModelSpec) -> str:
-    """What was found: every parameter that is not neutral, with one sigma; units are in the names."""
+    """What was found: every parameter that is not neutral; units are in the names. Intervals stand with the steps."""
     neutral = {word: {p.name: p.neutral for p in effect.parameters} for word, effect in shelf().items()}
     rows = [
-        (e.name, name, f"{value:.4g}", f"{e.std[name]:.2g}" if name in e.std else "")
+        (e.name, name, f"{value:.4g}")
         for e in spec.effects
         for name, value in e.parameters.items()
         if value != neutral.get(e.name, {}).get(name)
     ]
     if not rows:
         return ""
-    return "<h2>Effects in the model</h2>" + table(("Effect", "parameter", "value", "one sigma"), rows)
+    return "<h2>Effects in the model</h2>" + table(("Effect", "parameter", "value"), rows)
 
 
 def _comparison(c: Comparison, both: Sequence[Comparison]) -> str:

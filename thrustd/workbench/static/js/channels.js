@@ -19,6 +19,13 @@ export const MEANT = {
   accel_z_g: "specific force, up +: 1 in level flight",
   pitch_deg: "nose up +",
 };
-const UNITS = { force_N: "N", deformation_mm: "mm", temperature_degC: "degC", vibration_mm_s: "mm/s", time_s: "s", mach: "-" };
+const UNITS = {
+  force_N: "N",
+  deformation_mm: "mm",
+  temperature_degC: "degC",
+  vibration_mm_s: "mm/s",
+  time_s: "s",
+  mach: "-",
+};
 export const unitOf = (ours) =>
   UNITS[ours] ?? { g: "g", pct: "%", Pa: "Pa", m: "m", s: "kg/s", deg: "deg" }[ours.split("_").pop()] ?? "";

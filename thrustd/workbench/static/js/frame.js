@@ -1,7 +1,9 @@
 // What is always there: the loop's steps, the choice of model and recordings, the next step in words, running work.
+
+import { against } from "./answers.js";
 import { fill, h, select } from "./dom.js";
 import { newtons } from "./format.js";
-import { against, nextStep } from "./guide.js";
+import { nextStep } from "./guide.js";
 import { bar, ledgerOf } from "./ledger.js";
 import { showNotices } from "./notices.js";
 import { readNext } from "./steps.js";

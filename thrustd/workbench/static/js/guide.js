@@ -1,6 +1,7 @@
 // The next sensible step, in words, from what is there: a newcomer needs nothing else.
+import { latest, outdated } from "./answers.js";
 import { newtons, typeset } from "./format.js";
-import { askedOf, madeBy, stepOf } from "./ledger.js";
+import { askedOf, stepOf } from "./ledger.js";
 import {
   compareNow,
   compiled,
@@ -11,7 +12,7 @@ import {
   identifyNow,
   revealNow,
 } from "./steps.js";
-import { choose, model, recording, session, store } from "./store.js";
+import { choose, model, session, store } from "./store.js";
 import { nameColumns } from "./views/columns.js";
 
 const go = (view) => {
@@ -284,37 +285,4 @@ function afterwards(truth) {
     `${hidden.join(" and ")} was hidden; the model holds ${held.join(" and ") || "no effect"}. ` +
     "Their forces may look alike on these data: see what separates them under What is missing."
   );
-}
-
-// whether a job was asked of these files as they are read now: their content, columns, excluded stretches
-const upToDate = ({ result: { files = {} } }) =>
-  Object.entries(files).every(([name, key]) => (recording(name) ?? model(name))?.key === key);
-
-// the latest finished answer about exactly this model and these recordings, as they are read now
-export function latest(kind) {
-  const chosen = session();
-  const same = ({ arguments: asked }) => {
-    const models = asked.models ?? [asked.model];
-    return models.at(-1) === chosen.model && String(asked.recordings) === String(chosen.measured) && !asked.condition;
-  };
-  const job = store.server.jobs.find((one) => one.kind === kind && one.state === "done" && same(one) && upToDate(one));
-  return job ? { ...job.result, id: job.id, title: job.title } : null;
-}
-
-// the step that made a model, or one it grew from, of recordings that are read otherwise since
-export function outdated(name) {
-  const asRead = (key) => key.split(" ")[0]; // less what is excluded
-  for (let job = madeBy(name); job; job = madeBy(job.result.parent)) {
-    const { files = {} } = job.result,
-      there = job.arguments.recordings.map(recording).filter((one) => one && files[one.name]);
-    if (there.some((one) => asRead(one.key) !== asRead(files[one.name]))) return job;
-  }
-  return null;
-}
-
-// what speaks against the chosen model on the recordings that check it
-export function against(name) {
-  const step = stepOf(name),
-    bad = step?.heldout?.some((one) => one.contradicted && one.model === name);
-  return bad ? typeset(`${step.remarks.join("; ")}.`) : "";
 }

@@ -1,6 +1,7 @@
 // The steps of the loop as orders to the worker.
+
+import { against, latest } from "./answers.js";
 import { newtons } from "./format.js";
-import { against, latest } from "./guide.js";
 import { parentOf } from "./ledger.js";
 import { attempt, order, running, say, session, store } from "./store.js";
 

@@ -1,13 +1,13 @@
 // Add it: the error ledger as falling bars, the numbers found, undo, save, compile, report.
 
+import { latest } from "../answers.js";
 import { post } from "../api.js";
 import { fill, h, heading, panel, table, wideTable } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
 import { newtons, plusMinus, typeset } from "../format.js";
-import { latest } from "../guide.js";
 import { askedOf, ledgerBars, ledgerOf, stepOf } from "../ledger.js";
 import { compareNow, diagnoseNow, extendWith } from "../steps.js";
-import { attempt, model, refresh, report, running, say, session, store } from "../store.js";
+import { attempt, model, refresh, report, running, say, session } from "../store.js";
 import { removed, WORTH } from "../worth.js";
 import { keepPanel } from "./keep.js";
 

@@ -1,7 +1,8 @@
 // A screen for the newest answer of one kind about the chosen model and recordings; before there is one, it offers to ask.
+
+import { latest } from "../answers.js";
 import { fill, h, heading } from "../dom.js";
 import { percent } from "../format.js";
-import { latest } from "../guide.js";
 import { bar } from "../ledger.js";
 import { attempt, report, running, session } from "../store.js";
 

@@ -68,8 +68,15 @@ const file = (card, ready) =>
         ["size, SHA-256", `${bytes(ready.bytes)}, ${ready.sha256.slice(0, 16)} …`],
         ["witness", `${ready.witness_rows} kept inputs give their kept outputs again, to the bit`],
         ["reads", ready.channels.join(", ")],
-        ["rate", `${ready.rate_hz} Hz; its force there differs by ${newtons(ready.between_rates_n)} at most from that at the bench's rate`],
-        ["fly it", h("code", `model = "${card.name}"`), " in the mount's section of the configuration, with scale_mm and offset_mm of its transducer"],
+        [
+          "rate",
+          `${ready.rate_hz} Hz; its force there differs by ${newtons(ready.between_rates_n)} at most from that at the bench's rate`,
+        ],
+        [
+          "fly it",
+          h("code", `model = "${card.name}"`),
+          " in the mount's section of the configuration, with scale_mm and offset_mm of its transducer",
+        ],
       ].flatMap(([name, ...said]) => [h("dt", name), h("dd", ...said)]),
     ),
     h("button", { onclick: () => save(fileUrl(card.name), card.name.split("/").pop()) }, "Save a copy elsewhere"),
