@@ -9,7 +9,7 @@ import pytest
 from tests.flighttest.scene import ENGINES, made_flight
 from thrustd.__main__ import main
 from thrustd.flighttest.fleet_health import fleet_health
-from thrustd.flighttest.fleet_report import figure
+from thrustd.flighttest.fleet_report import figure, lines
 from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.health import health_rows
 from thrustd.flighttest.trend import FEWEST, hours_to, judge
@@ -97,6 +97,13 @@ def test_the_picture_shows_every_series():
     found = fleet_health(rows_of_fleet(1, 3.0, flights=8))
     shown = [axis for axis in figure(found).axes if axis.get_visible()]
     assert len(shown) == len(found.health) and all(axis.lines for axis in shown)
+    assert shown[0].get_ylabel() == "thrust at equal N1, %"
+
+
+def test_the_engine_that_wears_is_named_in_a_sentence():
+    assert any(
+        line.startswith("left: thrust at equal N1 changed by -") for line in lines(fleet_health(rows_of_fleet(0, 3.0)))
+    )
 
 
 def test_a_mount_says_by_when_it_has_to_be_calibrated():

@@ -118,7 +118,7 @@ def _guarded(job: Job, file: str) -> list[Row]:
 @contextmanager
 def local(processes: int) -> Iterator[Client]:
     """Processes on this machine, one file each at a time."""
-    options = {"n_workers": processes, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    options = {"n_workers": processes, "threads_per_worker": 1, "processes": True, "dashboard_address": "127.0.0.1:0"}
     with LocalCluster(**options, silence_logs=50) as cluster, Client(cluster) as client:
         yield client
 

@@ -19,13 +19,17 @@ WORDS = (
     "hours; slope with its 95 % interval."
 )
 HEADS = "of", "quantity", "flights", "change", "slope per h", "95 %", "verdict"
+SPOKEN = {  # quantity -> words, unit
+    "thrust_at_n1_pct": ("thrust at equal N1", "%"), "fuel_at_n1_pct": ("fuel flow at equal N1", "%"),
+    "n2_at_n1_pct": ("N2 at equal N1", "%"), "load_share": ("upper mount's share", ""), "zero_mm": ("zero", "mm"),
+}  # fmt: skip
 ACROSS = 4  # drawings in a row
 
 
 def table_rows(found: FleetHealth) -> list[list[str]]:
     """Under HEADS."""
     return [
-        [one.of, one.quantity, f"{one.trend.flights}", *_numbers(one.trend), _verdict(one)]
+        [one.of, _named(one), f"{one.trend.flights}", *_numbers(one.trend), _verdict(one)]
         for one in found.health
         if one.trend.flights
     ]
@@ -33,13 +37,14 @@ def table_rows(found: FleetHealth) -> list[list[str]]:
 
 def lines(found: FleetHealth) -> list[str]:
     """What changed, and when what has to be calibrated again."""
-    said = [f"{one.of}: {one.quantity} changed by {one.trend.change:+.2f} {_since(one)}" for one in found.changed]
+    said = [_changed(one) for one in found.changed]
     if not said:
         n = len(found.flights)
         said = [f"nothing changed over {n} flights" if n >= FEWEST else f"{n} flights; {FEWEST} or more tell a change"]
     for one in found.health:
         if isfinite(one.recalibrate_in_h):
-            said.append(f"{one.of} {one.quantity}: recalibrate by {one.recalibrate_in_h:.0f} service hours{_date(one)}")
+            by = f"{one.recalibrate_in_h:.0f} service hours{_date(one)}"
+            said.append(f"{one.of}, {SPOKEN[one.quantity][0]}: recalibrate by {by}")
     return said
 
 
@@ -66,12 +71,24 @@ def figure(found: FleetHealth) -> "Figure":
         if one.trend.kind == "step":
             axis.axvline(one.hours[one.trend.since_flight - 1], color=CHANGED, lw=1)
         elif isfinite(one.trend.slope):
-            axis.plot(hours, np.nanmean(values) + one.trend.slope * (hours - hours.mean()), color="#555555", lw=1)
-        axis.set_title(f"{one.of}: {one.quantity}", fontsize=8)
+            axis.plot(hours, np.nanmean(values) + one.trend.slope * (hours - hours.mean()), color="#888888", lw=1)
+        axis.set_title(f"{one.of}: {_verdict(one)}", fontsize=8, color=CHANGED if one.trend.changed else "#888888")
+        axis.set_ylabel(_named(one), fontsize=7)
         axis.tick_params(labelsize=7)
         axis.grid(alpha=0.3, lw=0.5)
+    drawn.suptitle("Each point a flight, minus the mean of all", x=0.01, ha="left", fontsize=10)
     drawn.supxlabel("service hours", fontsize=8)
     return drawn
+
+
+def _named(one: Health) -> str:
+    return ", ".join(filter(None, SPOKEN[one.quantity]))
+
+
+def _changed(one: Health) -> str:
+    words, unit = SPOKEN[one.quantity]
+    by = "" if one.engine in ("", one.of) else f", by {one.of}"
+    return f"{one.engine or one.of}: {words} changed by {one.trend.change:+.2g} {unit}{by}: {_since(one)}"
 
 
 def _numbers(trend: Trend) -> tuple[str, str, str]:

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from thrustd.core.measures import SIGMAS_95
-from thrustd.flighttest.answer import COLOURS, Answer, Columns, said
+from thrustd.flighttest.answer import Answer, Columns, said
+from thrustd.flighttest.flown import LEFT_OUT
 from thrustd.flighttest.performance_result import BesideKnown, Interval, Performance, PerformancePoint, PolarResult
 from thrustd.flighttest.steps import ThrottleStep
 
@@ -98,35 +99,38 @@ def answer(found: Performance) -> Answer:
 
 def figure(found: Performance) -> "Figure":
     """C_D over C_L^2 with the polars; thrust error and excess thrust check over thrust."""
+    from matplotlib import rcParams
     from matplotlib.figure import Figure
 
-    drawn = Figure(figsize=(11, 5), layout="constrained")
+    ink = rcParams["text.color"]  # of a light or a dark page
+    drawn = Figure(figsize=(12, 6), layout="constrained")
     left, right = drawn.subplots(1, 2)
-    for flight, points in _by_flight(found.points):
+    for number, (flight, points) in enumerate(_by_flight(found.points)):
         used = [p for p in points if not p.left_out]
         bars = [p.drag_u95 for p in used]
-        left.errorbar([p.lift**2 for p in used], [p.drag for p in used], bars, fmt="o", ms=4, lw=0.8, label=flight)
-        right.plot(
-            [p.thrust_n for p in used], [p.thrust_error_n for p in used], "o", ms=4, label=f"{flight}: thrust error"
-        )
-        right.plot([p.thrust_n for p in used], [p.energy_minus_accel_n for p in used], "x", ms=4, color="#999999")
-    out = [p for p in found.points if p.left_out and np.isfinite(p.drag)]
+        mark: Any = {"fmt": "o", "ms": 4, "lw": 0.8, "color": f"C{number}"}
+        left.errorbar([p.lift**2 for p in used], [p.drag for p in used], bars, **mark, label=f"{flight}, bars: 95 %")
+        errors, bars = [p.thrust_error_n for p in used], [p.thrust_error_u95 for p in used]
+        thrusts = [p.thrust_n for p in used]
+        right.errorbar(thrusts, errors, bars, **mark, label=f"{flight}: thrust minus what the polar asks for")
+        right.plot(thrusts, [p.energy_minus_accel_n for p in used], "x", ms=5, color="#777777")
     top = max((p.lift**2 for p in found.points if not p.left_out), default=1.0)
-    left.plot([p.lift**2 for p in out], [p.drag for p in out], "x", color="#999999", ms=5, label="left out")
+    for why, cross in zip(LEFT_OUT[1:], "x+1", strict=True):
+        out = [p for p in found.points if p.left_out == why and np.isfinite(p.drag)]
+        if out:
+            left.plot([p.lift**2 for p in out], [p.drag for p in out], cross, color="#777777", label=f"left out: {why}")
     grid = np.linspace(0.0, 1.05 * top, 50)
-    for polar, colour in zip(found.polars, COLOURS, strict=False):
-        drag = (
-            polar.zero_lift_drag.value
-            + (1 / (4 * polar.zero_lift_drag.value * polar.best_lift_to_drag.value**2)) * grid
-        )
-        left.plot(grid, drag, color=colour, lw=1.2, label=polar.of)
-    left.set(xlabel="C_L^2", ylabel="C_D", xlim=(0, 1.05 * top), ylim=(0, None))
-    right.plot([], [], "x", color="#999999", label="air data minus accelerometer")
-    right.axhline(0.0, color="black", lw=0.5)
-    right.set(xlabel="thrust of all engines, N", ylabel="N")
+    for polar, line in zip(found.polars, ("-", "--", ":"), strict=False):
+        c_d0, ratio = polar.zero_lift_drag.value, polar.best_lift_to_drag.value
+        left.plot(grid, c_d0 + grid / (4 * c_d0 * ratio**2), line, color=ink, lw=1.2, label=f"polar: {polar.of}")
+    highest = max((p.drag + p.drag_u95 for p in found.points if not p.left_out), default=None)
+    left.set(xlabel="$C_L^2$", ylabel="$C_D$", xlim=(0, 1.05 * top), ylim=(0, highest))
+    right.plot([], [], "x", color="#777777", label="excess thrust: air data minus accelerometer")
+    right.axhline(0.0, color=ink, lw=0.5)
+    right.set(xlabel="net thrust of all engines, N", ylabel="difference, N")
     for axis in (left, right):
         axis.grid(alpha=0.3, lw=0.5)
-        axis.legend(fontsize=7)
+        axis.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
     return drawn
 
 

@@ -1,16 +1,14 @@
 """Test points as a table, a picture and a page."""
 
-from collections.abc import Callable, Iterable
 from functools import partial
+from math import nan
 from typing import TYPE_CHECKING
 
 import msgspec
-import numpy as np
 
 from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns, said
 from thrustd.flighttest.flight import Flight, absent
 from thrustd.flighttest.points import Point, TestPoints
-from thrustd.flighttest.uncertainty import Mean
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +20,7 @@ WORDS = (
     "s: systematic, the same in the whole window: the thrust's own band, meter and density of the fuel ([fuel] of "
     "the aircraft's file). Other sensors' systematic part is not known."
 )
+STEADY = "#56b4e9"
 HEADS = ("point", "from s", "s", "Mach", "alt m", "engine", "F N", "r", "s", "Wf g/s", "r", "s", "TSFC", "r", "s",
          "N1 %", "F/d N", "N1/rt")  # fmt: skip
 
@@ -65,55 +64,51 @@ def answer(flight: Flight, found: TestPoints) -> Answer:
 
 
 def figure(flight: Flight, found: TestPoints) -> "Figure":
-    """Thrust, N1 and altitude over time with the points shaded; corrected thrust over corrected N1."""
+    """Thrust, N1 and altitude over time with the points shaded; corrected thrust over N1, TSFC over thrust."""
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
-    drawn = Figure(figsize=(11, 9), layout="constrained")
+    drawn = Figure(figsize=(12, 8), layout="constrained")
     grid = drawn.add_gridspec(3, 2, width_ratios=(2, 1))
     record = flight.per_second().record
     first = None
     for row, (name, label) in enumerate(
-        (("thrust_N", "thrust, N"), ("n1_pct", "N1, %"), ("pressure_altitude_m", "altitude, m"))
+        (("thrust_N", "net thrust, N"), ("n1_pct", "N1, %"), ("pressure_altitude_m", "pressure altitude, m"))
     ):
         axis = first = drawn.add_subplot(grid[row, 0], sharex=first)
-        columns = [name] if name in record else [f"{name}_{engine}" for engine in found.engines]
-        for column, colour in zip(columns, COLOURS, strict=False):
-            axis.plot(record.time_s, record[column], lw=0.8, color=colour, label=column)
+        if name in record:
+            axis.plot(record.time_s, record[name], lw=0.8, color="#888888")
+        else:
+            for engine, colour in zip(found.engines, COLOURS, strict=False):
+                axis.plot(record.time_s, record[f"{name}_{engine}"], lw=0.8, color=colour)
         for point in found.points:
-            axis.axvspan(point.start_s, point.end_s, color="#56b4e9" if point.steady else CHANGED, alpha=0.3, lw=0)
+            axis.axvspan(point.start_s, point.end_s, color=STEADY if point.steady else CHANGED, alpha=0.3, lw=0)
         axis.set_ylabel(label)
-        axis.legend(fontsize=7, loc="upper right")
     axis.set_xlabel("time, s")
-    _against(drawn.add_subplot(grid[:2, 1]), found, "n1_corrected_pct", "thrust_corrected_N")
-    _against(drawn.add_subplot(grid[2, 1]), found, "thrust_N", "tsfc_g_kN_s")
-    drawn.suptitle(f"{found.flight}: {count(found)} ({found.thrust} thrust)", x=0.01, ha="left")
+    _against(drawn.add_subplot(grid[:2, 1]), found, ("n1_corrected_pct", "thrust_corrected_N"),
+             ("corrected N1, %", "corrected thrust F / delta_t, N"))  # fmt: skip
+    _against(drawn.add_subplot(grid[2, 1]), found, ("thrust_N", "tsfc_g_kN_s"), ("net thrust, N", "TSFC, g/(kN s)"))
+    shades = [Patch(color=STEADY, alpha=0.3, label="steady point")]
+    if not all(point.steady for point in found.points):
+        shades.append(Patch(color=CHANGED, alpha=0.3, label="marked, not steady"))
+    handles = [*drawn.axes[-1].get_legend_handles_labels()[0], *shades]
+    drawn.legend(handles=handles, loc="outside upper right", ncols=6)
+    drawn.suptitle(f"{found.flight}: {count(found)}, {found.thrust} thrust", x=0.01, ha="left", fontsize=11)
     return drawn
 
 
-def _against(axis: "Axes", found: TestPoints, x: str, y: str) -> None:
+def _against(axis: "Axes", found: TestPoints, names: tuple[str, str], labels: tuple[str, str]) -> None:
+    """Bars: 95 %."""
+    x, y = names
     for engine, colour in zip(found.engines, COLOURS, strict=False):
         pairs = [(p.values[f"{x}_{engine}"], p.values[f"{y}_{engine}"]) for p in found.points
                  if f"{y}_{engine}" in p.values]  # fmt: skip
         if pairs:
-            xs, ys = zip(*pairs, strict=True)
-            across, up, bars = _column(xs, _mean), _column(ys, _mean), _column(ys, _u95)
-            axis.errorbar(across, up, bars, fmt="o", ms=4, lw=1, color=colour, label=engine)
-    axis.set_xlabel(x)
-    axis.set_ylabel(y)
+            across, up = ([value.mean for value in column] for column in zip(*pairs, strict=True))
+            bars = [value.u95 for _, value in pairs]
+            axis.errorbar(across, up, bars, fmt="o", ms=4, lw=1, color=colour, label=f"{engine} (bars: 95 %)")
+    axis.set(xlabel=labels[0], ylabel=labels[1])
     axis.grid(alpha=0.3, lw=0.5)
-    axis.legend(fontsize=7)
-
-
-def _column(values: Iterable[Mean], part: Callable[[Mean], float]) -> "np.typing.NDArray[np.float64]":
-    return np.array([part(value) for value in values])
-
-
-def _mean(value: Mean) -> float:
-    return value.mean
-
-
-def _u95(value: Mean) -> float:
-    return value.u95
 
 
 def _row(point: Point, engine: str, first: bool) -> list[str]:
@@ -128,7 +123,7 @@ def _row(point: Point, engine: str, first: bool) -> list[str]:
     numbers = []
     for name, scale, digits in (("thrust_N", 1.0, 0), ("fuel_flow_kg_s", 1e3, 2), ("tsfc_g_kN_s", 1.0, 2)):
         mean = value.get(f"{name}_{engine}")
-        parts = (mean.mean, mean.random_u95, mean.systematic_u95) if mean else (np.nan,) * 3
+        parts = (mean.mean, mean.random_u95, mean.systematic_u95) if mean else (nan,) * 3
         numbers += [said(scale * part, f".{digits}f") for part in parts]
     rest = (("n1_pct", 2), ("thrust_corrected_N", 0), ("n1_corrected_pct", 2))
     numbers += [said(value[f"{name}_{engine}"].mean, f".{digits}f") for name, digits in rest]
