@@ -38,7 +38,7 @@ def identify(
 ) -> Model:
     """A model of bench recordings: columns (n,) `deformation_mm`, mm, and `force_N`, N, or others in their roles.
 
-    validate: recordings not fitted to (else every fifth of 20 parts); structures: names of model structures to try
+    validate: recordings not fitted to (else a fifth of the record); structures: names of model structures to try
     (else the usual one). Errors in its report: N, RMS of free runs. RecordingError, one line: a column is missing, or
     the data cannot tell.
     """

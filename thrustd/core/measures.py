@@ -4,9 +4,11 @@ NaN: not known, it does not count.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
 
+GOLDEN = (5**0.5 - 1.0) / 2.0
 OPERATING_N = 2000.0  # of a mount: the thesis' operating range; below it a per cent of the force means nothing
 SIGMAS_95 = 1.96  # half the width of the 95 % band of a normal distribution
 
@@ -20,4 +22,14 @@ def percents(error_n: Floats, reference_n: Floats, above_n: float = OPERATING_N)
     """|error| in % of |reference|, where that is larger than `above_n`: at most as many as (n,)."""
     counted = np.isfinite(error_n) & (np.abs(reference_n) > above_n)
     found: Floats = 100.0 * np.abs(error_n[counted] / reference_n[counted])
+    return found
+
+
+def held_out_groups(n_parts: int, n_groups: int) -> NDArray[np.intp]:
+    """Which group (n_parts,) every part of a record belongs to, each held out in turn: as good as equally large.
+
+    By the golden ratio: every n-th part would be the same phase of a motion that repeats, and a model without it would
+    be asked for loads that it was never shown.
+    """
+    found: NDArray[np.intp] = (np.arange(n_parts) * GOLDEN % 1.0 * n_groups).astype(np.intp)
     return found

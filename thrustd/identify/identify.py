@@ -11,6 +11,7 @@ from rich.console import Console
 
 from thrustd.core.columns import Flags
 from thrustd.core.errors import RecordingError, ThrustdError
+from thrustd.core.measures import held_out_groups
 from thrustd.identify.artifact import finished
 from thrustd.identify.checks import check_apart, check_records
 from thrustd.identify.first_state import levels_of
@@ -24,7 +25,7 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.records.recording import Recording
 from thrustd.records.roles import Roles, roles_of
 
-PARTS, EVERY = 20, 5  # of every record; every fifth is held out when no other records are given
+PARTS, GROUPS = 20, 5  # of every record; one group of parts is held out when no other records are given
 STILL = 0.1  # of the deviation of the data fitted to: what moves less tells nothing of a model
 USUAL = "hw-pwl+prandtl-ishlinskii"
 EXPLAINED_PCT = 97.0  # fit on validation data; with less other structures are tried, when none was named
@@ -68,7 +69,7 @@ def identify(
     progress: Progress | None = None,
     others: Sequence[str] = (),
 ) -> Identified:
-    """Fit `structures` to `train`, score on `validate` (or every fifth part of `train`, then not fitted to).
+    """Fit `structures` to `train`, score on `validate` (or a fifth of `train`, then not fitted to).
 
     None named: HW-PWL, and where it leaves much unexplained `others` beside it. The best on data not fitted to wins.
     A mount needs no others: what HW-PWL leaves of it is an absent effect, which `diagnose` names.
@@ -152,12 +153,13 @@ def _share(progress: Progress | None, place: int, total: int) -> Told | None:
 
 
 def split(records: Sequence[Recording]) -> tuple[list[Recording], list[Recording]]:
-    """Every record without a reference in every fifth of 20 parts, and with one there only.
+    """Every record without a reference in a fifth of it, four parts of 20, and with one there only.
 
     The model runs through with the memory that the mount has there. Parts all over a record ask what happens between
     its first and last load; its last fifth alone often holds loads that nothing else of it showed.
     """
-    out = [np.arange(len(record)) * PARTS // len(record) % EVERY == EVERY // 2 for record in records]
+    held_out = held_out_groups(PARTS, GROUPS) == GROUPS // 2
+    out = [held_out[np.arange(len(record)) * PARTS // len(record)] for record in records]
     pairs = list(zip(records, out, strict=True))
     return [_without(record, ~kept) for record, kept in pairs], [_without(record, kept) for record, kept in pairs]
 

@@ -4,6 +4,7 @@ Time [s] -> time_s        Load [kN] -> force_N * 1000        LVDT (V) -> deforma
 """
 
 import re
+import shlex
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -70,6 +71,15 @@ def offered_renames(columns: Mapping[str, Floats]) -> list[str]:
     found = {name: one for name, one in offer(columns).items() if one.unit in CONVERSIONS[unit_of(one.ours)]}
     timed = any(one.ours == TIME for one in found.values())
     return [spelled(name, one.ours, one.factor, one.offset) for name, one in found.items()] if timed else []
+
+
+def advised(columns: Mapping[str, Floats]) -> dict[str, str]:
+    """ours -> how to name the column that says by its unit that it may be this channel."""
+    found = {one.ours: (name, one) for name, one in offer(columns).items() if signal_of(one.ours) and one.unit}
+    said = {ours: shlex.quote(spelled(name, ours, one.factor, one.offset)) for ours, (name, one) in found.items()}
+    return {
+        ours: f"{found[ours][0]} may be {ours}, which effects read: if so, --rename {how}" for ours, how in said.items()
+    }
 
 
 def _fits(name: str, words: str, units: tuple[str, ...]) -> int:

@@ -68,6 +68,16 @@ def test_what_happened_once_is_no_rule():
     assert where_it_fails(regions_of(data["force_N"], DT_S, data.channels), error) == []
 
 
+def test_the_far_end_that_is_right_is_not_said_to_fail():
+    """A record that warms up, an error that is small and one-sided where it is cold."""
+    data = record()
+    warm = np.linspace(0.0, 1.0, len(data))
+    error = 142.0 - 600.0 * np.maximum(warm - 0.2, 0.0) + np.random.default_rng(0).normal(0, 10, len(data))
+    found = where_it_fails(regions_of(data["force_N"], DT_S, dict(data.channels) | {"temperature_degC": warm}), error)
+    assert found and all(failure.share_of_squared_error > 0.7 * failure.share_of_time for failure in found)
+    assert found[0].bias_n < 0.0
+
+
 def test_an_even_error_that_is_one_sided_after_each_movement_is_friction_to_the_eye():
     """As much squared error everywhere: only its sign goes with the last movement."""
     data = record()

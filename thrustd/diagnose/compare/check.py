@@ -34,6 +34,6 @@ def check_of(name: str, spec: ModelSpec, record: Recording, rmse_n: float, unit:
         return Check()
     last = spec.ledger[-1]
     more, promised = newtons(rmse_n, unit=unit), newtons(last.rmse_after_n, unit=unit)
-    times = f"{rmse_n / last.rmse_after_n:.2g} times as much"
+    times = f"{newtons(rmse_n / last.rmse_after_n)} times as much"
     said = f"{more} is left, {promised} was promised when {last.added} was added ({times})"
     return Check(False, True, f"{record.name} contradicts {name}: {said}")

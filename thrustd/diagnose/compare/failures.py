@@ -84,8 +84,14 @@ def where_it_fails(regions: Sequence[Region], residual_n: Floats, unit: str = "N
         chosen = _best(_by_block(masks, members, error, free), whole)
         if chosen is None:
             break
-        mask = np.all(masks[list(chosen)], axis=0)
-        failures.append(_failure([regions[i] for i in chosen], mask & free, residual_n, total, count, unit))
+        mask, labels = np.all(masks[list(chosen)], axis=0), [regions[i].label for i in chosen]
+        if np.mean(squares[mask & free]) * LIFT < np.mean(
+            squares[good & ~mask]
+        ):  # one-sided, and right beside the rest
+            if failures:
+                break
+            mask, labels[0] = ~mask, f"everywhere but {labels[0]}"
+        failures.append(_failure(labels, mask & free, residual_n, total, count, unit))
         free &= ~mask
     return sorted(failures, key=lambda f: -f.share_of_squared_error)
 
@@ -203,13 +209,12 @@ def _gain(slices: _Slices, whole: _Slices, time: Floats, own: Floats) -> Floats:
     return gain
 
 
-def _failure(chosen: Sequence[Region], mask: Flags, residual_n: Floats, total: float, count: int, unit: str) -> Failure:
+def _failure(labels: Sequence[str], mask: Flags, residual_n: Floats, total: float, count: int, unit: str) -> Failure:
     inside = residual_n[mask]
     squares = float(np.sum(inside**2))
-    labels = tuple(region.label for region in chosen)
     return Failure(
         ", ".join(labels),
-        labels,
+        tuple(labels),
         squares / total,
         inside.size / count,
         (squares / inside.size) ** 0.5,

@@ -21,6 +21,7 @@ from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.records.flight_log import FLIGHT_LOG, REPLAY_FIRST
+from thrustd.records.offer import advised
 from thrustd.records.recording import TIME, Recording
 
 THRUST = "thrust_N"
@@ -90,6 +91,7 @@ def rest_remarks(recordings: Sequence[Recording], place: MountPlace | None, spec
     specs = list(specs)
     return [
         f"{record.name}: {name} is not recorded, {value:g} {CATALOGUE[name].unit} taken for it"
+        + "".join(f"; {said}" for ours, said in advised(record.channels).items() if ours == name)
         for record in recordings
         for name, value in unrecorded(as_mount(record, place), specs).items()
     ]

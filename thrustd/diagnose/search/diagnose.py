@@ -8,7 +8,6 @@ compete on blocks of time held back (`ranking`), and so do free curves of every 
 one of these leaves less than every known law, the verdict is `unknown`.
 """
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,7 +15,6 @@ import numpy as np
 
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
-from thrustd.core.signals import CATALOGUE
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
@@ -38,9 +36,8 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 from thrustd.model.expression import force_along
 from thrustd.model.modulated import BY
-from thrustd.records.offer import offer
+from thrustd.records.offer import advised
 from thrustd.records.recording import Recording
-from thrustd.records.rename import spelled
 
 FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
 OUTDOES = 0.8  # of what the best set leaves above the floor: one free curve leaves less, and the law is another
@@ -128,7 +125,7 @@ def _report(
         tuple(candidates),
         tuple(_drawn(base, rows, verdict)),
         tuple(not_judged),
-        (*turned, *_renames(question.records), *_advice(base, ranked, verdict, alike, not_judged)),
+        (*turned, *_named(question.records[0]), *_advice(base, ranked, verdict, alike, not_judged)),
         scale * float(np.sqrt(left(ranked.nothing, base))),
         scale * float(np.sqrt(left(verdict.fit, base))),
         scale * floor,
@@ -214,15 +211,9 @@ def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def _renames(records: Sequence[Recording]) -> list[str]:
+def _named(record: Recording) -> list[str]:
     """Columns that may be a channel which effects read, under another name."""
-    found = offer({name: column for name, column in records[0].channels.items() if len(column)})
-    channels = [(theirs, one) for theirs, one in found.items() if one.ours in CATALOGUE and one.unit]
-    said = [shlex.quote(spelled(theirs, one.ours, one.factor, one.offset)) for theirs, one in channels]
-    return [
-        f"{theirs} may be {one.ours}, which effects read: if so, --rename {how}"
-        for (theirs, one), how in zip(channels, said, strict=True)
-    ]
+    return list(advised({name: column for name, column in record.channels.items() if len(column)}).values())
 
 
 def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Dependence]:

@@ -12,6 +12,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from thrustd.core.columns import Flags, Floats
+from thrustd.core.measures import held_out_groups
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
@@ -168,7 +169,7 @@ def held_back_squares(
     squares = np.empty(len(blocks.size))
     whole, right = blocks.matrix.sum(axis=0), blocks.right.sum(axis=0)
     for fold in range(FOLDS):
-        mine = np.arange(len(squares)) % FOLDS == fold
+        mine = held_out_groups(len(squares), FOLDS) == fold
         information = (whole - blocks.matrix[mine].sum(axis=0)) / noise + prior
         gradient = (right - blocks.right[mine].sum(axis=0)) / noise - pull
         new, _ = bounded(information, gradient + information @ vector, positive)

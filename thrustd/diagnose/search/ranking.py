@@ -88,12 +88,14 @@ def rank(
         fits += grown
         if size == 0 and not any(at_floor(fit, base) for fit in grown):
             curves = _curves(base, records, looks)
+            if _strange(curves, looks.terms):
+                break
         step = advanced(base, nothing, best, grown)
         if step is None:
             break
         best, beam = step
     best = pruned(base, records, nothing, best)
-    if far_above(best, base):
+    if far_above(best, base) and not _strange(curves, looks.terms):
         more = following(base, records, best, looks.looked, rig)
         fits += more
         best = pruned(base, records, nothing, more[-1]) if more else best
@@ -135,7 +137,14 @@ def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) ->
 
 def _curves(base: Base, records: Sequence[Record], looks: Looks) -> list[Followed]:
     worth = max((one.removes for one in looks.looked[:1]), default=0.0) * looks.table.mse()
-    return estimated(base, records, looks.nothing, followed(looks.table, curve_sigma(records)), worth)
+    seen = followed(looks.table, curve_sigma(records))
+    return estimated(base, records, looks.nothing, seen, worth, lambda fit: at_floor(fit, base))
+
+
+def _strange(curves: Sequence[Followed], terms: Sequence[Term]) -> bool:
+    """Whether one curve of a channel that no law reads explains everything: several laws would say it worse."""
+    read = {channel for term in terms for channel in term.effect.channels}
+    return any(curve.whole and not set(curve.parts) & read for curve in curves)
 
 
 def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequence[Looked], rig: Rig) -> list[Joint]:

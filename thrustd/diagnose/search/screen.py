@@ -4,7 +4,7 @@ Columns are difference quotients of whole free runs at a typical amplitude, besi
 is judged by what it explains that the core cannot absorb under its prior, on blocks held back.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
@@ -203,6 +203,7 @@ class Followed:
     mse: float
     removed: float  # of the mean square, beside what was there
     gain: bool = False  # of the force, no bias of the deformation
+    whole: bool = False  # explains all that is to be explained
 
 
 def followed(table: Table, sigma_mm: float) -> list[Followed]:
@@ -233,11 +234,22 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
 
 
 def estimated(
-    base: Base, records: Sequence[Record], nothing: Joint, looked: Sequence[Followed], worth: float
+    base: Base,
+    records: Sequence[Record],
+    nothing: Joint,
+    looked: Sequence[Followed],
+    worth: float,
+    whole: Callable[[Joint], bool],
 ) -> list[Followed]:
-    """Free curves that at a first look remove nearly `worth`, estimated whole beside the core; best first."""
-    found = []
-    for one in [one for one in looked if one.removed > SAYS * worth][:CURVES]:
+    """Free curves that at a first look remove nearly `worth`, estimated whole beside the core; best first.
+
+    Those behind one with which nothing is left (`whole`) are not estimated.
+    """
+    found: list[Followed] = []
+    leading = [one for one in looked if one.removed > SAYS * worth][:CURVES]
+    for one in sorted(leading, key=lambda one: len(one.parts)):
+        if any(other.whole for other in found):
+            break
         columns_of = [combined(record.channels)[one.channel][0] for record in records]
         seen = [
             replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
@@ -248,7 +260,8 @@ def estimated(
             term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=gain)
             if term is not None:
                 fit = joint_fit(base, seen, (term,))
-                found.append(replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=gain))
+                removed = nothing.mse - fit.mse
+                found.append(replace(one, mse=fit.mse, removed=removed, gain=gain, whole=whole(fit)))
     best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
     return sorted(best.values(), key=lambda one: one.mse)
 

@@ -83,7 +83,7 @@ const numbers = (a) =>
       "div.figures",
       [
         [newtons(a.train_n), "RMSE, four parts in five"],
-        [newtons(a.validation_n), "RMSE, every fifth part, not fitted to"],
+        [newtons(a.validation_n), "RMSE, a fifth of the record, not fitted to"],
         [`${number(a.fit_pct, 4)} %`, "fit there"],
         [newtons(a.rmse_n), "RMSE, whole record"],
         [`${number(a.force_n[0], 3)} to ${number(a.force_n[1], 4)} N`, "identified over"],
