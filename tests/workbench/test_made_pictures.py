@@ -8,6 +8,7 @@ import pytest
 from tests.conftest import simple_model
 from tests.workbench.test_server import small_record
 from thrustd.core.errors import UsageError
+from thrustd.diagnose.compare.compare import compare
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import write_model
 from thrustd.records.files import write_recording
@@ -33,6 +34,12 @@ def folder(tmp_path_factory):
     folder = Folder(root)
     simulate_models(folder, "measured.csv", ["model.json"], quiet)
     return folder
+
+
+def test_a_model_begins_in_the_histories_as_in_a_comparison(folder):
+    (compared,) = compare({"m": simple_model()}, [small_record()]).comparisons
+    shown = folder.model_columns("measured.csv", "model.json").column("model")
+    assert shown == pytest.approx(compared.model_n, abs=0.01)
 
 
 def test_an_identification_says_errors_curve_and_relaxation():

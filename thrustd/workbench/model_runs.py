@@ -1,6 +1,7 @@
 """Models run on recordings, as columns the time histories draw."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Progress
-from thrustd.diagnose.search.evidence import simulate
+from thrustd.diagnose.compare.compare import free_runs
 from thrustd.identify.error_map import rates_of
 from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import ErrorMap, ModelSpec
@@ -61,13 +62,18 @@ def simulate_models(folder: Folder, name: str, models: Sequence[str], progress: 
 
 
 def model_force(spec: ModelSpec, record: Recording) -> Floats:
-    """Free run of a model over every stretch of a recording, on its own time axis (n,), N; NaN in holes."""
+    """Free run of a model over every stretch of a recording, on its own time axis (n,), N; NaN in holes.
+
+    It begins in the state that the reference shows, as in `compare`; at rest where there is none.
+    """
     needed = [channel for stage in model_stages(spec, 1.0) for channel in stage.channels]
     force_n = np.full(len(record), np.nan)
+    reference_n = record["force_N"] if "force_N" in record else force_n.copy()
     record = record.with_channels(force_N=np.zeros(len(record)))  # also where the reference is missing
     for segment in segments_of([record], dict.fromkeys(needed)):
         first, last = np.searchsorted(record.time_s, [segment.start_s, segment.time_s[-1] + 0.5 * segment.dt_s])
         at_s = record.time_s[first:last]
-        run = simulate(spec, segment)
+        told = replace(segment, force_n=np.interp(segment.time_s, record.time_s, reference_n))
+        run = free_runs(spec, told)[1]
         force_n[first:last] = run if len(run) == len(at_s) else np.interp(at_s, segment.time_s, run)
     return force_n

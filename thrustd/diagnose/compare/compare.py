@@ -68,7 +68,7 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
     complete = [n for n in record.channels if n != "force_N" and np.isfinite(bridged(record[n])).mean() > 0.999]
     segments = segments_of([record], dict.fromkeys([*needed, *complete]))
     reference_n = np.concatenate([s.force_n for s in segments])
-    rested_n, model_n = (np.concatenate(runs) for runs in zip(*(_free_runs(spec, s) for s in segments), strict=True))
+    rested_n, model_n = (np.concatenate(runs) for runs in zip(*(free_runs(spec, s) for s in segments), strict=True))
     flown_n = np.concatenate([simulate_in_flight(spec, s) for s in segments]) if lateness(spec)[1] else rested_n
     time_s = np.concatenate([s.time_s for s in segments])
     channels = {
@@ -105,7 +105,7 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
     )
 
 
-def _free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:
+def free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:
     """Model force (n,) from rest, and from the state that the first stretch of the segment shows."""
 
     def run(stretch: Segment) -> Floats:

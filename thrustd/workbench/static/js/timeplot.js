@@ -211,7 +211,7 @@ export class Sheet {
     if (!first) return;
     const each = first.raw
       ? "every sample"
-      : `lowest and highest of ${number(first.samples / first.count, 3)} samples per column`;
+      : `lowest and highest of ${Math.round(first.samples / first.count)} samples at each point`;
     this.status.replaceChildren(
       h("span", this.at === null || this.at === undefined ? "" : `t = ${seconds(this.at)} (${clock(this.at)})`),
       h("span", `${count(first.samples)} samples in ${number(this.range[1] - this.range[0], 4)} s; ${each}`),

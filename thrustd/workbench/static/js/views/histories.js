@@ -205,12 +205,12 @@ export function histories(root) {
       ),
       key = (color, ...words) => h("span.shade-key", h("i", { class: color }), ...words);
     return [
-      banded ? key("band", `band: 95 % of the error that ${banded} had when it was identified`) : null,
+      banded ? key("band", `band: 95 % interval of ${banded}, from its error on held-out bench data`) : null,
       state.hits.get(name)?.length ? key("hit", state.why || "chosen samples") : null,
       settles
         ? key(
             "settle",
-            `first ${duration(settles.settling_s)}: ${settles.name} remembers where it began; if the mount was at work before, a decay here is the start, no missing effect`,
+            `first ${duration(settles.settling_s)}: ${settles.name} still depends on how the recording began; a decay here is the start, no missing effect`,
           )
         : null,
       marks.some((m) => !m.exclude) ? key("mark", "marked") : null,
