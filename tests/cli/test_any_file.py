@@ -43,7 +43,7 @@ def test_compare_reads_the_columns_and_prints_their_unit(rig, capsys):
     ("said", "words"),
     [
         ("--rate 20 --input travel_mm --output load_tonf", "no column 'travel_mm'; it has"),
-        ("--rate 20 --input Travel_cm --output load_tonf", "meant was travel_cm?"),
+        ("--rate 20 --input Travel_cm --output load_tonf", "did you mean travel_cm?"),
         ("--rate 20", "no reference: expected force_N or thrust_N"),
         ("--rate 0 --input travel_cm --output load_tonf", "--rate 0: expected samples per second"),
         ("--input travel_cm --output load_tonf", "no column 'time_s'"),

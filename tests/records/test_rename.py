@@ -54,7 +54,7 @@ def test_columns_that_are_not_there_or_taken_are_named():
     swapped, remarks = renamed("f.csv", columns, [Rename("a", "mach", 2.0, 1.0), Rename("b", "force_n")])
     assert set(swapped) == {"mach", "force_n"}
     assert swapped["mach"].tolist() == [3.0, 3.0, 3.0]
-    assert remarks == ["force_n: no channel of the catalogue, kept; meant was force_N?"]
+    assert remarks == ["force_n: no channel of the catalogue, kept; did you mean force_N?"]
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ def test_a_mounts_own_file_needs_no_other_words():
 
 
 def test_a_column_that_is_not_there_is_refused_with_the_nearest_names():
-    with pytest.raises(RecordingError, match=r"no column 'load \[tonf\]'; it has .*; meant was Load \[tonf\]\?"):
+    with pytest.raises(RecordingError, match=r"no column 'load \[tonf\]'; it has .*; did you mean Load \[tonf\]\?"):
         with_roles(rig(), Roles("travel_cm", "load [tonf]"))
     assert "meant" not in no_column("f", "zzz", ["force_N"])
 

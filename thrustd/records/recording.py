@@ -166,7 +166,7 @@ def no_column(record: str, wanted: str, there: Iterable[str]) -> str:
         near = [lower[found] for found in get_close_matches(wanted.lower(), list(lower), 5, 0.0)]
         return f"{record}: no column {wanted!r}; nearest of its {len(names)}: {', '.join(near)} (thrustd info: all)"
     near = [lower[found] for found in get_close_matches(wanted.lower(), list(lower), 3)]
-    meant = f"; meant was {' or '.join(near)}?" if near else ""
+    meant = f"; did you mean {' or '.join(near)}?" if near else ""
     return f"{record}: no column {wanted!r}; it has {', '.join(names) or 'none'}{meant}"
 
 

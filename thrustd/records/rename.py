@@ -60,7 +60,7 @@ def _remark(ours: str) -> str:
     if ours == "time_s" or signal_of(ours):
         return ""
     near = get_close_matches(ours, ("time_s", *CATALOGUE), 1)
-    return f"{ours}: no channel of the catalogue, kept{f'; meant was {near[0]}?' if near else ''}"
+    return f"{ours}: no channel of the catalogue, kept{f'; did you mean {near[0]}?' if near else ''}"
 
 
 def check_unit(theirs: str, ours: str) -> None:
