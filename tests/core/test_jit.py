@@ -130,4 +130,4 @@ def test_a_person_is_told_once_that_a_first_start_takes_a_minute(person, capsys,
     assert not capsys.readouterr().err
     for _ in range(30):
         listener.on_start(None)
-    assert capsys.readouterr().err.count("compiling for this machine") == person
+    assert capsys.readouterr().err.count("first start on this machine") == person

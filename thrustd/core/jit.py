@@ -18,7 +18,7 @@ from numba import njit, types
 from numba.core import event
 
 MANY = 10  # functions compiled by one process: its cache is empty or of another version
-FIRST = "thrustd: compiling for this machine: up to a minute, this once\n"
+FIRST = "thrustd: first start on this machine: compiling, up to a minute, only this once\n"
 
 
 class _Compiling(event.Listener):
