@@ -51,16 +51,10 @@ def largest_n(summary: "ReplaySummary") -> dict[str, dict[str, float]]:
 def _scores(summary: "ReplaySummary") -> "Table":
     from rich.table import Table
 
-    table = Table(title="error: estimate minus truth")
+    table = Table(title="error: estimate minus truth; % of truth while a mount carries more than 2 kN")
     for heading in ("", "source"):
         table.add_column(heading)
-    for heading in (
-        "RMSE N",
-        "bias N",
-        "mean |error| % while mounts carry > 2 kN",
-        "worst |error| N",
-        "truth in 95 % band",
-    ):
+    for heading in ("RMSE N", "bias N", "mean |error| %", "worst |error| N", "in 95 % band"):
         table.add_column(heading, justify="right")
     for name, sources in summary.scores.items():
         for source, s in sources.items():
