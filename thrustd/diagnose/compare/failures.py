@@ -170,9 +170,7 @@ def _scores(slices: _Slices, whole: _Slices) -> Floats:
     mean = slices.sums.sum(axis=1) / samples - whole.sums.sum() / count
     scatter = np.linalg.norm(slices.sums - (slices.sums.sum(axis=1) / samples)[:, None] * slices.counts, axis=1)
     one_sided = counted & (np.abs(mean) > sure * spread * scatter / samples)
-    one_sided &= (mean**2 >= ONE_SIDED * share * total / samples) & (
-        LIFT * share > time
-    )  # nobody fails where it is best
+    one_sided &= mean**2 >= ONE_SIDED * share * total / samples
     own = np.where(one_sided, mean**2, 0.0)
     found: Floats = np.where(larger | one_sided, _gain(slices, whole, samples / count, own), 0.0)
     return found
