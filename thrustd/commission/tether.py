@@ -5,11 +5,16 @@
 f_m   force of the mount's model; u its deformation over its range
 G_e   what the installation does to an engine's whole load (brackets, lines): prior 3 %
 s_m   one mount against its bench: prior `fusion.mount_stiffness_std`
-z_m   what is left of its transducer's zero: prior its calibration's sigma, else `fusion.mount_zero_std_mm`
+z_m   what is left of its transducer's zero under load: prior a third of the largest zero, because a reading at rest holds
+      what friction kept of an earlier load
 a_e   growth between transducers and mounts with their temperature: prior 0.5 um/K; load and heat come together in such
       a run, so that without it the gain takes the heat's part, and is wrong in cold air
 b_e   bow of the transducers' lines: prior 10 um, 0 where gauge blocks have measured it
 c     zero of the cell with the wheels' friction: prior 50 N
+
+An engine that is off carries nothing. Its mounts count from when they have carried half of their largest force: what an
+earlier load left in the friction is gone by then (a stop forgets after twice its own travel). Engines shut down after
+that tell the zero of each mount, as well as its model knows friction.
 
 Bayesian linear regression (Bishop, Pattern Recognition and Machine Learning, ch. 3.3); the noise that counts is slow,
 so its variance is that of means of ten seconds. What the run does not tell apart stays at its prior: two mounts of one
@@ -17,19 +22,20 @@ engine move together, so their difference does.
 """
 
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
-from thrustd.core.calibration import Calibration, MountCalibration, Zero
-from thrustd.core.columns import Floats
+from thrustd.core.calibration import LARGEST_ZERO_MM, Calibration, MountCalibration, Zero
+from thrustd.core.columns import Flags, Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import rms
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
+from thrustd.model.region_error import cells
 from thrustd.records.recording import Recording
 
 ENGINE_STD, CELL_ZERO_N = 0.03, 50.0
@@ -40,6 +46,8 @@ LAGS_S = np.arange(-3.0, 3.01, 0.1)  # the cell's clock against the log's
 UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
 RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is another unit or another load path
 LEAST_RANGE_N, LEAST_S = 1000.0, 60.0
+MOVED = 0.5  # of the largest force
+RUNDOWN_S = 20.0  # after shutdown: a turning engine pulls
 BANDS_N = (1500.0, 3000.0, 5000.0)  # of a mount
 
 
@@ -90,6 +98,10 @@ class _Run:
     engine_of: list[int]
     force_n: Floats  # (n, mounts)
     slope_n_mm: Floats  # (n, mounts)
+    runs: Flags  # (n, mounts) with its engine
+    stopped: Flags  # (n, mounts) its engine, after it has run
+    counts: Flags  # (n,) no mount holds what was before
+    model_std_n: list[float]  # by mount, without a load: error and friction
     warmer_k: Floats  # (n, mounts) than at first; 0 where no thermometer is
     bowed: Floats  # (n, mounts) 4 u (1 - u)
     reference_degc: list[float]
@@ -101,6 +113,13 @@ class _Run:
         """Sums (n, engines) over an engine's mounts."""
         sides = [np.array(self.engine_of) == e for e in range(len(self.engines))]
         return np.column_stack([columns[:, side].sum(axis=1) for side in sides])
+
+
+class _Known(NamedTuple):
+    """What is known beside the cell, as information: of the numbers, and of them times their values."""
+
+    matrix: Floats  # (n, n)
+    vector: Floats  # (n,)
 
 
 class _Solved(NamedTuple):
@@ -116,7 +135,8 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
     """`flight`: columns of `flight_columns`; `cell`: time_s and force_N. RecordingError when they do not fit."""
     run = _run(flight, installation)
     design, prior = _design(run), _prior(run, installation)
-    base_n = run.force_n.sum(axis=1)
+    base_n = np.where(run.counts, (run.force_n * run.runs).sum(axis=1), np.nan)
+    known = _known(run, prior)
     trials = [(lag, _at(cell, flight.time_s + lag)) for lag in LAGS_S.tolist()]
     trials = [(lag, cell_n) for lag, cell_n in trials if np.isfinite(cell_n).sum() > LEAST_S * run.rate_hz]
     if not trials:
@@ -125,7 +145,7 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
             f"{cell.name}: less than {LEAST_S:g} s within the log's {span}; expected one clock for both"
         )
     _check_unit(cell, base_n, trials[len(trials) // 2][1])
-    fits = [(lag, cell_n, _fit(design, prior, base_n, cell_n, run.rate_hz)) for lag, cell_n in trials]
+    fits = [(lag, cell_n, _Solved(prior, *_fit(design, known, cell_n - base_n, run.rate_hz))) for lag, cell_n in trials]
     lag, cell_n, solved = min(fits, key=lambda fit: fit[2].left_n)
     good = np.isfinite(cell_n) & np.isfinite(base_n)
     before_n = rms((cell_n - base_n)[good])
@@ -136,6 +156,7 @@ def _run(flight: Recording, installation: Installation) -> _Run:
     config = installation.config
     mounts = [mount.name for mount in config.mount]
     models = installation.parts().models
+    settings = section(config.fusion, FusionSettings, "fusion")
     force_n = np.column_stack([flight[f"model_N_{name}"] for name in mounts])
     slopes = np.empty_like(force_n)
     warmer, bowed, references, ranges = np.zeros_like(force_n), np.zeros_like(force_n), [], []
@@ -155,22 +176,52 @@ def _run(flight: Recording, installation: Installation) -> _Run:
     owners = [engines.index(m.engine) for m in config.mount]
     curved = {owner for name, owner in zip(mounts, owners, strict=True) if known.of(name).read_mm}
     straight = [e in curved for e in range(len(engines))]
+    use = _used(np.column_stack([flight[f"n1_pct_{engine}"] for engine in engines])[:, owners], force_n, flight.sample_hz)
+    model_std_n = [hypot(cells(model.spec.error)[2].item(0), settings.mount_friction_std_n) for model in models]
     about = references, ranges, straight, flight.sample_hz
-    return _Run(mounts, engines, owners, force_n, slopes, warmer, bowed, *about)
+    return _Run(mounts, engines, owners, force_n, slopes, *use, model_std_n, warmer, bowed, *about)
+
+
+def _used(n1_pct: Floats, force_n: Floats, rate_hz: float) -> tuple[Flags, Flags, Flags]:
+    """`runs`, `stopped` and `counts` of a run, from the speeds of the mounts' engines (n, mounts)."""
+    runs = n1_pct > FusionSettings().engine_off_n1_pct
+    began, largest = np.maximum.accumulate(runs), np.maximum.accumulate(np.nan_to_num(force_n))
+    moved = largest > MOVED * largest[-1]
+    latest = np.maximum.accumulate(np.where(runs, np.arange(len(runs))[:, None], 0))
+    stopped = began & moved & (np.arange(len(runs))[:, None] - latest > RUNDOWN_S * rate_hz)
+    return runs, stopped, np.all(np.where(runs, moved, ~began | stopped), axis=1)
+
+
+def _columns(run: _Run, rows: Flags) -> Floats:
+    """Columns of G (engines), s (mounts), z (mounts), a (engines), b (engines), of the mounts that carry in `rows`."""
+    force_n, slope = run.force_n * rows, -run.slope_n_mm * rows
+    grown, bent = (run.by_engine(slope * column) for column in (run.warmer_k, run.bowed))
+    return np.column_stack((run.by_engine(force_n), force_n, slope, grown, bent))
 
 
 def _design(run: _Run) -> Floats:
-    """Columns of G (engines), s (mounts), z (mounts), a (engines), b (engines), c."""
-    grown, bent = (run.by_engine(-run.slope_n_mm * column) for column in (run.warmer_k, run.bowed))
-    ones = np.ones(len(run.force_n))
-    return np.column_stack((run.by_engine(run.force_n), run.force_n, -run.slope_n_mm, grown, bent, ones))
+    """Columns of `_columns`, and c."""
+    return np.column_stack((_columns(run, run.runs), np.ones(len(run.force_n))))
+
+
+def _known(run: _Run, prior: Floats) -> _Known:
+    """The priors, and every mount whose engine was shut down: it carries nothing."""
+    known = _Known(np.diag(prior**-2.0), np.zeros(len(prior)))
+    for i, std_n in enumerate(run.model_std_n):
+        rows = run.stopped[:, i] & np.isfinite(run.force_n[:, i])
+        if rows.any():
+            alone = np.zeros_like(run.runs)
+            alone[rows, i] = True
+            row = np.append(np.nansum(_columns(run, alone), axis=0) / rows.sum(), 0.0) / std_n
+            known.matrix[:] += np.outer(row, row)
+            known.vector[:] -= row * run.force_n[rows, i].mean() / std_n
+    return known
 
 
 def _prior(run: _Run, installation: Installation) -> Floats:
     """One sigma of every column's number."""
     settings = section(installation.config.fusion, FusionSettings, "fusion")
-    known = installation.calibration()
-    zero = [(known.of(name).zero_std_mm if known else None) or settings.mount_zero_std_mm for name in run.mounts]
+    zero = [LARGEST_ZERO_MM / 3.0] * len(run.mounts)
     stiffness = [settings.mount_stiffness_std] * len(run.mounts)
     bow = [STRAIGHT_MM if straight else BOW_STD_MM for straight in run.straight]
     grows = [EXPANSION_STD_MM_K] * len(run.engines)
@@ -197,20 +248,19 @@ def _check_unit(cell: Recording, base_n: Floats, cell_n: Floats) -> None:
         )
 
 
-def _fit(design: Floats, prior: Floats, base_n: Floats, cell_n: Floats, rate_hz: float) -> _Solved:
-    good = np.isfinite(cell_n) & np.isfinite(design).all(axis=1)
-    a, y = design[good], (cell_n - base_n)[good]
+def _fit(design: Floats, known: _Known, wanted_n: Floats, rate_hz: float) -> tuple[Floats, Floats, float]:
+    """(numbers, their covariance, RMS of what is left); `wanted_n`: cell minus models, NaN where it does not count."""
+    good = np.isfinite(wanted_n) & np.isfinite(design).all(axis=1)
+    a, y = design[good], wanted_n[good]
     n_slow = max(round(SLOW_S * rate_hz), 1)
     variance = float(np.var(y))
-    mean, left = np.zeros(len(prior)), y
-    covariance: Floats = np.diag(prior**2)
     for _ in range(5):
-        covariance = np.asarray(np.linalg.inv(a.T @ a / variance + np.diag(1 / prior**2)))
-        mean = np.asarray(covariance @ (a.T @ y) / variance)
+        covariance = np.asarray(np.linalg.inv(a.T @ a / variance + known.matrix))
+        mean = np.asarray(covariance @ (a.T @ y / variance + known.vector))
         left = y - a @ mean
         blocks = left[: len(left) // n_slow * n_slow].reshape(-1, n_slow).mean(axis=1)
         variance = max(float(np.var(left)), n_slow * float(np.mean(blocks**2)), 1.0)
-    return _Solved(prior, mean, covariance, rms(left))
+    return mean, covariance, rms(left)
 
 
 def _told(run: _Run, installation: Installation, solved: _Solved, before_n: float, lag_s: float) -> TetherFit:

@@ -8,19 +8,23 @@ from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.engine import IDLE_N1_PCT, Health, engine_columns, spool_rate_pct_s
 
 HZ = 20.0
-OFF_S, HOLD_S = 30.0, 40.0
+OFF_S, EXERCISE_S, HOLD_S, COOLING_S = 30.0, 30.0, 40.0, 120.0
+FULL_PCT = 96.0
 LEVELS_PCT = (50.0, 65.0, 80.0, 92.0, 70.0, IDLE_N1_PCT)
 TOGETHER_PCT = (60.0, 85.0, 96.0, 75.0, IDLE_N1_PCT)
 CELL_STD_N, CELL_ZERO_N = 15.0, 20.0  # noise; zero and wheels
 
 
 def static_run(seed: int, healths: tuple[Health, ...]) -> tuple[Recording, Recording]:
-    """Profile of the aircraft, and the load cell's record: left engine in steps, right engine in steps, then both."""
+    """Profile of the aircraft, and the load cell's record.
+
+    Both engines to full power once, left engine in steps, right engine in steps, both together, engines off.
+    """
     rng = np.random.default_rng([seed, 8])
     idle = IDLE_N1_PCT
-    phases = [(OFF_S, 0.0, 0.0), (20.0, idle, 0.0), (30.0, idle, idle)]
+    phases = [(OFF_S, 0.0, 0.0), (20.0, idle, 0.0), (20.0, idle, idle), (EXERCISE_S, FULL_PCT, FULL_PCT)]
     phases += [(HOLD_S, level, idle) for level in LEVELS_PCT] + [(HOLD_S, idle, level) for level in LEVELS_PCT]
-    phases += [(HOLD_S, level, level) for level in TOGETHER_PCT]
+    phases += [(HOLD_S, level, level) for level in TOGETHER_PCT] + [(COOLING_S, 0.0, 0.0)]
     wanted = np.repeat(np.array(phases)[:, 1:], [round(phase[0] * HZ) for phase in phases], axis=0)
     time_s = np.arange(len(wanted)) / HZ
     still = np.zeros(len(time_s))
