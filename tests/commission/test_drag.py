@@ -8,9 +8,11 @@ from thrustd.commission.drag import fit_drag, with_drag
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import Calibration, read_calibration, write_calibration
 from thrustd.core.errors import RecordingError
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.flighttest.flight import deck_thrust
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import read_deck, shipped
+from thrustd.mounts.start import at_rest, resting_n
 from thrustd.records.recording import make_recording
 
 TRUE_M2 = 0.024
@@ -52,7 +54,7 @@ def test_idle_tells_the_drag_that_cruise_would_hide(installation):
 
 def test_the_file_is_flown_with_and_measured_again_nothing_is_left(installation):
     fit = fit_drag([flight()], installation)
-    calibration = with_drag(Calibration(on="2026-01-01"), fit, "2026-01-02")
+    calibration = with_drag(Calibration(on="2026-01-01"), fit, installation.config, "2026-01-02")
     assert read_calibration(write_calibration(calibration), "c").drag == calibration.drag
     flown = installation.calibrated_by(write_calibration(calibration))
     assert flown.aircraft().installation.drag_m2 == pytest.approx(fit.std_m2, abs=1e-5)
@@ -63,8 +65,33 @@ def test_the_file_is_flown_with_and_measured_again_nothing_is_left(installation)
         if effect.name == "nacelle_drag"
     ]
     assert sum(areas) == pytest.approx(2 * fit.m2, abs=1e-4)  # of two engines
-    again = with_drag(calibration, fit_drag([flight(TRUE_M2 - fit.m2)], flown), "2026-01-03")
+    again = with_drag(calibration, fit_drag([flight(TRUE_M2 - fit.m2)], flown), installation.config, "2026-01-03")
     assert again.drag.m2 == pytest.approx(TRUE_M2, abs=0.001)
+
+
+def test_pull_ups_tell_how_the_mounts_lean_and_models_take_it_off(installation):
+    """Their weight on leaning mounts is no thrust: 2 degrees are 128 N per g of an engine."""
+    level, mass_kg = flight(), installation.aircraft().engine_mass_kg
+    load_g = 1.0 + 0.6 * np.sin(level.time_s / 4.0) * (np.arange(len(level)) % 100 < 25)
+    more_n = mass_kg * STANDARD_GRAVITY_M_S2 * (load_g - 1.0)
+    leaning = {"left": 2.0, "right": -1.0}
+    columns = {name: level[name] - 0.5 * np.sin(np.radians(leaning[name.split("_")[2]])) * more_n
+               for name in level.channels if name.startswith("model_N")}  # fmt: skip
+    fit = fit_drag([level.with_channels(accel_z_g=load_g, **columns)], installation)
+    assert fit.lean_deg == pytest.approx([2.0, -1.0], abs=0.1)
+    assert abs(fit.m2 - TRUE_M2) < 0.1 * TRUE_M2
+    calibration = with_drag(Calibration(on="2026-01-01"), fit, installation.config, "2026-01-02")
+    models = [
+        each.parts().models for each in (installation, installation.calibrated_by(write_calibration(calibration)))
+    ]
+    for number, lean_deg in ((0, 2.0), (2, -1.0)):
+        pulled_n = []
+        for model in (each[number] for each in models):
+            rows = [at_rest(model, {"accel_z_g": g})(0.5) for g in (1.0, 2.0)]
+            pulled_n.append(resting_n(model, rows[1]) - resting_n(model, rows[0]))
+        share = 5079.0 / (5079.0 + 5954.0)
+        expected_n = share * mass_kg * STANDARD_GRAVITY_M_S2 * np.sin(np.radians(lean_deg))
+        assert pulled_n[1] - pulled_n[0] == pytest.approx(expected_n, rel=0.25)
 
 
 def test_a_log_that_never_flies_is_one_line_and_writes_nothing(static_run, tmp_path, capsys):

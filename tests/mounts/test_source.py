@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import simple_model
+from thrustd.core.calibration import MountCalibration, Zero
 from thrustd.core.columns import GOOD, MOUNT_STATE
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import EffectSpec, ErrorMap, LinearBlock, RealMode
 from thrustd.model.compile import compile_model
-from thrustd.mounts.source import MountSource, upper_share
+from thrustd.mounts.source import NOTHING_MEASURED, MountSource, upper_share
 from thrustd.mounts.start import LOAD_AGE_S, Past, Unseen
 from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sync import align
@@ -40,12 +41,12 @@ def precise():
 class Bench:
     """A source, fed sample by sample through the grid as in flight."""
 
-    def __init__(self, model):
+    def __init__(self, model, measured=NOTHING_MEASURED):
         self._hold = Hold([("accel_x_g", 0)])
         listeners = np.array([[0, 0, model.channels.index("accel_x_g") - 1]])
         self._grid = Grid(1, len(model.channels) - 1, 10, self._hold, listeners)
         self._grid.mounts[0]["scale_mm"] = COUNT_MM
-        self.source = MountSource(model, 50, self._grid, 0, FusionSettings())
+        self.source = MountSource(model, 50, self._grid, 0, FusionSettings(), measured)
 
     def started(self, k, mm):
         self.take(k, mm)
@@ -103,22 +104,47 @@ def test_a_zero_takes_the_zero_off_at_every_load_and_the_band_knows(precise, zer
     assert calibrated.source.state["std_n"] < 0.8 * wrong.source.state["std_n"]
 
 
-def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
-    """The load fell long ago: far more than a zero. After the next take-off nothing is left of it."""
+def fallen(model):
+    """Deformations of a mount that went up and down again until it carried nothing, and stands there."""
     down_mm = np.concatenate([np.linspace(0.0, 0.9, 200), np.linspace(0.9, -0.05, 400)])
-    force_n = precise.simulate(precise.inputs({"deformation_mm": down_mm, "accel_x_g": 0.0 * down_mm}))
+    force_n = model.simulate(model.inputs({"deformation_mm": down_mm, "accel_x_g": 0.0 * down_mm}))
     held_mm = down_mm[200 + np.flatnonzero(force_n[200:] < 0.0)[0]]
     taxi_mm = np.concatenate([np.full(3000, held_mm), np.linspace(held_mm, 0.9, 300)])
     whole_mm = np.concatenate([down_mm[:200], np.linspace(0.9, held_mm, 300), taxi_mm])
-    *_, true_n = flown(Bench(precise), whole_mm, 0.0 * whole_mm)
-    found, said_n = Bench(precise), []
-    for k, n in enumerate(flown(found, taxi_mm, 0.0 * taxi_mm)):
+    return whole_mm, taxi_mm
+
+
+def found_standing(bench, taxi_mm):
+    """What is said of a mount that is calibrated after 3 s of standing."""
+    said_n = []
+    for k, n in enumerate(flown(bench, taxi_mm, 0.0 * taxi_mm)):
         said_n.append(n)
         if k == 300:
-            found.source.calibrate()
+            bench.source.calibrate()
+    return said_n
+
+
+def test_what_friction_holds_since_the_last_flight_is_no_zero(precise):
+    """The load fell long ago: far more than a zero. After the next take-off nothing is left of it."""
+    whole_mm, taxi_mm = fallen(precise)
+    *_, true_n = flown(Bench(precise), whole_mm, 0.0 * whole_mm)
+    said_n = found_standing(Bench(precise), taxi_mm)
     new_n = precise.simulate(precise.inputs({"deformation_mm": taxi_mm[:1], "accel_x_g": np.zeros(1)}))[0]
     assert abs(said_n[2999]) < 0.6 * new_n
     assert said_n[-1] == pytest.approx(true_n, abs=20.0)
+
+
+def test_a_zero_found_under_load_stands_and_friction_holds_the_rest(precise):
+    """However little is shown: nobody at rest can tell a zero from what friction kept."""
+    whole_mm, taxi_mm = fallen(precise)
+    *_, true_n = flown(Bench(precise), whole_mm, 0.0 * whole_mm)
+    for zero_mm in (0.0, 0.004):
+        measured = MountCalibration(zeros=(Zero("2026-01-01", zero_mm, 0.002),), gain_std=0.004)
+        bench = Bench(precise, measured)
+        said_n = found_standing(bench, taxi_mm + zero_mm)
+        assert bench.source.snapshot()["zero"] == [zero_mm, 0.002]
+        assert abs(said_n[400]) < 5.0
+        assert said_n[-1] == pytest.approx(true_n, abs=20.0)
 
 
 @pytest.mark.parametrize("shown_mm", [0.1, -0.04])

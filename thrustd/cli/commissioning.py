@@ -194,7 +194,7 @@ def _drag(arguments: argparse.Namespace) -> int:
     _, installation, on = read[-1]
     fit = fit_drag([flight for flight, *_ in read], installation)
     old = _known(arguments) or installation.calibration() or _new(on)
-    new = with_drag(old, fit, on)
+    new = with_drag(old, fit, installation.config, on)
     _write(arguments, new)
     if arguments.json:
         print_json({"date": on, "drag": new.drag, "fit": fit})
@@ -202,6 +202,10 @@ def _drag(arguments: argparse.Namespace) -> int:
     for one in fit.flights:
         where = f"{one.seconds:.0f} s at Mach {one.mach:.2f}, N1 {one.n1_pct:.0f} %"
         print(f"{one.flight}: {one.m2:+.4f} +- {1.96 * one.std_m2:.4f} m2 beyond the file's, {where}")
+        leans = ", ".join(
+            f"{deg:+.2f} +- {1.96 * std:.2f}" for deg, std in zip(one.lean_deg, one.lean_std_deg, strict=True)
+        )
+        print(f"{one.flight}: mounts lean {leans} deg beyond the file's, nose up")
     assert new.drag is not None
     print(f"drag of a nacelle: {new.drag.m2:.4f} +- {1.96 * new.drag.std_m2:.4f} m2")
     return 0

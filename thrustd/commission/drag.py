@@ -1,11 +1,15 @@
 """Drag of the nacelles, from flight at idle: there a deck knows the thrust best against what the air does to a nacelle.
 
     A = (deck - mounts) / q       of engines together, over the rows where sigma_deck / q is least
+    lean = what the mounts' thrust changes by with the load factor and the deck's does not, over the engine's weight
 
 Mounts carry F - A q, and A is one number for nacelles of one design. The error of a deck is one error however long a
 flight is: no row averages it out. So the rows within BEST of the least sigma_deck / q are taken, LEAST_S of them at
 least, and sigma is theirs. In cruise a deck's error over Mach number looks like a nacelle's drag, and is as large.
 Thirty seconds at flight idle, fast and steady, tell the most. Zeros and gains have to be calibrated before.
+
+Mounts whose axis leans against the engine's carry a part of its weight. What 1 g makes of it is in their zeros;
+pull-ups and push-overs show the rest: differences over LEAN_S, which no deck's slow error reaches.
 """
 
 from collections.abc import Sequence
@@ -14,14 +18,18 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from thrustd.core.calibration import Calibration, Drag
+from thrustd.core.calibration import Calibration, Drag, MountCalibration
+from thrustd.core.columns import Floats
+from thrustd.core.config import Config
 from thrustd.core.errors import RecordingError
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.flighttest.flight import deck_thrust
 from thrustd.installation.installation import Installation
 from thrustd.records.recording import Recording
 
 BEST, LEAST_S = 1.25, 20.0
 FLYING_MACH, STEADY_PCT_S = 0.18, 0.5
+LEAN_S, LEAN_STD_DEG = 5, 3.0
 UNLIKELY = 3.0  # sigmas below no drag: something else is wrong
 
 
@@ -35,6 +43,8 @@ class FlightDrag:
     seconds: float
     mach: float
     n1_pct: float
+    lean_deg: list[float]  # by engine, what the calibration takes off already aside
+    lean_std_deg: list[float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +54,7 @@ class DragFit:
     m2: float
     std_m2: float
     flights: list[FlightDrag]
+    lean_deg: list[float]  # by engine
 
 
 def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFit:
@@ -57,7 +68,9 @@ def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFi
         told = f"{told_m2:.3f} +- {1.96 * std_m2:.3f} m2"
         raise RecordingError(f"{flights[0].name}: {told}; expected a drag: are zeros and gains calibrated?")
     part = prior**2 / (prior**2 + std_m2**2)
-    return DragFit(part * told_m2, float(np.sqrt(part)) * std_m2, found)
+    leans, stds = np.array([one.lean_deg for one in found]), np.array([one.lean_std_deg for one in found])
+    lean_deg = np.sum(leans / stds**2, axis=0) / np.sum(stds**-2.0, axis=0)
+    return DragFit(part * told_m2, float(np.sqrt(part)) * std_m2, found, lean_deg.tolist())
 
 
 def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
@@ -66,22 +79,42 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     q_pa = flight["dynamic_pressure_Pa"]
     decks = [deck_thrust(flight, deck, number, engine) for number, engine in enumerate(engines)]
     carried = [sum(flight[f"model_N_{config.mount[i].name}"] for i in config.mounts_of(engine)) for engine in engines]
-    off_n = np.mean([deck_n - mounts_n for (deck_n, *_), mounts_n in zip(decks, carried, strict=True)], axis=0)
-    std_n = np.mean([std for _, std, _ in decks], axis=0)
+    off_n = np.array([deck_n - mounts_n for (deck_n, *_), mounts_n in zip(decks, carried, strict=True)])
     moves = np.max([abs(np.gradient(flight[f"n1_pct_{engine}"])) for engine in engines], axis=0)
+    flies = (flight["mach"] > FLYING_MACH) & (moves < STEADY_PCT_S) & np.isfinite(off_n).all(axis=0)
+    load_g = flight.channels.get("accel_z_g", np.ones(len(flight)))
+    more_n = installation.aircraft().engine_mass_kg * STANDARD_GRAVITY_M_S2 * np.nan_to_num(load_g - 1.0)
+    leans = [_lean(np.where(flies, each, np.nan), more_n) for each in off_n]
     with np.errstate(invalid="ignore", divide="ignore"):
-        flies = (flight["mach"] > FLYING_MACH) & (moves < STEADY_PCT_S) & np.isfinite(off_n)
+        std_n = np.mean([np.hypot(std, more_n * lean[1]) for (_, std, _), lean in zip(decks, leans, strict=True)], axis=0)
         doubt = np.where(flies & np.isfinite(std_n), std_n / q_pa, np.inf)
     if np.isfinite(doubt).sum() < LEAST_S:
         raise RecordingError(f"{flight.name}: less than {LEAST_S:g} s of steady flight with mounts, fuel and air data")
     used = doubt <= BEST * np.sort(doubt)[int(LEAST_S) - 1]
     n1_pct = float(np.mean([flight[f"n1_pct_{engine}"][used].mean() for engine in engines]))
-    m2, std_m2 = float(np.mean(off_n[used] / q_pa[used])), float(np.mean(doubt[used]))
-    return FlightDrag(flight.name, m2, std_m2, float(used.sum()), float(flight["mach"][used].mean()), n1_pct)
+    level_n = np.mean([each - lean[0] * more_n for each, lean in zip(off_n, leans, strict=True)], axis=0)
+    m2, std_m2 = float(np.mean(level_n[used] / q_pa[used])), float(np.mean(doubt[used]))
+    degrees = np.degrees(leans).T.tolist()
+    return FlightDrag(flight.name, m2, std_m2, float(used.sum()), float(flight["mach"][used].mean()), n1_pct, *degrees)
 
 
-def with_drag(calibration: Calibration, fit: DragFit, on: str) -> Calibration:
-    """The file with the nacelles' drag."""
+def _lean(off_n: Floats, more_n: Floats) -> tuple[float, float]:
+    """(slope of `off_n` over `more_n`, its sigma), both once a second, rad."""
+    y, x = (each[LEAN_S:] - each[:-LEAN_S] for each in (off_n, more_n))
+    good = np.isfinite(y) & np.isfinite(x)
+    y, x, prior = y[good], x[good], np.radians(LEAN_STD_DEG)
+    noise = 2 * LEAN_S * float(np.var(y)) if len(y) else 1.0  # differences of a second and the next share their noise
+    information = float(x @ x) / noise + prior**-2.0
+    return float(x @ y) / noise / information, float(information**-0.5)
+
+
+def with_drag(calibration: Calibration, fit: DragFit, config: Config, on: str) -> Calibration:
+    """The file with the nacelles' drag, and how the mounts lean."""
+    mounts = dict(calibration.mount)
+    for each in config.mount:
+        old = mounts.get(each.name, MountCalibration())
+        lean_deg = old.lean_deg + fit.lean_deg[config.aircraft.engines.index(each.engine)]
+        mounts[each.name] = msgspec.structs.replace(old, lean_deg=round(lean_deg, 3))
     before_m2 = calibration.drag.m2 if calibration.drag else 0.0
     drag = Drag(on=on, m2=round(before_m2 + fit.m2, 5), std_m2=round(fit.std_m2, 5))
-    return msgspec.structs.replace(calibration, on=on, drag=drag)
+    return msgspec.structs.replace(calibration, on=on, drag=drag, mount=mounts)

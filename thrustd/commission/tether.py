@@ -5,37 +5,37 @@
 f_m   force of the mount's model; u its deformation over its range
 G_e   what the installation does to an engine's whole load (brackets, lines): prior 3 %
 s_m   one mount against its bench: prior `fusion.mount_stiffness_std`
-z_m   what is left of its transducer's zero under load: prior a third of the largest zero, because a reading at rest holds
-      what friction kept of an earlier load
+z_m   what is left of its transducer's zero under load: prior a third of the largest zero, because a reading at rest
+      holds what friction kept of an earlier load
 a_e   growth between transducers and mounts with their temperature: prior 0.5 um/K; load and heat come together in such
       a run, so that without it the gain takes the heat's part, and is wrong in cold air
 b_e   bow of the transducers' lines: prior 10 um, 0 where gauge blocks have measured it
 c     zero of the cell with the wheels' friction: prior 50 N
 
-An engine that is off carries nothing. Its mounts count from when they have carried half of their largest force: what an
-earlier load left in the friction is gone by then (a stop forgets after twice its own travel). Engines shut down after
-that tell the zero of each mount, as well as its model knows friction.
+k_m   slope of the model at rest, where the mount stands (`tether_run`)
+
+Engines that are shut down afterwards tell the zero of each mount, as well as its model knows friction.
 
 Bayesian linear regression (Bishop, Pattern Recognition and Machine Learning, ch. 3.3); the noise that counts is slow,
-so its variance is that of means of ten seconds. What the run does not tell apart stays at its prior: two mounts of one
+so its variance is that of means of a minute. What the run does not tell apart stays at its prior: two mounts of one
 engine move together, so their difference does.
 """
 
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
+from thrustd.commission.tether_run import Run, columns, read_run
 from thrustd.core.calibration import LARGEST_ZERO_MM, Calibration, MountCalibration, Zero
-from thrustd.core.columns import Flags, Floats
+from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import rms
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
-from thrustd.model.region_error import cells
 from thrustd.records.recording import Recording
 
 ENGINE_STD, CELL_ZERO_N = 0.03, 50.0
@@ -45,9 +45,7 @@ SLOW_S = 60.0  # as long as a level is held: creep that a model misses lasts so 
 LAGS_S = np.arange(-3.0, 3.01, 0.1)  # the cell's clock against the log's
 UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
 RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is another unit or another load path
-LEAST_RANGE_N, LEAST_S = 1000.0, 60.0
-MOVED = 0.5  # of the largest force
-RUNDOWN_S = 20.0  # after shutdown: a turning engine pulls
+LEAST_S = 60.0
 BANDS_N = (1500.0, 3000.0, 5000.0)  # of a mount
 
 
@@ -89,32 +87,6 @@ class Line:
     range_mm: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Run:
-    """What the regression sees."""
-
-    mounts: list[str]
-    engines: list[str]
-    engine_of: list[int]
-    force_n: Floats  # (n, mounts)
-    slope_n_mm: Floats  # (n, mounts)
-    runs: Flags  # (n, mounts) with its engine
-    stopped: Flags  # (n, mounts) its engine, after it has run
-    counts: Flags  # (n,) no mount holds what was before
-    model_std_n: list[float]  # by mount, without a load: error and friction
-    warmer_k: Floats  # (n, mounts) than at first; 0 where no thermometer is
-    bowed: Floats  # (n, mounts) 4 u (1 - u)
-    reference_degc: list[float]
-    range_mm: list[float]
-    straight: list[bool]  # by engine: gauge blocks have measured a curve
-    rate_hz: float
-
-    def by_engine(self, columns: Floats) -> Floats:
-        """Sums (n, engines) over an engine's mounts."""
-        sides = [np.array(self.engine_of) == e for e in range(len(self.engines))]
-        return np.column_stack([columns[:, side].sum(axis=1) for side in sides])
-
-
 class _Known(NamedTuple):
     """What is known beside the cell, as information: of the numbers, and of them times their values."""
 
@@ -133,7 +105,7 @@ class _Solved(NamedTuple):
 
 def fit_tether(flight: Recording, cell: Recording, installation: Installation) -> TetherFit:
     """`flight`: columns of `flight_columns`; `cell`: time_s and force_N. RecordingError when they do not fit."""
-    run = _run(flight, installation)
+    run = read_run(flight, installation)
     design, prior = _design(run), _prior(run, installation)
     base_n = np.where(run.counts, (run.force_n * run.runs).sum(axis=1), np.nan)
     known = _known(run, prior)
@@ -152,59 +124,12 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
     return _told(run, installation, solved, before_n, lag)
 
 
-def _run(flight: Recording, installation: Installation) -> _Run:
-    config = installation.config
-    mounts = [mount.name for mount in config.mount]
-    models = installation.parts().models
-    settings = section(config.fusion, FusionSettings, "fusion")
-    force_n = np.column_stack([flight[f"model_N_{name}"] for name in mounts])
-    slopes = np.empty_like(force_n)
-    warmer, bowed, references, ranges = np.zeros_like(force_n), np.zeros_like(force_n), [], []
-    for i, (name, model) in enumerate(zip(mounts, models, strict=True)):
-        low, high = model.spec.valid.deformation_mm
-        slopes[:, i] = (model.spec.valid.force_n[1] - model.spec.valid.force_n[0]) / (high - low)
-        if np.nanmax(np.abs(force_n[:, i])) < LEAST_RANGE_N:
-            raise RecordingError(f"{flight.name}: {name} never carries {LEAST_RANGE_N:g} N, expected a run")
-        u = flight[f"deformation_mm_{name}"] / high
-        warm = flight.channels.get(f"temperature_degC_{name}", np.zeros(len(flight)))
-        measured = warm[np.isfinite(warm)][: max(round(SLOW_S * flight.sample_hz), 1)]
-        first = float(np.median(measured)) if len(measured) else 0.0
-        warmer[:, i], bowed[:, i] = np.nan_to_num(warm - first), 4.0 * u * (1.0 - u)
-        references.append(first)
-        ranges.append(high)
-    engines, known = list(config.aircraft.engines), installation.calibration() or Calibration(on="2000-01-01")
-    owners = [engines.index(m.engine) for m in config.mount]
-    curved = {owner for name, owner in zip(mounts, owners, strict=True) if known.of(name).read_mm}
-    straight = [e in curved for e in range(len(engines))]
-    use = _used(np.column_stack([flight[f"n1_pct_{engine}"] for engine in engines])[:, owners], force_n, flight.sample_hz)
-    model_std_n = [hypot(cells(model.spec.error)[2].item(0), settings.mount_friction_std_n) for model in models]
-    about = references, ranges, straight, flight.sample_hz
-    return _Run(mounts, engines, owners, force_n, slopes, *use, model_std_n, warmer, bowed, *about)
+def _design(run: Run) -> Floats:
+    """Columns of `columns`, and c."""
+    return np.column_stack((columns(run, run.runs), np.ones(len(run.force_n))))
 
 
-def _used(n1_pct: Floats, force_n: Floats, rate_hz: float) -> tuple[Flags, Flags, Flags]:
-    """`runs`, `stopped` and `counts` of a run, from the speeds of the mounts' engines (n, mounts)."""
-    runs = n1_pct > FusionSettings().engine_off_n1_pct
-    began, largest = np.maximum.accumulate(runs), np.maximum.accumulate(np.nan_to_num(force_n))
-    moved = largest > MOVED * largest[-1]
-    latest = np.maximum.accumulate(np.where(runs, np.arange(len(runs))[:, None], 0))
-    stopped = began & moved & (np.arange(len(runs))[:, None] - latest > RUNDOWN_S * rate_hz)
-    return runs, stopped, np.all(np.where(runs, moved, ~began | stopped), axis=1)
-
-
-def _columns(run: _Run, rows: Flags) -> Floats:
-    """Columns of G (engines), s (mounts), z (mounts), a (engines), b (engines), of the mounts that carry in `rows`."""
-    force_n, slope = run.force_n * rows, -run.slope_n_mm * rows
-    grown, bent = (run.by_engine(slope * column) for column in (run.warmer_k, run.bowed))
-    return np.column_stack((run.by_engine(force_n), force_n, slope, grown, bent))
-
-
-def _design(run: _Run) -> Floats:
-    """Columns of `_columns`, and c."""
-    return np.column_stack((_columns(run, run.runs), np.ones(len(run.force_n))))
-
-
-def _known(run: _Run, prior: Floats) -> _Known:
+def _known(run: Run, prior: Floats) -> _Known:
     """The priors, and every mount whose engine was shut down: it carries nothing."""
     known = _Known(np.diag(prior**-2.0), np.zeros(len(prior)))
     for i, std_n in enumerate(run.model_std_n):
@@ -212,13 +137,13 @@ def _known(run: _Run, prior: Floats) -> _Known:
         if rows.any():
             alone = np.zeros_like(run.runs)
             alone[rows, i] = True
-            row = np.append(np.nansum(_columns(run, alone), axis=0) / rows.sum(), 0.0) / std_n
+            row = np.append(np.nansum(columns(run, alone), axis=0) / rows.sum(), 0.0) / std_n
             known.matrix[:] += np.outer(row, row)
             known.vector[:] -= row * run.force_n[rows, i].mean() / std_n
     return known
 
 
-def _prior(run: _Run, installation: Installation) -> Floats:
+def _prior(run: Run, installation: Installation) -> Floats:
     """One sigma of every column's number."""
     settings = section(installation.config.fusion, FusionSettings, "fusion")
     zero = [LARGEST_ZERO_MM / 3.0] * len(run.mounts)
@@ -263,7 +188,7 @@ def _fit(design: Floats, known: _Known, wanted_n: Floats, rate_hz: float) -> tup
     return mean, covariance, rms(left)
 
 
-def _told(run: _Run, installation: Installation, solved: _Solved, before_n: float, lag_s: float) -> TetherFit:
+def _told(run: Run, installation: Installation, solved: _Solved, before_n: float, lag_s: float) -> TetherFit:
     prior, mean, covariance, after_n = solved
     n_e, n_m = len(run.engines), len(run.mounts)
     gains, zeros, lines, numbers = {}, {}, {}, []
@@ -288,7 +213,7 @@ def _told(run: _Run, installation: Installation, solved: _Solved, before_n: floa
     return TetherFit(gains, zeros, lines, numbers, before_n, after_n, lag_s, _bands(run, installation, gains, zeros))
 
 
-def _share(run: _Run, engine: int, mean: Floats, covariance: Floats, prior: Floats) -> Fitted:
+def _share(run: Run, engine: int, mean: Floats, covariance: Floats, prior: Floats) -> Fitted:
     """Of the upper mount in its engine's load, at the run's highest power."""
     upper, lower = (i for i, e in enumerate(run.engine_of) if e == engine)
     top = np.nanpercentile(run.force_n, 95, axis=0)
@@ -302,7 +227,7 @@ def _share(run: _Run, engine: int, mean: Floats, covariance: Floats, prior: Floa
 
 
 def _bands(
-    run: _Run, installation: Installation, gains: dict[str, tuple[float, float]], zeros: dict[str, tuple[float, float]]
+    run: Run, installation: Installation, gains: dict[str, tuple[float, float]], zeros: dict[str, tuple[float, float]]
 ) -> list[tuple[str, float, float, float]]:
     """One sigma of every mount's force before and after, model and friction aside."""
     settings = section(installation.config.fusion, FusionSettings, "fusion")

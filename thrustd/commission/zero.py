@@ -7,10 +7,9 @@ Only what was before the first engine start counts: afterwards friction holds a 
 of means of a second, which is where slow noise shows.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date, timedelta
-from math import hypot, isfinite, sqrt
+from math import hypot, sqrt
 
 import msgspec
 import numpy as np
@@ -21,12 +20,12 @@ from thrustd.core.calibration import LARGEST_ZERO_MM, Calibration, MountCalibrat
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
-from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
 from thrustd.model.compile import CompiledModel
 from thrustd.model.region_error import cells
-from thrustd.mounts.start import resting_n
+from thrustd.mounts.start import at_rest, resting_n
 from thrustd.records.recording import Recording
 
 LEAST_S = 10.0  # of engines off
@@ -81,7 +80,7 @@ def _zero(record: Recording, installation: Installation, number: int, model: Com
     shown = column[np.isfinite(column)]
     if len(shown) < max(3, len(column) // 2):
         return MountZero(mount.name, np.nan, np.nan, np.nan, "its transducer says nothing")
-    row = _row(record, model, mount.name)
+    row = at_rest(model, _measured(record, model, mount.name))
 
     def at_rest_n(mm: float) -> float:
         return resting_n(model, row(mm))
@@ -131,19 +130,14 @@ def _judged(found: MountZero, shown: Floats, noise_mm: float, k_n_mm: float) -> 
     return MountZero(found.mount, found.zero_mm, found.std_mm, found.before_n, why)
 
 
-def _row(record: Recording, model: CompiledModel, mount: str) -> Callable[[float], Floats]:
-    """A row of the model's inputs at rest, by deformation; what was not recorded is at its resting value."""
-    held = []
+def _measured(record: Recording, model: CompiledModel, mount: str) -> dict[str, float]:
+    """Means of what was recorded of the model's channels."""
+    means = {}
     for name in model.channels[1:]:
         column = next((record[each] for each in (f"{name}_{mount}", name) if each in record), np.array([np.nan]))
-        mean = float(np.mean(column[np.isfinite(column)])) if np.isfinite(column).any() else np.nan
-        held.append(mean if isfinite(mean) else CATALOGUE[name].rest)
-    own = np.array([name == "deformation_mm" for name in model.channels[1:]], bool)
-
-    def row(deformation_mm: float) -> Floats:
-        return np.concatenate(([deformation_mm], np.where(own, deformation_mm, held)))
-
-    return row
+        if np.isfinite(column).any():
+            means[name] = float(np.mean(column[np.isfinite(column)]))
+    return means
 
 
 def _seconds_std(column: Floats, sample_hz: float) -> float:

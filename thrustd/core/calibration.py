@@ -2,7 +2,7 @@
 
     reading r -> deformation  d = curve(r) - curve(zero) - a (T - T_0)      curve: gauge blocks, piecewise linear
     force of the model        F -> gain F                         tethered static run
-    thrust of the engine      F -> F + drag q                     flight at idle
+    thrust of the engine      F -> F + drag q + m g sin(lean) (f_z - 1)      flight: at idle, pull-ups
 
 `thrustd zero` and `thrustd calibrate` write it; a configuration names it (`calibration = "calibration.toml"`), `run`
 and `replay` read it, and it is in every log. What was not measured keeps the defaults of `[fusion]`.
@@ -42,6 +42,7 @@ class MountCalibration(Section, frozen=True):
     expansion_mm_k: Annotated[float, Meta(ge=-0.1, le=0.1)] = 0.0  # of the reading, per kelvin of the mount
     expansion_std_mm_k: Std | None = None
     reference_degc: Annotated[float, Meta(ge=-100, le=200)] = 20.0  # where the zero is
+    lean_deg: Annotated[float, Meta(ge=-20, le=20)] = 0.0  # of its axis, nose up against the engine's
     service_h: Annotated[float, Meta(ge=0, le=1e6)] = 0.0  # with its engine running, before the next flight
 
     @property
@@ -107,7 +108,8 @@ def write_calibration(calibration: Calibration) -> str:
         lines += [f"zeros = [{', '.join(rows)}]"] if rows else []
         lines += [f"{key} = {list(value)}" for key in ("read_mm", "true_mm") if (value := getattr(mount, key))]
         thermal = ("expansion_mm_k", "expansion_std_mm_k", "reference_degc") if mount.expansion_std_mm_k else ()
-        for key in ("curve_std_mm", "gain", "gain_std", *thermal, "service_h"):
+        leans = ("lean_deg",) if mount.lean_deg else ()
+        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *leans, "service_h"):
             value = getattr(mount, key)
             lines += [f"{key} = {value!r}"] if value is not None else []
     return "\n".join(lines) + "\n"

@@ -17,7 +17,7 @@ from thrustd.core.aircraft import DATA, AircraftData, place_of, read_aircraft
 from thrustd.core.calibration import Calibration, read_calibration
 from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
-from thrustd.core.signals import CATALOGUE
+from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.installation.as_calibrated import as_calibrated
 from thrustd.installation.shipped import shipped
@@ -159,8 +159,10 @@ class Installation:
         _check_units(spec, where)
         if calibration is not None:
             area_m2 = calibration.drag.m2 if calibration.drag else 0.0
-            share = place_of(mount.name, self.config, self.aircraft()).share
-            spec = calibrated(spec, calibration.of(mount.name), where, share * area_m2)
+            aircraft = self.aircraft()
+            share = place_of(mount.name, self.config, aircraft).share
+            weight_n = share * aircraft.engine_mass_kg * STANDARD_GRAVITY_M_S2
+            spec = calibrated(spec, calibration.of(mount.name), where, share * area_m2, weight_n)
         return compile_model(spec, self.config.adc.sample_hz)
 
     def _text(self, name: str) -> str:

@@ -1,10 +1,12 @@
 """A model as one calibrated mount has it: the transducer's curve before its input curve, the gain behind its output.
 
 Both curves are piecewise linear, so the composition is one again, exactly. What grows with temperature is the effect
-`thermal_expansion`.
+`thermal_expansion`. A mount that leans carries a part of the weight: it moves the reading by that over its secant
+stiffness (`engine_weight_shift`), since what 1 g makes of it is in its zero.
 """
 
 from dataclasses import dataclass
+from math import radians, sin
 
 import msgspec
 import numpy as np
@@ -13,6 +15,8 @@ from thrustd.core.calibration import MountCalibration
 from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
+from thrustd.model.effect import Effect
+from thrustd.model.effects.engine_weight_shift import EFFECT as WEIGHT
 from thrustd.model.effects.nacelle_drag import EFFECT as DRAG
 from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
 
@@ -30,10 +34,13 @@ class _Line:
         return np.asarray(self.y[i] + slope * (x - self.x[i]))
 
 
-def calibrated(spec: ModelSpec, mount: MountCalibration, where: str, drag_m2: float = 0.0) -> ModelSpec:
+def calibrated(
+    spec: ModelSpec, mount: MountCalibration, where: str, drag_m2: float = 0.0, weight_n: float = 0.0
+) -> ModelSpec:
     """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured.
 
-    drag_m2: what this mount carries of its nacelle's drag, over dynamic pressure.
+    drag_m2: what this mount carries of its nacelle's drag, over dynamic pressure; weight_n: of its engine's weight, if
+    it hung along its axis.
     """
     if mount.read_mm:
         spec = _behind_curve(spec, mount, where)
@@ -45,15 +52,21 @@ def calibrated(spec: ModelSpec, mount: MountCalibration, where: str, drag_m2: fl
             valid=msgspec.structs.replace(spec.valid, force_n=(low * mount.gain, high * mount.gain)),
         )
     if drag_m2 != 0.0:
-        spec = _dragged(spec, drag_m2)
+        spec = _more(spec, DRAG, drag_area_m2=drag_m2)
+    if mount.lean_deg != 0.0:
+        (low_n, high_n), (low_mm, high_mm) = spec.valid.force_n, spec.valid.deformation_mm
+        leans_n = weight_n * sin(radians(mount.lean_deg))
+        spec = _more(spec, WEIGHT, shift_mm_g=leans_n * (high_mm - low_mm) / (high_n - low_n))
     return _expanding(spec, mount) if mount.expansion_mm_k != 0.0 else spec
 
 
-def _dragged(spec: ModelSpec, drag_m2: float) -> ModelSpec:
-    known = next((effect for effect in spec.effects if effect.name == DRAG.name), None)
-    whole_m2 = drag_m2 + (known.parameters["drag_area_m2"] if known is not None else 0.0)
-    rest = [effect for effect in spec.effects if effect is not known]
-    return msgspec.structs.replace(spec, effects=[*rest, EffectSpec(DRAG.name, {"drag_area_m2": whole_m2})])
+def _more(spec: ModelSpec, effect: Effect, **added: float) -> ModelSpec:
+    """With this much more in an effect's parameters."""
+    if effect.name not in [each.name for each in spec.effects]:
+        spec = msgspec.structs.replace(spec, effects=[*spec.effects, EffectSpec(effect.name, effect.neutral())])
+    values = {each.name: each.parameters for each in spec.effects}
+    values[effect.name] = values[effect.name] | {name: values[effect.name][name] + more for name, more in added.items()}
+    return msgspec.structs.replace(spec, effects=[EffectSpec(*each) for each in values.items()])
 
 
 def _expanding(spec: ModelSpec, mount: MountCalibration) -> ModelSpec:

@@ -17,8 +17,8 @@ from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import FORCE_RATE_TAU_S
 from thrustd.model.compile import CompiledModel
 from thrustd.model.region_error import cells, region_std_n
-from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Past, Unseen, resting_n, zero_of
-from thrustd.mounts.step import CHORDS, MEANS, TERMS, Cells, Held, Samples, add, fuse, terms_n
+from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Past, Unseen, chords, resting_n, zero_of
+from thrustd.mounts.step import MEANS, TERMS, Cells, Held, Samples, add, fuse, terms_n
 from thrustd.sync.grid import Grid
 
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
@@ -77,10 +77,11 @@ class MountSource:
         means = self._means
         means["lagged_n"], means["period_s"] = nan, self._period_s
         means["stiffness_std"] = measured.gain_std or settings.mount_stiffness_std
+        self._under_load = measured.gain_std is not None  # a tethered run has found its zero
         self._shift(measured.zero_mm, measured.zero_std_mm or settings.mount_zero_std_mm)
         means["friction_std_n"] = settings.mount_friction_std_n
         means["low_mm"], means["high_mm"] = self.model.spec.valid.deformation_mm
-        means["stiffness_n_mm"] = self._chords()
+        means["stiffness_n_mm"] = chords(self.model, self._inputs)[1]
 
     def set_channel(self, position: int, value: float) -> None:
         """A new value of `signals[position]`; NaN = not measured any more.
@@ -126,7 +127,8 @@ class MountSource:
         As good a measurement of it as the model is without a load; what it says is taken off every sample from now on:
         g = P / (P + R),   zero += g shown,   P <- (1 - g) P     (scalar Kalman filter)
         Far more than a zero may be what the friction holds since the last flight, and nothing tells which: it is not
-        taken and stays in the band. -> whether it was taken.
+        taken and stays in the band. -> whether it was taken. A zero that was found under load is none of that: what is
+        shown beyond it is what the friction holds.
         """
         shown_n = float(self._means["lagged_n"][0])
         if self._state is None or not isfinite(shown_n):
@@ -136,6 +138,9 @@ class MountSource:
         if self._unseen.branched:  # it began between two branches: what a mount at rest would have shown
             shown_n += resting_n(self.model, row) - self.model.step(self._state.copy(), row[1:], row.item(0))
         shown_mm = zero_of(self.model, self._inputs, self._deformation_mm, shown_n)
+        if self._under_load and isfinite(shown_mm):
+            self.rest()
+            return True
         if not k_n_mm > 0.0:  # a curve that is flat at rest says nothing of a zero
             return False
         model_n, half_n = cells(self.model.spec.error)[2].item(0), self._engine_off_std_n / 2.0  # two mounts carry it
@@ -218,12 +223,6 @@ class MountSource:
         self._mount["offset_mm"] -= zero_mm - self._zero_mm
         self._zero_mm, self._means["zero_std_mm"] = zero_mm, std_mm
 
-    def _chords(self) -> Floats:
-        """Of the model's curve at rest, N/mm."""
-        ends_mm = np.linspace(*self.model.spec.valid.deformation_mm, CHORDS + 1)
-        forces_n = [self.rests_at_n(mm) for mm in ends_mm.tolist()]
-        return np.asarray(np.diff(forces_n) / np.diff(ends_mm))
-
     def _doubt(self, *stds_n: float) -> None:
         """`state` may be wrong by these, too, and the other mount as well."""
         self.state["std_n"] = hypot(self.state["std_n"], *stds_n)
@@ -243,7 +242,7 @@ class MountSource:
     def _start(self, deformation_mm: float, missing: int, rested: bool = False) -> None:
         before, self._means["gap"] = self._state, self._state is not None
         age_s = LOAD_AGE_S if before is None else min(0.5 * missing * self._period_s, LOAD_AGE_S)
-        past = Past(before, age_s, self._since_restart_s(), self._fell_from, rested)
+        past = Past(before, age_s, self._since_restart_s(), self._fell_from, rested, rested and self._under_load)
         self._state = self._unseen.start(self._inputs, deformation_mm, past)
         self._means["since_restart"], self._found = 0, before is None
 

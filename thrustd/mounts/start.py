@@ -14,13 +14,14 @@ stepped on beside it until the mount has moved far enough for both to be the sam
 An engine that idles on the ground was started on new mounts, or on mounts that hold what the last flight left in their
 friction, or it has just landed: both branches. Where the aircraft flies it came down from a cruise some minutes ago:
 friction is that of a load that fell, or has turned back a little since, and the modes are on their way from the cruise.
-One that stood while its zero was calibrated begins anew, and nothing is left in its friction.
+One that stood while its zero was calibrated begins anew, and nothing is left in its friction. Where a tethered run has
+found the zero under load, friction holds what the spring shows then: a state between the branches, or as far beyond.
 
 Zero. A mount that carries nothing shows a force all the same: its model at rest would show none where its transducer
 stood by that zero lower. Unless it is what the friction holds since the last flight.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import copysign, exp, hypot, isfinite, nan, sqrt
 from typing import NamedTuple
 
@@ -28,7 +29,9 @@ import numpy as np
 
 from thrustd.core.calibration import LARGEST_ZERO_MM
 from thrustd.core.columns import Floats
+from thrustd.core.signals import CATALOGUE
 from thrustd.model.compile import CompiledModel, linear_of
+from thrustd.mounts.step import CHORDS
 
 LOAD_AGE_S = 3600.0  # A of a cold start: flights last one to three hours
 DESCENT_AGE_S = 600.0  # A of the idle of an aircraft that flies
@@ -49,6 +52,7 @@ class Past(NamedTuple):
     since_s: float = 0.0  # since the last start or doubt
     fell_from: float | None = None  # the load fell since a take-off; part of the range that the modes come from
     rested: bool = False  # nothing is left of an earlier load in the friction
+    carries_nothing: bool = False  # and what is left of it holds the spring
 
 
 class Unseen:
@@ -78,6 +82,9 @@ class Unseen:
         else:
             before = model.start(row(0.0)) if past.state is None else past.state
             state = self.doubt(before, from_below, past.age_s, past.since_s)
+            if past.carries_nothing:
+                self._branches = np.zeros((0, 0))
+                return self._holding(state, from_above, row(found_mm))
             if past.rested or (idles and past.state is not None) or found_mm >= TAKE_OFF * full_mm:
                 self._branches = np.zeros((0, 0))
                 return state
@@ -85,6 +92,15 @@ class Unseen:
         self._branches[:, linear] = state[linear]
         middle: Floats = self._branches.mean(axis=0)
         return middle
+
+    def _holding(self, free: Floats, from_above: Floats, row: Floats) -> Floats:
+        """`free` with as much of the friction of `from_above` as leaves no force."""
+        held = from_above.copy()
+        held[_linear(self._model)] = free[_linear(self._model)]
+        free_n, held_n = (self._model.step(state.copy(), row[1:], row.item(0)) for state in (free, held))
+        part = free_n / (free_n - held_n) if free_n != held_n else 0.0
+        whole: Floats = free + min(max(part, -1.0), 1.0) * (held - free)
+        return whole
 
     def doubt(self, before: Floats, after: Floats, age_s: float, since_s: float) -> Floats:
         """The load is of this mean age. -> `after`, at rest, with its modes as far from `before` as on average."""
@@ -132,6 +148,20 @@ def settle(model: CompiledModel, before: Floats, after: Floats, age_s: float) ->
 def resting_n(model: CompiledModel, row: Floats) -> float:
     """Thrust share of a mount at rest under a row of inputs."""
     return model.step(model.start(row), row[1:], row.item(0))
+
+
+def chords(model: CompiledModel, row: Rows) -> tuple[Floats, Floats]:
+    """(middles, mm; slopes, N/mm) of the model's curve at rest, (CHORDS,)."""
+    ends_mm = np.linspace(*model.spec.valid.deformation_mm, CHORDS + 1)
+    forces_n = [resting_n(model, row(mm)) for mm in ends_mm.tolist()]
+    return 0.5 * (ends_mm[1:] + ends_mm[:-1]), np.diff(forces_n) / np.diff(ends_mm)
+
+
+def at_rest(model: CompiledModel, measured: Mapping[str, float]) -> Rows:
+    """Rows with every channel as measured, or else where it rests."""
+    held = np.array([measured.get(name, CATALOGUE[name].rest) for name in model.channels[1:]])
+    own = np.array([name == "deformation_mm" for name in model.channels[1:]], bool)
+    return lambda mm: np.concatenate(([mm], np.where(own, mm, held)))
 
 
 def zero_of(model: CompiledModel, row: Rows, shown_mm: float, shown_n: float) -> float:

@@ -1,0 +1,104 @@
+"""A tethered run as its regression sees it: what every mount's model says by row, and which rows count.
+
+An engine that is off carries nothing. Its mounts count from when they have carried half of their largest force: what an
+earlier load left in the friction is gone by then (a stop forgets after twice its own travel).
+"""
+
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+
+from thrustd.core.calibration import Calibration
+from thrustd.core.columns import Flags, Floats
+from thrustd.core.config import section
+from thrustd.core.errors import RecordingError
+from thrustd.fusion.settings import FusionSettings
+from thrustd.installation.installation import Installation
+from thrustd.model.region_error import cells
+from thrustd.mounts.start import at_rest, chords
+from thrustd.records.recording import Recording
+
+LEAST_RANGE_N = 1000.0
+FIRST_S = 60.0  # whose median temperature is that of the zeros
+MOVED = 0.5  # of the largest force
+RUNDOWN_S = 20.0  # after shutdown: a turning engine pulls
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """By row and mount; `mounts` and `engines` as in the configuration."""
+
+    mounts: list[str]
+    engines: list[str]
+    engine_of: list[int]
+    force_n: Floats  # (n, mounts)
+    slope_n_mm: Floats  # (n, mounts)
+    runs: Flags  # (n, mounts) with its engine
+    stopped: Flags  # (n, mounts) its engine, after it has run
+    counts: Flags  # (n,) no mount holds what was before
+    model_std_n: list[float]  # by mount, without a load: error and friction
+    warmer_k: Floats  # (n, mounts) than at first; 0 where no thermometer is
+    bowed: Floats  # (n, mounts) 4 u (1 - u)
+    reference_degc: list[float]
+    range_mm: list[float]
+    straight: list[bool]  # by engine: gauge blocks have measured a curve
+    rate_hz: float
+
+    def by_engine(self, columns: Floats) -> Floats:
+        """Sums (n, engines) over an engine's mounts."""
+        sides = [np.array(self.engine_of) == e for e in range(len(self.engines))]
+        return np.column_stack([columns[:, side].sum(axis=1) for side in sides])
+
+
+def columns(run: Run, rows: Flags) -> Floats:
+    """Columns of G (engines), s (mounts), z (mounts), a (engines), b (engines), of the mounts that carry in `rows`."""
+    force_n, slope = run.force_n * rows, -run.slope_n_mm * rows
+    grown, bent = (run.by_engine(slope * column) for column in (run.warmer_k, run.bowed))
+    return np.column_stack((run.by_engine(force_n), force_n, slope, grown, bent))
+
+
+def read_run(flight: Recording, installation: Installation) -> Run:
+    """`flight`: columns of `flight_columns`; RecordingError when a mount never carries anything."""
+    config, models = installation.config, installation.parts().models
+    names, engines = [mount.name for mount in config.mount], list(config.aircraft.engines)
+    owners = [engines.index(mount.engine) for mount in config.mount]
+    settings = section(config.fusion, FusionSettings, "fusion")
+    ranges = [model.spec.valid.deformation_mm[1] for model in models]
+    shown_mm = np.column_stack([flight[f"deformation_mm_{name}"] for name in names])
+    force_n = np.column_stack([flight[f"model_N_{name}"] for name in names])
+    for name, each_n in zip(names, force_n.T, strict=True):
+        if np.nanmax(np.abs(each_n)) < LEAST_RANGE_N:
+            raise RecordingError(f"{flight.name}: {name} never carries {LEAST_RANGE_N:g} N, expected a run")
+    warm, first = _warm(flight, names)
+    stiffness = [chords(model, at_rest(model, {})) for model in models]
+    slopes = [np.interp(mm, *each) for mm, each in zip(shown_mm.T, stiffness, strict=True)]
+    known = installation.calibration() or Calibration(on="2000-01-01")
+    curved = {owner for name, owner in zip(names, owners, strict=True) if known.of(name).read_mm}
+    speeds = np.column_stack([flight[f"n1_pct_{engines[owner]}"] for owner in owners])
+    runs, stopped, counts = _used(speeds, force_n, settings.engine_off_n1_pct, flight.sample_hz)
+    u = shown_mm / ranges
+    return Run(
+        mounts=names, engines=engines, engine_of=owners, force_n=force_n, slope_n_mm=np.column_stack(slopes),
+        runs=runs, stopped=stopped, counts=counts,
+        model_std_n=[hypot(cells(model.spec.error)[2].item(0), settings.mount_friction_std_n) for model in models],
+        warmer_k=np.nan_to_num(warm - first), bowed=4.0 * u * (1.0 - u), reference_degc=first, range_mm=ranges,
+        straight=[e in curved for e in range(len(engines))], rate_hz=flight.sample_hz,
+    )  # fmt: skip
+
+
+def _warm(flight: Recording, names: list[str]) -> tuple[Floats, list[float]]:
+    """Temperature of the mounts (n, mounts), and what it was at first; 0 where no thermometer is."""
+    warm = [flight.channels.get(f"temperature_degC_{name}", np.zeros(len(flight))) for name in names]
+    measured = [each[np.isfinite(each)][: max(round(FIRST_S * flight.sample_hz), 1)] for each in warm]
+    return np.column_stack(warm), [float(np.median(each)) if len(each) else 0.0 for each in measured]
+
+
+def _used(n1_pct: Floats, force_n: Floats, off_pct: float, rate_hz: float) -> tuple[Flags, Flags, Flags]:
+    """`runs`, `stopped` and `counts` of a run, from the speeds of the mounts' engines (n, mounts)."""
+    runs, row = n1_pct > off_pct, np.arange(len(n1_pct))[:, None]
+    began, largest_n = np.maximum.accumulate(runs), np.maximum.accumulate(np.nan_to_num(force_n))
+    moved = largest_n > MOVED * largest_n[-1]
+    ran = np.maximum.accumulate(np.where(runs, row, 0))
+    stopped = began & moved & (row - ran > RUNDOWN_S * rate_hz)
+    return runs, stopped, np.all(np.where(runs, moved, ~began | stopped), axis=1)
