@@ -103,8 +103,10 @@ def _lean(off_n: Floats, more_n: Floats) -> tuple[float, float]:
     y, x = (each[LEAN_S:] - each[:-LEAN_S] for each in (off_n, more_n))
     good = np.isfinite(y) & np.isfinite(x)
     y, x, prior = y[good], x[good], np.radians(LEAN_STD_DEG)
-    noise = 2 * LEAN_S * float(np.var(y)) if len(y) else 1.0  # differences of a second and the next share their noise
-    information = float(x @ x) / noise + prior**-2.0
+    squares, noise = float(x @ x), 1.0
+    if squares > 0.0:  # differences of a second and the next share their noise
+        noise = max(2 * LEAN_S * float(np.var(y - (x @ y) / squares * x)), 1.0)
+    information = squares / noise + prior**-2.0
     return float(x @ y) / noise / information, float(information**-0.5)
 
 
