@@ -86,7 +86,9 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     more_n = installation.aircraft().engine_mass_kg * STANDARD_GRAVITY_M_S2 * np.nan_to_num(load_g - 1.0)
     leans = [_lean(np.where(flies, each, np.nan), more_n) for each in off_n]
     with np.errstate(invalid="ignore", divide="ignore"):
-        std_n = np.mean([np.hypot(std, more_n * lean[1]) for (_, std, _), lean in zip(decks, leans, strict=True)], axis=0)
+        std_n = np.mean(
+            [np.hypot(std, more_n * lean[1]) for (_, std, _), lean in zip(decks, leans, strict=True)], axis=0
+        )
         doubt = np.where(flies & np.isfinite(std_n), std_n / q_pa, np.inf)
     if np.isfinite(doubt).sum() < LEAST_S:
         raise RecordingError(f"{flight.name}: less than {LEAST_S:g} s of steady flight with mounts, fuel and air data")
