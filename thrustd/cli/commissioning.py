@@ -177,7 +177,7 @@ def _print_tether(fit: Any) -> None:
 
     table = Table("number", "value", "95 %", "told by the run", title="tethered static run")
     for each in fit.numbers:
-        digits = 1 if each.unit == "um" else 4
+        digits = {"um": 1, "um/K": 2}.get(each.unit, 4)
         told = "yes" if each.told else "no, its prior"
         unit = "" if each.unit == "-" else f" {each.unit}"
         table.add_row(each.what, f"{each.value:.{digits}f}{unit}", f"+- {each.half_width:.{digits}f}", told)
