@@ -1,6 +1,6 @@
-"""The loop in the air: effects estimated on one recorded flight against the brochure, judged by truth on another.
+"""The loop in the air: effects estimated on recorded flights against the brochure, judged by truth on another.
 
-    python -m benchmarks.loop_in_air [--case NAME] [--mount left_upper] [--aircraft 7]
+    python -m benchmarks.loop_in_air [--case NAME] [--mount left_upper] [--aircraft 7] [--flights 2]
 
 Engines, air data and accelerations of PH-LAB as recorded; a twin aircraft supplies the deformations, without wires:
 2 Hz, the noise of its sensors in it. Nobody tells the loop what is hidden, and no truth is among its inputs. A row
@@ -39,7 +39,7 @@ from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading
 
 HZ, FINE_HZ = 2.0, 50.0
-ESTIMATED, JUDGED = FLIGHTS[0], FLIGHTS[2]
+ESTIMATED, JUDGED = FLIGHTS[:2], FLIGHTS[2]
 CASES: dict[str, tuple[Knobs, str]] = {
     "nothing hidden": (PLAIN, ""),
     "axial inertia left out": (PLAIN, "axial_inertia"),
@@ -81,23 +81,24 @@ def error_n(spec: ModelSpec, flight: Recording, place: MountPlace) -> float:
     return report.comparisons[0].rmse_n
 
 
-def row_of(case: str, mount: str, aircraft: int) -> list[str]:
-    """What the loop says of one case, and what that is worth on the other flight."""
+def row_of(case: str, mount: str, aircraft: int, flights: int) -> list[str]:
+    """What the loop says of one case from so many flights, and what that is worth on the other flight."""
     knobs, left_out = CASES[case]
     installation = read_installation(shipped("deploy/hil.toml", "config"))
     place = place_of(mount, installation.config, installation.aircraft())
     given = Given(against="brochure", mount=place, deck=read_deck())
     (whole,) = read_models([shipped(f"models/{mount.replace('_', '-')}.json", "model")]).values()
     spec = msgspec.structs.replace(whole, effects=[e for e in whole.effects if e.name != left_out], witness=None)
-    known, other = (flown(file, aircraft, knobs) for file in (ESTIMATED, JUDGED))
-    hidden = {n: c for n, c in known.channels.items() if not n.startswith(("thrust_N", "truth_N", "force_N"))}
-    seen = make_recording(known.name, {"time_s": known.time_s, **hidden})
+    seen, other = (
+        [_untold(flown(file, aircraft, knobs)) for file in ESTIMATED[:flights]],
+        flown(JUDGED, aircraft, knobs),
+    )
     began = time.process_time()
-    report = diagnose(spec, [seen], given=given)
+    report = diagnose(spec, seen, given=given)
     words, after, sizes = [w for w in report.verdict if w not in ("none", "unknown")], spec, ""
     if words:
         try:
-            longer = extend(spec, [seen], words, given=given)
+            longer = extend(spec, seen, words, given=given)
             after, sizes = longer.spec, "; ".join(p.sentence.split(" (")[0] for p in longer.parameters)
         except ModelError as problem:
             sizes = str(problem)[:80]
@@ -106,11 +107,18 @@ def row_of(case: str, mount: str, aircraft: int) -> list[str]:
     return [case, "+".join(report.verdict), f"{before_n:.1f}, {after_n:.1f}", sizes, f"{spent:.0f}"]
 
 
+def _untold(known: Recording) -> Recording:
+    """Without the truth."""
+    hidden = {n: c for n, c in known.channels.items() if not n.startswith(("thrust_N", "truth_N", "force_N"))}
+    return make_recording(known.name, {"time_s": known.time_s, **hidden})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", action="append", default=[], help="a beginning of its name; may be repeated")
     parser.add_argument("--mount", default="left_upper")
     parser.add_argument("--aircraft", type=int, default=7, metavar="SEED")
+    parser.add_argument("--flights", type=int, default=1, choices=(1, 2), help="to estimate on")
     parser.add_argument("--folder", type=Path, default=Path("out/loop_in_air"), help="where it goes on")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
@@ -119,9 +127,9 @@ def main() -> None:
     for number, case in enumerate(CASES):
         if given.case and not any(case.startswith(word) for word in given.case):
             continue
-        kept = given.folder / f"{given.aircraft}-{given.mount}-{number}.json"
+        kept = given.folder / f"{given.aircraft}-{given.mount}-{given.flights}-{number}.json"
         if not kept.exists():
-            kept.write_text(json.dumps(row_of(case, given.mount, given.aircraft)))
+            kept.write_text(json.dumps(row_of(case, given.mount, given.aircraft, given.flights)))
         row = json.loads(kept.read_text())
         print(*row, sep=" | ", flush=True)
         shown.add_row(*row)
