@@ -8,7 +8,7 @@ import pytest
 from thrustd.__main__ import main
 from thrustd.cli.files import read_models
 from thrustd.commission.tether import fit_tether
-from thrustd.commission.zero import recalibrate_by
+from thrustd.commission.zero import MountZero, recalibrate_by, with_zeros
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
 from thrustd.core.errors import ConfigError, ThrustdError
 from thrustd.installation.installation import read_installation
@@ -97,6 +97,15 @@ def test_what_friction_held_at_rest_is_found_once_the_mounts_have_moved(run):
         more_n = 1e3 * (held.zeros_mm[mount][0] - plain.zeros_mm[mount][0]) * slopes_n_um[mount]
         assert more_n == pytest.approx(25.0, abs=8.0)
         assert held.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.003)
+
+
+def test_a_zero_at_rest_hardly_moves_one_that_was_found_under_load():
+    found = [MountZero("left_upper", 0.012, 0.0012, 80.0)]
+    for gain_std, expected_mm, std_mm in ((None, 0.012, 0.0012), (0.004, 0.0071, 0.002)):
+        mount = MountCalibration(zeros=(Zero("2026-01-01", 0.007, 0.002),), gain_std=gain_std)
+        after = with_zeros(Calibration(on="2026-01-01", mount={"left_upper": mount}), found, "2026-01-02")
+        assert after.of("left_upper").zero_mm == pytest.approx(expected_mm, abs=1e-4)
+        assert after.of("left_upper").zero_std_mm == pytest.approx(std_mm, abs=1e-4)
 
 
 def test_a_calibrated_mount_gives_its_growth_back():

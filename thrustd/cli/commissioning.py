@@ -127,6 +127,9 @@ def zero_verb(arguments: argparse.Namespace) -> int:
         for each in found:
             said = f"refused: {each.refused}" if each.refused else ""
             said = said or f"{1e3 * each.zero_mm:+.1f} +- {1960 * each.std_mm:.1f} um, {each.before_n:+.0f} N until now"
+            kept_mm = calibration.of(each.mount).zero_mm
+            if not each.refused and abs(kept_mm - each.zero_mm) > 1e-6:
+                said += f"; the file keeps {1e3 * kept_mm:+.1f} um, found under load"
             print(f"{each.mount}: {said}")
         if calibration.recalibrate_by is not None:
             print(f"recalibrate by {calibration.recalibrate_by}: the zeros walk away")

@@ -5,8 +5,7 @@
 f_m   force of the mount's model; u its deformation over its range
 G_e   what the installation does to an engine's whole load (brackets, lines): prior 3 %
 s_m   one mount against its bench: prior `fusion.mount_stiffness_std`
-z_m   what is left of its transducer's zero under load: prior a third of the largest zero, because a reading at rest
-      holds what friction kept of an earlier load
+z_m   what is left of its transducer's zero under load: prior 17 um, because a reading at rest holds what friction kept
 a_e   growth between transducers and mounts with their temperature: prior 0.5 um/K; load and heat come together in such
       a run, so that without it the gain takes the heat's part, and is wrong in cold air
 b_e   bow of the transducers' lines: prior 10 um, 0 where gauge blocks have measured it
@@ -29,7 +28,7 @@ import msgspec
 import numpy as np
 
 from thrustd.commission.tether_run import Run, columns, read_run
-from thrustd.core.calibration import LARGEST_ZERO_MM, Calibration, MountCalibration, Zero
+from thrustd.core.calibration import HELD_STD_MM, Calibration, MountCalibration, Zero
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
@@ -146,7 +145,7 @@ def _known(run: Run, prior: Floats) -> _Known:
 def _prior(run: Run, installation: Installation) -> Floats:
     """One sigma of every column's number."""
     settings = section(installation.config.fusion, FusionSettings, "fusion")
-    zero = [LARGEST_ZERO_MM / 3.0] * len(run.mounts)
+    zero = [HELD_STD_MM] * len(run.mounts)
     stiffness = [settings.mount_stiffness_std] * len(run.mounts)
     bow = [STRAIGHT_MM if straight else BOW_STD_MM for straight in run.straight]
     grows = [EXPANSION_STD_MM_K] * len(run.engines)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from thrustd.core.aircraft import place_of
-from thrustd.core.calibration import LARGEST_ZERO_MM, Calibration, MountCalibration, Zero
+from thrustd.core.calibration import HELD_STD_MM, LARGEST_ZERO_MM, Calibration, MountCalibration, Zero
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
@@ -154,11 +154,21 @@ def with_zeros(known: Calibration | None, found: list[MountZero], on: str) -> Ca
     for each in found:
         if not each.refused:
             mount = mounts.get(each.mount, MountCalibration())
-            zero = Zero(on=on, mm=round(each.zero_mm, 6), std_mm=max(round(each.std_mm, 6), 1e-6))
+            zero_mm, std_mm = _beside(mount, each)
+            zero = Zero(on=on, mm=round(zero_mm, 6), std_mm=max(round(std_mm, 6), 1e-6))
             before = [kept for kept in mount.zeros if kept.on != on]
             mounts[each.mount] = msgspec.structs.replace(mount, zeros=(*before, zero)[-KEPT:])
     changed = msgspec.structs.replace(old, on=on, mount=mounts)
     return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
+
+
+def _beside(mount: MountCalibration, found: MountZero) -> tuple[float, float]:
+    """What it is and its sigma: a zero found under load is hardly moved by one at rest, where friction holds more."""
+    if mount.gain_std is None or not mount.zeros:
+        return found.zero_mm, found.std_mm
+    known = mount.zeros[-1]
+    gain = known.std_mm**2 / (known.std_mm**2 + found.std_mm**2 + HELD_STD_MM**2)
+    return known.mm + gain * (found.zero_mm - known.mm), sqrt(1.0 - gain) * known.std_mm
 
 
 def recalibrate_by(calibration: Calibration) -> str | None:

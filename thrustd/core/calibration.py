@@ -18,6 +18,7 @@ from thrustd.core.config import Section, read_toml
 from thrustd.core.errors import ConfigError
 
 LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
+HELD_STD_MM = LARGEST_ZERO_MM / 3.0  # one sigma of what friction holds of an earlier load, seen at rest
 Day = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]  # ISO 8601
 Std = Annotated[float, Meta(gt=0, le=10)]
 
