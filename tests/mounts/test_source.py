@@ -138,12 +138,13 @@ def test_a_zero_found_under_load_stands_and_friction_holds_the_rest(precise):
     """However little is shown: nobody at rest can tell a zero from what friction kept."""
     whole_mm, taxi_mm = fallen(precise)
     *_, true_n = flown(Bench(precise), whole_mm, 0.0 * whole_mm)
+    new_n = precise.simulate(precise.inputs({"deformation_mm": taxi_mm[:1], "accel_x_g": np.zeros(1)}))[0]
     for zero_mm in (0.0, 0.004):
         measured = MountCalibration(zeros=(Zero("2026-01-01", zero_mm, 0.002),), gain_std=0.004)
         bench = Bench(precise, measured)
         said_n = found_standing(bench, taxi_mm + zero_mm)
         assert bench.source.snapshot()["zero"] == [zero_mm, 0.002]
-        assert abs(said_n[400]) < 5.0
+        assert abs(said_n[400]) < 0.5 * new_n  # the rest is creep
         assert said_n[-1] == pytest.approx(true_n, abs=20.0)
 
 
