@@ -45,6 +45,9 @@ def test_missing_and_infinite_values_are_reported():
     record = make_recording("a.csv", {"time_s": [0.0, 1.0, 2.0], "force_N": [1.0, np.nan, np.inf]})
     assert np.isnan(record["force_N"][1:]).all()
     assert record.notes == ("force_N: 2 of 3 values missing",)
+    many = {f"x{i}_N": [1.0, np.nan, 3.0] for i in range(20)} | {"y_N": [np.nan, np.nan, 3.0]}
+    notes = make_recording("a log", {"time_s": [0, 1, 2], **many}).notes
+    assert notes == ("21 channels with values missing; most: y_N, 2 of 3",)
 
 
 def test_gaps_split_and_are_reported():

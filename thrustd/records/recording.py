@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 TIME = "time_s"
+MOST_MISSING = 8  # channels that get a line each
 OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
 MOST_CHANNELS = 40  # of a recording's table
 MOST_LISTED = 12  # names in a complaint
@@ -205,11 +206,9 @@ def make_recording(
         )
     time_s = np.ascontiguousarray(columns[TIME], dtype=np.float64)
     _check_time(name, time_s)
-    channels: dict[str, Floats] = {}
-    found = list(notes)
-    for channel, values in columns.items():
-        if channel != TIME:
-            channels[channel] = _checked(name, channel, values, len(time_s), found)
+    given = {channel: values for channel, values in columns.items() if channel != TIME}
+    channels = {channel: _checked(name, channel, values, len(time_s)) for channel, values in given.items()}
+    found = [*notes, *_missing(channels)]
     record = Recording(name, time_s, channels, dict(metadata or {}), sha256)
     gaps = len(record.segments()) - 1
     if gaps:
@@ -234,15 +233,22 @@ def _check_time(name: str, time_s: Floats) -> None:
         )
 
 
-def _checked(name: str, channel: str, values: npt.ArrayLike, count: int, notes: list[str]) -> Floats:
+def _checked(name: str, channel: str, values: npt.ArrayLike, count: int) -> Floats:
     column = np.ascontiguousarray(values, dtype=np.float64)
     if column.shape != (count,):
         raise RecordingError(f"{name}: {channel} has shape {column.shape}; expected ({count},) as time_s")
     finite = np.abs(column) < OVERLOAD  # NaN and infinity are not, either
-    if not finite.all():
-        column = np.where(finite, column, np.nan)
-        notes.append(f"{channel}: {count - int(finite.sum())} of {count} values missing")
-    return column
+    return column if finite.all() else np.where(finite, column, np.nan)
+
+
+def _missing(channels: Mapping[str, Floats]) -> list[str]:
+    """A line per channel that misses values; of more than MOST_MISSING, one for all."""
+    counts = {name: int(np.isnan(column).sum()) for name, column in channels.items()}
+    lines = [f"{name}: {n} of {len(channels[name])} values missing" for name, n in counts.items() if n]
+    if len(lines) <= MOST_MISSING:
+        return lines
+    worst = max(counts, key=lambda name: counts[name])
+    return [f"{len(lines)} channels with values missing; most: {worst}, {counts[worst]} of {len(channels[worst])}"]
 
 
 def _table(record: Recording) -> "Table":
