@@ -44,10 +44,12 @@ def budget_verb(arguments: argparse.Namespace) -> int:
 def _print_budget(budget: Any) -> None:
     from rich.table import Table
 
+    from thrustd.core.measures import SIGMAS_95
+
     table = Table("source", "term", "kind", "sigma, N", title=f"{budget.engine}: {budget.thrust_n:.0f} N")
     for row in budget.rows:
         table.add_row(row.source, row.term, row.kind, f"{row.std_n:.1f}")
     console().print(table)
     print(f"mounts: sum of systematic terms {budget.mounts_n:.1f} N, the filter used {budget.filter_n:.1f} N")
-    band = f"fused {budget.fused_n:.1f} N, band +- {1.96 * budget.fused_n:.0f} N"
+    band = f"fused {budget.fused_n:.1f} N, band +- {SIGMAS_95 * budget.fused_n:.0f} N"
     print(f"brochure: sum of terms {budget.brochure_n:.1f} N; {band}")

@@ -178,6 +178,8 @@ def _tether(arguments: argparse.Namespace) -> int:
 def _print_tether(fit: Any) -> None:
     from rich.table import Table
 
+    from thrustd.core.measures import SIGMAS_95
+
     table = Table("number", "value", "95 %", "told by the run", title="tethered static run")
     for each in fit.numbers:
         digits = {"um": 1, "um/K": 2}.get(each.unit, 4)
@@ -186,12 +188,14 @@ def _print_tether(fit: Any) -> None:
         table.add_row(each.what, f"{each.value:.{digits}f}{unit}", f"+- {each.half_width:.{digits}f}", told)
     console().print(table)
     print(f"cell minus all mounts: {fit.before_n:.0f} -> {fit.after_n:.0f} N RMS; cell's clock {fit.lag_s:+.1f} s")
-    for name, force_n, before_n, after_n in fit.bands_n:
-        print(f"{name} at {force_n:.0f} N: +- {1.96 * before_n:.0f} -> {1.96 * after_n:.0f} N by gain and zero")
+    for name, force_n, *stds_n in fit.bands_n:
+        before, after = (f"{SIGMAS_95 * std_n:.0f}" for std_n in stds_n)
+        print(f"{name} at {force_n:.0f} N: +- {before} -> {after} N by gain and zero")
 
 
 def _drag(arguments: argparse.Namespace) -> int:
     from thrustd.commission.drag import fit_drag, with_drag
+    from thrustd.core.measures import SIGMAS_95
 
     read = [_flight(arguments, path) for path in arguments.files]
     _, installation, on = read[-1]
@@ -204,13 +208,13 @@ def _drag(arguments: argparse.Namespace) -> int:
         return 0
     for one in fit.flights:
         where = f"{one.seconds:.0f} s at Mach {one.mach:.2f}, N1 {one.n1_pct:.0f} %"
-        print(f"{one.flight}: {one.m2:+.4f} +- {1.96 * one.std_m2:.4f} m2 beyond the file's, {where}")
+        print(f"{one.flight}: {one.m2:+.4f} +- {SIGMAS_95 * one.std_m2:.4f} m2 beyond the file's, {where}")
         leans = ", ".join(
-            f"{deg:+.2f} +- {1.96 * std:.2f}" for deg, std in zip(one.lean_deg, one.lean_std_deg, strict=True)
+            f"{deg:+.2f} +- {SIGMAS_95 * std:.2f}" for deg, std in zip(one.lean_deg, one.lean_std_deg, strict=True)
         )
         print(f"{one.flight}: mounts lean {leans} deg beyond the file's, nose up")
     assert new.drag is not None
-    print(f"drag of a nacelle: {new.drag.m2:.4f} +- {1.96 * new.drag.std_m2:.4f} m2")
+    print(f"drag of a nacelle: {new.drag.m2:.4f} +- {SIGMAS_95 * new.drag.std_m2:.4f} m2")
     return 0
 
 

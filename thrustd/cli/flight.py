@@ -78,6 +78,7 @@ def _add_trust(parser: argparse.ArgumentParser) -> None:
 
 
 def check_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.core.measures import SIGMAS_95
     from thrustd.core.statics import carried
     from thrustd.installation.installation import read_installation
     from thrustd.installation.signature import manifest
@@ -105,10 +106,9 @@ def check_verb(arguments: argparse.Namespace) -> int:
         print(f"{digest[:16]}  {name}")
     for line in uncorrected:
         print(f"warning: {line}")
-    for each in statics:
-        if each.thrust_share:
-            one_g = f"{each.weight_n:+.0f} +- {1.96 * each.weight_std_n:.0f} N at 1 g"
-            print(f"{each.mount} mount by rigid-body statics: {100 * each.thrust_share:.0f} % of thrust, {one_g}")
+    for each in (mount for mount in statics if mount.thrust_share):
+        one_g = f"{each.weight_n:+.0f} +- {SIGMAS_95 * each.weight_std_n:.0f} N at 1 g"
+        print(f"{each.mount} mount by rigid-body statics: {100 * each.thrust_share:.0f} % of thrust, {one_g}")
     for line in found:
         print(f"degraded: {line}")
     if found:

@@ -22,6 +22,7 @@ from thrustd.core.calibration import Calibration, Drag, MountCalibration
 from thrustd.core.columns import Floats
 from thrustd.core.config import Config
 from thrustd.core.errors import RecordingError
+from thrustd.core.measures import SIGMAS_95
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.flighttest.flight import deck_thrust
 from thrustd.installation.installation import Installation
@@ -65,7 +66,7 @@ def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFi
     std_m2 = min(one.std_m2 for one in found)  # a deck's error at idle is in every flight
     prior = installation.aircraft().installation.drag_m2
     if told_m2 < -UNLIKELY * std_m2:
-        told = f"{told_m2:.3f} +- {1.96 * std_m2:.3f} m2"
+        told = f"{told_m2:.3f} +- {SIGMAS_95 * std_m2:.3f} m2"
         raise RecordingError(f"{flights[0].name}: {told}; expected a drag: are zeros and gains calibrated?")
     part = prior**2 / (prior**2 + std_m2**2)
     leans, stds = np.array([one.lean_deg for one in found]), np.array([one.lean_std_deg for one in found])

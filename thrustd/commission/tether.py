@@ -32,7 +32,7 @@ from thrustd.core.calibration import HELD_STD_MM, Calibration, MountCalibration,
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
-from thrustd.core.measures import rms
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
 from thrustd.records.recording import Recording
@@ -202,7 +202,7 @@ def _told(run: Run, installation: Installation, solved: _Solved, before_n: float
         grows, bow = float(mean[at + e]), float(mean[at + n_e + e])
         lines[name] = Line(grows, sqrt(float(covariance[at + e, at + e])), run.reference_degc[i], bow, run.range_mm[i])
         wide = sqrt(float(row**2 @ prior**2))
-        numbers.append(Fitted(f"gain {name}", "-", gains[name][0], 1.96 * gains[name][1], 1.96 * wide))
+        numbers.append(Fitted(f"gain {name}", "-", gains[name][0], SIGMAS_95 * gains[name][1], SIGMAS_95 * wide))
         numbers.append(Fitted(f"zero {name}", "um", 1e3 * zeros[name][0], 1960 * zeros[name][1], 1960 * prior[k]))
     for e, engine in enumerate(run.engines):
         for k, what, unit in ((at + e, "growth of", "um/K"), (at + n_e + e, "bow of", "um")):
@@ -222,7 +222,7 @@ def _share(run: Run, engine: int, mean: Floats, covariance: Floats, prior: Float
     row = np.zeros(len(mean))
     row[n_e + upper], row[n_e + lower] = a_now * b_now / (a_now + b_now) ** 2, -a_now * b_now / (a_now + b_now) ** 2
     spread, wide = sqrt(float(row @ covariance @ row)), sqrt(float(row**2 @ prior**2))
-    return Fitted(f"share of {run.mounts[upper]}", "-", a_now / (a_now + b_now), 1.96 * spread, 1.96 * wide)
+    return Fitted(f"share of {run.mounts[upper]}", "-", a_now / (a_now + b_now), SIGMAS_95 * spread, SIGMAS_95 * wide)
 
 
 def _bands(

@@ -29,36 +29,14 @@ OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
 MOST_CHANNELS = 40  # of a recording's table
 MOST_LISTED = 12  # names in a complaint
 SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
-    "N": "N",
-    "kN": "kN",
-    "tonf": "tonf",
-    "kgf": "kgf",
-    "lbf": "lbf",
-    "V": "V",
-    "A": "A",
-    "mm": "mm",
-    "cm": "cm",
-    "um": "um",
-    "g": "g",
-    "Pa": "Pa",
-    "kPa": "kPa",
-    "MPa": "MPa",
-    "bar": "bar",
-    "psi": "psi",
-    "pct": "%",
-    "deg": "deg",
-    "degC": "degC",
-    "m": "m",
-    "s": "s",
-    "Hz": "Hz",
-    "kg": "kg",
-    "m_s": "m/s",
-    "cm_s": "cm/s",
-    "mm_s": "mm/s",
-    "kg_s": "kg/s",
-    "deg_s": "deg/s",
+    unit: unit for unit in (
+        "N", "kN", "tonf", "kgf", "lbf", "V", "A", "mm", "cm", "um", "g", "Pa", "kPa", "MPa", "hPa", "mbar", "bar",
+        "psi", "deg", "degC", "K", "m", "ft", "kt", "s", "ms", "us", "ns", "Hz", "rpm", "kg",
+    )
+} | {
+    "pct": "%", "sec": "s", "m_s": "m/s", "cm_s": "cm/s", "mm_s": "mm/s", "kg_s": "kg/s", "deg_s": "deg/s",
     "m_s2": "m/s2",
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, repr=False)

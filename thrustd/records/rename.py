@@ -15,7 +15,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.signals import CATALOGUE
 from thrustd.records.recording import no_column, signal_of, unit_of
-from thrustd.records.units import CONVERSIONS, known_unit
+from thrustd.records.units import CONVERSIONS, UNITS, unit_said
 
 _NUMBER = r"\d+\.?\d*(?:[eE][-+]?\d+)?"
 _OURS = re.compile(rf"([A-Za-z]\w*)(?:\s*\*\s*([-+]?{_NUMBER}))?\s*([-+]{_NUMBER})?")
@@ -64,13 +64,14 @@ def _remark(ours: str) -> str:
 
 
 def check_unit(theirs: str, ours: str) -> None:
-    """UsageError when the name of a foreign column says another unit than the channel's."""
-    said, own = known_unit(theirs), unit_of(ours)
-    if said and own and said != own:
+    """UsageError when a foreign column's name says another unit than the channel's: [ell] is one, (left) is none."""
+    said, own = unit_said(theirs), unit_of(ours)
+    meant = said in UNITS or theirs.rstrip().endswith("]")
+    if said and own and said != own and meant:
         known = CONVERSIONS.get(own, {}).get(said)
-        meant = spelled(theirs, ours, *known) if known else f"{theirs}={ours}*FACTOR"
+        expected = spelled(theirs, ours, *known) if known else f"{theirs}={ours}*FACTOR"
         raise UsageError(
-            f"{theirs}: its name says {said}, {ours} is in {own}; expected --rename {shlex.quote(meant)}"
+            f"{theirs}: its name says {said}, {ours} is in {own}; expected --rename {shlex.quote(expected)}"
             + ("" if known else " (or +OFFSET, or both)")
         )
 

@@ -4,8 +4,6 @@ import re
 
 from thrustd.records.recording import SUFFIX_UNITS, unit_of
 
-SYNONYMS = {"°C": "degC", "C": "degC", "deg C": "degC", "sec": "s", "m/s^2": "m/s2", "m/s²": "m/s2"}
-UNITS = {*SUFFIX_UNITS.values(), "ms", "us", "min", "h", "K", "kPa", "hPa", "mbar", "ft", "kt", "lbf", "rpm", "um"}
 _BRACKETS = re.compile(r"[\[(]([^\])]*)[\])]\s*$")
 # our unit -> unit of theirs: (factor, offset)
 CONVERSIONS: dict[str, dict[str, tuple[float, float]]] = {
@@ -21,23 +19,18 @@ CONVERSIONS: dict[str, dict[str, tuple[float, float]]] = {
     "kg/s": {"kg/s": (1, 0), "kg/h": (1 / 3600, 0), "lb/h": (0.45359237 / 3600, 0)},
     "mm/s": {"mm/s": (1, 0), "cm/s": (10, 0), "m/s": (1e3, 0), "in/s": (25.4, 0)},
 }  # fmt: skip
-SPELLED = SYNONYMS | {
-    "sec": "s", "seconds": "s", "µm": "um", "μm": "um", "mV": "mV", "°F": "degF", "F": "degF", "m/s^2": "m/s2",
-    "inch": "in", "pct": "%", "percent": "%", "kp": "kgf", "msec": "ms",
+SPELLED = {
+    "sec": "s", "seconds": "s", "msec": "ms", "µm": "um", "μm": "um", "inch": "in", "kp": "kgf", "pct": "%",
+    "percent": "%", "°C": "degC", "C": "degC", "deg C": "degC", "°F": "degF", "F": "degF", "m/s^2": "m/s2",
+    "m/s²": "m/s2",
 }  # fmt: skip
+UNITS = {*SUFFIX_UNITS.values(), *(unit for theirs in CONVERSIONS.values() for unit in theirs)}
 
 
 def unit_said(theirs: str) -> str:
     """The unit that a column's name carries, spelled as here; empty when it says none."""
     said = unit_in_brackets(theirs) or (unit_of(theirs.strip()) if "_" in theirs else "")
     return SPELLED.get(said, said)
-
-
-def known_unit(theirs: str) -> str:
-    """As far as the name says one: `force_kN`, `Load [kN]`; in round brackets or after _ only what is known."""
-    said = unit_in_brackets(theirs) or theirs.strip().rpartition("_")[2]
-    known = SUFFIX_UNITS.get(said) or SYNONYMS.get(said) or (said if said in UNITS else "")
-    return known or (said if theirs.rstrip().endswith("]") else unit_of(theirs.strip()))
 
 
 def unit_in_brackets(name: str) -> str:
