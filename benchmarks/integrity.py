@@ -10,6 +10,8 @@ fault on, at 10 Hz:
     in band    share of estimates whose 95 % band holds the truth
     named      when a report names who is at fault, the last of the aircraft, s
     told       when the status of the engine first says so
+    pause      longest time between two estimates of one engine, s
+    after      largest error in the last AFTER_S, in sigmas; `!` where a wire is whole again and its bit still shows
 
 A case fails when it is silent for longer than SILENT_S. With `--key NAME` rows are kept in out/integrity.jsonl under
 that name, and those that are there are not flown again.
@@ -33,6 +35,7 @@ from benchmarks import healthy_hours
 from benchmarks.fusion_flights import ENGINES, EVERY, FLIGHTS, installation, outputs_of
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
 from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
+from benchmarks.integrity_wires import WIRES
 from benchmarks.kept import Kept
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Estimate, Fault, Status
@@ -43,7 +46,7 @@ RESULTS = Path("out/integrity.jsonl")
 FLOWN = ((0, 11), (1, 612), (2, 713))  # recording and twin aircraft
 SECONDS = 1500.0  # of a recording
 SILENT_S, SIGMAS = 5.0, 3.0
-SETTLED_S = 1.0  # of a fault: a sample that is read now was taken before
+AFTER_S = 3.0
 TOLD = int(
     Status.MOUNT_LOST | Status.MOUNT_FAILED | Status.BROCHURE_LOST | Status.BROCHURE_FAILED | Status.MOUNTS_DISAGREE
     | Status.SENSOR_EXCLUDED | Status.DISAGREE | Status.STUCK | Status.CHANNEL_OPEN | Status.WIRE_FAULT
@@ -67,6 +70,9 @@ class Row(NamedTuple):
     told_s: float | None
     first: str  # first report
     wrongly_excluded: list[str]
+    pause_s: float
+    after_sigmas: float
+    over: bool  # the status bits that are asked for are off at the end
 
 
 def longest_s(bad: Any, time_s: Any) -> float:
@@ -78,35 +84,38 @@ def longest_s(bad: Any, time_s: Any) -> float:
 
 
 def judge(flown: Flight, case: Case, begin_ns: int, estimates: Sequence[list[Estimate]], faults: list[Fault]) -> Row:
-    figures, told_s = [], inf
+    figures, told_s, asked, over = [], inf, case.bits or TOLD, True
     for side, mine in zip(ENGINES, estimates, strict=True):
-        rows = [(e.t_ns * 1e-9, e.thrust_n, e.thrust_std_n, e.status & TOLD != 0) for e in mine]
-        time_s, thrust_n, std_n, told = np.array(rows).T
+        rows = [(e.t_ns * 1e-9, e.thrust_n, e.thrust_std_n, e.status & TOLD, e.status & asked) for e in mine]
+        time_s, thrust_n, std_n, told, shown = np.array(rows).T
         error_n = thrust_n - np.interp(time_s, flown.profile.time_s, flown.profile[f"thrust_N_{side}"])
         told = told != 0
         silent = (np.abs(error_n) > SIGMAS * std_n) & ~told
         figures.append((
             float(error_n.mean()), rms(error_n), 100.0 * float(silent.mean()),
             longest_s(silent, time_s), 100.0 * float(np.mean((np.abs(error_n) <= SIGMAS_95 * std_n) | told)),
-            float(std_n.mean()),
+            float(std_n.mean()), float(np.diff(time_s, prepend=begin_ns * 1e-9).max()),
+            float(np.max((np.abs(error_n) / std_n)[time_s > time_s[-1] - AFTER_S])),
         ))  # fmt: skip
-        if told.any():
-            told_s = min(told_s, time_s[int(np.argmax(told))] - begin_ns * 1e-9)
+        if shown.any():
+            told_s = min(told_s, time_s[int(np.argmax(shown > 0))] - begin_ns * 1e-9)
+        over = over and not (case.bits and shown[-1])
     reports = [fault for fault in faults if fault.active and fault.kind != "zero"]
-    named = [fault for fault in reports if fault.where in case.who]
-    bias, size, silent_pct, longest, in_band, std = zip(*figures, strict=True)
+    theirs = [fault for fault in reports if fault.where in case.who or fault.kind in case.kinds]
+    bias, size, silent_pct, longest, in_band, std, pause_s, after = zip(*figures, strict=True)
     return Row(
         flown.name, case.fault, case.moment, max(bias, key=abs), max(size), max(silent_pct), max(longest), min(in_band),
-        max(std), (named[0].t_ns - begin_ns) * 1e-9 if named else None, None if told_s == inf else told_s,
+        max(std), (theirs[0].t_ns - begin_ns) * 1e-9 if theirs else None, None if told_s == inf else told_s,
         f"{reports[0].where} {reports[0].kind}" if reports else "",
-        sorted({f"{f.where} {f.kind}" for f in reports if f.where not in case.who}),
+        sorted({f"{f.where} {f.kind}" for f in reports if f not in theirs}), max(pause_s), max(after), over,
     )  # fmt: skip
 
 
 def run_case(flown: Flight, case: Case, pipeline: Pipeline, first: int) -> Row:
     begin_ns = int(flown.wire.t_ns[first])
     last = int(np.searchsorted(flown.wire.t_ns, begin_ns + min(case.seconds, 1e6) * S))
-    estimates, faults = outputs_of(pipeline, damaged(flown, case.edit, first, last), every=EVERY)
+    every = EVERY if case.edit.stream is None else 1  # pauses are looked at
+    estimates, faults = outputs_of(pipeline, damaged(flown, case.edit, first, last), every=every)
     return judge(flown, case, begin_ns, estimates, faults)
 
 
@@ -153,8 +162,8 @@ def campaign(place: Installation, flown: Flight, cases: Iterable[Case], jobs: in
 
 
 def table(rows: list[Row]) -> Table:
-    columns = "fault", "moment", "bias N", "sigma N", "silent %", "longest s", "in band %", "named s", "told s"
-    grid = Table(*columns, "first report")
+    figures = "bias N", "sigma N", "silent %", "longest s", "in band %", "named s", "told s", "pause s", "after"
+    grid = Table("fault", "moment", *figures, "first report")
     by_case: dict[tuple[str, str], list[Row]] = defaultdict(list)
     for row in rows:
         by_case[row.fault, row.moment].append(row)
@@ -166,7 +175,9 @@ def table(rows: list[Row]) -> Table:
         grid.add_row(
             f"[red]{fault} ![/red]" if bad else fault, moment, f"{max((r.bias_n for r in mine), key=abs):.0f}",
             f"{worst.std_n:.0f}", f"{max(r.silent_pct for r in mine):.1f}", f"{max(r.longest_s for r in mine):.0f}",
-            f"{min(r.in_band_pct for r in mine):.1f}", _last(named), _last(told), worst.first,
+            f"{min(r.in_band_pct for r in mine):.1f}", _last(named), _last(told),
+            f"{max(r.pause_s for r in mine):.2f}",
+            f"{max(r.after_sigmas for r in mine):.1f}{'' if all(r.over for r in mine) else ' !'}", worst.first,
         )  # fmt: skip
     return grid
 
@@ -194,7 +205,7 @@ def main() -> int:
     parser.add_argument("--key", default="", help="rows are kept under this name")
     arguments = parser.parse_args()
     console = Console(width=170)
-    named = [case for case in (HEALTHY, *CASES, *AIRCRAFT) if arguments.only in f"{case.fault}, {case.moment}"]
+    named = [case for case in (HEALTHY, *CASES, *WIRES, *AIRCRAFT) if arguments.only in f"{case.fault}, {case.moment}"]
     wanted = tuple(case for case in named if case.short or not arguments.short)
     rows = kept(arguments.key, wanted)
 

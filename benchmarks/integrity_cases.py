@@ -36,7 +36,8 @@ class Case(NamedTuple):
     who: tuple[str, ...]  # where a report names it; empty: nothing on board has to
     seconds: float = 180.0
     short: bool = False  # it is in the short form
-    blind: str = ""  # why no sensor on board can tell
+    kinds: frozenset[str] = frozenset()  # or what a report says
+    bits: int = 0  # of the status that have to say so; 0: any that tells
 
 
 L2 = ("left_upper", "left_lower", "mount[left]")
@@ -115,6 +116,7 @@ CASES: tuple[Case, ...] = (
     *_at("cruise", "fuel flow x 1.2", _fuel(lambda _, v: 1.2 * v), FUEL),
     *_at("cruise", "fuel flow drifts 5 %/min", _fuel(lambda s, v: v * (1 + 0.05 * s / 60)), FUEL, 300.0),
     *_at("take-off roll, cruise", "N1 +3 %", _n1(lambda _, v: v + 3.0 * RPM_PCT), N1L),
+    *_at("take-off roll, throttle up", "N1 freezes", _n1(_frozen), N1L),
     *_at("cruise", "N1 drifts 2 %/min", _n1(lambda s, v: v + 2.0 * RPM_PCT * s / 60.0), N1L, 300.0),
     *_at("ground idle", "N1 swapped", swap(("n1_pct", 0), ("n1_pct", 1)), (), 300.0),
     *_at("ground idle", "fuel flow swapped", swap(("fuel_flow_kg_s", 0), ("fuel_flow_kg_s", 1)), (), 300.0),

@@ -1,17 +1,20 @@
-"""What is wrong with a sensor, as an edit of what it sent: of LVDT readings [mm] and of values on the bus.
+"""What is wrong with a sensor or a wire, as an edit of what came: of LVDT readings [mm], values on the bus, or events.
 
 An edit is given the seconds since the fault began and the values, both (n,), or the four mounts' (n, 4), and gives
 other values. Units on the bus are those of the ICD: g, K, l/h, 1/min.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.core.types import Event
 
 Changing = Callable[[Floats, Floats, Any], Floats]  # seconds, mm (n, 4) or values (n,), surroundings -> others
+Stream = Callable[[list[Event], int, int], Iterator[Event]]  # events from the fault on, its begin and end [ns]
 Speaking = Callable[[Floats, Floats], Floats]  # seconds, values (n,) -> values
 Channel = tuple[str, int]
 LEFT, BOTH_ENGINES = (0, 1), (0, 1, 2, 3)
@@ -35,6 +38,9 @@ class Edit(NamedTuple):
     bus: Mapping[Channel, Changing] = {}
     swapped: tuple[Channel, Channel] | None = None  # on the bus
     slow: float = 0.0  # the ADC's crystal, relative; its samples come so much later each
+    restarts: bool = False  # the ADC does: sequence and device time from 0, for good
+    stream: Stream | None = None
+    lasts_s: float = inf  # mounts, bus and stream; the others stay
 
 
 def _on(channels: tuple[int, ...], change: Callable[[Floats, Floats], Floats]) -> Edit:
@@ -68,6 +74,11 @@ def slow_gain(channels: tuple[int, ...], per_min: float) -> Edit:
 def stuck(channels: tuple[int, ...], noise_mm: float) -> Edit:
     rng = np.random.default_rng(7)
     return _on(channels, lambda _, read_mm: read_mm[0] + rng.normal(0.0, noise_mm, len(read_mm)))
+
+
+def opened(channels: tuple[int, ...]) -> Edit:
+    """NaN: the ADC marks the channel."""
+    return _on(channels, lambda _, read_mm: np.full_like(read_mm, np.nan))
 
 
 def order(channels: tuple[int, int, int, int]) -> Edit:

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.fusion_flights import FLIGHTS, part
-from benchmarks.integrity_edits import Channel, Edit, Surroundings
+from benchmarks.integrity_edits import Changing, Channel, Edit, Surroundings
 from tests.wire.one_by_one import AdcSample, adc_items
 from thrustd.core.atmosphere import dynamic_pressure_pa
-from thrustd.core.columns import Floats
+from thrustd.core.columns import CHANNEL_FAULT, Floats
 from thrustd.core.types import Event, Frame, Tick
 from thrustd.installation.installation import Installation
 from thrustd.records.recording import Recording
@@ -137,10 +137,10 @@ def damaged(flight: Flight, edit: Edit, first: int, last: int) -> list[Event]:
     """Events [first, last) with the fault in them from the first on."""
     events = whole(flight, first, last)
     begin_ns = int(flight.wire.t_ns[first])
-    if edit.mounts is not None or edit.slow:
+    if edit.mounts is not None or edit.slow or edit.restarts:
         events = _edit_adc(flight, edit, events, begin_ns)
     for channel, change in edit.bus.items():
-        _edit_bus(flight, events, flight.idents[channel], begin_ns, change)
+        _edit_bus(flight, events, flight.idents[channel], begin_ns, change, edit.lasts_s)
     if edit.swapped is not None:
         one, other = (flight.idents[channel] for channel in edit.swapped)
         names = {one: other, other: one}
@@ -150,6 +150,8 @@ def damaged(flight: Flight, edit: Edit, first: int, last: int) -> list[Event]:
             else event
             for event in events
         ]
+    if edit.stream is not None:
+        events = list(edit.stream(events, begin_ns, begin_ns + round(edit.lasts_s * S)))
     return events
 
 
@@ -170,12 +172,16 @@ def _edit_adc(flight: Flight, edit: Edit, events: list[Event], begin_ns: int) ->
     rows = flight.wire.adc[first : first + len(places)].copy()
     mm, time_s = np.asarray(rows[:, 2:] * COUNT_MM, np.float64), (times_ns - begin_ns) / S
     if edit.mounts is not None:
-        mm = edit.mounts(time_s, mm, _around(flight, np.asarray(times_ns / S, np.float64)))
+        said_mm = edit.mounts(time_s, mm, _around(flight, np.asarray(times_ns / S, np.float64)))
+        mm = np.where(time_s[:, None] < edit.lasts_s, said_mm, mm)
     if edit.slow:
         late_s = time_s * (1.0 + edit.slow)
         mm = np.stack([np.interp(late_s, time_s, column) for column in mm.T], axis=1)
         times_ns = begin_ns + np.rint(late_s * S).astype(np.int64)
-    rows[:, 2:] = np.clip(np.rint(mm / COUNT_MM), -COUNT_LIMIT - 1, COUNT_LIMIT).astype(np.int64)
+    counts = np.clip(np.rint(mm / COUNT_MM), -COUNT_LIMIT - 1, COUNT_LIMIT)
+    rows[:, 2:] = np.where(np.isnan(mm), CHANNEL_FAULT, counts).astype(np.int64)
+    if edit.restarts:
+        rows[:, :2] -= rows[0, :2]
     end_ns = events[-1].t_ns
     for place, t_ns, row in zip(places, times_ns.tolist(), rows, strict=True):
         events[place] = _adc_frame(t_ns, row)
@@ -184,8 +190,7 @@ def _edit_adc(flight: Flight, edit: Edit, events: list[Event], begin_ns: int) ->
     return sorted((event for event in events if event.t_ns <= end_ns), key=lambda event: event.t_ns)
 
 
-def _edit_bus(flight: Flight, events: list[Event], ident: int, begin_ns: int, change: object) -> None:
-    assert callable(change)
+def _edit_bus(flight: Flight, events: list[Event], ident: int, begin_ns: int, change: Changing, lasts_s: float) -> None:
     mine = [
         (i, event)
         for i, event in enumerate(events)
@@ -193,6 +198,7 @@ def _edit_bus(flight: Flight, events: list[Event], ident: int, begin_ns: int, ch
     ]
     time_ns = np.array([event.t_ns for _, event in mine])
     values = np.array([VALUE.unpack(event.data[4:])[0] for _, event in mine])
-    edited = change((time_ns - begin_ns) / S, values, _around(flight, np.asarray(time_ns / S, np.float64)))
-    for (i, event), value in zip(mine, edited.tolist(), strict=True):
+    time_s = (time_ns - begin_ns) / S
+    said = change(time_s, values, _around(flight, np.asarray(time_ns / S, np.float64)))
+    for (i, event), value in zip(mine, np.where(time_s < lasts_s, said, values).tolist(), strict=True):
         events[i] = event._replace(data=event.data[:4] + VALUE.pack(value))

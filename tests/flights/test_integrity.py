@@ -6,6 +6,7 @@ from benchmarks.fusion_flights import fly_through, installation
 from benchmarks.integrity import SILENT_S, campaign
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY
 from benchmarks.integrity_flight import on_the_wire
+from benchmarks.integrity_wires import MOMENTS, WIRES
 from thrustd.twin.flight import scripted_flight
 
 SECONDS, SEED, JOBS = 700.0, 34, 2
@@ -24,6 +25,8 @@ FLOWN = {
     ("hostile: nacelle drag 0.04 m2", "begin"),
     ("hostile: zero -0.03 mm", "begin"),
 }
+BROKEN = sorted({case.fault for case in WIRES})  # each once, at one of three moments
+FLOWN |= {(fault, MOMENTS[i % len(MOMENTS)]) for i, fault in enumerate(BROKEN)}
 JUMPS = {"both step +0.1 mm", "both halve", "one LVDT +0.1 mm"}
 
 
@@ -31,7 +34,9 @@ JUMPS = {"both step +0.1 mm", "both halve", "one LVDT +0.1 mm"}
 def rows():
     place, found = installation(), []
     flown = on_the_wire(place, *scripted_flight(SECONDS, SEED), SEED)
-    cases = [case for case in (HEALTHY, *CASES, *AIRCRAFT) if (case.fault, case.moment) in FLOWN or case is HEALTHY]
+    cases = [
+        case for case in (HEALTHY, *CASES, *WIRES, *AIRCRAFT) if (case.fault, case.moment) in FLOWN or case is HEALTHY
+    ]
     campaign(place, flown, cases, JOBS, found.append)
     return found
 
@@ -39,6 +44,16 @@ def rows():
 def test_no_fault_is_confidently_wrong_for_longer_than_five_seconds(rows):
     assert {(row.fault, row.moment) for row in rows} >= FLOWN
     assert {row.fault: row.longest_s for row in rows if row.longest_s > SILENT_S} == {}
+
+
+@pytest.mark.parametrize("fault", BROKEN)
+def test_a_broken_wire_is_told_and_the_flight_goes_on_and_recovers(rows, fault):
+    row = next(row for row in rows if row.fault == fault)
+    shed_s = 2.0 if fault == "queue overrun" else 0.0
+    assert row.pause_s < shed_s + 0.2
+    assert row.named_s is not None and row.told_s is not None and row.over
+    assert row.in_band_pct > 80.0
+    assert row.after_sigmas < 3.0
 
 
 def test_what_jumps_is_named_at_once_and_nobody_else(rows):

@@ -2,10 +2,11 @@
 
 from itertools import chain
 
-from benchmarks.fault_matrix import twin_flight
+from benchmarks.integrity_flight import on_the_wire, whole
 from tests.conftest import small_aircraft
 from thrustd.core.types import Estimate, Fault, Status
 from thrustd.sources.merge import EventQueue, merged
+from thrustd.twin.flight import scripted_flight
 
 OVERLOAD = 10
 ROOM = 2000  # events
@@ -41,7 +42,8 @@ class Flood:
 def test_at_ten_times_the_rate_estimates_go_on_and_what_is_shed_is_counted():
     installation = small_aircraft()
     pipeline, queue = installation.pipeline(), EventQueue(ROOM)
-    flood = Flood(queue, twin_flight(installation, 40.0, 5).events)
+    flown = on_the_wire(installation, *scripted_flight(40.0, 5), 5)
+    flood = Flood(queue, whole(flown, 0, len(flown.wire.t_ns)))
     worked, estimates, told = 0, [], 0
     flood.pour(1)
     for event in chain.from_iterable(merged(queue, (flood,), flood)):

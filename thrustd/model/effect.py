@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+
 from thrustd.model.linear import sections
 from thrustd.model.stage import Floats, Stage
 
@@ -44,7 +46,7 @@ class Effect:
     channels: tuple[str, ...]  # what it reads (`u` of its step), canonical names
     parameters: tuple[Parameter, ...]
     step: Any  # compiled step(x, c, u, v) -> v
-    prepare: Callable[[Mapping[str, float], float], Floats]  # (parameters, dt_s) -> c
+    prepare: Callable[[Mapping[str, float], float], Floats] | None  # (parameters, dt_s) -> c; None: as they stand
     n_state: int
     equation: str
     source: str
@@ -68,7 +70,13 @@ class Effect:
         if self.lags is not None:
             lags = self.lags(parameters)
             return sections(self.name, 1.0 + sum(g for _, g in lags), [(tau, -g) for tau, g in lags], [], dt_s)
-        return Stage(self.name, self.step, self.prepare(parameters, dt_s), self.n_state, self.channels, self.initial)
+        return Stage(self.name, self.step, self.constants(parameters, dt_s), self.n_state, self.channels, self.initial)
+
+    def constants(self, parameters: Mapping[str, float], dt_s: float) -> Floats:
+        """What its step reads as `c`."""
+        if self.prepare is not None:
+            return self.prepare(parameters, dt_s)
+        return np.array([parameters[p.name] for p in self.parameters])
 
 
 def begin_at_channel(x: Floats, c: Floats, u: Floats, v: float) -> None:

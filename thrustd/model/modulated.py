@@ -80,4 +80,4 @@ def _around(outer: Any, inner: Any) -> Any:
 def _prepare(effect: Effect, p: Mapping[str, float], dt_s: float) -> Floats:
     absent, full = (p[end] for end in ENDS)
     slope = 1.0 / (full - absent) if full != absent else 0.0
-    return np.concatenate(((absent, slope), effect.prepare(p, dt_s)))
+    return np.concatenate(((absent, slope), effect.constants(p, dt_s)))

@@ -99,7 +99,7 @@ def card_json(effect: Effect) -> dict[str, Any]:
 
 def physics(effect: Effect) -> str:
     """The docstring of the effect's file: equation, sign, source, range, what it leaves out."""
-    module = sys.modules.get(getattr(effect.prepare, "__module__", ""))
+    module = sys.modules.get(getattr(effect.step or effect.lags, "__module__", ""))
     return (getattr(module, "__doc__", None) or "").strip()
 
 

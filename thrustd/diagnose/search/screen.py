@@ -281,5 +281,5 @@ def _slope(table: Table, record: Record, plain: Floats, sigma_mm: float) -> Floa
 def _hats(term: Term, column: Floats) -> Floats:
     """Basis (n, k) of the broken line of a free curve."""
     count = len(term.free)
-    knots = term.effect.prepare(term.effect.neutral(), 1.0)[:count]
+    knots = term.effect.constants(term.effect.neutral(), 1.0)[:count]
     return np.column_stack([np.interp(column, knots, np.eye(count)[i]) for i in range(count)])

@@ -8,10 +8,6 @@ mounts it is a couple: one mount is loaded, the other unloaded, whatever the thr
 puts the same on the force. Positive stretch: more weight, smaller reading. Left out: lateral acceleration.
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
@@ -20,10 +16,6 @@ from thrustd.model.stage import Floats, jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     more = u[0] - 1.0
     return v * (1.0 + c[0] * more) + c[1] * more
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["stretch_1_g"], p["shift_mm_g"]])
 
 
 EFFECT = Effect(
@@ -40,7 +32,7 @@ EFFECT = Effect(
                   expected="by the offset of the centre of gravity"),
     ),
     step=step,
-    prepare=prepare,
+    prepare=None,
     n_state=0,
     equation="x_mount = x (1 + a (n - 1)) + b (n - 1)",
     source="thesis section 12.1.2",

@@ -15,9 +15,6 @@ load.
 """
 
 import math
-from collections.abc import Mapping
-
-import numpy as np
 
 from thrustd.model.effect import Effect, Parameter, begin_at_channel
 from thrustd.model.stage import Floats, jit
@@ -37,10 +34,6 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
             q = 1.0 - (1.0 - q) * math.exp(before_zero - h)
         x[1] = sign * q
     return v + c[0] * x[1]
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["friction_n"], p["yield_mm"], p["deadband_mm"]])
 
 
 FRICTION_N = Parameter(
@@ -65,7 +58,7 @@ EFFECT = Effect(
         DEADBAND_MM,
     ),
     step=step,
-    prepare=prepare,
+    prepare=None,
     n_state=2,
     equation="F = F_core + F_f z,  dz/dx = (1 - |z| (1 + sgn(z dx)) / 2) / x_y",
     source="Wen, J. Eng. Mech. 102 (1976) 249; Ikhouane & Rodellar, Systems with Hysteresis, 2007",

@@ -9,9 +9,6 @@ two thirds of the softening are there. known_max_mm tells what the mount had see
 """
 
 import math
-from collections.abc import Mapping
-
-import numpy as np
 
 from thrustd.model.effect import Effect
 from thrustd.model.effects.mullins_softening import EFFECT as WHOLE
@@ -22,10 +19,6 @@ from thrustd.model.stage import Floats, jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     x[0] = max(x[0], u[0])
     return v * (1.0 - c[0] * (1.0 - math.exp((u[0] - x[0]) / c[1])))
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["softening"], p["m_mm"], p["known_max_mm"]])
 
 
 def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
@@ -39,7 +32,7 @@ EFFECT = Effect(
     channels=WHOLE.channels,
     parameters=WHOLE.parameters,
     step=step,
-    prepare=prepare,
+    prepare=None,
     n_state=1,
     equation="w = f(x) (1 - s (1 - exp(-(x_max - x) / m)))",
     source="Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153; Mullins, Rubber Chem. Technol. 42 (1969) 339",

@@ -8,10 +8,6 @@ small incidence below drag rise. Left out: dependence on Mach number, incidence 
 flow.
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
@@ -19,10 +15,6 @@ from thrustd.model.stage import Floats, jit
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v + c[0] * u[0]
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["drag_area_m2"]])
 
 
 EFFECT = Effect(
@@ -36,7 +28,7 @@ EFFECT = Effect(
                   expected="about 0.02 m2: c_D 0.035 of 1.2 m2, shared by two mounts"),
     ),
     step=step,
-    prepare=prepare,
+    prepare=None,
     n_state=0,
     equation="F = F_mount + (c_D A) q",
     source="Hoerner, Fluid-Dynamic Drag, ch. 9 and 13",

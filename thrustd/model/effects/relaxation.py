@@ -13,14 +13,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.core.columns import Floats
 from thrustd.model.effect import Effect, Parameter
 
 TAUS_S = 10.0 ** (np.arange(10) / 2.0 - 0.5)  # 0.32 s to 10 000 s, two per decade
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p[name] for name in GAINS])
 
 
 def lags(p: Mapping[str, float]) -> list[tuple[float, float]]:
@@ -42,7 +37,7 @@ EFFECT = Effect(
         for name, tau in zip(GAINS, TAUS_S, strict=True)
     ),
     step=None,
-    prepare=prepare,
+    prepare=None,
     n_state=0,
     equation="x = w + sum g_i (w - lag_i(w)) in the linear block",
     source="Tschoegl, The Phenomenological Theory of Linear Viscoelastic Behavior, 1989, ch. 4",

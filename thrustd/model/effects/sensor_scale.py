@@ -8,10 +8,6 @@ nothing separates the three but a calibration. Valid for errors of up to a fifth
 transducer (that is in the input curve).
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
@@ -19,10 +15,6 @@ from thrustd.model.stage import Floats, jit
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v / (1.0 + c[0])
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["scale_error"]])
 
 
 EFFECT = Effect(
@@ -35,7 +27,7 @@ EFFECT = Effect(
                   meaning="relative excess of the reading", expected="within 0.005 for a calibrated LVDT"),
     ),
     step=step,
-    prepare=prepare,
+    prepare=None,
     n_state=0,
     equation="x = x_read / (1 + e)",
     source="Nyce, Linear Position Sensors, ch. 3",

@@ -9,10 +9,6 @@ when one sensor speaks for the whole mount. Left out: gradients inside the rubbe
 sensor.
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
@@ -20,10 +16,6 @@ from thrustd.model.stage import Floats, jit
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v - c[0] * (u[0] - c[1])
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["expansion_mm_k"], p["reference_degc"]])
 
 
 EFFECT = Effect(
@@ -38,7 +30,7 @@ EFFECT = Effect(
                   meaning="temperature of the rubber when the model was identified", amplitude=False, spread=10.0),
     ),
     step=step,
-    prepare=prepare,
+    prepare=None,
     n_state=0,
     equation="x = x_read - a (T - T_ref)",
     source="thesis section 12.2: 0.0095 mm/K on its bench",

@@ -9,10 +9,6 @@ to 80 degC. A first-order law around the reference, valid for some 30 K either s
 relaxation times, heating from within.
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
@@ -20,10 +16,6 @@ from thrustd.model.stage import Floats, jit
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v * (1.0 + c[0] * (u[0] - c[1]))
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["stiffness_1_k"], p["reference_degc"]])
 
 
 EFFECT = Effect(
@@ -39,7 +31,7 @@ EFFECT = Effect(
                   meaning="temperature of the rubber when the model was identified", amplitude=False, spread=10.0),
     ),
     step=step,
-    prepare=prepare,
+    prepare=None,
     n_state=0,
     equation="F = F_core (1 + k (T - T_ref))",
     source="Treloar, The Physics of Rubber Elasticity, 3rd ed., ch. 2; specification quoted in the thesis",

@@ -8,10 +8,6 @@ vibration up to 540 Hz. Valid while the vibration's frequency is far above what 
 dependence on frequency.
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
@@ -19,10 +15,6 @@ from thrustd.model.stage import Floats, jit
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v - c[0] * (abs(u[0]) * 0.01) ** c[1]
-
-
-def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["shift_mm"], p["exponent"]])
 
 
 EFFECT = Effect(
@@ -37,7 +29,7 @@ EFFECT = Effect(
                   meaning="power of the vibration", amplitude=False),
     ),
     step=step,
-    prepare=prepare,
+    prepare=None,
     n_state=0,
     equation="x = x_read - s (V / 100 mm/s)^p",
     source="second-order expansion of the static curve; thesis section 12.1.1",
