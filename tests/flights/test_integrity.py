@@ -46,14 +46,12 @@ def test_no_fault_is_confidently_wrong_for_longer_than_five_seconds(rows):
     assert {row.fault: row.longest_s for row in rows if row.longest_s > SILENT_S} == {}
 
 
-@pytest.mark.parametrize("fault", BROKEN)
-def test_a_broken_wire_is_told_and_the_flight_goes_on_and_recovers(rows, fault):
-    row = next(row for row in rows if row.fault == fault)
-    shed_s = 2.0 if fault == "queue overrun" else 0.0
-    assert row.pause_s < shed_s + 0.2
-    assert row.named_s is not None and row.told_s is not None and row.over
-    assert row.in_band_pct > 80.0
-    assert row.after_sigmas < 3.0
+def test_a_broken_wire_is_told_and_the_flight_goes_on_and_recovers(rows):
+    broken = [row for row in rows if row.fault in BROKEN]
+    assert len(broken) == len(BROKEN)
+    assert [row for row in broken if row.named_s is None or row.told_s is None or not row.over] == []
+    assert [row for row in broken if row.pause_s > 0.2] == [row for row in broken if row.fault == "queue overrun"]
+    assert [row for row in broken if row.pause_s > 2.2 or row.in_band_pct < 80.0 or row.after_sigmas > 3.0] == []
 
 
 def test_what_jumps_is_named_at_once_and_nobody_else(rows):
