@@ -199,13 +199,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--short", action="store_true", help="one aircraft, a few cases")
     parser.add_argument("--only", default="", help="cases with this in 'fault, moment'")
+    parser.add_argument("--wires", action="store_true", help="the faults of wires, bus and machine alone")
     parser.add_argument("--aircraft", default="0,1,2", help="which of the three")
     parser.add_argument("--seconds", type=float, default=SECONDS)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--key", default="", help="rows are kept under this name")
     arguments = parser.parse_args()
     console = Console(width=170)
-    named = [case for case in (HEALTHY, *CASES, *WIRES, *AIRCRAFT) if arguments.only in f"{case.fault}, {case.moment}"]
+    every = WIRES if arguments.wires else (HEALTHY, *CASES, *WIRES, *AIRCRAFT)
+    named = [case for case in every if arguments.only in f"{case.fault}, {case.moment}"]
     wanted = tuple(case for case in named if case.short or not arguments.short)
     rows = kept(arguments.key, wanted)
 
