@@ -7,13 +7,15 @@ import { bar } from "../ledger.js";
 import { attempt, report, running, session } from "../store.js";
 
 // kind of the order; title and words at the head; label of the button; ask() orders; never(session) says why it is empty;
-// show(answer, head) draws
-export function answerView(root, { kind, title, words, label, ask, never, show }) {
+// show(answer, head) draws; find() is the answer, can(session) whether it may be asked for, `wants` what else is missing
+export function answerView(root, of) {
+  const { kind, title, words, label, ask, never, show, find = () => latest(kind) } = of,
+    { can = (s) => s.model && s.measured.length, wants = "a model and a measured recording" } = of;
   const head = heading(title, words);
   let shown = null;
 
   const update = attempt(async () => {
-    const found = latest(kind);
+    const found = find();
     if (!found) {
       shown = null;
       empty();
@@ -26,13 +28,12 @@ export function answerView(root, { kind, title, words, label, ask, never, show }
 
   function empty() {
     const job = running(kind),
-      s = session(),
-      can = Boolean(s.model && s.measured.length);
+      s = session();
     const said = job
       ? [h("p", `${job.title}: ${job.note || job.state} (${percent(job.fraction)})`), bar(job.fraction)]
       : [
-          h("p", can ? never(s) : "Choose a model and a measured recording at the top."),
-          h("button", { class: "primary", disabled: !can, onclick: attempt(ask) }, label),
+          h("p", can(s) ? never(s) : `Choose ${wants} at the top.`),
+          h("button", { class: "primary", disabled: !can(s), onclick: attempt(ask) }, label),
         ];
     fill(root, head, h("section.panel", h("div.empty", said)));
   }

@@ -1,68 +1,43 @@
 // Identify: a first model from the bench record, and what was found: errors, fit, static curve, time constants, loop.
 
 import { chart, line, nearest, rule, span } from "../axes.js";
-import { css, described, fill, h, heading, panel } from "../dom.js";
+import { css, described, fill, h, panel } from "../dom.js";
 import { residualPicture } from "../evidence_charts.js";
 import { duration, newtons, number, percent, typeset, withUnit } from "../format.js";
-import { bar } from "../ledger.js";
 import { identifyNow } from "../steps.js";
-import { attempt, report, running, session, store } from "../store.js";
+import { attempt, session, store } from "../store.js";
+import { answerView } from "./answer.js";
 
 export function identify(root) {
-  const head = heading(
-    "Identify",
-    "A first model of the mount from a bench record. Every fifth part of it judges the fit; the model then learns from all of it.",
-  );
-  let shown = null;
-
-  const update = attempt(async () => {
-    const job = found();
-    if (!job) {
-      shown = null;
-      empty();
-    } else if (job.result.report !== shown) {
-      const answer = await report(job.result.report);
-      shown = job.result.report;
-      draw(answer);
-    }
+  return answerView(root, {
+    kind: "fit",
+    title: "Identify",
+    words:
+      "A first model of the mount from a bench record. Every fifth part of it judges the fit; the model then learns from all of it.",
+    label: "Identify a model",
+    ask: identifyNow,
+    find: () => found()?.result,
+    can: ({ bench }) => bench.length,
+    wants: "a bench recording",
+    never: ({ bench, model }) =>
+      `${model ? `${model} was not identified here.` : "No model yet."} Bench record: ${bench[0]}.`,
+    show: (a, head) =>
+      fill(
+        root,
+        head,
+        numbers(a),
+        a.warnings.length
+          ? described(
+              "What to know",
+              "",
+              a.warnings.map((w) => h("p.advice", typeset(w))),
+            )
+          : null,
+        h("div.columns", staticCurve(a), relaxation(a)),
+        h("div.columns", ...a.loops.slice(0, 1).map((l) => loop(l)), residuals(a)),
+        a.effects.length ? frictions(a) : null,
+      ),
   });
-
-  function empty() {
-    const job = running("fit"),
-      { bench, model } = session();
-    const said = job
-      ? [h("p", `${job.title}: ${job.note || job.state} (${percent(job.fraction)})`), bar(job.fraction)]
-      : [
-          h(
-            "p",
-            bench.length
-              ? `${model ? `${model} was not identified here.` : "No model yet."} Bench record: ${bench[0]}.`
-              : "Choose a bench recording at the top.",
-          ),
-          h("button", { class: "primary", disabled: !bench.length, onclick: attempt(identifyNow) }, "Identify a model"),
-        ];
-    fill(root, head, h("section.panel", h("div.empty", said)));
-  }
-
-  const draw = (a) =>
-    fill(
-      root,
-      head,
-      numbers(a),
-      a.warnings.length
-        ? described(
-            "What to know",
-            "",
-            a.warnings.map((w) => h("p.advice", typeset(w))),
-          )
-        : null,
-      h("div.columns", staticCurve(a), relaxation(a)),
-      h("div.columns", ...a.loops.slice(0, 1).map((l) => loop(l)), residuals(a)),
-      a.effects.length ? frictions(a) : null,
-    );
-
-  update();
-  return { update, jobs: () => shown || update() };
 }
 
 // the identification of the chosen model or, of a child, of the one it grew from
