@@ -55,7 +55,7 @@ def test_growing_log_gives_the_same_rows(tmp_path):
 
 def test_other_files_and_damage_are_said(tmp_path):
     (tmp_path / "not.mcap").write_bytes(b"time_s,force_N\n")
-    with pytest.raises(LogError, match=r"not.mcap: is not a flight log"):
+    with pytest.raises(LogError, match=r"not.mcap: starts with .*, expected an MCAP flight log"):
         FollowedLog(tmp_path / "not.mcap").read_on()
     write_log(tmp_path / "log.mcap", seconds=20)
     content = (tmp_path / "log.mcap").read_bytes()

@@ -3,7 +3,8 @@
 Writers die; a log that ends in the middle of a record is read up to the last closed chunk (our chunks close at least
 every half second; zstd holds such a chunk as one block, so its torn half has nothing to give). A file with a record
 that does not fit or a wrong checksum before its end is damaged: walked to its end all the same, then LogError with the
-account of what is lost; with `salvage` that account is in `gaps` and what is whole is handed out.
+account of what is lost; with `salvage` that account is in `gaps` and what is whole is handed out. A file that is still
+written is read as far as it is whole, and on from there when more has come.
 Reference: MCAP format specification, version 0 (https://mcap.dev/spec).
 """
 
@@ -22,15 +23,13 @@ from thrustd.core.columns import Bytes, Integers
 from thrustd.core.errors import LogError
 from thrustd.core.jit import compiled
 from thrustd.sources.mcap_damage import Gap, account, looks_like_chunk, next_chunk
+from thrustd.sources.mcap_record import MAX_RECORD_BYTES, expect_crc, inflated, text_at
 
 MAGIC = b"\x89MCAP0\r\n"
-MAX_RECORD_BYTES = 64 * 1024 * 1024  # untrusted input: longer records are refused
 _HEAD = Struct("<BQ")
-_CHUNK_HEAD = Struct("<QQQII")
 _MESSAGE_BYTES: Final = 31  # record head, channel, sequence, log and publish time
 _OP_MESSAGE, _OP_FOOTER = int(Opcode.MESSAGE), int(Opcode.FOOTER)
 _new: Final = tuple.__new__  # half the time of calling a NamedTuple
-_U64 = Struct("<Q")
 
 
 class LogMessage(NamedTuple):
@@ -56,13 +55,10 @@ class McapWalk:
         self.cut = False  # known after `records` is exhausted
         self.encodings: dict[str, str] = {}  # by topic; grows while walking
         self.metadata: dict[str, dict[str, str]] = {}
-        self._stream = stream
         self._keep = keep
         self._kept: dict[int, str] = {}  # channel id -> wanted topic
-        self.size_bytes = stream.seek(0, SEEK_END)
-        stream.seek(max(0, self.size_bytes - len(MAGIC)))
-        self._ends_well = stream.read() == MAGIC and self.size_bytes >= 2 * len(MAGIC)
-        stream.seek(0)
+        self._growing = self._over = False
+        self._look(stream)
         self._crc = 0
         self._summary_crc: int | None = None  # None while in the data section
         self._salvage = salvage
@@ -79,6 +75,15 @@ class McapWalk:
         if self.gaps and not self._salvage:
             raise LogError(f"{self.name}: {self.account()}; replay and convert read the rest with --salvage")
 
+    def grown(self, stream: BinaryIO) -> Iterator[list[LogMessage]]:
+        """`records` of a file that is still written: the whole ones so far; called again, those since. See `gaps`."""
+        self._growing = True
+        self._look(stream)
+        if self.position_bytes == 0:
+            self._start()
+        if not self._over:
+            yield from self._all_records()
+
     def account(self) -> str:
         """What the gaps cost, in words."""
         return account(self.gaps, self._origin_ns)
@@ -90,6 +95,9 @@ class McapWalk:
             opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, 0)
             content = self._read(length) if length <= MAX_RECORD_BYTES else b""
             if len(head) < _HEAD.size or len(content) < length:
+                if self._growing and not self._ends_well and length <= MAX_RECORD_BYTES:
+                    self.position_bytes = at  # its rest is still to come
+                    return
                 if self._goes_on_behind(at, length):
                     continue
                 return
@@ -103,13 +111,22 @@ class McapWalk:
                 self._finish()
                 return
 
+    def _look(self, stream: BinaryIO) -> None:
+        """How long the file is by now, and whether it was closed; then on from where it was left."""
+        self._stream = stream
+        self.size_bytes = stream.seek(0, SEEK_END)
+        stream.seek(max(0, self.size_bytes - len(MAGIC)))
+        self._ends_well = stream.read() == MAGIC and self.size_bytes >= 2 * len(MAGIC)
+        stream.seek(self.position_bytes)
+
     def _start(self) -> None:
-        magic = self._read(len(MAGIC))
+        magic = self._stream.read(len(MAGIC))
         if not magic:
             raise LogError(f"{self.name}: empty file, expected an MCAP flight log")
         if magic != MAGIC:
             raise LogError(f"{self.name}: starts with {magic!r}, expected an MCAP flight log ({MAGIC!r})")
         self._crc = zlib.crc32(magic)
+        self.position_bytes = len(magic)
 
     def _read(self, n_bytes: int) -> bytes:
         data = self._stream.read(n_bytes)
@@ -126,6 +143,7 @@ class McapWalk:
         return behind is not None
 
     def _finish(self) -> None:
+        self._over = True
         tail = self._read(len(MAGIC) + 1)
         self.cut = MAGIC.startswith(tail) and tail != MAGIC
         if tail != MAGIC and not self.cut:
@@ -162,7 +180,7 @@ class McapWalk:
     def _record(self, opcode: int, head: bytes, content: bytes) -> list[LogMessage]:
         self._judge_checksums(opcode, head, content)
         if opcode == Opcode.CHUNK:
-            return self._messages(_inflate(content))
+            return self._messages(inflated(content))
         if opcode == _OP_MESSAGE:
             return self._messages(head + content)
         self._note(opcode, content)
@@ -170,11 +188,11 @@ class McapWalk:
 
     def _judge_checksums(self, opcode: int, head: bytes, content: bytes) -> None:
         if opcode == Opcode.DATA_END:
-            _expect_crc("data section", int.from_bytes(content, "little"), self._crc)
+            expect_crc("data section", int.from_bytes(content, "little"), self._crc)
             self._summary_crc = 0
         elif opcode == Opcode.FOOTER and self._summary_crc is not None:
             crc = zlib.crc32(head + content[:16], self._summary_crc)
-            _expect_crc("summary", int.from_bytes(content[16:20], "little"), crc)
+            expect_crc("summary", int.from_bytes(content[16:20], "little"), crc)
         elif self._summary_crc is not None:
             self._summary_crc = zlib.crc32(head + content, self._summary_crc)
         else:
@@ -205,18 +223,18 @@ class McapWalk:
         if opcode == Opcode.MESSAGE_INDEX and int.from_bytes(content[2:6], "little") != len(content) - 6:
             raise ValueError(f"an index of {len(content)} bytes")
         if opcode == Opcode.CHANNEL:
-            topic, at = _text(content, 4)
+            topic, at = text_at(content, 4)
             channel_id = int.from_bytes(content[:2], "little")
-            self.encodings[topic] = _text(content, at)[0]
+            self.encodings[topic] = text_at(content, at)[0]
             if self._keep(topic):
                 self._kept[channel_id] = topic
         elif opcode == Opcode.METADATA:
-            name, at = _text(content, 0)
+            name, at = text_at(content, 0)
             end = at + 4 + int.from_bytes(content[at : at + 4], "little")
             at, values = at + 4, {}
             while at < end:
-                key, at = _text(content, at)
-                values[key], at = _text(content, at)
+                key, at = text_at(content, at)
+                values[key], at = text_at(content, at)
             self.metadata[name] = values
 
 
@@ -257,44 +275,3 @@ def _find_records(raw: Bytes) -> Integers:
 
 
 _records: Any = compiled(_find_records, numba.int64[:, ::1](numba.types.Array(numba.uint8, 1, "C", readonly=True)))
-
-
-def _text(content: bytes, at: int) -> tuple[str, int]:
-    """A length-prefixed text at `at`, and where it ends."""
-    end = at + 4 + int.from_bytes(content[at : at + 4], "little")
-    if end > len(content):
-        raise ValueError("text longer than its record")
-    return content[at + 4 : end].decode(), end
-
-
-def _inflate(content: bytes) -> bytes:
-    """The records inside a chunk, checksum judged."""
-    _, _, size, crc, name_bytes = _CHUNK_HEAD.unpack_from(content)
-    at = _CHUNK_HEAD.size + name_bytes
-    compression = content[_CHUNK_HEAD.size : at]
-    (n_bytes,) = _U64.unpack_from(content, at)
-    squeezed = content[at + _U64.size :]
-    if size > MAX_RECORD_BYTES or n_bytes != len(squeezed):
-        raise ValueError(f"chunk of {size} bytes in {n_bytes}, {len(squeezed)} present")
-    if compression == b"zstd":
-        records = _unzstd(squeezed, size)
-    elif compression == b"":
-        records = squeezed
-    else:
-        raise ValueError(f"compression {compression!r}, expected zstd or none")
-    if len(records) != size:
-        raise ValueError(f"chunk gives {len(records)} bytes, expected {size}")
-    _expect_crc("chunk", crc, zlib.crc32(records))
-    return records
-
-
-def _unzstd(squeezed: bytes, size: int) -> bytes:
-    stated = zstandard.get_frame_parameters(squeezed).content_size
-    if stated not in (size, zstandard.CONTENTSIZE_UNKNOWN):  # before it is allowed to allocate
-        raise ValueError(f"zstd frame of {stated} bytes, expected {size}")
-    return zstandard.ZstdDecompressor().decompress(squeezed, max_output_size=size)
-
-
-def _expect_crc(what: str, stored: int, calculated: int) -> None:
-    if stored not in (0, calculated):  # 0: the writer left it out
-        raise ValueError(f"checksum of the {what} is {calculated:08x}, expected {stored:08x}")

@@ -6,27 +6,19 @@ at `SHOW_HZ` for the last `KEEP_ROWS` rows, readings and faults as their latest 
 
 import threading
 from collections import Counter
-from io import BytesIO
 from pathlib import Path
-from struct import Struct
 from typing import Any
 
 import msgspec
-from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Channel, Chunk, Message
-from mcap.stream_reader import StreamReader, breakup_chunk
-from zstandard import ZstdError
 
 from thrustd.core.errors import LogError
-from thrustd.sources.mcap_walk import MAGIC  # at the beginning, and at the end of a log that was finished
+from thrustd.sources.mcap_walk import McapWalk
+from thrustd.wire.log_layout import FAULT_TOPIC
 
-MAGIC_BYTES = len(MAGIC)
 SHOW_HZ = 10.0
 KEEP_ROWS = 36_000  # an hour at SHOW_HZ, for each engine and mount
 READ_BYTES = 32 << 20  # at most per look
-MAX_RECORD_BYTES = 64 << 20
-_HEAD = Struct("<BQ")
-_SHOWN = ("/estimate/", "/mount/")
+_ROWS, _READING = ("/estimate/", "/mount/"), "/reading/"
 
 
 class FollowedLog:
@@ -35,28 +27,27 @@ class FollowedLog:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._lock = threading.Lock()
-        self._at = MAGIC_BYTES
-        self._topics: dict[int, tuple[str, str]] = {}
+        self._walk: McapWalk | None = None
         self._rows: list[dict[str, Any]] = []
         self._dropped = 0  # rows no longer kept
         self._last_ns: dict[str, int] = {}
         self._readings: dict[str, dict[str, Any]] = {}
         self._faults: Counter[str] = Counter()
         self._latest_ns = 0
-        self._decode = msgspec.json.Decoder().decode
+        self._decode = msgspec.json.Decoder(dict[str, Any]).decode
 
     def read_on(self) -> None:
-        """Take the whole records that were added; LogError for a file that is no MCAP."""
-        with self._lock, self.path.open("rb") as file:
-            if self._at == MAGIC_BYTES and not file.read(MAGIC_BYTES).startswith(MAGIC):
-                raise LogError(f"{self.path.name}: is not a flight log (MCAP)")
-            file.seek(self._at)
-            content = file.read(READ_BYTES)
-            whole, n_records = _whole(content, self.path.name)
-            self._take(content[:whole], n_records)
-            if len(content) < READ_BYTES and content.endswith(MAGIC) and whole != len(content) - MAGIC_BYTES:
-                raise LogError(f"{self.path.name}: damaged near byte {self._at + whole}: a length that cannot be")
-            self._at += whole
+        """Take the whole records that were added; LogError for a file that is no MCAP, or damaged."""
+        with self._lock, self.path.open("rb") as stream:
+            walk = self._walk = self._walk or McapWalk(stream, self.path.name, _is_shown)
+            begin = walk.position_bytes
+            for messages in walk.grown(stream):
+                for message in messages:
+                    self._message(message.topic, message.data)
+                if walk.gaps or walk.position_bytes - begin > READ_BYTES:
+                    break
+            if walk.gaps:
+                raise LogError(f"{self.path.name}: {walk.account()}")
 
     def answer(self, after: int) -> dict[str, Any]:
         """Rows numbered `after` and later, and the latest of everything else."""
@@ -68,42 +59,24 @@ class FollowedLog:
                 "readings": self._readings,
                 "faults": dict(self._faults),
                 "latest_ns": self._latest_ns,
-                "bytes": self._at,
+                "bytes": self._walk.position_bytes if self._walk else 0,
             }
 
-    def _take(self, content: bytes, n_records: int) -> None:
-        taken = 0
+    def _message(self, topic: str, data: bytes) -> None:
         try:
-            for record in StreamReader(BytesIO(content), skip_magic=True, emit_chunks=True).records:
-                inner = breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
-                for item in inner:
-                    self._record(item)
-                taken += 1
-        except EndOfFile:  # the reader says so at the end of what it was given, and of a record that ends too early
-            if taken < n_records:
-                raise LogError(f"{self.path.name}: damaged near byte {self._at}: a record that does not fit") from None
-        except (McapError, ZstdError, msgspec.DecodeError, EOFError, ValueError) as problem:
-            raise LogError(f"{self.path.name}: damaged near byte {self._at}: {type(problem).__name__}") from None
-
-    def _record(self, record: Any) -> None:
-        if isinstance(record, Channel):
-            self._topics[record.id] = (record.topic, record.message_encoding)
-        elif isinstance(record, Message):
-            topic, encoding = self._topics.get(record.channel_id, ("", ""))
-            if encoding == "json":
-                self._message(topic, self._decode(record.data))
-
-    def _message(self, topic: str, said: dict[str, Any]) -> None:
+            said = self._decode(data)
+        except msgspec.DecodeError as problem:
+            raise LogError(f"{self.path.name}: damaged: {topic}: {problem}") from None
         t_ns = int(said.get("t_ns", 0))
         self._latest_ns = max(self._latest_ns, t_ns)
-        if topic.startswith(_SHOWN):
+        if topic.startswith(_ROWS):
             if t_ns - self._last_ns.get(topic, -(10**12)) >= 0.999e9 / SHOW_HZ:
                 self._last_ns[topic] = t_ns
                 self._rows.append({"topic": topic, **said})
                 self._forget()
-        elif topic.startswith("/reading/"):
-            self._readings[topic.removeprefix("/reading/")] = said
-        elif topic == "/fault" and said.get("active", True):
+        elif topic.startswith(_READING):
+            self._readings[topic.removeprefix(_READING)] = said
+        elif said.get("active", True):
             self._faults[f"{said['where']} {said['kind']}"] += int(said.get("count", 1))
 
     def _forget(self) -> None:
@@ -113,14 +86,5 @@ class FollowedLog:
             self._dropped += beyond
 
 
-def _whole(content: bytes, name: str) -> tuple[int, int]:
-    """Bytes of `content` that are whole records, and how many these are."""
-    at = n_records = 0
-    while at + _HEAD.size <= len(content):
-        _, length = _HEAD.unpack_from(content, at)
-        if length > MAX_RECORD_BYTES:
-            raise LogError(f"{name}: damaged: a record of {length} bytes")
-        if at + _HEAD.size + length > len(content):
-            break
-        at, n_records = at + _HEAD.size + length, n_records + 1
-    return at, n_records
+def _is_shown(topic: str) -> bool:
+    return topic.startswith((*_ROWS, _READING)) or topic == FAULT_TOPIC
