@@ -16,13 +16,14 @@ from thrustd.core.types import Event, Frame, Tick
 from thrustd.installation.installation import Installation
 from thrustd.records.recording import Recording
 from thrustd.twin.airframe import Airframe
-from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
+from thrustd.twin.flight import Rates, Truth, fly, recorded_flight, scripted_flight
 from thrustd.twin.sensors import COUNT_LIMIT, COUNT_MM
 from thrustd.wire.adc_frames import AdcDecoder, encode
 from thrustd.wire.can_frames import CanEncoder
 
 Integers = npt.NDArray[np.int64]
 S = 1_000_000_000
+RATES = Rates()
 VALUE = Struct(">f")
 GROUND_S = 200.0  # before the aircraft flies, behind an engine start
 FLYING_MACH, AIRBORNE_MACH = 0.12, 0.2
@@ -57,7 +58,7 @@ def flight(place: Installation, number: int, seed: int, seconds: float) -> Fligh
     return on_the_wire(place, profile, airframe, seed)
 
 
-def on_the_wire(place: Installation, profile: Recording, airframe: Airframe, seed: int) -> Flight:
+def on_the_wire(place: Installation, profile: Recording, airframe: Airframe, seed: int, rates: Rates = RATES) -> Flight:
     table = place.parts().can_table
     encoder = CanEncoder(table, 0)
     idents = {
@@ -65,7 +66,7 @@ def on_the_wire(place: Installation, profile: Recording, airframe: Airframe, see
         for message in table.messages.values()
         for field in message.fields
     }
-    events = (event for event in fly(profile, airframe, table, seed) if not isinstance(event, Truth))
+    events = (event for event in fly(profile, airframe, table, seed, rates) if not isinstance(event, Truth))
     return Flight(profile.name, profile, _columns(events), idents, moments(profile))
 
 

@@ -14,33 +14,47 @@ from math import isnan
 from operator import or_
 from pathlib import Path
 
-from benchmarks.damage import FUEL_LEFT, Edit, frozen, open_channel, whole_frames
+import numpy as np
+
+from benchmarks.integrity_edits import Edit, opened, says, together
+from benchmarks.integrity_flight import damaged, on_the_wire, whole
+from thrustd.core.columns import Floats
 from thrustd.core.types import Estimate, Output
 from thrustd.installation.installation import read_installation
 from thrustd.pipeline.loop import run
 from thrustd.sinks.mcap_log import new_log
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.flight import Rates, Truth, fly, scripted_flight
-from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 FOLDER = Path(__file__).parent
 CONFIG = FOLDER.parent / "deploy" / "hil.toml"
 SECONDS = 300.0
 EVERY_S = 2.0  # of the estimates that are kept as expectation
-FLIGHTS: dict[str, tuple[int, tuple[tuple[Edit, float], ...]]] = {  # seed; faults and the second each begins at
-    "throttle-steps": (21, ()),
-    "sensor-fails": (22, ((open_channel(2), 150.0), (frozen(FUEL_LEFT), 200.0))),
+FAILS_S, STICKS_S = 150.0, 200.0
+
+
+def _sticks(time_s: Floats, values: Floats) -> Floats:
+    late = time_s >= STICKS_S - FAILS_S
+    return np.where(late, values[np.argmax(late)], values)
+
+
+FLIGHTS: dict[str, tuple[int, Edit | None]] = {  # seed; what is wrong from FAILS_S on
+    "throttle-steps": (21, None),
+    "sensor-fails": (22, together(opened((2,)), says("fuel_flow_kg_s", 0, _sticks))),
 }
 
 
 def make(name: str) -> None:
-    seed, faults = FLIGHTS[name]
+    seed, edit = FLIGHTS[name]
     installation = read_installation(CONFIG)
     rates = Rates(adc_hz=installation.config.adc.sample_hz)
-    items = list(fly(*scripted_flight(SECONDS, seed), installation.can_table(ICD_INPUT_ROWS), seed, rates))
-    for edit, begin_s in faults:
-        begin_ns = items[0].t_ns + round(begin_s * 1e9)
-        items = list(edit(whole_frames(items), begin_ns, items[-1].t_ns + 1))
+    profile, airframe = scripted_flight(SECONDS, seed)
+    items = list(fly(profile, airframe, installation.parts().can_table, seed, rates))
+    if edit is not None:
+        flown = on_the_wire(installation, profile, airframe, seed, rates)
+        first, end = np.searchsorted(flown.wire.t_ns, items[0].t_ns + round(FAILS_S * 1e9)), len(flown.wire.t_ns)
+        events = [*whole(flown, 0, int(first)), *damaged(flown, edit, int(first), end)]
+        items = [*(item for item in items if isinstance(item, Truth)), *events]
     with new_log(FOLDER / f"{name}.mcap", installation.log_header()) as log:
         for item in items:
             if isinstance(item, Truth):
