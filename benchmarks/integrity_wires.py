@@ -121,7 +121,7 @@ def _case(fault: str, edit: Edit | Stream, kinds: str, bits: Status, lasts_s: fl
 WIRES: tuple[Case, ...] = (
     *_case("serial unplugged and back", _told("adc", ("unplugged",), "unplugged", _less(1, _is_adc)),
            "unplugged", Status.LINK_LOST),
-    *_case("ADC silent", _less(1, _is_adc), "lost", Status.MOUNT_LOST),
+    *_case("ADC silent", _less(1, _is_adc), "silent lost", Status.MOUNT_LOST),
     *_case("ADC reset", Edit(restarts=True), "reset", Status.WIRE_FAULT),
     *_case("frames lost", _less(5, _is_adc), "lost", Status.WIRE_FAULT),
     *_case("frames repeated", _each(lambda _, event: [event, event], _is_adc), "late", Status.WIRE_FAULT),
