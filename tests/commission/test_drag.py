@@ -14,6 +14,9 @@ from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import read_deck, shipped
 from thrustd.mounts.start import at_rest, resting_n
 from thrustd.records.recording import make_recording
+from thrustd.replay.columns import flight_columns
+from thrustd.replay.replay import open_installation
+from thrustd.sources.log_run import LogRun, run_paths
 
 TRUE_M2 = 0.024
 
@@ -67,6 +70,7 @@ def test_the_file_is_flown_with_and_measured_again_nothing_is_left(installation)
     assert sum(areas) == pytest.approx(2 * fit.m2, abs=1e-4)  # of two engines
     again = with_drag(calibration, fit_drag([flight(TRUE_M2 - fit.m2)], flown), installation.config, "2026-01-03")
     assert again.drag.m2 == pytest.approx(TRUE_M2, abs=0.001)
+    assert again.drag.std_m2 == calibration.drag.std_m2  # the deck errs in every flight alike
 
 
 def test_pull_ups_tell_how_the_mounts_lean_and_models_take_it_off(installation):
@@ -92,6 +96,18 @@ def test_pull_ups_tell_how_the_mounts_lean_and_models_take_it_off(installation):
         share = 5079.0 / (5079.0 + 5954.0)
         expected_n = share * mass_kg * STANDARD_GRAVITY_M_S2 * np.sin(np.radians(lean_deg))
         assert pulled_n[1] - pulled_n[0] == pytest.approx(expected_n, rel=0.25)
+
+
+def test_a_logs_columns_have_the_drag_of_the_file_in_them():
+    """Else it would be found again, and added, with every flight."""
+    log = LogRun(run_paths(shipped("replay_logs/throttle-steps.mcap", "log")))
+    place = open_installation(log, None)
+    dragging = place.calibrated_by('on = "2026-01-01"\ndrag = { on = "2026-01-01", m2 = 0.05, std_m2 = 0.01 }\n')
+    plain, more = (flight_columns(log, each) for each in (place, dragging))
+    added_n = sum(more[f"model_N_left_{mount}"] - plain[f"model_N_left_{mount}"] for mount in ("upper", "lower"))
+    good = np.isfinite(added_n) & np.isfinite(plain["dynamic_pressure_Pa"])
+    assert good.sum() > 100 and np.ptp(plain["dynamic_pressure_Pa"][good]) > 500.0
+    assert np.median(abs(added_n - 0.05 * plain["dynamic_pressure_Pa"])[good]) < 2.0
 
 
 def test_a_log_that_never_flies_is_one_line_and_writes_nothing(static_run, tmp_path, capsys):

@@ -71,6 +71,9 @@ def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFi
     part = prior**2 / (prior**2 + std_m2**2)
     leans, stds = np.array([one.lean_deg for one in found]), np.array([one.lean_std_deg for one in found])
     lean_deg = np.sum(leans / stds**2, axis=0) / np.sum(stds**-2.0, axis=0)
+    known = installation.calibration()
+    if known is not None and known.drag is not None:  # by the same deck: no second look makes it better known
+        return DragFit(part * told_m2, min(known.drag.std_m2, std_m2), found, lean_deg.tolist())
     return DragFit(part * told_m2, float(np.sqrt(part)) * std_m2, found, lean_deg.tolist())
 
 

@@ -20,6 +20,7 @@ from thrustd.pipeline.intake import Intake
 from thrustd.records.recording import Recording, make_recording
 from thrustd.sources.log_run import LogRun
 
+PRESSURE = "dynamic_pressure_Pa", 0  # from Mach and pressure altitude, as in flight
 RESTS_AFTER = 20  # fused steps: by then every signal was heard
 
 
@@ -33,6 +34,7 @@ def flight_columns(
     slots, last_ns, resting = intake.hold.slots, -1, True
     rows: list[tuple[float, ...]] = []
     speeds = [slots.index(("n1_pct", engine)) for engine in range(len(config.aircraft.engines))]
+    air = [slots.index((name, 0)) for name in ("mach", "pressure_altitude_m")]
     for batch in log.batches():
         for due in intake.take(batch):
             if isinstance(due, Fault):
@@ -40,6 +42,8 @@ def flight_columns(
             values = [intake.hold.value(due, *slot) for slot in slots]
             for sensor in [slot for slot in slots if intake.is_wanted(slot)]:
                 intake.tell(sensor, intake.hold.value(due, *sensor))
+            values.append(dynamic_pressure_pa(*(values[place] for place in air)))
+            intake.tell(PRESSURE, values[-1])
             for source in intake.sources:
                 source.fuse((due - last_ns) * 1e-9 if last_ns >= 0 else 0.0)
             if resting:  # friction holds nothing before the first engine start
@@ -51,12 +55,12 @@ def flight_columns(
             last_ns = intake.fused_ns = due
         advance(log.position_bytes / max(log.size_bytes, 1))
     names = [_column(signal, index, installation) for signal, index in slots]
-    names += [f"{what}_{mount.name}" for mount in config.mount for what in ("deformation_mm", "model_N")]
+    names += [
+        PRESSURE[0],
+        *(f"{what}_{mount.name}" for mount in config.mount for what in ("deformation_mm", "model_N")),
+    ]
     table = np.array(rows).T if rows else np.empty((1 + len(names), 0))
     columns = {name: column for name, column in zip(("time_s", *names), table, strict=True) if name}
-    if {"mach", "pressure_altitude_m"} <= set(columns):
-        air = zip(columns["mach"].tolist(), columns["pressure_altitude_m"].tolist(), strict=True)
-        columns["dynamic_pressure_Pa"] = np.array([dynamic_pressure_pa(*each) for each in air])
     return make_recording(log.path.name, columns, {"source": "thrustd flight log", "run": log.header.run})
 
 
