@@ -218,11 +218,14 @@ def test_the_file_is_read_as_it_was_written_and_refuses_what_no_mount_has():
     assert read_calibration(write_calibration(whole), "c") == whole
     for text in (
         'on = "2026-01-01"\n[mount.x]\nzeros = [{on = "2026-01-01", mm = 0.3, std_mm = 0.001}]',
+        'on = "2026-01-01"\n[mount.x]\nzeros = [{on = "2026-01-01", mm = 0.07, std_mm = 0.001}]',
         "on = 1",
         "[[",
     ):
         with pytest.raises(ConfigError, match=r"^c: "):
             read_calibration(text, "c")
+    loaded = 'on = "2026-01-01"\n[mount.x]\ngain_std = 0.01\nzeros = [{on = "2026-01-01", mm = 0.07, std_mm = 0.001}]'
+    assert read_calibration(loaded, "c").of("x").zero_mm == 0.07  # found under load: friction held the rest
     with pytest.raises(ThrustdError, match=r"mount\.nobody: expected one of left_upper"):
         with_calibration(None, Calibration(on="2026-01-01", mount={"nobody": mount})).parts()
 
