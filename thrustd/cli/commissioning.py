@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
 from thrustd.core.errors import UsageError
+from thrustd.core.measures import SIGMAS_95
 from thrustd.installation.shipped import CONFIGURATION, shipped
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
 if TYPE_CHECKING:
+    from thrustd.commission.drag import DragFit, FlightDrag
     from thrustd.core.calibration import Calibration
     from thrustd.installation.installation import Installation
     from thrustd.records.recording import Recording
@@ -126,7 +128,8 @@ def zero_verb(arguments: argparse.Namespace) -> int:
     else:
         for each in found:
             said = f"refused: {each.refused}" if each.refused else ""
-            said = said or f"{1e3 * each.zero_mm:+.1f} +- {1960 * each.std_mm:.1f} um, {each.before_n:+.0f} N until now"
+            wide = f"{1e3 * each.zero_mm:+.1f} +- {1e3 * SIGMAS_95 * each.std_mm:.1f} um"
+            said = said or f"{wide}, {each.before_n:+.0f} N until now"
             kept_mm = calibration.of(each.mount).zero_mm
             if not each.refused and abs(kept_mm - each.zero_mm) > 1e-6:
                 said += f"; the file keeps {1e3 * kept_mm:+.1f} um, found under load"
@@ -152,7 +155,7 @@ def _blocks(arguments: argparse.Namespace) -> int:
         print_json({"mount": arguments.mount, "curve": curve})
     else:
         said = f"{len(curve.read_mm)} blocks, {curve.true_mm[0]:g} to {curve.true_mm[-1]:g} mm"
-        off = f"up to {1e3 * curve.largest_mm:.1f} um off a line, +- {1960 * curve.std_mm:.1f} um"
+        off = f"up to {1e3 * curve.largest_mm:.1f} um off a line, +- {1e3 * SIGMAS_95 * curve.std_mm:.1f} um"
         print(f"{arguments.mount}: {said}; {off}")
     return 0
 
@@ -209,13 +212,17 @@ def _drag(arguments: argparse.Namespace) -> int:
     for one in fit.flights:
         where = f"{one.seconds:.0f} s at Mach {one.mach:.2f}, N1 {one.n1_pct:.0f} %"
         print(f"{one.flight}: {one.m2:+.4f} +- {SIGMAS_95 * one.std_m2:.4f} m2 beyond the file's, {where}")
-        leans = ", ".join(
-            f"{deg:+.2f} +- {SIGMAS_95 * std:.2f}" for deg, std in zip(one.lean_deg, one.lean_std_deg, strict=True)
-        )
-        print(f"{one.flight}: mounts lean {leans} deg beyond the file's, nose up")
+        print(f"{one.flight}: mounts lean {_leans(one)} deg beyond the file's, nose up")
+    if len(fit.flights) > 1:
+        print(f"{len(fit.flights)} flights together: mounts lean {_leans(fit)} deg beyond the file's")
     assert new.drag is not None
     print(f"drag of a nacelle: {new.drag.m2:.4f} +- {SIGMAS_95 * new.drag.std_m2:.4f} m2")
     return 0
+
+
+def _leans(told: "FlightDrag | DragFit") -> str:
+    pairs = zip(told.lean_deg, told.lean_std_deg, strict=True)
+    return ", ".join(f"{deg:+.2f} +- {SIGMAS_95 * std:.2f}" for deg, std in pairs)
 
 
 def _hours(arguments: argparse.Namespace) -> int:

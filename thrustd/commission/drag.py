@@ -30,7 +30,7 @@ from thrustd.records.recording import Recording
 
 BEST, LEAST_S = 1.25, 20.0
 FLYING_MACH, STEADY_PCT_S = 0.18, 0.5
-LEAN_S, LEAN_STD_DEG = 5, 3.0
+LEAN_S, LEAN_STD_DEG, DRAG_STD_M2 = 5, 3.0, 0.1  # differences over so long; priors
 UNLIKELY = 3.0  # sigmas below no drag: something else is wrong
 
 
@@ -56,6 +56,7 @@ class DragFit:
     std_m2: float
     flights: list[FlightDrag]
     lean_deg: list[float]  # by engine
+    lean_std_deg: list[float]
 
 
 def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFit:
@@ -68,13 +69,13 @@ def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFi
     if told_m2 < -UNLIKELY * std_m2:
         told = f"{told_m2:.3f} +- {SIGMAS_95 * std_m2:.3f} m2"
         raise RecordingError(f"{flights[0].name}: {told}; expected a drag: are zeros and gains calibrated?")
-    part = prior**2 / (prior**2 + std_m2**2)
-    leans, stds = np.array([one.lean_deg for one in found]), np.array([one.lean_std_deg for one in found])
-    lean_deg = np.sum(leans / stds**2, axis=0) / np.sum(stds**-2.0, axis=0)
-    known = installation.calibration()
+    part, known = prior**2 / (prior**2 + std_m2**2), installation.calibration()
+    left_m2 = float(np.sqrt(part)) * std_m2
     if known is not None and known.drag is not None:  # by the same deck: no second look makes it better known
-        return DragFit(part * told_m2, min(known.drag.std_m2, std_m2), found, lean_deg.tolist())
-    return DragFit(part * told_m2, float(np.sqrt(part)) * std_m2, found, lean_deg.tolist())
+        left_m2 = min(known.drag.std_m2, std_m2)
+    weights = np.array([one.lean_std_deg for one in found]) ** -2.0
+    lean_deg = np.sum(weights * [one.lean_deg for one in found], axis=0) / weights.sum(axis=0)
+    return DragFit(part * told_m2, left_m2, found, lean_deg.tolist(), (weights.sum(axis=0) ** -0.5).tolist())
 
 
 def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
@@ -88,7 +89,7 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     flies = (flight["mach"] > FLYING_MACH) & (moves < STEADY_PCT_S) & np.isfinite(off_n).all(axis=0)
     load_g = flight.channels.get("accel_z_g", np.ones(len(flight)))
     more_n = installation.aircraft().engine_mass_kg * STANDARD_GRAVITY_M_S2 * np.nan_to_num(load_g - 1.0)
-    leans = [_lean(np.where(flies, each, np.nan), more_n) for each in off_n]
+    leans = [_lean(np.where(flies, each, np.nan), more_n, q_pa) for each in off_n]
     with np.errstate(invalid="ignore", divide="ignore"):
         std_n = np.mean(
             [np.hypot(std, more_n * lean[1]) for (_, std, _), lean in zip(decks, leans, strict=True)], axis=0
@@ -104,16 +105,20 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     return FlightDrag(flight.name, m2, std_m2, float(used.sum()), float(flight["mach"][used].mean()), n1_pct, *degrees)
 
 
-def _lean(off_n: Floats, more_n: Floats) -> tuple[float, float]:
-    """(slope of `off_n` over `more_n`, its sigma), both once a second, rad."""
-    y, x = (each[LEAN_S:] - each[:-LEAN_S] for each in (off_n, more_n))
-    good = np.isfinite(y) & np.isfinite(x)
-    y, x, prior = y[good], x[good], np.radians(LEAN_STD_DEG)
-    squares, noise = float(x @ x), 1.0
-    if squares > 0.0:  # differences of a second and the next share their noise
-        noise = max(2 * LEAN_S * float(np.var(y - (x @ y) / squares * x)), 1.0)
-    information = squares / noise + prior**-2.0
-    return float(x @ y) / noise / information, float(information**-0.5)
+def _lean(off_n: Floats, more_n: Floats, q_pa: Floats) -> tuple[float, float]:
+    """(slope of `off_n` over `more_n`, its sigma), all once a second, rad.
+
+    Who pulls up is fast and who pushes over is slow: drag, or a deck's error over Mach number, changes with it.
+    """
+    y, x, q = (each[LEAN_S:] - each[:-LEAN_S] for each in (off_n, more_n, q_pa))
+    good = np.isfinite(y + x + q)
+    columns, noise = np.column_stack((x, q))[good], 1.0
+    prior = np.diag([np.radians(LEAN_STD_DEG) ** -2.0, DRAG_STD_M2**-2.0])
+    for _ in range(3):  # differences of a second and the next share their noise
+        covariance = np.linalg.inv(columns.T @ columns / noise + prior)
+        slopes = covariance @ (columns.T @ y[good]) / noise
+        noise = max(2 * LEAN_S * float(np.mean((y[good] - columns @ slopes) ** 2)), 1.0) if good.any() else 1.0
+    return float(slopes[0]), float(covariance[0, 0] ** 0.5)
 
 
 def with_drag(calibration: Calibration, fit: DragFit, config: Config, on: str) -> Calibration:

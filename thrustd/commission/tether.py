@@ -206,7 +206,7 @@ def _told(run: Run, installation: Installation, solved: _Solved, before_n: float
         numbers.append(Fitted(f"zero {name}", "um", 1e3 * zeros[name][0], 1960 * zeros[name][1], 1960 * prior[k]))
     for e, engine in enumerate(run.engines):
         for k, what, unit in ((at + e, "growth of", "um/K"), (at + n_e + e, "bow of", "um")):
-            wide, left = 1960 * prior[k], 1960 * sqrt(float(covariance[k, k]))
+            wide, left = 1e3 * SIGMAS_95 * prior[k], 1e3 * SIGMAS_95 * sqrt(float(covariance[k, k]))
             numbers.append(Fitted(f"{what} {engine}", unit, 1e3 * float(mean[k]), left, wide))
     numbers += [_share(run, e, mean, covariance, prior) for e in range(n_e) if run.engine_of.count(e) == 2]
     return TetherFit(gains, zeros, lines, numbers, before_n, after_n, lag_s, _bands(run, installation, gains, zeros))
