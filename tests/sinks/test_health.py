@@ -35,7 +35,7 @@ def estimate(t_ns, engine=0, thrust_n=5000.0, status=0):
 
 def watched(folder):
     return Watched(("left", "right"), {"aircraft": 'P"H'}, lambda: 7, lambda: 3, folder, lambda: None,
-                   lambda: (1, 2), lambda: None)  # fmt: skip
+                   lambda: (1, 2), lambda: None, lambda: (12.0, 18.0))  # fmt: skip
 
 
 @pytest.fixture
@@ -71,6 +71,7 @@ def test_the_page_tells_what_was_counted(page):
     assert status["nis_count"] == 10
     assert (status["queue_events"], status["shed_events_total"]) == (7, 3)
     assert status["log_missing_items_total"] == {"slow": 1, "refused": 2}
+    assert (status["steady_seconds"], status["test_point_due_seconds"]) == (12, 18)
     assert status["recording"] == 0
     assert status["log_free_bytes"] > 0
 

@@ -26,7 +26,8 @@ def fly(point, seconds, start_s=0.0, off=None, without=()):
 
 def test_seconds_are_counted_and_told():
     point = LivePoint(2)
-    assert fly(point, 40)[-1] >= 38
+    assert point.due_s == 30.0
+    assert fly(point, 40)[-1] >= 38 and point.due_s == 0.0
     assert "a test point" in point.words()
     fly(point, 12, 40.0, {("n1_pct", 1): 2.0})  # one engine moves: a new window
     assert 8 <= point.steady_s <= 12 and "a point in" in point.words()

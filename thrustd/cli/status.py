@@ -136,7 +136,9 @@ def _process_rows(status: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("recording", f"{word}, {missing:.0f} items missing so far"))
         rows.append(("disk left", f"{status.get('log_free_bytes', 0) / 1e9:.1f} GB"))
     if "steady_seconds" in status:
-        rows.append(("steady for", f"{status['steady_seconds']:.0f} s"))
+        from thrustd.sinks.live_point import said
+
+        rows.append(("steady for", said(status["steady_seconds"], status["test_point_due_seconds"])))
     if "checkpoint_age_seconds" in status:
         rows.append(("state saved", f"{status['checkpoint_age_seconds']:.1f} s ago"))
     if "process_resident_memory_bytes" in status:

@@ -219,7 +219,7 @@ def open_health(
         log_path=lambda: None if recorder is None else recorder.path,
         log_missing=lambda: (0, 0) if recorder is None else (recorder.dropped_items, recorder.lost_items),
         checkpoint_ns=lambda: saver.written_ns,
-        steady_s=lambda: float(point.steady_s),
+        steady_s=lambda: (float(point.steady_s), point.due_s),
     )
     try:
         shell.opened.enter_context(closing(HealthPage(counts, watched, config.health.port)))

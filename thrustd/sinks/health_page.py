@@ -4,6 +4,7 @@ import os
 from asyncio import StreamReader, StreamWriter
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,7 +32,7 @@ class Watched(NamedTuple):
     log_path: Callable[[], Path | None]
     log_missing: Callable[[], tuple[int, int]]  # items dropped for lack of speed, items lost with a file
     checkpoint_ns: Callable[[], int | None]  # when it was last written
-    steady_s: Callable[[], float] = float  # how long a test point has lasted
+    steady_s: Callable[[], tuple[float, float]] = lambda: (0.0, nan)  # how long steady, how long still to a test point
 
 
 class HealthCollector(Collector):
@@ -58,7 +59,9 @@ class HealthCollector(Collector):
         yield _histogram("thrustd_nis", "normalised innovation squared of what was trusted", counts.nis)
         yield _gauge("thrustd_queue_events", "events waiting", {(): watched.queue_events()})
         yield _counter("thrustd_shed_events", "events shed for lack of speed", "", {"": watched.shed_events()})
-        yield _gauge("thrustd_steady_seconds", "how long a test point has lasted", {(): watched.steady_s()})
+        steady_s, due_s = watched.steady_s()
+        yield _gauge("thrustd_steady_seconds", "how long everything is steady", {(): steady_s})
+        yield _gauge("thrustd_test_point_due_seconds", "how long still until it is a test point", {(): due_s})
         yield from self._disk()
 
     def _estimates(self, names: dict[int, str]) -> Iterator[Metric]:

@@ -8,6 +8,11 @@ from thrustd.core.types import Output, Reading
 SECOND_NS = 1_000_000_000
 
 
+def said(steady_s: float, due_s: float) -> str:
+    """For a line that begins with "steady for"."""
+    return f"{steady_s:.0f} s" + (f", a point in {due_s:.0f} s" if due_s > 0.0 else ": a test point")
+
+
 class LivePoint:
     """A sink: hears readings, takes their means once a second of their own time."""
 
@@ -34,10 +39,12 @@ class LivePoint:
 
     def words(self) -> str:
         """For a status line; empty while nothing is steady."""
-        left_s = self.limits.least_s - self.steady_s
-        if self.steady_s < 5:
-            return ""
-        return f"steady for {self.steady_s} s" + (f", a point in {left_s:.0f} s" if left_s > 0 else ": a test point")
+        return f"steady for {said(self.steady_s, self.due_s)}" if self.steady_s >= 5 else ""
+
+    @property
+    def due_s(self) -> float:
+        """How long still until it is a test point."""
+        return max(self.limits.least_s - self.steady_s, 0.0)
 
     def _close(self, t_ns: int) -> None:
         """The second that is over; one in which nothing was heard breaks the point."""
