@@ -9,16 +9,10 @@ from typing import TYPE_CHECKING
 from thrustd.api.spoken import spoken
 from thrustd.core.errors import UsageError
 from thrustd.core.steady import SteadyLimits
-from thrustd.flighttest import fleet_report, performance_report, points_report, transients_report
+from thrustd.flighttest import questions
 from thrustd.flighttest.answer import Answer
-from thrustd.flighttest.fleet_health import fleet_health
-from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.health import HealthJob
 from thrustd.flighttest.mass_sheet import MassSheet, read_mass_sheet
-from thrustd.flighttest.performance import performance_of
-from thrustd.flighttest.points import find_points
-from thrustd.flighttest.transients import find_transients
-from thrustd.installation.shipped import aircraft_data, read_deck
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.records.shown import Shown, drawn
@@ -75,14 +69,13 @@ def replay(log: str | Path, *, out: str | Path | None = None) -> Replayed:
 def points(log: str | Path, *, marks: str | None = None, **limits: float) -> Answer:
     """Steady windows of a log or recording, with thrust, fuel flow and their uncertainty.
 
-    marks: a channel that is above 0 in a point, instead of the limits; limits: other spans, as `mach=0.01`.
+    marks: a CSV of windows, or a channel that is above 0 in a point, instead of the limits; limits: other spans, as
+    `mach=0.01`.
     """
     unknown = sorted(set(limits) - set(SteadyLimits.__struct_fields__))
     if unknown:
         raise UsageError(f"points: no limit {unknown[0]!r}; expected of {', '.join(SteadyLimits.__struct_fields__)}")
-    flight = read_flight(log)
-    found = find_points(flight, SteadyLimits(**limits), marks=marks, fuel_std=aircraft_data().fuel.mass)
-    return points_report.answer(flight, found)
+    return questions.points(Path(log), SteadyLimits(**limits), marks)
 
 
 @spoken
@@ -101,18 +94,16 @@ def performance(
     several = [Path(logs)] if isinstance(logs, str | Path) else [Path(log) for log in logs]
     sheet = read_mass_sheet(Path(mass_sheet)) if isinstance(mass_sheet, str | Path) else mass_sheet
     place = Path(aircraft) if aircraft else None
-    return performance_report.answer(performance_of(several, place, [sheet] if sheet else [], SteadyLimits(), marks))
+    return questions.performance(several, [sheet] if sheet else [], None, marks, None, place)
 
 
 @spoken
 def transients(log: str | Path) -> Answer:
     """Spool-ups and -downs of a log or recording with time, overshoot and rate; flame-out and surge candidates."""
-    flight = read_flight(log)
-    return transients_report.answer(flight, find_transients(flight, read_deck()))
+    return questions.transients(Path(log))
 
 
 @spoken
 def health(logs: Sequence[str | Path]) -> Answer:
     """Engines and mounts over many flights: trends at equal conditions, what changed, when to calibrate again."""
-    found = fleet_health([{"file": str(log), **row} for log in logs for row in HealthJob()(str(log))])
-    return fleet_report.answer(found)
+    return questions.health([{"file": str(log), **row} for log in logs for row in HealthJob()(str(log))])

@@ -75,10 +75,9 @@ def fleet_verb(arguments: argparse.Namespace) -> int:
 
 
 def _tell_health(rows: "list[Row]", arguments: argparse.Namespace) -> None:
-    from thrustd.flighttest.fleet_health import fleet_health
-    from thrustd.flighttest.fleet_report import answer
+    from thrustd.flighttest.questions import health
 
-    found = answer(fleet_health(rows))
+    found = health(rows)
     if arguments.report is not None:
         found.write_page(arguments.report)
     if arguments.json:

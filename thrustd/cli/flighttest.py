@@ -11,8 +11,6 @@ from thrustd.installation.shipped import AIRCRAFT
 if TYPE_CHECKING:
     from thrustd.core.steady import SteadyLimits
     from thrustd.flighttest.answer import Answer
-    from thrustd.flighttest.flight import Flight
-    from thrustd.flighttest.points import TestPoints
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -111,57 +109,34 @@ def limits_of(arguments: argparse.Namespace) -> "SteadyLimits":
 
 
 def points_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.flighttest.flight import read_flight
-    from thrustd.flighttest.points_report import answer
+    from thrustd.flighttest.questions import points
 
     check_table(arguments.out)
-    limits = limits_of(arguments)
+    limits, given = limits_of(arguments), (arguments.deck, arguments.aircraft)
     with progress(f"points of {arguments.log.name}"):
-        flight = read_flight(arguments.log, arguments.deck, arguments.aircraft)
-        found = _points(flight, limits, arguments)
-    return _hand_over(arguments, answer(flight, found))
-
-
-def _points(flight: "Flight", limits: "SteadyLimits", arguments: argparse.Namespace) -> "TestPoints":
-    from thrustd.flighttest.points import find_points
-    from thrustd.flighttest.windows import MARK, read_windows
-    from thrustd.installation.shipped import aircraft_data
-
-    marks, fuel_std = arguments.marks, aircraft_data(arguments.aircraft).fuel.mass
-    if marks is not None and marks.lower().endswith(".csv"):
-        return find_points(flight, limits, read_windows(Path(marks)), fuel_std=fuel_std)
-    if marks is None and not arguments.auto and MARK in flight.record:
-        marks = MARK
-    return find_points(flight, limits, marks=marks, fuel_std=fuel_std)
+        found = points(arguments.log, limits, arguments.marks, arguments.auto, *given)
+    return _hand_over(arguments, found)
 
 
 def performance_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.flighttest import performance_report
     from thrustd.flighttest.mass_sheet import read_mass_sheet
-    from thrustd.flighttest.performance import performance_of
+    from thrustd.flighttest.questions import performance
 
     check_table(arguments.out)
-    limits = limits_of(arguments)
+    limits, given = limits_of(arguments), (arguments.deck, arguments.aircraft)
     sheets = [read_mass_sheet(path) for path in arguments.mass_sheet]
     with progress("performance") as advance:
-        found = performance_of(
-            arguments.log, arguments.aircraft, sheets, limits, arguments.marks, arguments.deck, advance
-        )
-    return _hand_over(arguments, performance_report.answer(found))
+        found = performance(arguments.log, sheets, limits, arguments.marks, *given, lambda share, _: advance(share))
+    return _hand_over(arguments, found)
 
 
 def transients_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.flighttest.flight import read_flight
-    from thrustd.flighttest.transients import find_transients
-    from thrustd.flighttest.transients_report import answer
-    from thrustd.installation.shipped import read_deck
+    from thrustd.flighttest.questions import transients
 
     check_table(arguments.out)
-    deck = read_deck(arguments.deck)
     with progress(f"transients of {arguments.log.name}"):
-        flight = read_flight(arguments.log, arguments.deck, arguments.aircraft)
-        found = find_transients(flight, deck)
-    return _hand_over(arguments, answer(flight, found))
+        found = transients(arguments.log, arguments.deck, arguments.aircraft)
+    return _hand_over(arguments, found)
 
 
 def _hand_over(arguments: argparse.Namespace, answer: "Answer") -> int:

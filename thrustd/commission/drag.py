@@ -92,7 +92,7 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     leans = [_lean(np.where(flies, each, np.nan), more_n, q_pa) for each in off_n]
     with np.errstate(invalid="ignore", divide="ignore"):
         std_n = np.mean(
-            [np.hypot(std, more_n * lean[1]) for (_, std, _), lean in zip(decks, leans, strict=True)], axis=0
+            [np.hypot(std, more_n * lean[1]) for (_, std, *_), lean in zip(decks, leans, strict=True)], axis=0
         )
         doubt = np.where(flies & np.isfinite(std_n), std_n / q_pa, np.inf)
     if np.isfinite(doubt).sum() < LEAST_S:

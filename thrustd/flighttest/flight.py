@@ -115,21 +115,30 @@ def _named(record: Recording, engines: tuple[str, ...]) -> Recording:
 def _by_deck(record: Recording, engines: tuple[str, ...], deck: Deck) -> Recording:
     columns: dict[str, Floats] = {}
     for number, engine in enumerate(engines):
-        thrust_n, std_n, per_fuel_n = deck_thrust(record, deck, number, engine)
+        found = deck_thrust(record, deck, number, engine)
         for name in ("thrust", "brochure"):
-            columns |= {f"{name}_N_{engine}": thrust_n, f"{name}_std_N_{engine}": std_n}
+            columns |= {f"{name}_N_{engine}": found.thrust_n, f"{name}_std_N_{engine}": found.std_n}
         with np.errstate(divide="ignore", invalid="ignore"):
-            columns[f"thrust_per_fuel_{engine}"] = per_fuel_n / thrust_n
+            columns[f"thrust_per_fuel_{engine}"] = found.per_fuel_n / found.thrust_n
     return record.with_channels(**columns)
 
 
-def deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> tuple[Floats, Floats, Floats]:
-    """Thrust of one engine by the brochure, its sigma and dF / d ln(fuel flow), each (n,), N."""
+class DeckThrust(NamedTuple):
+    """Thrust of one engine by the brochure, each (n,)."""
+
+    thrust_n: Floats
+    std_n: Floats
+    fuel_flow_n: Floats  # by fuel flow and by N1 alone
+    n1_n: Floats
+    per_fuel_n: Floats  # dF / d ln(fuel flow)
+
+
+def deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> DeckThrust:
     nothing = np.full(len(record), np.nan)
     n1_pct = record[f"n1_pct_{engine}"]
     fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))
     rate = np.gradient(n1_pct, record.time_s) if len(record) > 1 else np.zeros(1)
     rows = np.column_stack((fuel, n1_pct, n2, *(record[name] for name in AIR), rate))
     found = [deck.estimate(DeckInputs(*row), number) for row in rows.tolist()]
-    thrust_n, std_n, per_fuel_n = np.array([(one.thrust_n, one.std_n, one.per_fuel_n) for one in found]).T
-    return thrust_n, std_n, per_fuel_n
+    table = [(one.thrust_n, one.std_n, one.fuel_flow_thrust_n, one.n1_thrust_n, one.per_fuel_n) for one in found]
+    return DeckThrust(*np.array(table).T)

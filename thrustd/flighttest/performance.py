@@ -6,7 +6,7 @@ then shifted by one sigma and the polar fitted again, so the budget shows where 
 thrust of an engine is off by a constant of its own in each flight, a deck by the same for all.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from math import hypot, sqrt
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +19,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.steady import SteadyLimits
+from thrustd.core.types import Progress
 from thrustd.flighttest.flight import absent, read_flight
 from thrustd.flighttest.flown import LEFT_OUT, Flown, flown
 from thrustd.flighttest.mass_sheet import MassSheet
@@ -56,7 +57,7 @@ def read_wing(where: Path | None = None) -> Wing:
 
 def performance_of(
     logs: Sequence[Path], aircraft: Path | None, sheets: Sequence[MassSheet], limits: SteadyLimits,
-    marks: str | None = None, deck: Path | None = None, advance: Callable[[float], None] = lambda done: None,
+    marks: str | None = None, deck: Path | None = None, advance: Progress = lambda share, what: None,
 ) -> Performance:  # fmt: skip
     """Of logs or recordings, with a mass sheet each, or one for all, or none; UsageError, RecordingError: one line."""
     wing = read_wing(aircraft)
@@ -70,7 +71,7 @@ def performance_of(
         missing = flight.missing_s(watched(flight, limits))
         notes += [f"{flight.name}: {absent(missing)}"] if missing else []
         fused = fused and flight.fused
-        advance((number + 1) / len(logs))
+        advance((number + 1) / len(logs), flight.name)
     return performance(flights, wing, fused, notes)
 
 

@@ -4,11 +4,10 @@ from functools import partial
 from math import nan
 from typing import TYPE_CHECKING
 
-import msgspec
-
 from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns, said
 from thrustd.flighttest.flight import Flight, absent
 from thrustd.flighttest.points import Point, TestPoints
+from thrustd.flighttest.windows import limits_said
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,12 +33,6 @@ def table_rows(found: TestPoints) -> list[list[str]]:
     return [_row(point, engine, not number) for point in found.points for number, engine in enumerate(found.engines)]
 
 
-def limits_line(found: TestPoints) -> str:
-    """The limits, in one sentence."""
-    limits = ", ".join(f"{name} {value:g}" for name, value in msgspec.to_builtins(found.limits).items())
-    return f"limits (largest minus smallest one-second mean in a point): {limits}"
-
-
 def unsteady(found: TestPoints) -> list[str]:
     """Of points that were given and do not hold the limits, and of estimates that doubt something: a sentence each."""
     lines = []
@@ -56,7 +49,8 @@ def unsteady(found: TestPoints) -> list[str]:
 
 def answer(flight: Flight, found: TestPoints) -> Answer:
     whose = "fused thrust" if found.thrust == "fused" else "no estimates in it: the brochure's thrust alone"
-    lines = [f"{found.flight}: {count(found)}; {whose}", *unsteady(found), limits_line(found)]
+    limits = f"limits (largest minus smallest one-second mean in a point): {limits_said(found.limits)}"
+    lines = [f"{found.flight}: {count(found)}; {whose}", *unsteady(found), limits]
     if found.missing_s:
         lines.append(f"of the flight: {absent(found.missing_s)}: no steady window is found there")
     table = Columns("Points", HEADS, table_rows(found))

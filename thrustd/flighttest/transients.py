@@ -17,10 +17,9 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from thrustd.brochure.deck import Deck
-from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import RecordingError
-from thrustd.flighttest.flight import AIR, Flight
+from thrustd.flighttest.flight import AIR, Flight, deck_thrust
 from thrustd.records.recording import Recording
 from thrustd.records.rows import Row
 
@@ -86,7 +85,7 @@ def movements(time_s: Floats, n1_pct: Floats) -> list[tuple[int, int]]:
 def _engine(record: Recording, engine: str, number: int, deck: Deck, fused: bool) -> Iterator[Transient]:
     time_s, n1_pct = record.time_s, record[f"n1_pct_{engine}"]
     rate = _rate(time_s, n1_pct)
-    by_fuel_n, by_n1_n = _deck(record, engine, number, deck)
+    *_, by_fuel_n, by_n1_n, _ = deck_thrust(record, deck, number, engine)
     thrust_n = record[f"mount_N_{engine}"] if fused and f"mount_N_{engine}" in record else by_fuel_n
     moves = movements(time_s, n1_pct)
     for first, last in moves:
@@ -161,16 +160,6 @@ def _surging(time_s: Floats, unexplained_n: Floats, still: Flags, thrust_n: Floa
     usual = MAD_SIGMA * float(np.median(step_n[known]))  # steps are as often up as down
     most = float(np.nanquantile(abs(thrust_n[known]), 0.99))
     return np.asarray(known & (step_n > max(SIGMAS * usual, LEAST_SURGE * most)))
-
-
-def _deck(record: Recording, engine: str, number: int, deck: Deck) -> tuple[Floats, Floats]:
-    """Thrust (n,) by fuel flow and by N1."""
-    nothing = np.full(len(record), np.nan)
-    fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))
-    air = [record[name] for name in AIR]
-    rows = np.column_stack((fuel, record[f"n1_pct_{engine}"], n2, *air, np.zeros(len(record)))).tolist()
-    found = [deck.estimate(DeckInputs(*row), number) for row in rows]
-    return np.array([one.fuel_flow_thrust_n for one in found]), np.array([one.n1_thrust_n for one in found])
 
 
 def _rate(time_s: Floats, n1_pct: Floats) -> Floats:

@@ -7,6 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 
 from thrustd.core.errors import RecordingError, UsageError
@@ -56,7 +57,7 @@ def steady_windows(flight: Flight, limits: SteadyLimits) -> list[Window]:
             taken[first : end + 1] = True
             found.append((first, end))
     if not found:
-        raise RecordingError(f"{flight.name}: no steady window; expected {limits.least_s:g} s within {_said(limits)}")
+        raise RecordingError(f"{flight.name}: no steady window; expected {limits_said(limits)}")
     time_s = flight.record.time_s
     return [Window(float(time_s[a]), float(time_s[b]) + 1.0, str(i + 1)) for i, (a, b) in enumerate(sorted(found))]
 
@@ -104,12 +105,6 @@ def spans(flight: Flight, window: Window, names: Sequence[str]) -> dict[str, flo
     return {name: float(np.ptp(column)) if len(column) else float("nan") for name, column in known.items()}
 
 
-def _said(limits: SteadyLimits) -> str:
-    words = {
-        "mach": "Mach",
-        "altitude_m": "m",
-        "n1_pct": "% of N1",
-        "accel_x_g": "g along",
-        "load_factor_g": "g normal",
-    }
-    return ", ".join(f"{getattr(limits, name):g} {word}" for name, word in words.items())
+def limits_said(limits: SteadyLimits) -> str:
+    """By the names of `--limit`."""
+    return ", ".join(f"{name} {value:g}" for name, value in msgspec.to_builtins(limits).items())

@@ -8,19 +8,11 @@ from typing import Any
 
 from matplotlib import style
 
-from thrustd.core.steady import SteadyLimits
 from thrustd.core.types import Progress
-from thrustd.flighttest import fleet_report, performance_report, points_report, transients_report
+from thrustd.flighttest import questions
 from thrustd.flighttest.answer import Answer
-from thrustd.flighttest.fleet_health import fleet_health
-from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.health import HealthJob
 from thrustd.flighttest.mass_sheet import MassSheet
-from thrustd.flighttest.performance import performance_of
-from thrustd.flighttest.points import find_points
-from thrustd.flighttest.transients import find_transients
-from thrustd.flighttest.windows import MARK
-from thrustd.installation.shipped import aircraft_data, read_deck
 from thrustd.records.rows import Row, write_rows
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.folder import Folder
@@ -52,17 +44,10 @@ def _answer(folder: Folder, arguments: Mapping[str, Any], progress: Progress) ->
     paths = [folder.path(name) for name in arguments["recordings"]]
     if question == "performance":
         sheets = [MassSheet(**arguments["mass"])] if arguments["mass"] else []
-        found = performance_of(
-            paths, None, sheets, SteadyLimits(), marks, None, lambda share: progress(share, "reading")
-        )
-        return performance_report.answer(found)
+        return questions.performance(paths, sheets, marks=marks, advance=progress)
     if question == "health":
-        return fleet_report.answer(fleet_health(_health_rows(arguments["recordings"], paths, progress)))
-    flight = read_flight(paths[0])
-    if question == "transients":
-        return transients_report.answer(flight, find_transients(flight, read_deck()))
-    marks = marks or (MARK if MARK in flight.record else None)
-    return points_report.answer(flight, find_points(flight, marks=marks, fuel_std=aircraft_data().fuel.mass))
+        return questions.health(_health_rows(arguments["recordings"], paths, progress))
+    return questions.transients(paths[0]) if question == "transients" else questions.points(paths[0], marks=marks)
 
 
 def _health_rows(names: Sequence[str], paths: Sequence[Path], progress: Progress) -> list[Row]:

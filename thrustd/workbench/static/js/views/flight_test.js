@@ -15,22 +15,25 @@ const SEVERAL = ["performance", "health"];
 export function flightTest(root) {
   const ui = (store.ui.flighttest ??= { question: "points", log: null, several: null, mass: {}, marks: "" });
   const shown = h("div");
-  let number; // of the report that is shown
+  let number, // of the report that is shown
+    listed; // the flights that are offered: recordings are still being read when the page opens
 
   // recordings with a fan speed, and logs: a raw one is replayed
   const flights = () =>
     store.server.recordings.filter(
       (r) => r.name.endsWith(".mcap") || r.meta?.channels.some((c) => c.name.startsWith("n1_pct_")),
     );
+  const names = (found) => found.map((r) => r.name).join("\n");
   const chosen = (found) => {
-    const names = found.map((r) => r.name);
-    if (!SEVERAL.includes(ui.question)) return [names.includes(ui.log) ? ui.log : names[0]];
-    return ui.several ? names.filter((name) => ui.several.includes(name)) : names;
+    const all = found.map((r) => r.name);
+    if (!SEVERAL.includes(ui.question)) return [all.includes(ui.log) ? ui.log : all[0]];
+    return ui.several ? all.filter((name) => ui.several.includes(name)) : all;
   };
 
   function draw() {
     const found = flights(),
       busy = Boolean(running("flighttest"));
+    listed = names(found);
     const [, words] = QUESTIONS[ui.question];
     const tools = h(
       "section.panel",
@@ -43,7 +46,9 @@ export function flightTest(root) {
           ),
         ),
         h("p.quiet", words),
-        found.length ? fields(found, busy) : h("p.empty", "No recording with N1 and air data in this folder."),
+        found.length
+          ? fields(found, busy)
+          : h("p.empty", "No recording with N1 and air data in this folder, or none that is read yet."),
       ),
     );
     fill(
@@ -221,7 +226,7 @@ export function flightTest(root) {
   draw();
   return {
     update: () => {
-      if (latest()?.result.report !== number) draw();
+      if (latest()?.result.report !== number || names(flights()) !== listed) draw();
     },
     jobs: () => {},
   };
