@@ -229,7 +229,7 @@ def test_a_marked_window_without_air_data_for_a_while_says_so(profile, wing):
     window = flown(flight, wing, None, SteadyLimits()).windows[3]
     missing = (profile.time_s > window.start_s + 20) & (profile.time_s < window.start_s + 40)
     marked = (profile.time_s > window.start_s) & (profile.time_s < window.end_s)
-    for gone, why in ((missing, ""), (marked, "values missing")):
+    for gone, why in ((missing, ""), (marked, "values missing"), (marked | (profile.time_s < 30), "values missing")):
         columns = {"mach": np.where(gone, np.nan, profile["mach"]), "mark": np.where(marked, 1.0, 0.0)}
         for number, other in enumerate(flown(flight, wing, None, SteadyLimits()).windows, 2):
             inside = (profile.time_s > other.start_s + 5) & (profile.time_s < other.end_s - 5) & ~marked

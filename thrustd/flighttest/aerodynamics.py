@@ -86,7 +86,8 @@ def _alpha(flight: Flight, path_rad: Floats) -> Floats:
 
 
 def _rate(values: Floats) -> Floats:
-    """Per second."""
+    """Per second; NaN near a value that is missing."""
     if len(values) < RATE_S:
         return np.full(len(values), np.nan)
-    return np.asarray(savgol_filter(values, RATE_S, 2, deriv=1))
+    edges = "interp" if np.isfinite((values[:RATE_S], values[-RATE_S:])).all() else "constant"
+    return np.asarray(savgol_filter(values, RATE_S, 2, deriv=1, mode=edges, cval=np.nan))

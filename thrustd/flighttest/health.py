@@ -87,6 +87,8 @@ def _engine(flight: Flight, engine: str, number: int, deck: Deck, window: Window
     """One window; empty where the deck says nothing of it."""
     part = flight.record.window(window.start_s, window.end_s)
     values = {name: float(np.nanmean(column)) for name, column in part.channels.items() if np.isfinite(column).any()}
+    if "sat_degC" not in values:
+        return {}
     at = _at(deck, values, engine, number)
     if values[f"n1_pct_{engine}"] < LEAST_N1_PCT or not np.isfinite(at.n1_n):
         return {}

@@ -68,7 +68,8 @@ def performance_of(
         flight = read_flight(path, deck, aircraft)
         flights.append(flown(flight, wing, sheets[number % len(sheets)] if sheets else None, limits, marks))
         notes += [f"{flight.name}: {note}" for note in flight.record.notes if "derived" in note]
-        missing = flight.missing_s(watched(flight, limits))
+        fuel = [name for name in flight.record.channels if name.startswith("fuel_flow_kg_s_")]
+        missing = flight.missing_s([*watched(flight, limits), *fuel])
         notes += [f"{flight.name}: {absent(missing)}"] if missing else []
         fused = fused and flight.fused
         advance((number + 1) / len(logs), flight.name)

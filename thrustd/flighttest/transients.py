@@ -53,7 +53,7 @@ class Transient(msgspec.Struct, frozen=True):
 class Transients(msgspec.Struct, frozen=True):
     flight: str
     events: list[Transient]
-    missing_s: dict[str, int]  # seconds without a value, by channel: nothing is looked for there
+    missing_s: dict[str, int]  # seconds without a value, by channel: an event there may be missed
 
     @property
     def candidates(self) -> list[Transient]:
@@ -73,8 +73,9 @@ def find_transients(flight: Flight, deck: Deck) -> Transients:
         for number, engine in enumerate(flight.engines)
         for event in _engine(record, engine, number, deck, flight.fused)
     ]
-    needed = [*AIR, *(f"n1_pct_{engine}" for engine in flight.engines)]
-    return Transients(flight.name, sorted(events, key=lambda event: event.start_s), flight.missing_s(needed))
+    needed = *AIR, *(f"{name}_{engine}" for name in ("n1_pct", "fuel_flow_kg_s") for engine in flight.engines)
+    missing_s = flight.missing_s(name for name in needed if name in record)
+    return Transients(flight.name, sorted(events, key=lambda event: event.start_s), missing_s)
 
 
 def movements(time_s: Floats, n1_pct: Floats) -> list[tuple[int, int]]:

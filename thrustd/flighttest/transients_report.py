@@ -41,7 +41,7 @@ def answer(flight: Flight, found: Transients) -> Answer:
     draw = partial(figure, flight, found)
     lines = [words(found)]
     if found.missing_s:
-        lines.append(f"of the flight: {absent(found.missing_s)}: no event is found there")
+        lines.append(f"of the flight: {absent(found.missing_s)}: an event there may be missed")
     return Answer(found, f"Transients of {found.flight}", WORDS, [table], lines, draw)
 
 
