@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 WORDS = (
     "Each flight at equal conditions (corrected N1, Mach, pressure), against the deck at the same N1. Change over all "
-    "hours; slope with its 95 % interval."
+    "hours; slope with its 95 % interval. In the order of their dates, or as given where a log has none."
 )
 HEADS = "of", "quantity", "flights", "change", "slope per h", "95 %", "verdict"
 SPOKEN = {  # quantity -> words, unit
