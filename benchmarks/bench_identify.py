@@ -15,6 +15,7 @@ from time import process_time
 
 import numpy as np
 
+from thrustd.core.measures import rms
 from thrustd.identify.regression.hypotheses import explained
 from thrustd.identify.regression.table import spec_of
 from thrustd.identify.segments import DEFORMATION, Segment
@@ -59,7 +60,7 @@ def record(spec: ModelSpec, n: int, seed: int) -> tuple[Segment, float]:
 def free_run(spec: ModelSpec, segment: Segment) -> float:
     model = compile_model(spec, RATE_HZ)
     force_n = model.simulate(model.inputs(segment.inputs))
-    return float(np.sqrt(np.mean((segment.force_n - force_n) ** 2)))
+    return rms(segment.force_n - force_n)
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from thrustd.core.measures import rms
 from thrustd.identify.regression.regress import FIRST, first_point, prepared
 from thrustd.identify.regression.shape import Shape
 from thrustd.identify.regression.solve import Solution, prior_of, solve
@@ -51,7 +52,7 @@ def main() -> None:
         scale, zero = found.shape.output_scale, found.shape.zero
         runs = [Record(s.inputs["deformation_mm"], s.force_n / scale, s.dt_s, zero) for s in unseen]
         errors = np.concatenate([r.y - simulate(found.shape, found.point, r) for r in runs])
-        return scale * float(np.sqrt(np.mean(errors**2)))
+        return scale * rms(errors)
 
     noise = fitted(shape).noise_variance
     knots = [fitted(replace(shape, f_grid=shape.f_grid._replace(n=n))) for n in KNOTS]

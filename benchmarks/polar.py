@@ -14,6 +14,7 @@ import numpy as np
 
 from benchmarks.level_points import Polar, level_points
 from thrustd.core.aircraft import Wing, read_aircraft
+from thrustd.core.measures import rms
 from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.flown import flown
@@ -49,7 +50,7 @@ def main() -> None:
         print(seed, *(f"{polar.zero_lift_drag.value / truth.zero_lift - 1:+.3%}" for polar in polars), flush=True)
     for key, hits in inside.items():
         off = np.array(errors[key])
-        print(f"{key}: in the interval {sum(hits)} of {len(hits)}, error rms {np.sqrt(np.mean(off**2)):.1f} %, "
+        print(f"{key}: in the interval {sum(hits)} of {len(hits)}, error rms {rms(off):.1f} %, "
               f"largest {np.abs(off).max():.1f} %, beyond 3 %: {int((np.abs(off) > 3).sum())}")  # fmt: skip
 
 

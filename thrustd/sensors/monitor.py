@@ -45,7 +45,7 @@ WHOLE_OFF = {MOUNTS_OFF: "mount", BROCHURE_OFF: "brochure"}  # faults of a whole
 class MonitorVerdict(NamedTuple):
     excluded: frozenset[Sensor]
     mounts: Any  # ENGINE_MOUNTS by engine, good until the next step
-    faults: Sequence[Fault]  # changes at this step: "stuck", "stuck_over", ...
+    faults: Sequence[Fault]  # changes at this step: "stuck", "drift", ..., begun or over
     status: Sequence[int]  # Status bits by engine (SENSOR_EXCLUDED, STUCK, MOUNTS_DISAGREE, ...)
     changed: int  # the engine of which another hypothesis leads from this step on; -1: none
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.errors import UsageError
+from thrustd.core.measures import rms
 from thrustd.records.files import write_recording
 from thrustd.records.recording import Recording, make_recording
 from thrustd.sinks.whole_file import write_whole
@@ -148,7 +149,7 @@ def _sized(
 def force_rms_n(mount: MountPhysics, plain_mm: Floats, changed_mm: Floats) -> float:
     """RMS [N] of a change of deformation (n,) times the local stiffness."""
     stiffness_n_mm = mount.stiffness_n_mm + 3 * mount.cubic_n_mm3 * plain_mm**2
-    return float(np.sqrt(np.mean((stiffness_n_mm * (changed_mm - plain_mm)) ** 2)))
+    return rms(stiffness_n_mm * (changed_mm - plain_mm))
 
 
 def _record(

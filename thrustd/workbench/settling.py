@@ -3,7 +3,8 @@
     share(t) = sum |gain_i| exp(-t / tau_i) / |DC gain|        Prony modes of the linear block, as in the artifact
 
 is the largest part of the force that an unknown start can still be wrong by after t seconds. The diagnosis takes no
-decay of these modes as evidence (`diagnose.search.evidence.Evidence.starts`); the page says where they may show.
+decay of these modes as evidence: what the lags remember at the starts is part of its prior (`diagnose.search.base`).
+The page says where they may show.
 """
 
 import numpy as np

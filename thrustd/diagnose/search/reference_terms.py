@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from thrustd.core.atmosphere import total_pressure_ratio
+from thrustd.core.atmosphere import stagnation, total_pressure_ratio
 from thrustd.diagnose.compare.reference import BROCHURE_MARK
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.model.effect import Effect, Parameter
@@ -83,7 +83,7 @@ def _air(given: Mapping[str, Floats], n: int) -> tuple[Floats, Floats]:
     """delta_t and v (n,); without air data as on the ground."""
     mach, altitude_m = (given.get(name, np.zeros(n)) for name in ("mach", "pressure_altitude_m"))
     delta = np.asarray(total_pressure_ratio(mach, altitude_m))
-    return delta, np.asarray(mach / np.sqrt(1.0 + 0.2 * mach**2) / FAST)
+    return delta, np.asarray(mach / np.sqrt(stagnation(mach)) / FAST)
 
 
 def _smooth(column: Floats, samples: float) -> Floats:
