@@ -5,7 +5,7 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, tell
 from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.installation.shipped import CONFIGURATION, shipped
@@ -151,12 +151,9 @@ def _blocks(arguments: argparse.Namespace) -> int:
         raise UsageError("calibrate blocks: --mount is missing; expected the mount's name in the configuration")
     curve = block_curve(read_recording(_only(arguments)))
     _write(arguments, with_curve(_known_or_new(arguments), arguments.mount, curve))
-    if arguments.json:
-        print_json({"mount": arguments.mount, "curve": curve})
-    else:
-        said = f"{len(curve.read_mm)} blocks, {curve.true_mm[0]:g} to {curve.true_mm[-1]:g} mm"
-        off = f"up to {1e3 * curve.largest_mm:.1f} um off a line, +- {1e3 * SIGMAS_95 * curve.std_mm:.1f} um"
-        print(f"{arguments.mount}: {said}; {off}")
+    said = f"{arguments.mount}: {len(curve.read_mm)} blocks, {curve.true_mm[0]:g} to {curve.true_mm[-1]:g} mm"
+    off = f"up to {1e3 * curve.largest_mm:.1f} um off a line, +- {1e3 * SIGMAS_95 * curve.std_mm:.1f} um"
+    tell(arguments, {"mount": arguments.mount, "curve": curve}, lambda: print(f"{said}; {off}"))
     return 0
 
 
@@ -181,8 +178,6 @@ def _tether(arguments: argparse.Namespace) -> int:
 def _print_tether(fit: Any) -> None:
     from rich.table import Table
 
-    from thrustd.core.measures import SIGMAS_95
-
     table = Table("number", "value", "95 %", "told by the run", title="tethered static run")
     for each in fit.numbers:
         digits = {"um": 1, "um/K": 2}.get(each.unit, 4)
@@ -198,7 +193,6 @@ def _print_tether(fit: Any) -> None:
 
 def _drag(arguments: argparse.Namespace) -> int:
     from thrustd.commission.drag import fit_drag, with_drag
-    from thrustd.core.measures import SIGMAS_95
 
     read = [_flight(arguments, path) for path in arguments.files]
     _, installation, on = read[-1]
@@ -235,10 +229,8 @@ def _hours(arguments: argparse.Namespace) -> int:
     assert calibration is not None
     _write(arguments, calibration)
     hours = {name: mount.service_h for name, mount in calibration.mount.items()}
-    if arguments.json:
-        print_json({"service_h": hours})
-    else:
-        print("\n".join(f"{name}: {value:.2f} h in service" for name, value in hours.items()))
+    said = "\n".join(f"{name}: {value:.2f} h in service" for name, value in hours.items())
+    tell(arguments, {"service_h": hours}, lambda: print(said))
     return 0
 
 

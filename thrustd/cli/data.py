@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from thrustd.cli.roles import add_rename
-from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json
+from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, tell
 from thrustd.core.errors import ThrustdError, UsageError
 from thrustd.sources.plain_file import read_text
 
@@ -94,10 +94,7 @@ def info_verb(arguments: argparse.Namespace) -> int:
         if path.suffix.lower() not in READERS:
             raise UsageError(f"{path}: expected a file of type {', '.join((*READERS, '.json, .toml'))}, or a folder")
         report = _recording_report(read_recording(path), path)
-    if arguments.json:
-        print_json(report)
-    else:
-        _print_report(report)
+    tell(arguments, report, lambda: _print_report(report))
     if report.get("problem"):  # what it is was said; another verb would refuse it
         note(f"thrustd: {report['problem']}")
         return 2

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, progress, tell
 from thrustd.core.errors import UsageError
 
 FLIGHT = "replay_logs/throttle-steps.mcap"
@@ -43,9 +43,6 @@ def demo_verb(arguments: argparse.Namespace) -> int:
     with progress(f"replay {flight.name}") as advance:
         summary = replay(flight, log, advance=advance, picture=picture)
     picture.save(drawn, summary.log, largest_n(summary))
-    if arguments.json:
-        print_json(summary)
-    else:
-        print_summary(summary, console())
+    tell(arguments, summary, lambda: print_summary(summary, console()))
     note(f"written: {log}, {drawn}; then: thrustd points {log} --limit least_s=10")
     return 0

@@ -14,7 +14,7 @@ from thrustd.cli.roles import (
     reference,
     roles_of_arguments,
 )
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, progress, tell
 from thrustd.core.errors import UsageError
 from thrustd.sources.plain_file import read_text
 
@@ -189,10 +189,8 @@ def _given(arguments: argparse.Namespace) -> int:
     (spec,) = read_models([arguments.model]).values()
     extended = with_given(spec, read_given(arguments.given))
     write_model_file(extended, arguments.out)
-    if arguments.json:
-        print_json({"model": str(arguments.out), "given": extended.provenance["given"]})
-    else:
-        print(f"{arguments.out}: {', '.join(arguments.given)} put in; no error was measured")
+    said = f"{arguments.out}: {', '.join(arguments.given)} put in; no error was measured"
+    tell(arguments, {"model": str(arguments.out), "given": extended.provenance["given"]}, lambda: print(said))
     return 0
 
 
@@ -205,10 +203,8 @@ def effects_verb(arguments: argparse.Namespace) -> int:
     chosen = [effect_named(arguments.name)] if arguments.name else list(shelf().values())
     if arguments.name and arguments.picture:
         note(f"picture: {card_picture(chosen[0], arguments.picture)}")
-    if arguments.json:
-        print_json([card_json(effect) for effect in chosen])
-    else:
-        print(card_text(chosen[0]) if arguments.name else shelf_text())
+    said = card_text(chosen[0]) if arguments.name else shelf_text()
+    tell(arguments, [card_json(effect) for effect in chosen], lambda: print(said))
     return 0
 
 
@@ -242,10 +238,7 @@ def _say_written(pictures: list[Path]) -> None:
 
 
 def _show(report: Any, arguments: argparse.Namespace) -> None:
-    if arguments.json:
-        print_json(report.to_json())
-        return
-    report.print(console())
+    tell(arguments, report.to_json(), lambda: report.print(console()))
 
 
 def _add_model_and_data(parser: argparse.ArgumentParser, count: str = "+") -> None:

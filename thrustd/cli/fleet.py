@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from thrustd.cli.files import read_models
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, progress, tell
 from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
@@ -67,10 +67,7 @@ def fleet_verb(arguments: argparse.Namespace) -> int:
         _tell_health(rows, arguments)
         return 1 if errors else 0
     report = {"table": str(arguments.table), "files": len(arguments.files), "rows": len(rows), "errors": len(errors)}
-    if arguments.json:
-        print_json(report)
-    else:
-        print(", ".join(f"{key}: {value}" for key, value in report.items()))
+    tell(arguments, report, lambda: print(", ".join(f"{key}: {value}" for key, value in report.items())))
     return 1 if errors else 0
 
 
@@ -80,10 +77,7 @@ def _tell_health(rows: "list[Row]", arguments: argparse.Namespace) -> None:
     found = health(rows)
     if arguments.report is not None:
         found.write_page(arguments.report)
-    if arguments.json:
-        print_json(found.found)
-    else:
-        found.show(console())
+    tell(arguments, found.found, lambda: found.show(console()))
 
 
 def _job(arguments: argparse.Namespace) -> "Job":

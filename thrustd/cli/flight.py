@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, tell
 from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
@@ -161,10 +161,7 @@ def replay_verb(arguments: argparse.Namespace) -> int:
         note(f"picture: {arguments.picture}")
     if summary.damage:
         note(f"thrustd: {summary.damage}")
-    if arguments.json:
-        print_json(summary)
-    else:
-        print_summary(summary, console())
+    tell(arguments, summary, lambda: print_summary(summary, console()))
     return 0
 
 

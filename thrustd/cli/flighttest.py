@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, print_json, progress
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, progress, tell
 from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import AIRCRAFT
 
@@ -147,8 +147,5 @@ def _hand_over(arguments: argparse.Namespace, answer: "Answer") -> int:
         write_rows(answer.found.rows(), arguments.out)
     if arguments.report is not None:
         answer.write_page(arguments.report)
-    if arguments.json:
-        print_json(answer.found)
-    else:
-        answer.show(console())
+    tell(arguments, answer.found, lambda: answer.show(console()))
     return 0

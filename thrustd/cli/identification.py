@@ -7,7 +7,7 @@ from typing import Any
 
 from thrustd.cli.files import check_outputs, read_models, write_model_file
 from thrustd.cli.roles import add_roles, own_words, recordings_in_roles, roles_of_arguments
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed, tell
 from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import DECK, shipped
 from thrustd.sinks.whole_file import write_whole
@@ -123,10 +123,7 @@ def identify_verb(arguments: argparse.Namespace) -> int:
         with own_words(roles):
             found = identify(train, validate, names, wish, arguments.out.stem, advance, others)
     write_model_file(found.spec, arguments.out)
-    if arguments.json:
-        print_json(found.to_json())
-    else:
-        found.print(console())
+    tell(arguments, found.to_json(), lambda: found.print(console()))
     best = f", of {len(found.scores)} the best on data not fitted to" if len(found.scores) > 1 else ""
     note(f"written: {arguments.out} ({found.spec.structure}{best})")
     return 0 if found.usable else 1  # the model is there to be looked at; a script stops here

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, print_json, progress, seed
+from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, progress, seed, tell
 from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import HIL, shipped
 
@@ -87,10 +87,7 @@ def simulate_verb(arguments: argparse.Namespace) -> int:
         report = _bench(arguments)
     else:
         report = _flight(arguments)
-    if arguments.json:
-        print_json(report)
-    else:
-        print(", ".join(f"{key}: {value}" for key, value in report.items()))
+    tell(arguments, report, lambda: print(", ".join(f"{key}: {value}" for key, value in report.items())))
     return 0
 
 

@@ -75,6 +75,11 @@ def print_json(value: Any) -> None:
     sys.stdout.write(msgspec.json.encode(value).decode() + "\n")
 
 
+def tell(arguments: argparse.Namespace, value: Any, say: Callable[[], object]) -> None:
+    """The JSON object where it was asked for, else what `say` prints."""
+    print_json(value) if arguments.json else say()
+
+
 def console() -> "Console":
     """Where tables go: as wide as the terminal, 120 columns into a file or pipe."""
     from rich.console import Console
