@@ -18,6 +18,10 @@ import { nameColumns } from "./views/columns.js";
 const go = (view) => {
   location.hash = view;
 };
+const there = (view, work) => async () => {
+  go(view);
+  await work();
+};
 
 export function nextStep() {
   const { recordings, models, session: chosen } = store.server;
@@ -37,10 +41,7 @@ export function nextStep() {
       view: "identify",
       say: `Identify a first model from the bench record ${chosen.bench[0]}.`,
       label: "Identify a model",
-      go: async () => {
-        go("identify");
-        await identifyNow();
-      },
+      go: there("identify", identifyNow),
       kinds: ["fit"],
     };
   if (!models.length)
@@ -66,10 +67,7 @@ export function nextStep() {
       view: "identify",
       say: `${old.arguments.recordings[0]} is read otherwise since ${old.result.model} was made of it: its numbers are those of the columns as they were. Identify anew.`,
       label: "Identify anew",
-      go: async () => {
-        go("identify");
-        await identifyNow();
-      },
+      go: there("identify", identifyNow),
       kinds: ["fit"],
     };
   const left = recordings
@@ -102,10 +100,7 @@ export function nextStep() {
       view: "fails",
       say: `${added(chosen.model)}See how well ${chosen.model} explains ${chosen.measured[0]}, and where it fails.`,
       label: "Compare",
-      go: async () => {
-        go("fails");
-        await compareNow();
-      },
+      go: there("fails", compareNow),
       other: asItIs(chosen.model),
       kinds: ["compare"],
     };
@@ -114,10 +109,7 @@ export function nextStep() {
       view: "missing",
       say: `${added(chosen.model)}The model is ${newtons(compared.cells.at(-1).rmse_n)} RMS wrong.${compared.worst.at(-1) ? ` It fails most here: ${typeset(compared.worst.at(-1))}.` : ""} Ask which absent physical effect would explain what is left.`,
       label: "What is missing?",
-      go: async () => {
-        go("missing");
-        await diagnoseNow();
-      },
+      go: there("missing", diagnoseNow),
       other: asItIs(chosen.model),
       kinds: ["diagnose"],
     };
