@@ -14,7 +14,8 @@ from thrustd.core.errors import ConfigError, ThrustdError
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.model.calibrated import calibrated
-from thrustd.mounts.start import at_rest, chords
+from thrustd.model.compile import compile_model
+from thrustd.mounts.start import at_rest, chords, resting_n
 from thrustd.records.files import read_recording
 from thrustd.replay.columns import flight_columns
 from thrustd.replay.replay import open_installation
@@ -109,11 +110,14 @@ def test_a_zero_at_rest_hardly_moves_one_that_was_found_under_load():
 
 
 def test_a_calibrated_mount_gives_its_growth_back():
+    """Beside that of its bench, whatever that is: together they may be next to nothing, at no temperature."""
     (spec,) = read_models([shipped("models/left-upper.json", "")]).values()
-    own = sum(e.parameters.get("expansion_mm_k", 0.0) for e in spec.effects if e.name == "thermal_expansion")
-    grows = calibrated(spec, MountCalibration(expansion_mm_k=6e-4, reference_degc=35.0), "")
-    told = next(e.parameters for e in grows.effects if e.name == "thermal_expansion")
-    assert told["expansion_mm_k"] == pytest.approx(own + 6e-4)
+    own = sum(e.parameters["expansion_mm_k"] for e in spec.effects if e.name == "thermal_expansion")
+    bench = compile_model(spec, 20.0)
+    for rate in (6e-4, -own, -own + 1e-6):
+        model = compile_model(calibrated(spec, MountCalibration(expansion_mm_k=rate, reference_degc=35.0), ""), 20.0)
+        shown, true = (at_rest(each, {"temperature_degC": 5.0}) for each in (model, bench))
+        assert resting_n(model, shown(0.5 - 30.0 * rate)) == pytest.approx(resting_n(bench, true(0.5)), abs=1.0)
 
 
 def test_a_record_in_kilonewtons_is_one_line_and_writes_nothing(static_run, tmp_path, capsys):

@@ -1,8 +1,8 @@
 """A model as one calibrated mount has it: the transducer's curve before its input curve, the gain behind its output.
 
 Both curves are piecewise linear, so the composition is one again, exactly. What grows with temperature is the effect
-`thermal_expansion`. A mount that leans carries a part of the weight: it moves the reading by that over its secant
-stiffness (`engine_weight_shift`), since what 1 g makes of it is in its zero.
+`thermal_expansion`, beside that of the bench. A mount that leans carries a part of the weight: it moves the reading by
+that over its secant stiffness (`engine_weight_shift`), since what 1 g makes of it is in its zero.
 """
 
 from dataclasses import dataclass
@@ -57,7 +57,10 @@ def calibrated(
         (low_n, high_n), (low_mm, high_mm) = spec.valid.force_n, spec.valid.deformation_mm
         leans_n = weight_n * sin(radians(mount.lean_deg))
         spec = _more(spec, WEIGHT, shift_mm_g=leans_n * (high_mm - low_mm) / (high_n - low_n))
-    return _expanding(spec, mount) if mount.expansion_mm_k != 0.0 else spec
+    if mount.expansion_mm_k == 0.0:
+        return spec
+    grows = {"expansion_mm_k": mount.expansion_mm_k, "reference_degc": mount.reference_degc}
+    return msgspec.structs.replace(spec, effects=[EffectSpec(EXPANSION.name, grows), *spec.effects])
 
 
 def _more(spec: ModelSpec, effect: Effect, **added: float) -> ModelSpec:
@@ -67,19 +70,6 @@ def _more(spec: ModelSpec, effect: Effect, **added: float) -> ModelSpec:
     values = {each.name: each.parameters for each in spec.effects}
     values[effect.name] = values[effect.name] | {name: values[effect.name][name] + more for name, more in added.items()}
     return msgspec.structs.replace(spec, effects=[EffectSpec(*each) for each in values.items()])
-
-
-def _expanding(spec: ModelSpec, mount: MountCalibration) -> ModelSpec:
-    """a (T - T_0) in front of everything; with the bench's own growth b (T - T_b) it is one: (a + b) (T - T')."""
-    known = next((effect for effect in spec.effects if effect.name == EXPANSION.name), None)
-    own = dict(known.parameters) if known is not None else EXPANSION.neutral()
-    rate = mount.expansion_mm_k + own["expansion_mm_k"]
-    if abs(rate) < 1e-12:
-        return msgspec.structs.replace(spec, effects=[effect for effect in spec.effects if effect is not known])
-    offset_mm = mount.expansion_mm_k * mount.reference_degc + own["expansion_mm_k"] * own["reference_degc"]
-    whole = EffectSpec(EXPANSION.name, {"expansion_mm_k": rate, "reference_degc": offset_mm / rate})
-    rest = [effect for effect in spec.effects if effect is not known]
-    return msgspec.structs.replace(spec, effects=[whole, *rest])
 
 
 def _scaled(curve: Curve, gain: float) -> Curve:
