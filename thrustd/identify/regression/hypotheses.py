@@ -24,7 +24,7 @@ from thrustd.core.columns import Floats
 from thrustd.identify.regression.even import before_even_curve, behind_even
 from thrustd.identify.regression.general import MOUNT, Asked, Kind, general_shape, records_of
 from thrustd.identify.regression.holds import holds_of
-from thrustd.identify.regression.long import MANY, THINNED, finer, onto, sparse
+from thrustd.identify.regression.long import MANY, MIDDLE, THINNED, finer, onto, sparse
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.regress import FIRST, begun_where, regress
@@ -42,7 +42,7 @@ MOST_PAIRS = 4
 MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
 ITERATIONS = 40  # at most
-FEW, PASSES = 3, 10  # with the finer curves of millions of samples: over their means, over all of them
+PASSES = 3, 4, 3  # with the finer curves of millions of samples: over their means, over shorter means, over all
 FREE = {name: strength for name, strength in FIRST.items() if name != "offset"}  # an output of any kind has any zero
 
 
@@ -172,9 +172,11 @@ def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | Non
     if found.shape.passive:
         return _ordered(regress(segments, progress), segments, asked, progress)
     shape, point = finer(found, segments, thin[0].dt_s, asked.order)
-    found = solve(shape, point, records_of(shape, thin), found.precisions, iterations=FEW, progress=progress)
-    records = sparse(shape, found.point, records_of(shape, segments))
-    return solve(shape, found.point, records, found.precisions, iterations=PASSES, progress=progress)
+    for seen, passes in zip((thin, thinned(segments, MIDDLE), segments), PASSES, strict=True):
+        records = sparse(shape, point, records_of(shape, seen))
+        found = solve(shape, point, records, found.precisions, iterations=passes, progress=progress)
+        point = found.point
+    return found
 
 
 def _ordered(found: Solution, segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:

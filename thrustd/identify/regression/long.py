@@ -1,4 +1,4 @@
-"""Records of millions of samples: the shape from means of all of them, then a few passes at the full rate.
+"""Records of millions of samples: the shape from means of all, then passes over shorter means, then over all samples.
 
 Means of so many samples that some ten thousand remain show the curves and all slow relaxation. Its few modes
 (`reduce`), with spare ones faster than the means, and finer curves then move together over all samples: the memory
@@ -21,6 +21,7 @@ from thrustd.identify.segments import DEFORMATION, Segment
 
 MANY = 300_000  # samples: more are long
 THINNED = 60_000  # means that give the shape
+MIDDLE = 480_000  # shorter means, on which it settles: a pass over them costs half of one over all samples
 COUNTED = 120_000  # samples at the full rate that count
 FINER = 6  # times as many coefficients in a curve
 RARE = 0.1  # of the samples counted, at either end of the output, are counted there beside them
