@@ -24,12 +24,12 @@ from thrustd.core.columns import Floats
 from thrustd.identify.regression.even import before_even_curve, behind_even
 from thrustd.identify.regression.general import MOUNT, Asked, Kind, general_shape, records_of
 from thrustd.identify.regression.holds import holds_of
-from thrustd.identify.regression.long import MANY, MIDDLE, THINNED, finer, onto, sparse
+from thrustd.identify.regression.long import COUNTED, MANY, MIDDLE, THINNED, finer, onto, sparse
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.regress import FIRST, begun_where, regress
 from thrustd.identify.regression.shape import Hold, Point, Shape
-from thrustd.identify.regression.solve import Progress, Solution, solve
+from thrustd.identify.regression.solve import Given, Progress, Solution, solve
 from thrustd.identify.regression.starts import linear_point
 from thrustd.identify.regression.sweep import Record, simulate
 from thrustd.identify.segments import DEFORMATION, SHORTEST, Segment, head, thinned
@@ -42,7 +42,8 @@ MOST_PAIRS = 4
 MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
 ITERATIONS = 40  # at most
-PASSES = 3, 4, 3  # with the finer curves of millions of samples: over their means, over shorter means, over all
+PASSES, SEEN = (3, 10, 10), (THINNED, COUNTED // 4, COUNTED)  # over means, shorter means, all of millions of samples
+SETTLED = Given(least=1, share=1e-4)  # each of these until it hardly gains
 FREE = {name: strength for name, strength in FIRST.items() if name != "offset"}  # an output of any kind has any zero
 
 
@@ -172,9 +173,9 @@ def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | Non
     if found.shape.passive:
         return _ordered(regress(segments, progress), segments, asked, progress)
     shape, point = finer(found, segments, thin[0].dt_s, asked.order)
-    for seen, passes in zip((thin, thinned(segments, MIDDLE), segments), PASSES, strict=True):
-        records = sparse(shape, point, records_of(shape, seen))
-        found = solve(shape, point, records, found.precisions, iterations=passes, progress=progress)
+    for data, passes, seen in zip((thin, thinned(segments, MIDDLE), segments), PASSES, SEEN, strict=True):
+        records = sparse(shape, point, records_of(shape, data), seen)
+        found = solve(shape, point, records, found.precisions, iterations=passes, progress=progress, given=SETTLED)
         point = found.point
     return found
 

@@ -28,12 +28,12 @@ RARE = 0.1  # of the samples counted, at either end of the output, are counted t
 SPARE = 3  # modes faster than the means
 
 
-def sparse(shape: Shape, point: Point, records: Sequence[Record]) -> list[Record]:
+def sparse(shape: Shape, point: Point, records: Sequence[Record], counted: int = COUNTED) -> list[Record]:
     """With so many references left that the regression counts enough; where the output hardly ever goes, all of them.
 
     What is rare is judged by the model's output: chosen by the measured one, noise would be taken for a bend.
     """
-    step = max(1, sum(map(len, records)) // COUNTED)
+    step = max(1, sum(map(len, records)) // counted)
     if step == 1:
         return list(records)
     outputs = [simulate(shape, point, record) for record in records]

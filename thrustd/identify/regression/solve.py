@@ -102,6 +102,7 @@ class Given(NamedTuple):
     prior: Prior | None = None  # of the whole vector
     noise_variance: float | None = None  # s2; None: it follows from the residual as that falls
     least: int = LEAST_ITERATIONS
+    share: float = 0.0  # of the cost: a smaller fall is no progress
 
 
 NOTHING = Given()
@@ -137,7 +138,8 @@ def solve(
         strengths = _strengths(shape, strengths, information, step.free, point.vector(shape) - middle)
         if progress is not None:
             progress(done, float(np.sqrt(normal.squares / _count(normal))))
-        if done > given.least and cost - step.cost < (DONE_MOVING if not shape.passive else DONE):
+        progressed = max(DONE_MOVING if not shape.passive else DONE, given.share * cost)
+        if done > given.least and cost - step.cost < progressed:
             break
     now, free = posterior(), ~(shape.positive() & (point.vector(shape) <= 0.0))
     mean_square = normal.squares / _count(normal)
