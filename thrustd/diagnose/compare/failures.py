@@ -85,12 +85,11 @@ def where_it_fails(regions: Sequence[Region], residual_n: Floats, unit: str = "N
         if chosen is None:
             break
         mask, labels = np.all(masks[list(chosen)], axis=0), [regions[i].label for i in chosen]
-        if np.mean(squares[mask & free]) * LIFT < np.mean(
-            squares[good & ~mask]
-        ):  # one-sided, and right beside the rest
+        inside, rest = float(np.mean(squares[mask & free])), squares[good & ~mask]
+        if inside * LIFT < np.mean(rest):  # one-sided, and right beside the rest
             if failures:
                 break
-            mask, labels[0] = ~mask, f"everywhere but {labels[0]}"
+            mask, labels = ~mask, [regions[chosen[0]].rest, *labels[1:]]
         failures.append(_failure(labels, mask & free, residual_n, total, count, unit))
         free &= ~mask
     return sorted(failures, key=lambda f: -f.share_of_squared_error)

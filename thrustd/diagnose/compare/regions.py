@@ -6,7 +6,7 @@ in all; and the channels that move. What slow and far are the record says itself
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -43,6 +43,11 @@ class Region:
     dimension: str
     label: str  # in words
     mask: Flags  # (n,)
+    other: str = ""  # all that is not in it, in words where there are some
+
+    @property
+    def rest(self) -> str:
+        return self.other or f"everywhere but {self.label}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +179,11 @@ def force_rate(force_n: Floats, dt_s: float) -> Floats:
 def _cut(dimension: str, column: Floats, edges: Sequence[float], unit: str) -> list[Region]:
     number = np.searchsorted(np.array(edges), column, side="right")
     words = [f"{dimension} {word}" for word in _between(edges, unit)]
-    return [Region(dimension, word, number == i) for i, word in enumerate(words)]
+    found = [Region(dimension, word, number == i) for i, word in enumerate(words)]
+    above, below = (_between([edge], unit)[i] for i, edge in ((1, edges[0]), (0, edges[-1])))
+    found[0] = replace(found[0], other=f"{dimension} {above}")
+    found[-1] = replace(found[-1], other=f"{dimension} {below}")
+    return found
 
 
 def _between(edges: Sequence[float], unit: str) -> list[str]:
