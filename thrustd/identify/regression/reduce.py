@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from thrustd.core.columns import Floats
+from thrustd.core.measures import rms
 from thrustd.identify.regression.shape import Point, Shape
 
 TIMES = 120
@@ -56,9 +57,9 @@ def enough(point: Point) -> int:
     tau_s, gain = np.exp(point.log_tau), point.gain
     times = np.geomspace(0.1 * tau_s.min(), 10 * tau_s.max(), TIMES) if len(tau_s) else np.ones(1)
     wanted = np.exp(-times[:, None] / tau_s) @ gain
-    size = max(float(np.sqrt(np.mean(wanted**2))), 1e-300)
+    size = max(rms(wanted), 1e-300)
     for count in range(1, len(gain)):
         few, weights = fewer(tau_s, gain, count)
-        if float(np.sqrt(np.mean((np.exp(-times[:, None] / few) @ weights - wanted) ** 2))) <= FAINT * size:
+        if rms(np.exp(-times[:, None] / few) @ weights - wanted) <= FAINT * size:
             return count
     return len(gain)
