@@ -22,45 +22,45 @@ class FaultKind(NamedTuple):
 
 FAULT_KINDS: dict[str, FaultKind] = {
     # what comes over a wire, and what a log holds of it
-    "damaged": FaultKind("bytes, or chunks of a log, that no layout and checksum fits; thrown away", Status.WIRE_FAULT),
+    "damaged": FaultKind("bytes, or chunks of a log, that fit no layout or checksum; discarded", Status.WIRE_FAULT),
     "foreign": FaultKind("a frame or message of another version, size or type than configured", Status.WIRE_FAULT),
-    "lost": FaultKind("frames or messages missing by their counter (CAN: at least so many)", Status.WIRE_FAULT),
-    "late": FaultKind("a frame or message seen already, or older than one seen; dropped", Status.WIRE_FAULT),
+    "lost": FaultKind("frames or messages missing by their counter (CAN: at least this many)", Status.WIRE_FAULT),
+    "late": FaultKind("a frame or message that came already, or is older than the last; discarded", Status.WIRE_FAULT),
     "contested": FaultKind("an identifier with two senders, or a counter repeated with other data", Status.WIRE_FAULT),
     "reset": FaultKind("ADC sequence and device time started again", Status.WIRE_FAULT),
     "rate": FaultKind("ADC or its crystal runs at another rate than configured", Status.WIRE_FAULT, UNTIL_OVER),
     "open": FaultKind("ADC marks a channel open or shorted, or counts leave 24 bit", Status.CHANNEL_OPEN, UNTIL_OVER),
     "unplugged": FaultKind("a port or bus disappeared or refuses to open", Status.LINK_LOST, UNTIL_OVER),
     "silent": FaultKind(
-        "nothing comes over a wire; its signals are not said apart",
+        "nothing comes over a wire; its signals are not reported one by one",
         Status.LINK_LOST | Status.SIGNAL_STALE, UNTIL_OVER,
     ),
     "bus_error": FaultKind("the CAN controller reports an error frame or a bus-off", Status.LINK_LOST),
     # readings
-    "out_of_range": FaultKind("no number, or outside the catalogue's range; it does not count", Status.OUT_OF_RANGE),
+    "out_of_range": FaultKind("not a number, or outside the catalogue's range; not used", Status.OUT_OF_RANGE),
     "stale": FaultKind("no reading within the time its channel allows", Status.SIGNAL_STALE, UNTIL_OVER),
     # sensors and thrust sources that are excluded
-    "dead": FaultKind("a sensor that was there is silent for good", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
+    "dead": FaultKind("a sensor has stopped sending", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
     "stuck": FaultKind(
-        "a sensor repeats itself although the others move", Status.SENSOR_EXCLUDED | Status.STUCK, UNTIL_OVER, True
+        "a sensor repeats one value while the others move", Status.SENSOR_EXCLUDED | Status.STUCK, UNTIL_OVER, True
     ),
-    "noisy": FaultKind("a sensor scatters far more than it used to", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
-    "offset": FaultKind("a sensor jumped away from what the others say", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
-    "drift": FaultKind("a sensor left what the others say, little by little", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
+    "noisy": FaultKind("a sensor scatters far more than before", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
+    "offset": FaultKind("a sensor jumped away from the others", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
+    "drift": FaultKind("a sensor drifted away from the others", Status.SENSOR_EXCLUDED, UNTIL_OVER, True),
     "failed": FaultKind(
         "a thrust source of an engine is excluded until it agrees again",
         Status.MOUNT_FAILED | Status.BROCHURE_FAILED, UNTIL_OVER, True,
     ),
     "zero": FaultKind(
-        "not a fault: before the first engine start the zeros of the transducers were calibrated",
+        "not a fault: the zeros of the transducers were calibrated before the first engine start",
         Status.ENGINE_OFF, of_engine=True,
     ),
     "zero_refused": FaultKind(
-        "before the first engine start a mount showed more than a zero: it flies with none measured",
+        "before the first engine start a mount read more than a zero can be; it flies without a calibrated zero",
         Status.SENSOR_EXCLUDED, 10.0, of_engine=False,
     ),
     # the machine
-    "overrun": FaultKind("events or log items shed, the oldest first: something is too slow", Status.OVERLOAD),
+    "overrun": FaultKind("events or log items dropped, the oldest first: something is too slow", Status.OVERLOAD),
     "not_recorded": FaultKind(
         "the log cannot be written (disk full, read-only); items lost until it can", Status.NOT_RECORDING, UNTIL_OVER
     ),

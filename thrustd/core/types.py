@@ -75,7 +75,7 @@ class Status(IntFlag):
     OUTPUT_FAULT = 1 << 23  # CAN output or live view failed in the last second
     CLOCK_STEP = 1 << 24  # the calendar clock jumped in the last ten seconds
     NO_CHECKPOINT = 1 << 25  # a restart now would be cold
-    DISAGREE = 1 << 27  # sources disagree and nothing tells which is right: the band holds what either says
+    DISAGREE = 1 << 27  # sources disagree and nothing tells which is right: the band covers both
     SENSOR_EXCLUDED = 1 << 26  # a sensor that matters to this engine is excluded; the faults say which and why
 
 
