@@ -33,7 +33,7 @@ class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
 
 class Aircraft(Section, frozen=True):
-    name: Annotated[str, Meta(min_length=1, max_length=64)]
+    name: Annotated[str, Meta(min_length=1, max_length=64)]  # of this aircraft, as in the names of its logs
     engines: Annotated[list[Name], Meta(min_length=1, max_length=4)]  # names; their order is that of CAN and deck
     data: str | None = None  # masses, spring rates, limits of the type; none: the shipped citation-ii.toml
 
@@ -45,8 +45,8 @@ class Mount(Section, frozen=True):
     engine: Name  # one of aircraft.engines
     adc_channel: Annotated[int, Meta(ge=0, le=7)]  # place in the frame of the serial ADC
     model: str  # artifact, relative to the configuration file
-    scale_mm: Scale
-    offset_mm: Annotated[float, Meta(ge=-100, le=100)] = 0.0
+    scale_mm: Scale  # mm per count; negative turns the sign
+    offset_mm: Annotated[float, Meta(ge=-100, le=100)] = 0.0  # deformation at count 0
 
 
 class Adc(Section, frozen=True):
@@ -55,7 +55,7 @@ class Adc(Section, frozen=True):
     port: str  # device path or any pyserial URL
     sample_hz: Annotated[float, Meta(ge=10, le=10_000)]  # frames per second; another rate is a fault
     channels: Annotated[int, Meta(ge=1, le=8)]  # counts per frame
-    baud: Count = 921_600
+    baud: Count = 921_600  # bits per second
 
 
 class Can(Section, frozen=True):
@@ -64,7 +64,7 @@ class Can(Section, frozen=True):
     interface: str  # of python-can: socketcan, udp_multicast, ...; fifo: named pipes on this machine
     channel: str  # of that interface, e.g. can0
     dbc: str  # relative to the configuration file
-    bitrate: Count = 1_000_000
+    bitrate: Count = 1_000_000  # bits per second; where python-can sets the bus up
     input: list[dict[str, Any]] = []  # rows {dbc, signal, index}; empty = the ICD's table
     units: dict[str, float] = {}
 
@@ -73,13 +73,13 @@ class CanOut(Section, frozen=True):
     """Estimates sent on the bus (ids 1850 to 1853)."""
 
     node_id: Annotated[int, Meta(ge=0, le=255)]  # CANaerospace node id of thrustd
-    rate_hz: Annotated[float, Meta(gt=0, le=100)] = 10.0
+    rate_hz: Annotated[float, Meta(gt=0, le=100)] = 10.0  # messages of each engine per second
 
 
 class Steps(Section, frozen=True):
     """How often what happens."""
 
-    estimate_hz: Annotated[float, Meta(ge=1, le=100)] = 50.0
+    estimate_hz: Annotated[float, Meta(ge=1, le=100)] = 50.0  # fused steps per second
     reading_hz: Annotated[float, Meta(gt=0, le=100)] = 10.0  # decoded channels in the log
     tick_hz: Annotated[float, Meta(ge=1, le=100)] = 20.0  # keeps estimates coming when the ADC is silent
     bridge_gap_ms: Annotated[float, Meta(ge=0, le=2000)] = 500.0  # longer gaps re-initialise the linear block
@@ -89,36 +89,36 @@ class Log(Section, frozen=True):
     """The recorder; files rotate and never overwrite."""
 
     folder: str  # relative to the configuration file
-    rotate_mb: Positive = 500.0
-    rotate_min: Positive = 60.0
+    rotate_mb: Positive = 500.0  # a new file after this size
+    rotate_min: Positive = 60.0  # a new file after this time
     keep_free_mb: Annotated[float, Meta(ge=0, le=1e9)] = 0.0  # delete the oldest logs when less is free; 0 = never
 
 
 class Health(Section, frozen=True):
     """Prometheus page on loopback, read by `thrustd status`."""
 
-    port: Port = 9105
+    port: Port = 9105  # on 127.0.0.1
 
 
 class WarmRestart(Section, frozen=True):
     """The state goes to `file` every second; a restart takes it over when it is not older than `max_age_s`."""
 
     file: str  # relative to the configuration file
-    max_age_s: Annotated[float, Meta(gt=0, le=60)] = 10.0
+    max_age_s: Annotated[float, Meta(gt=0, le=60)] = 10.0  # an older checkpoint is not taken over
 
 
 class Realtime(Section, frozen=True):
     """Asked of the kernel after READY's preparations; refused = flown without, with a word."""
 
     fifo_priority: Annotated[int, Meta(ge=0, le=99)] = 0  # SCHED_FIFO; 0 = ordinary
-    lock_memory: bool = False
+    lock_memory: bool = False  # mlockall: no page of the process goes to swap
 
 
 class LiveView(Section, frozen=True):
     """WebSocket server for Foxglove."""
 
-    host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"
-    port: Port = 8765
+    host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"  # address to listen on
+    port: Port = 8765  # of the WebSocket
     origins: tuple[str, ...] = ("https://app.foxglove.dev",)  # pages that may read along; what is no page always may
 
 

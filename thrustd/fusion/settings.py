@@ -13,7 +13,7 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     # thrust moves: first-order Gauss-Markov rate, its strength follows the throttle
     thrust_rate_std_n_s: float = 15.0  # steady flight: 12 to 17
-    thrust_rate_tau_s: float = 1.3
+    thrust_rate_tau_s: float = 1.3  # time constant of the thrust rate
     throttle_rate_gain_n_per_pct: float = 600.0  # twice the thrust per per cent of N1 at high power, JT15D-4
     surprise_rate_n_s: float = 600.0  # after one source was gated out
     agreed_surprise_rate_n_s: float = 4000.0  # after every source that speaks was: the thrust moves before N1 says so
@@ -24,17 +24,17 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mount_zero_std_mm: float = 0.004  # one transducer in the aircraft: calibrating the zero takes it off
     mount_stiffness_std: float = 0.003  # of one mount against its bench, relative
     mount_friction_std_n: float = 8.0  # the same; sigma of the mounts' source: all three and the model's error map
-    mount_error_tau_s: float = 600.0
+    mount_error_tau_s: float = 600.0  # time constant of the slow error of the mounts
     brochure_bias_std: float = 0.02  # engine against deck, relative: 95 % of them are within 4 %
-    brochure_bias_tau_s: float = 7200.0
+    brochure_bias_tau_s: float = 7200.0  # time constant of the engine's deviation from the deck
     brochure_shape_tau_s: float = 600.0  # the rest of the deck's spread
-    forget_after_n: float = 3000.0
+    forget_after_n: float = 3000.0  # movement of the thrust after which the slow errors are new ones
     # gates
     gate_chi2: float = 15.1  # chi-square with one degree of freedom, one false alarm in 10 000
     # engine off
-    engine_off_n1_pct: float = 5.0
-    engine_off_after_s: float = 3.0
-    engine_off_std_n: float = 10.0
+    engine_off_n1_pct: float = 5.0  # below this N1 the engine is off
+    engine_off_after_s: float = 3.0  # once N1 was below that for so long
+    engine_off_std_n: float = 10.0  # of the zero thrust of an engine that is off
     converging_std_n: float = 400.0  # band wider than this: still converging
 
 

@@ -34,8 +34,8 @@ FOOT_M = 0.3048
 class CanRow(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One DBC signal and the catalogue channel it is."""
 
-    dbc: str
-    signal: str
+    dbc: str  # name of the signal in the DBC file
+    signal: str  # channel of the catalogue
     index: int = 0  # engine 0.. or mount 0..; 0 for aircraft signals
 
 
