@@ -27,6 +27,15 @@ def test_time_force_and_deformation_by_their_names(names, expected):
     assert [found[name].ours for name in names] == ["time_s", "force_N", "deformation_mm"]
 
 
+def test_channels_of_effects_need_their_name_and_their_unit():
+    named = {"Ax [g]": "accel_x_g", "Nz [g]": "accel_z_g", "N1 (%)": "n1_pct", "Vib [mm/s]": "vibration_mm_s",
+             "Qbar [Pa]": "dynamic_pressure_Pa", "Mach [-]": "mach"}  # fmt: skip
+    strange = ("humidity [%]", "shock [g]", "ax", "Fz [kN]", "m")
+    found = offer({"Time [s]": T, "Load [kN]": 5 * WAVE, **dict.fromkeys((*named, *strange), WAVE)})
+    assert {name: found[name].ours for name in named} == named
+    assert not {one.ours for name, one in found.items() if name in strange} & {*named.values()}
+
+
 def test_what_is_called_as_here_is_left_alone():
     columns = {"time_s": T, "force_N": WAVE, "deformation_mm_left_upper": WAVE, "accel_x_g": WAVE, "speed": WAVE}
     assert offer(columns) == {}
