@@ -140,6 +140,19 @@ def drop(page, name, content):
     page.locator(".drop-veil").wait_for(state="detached")
 
 
+def test_a_click_counts_though_the_page_changes_under_it(page_of, full_folder):
+    with page_of(full_folder.url) as page:
+        button = page.get_by_role("button", name=re.compile("columns", re.IGNORECASE)).first
+        box = button.bounding_box()
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.mouse.down()
+        full_folder.ask("POST", "api/session", '{"heldout": ["run-03.csv"]}')  # another tab: the table is drawn anew
+        page.wait_for_timeout(600)
+        page.mouse.up()
+        page.locator("#take-columns").wait_for()
+        page.get_by_label("use of run-03.csv").locator("option:checked", has_text="check on").wait_for(state="attached")
+
+
 def test_an_empty_folder_says_what_to_do(page_of, tmp_path):
     with workbench(tmp_path) as served, page_of(served.url) as page:
         assert page.locator("#next").inner_text() == "Make an exercise"

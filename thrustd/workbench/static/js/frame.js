@@ -71,8 +71,8 @@ export class Frame {
       this.notices,
       this.jobs,
     );
-    root.addEventListener("pointerdown", () => {
-      this.pressed = true;
+    root.addEventListener("pointerdown", (event) => {
+      this.pressed = event.target.closest("button, a, summary") !== null; // a list that opens tells no release
     });
     for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => setTimeout(() => this.release()));
     showNotices(this.notices);
