@@ -21,7 +21,6 @@ from thrustd.sources.mcap_walk import MAGIC
 from thrustd.workbench.columns import Columns, columns_key, open_columns
 from thrustd.workbench.lines import Line
 from thrustd.workbench.mapping import ColumnNames, read_said, read_table
-from thrustd.workbench.settling import settling_s
 
 STATE = ".thrustd"
 RECORDING_TYPES = (".csv", ".parquet", ".npz", ".mat", ".mcap")
@@ -183,7 +182,6 @@ class ModelCard(msgspec.Struct, frozen=True):
     parent: str  # file name of the parent, empty without
     provenance: dict[str, object]
     key: str  # changes with the file
-    settling_s: float = 0.0  # after which its start at rest is forgotten
     problem: str = ""  # the one line that says why it cannot be used
 
 
@@ -210,7 +208,6 @@ def _card(name: str, spec: ModelSpec, key: str) -> ModelCard:
         str(spec.provenance.get("parent", "")),
         dict(spec.provenance),
         key,
-        settling_s(spec.linear),
     )
 
 

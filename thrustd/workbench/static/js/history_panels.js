@@ -14,9 +14,8 @@ function shortest(name, among) {
   return (alone ? file(name) : name).replace(/\.json$/, "");
 }
 
-// `has`: models run on this recording; `wanted`: channels chosen, null for the usual ones; `from_s`: when the models have
-// settled, the residual is drawn to scale from there on
-export function panelsOf(card, has, wanted, from_s) {
+// `has`: models run on this recording; `wanted`: channels chosen, null for the usual ones
+export function panelsOf(card, has, wanted) {
   const channels = new Map(card.meta.channels.map((c) => [c.name, c])),
     panels = [];
   const force = channels.has("force_N")
@@ -42,7 +41,7 @@ export function panelsOf(card, has, wanted, from_s) {
       band: banded ? `95 % band of ${label(banded)}` : "",
       height: 220,
     });
-  if (force.length && runs.length) panels.push(residualPanel(has, label, banded, from_s));
+  if (force.length && runs.length) panels.push(residualPanel(has, label, banded));
   const chosen = (
     wanted ?? [
       "deformation_mm",
@@ -72,7 +71,7 @@ export function panelsOf(card, has, wanted, from_s) {
 }
 
 // measured - model of every model, over the band of one: model - model +- half its width
-function residualPanel(has, label, banded, from_s) {
+function residualPanel(has, label, banded) {
   const series = has.map((m, i) => ({ channel: `residual@${m}`, label: label(m), color: COLORS[i % COLORS.length] })),
     edges = banded ? ["band_high", "band_low", "model"] : [];
   const less = (ones, others) => ones.map((v, i) => (v === null || others[i] === null ? null : v - others[i]));
@@ -89,7 +88,6 @@ function residualPanel(has, label, banded, from_s) {
       : null,
     bands: banded ? [[series.length + 1, series.length + 2]] : [],
     band: banded ? `95 % band of ${label(banded)}` : "",
-    from_s,
     height: 150,
   };
 }

@@ -11,14 +11,12 @@ export function padded(low, high) {
   return [low - room, high + room];
 }
 
-// lowest and highest of what is in sight from a time on: the start-up does not set the scale of a residual; with `share`
-// below 1 of that share in the middle: nor does one spike that of an error
-export function scaleOf(u, { from_s = -Infinity, share = 1 }, [start, stop]) {
-  if (share === 1 && (stop <= from_s || start >= from_s)) return null;
-  const [time, ...lines] = u.data,
-    from = Math.max(from_s < stop ? from_s : start, start);
+// lowest and highest of a share of what is in sight, the middle: one spike does not set the scale of an error
+export function scaleOf(u, { share = 1 }, [start, stop]) {
+  if (share === 1) return null;
+  const [time, ...lines] = u.data;
   const seen = lines.flatMap((values) =>
-    Array.from(values).filter((v, i) => Number.isFinite(v ?? NaN) && time[i] >= from && time[i] <= stop),
+    Array.from(values).filter((v, i) => Number.isFinite(v ?? NaN) && time[i] >= start && time[i] <= stop),
   );
   if (!seen.length) return null;
   const sorted = Float64Array.from(seen).sort(),

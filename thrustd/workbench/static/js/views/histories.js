@@ -2,13 +2,13 @@
 
 import { inUrl, put, query } from "../api.js";
 import { fill, h, heading, panel } from "../dom.js";
-import { duration, number } from "../format.js";
+import { number } from "../format.js";
 import { readAddress, writeAddress } from "../history_address.js";
 import { bandedOf, panelsOf } from "../history_panels.js";
 import { historyTools } from "../history_tools.js";
 import { askMark, marksTable } from "../marks.js";
 import { save } from "../save.js";
-import { attempt, model, order, recording, refresh, running, session, store } from "../store.js";
+import { attempt, order, recording, refresh, running, session, store } from "../store.js";
 import { Sheet } from "../timeplot.js";
 
 const ui = () =>
@@ -116,7 +116,7 @@ export function histories(root) {
           : (address.range ?? limits);
     const sheet = new Sheet({
       recording: name,
-      panels: panelsOf(card, has, state.channels, settling(name) && card.meta.start_s + settling(name).settling_s),
+      panels: panelsOf(card, has, state.channels),
       limits,
       range: [...range],
       sync: "histories",
@@ -173,12 +173,8 @@ export function histories(root) {
   }
 
   function spansOf(name) {
-    const hits = (state.hits.get(name) ?? []).map(([from, to]) => ({ from, to, color: "--hit" }));
-    const settles = settling(name),
-      start_s = recording(name).meta.start_s;
     return [
-      ...(settles ? [{ from: start_s, to: start_s + settles.settling_s, color: "--settle" }] : []),
-      ...hits,
+      ...(state.hits.get(name) ?? []).map(([from, to]) => ({ from, to, color: "--hit" })),
       ...recording(name).marks.map((m) => ({
         from: m.start_s,
         to: m.stop_s,
@@ -187,18 +183,9 @@ export function histories(root) {
     ];
   }
 
-  // the model run on this recording that remembers its start longest, where there is a residual to be misread
-  const settling = (name) =>
-    models()
-      .filter((m) => recording(name).models?.[m]?.includes("residual"))
-      .map(model)
-      .sort((a, b) => b.settling_s - a.settling_s)
-      .find((m) => m.settling_s > 0);
-
   // what the shades mean
   function keysOf(name) {
-    const settles = settling(name),
-      { marks, models: run } = recording(name),
+    const { marks, models: run } = recording(name),
       banded = bandedOf(
         recording(name),
         models().filter((m) => m in (run ?? {})),
@@ -207,12 +194,6 @@ export function histories(root) {
     return [
       banded ? key("band", `band: 95 % interval of ${banded}, from its error on held-out bench data`) : null,
       state.hits.get(name)?.length ? key("hit", state.why || "chosen samples") : null,
-      settles
-        ? key(
-            "settle",
-            `first ${duration(settles.settling_s)}: ${settles.name} still depends on how the recording began; a decay here is the start, no missing effect`,
-          )
-        : null,
       marks.some((m) => !m.exclude) ? key("mark", "marked") : null,
       marks.some((m) => m.exclude) ? key("out", "excluded from every comparison, diagnosis and fit") : null,
     ];
