@@ -268,6 +268,6 @@ def _print_report(report: dict[str, Any]) -> None:
 def _one_line(value: Any) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{name} = {_one_line(item)}" for name, item in value.items())
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return ", ".join(map(_one_line, value)) or "none"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -34,7 +34,7 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
 
 EFFECT = Effect(
     name="thermal_expansion_late",
-    title="thermal expansion that comes after its sensor",
+    title="thermal expansion that lags its thermometer",
     site="deformation",
     channels=AT_ONCE.channels,
     parameters=(*AT_ONCE.parameters, LAG_S),

@@ -29,7 +29,7 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
 
 EFFECT = Effect(
     name="time_delay_lag",
-    title="lateness of the deformation signal by a filter",
+    title="lag of the deformation signal behind a filter",
     site="deformation",
     channels=(),
     parameters=(
