@@ -107,7 +107,7 @@ export function nextStep() {
   if (!asked)
     return {
       view: "missing",
-      say: `${added(chosen.model)}The model is ${newtons(compared.cells.at(-1).rmse_n)} RMS wrong.${compared.worst.at(-1) ? ` It fails most here: ${typeset(compared.worst.at(-1))}.` : ""} Ask which absent physical effect would explain what is left.`,
+      say: `${added(chosen.model)}The model is ${newtons(compared.cells.at(-1).rmse_n)} RMS wrong.${compared.worst.at(-1) ? ` It fails most here: ${typeset(compared.worst.at(-1))}.` : ""} ${stepOf(chosen.model) ? "Ask whether anything else is missing, or save it." : "Ask which absent physical effect would explain what is left."}`,
       label: "What is missing?",
       go: there("missing", diagnoseNow),
       other: asItIs(chosen.model),

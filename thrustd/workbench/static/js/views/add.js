@@ -69,7 +69,7 @@ export function add(root) {
         ? wideTable({}, ["", ["", "num"], ["", "num"]], rows)
         : h(
             "div.empty",
-            asked ? "The diagnosis names nothing to add." : "Nobody has asked yet what this model is missing.",
+            asked ? "The diagnosis names nothing to add." : "What this new model is missing was not asked yet.",
             h(
               "div",
               h(

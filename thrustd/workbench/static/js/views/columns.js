@@ -22,6 +22,7 @@ export function columnsPanel(name, done) {
   return root;
 }
 
+const STILL_LOADED = 0.02; // of the largest force: a reading there is no zero
 const MAY_BE_OFF = ["force_N", "deformation_mm"]; // what has a reading without load
 
 class Columns {
@@ -224,7 +225,8 @@ class Columns {
         0,
       ),
       value = Number(row.column.preview[least]?.toPrecision(3) ?? Number.NaN);
-    const words = `take ${value}, read at the least force (${newtons(force[least])})`;
+    const loaded = Math.abs(force[least]) > STILL_LOADED * Math.max(...force.map((v) => Math.abs(v ?? 0))),
+      words = `${value} at the least force${loaded ? `: ${newtons(force[least])}, still loaded` : ""}`;
     return h("div", h("button", { onclick: () => take(value) }, words));
   }
 
