@@ -142,9 +142,14 @@ def drop(page, name, content):
 
 def test_a_click_counts_though_the_page_changes_under_it(page_of, full_folder):
     with page_of(full_folder.url) as page:
-        button = page.get_by_role("button", name=re.compile("columns", re.IGNORECASE)).first
-        box = button.bounding_box()
-        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.locator("table.recordings button").first.wait_for()
+        where = page.evaluate(
+            "() => { const button = document.querySelector('table.recordings button');"
+            " button.scrollIntoView({block: 'center'});"
+            " const box = button.getBoundingClientRect();"
+            " return [box.x + box.width / 2, box.y + box.height / 2]; }"
+        )
+        page.mouse.move(*where)
         page.mouse.down()
         full_folder.ask("POST", "api/session", '{"heldout": ["run-03.csv"]}')  # another tab: the table is drawn anew
         page.wait_for_timeout(600)
