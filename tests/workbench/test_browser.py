@@ -141,6 +141,7 @@ def exclude_and_be_told(page):
     """A stretch that is left out makes the answers old: the page asks to compare again; with it back they are good."""
     page.locator("nav a", has_text="Time histories").click()
     page.locator(".sheet[data-ready]").wait_for()
+    page.locator(".keys", has_text="95 % interval").first.wait_for(timeout=LONG_MS)  # the model has run
     with page.expect_download() as window:
         page.get_by_role("button", name="CSV of window").click()
     assert (
