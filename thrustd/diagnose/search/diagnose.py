@@ -138,8 +138,8 @@ def _report(
 
 
 def _grade(base: Base, verdict: Verdict, alike: Sequence[str]) -> str:
-    """strong: no other set comes near; cannot be told: another does as well; weak: something is left."""
-    if alike:
+    """strong: no other set comes near; cannot be told: another, or a deck's error, does as well; weak: more is left."""
+    if alike or (base.by_brochure and verdict.words == ("none",)):  # a deck errs by as much as an effect
         return "cannot be told"
     said = verdict.words == ("unknown",) and verdict.channels
     return "weak" if not said and more_left(base, verdict) else "strong"
@@ -238,6 +238,8 @@ def _advice(
     floor, rest = base.scale * floor_of(verdict.fit, base), base.scale * float(np.sqrt(left(verdict.fit, base)))
     names = ", ".join(one.channel for one in verdict.channels)
     advice = []
+    if base.by_brochure and verdict.words == ("none",):
+        advice.append("the brochure's own errors may hide an effect: none against it is no proof of a right model")
     if verdict.words == ("unknown",):
         advice += [
             f"no effect that was judged explains how the residual follows {one.channel}: look at its picture, then try"
