@@ -19,7 +19,7 @@ export function add(root) {
       root,
       heading(
         "Add it",
-        "An effect starts at its neutral value, its parameters are estimated, the rest moves gently. A model that is worse on held-back blocks is refused.",
+        "The effect's parameters are estimated together with the model's own, which may move a little. A model that is worse on held-back blocks is refused.",
       ),
       ...(card
         ? [h("div.columns.wide-left", ledger(card), choice(card)), lastStep(card), keepPanel(card)].filter(Boolean)

@@ -13,7 +13,7 @@ export function identify(root) {
     kind: "fit",
     title: "Identify",
     words:
-      "A first model of the mount from a bench record. Every fifth part of it judges the fit; the model then learns from all of it.",
+      "A first model of the mount from a bench record. A fifth of it is held back to judge the fit; the final model then uses all of it.",
     label: "Identify a model",
     ask: identifyNow,
     find: () => found()?.result,

@@ -66,7 +66,7 @@ const file = (card, ready) =>
       ...[
         ["file", h("code", ready.path)],
         ["size, SHA-256", `${bytes(ready.bytes)}, ${ready.sha256.slice(0, 16)} …`],
-        ["witness", `${ready.witness_rows} kept inputs give their kept outputs again, to the bit`],
+        ["witness", `${ready.witness_rows} stored inputs give the stored outputs again, to the bit`],
         ["reads", ready.channels.join(", ")],
         [
           "rate",

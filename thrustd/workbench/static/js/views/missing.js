@@ -233,7 +233,7 @@ function hypothesis() {
     [
       h(
         "span.faint",
-        'an expression over channels, others in quotes: k * "Temp [degC]"; names that are no channels are estimated',
+        'an expression over channels, others in quotes: k * "Temp [degC]"; any other name is a number to be estimated',
       ),
     ],
     h(
