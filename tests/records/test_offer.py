@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from thrustd.records.offer import offer
+from thrustd.records.offer import offer, offered_renames
 from thrustd.records.units import CONVERSIONS, unit_said
 
 T = np.arange(0.0, 10.0, 0.1)
@@ -60,3 +60,9 @@ def test_a_unit_of_something_else_is_no_match():
         name for name, one in offer({"t [mm]": WAVE, "F [N]": WAVE}).items() if one.ours == "time_s"
     }
     assert unit_said("pressure (bar)") == "bar" and unit_said("weg [µm]") == "um" and unit_said("x") == ""
+
+
+def test_a_unit_to_be_calibrated_is_offered_with_its_place_for_the_factor():
+    rising = np.arange(5.0)
+    offered = offered_renames({"Time [s]": rising, "Load [kN]": rising, "LVDT (V)": rising})
+    assert "LVDT (V)=deformation_mm*FACTOR+OFFSET" in offered

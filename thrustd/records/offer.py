@@ -67,10 +67,15 @@ def offer(columns: Mapping[str, Floats]) -> dict[str, Offered]:
 
 
 def offered_renames(columns: Mapping[str, Floats]) -> list[str]:
-    """The same as `--rename` and `td.read` take it, less what is in a unit of its own; empty without a time."""
-    found = {name: one for name, one in offer(columns).items() if one.unit in CONVERSIONS[unit_of(one.ours)]}
-    timed = any(one.ours == TIME for one in found.values())
-    return [spelled(name, one.ours, one.factor, one.offset) for name, one in found.items()] if timed else []
+    """As `--rename` and `td.read` take it, with FACTOR for a unit that has to be calibrated; empty without a time."""
+    found = offer(columns)
+    if not any(one.ours == TIME for one in found.values()):
+        return []
+    known = {name: one.unit in CONVERSIONS[unit_of(one.ours)] for name, one in found.items()}
+    return [
+        spelled(name, one.ours, one.factor, one.offset) if known[name] else f"{name}={one.ours}*FACTOR+OFFSET"
+        for name, one in found.items()
+    ]
 
 
 def advised(columns: Mapping[str, Floats]) -> dict[str, str]:
