@@ -165,6 +165,7 @@ def test_what_cannot_be_used_is_one_line(profile, tmp_path, capsys):
     sheet.write_text(SHEET.replace("4157.2", "9165").replace("695", "1532").replace("1837", "4050"))
     assert "weighs 147" in (line := refused(capsys, "performance", log, "--mass-sheet", sheet)) and "kg?" in line
     sheet.write_text(SHEET)
+    assert "the same recording as" in refused(capsys, "performance", log, log, "--mass-sheet", sheet)
     assert main(["performance", str(log), "--mass-sheet", str(sheet), "--json"]) == 0
     capsys.readouterr()
     write_recording(bare.select([name for name in bare.channels if name != "pitch_deg"]), log)

@@ -14,6 +14,7 @@ from thrustd.core.measures import SIGMAS_95
 from thrustd.flighttest.flight import read_flight
 from thrustd.flighttest.points import find_points
 from thrustd.flighttest.uncertainty import mean_of
+from thrustd.flighttest.windows import Window
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
 
@@ -149,6 +150,14 @@ def test_what_cannot_be_used_is_one_line(log, tmp_path, capsys):
     record = made_flight()
     write_recording(record.select([name for name in record.channels if name != "mach"]), log)
     assert "no air data" in refused(capsys, "points", log)
+    write_recording(record.window(20.0, 20.9), log)
+    assert all("no steady window: it is 0." in refused(capsys, verb, log) for verb in ("points", "performance"))
+
+
+def test_a_mark_that_reaches_beyond_the_log_is_no_steady_point(log):
+    end_s = read_flight(log).record.time_s[-1]
+    (point,) = find_points(read_flight(log), windows=[Window(end_s - 20.0, end_s + 30.0, "late")]).points
+    assert point.missing_s["samples"] == pytest.approx(30, abs=1) and not point.steady
 
 
 def test_a_recording_without_air_data_is_told_so(tmp_path, capsys):

@@ -76,9 +76,10 @@ def test_trouble_is_a_candidate_of_its_engine(deck):
     surge = find_transients(flown(deck, n1, dips), deck).candidates
     assert {(e.engine, e.kind) for e in surge} == {("left", "surge candidate")}
     assert surge[0].start_s == pytest.approx(30.0, abs=1.0)
-    starved = np.where(np.arange(900) > 500, 0.05, 1.0)
-    out = find_transients(flown(deck, n1, fuel=starved), deck).candidates
-    assert [(e.engine, e.kind) for e in out] == [("left", "flame-out candidate")]
+    for least in (0.05, 0.0):
+        starved = np.where(np.arange(900) > 500, least, 1.0)
+        out = find_transients(flown(deck, n1, fuel=starved), deck).candidates
+        assert [(e.engine, e.kind) for e in out] == [("left", "flame-out candidate")]
 
 
 def test_values_that_are_not_there_are_no_trouble_and_told(deck):

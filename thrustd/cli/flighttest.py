@@ -51,7 +51,9 @@ def _add_performance(verbs: Verbs) -> None:
         "--mass-sheet", type=Path, action="append", default=[], metavar="TOML",
         help="file with empty_kg, payload_kg, fuel_kg, std_kg; one per log, or one for all",
     )  # fmt: skip
-    performance.add_argument("--marks", metavar="CHANNEL", help="use the windows in which this channel is above 0")
+    performance.add_argument(
+        "--marks", metavar="CSV|CHANNEL", help="use windows of a CSV, or where a channel is above 0"
+    )
     add_limits(performance)
     add_outputs(performance)
 

@@ -59,6 +59,9 @@ class Flight(NamedTuple):
         return {name: seconds for name, seconds in missing.items() if seconds}
 
 
+SHORTEST_S = 2.0  # of a flight: a rate needs two seconds
+
+
 def absent(missing_s: dict[str, int]) -> str:
     """What has no value for how long; quantities that lack as long together."""
     names = {seconds: [name for name, s in missing_s.items() if s == seconds] for seconds in missing_s.values()}
@@ -98,6 +101,9 @@ def _check(record: Recording, engines: tuple[str, ...]) -> None:
     for name in AIR:
         if name not in record or not np.isfinite(record[name]).any():
             raise RecordingError(f"{record.name}: no air data: no values of {name}; expected {', '.join(AIR)}")
+    length_s = float(record.time_s[-1] - record.time_s[0])
+    if length_s < SHORTEST_S:
+        raise RecordingError(f"{record.name}: no steady window: it is {length_s:.3g} s long")
 
 
 def _named(record: Recording, engines: tuple[str, ...]) -> Recording:

@@ -26,7 +26,7 @@ from thrustd.flighttest.aerodynamics import Motion, coefficients, motion_of
 from thrustd.flighttest.flight import Flight
 from thrustd.flighttest.mass_sheet import MassSheet, mass_of
 from thrustd.flighttest.uncertainty import FEWEST_VALUES, mean_of
-from thrustd.flighttest.windows import Window, marked_windows, steady_windows
+from thrustd.flighttest.windows import Window, steady_windows, windows_by
 
 STRAIGHT_G = 0.05  # load factor within 1 +- this: no turn, no pull-up
 SLOWEST_MACH = 0.1  # below: on the ground
@@ -87,7 +87,7 @@ class Flown(NamedTuple):
 
 def flown(flight: Flight, wing: Wing, sheet: MassSheet | None, limits: SteadyLimits, marks: str | None = None) -> Flown:
     """RecordingError without mass, air data, accelerations or a steady, straight window."""
-    windows = marked_windows(flight, marks) if marks else []
+    windows = windows_by(flight, marks) if marks else []
     flight = flight.per_second()
     mass_kg, mass_std_kg = mass_of(flight, sheet, wing)
     motion = motion_of(flight, wing)

@@ -27,6 +27,7 @@ from thrustd.flighttest.performance_result import BesideKnown, Interval, Perform
 from thrustd.flighttest.polar import Polar, PolarPoints, fit_polar
 from thrustd.flighttest.steps import gain_of, throttle_steps
 from thrustd.flighttest.windows import watched
+from thrustd.identify.artifact import data_sha256
 from thrustd.installation.shipped import AIRCRAFT, aircraft_data
 
 
@@ -63,9 +64,13 @@ def performance_of(
     wing = read_wing(aircraft)
     if len(sheets) not in (0, 1, len(logs)):
         raise UsageError(f"--mass-sheet: {len(sheets)} given for {len(logs)} logs; expected one per log, or one")
-    flights, notes, fused = [], [], True
+    flights, notes, fused, seen = [], [], True, dict[str, str]()
     for number, path in enumerate(logs):
         flight = read_flight(path, deck, aircraft)
+        digest = data_sha256(flight.record)
+        if digest in seen:
+            raise UsageError(f"{path}: the same recording as {seen[digest]}; expected every flight once")
+        seen[digest] = str(path)
         flights.append(flown(flight, wing, sheets[number % len(sheets)] if sheets else None, limits, marks))
         notes += [f"{flight.name}: {note}" for note in flight.record.notes if "derived" in note]
         fuel = [name for name in flight.record.channels if name.startswith("fuel_flow_kg_s_")]
@@ -96,11 +101,15 @@ def performance(flights: Sequence[Flown], wing: Wing, fused: bool, notes: Sequen
 
 
 def _senseless(polar: PolarResult) -> str:
-    """Elliptic lift of a plane wing has e = 1: nothing has more."""
-    e = polar.oswald
-    if e.low <= 1.0:
-        return ""
-    return f"{polar.of}: e = {e.value:.2f} ({e.low:.2f} to {e.high:.2f}): above 1; are thrust, mass and pitch right?"
+    """Elliptic lift of a plane wing has e = 1: nothing has more; and nothing flies without drag."""
+    e, drag = polar.oswald, polar.zero_lift_drag
+    if e.low > 1.0:
+        said = f"e = {e.value:.2f} ({e.low:.2f} to {e.high:.2f}): above 1"
+        return f"{polar.of}: {said}; are thrust, mass and pitch right?"
+    if drag.low < 0.0:
+        said = f"C_D0 = {drag.value:.4f} ({drag.low:.4f} to {drag.high:.4f}): may be below 0"
+        return f"{polar.of}: {said}; are thrust and the sign of the accelerometer right?"
+    return ""
 
 
 def _beside(polar: PolarResult, wing: Wing) -> list[BesideKnown]:

@@ -19,7 +19,7 @@ from thrustd.core.steady import SteadyLimits
 from thrustd.core.types import Status
 from thrustd.flighttest.flight import Flight
 from thrustd.flighttest.uncertainty import Mean, mean_of
-from thrustd.flighttest.windows import Window, marked_windows, spans, steady_windows, watched
+from thrustd.flighttest.windows import Window, spans, steady_windows, watched, windows_by
 from thrustd.records.recording import Recording
 from thrustd.records.rows import Row
 
@@ -81,14 +81,14 @@ def find_points(
     marks: str | None = None,
     fuel_std: float = 0.0,
 ) -> TestPoints:
-    """Of windows that are given, of the channel `marks`, or found by the limits.
+    """Of windows that are given, of `marks` (a channel, or a CSV of windows), or found by the limits.
 
     fuel_std: systematic part of a fuel flow, one sigma, relative. RecordingError when there is no steady window, or no
     sample inside one that was given.
     """
     limits = limits or SteadyLimits()
     if windows is None and marks:
-        windows = marked_windows(flight, marks)
+        windows = windows_by(flight, marks)
     flight = flight.per_second()
     if windows is None:
         windows = steady_windows(flight, limits)
@@ -108,6 +108,8 @@ def _point(flight: Flight, window: Window, allowed: dict[str, float], fuel_std: 
     status = {engine: bits for engine in flight.engines if (bits := _status(part, engine))}
     needed = [*allowed, "sat_degC", *(f"{name}_{engine}" for engine in flight.engines for name in NEEDED)]
     missing = flight._replace(record=part).missing_s(name for name in needed if name in part)
+    outside_s = round(window.end_s - window.start_s) - len(part)
+    missing |= {"samples": outside_s} if outside_s > 1 else {}  # a mark that begins before the log, or ends after it
     return Point(window.name, window.start_s, window.end_s, moved, missing, found, values, status)
 
 

@@ -13,7 +13,7 @@ from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.performance import performance_of
 from thrustd.flighttest.points import find_points
 from thrustd.flighttest.transients import find_transients
-from thrustd.flighttest.windows import MARK, read_windows
+from thrustd.flighttest.windows import MARK
 from thrustd.installation.shipped import aircraft_data, read_deck
 from thrustd.records.rows import Row
 
@@ -24,11 +24,10 @@ def points(
 ) -> Answer:  # fmt: skip
     """marks: a CSV of windows or a channel; None: the log's own marks where it has such, unless `auto`; else limits."""
     fuel_std = aircraft_data(aircraft).fuel.mass
-    windows = read_windows(Path(marks)) if marks is not None and marks.lower().endswith(".csv") else None
     flight = read_flight(log, deck, aircraft)
     if marks is None and not auto and MARK in flight.record:
         marks = MARK
-    return points_report.answer(flight, find_points(flight, limits, windows, marks, fuel_std))
+    return points_report.answer(flight, find_points(flight, limits, None, marks, fuel_std))
 
 
 def performance(

@@ -94,7 +94,8 @@ def _engine(record: Recording, engine: str, number: int, deck: Deck, fused: bool
         if event is not None:
             yield event
     flying = record["mach"] > FLYING_MACH
-    starved = flying & (n1_pct > RUNNING_PCT) & (by_fuel_n < STARVED * by_n1_n)
+    fuel = record.channels.get(f"fuel_flow_kg_s_{engine}", by_fuel_n)  # no fuel is no thrust, which no deck holds
+    starved = flying & (n1_pct > RUNNING_PCT) & ((by_fuel_n < STARVED * by_n1_n) | (fuel <= 0.0))
     out = flying & (n1_pct < OUT_PCT) & (np.maximum.accumulate(np.nan_to_num(n1_pct)) > RUNNING_PCT)
     for flags in (starved, out):
         for first, last in _stretches(time_s, flags, STARVED_S):

@@ -76,6 +76,11 @@ def marked_windows(flight: Flight, column: str = MARK) -> list[Window]:
     ]
 
 
+def windows_by(flight: Flight, marks: str) -> list[Window]:
+    """marks: a CSV of windows, or a channel of the log."""
+    return read_windows(Path(marks)) if marks.lower().endswith(".csv") else marked_windows(flight, marks)
+
+
 def read_windows(path: Path) -> list[Window]:
     """A CSV with the columns start_s and end_s, and name if wanted; UsageError names the line that is wrong."""
     rows = csv.DictReader(read_text(path).splitlines(), skipinitialspace=True)
