@@ -181,6 +181,8 @@ def test_flights(tmp_path):
         td.points(log, moch=1.0)
     with pytest.raises(RecordingError, match="no mass"):
         td.performance(log)
+    with pytest.raises(UsageError, match="performance: no limit 'moch'"):
+        td.performance(log, moch=1.0)
     moved = transients(log)
     assert not moved.found.events and "no event" in repr(moved)
     over = health([log, log])

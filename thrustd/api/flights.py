@@ -1,6 +1,6 @@
 """replay, points, performance, transients, health: flights in memory."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -66,16 +66,15 @@ def replay(log: str | Path, *, out: str | Path | None = None) -> Replayed:
 
 
 @spoken
-def points(log: str | Path, *, marks: str | None = None, **limits: float) -> Answer:
+def points(
+    log: str | Path, *, marks: str | None = None, deck: str | Path | None = None, **limits: float
+) -> Answer:  # fmt: skip
     """Steady windows of a log or recording, with thrust, fuel flow and their uncertainty.
 
-    marks: a CSV of windows, or a channel that is above 0 in a point, instead of the limits; limits: other spans, as
-    `mach=0.01`.
+    marks: a CSV of windows, or a channel that is above 0 in a point, instead of the limits; deck: a file, for a
+    recording without estimates; limits: other spans, as `mach=0.01`.
     """
-    unknown = sorted(set(limits) - set(SteadyLimits.__struct_fields__))
-    if unknown:
-        raise UsageError(f"points: no limit {unknown[0]!r}; expected of {', '.join(SteadyLimits.__struct_fields__)}")
-    return questions.points(Path(log), SteadyLimits(**limits), marks)
+    return questions.points(Path(log), _limits("points", limits), marks, deck=_path(deck))
 
 
 @spoken
@@ -85,22 +84,36 @@ def performance(
     mass_sheet: str | Path | MassSheet | None = None,
     aircraft: str | Path | None = None,
     marks: str | None = None,
+    deck: str | Path | None = None,
+    **limits: float,
 ) -> Answer:
     """Drag polar of one or more flights: C_D0, Oswald's e, L/D with intervals; throttle steps against the motion.
 
-    The mass by `mass_sheet` (TOML), or by a column mass_kg [kg]. RecordingError, one line: no mass, no air data, no
-    steady window, or points that make no polar.
+    The mass by `mass_sheet` (TOML), or by a column mass_kg [kg]; marks, deck and limits as for `points`.
+    RecordingError, one line: no mass, no air data, no steady window, or points that make no polar.
     """
     several = [Path(logs)] if isinstance(logs, str | Path) else [Path(log) for log in logs]
     sheet = read_mass_sheet(Path(mass_sheet)) if isinstance(mass_sheet, str | Path) else mass_sheet
-    place = Path(aircraft) if aircraft else None
-    return questions.performance(several, [sheet] if sheet else [], None, marks, None, place)
+    sheets = [sheet] if sheet else []
+    spans = _limits("performance", limits)
+    return questions.performance(several, sheets, spans, marks, _path(deck), _path(aircraft))
+
+
+def _limits(verb: str, limits: Mapping[str, float]) -> SteadyLimits:
+    unknown = sorted(set(limits) - set(SteadyLimits.__struct_fields__))
+    if unknown:
+        raise UsageError(f"{verb}: no limit {unknown[0]!r}; expected of {', '.join(SteadyLimits.__struct_fields__)}")
+    return SteadyLimits(**limits)
+
+
+def _path(file: str | Path | None) -> Path | None:
+    return Path(file) if file else None
 
 
 @spoken
-def transients(log: str | Path) -> Answer:
+def transients(log: str | Path, *, deck: str | Path | None = None) -> Answer:
     """Spool-ups and -downs of a log or recording with time, overshoot and rate; flame-out and surge candidates."""
-    return questions.transients(Path(log))
+    return questions.transients(Path(log), _path(deck))
 
 
 @spoken
