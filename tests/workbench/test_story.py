@@ -62,6 +62,6 @@ def test_the_script_makes_the_model_again(folder):
     done = subprocess.run((sys.executable, "-c", script), cwd=folder.root, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     again, first = (json.loads((folder.root / name).read_text()) for name in ("again.json", "bench-model.json"))
-    assert again["input_curve"]["y"] == pytest.approx(first["input_curve"]["y"], rel=1e-5, abs=1e-5)
+    assert again["input_curve"]["y"] == pytest.approx(first["input_curve"]["y"], rel=1e-6, abs=1e-6)
     assert "test run.csv" in done.stdout
     (folder.root / "again.json").unlink()
