@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
+from thrustd.core.blas import one_thread
 from thrustd.core.columns import Flags
 from thrustd.core.errors import RecordingError, ThrustdError
 from thrustd.core.measures import held_out_groups
@@ -60,6 +61,7 @@ class Identified:
             console.print(f"warning: {line}", style="yellow")
 
 
+@one_thread()
 def identify(
     train: Sequence[Recording],
     validate: Sequence[Recording] = (),

@@ -98,6 +98,7 @@ class ExtendReport:
             console.print(f"  {word} left out: the others explain as much without it")
 
 
+@one_thread()
 def extend(
     spec: ModelSpec,
     recordings: Sequence[Recording],
@@ -112,15 +113,14 @@ def extend(
     for effect in chosen:
         if effect.word != effect_named(FRICTION).word:  # friction grows
             check_new(spec, effect, spec.name)
-    with one_thread():
-        question = asked(spec, recordings, given)
-        records, segments, base, rows = question.records, question.segments, question.base, question.rows
-        for effect in chosen:
-            check_channels(records, effect)
-        nothing = joint_fit(base, rows, ())
-        fit = _fitted(base, rows, nothing, chosen, question.rig, progress)
-        _check_better(spec, chosen, nothing, fit, base)
-        fit = pruned(base, rows, nothing, fit)
+    question = asked(spec, recordings, given)
+    records, segments, base, rows = question.records, question.segments, question.base, question.rows
+    for effect in chosen:
+        check_channels(records, effect)
+    nothing = joint_fit(base, rows, ())
+    fit = _fitted(base, rows, nothing, chosen, question.rig, progress)
+    _check_better(spec, chosen, nothing, fit, base)
+    fit = pruned(base, rows, nothing, fit)
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)

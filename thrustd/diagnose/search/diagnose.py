@@ -51,6 +51,7 @@ class Verdict:
     channels: tuple[Followed, ...]  # what the rest follows, best first
 
 
+@one_thread()
 def diagnose(
     spec: ModelSpec,
     recordings: Sequence[Recording],
@@ -65,19 +66,18 @@ def diagnose(
 
     `beside`: for a picture of the two best explanations, a second one is estimated where the search stopped at one.
     """
-    with one_thread():
-        question = asked(spec, recordings, given)
-        records, base, rows = question.records, question.base, question.rows
-        present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
-        possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
-        effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
-        ranked = rank(base, rows, effects, question.rig, progress)
-        verdict = judge(base, rows, ranked)
-        energy = loop_energy(records)
-        turned = [energy.sentence(records)] if energy.delivers and not given.against else []
-        if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
-            verdict = Verdict(("unknown",), ranked.nothing, ())
-        report = _report(name or spec.name, question, ranked, verdict, not_judged, turned, beside)
+    question = asked(spec, recordings, given)
+    records, base, rows = question.records, question.base, question.rows
+    present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
+    possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
+    effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
+    ranked = rank(base, rows, effects, question.rig, progress)
+    verdict = judge(base, rows, ranked)
+    energy = loop_energy(records)
+    turned = [energy.sentence(records)] if energy.delivers and not given.against else []
+    if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
+        verdict = Verdict(("unknown",), ranked.nothing, ())
+    report = _report(name or spec.name, question, ranked, verdict, not_judged, turned, beside)
     if progress is not None:
         progress(1.0, "done")
     return report

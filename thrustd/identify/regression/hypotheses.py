@@ -121,6 +121,7 @@ class Field:
         return Trial(found, np.array(blocks))
 
 
+@one_thread()
 def explained(
     segments: Sequence[Segment],
     asked: Asked = MOUNT,
@@ -128,11 +129,7 @@ def explained(
     made: Trials | None = None,
 ) -> Solution:
     """The regression that these data speak for, on all of them. `made`: searches on the same data, filled here."""
-    with one_thread():
-        return _explained(segments, asked, progress, {} if made is None else made)
-
-
-def _explained(segments: Sequence[Segment], asked: Asked, progress: Progress | None, made: Trials) -> Solution:
+    made = {} if made is None else made
     if sum(map(len, segments)) > MANY:
         return _of_many(segments, asked, progress, made)
     shown = _first(segments, SHOWN)
@@ -169,7 +166,7 @@ def _even(competing: Field, best: Trial) -> Trial:
 
 def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | None, made: Trials) -> Solution:
     thin = thinned(segments, THINNED)
-    found = _explained(thin, replace(asked, order=None), progress, made)
+    found = explained(thin, replace(asked, order=None), progress, made)
     if found.shape.passive:
         return _ordered(regress(segments, progress), segments, asked, progress)
     shape, point = finer(found, segments, thin[0].dt_s, asked.order)

@@ -31,19 +31,19 @@ FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 
+@one_thread()
 def regress(segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
     """The most probable mount. RecordingError when the data cannot tell anything."""
-    with one_thread():
-        shape, records = prepared(segments)
-        plain = replace(shape, terms=())  # what yields would hide where a record begins
-        found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
-        settled = [replace(record, before=float(record.d[0])) for record in records]
-        other = solve(plain, found.point, settled, FIRST, progress=progress)
-        if other.mean_square < found.mean_square:
-            found, records = other, settled
-        begun = [begun_where(found, record) for record in records]
-        start = replace(found.point, terms=first_point(shape, records).terms)
-        return solve(shape, start, begun, found.precisions, progress=progress)
+    shape, records = prepared(segments)
+    plain = replace(shape, terms=())  # what yields would hide where a record begins
+    found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
+    settled = [replace(record, before=float(record.d[0])) for record in records]
+    other = solve(plain, found.point, settled, FIRST, progress=progress)
+    if other.mean_square < found.mean_square:
+        found, records = other, settled
+    begun = [begun_where(found, record) for record in records]
+    start = replace(found.point, terms=first_point(shape, records).terms)
+    return solve(shape, start, begun, found.precisions, progress=progress)
 
 
 def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
