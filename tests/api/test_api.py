@@ -185,5 +185,6 @@ def test_flights(tmp_path):
         td.performance(log, moch=1.0)
     moved = transients(log)
     assert not moved.found.events and "no event" in repr(moved)
-    over = health([log, log])
+    write_recording(made_flight(seed=1), tmp_path / "other.csv")
+    over = health([log, tmp_path / "other.csv"])
     assert isinstance(over.plot(), Figure) and "6 or more tell a change" in repr(over) and len(over.to_pandas()) >= 6

@@ -9,6 +9,7 @@ import pytest
 from tests.conftest import small_aircraft
 from thrustd.core.errors import UsageError
 from thrustd.fleet.fleet import ReplayJob, at, local, run_fleet
+from thrustd.records.files import file_sha256
 from thrustd.records.rows import write_rows
 from thrustd.twin.flight import Rates, scripted_flight, write_flight
 from thrustd.wire.can_frames import ICD_INPUT_ROWS
@@ -34,7 +35,8 @@ def alone(files):
     rows = []
     for file in files:
         if file.stem != "broken":
-            rows += [{"file": str(file), "error": ""} | row for row in ReplayJob()(str(file))]
+            about = {"file": str(file), "error": "", "sha256": file_sha256(file)}
+            rows += [about | row for row in ReplayJob()(str(file))]
     return rows
 
 

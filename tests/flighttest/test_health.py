@@ -8,6 +8,8 @@ import pytest
 
 from tests.flighttest.scene import ENGINES, made_flight
 from thrustd.__main__ import main
+from thrustd.api.flights import health
+from thrustd.core.errors import UsageError
 from thrustd.flighttest.fleet_health import fleet_health
 from thrustd.flighttest.fleet_report import figure, lines
 from thrustd.flighttest.flight import read_flight
@@ -133,6 +135,39 @@ def test_rows_of_a_flight(tmp_path):
         assert 500 < at_n1 < 8000
     (mount,) = (row for row in rows if row["kind"] == "mount")
     assert mount["of"] == "left_upper" and mount["zero_mm"] == pytest.approx(0.003)
+
+
+def test_a_copy_of_a_log_is_no_second_flight(tmp_path, capsys):
+    first, second = made_flight(seed=0), made_flight(seed=1)
+    write_recording(first, tmp_path / "a.csv")
+    write_recording(first, tmp_path / "b.parquet")
+    write_recording(second, tmp_path / "c.csv")
+    files = [str(tmp_path / name) for name in ("a.csv", "b.parquet", "c.csv", "c.csv")]
+    table = tmp_path / "table.parquet"
+    assert main(["fleet", "health", *files, "-o", str(table), "--json", "--processes", "1"]) == 1
+    said = capsys.readouterr()
+    assert json.loads(said.out)["flights"] == [files[0], files[2]]
+    assert said.err.count("the same recording as") == 2
+    errors = {row["file"]: row["error"] for row in pq.read_table(table).to_pylist() if row["error"]}
+    assert errors[files[1]] == f"{files[1]}: the same recording as {files[0]}; expected every recording once"
+    with pytest.raises(UsageError, match=r"b\.parquet: the same recording as a\.csv"):
+        health(files[:2])
+
+
+def test_without_mounts_no_thrust_is_judged(tmp_path):
+    for number in range(2):
+        write_recording(made_flight(seed=number, estimates=False), tmp_path / f"{number}.csv")
+    write_recording(made_flight(seed=2), tmp_path / "2.csv")
+    found = health(sorted(tmp_path.glob("*.csv")))
+    flights = {(one.of, one.quantity): one.trend.flights for one in found.found.health}
+    assert flights["left", "thrust_at_n1_pct"] == 1 and flights["left", "fuel_at_n1_pct"] == 3
+    assert "no mounts in 2 of 3 flights: nothing in them measures the thrust" in found.lines
+
+
+def test_one_flight_names_no_engine(tmp_path):
+    write_recording(made_flight(), tmp_path / "0.csv")
+    found = health([tmp_path / "0.csv"]).found
+    assert found.health and not any(one.engine for one in found.health)
 
 
 def test_the_verb(tmp_path, capsys):

@@ -172,6 +172,26 @@ def test_what_cannot_be_used_is_one_line(profile, tmp_path, capsys):
     assert "neither pitch_deg nor aoa_deg" in refused(capsys, "performance", log, "--mass-sheet", sheet)
 
 
+def test_half_the_thrust_makes_no_polar(profile, tmp_path, capsys):
+    log = tmp_path / "left.parquet"
+    write_recording(profile.select([name for name in profile.channels if "right" not in name]), log)
+    assert "n1_pct_left alone; expected all 2 engines" in refused(capsys, "performance", log)
+
+
+def test_a_mass_that_nobody_knows_and_marks_over_one_another(profile, tmp_path, capsys):
+    log, sheet, marks = tmp_path / "flight.parquet", tmp_path / "mass.toml", tmp_path / "marks.csv"
+    write_recording(profile, log)
+    sheet.write_text(SHEET.replace("std_kg = 30", "std_kg = 3000"))
+    assert "std_kg = 3000; expected below 809" in refused(capsys, "performance", log, "--mass-sheet", sheet)
+    marks.write_text("start_s,end_s,name\n900,960,one\n930,990,two\n1000,1060,three\n")
+    assert "points one and two share 30 s; expected windows apart" in refused(
+        capsys, "performance", log, "--marks", marks
+    )
+    assert main(["points", str(log), "--marks", str(marks)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "points one and two share 30 s: their means are not independent" in said and "two and three" not in said
+
+
 @pytest.mark.skipif(not PH_LAB.exists(), reason="no PH-LAB recordings here")
 def test_recorded_flights_agree_with_one_another(wing):
     names = ("openap_phlab_20170320_08", "openap_phlab_20170320_12", "openap_phlab_undated")

@@ -11,7 +11,6 @@ from thrustd.core.errors import UsageError
 from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest import questions
 from thrustd.flighttest.answer import Answer
-from thrustd.flighttest.health import HealthJob
 from thrustd.flighttest.mass_sheet import MassSheet, read_mass_sheet
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
@@ -119,4 +118,4 @@ def transients(log: str | Path, *, deck: str | Path | None = None) -> Answer:
 @spoken
 def health(logs: Sequence[str | Path]) -> Answer:
     """Engines and mounts over many flights: trends at equal conditions, what changed, when to calibrate again."""
-    return questions.health([{"file": str(log), **row} for log in logs for row in HealthJob()(str(log))])
+    return questions.health([Path(log) for log in logs])

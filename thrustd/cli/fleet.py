@@ -72,9 +72,9 @@ def fleet_verb(arguments: argparse.Namespace) -> int:
 
 
 def _tell_health(rows: "list[Row]", arguments: argparse.Namespace) -> None:
-    from thrustd.flighttest.questions import health
+    from thrustd.flighttest.questions import health_of
 
-    found = health(rows)
+    found = health_of(rows)
     if arguments.report is not None:
         found.write_page(arguments.report)
     tell(arguments, found.found, lambda: found.show(console()))

@@ -26,6 +26,7 @@ from thrustd.core.measures import SIGMAS_95
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.flighttest.flight import deck_thrust
 from thrustd.installation.installation import Installation
+from thrustd.records.once import check_each_once
 from thrustd.records.recording import Recording
 
 BEST, LEAST_S = 1.25, 20.0
@@ -61,6 +62,7 @@ class DragFit:
 
 def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFit:
     """`flights`: columns of `flight_columns`. RecordingError, one line, when they tell nothing, or no drag at all."""
+    check_each_once(flights)
     found = [_flight_drag(flight.resample(1.0), installation) for flight in flights]
     weights = np.array([one.std_m2**-2 for one in found])
     told_m2 = float(weights @ [one.m2 for one in found] / weights.sum())

@@ -108,6 +108,7 @@ class AircraftData(Section, frozen=True):
     engine_mass_kg: Positive
     spring_n_mm: Annotated[list[Positive], Meta(min_length=1, max_length=2)]  # of an engine's mounts, in their order
     limits: dict[str, SensorLimits]  # by signal
+    engines: Annotated[int, Meta(ge=1, le=8)] = 2  # a polar needs the thrust of all
     engine_mass_std_kg: Annotated[float, Meta(ge=0)] = 0.0
     mounts: tuple[MountGeometry, ...] = ()  # of one engine, the front ones first; what they carry: `core.statics`
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured

@@ -17,6 +17,8 @@ import msgspec
 from distributed import Client, LocalCluster, as_completed
 
 from thrustd.core.errors import ModelError, RecordingError, ThrustdError, UsageError
+from thrustd.records.files import file_sha256
+from thrustd.records.once import check_once
 from thrustd.records.rows import Row
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
@@ -98,19 +100,31 @@ def run_fleet(
     workers: AbstractContextManager[Client],
     advance: Callable[[float], None] = lambda fraction: None,
 ) -> list[Row]:
-    """`job` of every file; rows begin with `file` and `error` (empty when it went well)."""
+    """`job` of every file; rows begin with `file`, `error` (empty when it went well) and `sha256` of the content."""
     with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}), workers as client:
         futures = {client.submit(_guarded, job, str(file), retries=RETRIES, pure=False): file for file in files}
         done: dict[Path, list[Row]] = {}
         for future in as_completed(list(futures)):
             done[futures[future]] = future.result()
             advance(len(done) / len(futures))
-    return [row for file in files for row in done[file]]
+    seen: dict[str, str] = {}
+    return [row for file in files for row in _once(file, done[file], seen)]
+
+
+def _once(file: Path, rows: list[Row], seen: dict[str, str]) -> list[Row]:
+    """The rows of a file, of a copy its complaint."""
+    try:
+        if "sha256" in rows[0]:
+            check_once(seen, str(file), rows[0]["sha256"])
+    except UsageError as problem:
+        return [{"file": str(file), "error": str(problem)}]
+    return rows
 
 
 def _guarded(job: Job, file: str) -> list[Row]:
     try:
-        return [{"file": file, "error": ""} | row for row in job(file)]
+        rows = job(file)
+        return [{"file": file, "error": "", "sha256": file_sha256(Path(file))} | row for row in rows]
     except ThrustdError as problem:
         return [{"file": file, "error": str(problem)}]
 

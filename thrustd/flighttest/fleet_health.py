@@ -50,13 +50,14 @@ class Health(msgspec.Struct, frozen=True):
     hours: list[float]  # service hours at the end of each flight
     values: list[float]  # at equal conditions, minus their mean
     trend: Trend
-    engine: str = ""  # whose change it is; of a difference, of the one that wears
+    engine: str = ""  # whose change it is; of a difference, the one that wears; empty: nothing changed
     recalibrate_in_h: float = inf  # from the first flight, of mounts
     recalibrate_utc_s: float = float("nan")  # where the logs say when they were recorded
 
 
 class FleetHealth(msgspec.Struct, frozen=True):
     flights: list[str]
+    without_mounts: list[str]  # of the flights: nothing in them measures a thrust
     health: list[Health]
 
     def rows(self) -> list[Row]:
@@ -99,9 +100,11 @@ def fleet_health(rows: Sequence[Row], quantities: Sequence[str] = tuple(QUANTITI
         if len(engines) == 2 and quantity != "load_share":
             apart, told = _apart(points, quantity, engines, files, hours)
             one = _health(f"{engines[0]} - {engines[1]}", quantity, hours, apart, least, told)
-            found.append(msgspec.structs.replace(one, engine=_whose(one, quantity, engines)))
+            whose = _whose(one, quantity, engines) if one.trend.changed else ""
+            found.append(msgspec.structs.replace(one, engine=whose))
     found = [_dated(one, SHARE_LIMIT, begun, files) if one.quantity == "load_share" else one for one in found]
-    return FleetHealth(files, [*found, *_mounts(rows, files, hours, begun)])
+    measured = {row["file"] for row in points if np.isfinite(row["thrust_N"])}
+    return FleetHealth(files, [f for f in files if f not in measured], [*found, *_mounts(rows, files, hours, begun)])
 
 
 def _whose(apart: Health, quantity: str, engines: list[str]) -> str:
@@ -231,7 +234,8 @@ def _conditions(points: Sequence[Row]) -> Floats:
 
 
 def _health(of: str, quantity: str, hours: Floats, values: Floats, least: float, told: Told | None = None) -> Health:
-    return Health(of, quantity, hours.tolist(), values.tolist(), judge(hours, values, least, told), of)
+    trend = judge(hours, values, least, told)
+    return Health(of, quantity, hours.tolist(), values.tolist(), trend, of if trend.changed else "")
 
 
 def _mounts(rows: Sequence[Row], files: list[str], hours: Floats, begun: dict[str, float]) -> list[Health]:

@@ -41,6 +41,9 @@ def lines(found: FleetHealth) -> list[str]:
     if not said:
         n = len(found.flights)
         said = [f"nothing changed over {n} flights" if n >= FEWEST else f"{n} flights; {FEWEST} or more tell a change"]
+    without = len(found.without_mounts)
+    if without:
+        said.append(f"no mounts in {without} of {len(found.flights)} flights: nothing in them measures the thrust")
     for one in found.health:
         if isfinite(one.recalibrate_in_h):
             by = f"{one.recalibrate_in_h:.0f} service hours{_date(one)}"

@@ -26,7 +26,7 @@ from thrustd.flighttest.aerodynamics import Motion, coefficients, motion_of
 from thrustd.flighttest.flight import Flight
 from thrustd.flighttest.mass_sheet import MassSheet, mass_of
 from thrustd.flighttest.uncertainty import FEWEST_VALUES, mean_of
-from thrustd.flighttest.windows import Window, steady_windows, windows_by
+from thrustd.flighttest.windows import Window, overlaps, steady_windows, windows_by
 
 STRAIGHT_G = 0.05  # load factor within 1 +- this: no turn, no pull-up
 SLOWEST_MACH = 0.1  # below: on the ground
@@ -88,6 +88,8 @@ class Flown(NamedTuple):
 def flown(flight: Flight, wing: Wing, sheet: MassSheet | None, limits: SteadyLimits, marks: str | None = None) -> Flown:
     """RecordingError without mass, air data, accelerations or a steady, straight window."""
     windows = windows_by(flight, marks) if marks else []
+    if shared := overlaps(windows):
+        raise RecordingError(f"{flight.name}: {shared[0]}; expected windows apart: a polar counts every second once")
     flight = flight.per_second()
     mass_kg, mass_std_kg = mass_of(flight, sheet, wing)
     motion = motion_of(flight, wing)

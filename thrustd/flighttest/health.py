@@ -2,7 +2,7 @@
 
 Of every steady window of the flight, per engine, against the deck at the same N1, Mach, altitude and temperature:
 
-    thrust_at_n1_pct    100 (F / F_deck(N1) - 1), F of the mounts where there are any, else of the fuel flow
+    thrust_at_n1_pct    100 (F / F_deck(N1) - 1), F of the mounts; without them nothing measures a thrust: NaN
     fuel_at_n1_pct      100 (W / W_deck(N1) - 1), as thrust: what the fuel flow says over what N1 says
     n2_at_n1_pct        the same of N2
     load_share          upper mount's part: moves when a mount or its transducer does
@@ -25,6 +25,7 @@ from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest.flight import Flight, read_flight
 from thrustd.flighttest.windows import Window, steady_windows
 from thrustd.installation.shipped import read_deck
+from thrustd.records.once import columns_sha256
 from thrustd.records.rows import Row
 from thrustd.sources.mcap_log import LogFile
 
@@ -50,7 +51,9 @@ class HealthJob:
 
     def __call__(self, file: str) -> list[Row]:
         deck = Path(self.deck) if self.deck else None
-        return health_rows(read_flight(Path(file), deck), read_deck(deck), begun_s(Path(file)))
+        flight = read_flight(Path(file), deck)
+        sha256 = columns_sha256(flight.record)  # a raw log and its replay are one flight
+        return [{"sha256": sha256} | row for row in health_rows(flight, read_deck(deck), begun_s(Path(file)))]
 
 
 def begun_s(path: Path) -> float:
@@ -92,7 +95,7 @@ def _engine(flight: Flight, engine: str, number: int, deck: Deck, window: Window
     at = _at(deck, values, engine, number)
     if values[f"n1_pct_{engine}"] < LEAST_N1_PCT or not np.isfinite(at.n1_n):
         return {}
-    thrust_n = values.get(f"mount_N_{engine}", np.nan) if flight.fused else at.fuel_flow_n
+    thrust_n = values.get(f"mount_N_{engine}", np.nan)
     theta = total_temperature_ratio(values["mach"], values["sat_degC"] + ZERO_CELSIUS_K)
     return {
         "of": engine,

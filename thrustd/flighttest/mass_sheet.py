@@ -8,6 +8,7 @@
 A recording with a column mass_kg needs none.
 """
 
+from math import sqrt
 from pathlib import Path
 from typing import Annotated
 
@@ -50,6 +51,12 @@ def mass_of(flight: Flight, sheet: MassSheet | None, wing: Wing) -> tuple[Floats
     """
     mass_kg, std_kg = _of_column(flight) if sheet is None else _of_sheet(flight, sheet)
     least_kg, most_kg = wing.mass_kg
+    unknown_kg = (most_kg - least_kg) / sqrt(12.0)  # sigma of a mass of which only the aircraft is known
+    if std_kg > unknown_kg:
+        raise RecordingError(
+            f"{flight.name}: std_kg = {std_kg:g}; expected below {unknown_kg:.0f}: an aircraft of {least_kg:g} to "
+            f"{most_kg:g} kg is known better without a sheet"
+        )
     wrong = mass_kg[(mass_kg < least_kg) | (mass_kg > most_kg)]
     if len(wrong):
         raise RecordingError(

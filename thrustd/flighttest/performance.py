@@ -16,19 +16,19 @@ from scipy.special import stdtrit
 
 from thrustd.core.aircraft import Wing
 from thrustd.core.columns import Floats
-from thrustd.core.errors import UsageError
+from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.steady import SteadyLimits
 from thrustd.core.types import Progress
-from thrustd.flighttest.flight import absent, read_flight
+from thrustd.flighttest.flight import Flight, absent, read_flight
 from thrustd.flighttest.flown import LEFT_OUT, Flown, flown
 from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.performance_result import BesideKnown, Interval, Performance, PerformancePoint, PolarResult
 from thrustd.flighttest.polar import Polar, PolarPoints, fit_polar
 from thrustd.flighttest.steps import gain_of, throttle_steps
 from thrustd.flighttest.windows import watched
-from thrustd.identify.artifact import data_sha256
 from thrustd.installation.shipped import AIRCRAFT, aircraft_data
+from thrustd.records.once import check_once, columns_sha256
 
 
 class Way(NamedTuple):
@@ -67,10 +67,8 @@ def performance_of(
     flights, notes, fused, seen = [], [], True, dict[str, str]()
     for number, path in enumerate(logs):
         flight = read_flight(path, deck, aircraft)
-        digest = data_sha256(flight.record)
-        if digest in seen:
-            raise UsageError(f"{path}: the same recording as {seen[digest]}; expected every flight once")
-        seen[digest] = str(path)
+        check_once(seen, str(path), columns_sha256(flight.record))
+        _check_engines(flight, aircraft_data(aircraft).engines)
         flights.append(flown(flight, wing, sheets[number % len(sheets)] if sheets else None, limits, marks))
         notes += [f"{flight.name}: {note}" for note in flight.record.notes if "derived" in note]
         fuel = [name for name in flight.record.channels if name.startswith("fuel_flow_kg_s_")]
@@ -79,6 +77,13 @@ def performance_of(
         fused = fused and flight.fused
         advance((number + 1) / len(logs), flight.name)
     return performance(flights, wing, fused, notes)
+
+
+def _check_engines(flight: Flight, engines: int) -> None:
+    if len(flight.engines) != engines:
+        there = ", ".join(f"n1_pct_{engine}" for engine in flight.engines)
+        expected = f"expected all {engines} engines of the aircraft's file: a polar needs their whole thrust"
+        raise RecordingError(f"{flight.name}: {there} alone; {expected}")
 
 
 def performance(flights: Sequence[Flown], wing: Wing, fused: bool, notes: Sequence[str] = ()) -> Performance:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns, said
 from thrustd.flighttest.flight import Flight, absent
 from thrustd.flighttest.points import Point, TestPoints
-from thrustd.flighttest.windows import limits_said
+from thrustd.flighttest.windows import Window, limits_said, overlaps
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +44,8 @@ def unsteady(found: TestPoints) -> list[str]:
             whole = f"of {point.end_s - point.start_s:.0f} s; means are of the others"
             lines.append(f"* point {point.name}: {absent(point.missing_s)} {whole}")
         lines += [f"point {point.name}, {engine}: {', '.join(bits)}" for engine, bits in point.status.items()]
-    return lines
+    shared = overlaps(Window(point.start_s, point.end_s, point.name) for point in found.points)
+    return [*lines, *(f"{line}: their means are not independent" for line in shared)]
 
 
 def answer(flight: Flight, found: TestPoints) -> Answer:

@@ -9,12 +9,14 @@ from thrustd.flighttest import fleet_report, performance_report, points_report, 
 from thrustd.flighttest.answer import Answer
 from thrustd.flighttest.fleet_health import fleet_health
 from thrustd.flighttest.flight import read_flight
+from thrustd.flighttest.health import HealthJob
 from thrustd.flighttest.mass_sheet import MassSheet
 from thrustd.flighttest.performance import performance_of
 from thrustd.flighttest.points import find_points
 from thrustd.flighttest.transients import find_transients
 from thrustd.flighttest.windows import MARK
 from thrustd.installation.shipped import aircraft_data, read_deck
+from thrustd.records.once import check_once
 from thrustd.records.rows import Row
 
 
@@ -45,6 +47,17 @@ def transients(log: Path, deck: Path | None = None, aircraft: Path | None = None
     return transients_report.answer(flight, find_transients(flight, read_deck(deck)))
 
 
-def health(rows: Sequence[Row]) -> Answer:
+def health(logs: Sequence[Path], deck: Path | None = None, advance: Progress = lambda share, what: None) -> Answer:
+    """UsageError when two logs are the same flight."""
+    job, rows, seen = HealthJob(str(deck or "")), list[Row](), dict[str, str]()
+    for number, log in enumerate(logs):
+        advance(number / len(logs), log.name)
+        found = job(str(log))
+        check_once(seen, log.name, found[0]["sha256"])
+        rows += [{"file": str(log)} | row for row in found]
+    return health_of(rows)
+
+
+def health_of(rows: Sequence[Row]) -> Answer:
     """Of rows of `HealthJob`, each with its `file`."""
     return fleet_report.answer(fleet_health(rows))

@@ -1,7 +1,7 @@
 """Where a flight is steady: windows found by limits, or marked by the crew (a CSV, or a channel of the log)."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
@@ -79,6 +79,13 @@ def marked_windows(flight: Flight, column: str = MARK) -> list[Window]:
 def windows_by(flight: Flight, marks: str) -> list[Window]:
     """marks: a CSV of windows, or a channel of the log."""
     return read_windows(Path(marks)) if marks.lower().endswith(".csv") else marked_windows(flight, marks)
+
+
+def overlaps(windows: Iterable[Window]) -> list[str]:
+    """Which neighbours share seconds, in words."""
+    pairs = pairwise(sorted(windows))
+    return [f"points {a.name} and {b.name} share {min(a.end_s, b.end_s) - b.start_s:.0f} s"
+            for a, b in pairs if b.start_s < a.end_s]  # fmt: skip
 
 
 def read_windows(path: Path) -> list[Window]:

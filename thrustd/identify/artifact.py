@@ -1,6 +1,5 @@
 """What makes a fitted model an artifact: error by region, uncertainty, provenance, witness rows."""
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
@@ -18,6 +17,7 @@ from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.sensitivity import jacobian, residuals, segments_for
 from thrustd.model.artifact import ModelSpec, PiecewiseLinear, Witness
 from thrustd.model.compile import model_stages, witness_of
+from thrustd.records.once import columns_sha256
 from thrustd.records.recording import Recording
 from thrustd.records.roles import COLUMNS, roles_of
 
@@ -92,13 +92,7 @@ def provenance(
 
 def data_sha256(record: Recording) -> str:
     """Hash of the file a record came from, or of its columns when it was made in memory."""
-    if record.sha256:
-        return record.sha256
-    digest = hashlib.sha256(record.time_s.tobytes())
-    for name in sorted(record.channels):
-        digest.update(name.encode())
-        digest.update(record.channels[name].tobytes())
-    return digest.hexdigest()
+    return record.sha256 or columns_sha256(record)
 
 
 def witness_rows(spec: ModelSpec, rate_hz: float) -> Witness:

@@ -23,6 +23,7 @@ from thrustd.identify.segments import FORCE, Segment, segments_of
 from thrustd.identify.structures import Fitted, Structure, structure_named
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.model.artifact import ModelSpec
+from thrustd.records.once import check_each_once
 from thrustd.records.recording import Recording
 from thrustd.records.roles import Roles, roles_of
 
@@ -76,6 +77,7 @@ def identify(
     None named: HW-PWL, and where it leaves much unexplained `others` beside it. The best on data not fitted to wins.
     A mount needs no others: what HW-PWL leaves of it is an absent effect, which `diagnose` names.
     """
+    check_each_once(train, validate)
     chosen = [structure_named(structure) for structure in structures or (USUAL,)]
     fitting, held_out = (list(train), list(validate)) if validate else split(train)
     warnings = check_records([*train, *validate], mount=not others) + check_apart(train, validate)

@@ -1,7 +1,7 @@
 """Questions of a flight test, as the page asks them: tables and sentences as on the terminal, the same picture."""
 
 import secrets
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,8 @@ from matplotlib import style
 from thrustd.core.types import Progress
 from thrustd.flighttest import questions
 from thrustd.flighttest.answer import Answer
-from thrustd.flighttest.health import HealthJob
 from thrustd.flighttest.mass_sheet import MassSheet
-from thrustd.records.rows import Row, write_rows
+from thrustd.records.rows import write_rows
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.folder import Folder
 
@@ -46,16 +45,8 @@ def _answer(folder: Folder, arguments: Mapping[str, Any], progress: Progress) ->
         sheets = [MassSheet(**arguments["mass"])] if arguments["mass"] else []
         return questions.performance(paths, sheets, marks=marks, advance=progress)
     if question == "health":
-        return questions.health(_health_rows(arguments["recordings"], paths, progress))
+        return questions.health(paths, advance=lambda share, what: progress(0.7 * share, what))
     return questions.transients(paths[0]) if question == "transients" else questions.points(paths[0], marks=marks)
-
-
-def _health_rows(names: Sequence[str], paths: Sequence[Path], progress: Progress) -> list[Row]:
-    rows: list[Row] = []
-    for i, (name, path) in enumerate(zip(names, paths, strict=True)):
-        progress(0.7 * i / len(paths), name)
-        rows += [{"file": name, **row} for row in HealthJob()(str(path))]
-    return rows
 
 
 def _draw(answer: Answer, path: Path, dark: bool) -> None:

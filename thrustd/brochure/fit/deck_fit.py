@@ -21,6 +21,7 @@ from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import DeckError, RecordingError
 from thrustd.core.measures import rms
 from thrustd.records.files import read_recording
+from thrustd.records.once import check_each_once
 from thrustd.records.recording import Recording
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
@@ -54,6 +55,7 @@ def brochure_fit(flights: Sequence[Path], base: DeckData) -> BrochureFit:
     if len(flights) < 2:
         raise RecordingError(f"brochure fit needs at least 2 flights (one is left out in turn), got {len(flights)}")
     records = [read_recording(path) for path in flights]
+    check_each_once(records)  # a flight left out would still be in its copy
     remarks: list[str] = []
     n1, left_out = _fit_spool([s for r in records for s in _n1_samples(r, remarks)], "n1", base.thrust)
     core = _in_two_flights([s for r in records for s in steady_samples(r, "n2", [])])

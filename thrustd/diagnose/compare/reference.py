@@ -22,6 +22,7 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.records.flight_log import FLIGHT_LOG, REPLAY_FIRST
 from thrustd.records.offer import advised
+from thrustd.records.once import check_each_once
 from thrustd.records.recording import TIME, Recording
 
 THRUST = "thrust_N"
@@ -68,6 +69,7 @@ def referenced(
     specs: Iterable[ModelSpec],
 ) -> list[Recording]:
     """Every recording as one mount sees it, with its reference as `force_N`; what it lacks for `specs` at rest."""
+    check_each_once(recordings)
     mounts = [as_mount(record, place) for record in recordings]
     found = [with_reference(record, against, place, deck) for record in mounts]
     return [r.with_channels(**{n: np.full(len(r), v) for n, v in unrecorded(r, specs).items()}) for r in found]
