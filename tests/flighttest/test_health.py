@@ -168,6 +168,8 @@ def test_one_flight_names_no_engine(tmp_path):
     write_recording(made_flight(), tmp_path / "0.csv")
     found = health([tmp_path / "0.csv"]).found
     assert found.health and not any(one.engine for one in found.health)
+    assert {row["quantity"]: row["unit"] for row in found.rows()}["load_share"] == "-"
+    assert {row["unit"] for row in found.rows()} == {"%", "-"} and "slope_per_h" in found.rows()[0]
 
 
 def test_the_verb(tmp_path, capsys):

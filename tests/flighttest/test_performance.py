@@ -134,6 +134,7 @@ def test_the_verb_and_its_files(profile, tmp_path, capsys):
     log = tmp_path / "flight.parquet"
     write_recording(replace(profile, name="flight"), log)  # thrust_N is the truth: the verb asks the deck
     page, table = tmp_path / "polar.html", tmp_path / "points.csv"
+    plain = "flight", "name", "mach", "c_l", "c_d", "c_d_u95", "left_out", "why"
     assert main(["performance", str(log), "--report", str(page), "-o", str(table), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["polars"][0]["of"] == "brochure thrust, accelerometer"
@@ -142,6 +143,10 @@ def test_the_verb_and_its_files(profile, tmp_path, capsys):
     assert (
         f"{interval['value']:.4f}" in page.read_text() and table.read_text().count("\n") == 9
     )  # seven levels, the ground, the heads
+    units = "_s", "_m", "_n", "_pct"
+    assert not [
+        name for name in said["points"][0] if name not in plain and not name.removesuffix("_u95").endswith(units)
+    ]
     course = said["known"][0]
     assert (course["zero_lift_drag"], course["zero_lift_drag_inside"], course["oswald_inside"]) == (0.04, False, True)
     assert said["excess_rms_n"] > 0 and {way: gain["steps"] for way, gain in said["gains"].items()}["air"] > 5
@@ -214,9 +219,9 @@ def test_marks_and_windows_found_tell_the_same_polar(wing):
     for one, other in zip(found.polars, marked.polars, strict=True):
         assert abs(one.oswald.value - other.oswald.value) < min(one.oswald.random_u95, other.oswald.random_u95) / 2
     said = {point.name: point for point in marked.points}
-    assert said["8"].counts < 0.05 and said["8"].why == "air +6.8 mg"  # the highest C_L, kept
-    assert said["1"].counts < 0.05 and said["1"].why.startswith("moves")  # not steady
-    assert max(point.counts for point in marked.points) == 1.0 and not any(p.left_out for p in marked.points)
+    assert said["8"].counts_pct < 5 and said["8"].why == "air +6.8 mg"  # the highest C_L, kept
+    assert said["1"].counts_pct < 5 and said["1"].why.startswith("moves")  # not steady
+    assert max(point.counts_pct for point in marked.points) == 100.0 and not any(p.left_out for p in marked.points)
 
 
 def test_one_point_with_wrong_air_data_counts_little_and_changes_little(profile, wing):
@@ -228,7 +233,7 @@ def test_one_point_with_wrong_air_data_counts_little_and_changes_little(profile,
         [flown(flight._replace(record=flight.record.with_channels(accel_x_g=accel_x)), wing, None, SteadyLimits())],
         wing, True,
     )  # fmt: skip
-    assert found.points[-1].counts < 0.01 and found.points[-1].why.startswith("air -")
+    assert found.points[-1].counts_pct < 1 and found.points[-1].why.startswith("air -")
     drag = found.polars[0].zero_lift_drag
     assert drag.low <= TRUE.zero_lift <= drag.high and drag.value == pytest.approx(TRUE.zero_lift, rel=0.03)
 

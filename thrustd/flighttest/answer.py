@@ -57,6 +57,7 @@ class Answer(Shown):
     def show(self, console: "Console") -> None:
         for each in self.tables:
             console.print(plain_table(each.heads, each.rows))
+        console.print(self.words)
         for line in self.lines:
             console.print(line)
 

@@ -33,6 +33,7 @@ from thrustd.core.measures import SIGMAS_95
 from thrustd.flighttest.trend import Told, Trend, hours_to, judge
 from thrustd.records.rows import Row
 
+UNITS = {"load_share": "-", "zero_mm": "mm"}  # of a quantity's values; of the others %
 QUANTITIES = {"thrust_at_n1_pct": 0.5, "fuel_at_n1_pct": 1.0, "n2_at_n1_pct": 1.0, "load_share": 0.003}  # least change
 ZERO_LIMIT_MM = 0.01  # 50 N on a mount of 5 kN/mm
 SHARE_LIMIT = 0.005  # of the upper mount, 1 % of its stiffness
@@ -47,6 +48,7 @@ class Health(msgspec.Struct, frozen=True):
 
     of: str
     quantity: str
+    unit: str  # of values, change and, per hour, slope
     hours: list[float]  # service hours at the end of each flight
     values: list[float]  # at equal conditions, minus their mean
     trend: Trend
@@ -62,8 +64,9 @@ class FleetHealth(msgspec.Struct, frozen=True):
 
     def rows(self) -> list[Row]:
         """One per series, its trend's numbers beside it."""
-        return [{"of": one.of, "quantity": one.quantity, "engine": one.engine, **msgspec.to_builtins(one.trend),
-                 "recalibrate_in_h": one.recalibrate_in_h} for one in self.health]  # fmt: skip
+        return [{"of": one.of, "quantity": one.quantity, "unit": one.unit, "engine": one.engine,
+                 **msgspec.to_builtins(one.trend), "recalibrate_in_h": one.recalibrate_in_h}
+                for one in self.health]  # fmt: skip
 
     @property
     def changed(self) -> list[Health]:
@@ -235,7 +238,8 @@ def _conditions(points: Sequence[Row]) -> Floats:
 
 def _health(of: str, quantity: str, hours: Floats, values: Floats, least: float, told: Told | None = None) -> Health:
     trend = judge(hours, values, least, told)
-    return Health(of, quantity, hours.tolist(), values.tolist(), trend, of if trend.changed else "")
+    of_whom, unit = of if trend.changed else "", UNITS.get(quantity, "%")
+    return Health(of, quantity, unit, hours.tolist(), values.tolist(), trend, of_whom)
 
 
 def _mounts(rows: Sequence[Row], files: list[str], hours: Floats, begun: dict[str, float]) -> list[Health]:

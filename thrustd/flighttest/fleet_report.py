@@ -9,7 +9,7 @@ import numpy as np
 
 from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns
 from thrustd.flighttest.fleet_health import FleetHealth, Health
-from thrustd.flighttest.trend import FEWEST, Trend
+from thrustd.flighttest.trend import FEWEST
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,10 +18,10 @@ WORDS = (
     "Each flight at equal conditions (corrected N1, Mach, pressure), against the deck at the same N1. Change over all "
     "hours; slope with its 95 % interval. In the order of their dates, or as given where a log has none."
 )
-HEADS = "of", "quantity", "flights", "change", "slope per h", "95 %", "verdict"
-SPOKEN = {  # quantity -> words, unit
-    "thrust_at_n1_pct": ("thrust at equal N1", "%"), "fuel_at_n1_pct": ("fuel flow at equal N1", "%"),
-    "n2_at_n1_pct": ("N2 at equal N1", "%"), "load_share": ("upper mount's share", ""), "zero_mm": ("zero", "mm"),
+HEADS = "of", "quantity", "flights", "change", "unit", "slope\nper h", "95 %\nper h", "verdict"
+SPOKEN = {
+    "thrust_at_n1_pct": "thrust at equal N1", "fuel_at_n1_pct": "fuel flow at equal N1",
+    "n2_at_n1_pct": "N2 at equal N1", "load_share": "upper mount's share", "zero_mm": "zero",
 }  # fmt: skip
 ACROSS = 4  # drawings in a row
 
@@ -29,7 +29,7 @@ ACROSS = 4  # drawings in a row
 def table_rows(found: FleetHealth) -> list[list[str]]:
     """Under HEADS."""
     return [
-        [one.of, _named(one), f"{one.trend.flights}", *_numbers(one.trend), _verdict(one)]
+        [one.of, SPOKEN[one.quantity], f"{one.trend.flights}", *_numbers(one), _verdict(one)]
         for one in found.health
         if one.trend.flights
     ]
@@ -47,7 +47,7 @@ def lines(found: FleetHealth) -> list[str]:
     for one in found.health:
         if isfinite(one.recalibrate_in_h):
             by = f"{one.recalibrate_in_h:.0f} service hours{_date(one)}"
-            said.append(f"{one.of}, {SPOKEN[one.quantity][0]}: recalibrate by {by}")
+            said.append(f"{one.of}, {SPOKEN[one.quantity]}: recalibrate by {by}")
     return said
 
 
@@ -76,7 +76,7 @@ def figure(found: FleetHealth) -> "Figure":
         elif isfinite(one.trend.slope):
             axis.plot(hours, np.nanmean(values) + one.trend.slope * (hours - hours.mean()), color="#888888", lw=1)
         axis.set_title(f"{one.of}: {_verdict(one)}", fontsize=8, color=CHANGED if one.trend.changed else "#888888")
-        axis.set_ylabel(_named(one), fontsize=7)
+        axis.set_ylabel(f"{SPOKEN[one.quantity]}, {one.unit}", fontsize=7)
         axis.tick_params(labelsize=7)
         axis.grid(alpha=0.3, lw=0.5)
     drawn.suptitle("Each point a flight, minus the mean of all", x=0.01, ha="left", fontsize=10)
@@ -84,20 +84,17 @@ def figure(found: FleetHealth) -> "Figure":
     return drawn
 
 
-def _named(one: Health) -> str:
-    return ", ".join(filter(None, SPOKEN[one.quantity]))
-
-
 def _changed(one: Health) -> str:
-    words, unit = SPOKEN[one.quantity]
     by = "" if one.engine in ("", one.of) else f", by {one.of}"
-    return f"{one.engine or one.of}: {words} changed by {one.trend.change:+.2g} {unit}{by}: {_since(one)}"
+    size = f"{one.trend.change:+.2g} {one.unit}".removesuffix(" -")
+    return f"{one.engine or one.of}: {SPOKEN[one.quantity]} changed by {size}{by}: {_since(one)}"
 
 
-def _numbers(trend: Trend) -> tuple[str, str, str]:
+def _numbers(one: Health) -> tuple[str, str, str, str]:
+    trend = one.trend
     if not isfinite(trend.slope):
-        return "-", "-", "-"
-    return f"{trend.change:+.3g}", f"{trend.slope:+.3g}", f"{trend.slope_low:+.2g} to {trend.slope_high:+.2g}"
+        return "-", one.unit, "-", "-"
+    return f"{trend.change:+.3g}", one.unit, f"{trend.slope:+.3g}", f"{trend.slope_low:+.2g} to {trend.slope_high:+.2g}"
 
 
 def _verdict(one: Health) -> str:

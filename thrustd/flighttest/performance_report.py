@@ -20,17 +20,18 @@ WORDS = (
     "in the fit, every systematic source shifted by one sigma and fitted again."
 )
 COLUMNS = (
-    "error N: thrust minus what polar and excess thrust ask for, with its random 95 %",
-    "air-acc N: excess thrust by air data minus by accelerometer",
-    "counts %: weight in the first polar, of the point that counts most; an error in g is more C_D in slow flight",
+    "error: thrust minus what polar and excess thrust ask for, with its random 95 %",
+    "air-acc: excess thrust by air data minus by accelerometer",
+    "counts: weight in the first polar, of the point that counts most; an error in g is more C_D in slow flight",
     "because: what else makes a point count less: thrust and acceleration that move in it (sigma of their mean), or "
     "air data that differ from the accelerometer by more or less than usual in this flight",
     "a step with * has an error outside its random 95 %",
 )
 POLAR_HEADS = "polar", "points", "C_D0", "95 %", "e", "95 %", "L/D max", "95 %"
-POINT_HEADS = ("point", "from s", "s", "Mach", "alt m", "C_L", "C_D", "thrust N", "error N", "95 %", "air-acc N",
-               "counts %", "because")  # fmt: skip
-STEP_HEADS = "at s", "N1 %", "thrust N", "accel N", "air N", "minus accel N", "95 %", "minus air N", "95 %"
+POINT_HEADS = ("point", "from\ns", "for\ns", "Mach", "alt\nm", "C_L", "C_D", "thrust\nN", "error\nN", "95 %\nN",
+               "air-acc\nN", "counts\n%", "because")  # fmt: skip
+STEP_HEADS = ("at\ns", "N1\n%", "thrust\nN", "accel\nN", "air\nN", "minus accel\nN", "95 %\nN", "minus air\nN",
+              "95 %\nN")  # fmt: skip
 
 
 LEAST_SHOWN = 1e-5  # of C_D0; of a scatter in g
@@ -49,8 +50,8 @@ def point_rows(points: Sequence[PerformancePoint]) -> list[list[str]]:
     """Under POINT_HEADS, of one flight."""
     return [
         [p.name, f"{p.start_s:.0f}", f"{p.end_s - p.start_s:.0f}", said(p.mach, ".3f"), said(p.altitude_m, ".0f"),
-         said(p.lift, ".3f"), said(p.drag, ".4f"), said(p.thrust_n, ".0f"), said(p.thrust_error_n, "+.0f"),
-         said(p.thrust_error_u95, ".0f"), said(p.energy_minus_accel_n, "+.0f"), f"{100 * p.counts:.0f}",
+         said(p.c_l, ".3f"), said(p.c_d, ".4f"), said(p.thrust_n, ".0f"), said(p.thrust_error_n, "+.0f"),
+         said(p.thrust_error_n_u95, ".0f"), said(p.energy_minus_accel_n, "+.0f"), f"{p.counts_pct:.0f}",
          p.left_out or p.why]
         for p in points
     ]  # fmt: skip
@@ -60,8 +61,8 @@ def step_rows(steps: Sequence[ThrottleStep]) -> list[list[str]]:
     """Under STEP_HEADS, of one flight: changes of thrust, errors by accelerometer and by air data."""
     return [
         [f"{s.start_s:.0f}", f"{s.n1_from_pct:.0f} to {s.n1_to_pct:.0f}", f"{s.thrust_n:+.0f}",
-         f"{s.accel_n:+.0f}", f"{s.air_n:+.0f}", _error(s, "accel"), f"{s.accel_error_u95:.0f}", _error(s, "air"),
-         f"{s.air_error_u95:.0f}"]
+         f"{s.accel_n:+.0f}", f"{s.air_n:+.0f}", _error(s, "accel"), f"{s.accel_error_n_u95:.0f}", _error(s, "air"),
+         f"{s.air_error_n_u95:.0f}"]
         for s in steps
     ]  # fmt: skip
 
@@ -107,23 +108,23 @@ def figure(found: Performance) -> "Figure":
     left, right = drawn.subplots(1, 2)
     for number, (flight, points) in enumerate(_by_flight(found.points)):
         used = [p for p in points if not p.left_out]
-        bars = [p.drag_u95 for p in used]
+        bars = [p.c_d_u95 for p in used]
         mark: Any = {"fmt": "o", "ms": 4, "lw": 0.8, "color": f"C{number}"}
-        left.errorbar([p.lift**2 for p in used], [p.drag for p in used], bars, **mark, label=f"{flight}, bars: 95 %")
-        errors, bars = [p.thrust_error_n for p in used], [p.thrust_error_u95 for p in used]
+        left.errorbar([p.c_l**2 for p in used], [p.c_d for p in used], bars, **mark, label=f"{flight}, bars: 95 %")
+        errors, bars = [p.thrust_error_n for p in used], [p.thrust_error_n_u95 for p in used]
         thrusts = [p.thrust_n for p in used]
         right.errorbar(thrusts, errors, bars, **mark, label=f"{flight}: thrust minus what the polar asks for")
         right.plot(thrusts, [p.energy_minus_accel_n for p in used], "x", ms=5, color="#777777")
-    top = max((p.lift**2 for p in found.points if not p.left_out), default=1.0)
+    top = max((p.c_l**2 for p in found.points if not p.left_out), default=1.0)
     for why, cross in zip(LEFT_OUT[1:], "x+1", strict=True):
-        out = [p for p in found.points if p.left_out == why and np.isfinite(p.drag)]
+        out = [p for p in found.points if p.left_out == why and np.isfinite(p.c_d)]
         if out:
-            left.plot([p.lift**2 for p in out], [p.drag for p in out], cross, color="#777777", label=f"left out: {why}")
+            left.plot([p.c_l**2 for p in out], [p.c_d for p in out], cross, color="#777777", label=f"left out: {why}")
     grid = np.linspace(0.0, 1.05 * top, 50)
     for polar, line in zip(found.polars, ("-", "--", ":"), strict=False):
         c_d0, ratio = polar.zero_lift_drag.value, polar.best_lift_to_drag.value
         left.plot(grid, c_d0 + grid / (4 * c_d0 * ratio**2), line, color=ink, lw=1.2, label=f"polar: {polar.of}")
-    highest = max((p.drag + p.drag_u95 for p in found.points if not p.left_out), default=None)
+    highest = max((p.c_d + p.c_d_u95 for p in found.points if not p.left_out), default=None)
     left.set(xlabel="$C_L^2$", ylabel="$C_D$", xlim=(0, 1.05 * top), ylim=(0, highest))
     right.plot([], [], "x", color="#777777", label="excess thrust: air data minus accelerometer")
     right.axhline(0.0, color=ink, lw=0.5)

@@ -40,15 +40,15 @@ class PerformancePoint(msgspec.Struct, frozen=True):
     weight_n: float
     thrust_n: float
     brochure_n: float
-    lift: float  # C_L
-    drag: float  # C_D
-    drag_u95: float  # random, as the first polar weighs it; NaN: left out
+    c_l: float
+    c_d: float
+    c_d_u95: float  # random, as the first polar weighs it; NaN: left out
     missing_s: int  # seconds of it without all values; means are of the others
     energy_minus_accel_n: float  # excess thrust by air data minus by accelerometer (its zero taken out)
     thrust_error_n: float  # thrust minus what the polar and the excess thrust ask for
-    thrust_error_u95: float  # random
+    thrust_error_n_u95: float  # random
     left_out: str  # empty, or why
-    counts: float  # weight in the first polar, of the point that counts most; 0: left out
+    counts_pct: float  # weight in the first polar, of the point that counts most; 0: left out
     why: str  # what most of its variance is from; empty: what all points have in common
 
 

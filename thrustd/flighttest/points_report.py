@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WORDS = (
-    "Means of steady windows with their 95 % uncertainty. F thrust, Wf fuel, TSFC = Wf / F in g/(kN s); F/d, N1/rt by "
-    "delta_t and root of theta_t of the total state. r: random, samples that repeat one another counted once. "
-    "s: systematic, the same in the whole window: the thrust's own band, meter and density of the fuel ([fuel] of "
+    "Means of steady windows with their 95 % uncertainty. F thrust, Wf fuel, TSFC = Wf / F; F/d, N1/rt by "
+    "delta_t and root of theta_t of the total state. r/s: random, samples that repeat one another counted once; "
+    "systematic, the same in the whole window: the thrust's own band, meter and density of the fuel ([fuel] of "
     "the aircraft's file). Other sensors' systematic part is not known."
 )
 STEADY = "#56b4e9"
-HEADS = ("point", "from s", "s", "Mach", "alt m", "engine", "F N", "r", "s", "Wf g/s", "r", "s", "TSFC", "r", "s",
-         "N1 %", "F/d N", "N1/rt")  # fmt: skip
+HEADS = ("point", "from\ns", "for\ns", "Mach", "alt\nm", "engine", "F\nN", "r/s\nN", "Wf\ng/s", "r/s\ng/s",
+         "TSFC\ng/kNs", "r/s\ng/kNs", "N1\n%", "F/d\nN", "N1/rt\n%")  # fmt: skip
 
 
 def count(found: TestPoints) -> str:
@@ -119,7 +119,8 @@ def _row(point: Point, engine: str, first: bool) -> list[str]:
     for name, scale, digits in (("thrust_N", 1.0, 0), ("fuel_flow_kg_s", 1e3, 2), ("tsfc_g_kN_s", 1.0, 2)):
         mean = value.get(f"{name}_{engine}")
         parts = (mean.mean, mean.random_u95, mean.systematic_u95) if mean else (nan,) * 3
-        numbers += [said(scale * part, f".{digits}f") for part in parts]
+        shown, random, systematic = (said(scale * part, f".{digits}f") for part in parts)
+        numbers += [shown, f"{random}/{systematic}"]
     rest = (("n1_pct", 2), ("thrust_corrected_N", 0), ("n1_corrected_pct", 2))
     numbers += [said(value[f"{name}_{engine}"].mean, f".{digits}f") for name, digits in rest]
     return [*(about if first else [""] * len(about)), engine, *numbers]

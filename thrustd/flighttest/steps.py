@@ -36,9 +36,9 @@ class ThrottleStep(msgspec.Struct, frozen=True):
     accel_n: float  # by the accelerometer
     air_n: float  # by the energy height
     accel_error_n: float  # thrust minus accelerometer, and its random 95 % uncertainty
-    accel_error_u95: float
+    accel_error_n_u95: float
     air_error_n: float
-    air_error_u95: float
+    air_error_n_u95: float
     outside: tuple[str, ...]  # accel, air: whose error is larger than its uncertainty
 
 
@@ -79,7 +79,7 @@ def gain_of(steps: Sequence[ThrottleStep], way: str) -> Gain:
     """`way`: accel or air. Weighed with the random uncertainty of each; fewer than two tell no interval: NaN."""
     if len(steps) < 2:
         return Gain(np.nan, np.nan, len(steps))
-    weight = np.array([1.0 / getattr(step, f"{way}_error_u95") for step in steps])
+    weight = np.array([1.0 / getattr(step, f"{way}_error_n_u95") for step in steps])
     ours = weight * [step.thrust_n for step in steps]
     asked = weight * [getattr(step, f"{way}_n") for step in steps]
     slope = float(asked @ ours / (asked @ asked))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 WORDS = (
     "N1 moved by the throttle: time to 95 % of the change, overshoot, largest rate. Candidates are places to look at."
 )
-HEADS = "at s", "engine", "event", "N1 from", "to %", "s", "overshoot %", "%/s", "thrust N"
+HEADS = "at\ns", "engine", "event", "N1 from\n%", "to\n%", "for\ns", "overshoot\n%", "rate\n%/s", "thrust\nN"
 AROUND_S = 15.0
 TOGETHER_S = 2.0
 MOST_DRAWN, ACROSS = 12, 4

@@ -26,7 +26,10 @@ SLOPES = 0.03, 0.1, 0.3  # sigmas a flight, equally likely
 STEP = 2.0  # sigmas
 
 
-class Trend(msgspec.Struct, frozen=True):
+PER_H = {"slope": "slope_per_h", "slope_low": "slope_low_per_h", "slope_high": "slope_high_per_h"}
+
+
+class Trend(msgspec.Struct, frozen=True, rename=PER_H):
     """95 % intervals; hours as given."""
 
     flights: int
