@@ -53,6 +53,22 @@ def test_a_text_column_is_named_where_the_time_is_missed(tmp_path, capsys):
         assert "it has force_N; time: text column left out" in capsys.readouterr().err
 
 
+def test_a_file_without_a_known_time_is_described_and_its_time_may_be_named(tmp_path, capsys):
+    path = tmp_path / "rig.csv"
+    path.write_text("Time [s],Load [kN],LVDT (V)\n0.0,1.5,0.3\n0.1,1.6,0.4\n0.2,1.7,0.5\n")
+    assert main(["info", str(path)]) == 2  # described, and what another verb would miss
+    said = capsys.readouterr()
+    assert all(line in said.out for line in ("rows: 3", "Load [kN]  kN", "LVDT (V)  V"))
+    (line,) = said.err.splitlines()
+    assert "--rename 'Time [s]=time_s'" in line and "--time COLUMN" in line
+    for more, hertz in ((["--time", "Time [s]"], 10.0), (["--rate", "50"], 50.0)):
+        assert main(["info", str(path), *more, "--json"]) == 0
+        told = msgspec.json.decode(capsys.readouterr().out)
+        assert told["sample_hz"] == pytest.approx(hertz) and told["channels"]["Load [kN]"] == "kN"
+    assert main(["info", str(path), "--rate", "-1"]) == 2
+    assert "above 0" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("path", "words"), [(MODEL, "a mount model, read by"), (DECK, "a brochure deck, read by")])
 def test_a_model_is_no_configuration(capsys, path, words):
     assert main(["check", str(path)]) == 2

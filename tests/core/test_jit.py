@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thrustd.core.jit import _Compiling, compiled, entry
+from thrustd.core.jit import _Compiling, compiled, entry, say_compiling
 
 SOURCE = """
 from thrustd.core.jit import compiled
@@ -131,3 +131,12 @@ def test_a_person_is_told_once_that_a_first_start_takes_a_minute(person, capsys,
     for _ in range(30):
         listener.on_start(None)
     assert capsys.readouterr().err.count("first start on this machine") == person
+
+
+def test_a_script_on_a_pipe_hears_it_too(capsys, monkeypatch):
+    listener = _Compiling()
+    monkeypatch.setattr("thrustd.core.jit._COMPILING", listener)
+    say_compiling()
+    for _ in range(30):
+        listener.on_start(None)
+    assert capsys.readouterr().err.count("first start on this machine") == 1

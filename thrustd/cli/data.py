@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.roles import add_rename
+from thrustd.cli.roles import add_rename, add_time, time_axis
 from thrustd.cli.verb import Verbs, add_json, add_verb, note, print_json, tell
 from thrustd.core.errors import ThrustdError, UsageError
 from thrustd.sources.plain_file import read_text
@@ -43,6 +43,7 @@ def add_verbs(verbs: Verbs) -> None:
         "thrustd info models/left-upper.json",
     )  # fmt: skip
     info.add_argument("file", type=Path, help="any file that thrustd reads, or the folder of a run")
+    add_time(info)
     add_json(info)
 
 
@@ -89,11 +90,7 @@ def info_verb(arguments: argparse.Namespace) -> int:
     elif path.is_dir() or (path.suffix == ".mcap" and _is_flight_log(path)):
         report = _log_report(path)
     else:
-        from thrustd.records.files import READERS, read_recording
-
-        if path.suffix.lower() not in READERS:
-            raise UsageError(f"{path}: expected a file of type {', '.join((*READERS, '.json, .toml'))}, or a folder")
-        report = _recording_report(read_recording(path), path)
+        report = _columns_report(path, arguments)
     tell(arguments, report, lambda: _print_report(report))
     if report.get("problem"):  # what it is was said; another verb would refuse it
         note(f"thrustd: {report['problem']}")
@@ -101,8 +98,30 @@ def info_verb(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _columns_report(path: Path, arguments: argparse.Namespace) -> dict[str, Any]:
+    """Of a file whose time nobody has named, its columns, and how to name it."""
+    from thrustd.core.errors import RecordingError
+    from thrustd.records.files import READERS, load
+    from thrustd.records.time_axis import timed
+    from thrustd.records.units import unit_said
+
+    if path.suffix.lower() not in READERS:
+        raise UsageError(f"{path}: expected a file of type {', '.join((*READERS, '.json, .toml'))}, or a folder")
+    axis, loaded = time_axis(arguments), load(path)
+    try:
+        return _recording_report(timed(path.name, loaded, axis), path)
+    except RecordingError as problem:
+        if arguments.time in loaded.columns or arguments.rate is not None:  # something else is wrong
+            raise
+        units = {name: unit_said(name) for name in loaded.columns}
+        rows = max(map(len, loaded.columns.values()))
+        return {"file": str(path), "kind": "columns without a time", "rows": rows, "problem": str(problem),
+                "channels": units}  # fmt: skip
+
+
 def _recording_report(record: Any, path: Path) -> dict[str, Any]:
-    from thrustd.records.recording import unit_of
+    from thrustd.records.files import file_sha256
+    from thrustd.records.units import unit_said
 
     return {
         "file": str(path),
@@ -110,9 +129,9 @@ def _recording_report(record: Any, path: Path) -> dict[str, Any]:
         "samples": len(record),
         "duration_s": record.duration_s,
         "sample_hz": record.sample_hz,
-        "sha256": record.sha256,
+        "sha256": file_sha256(path),
         "notes": list(record.notes),
-        "channels": {name: unit_of(name) for name in record.channels},
+        "channels": {name: unit_said(name) for name in record.channels},
     }
 
 

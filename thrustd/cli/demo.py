@@ -26,6 +26,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def demo_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.core.jit import say_compiling
     from thrustd.installation.shipped import shipped
     from thrustd.replay.picture import FlightPicture
     from thrustd.replay.replay import replay
@@ -39,6 +40,7 @@ def demo_verb(arguments: argparse.Namespace) -> int:
     if arguments.folder.exists() and not arguments.folder.is_dir():
         raise UsageError(f"--folder {arguments.folder}: is a file; expected a folder")
     arguments.folder.mkdir(parents=True, exist_ok=True)
+    say_compiling()
     picture = FlightPicture()
     with progress(f"replay {flight.name}") as advance:
         summary = replay(flight, log, advance=advance, picture=picture)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from thrustd.core.aircraft import MountPlace
     from thrustd.records.recording import Recording
     from thrustd.records.roles import Roles
+    from thrustd.records.time_axis import TimeAxis
 
 MOUNT_COLUMNS = ("deformation_mm", "force_N")
 
@@ -27,9 +28,13 @@ def add_roles(parser: argparse.ArgumentParser) -> None:
         default=MOUNT_COLUMNS[1],
         help=f"what the model gives, in any unit, sign and scale (default {MOUNT_COLUMNS[1]})",
     )
+    add_time(parser)
+    add_rename(parser)
+
+
+def add_time(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--time", metavar="COLUMN", default="time_s", help="column of time in seconds (default time_s)")
     parser.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time column")
-    add_rename(parser)
 
 
 def add_rename(parser: argparse.ArgumentParser) -> None:
@@ -94,13 +99,20 @@ def roles_of_arguments(arguments: argparse.Namespace) -> "Roles":
     return Roles(arguments.input, arguments.output)
 
 
-def _timed(paths: Sequence[Path], arguments: argparse.Namespace) -> list[tuple[Path, "Recording"]]:
-    from thrustd.records.rename import read_rename
-    from thrustd.records.time_axis import TimeAxis, read_timed
+def time_axis(arguments: argparse.Namespace) -> "TimeAxis":
+    """As --time and --rate say."""
+    from thrustd.records.time_axis import TimeAxis
 
     if arguments.rate is not None and not 0 < arguments.rate <= 1e9:
         raise UsageError(f"--rate {arguments.rate:g}: expected samples per second, above 0, at most 1e9")
-    axis = TimeAxis(arguments.time, arguments.rate)
+    return TimeAxis(arguments.time, arguments.rate)
+
+
+def _timed(paths: Sequence[Path], arguments: argparse.Namespace) -> list[tuple[Path, "Recording"]]:
+    from thrustd.records.rename import read_rename
+    from thrustd.records.time_axis import read_timed
+
+    axis = time_axis(arguments)
     renames = [read_rename(text) for text in arguments.rename]
     return [(path, read_timed(path, axis, renames)) for path in paths]
 

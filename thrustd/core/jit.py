@@ -22,23 +22,29 @@ FIRST = "thrustd: first start on this machine: compiling, up to a minute, only t
 
 
 class _Compiling(event.Listener):
-    """Tells a person at a terminal or notebook why nothing happens; a pipe hears nothing."""
+    """Tells a person at a terminal or notebook, or a script that asked for it, why nothing happens."""
 
     def __init__(self) -> None:
-        self.begun = 0
+        self.begun, self.anywhere = 0, False
 
     def on_start(self, _event: Any) -> None:
         self.begun += 1
         person = sys.stderr.isatty() or type(sys.stderr).__module__.startswith("ipykernel")
-        if self.begun == MANY and person:
+        if self.begun == MANY and (person or self.anywhere):
             sys.stderr.write(FIRST)
 
     def on_end(self, _event: Any) -> None:
         pass
 
 
+_COMPILING = _Compiling()
 _register: Any = event.register
-_register("numba:compile", _Compiling())
+_register("numba:compile", _COMPILING)
+
+
+def say_compiling() -> None:
+    """On standard error, once, wherever that goes; else only at a terminal, for bad input is one line."""
+    _COMPILING.anywhere = True
 
 
 def compiled(

@@ -12,10 +12,12 @@ from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.diagnose_report import CandidateReport
 from thrustd.identify.identify import identify
+from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec, write_model
-from thrustd.model.compile import compile_model, rate_difference_n
+from thrustd.model.compile import compile_model, model_stages, rate_difference_n
 from thrustd.model.effects import effect_named
 from thrustd.records.files import file_sha256
+from thrustd.records.recording import TIME
 from thrustd.sinks.whole_file import write_whole
 from thrustd.workbench.asking import marked_recordings
 from thrustd.workbench.evidence import evidence_json
@@ -33,7 +35,13 @@ def fit(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dic
     found = identify(records, name=Path(name).stem, progress=lambda share: progress(0.9 * share, "fit"))
     save_model(folder, name, found.spec)
     progress(0.95, "pictures")
-    return identified_json(found, name, records)
+    return identified_json(found, name, records) | {"reads": _reads(found.spec)}
+
+
+def _reads(spec: ModelSpec) -> list[str]:
+    """Columns that the numbers of a model are made of; its mean temperature is kept with it."""
+    channels = (channel for stage in model_stages(spec, 1.0) for channel in stage.channels)
+    return sorted({TIME, DEFORMATION, FORCE, "temperature_degC", *channels})
 
 
 def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -81,7 +89,13 @@ def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
     }
     save_model(folder, name, report.spec)
     numbers = [asdict(p) | {"sentence": p.sentence} for p in report.parameters]
-    return report.to_json() | {"parent": parent, "model": name, "estimates": numbers, **judged}
+    return report.to_json() | {
+        "reads": _reads(report.spec),
+        "parent": parent,
+        "model": name,
+        "estimates": numbers,
+        **judged,
+    }
 
 
 def _remarks(found: CompareReport, parent: str, checks: Sequence[str]) -> list[str]:

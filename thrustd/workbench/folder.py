@@ -109,6 +109,12 @@ class Folder:
         out = [f"{mark.start_s!r} to {mark.stop_s!r}" for mark in read_marks(path) if mark.exclude]
         return " ".join([self.columns_folder(name).name, *out])
 
+    def reading(self, name: str) -> dict[str, str]:
+        """Where every column of a recording comes from: its file, and what was said of it there."""
+        mapping = self.mapping(name)
+        said = {column.ours: column.spelled for column in mapping.columns}
+        return {"": f"{columns_key(self.path(name))} {mapping.rate_hz}"} | said
+
     def model_columns_folder(self, recording: str, model: str) -> Path:
         return self.columns_folder(recording) / columns_key(self.path(model))
 

@@ -79,7 +79,7 @@ class Bench:
         runs = {model: self.folder.model_columns(name, model) for model in self.folder.models()}
         card["models"] = {model: [c.name for c in run.meta.channels] for model, run in runs.items() if run}
         try:
-            card |= {"marks": read_marks(path), "key": self.folder.key(name)}
+            card |= {"marks": read_marks(path), "key": self.folder.key(name), "reading": self.folder.reading(name)}
         except ThrustdError as problem:
             card |= {"marks": [], "key": "", "problem": str(problem)}
         return card

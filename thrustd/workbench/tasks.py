@@ -32,7 +32,8 @@ def _call(module: str, name: str, *fields: str) -> Task:
 def _kept(module: str, name: str, shown: Callable[[dict[str, Any]], dict[str, Any]]) -> Task:
     """A task whose answer is kept as a report; the job itself carries only what `shown` takes of it.
 
-    `files`: what it was asked of, as it was read then, so that the page knows when the answer is out of date.
+    `files`: what it was asked of, as it was read then, so that the page knows when the answer is out of date;
+    `reading`: where their columns came from.
     """
     asked = _call(module, name)
 
@@ -42,8 +43,10 @@ def _kept(module: str, name: str, shown: Callable[[dict[str, Any]], dict[str, An
             prepare(folder, recording, progress)
         models = arguments.get("models") or filter(None, [arguments.get("model")])
         files = {file: folder.key(file) for file in (*recordings, *models)}
+        reading = {recording: folder.reading(recording) for recording in recordings}
         answer = asked(folder, arguments, progress)
-        return {"report": write_report(folder, secrets.token_hex(8), answer), "files": files, **shown(answer)}
+        kept = write_report(folder, secrets.token_hex(8), answer)
+        return {"report": kept, "files": files, "reading": reading, **shown(answer)}
 
     return task
 
@@ -56,7 +59,8 @@ def _compared(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 def _fitted(answer: dict[str, Any]) -> dict[str, Any]:
-    return {name: answer[name] for name in ("model", "recordings", "train_n", "validation_n", "fit_pct", "warnings")}
+    names = ("model", "recordings", "reads", "train_n", "validation_n", "fit_pct", "warnings")
+    return {name: answer[name] for name in names}
 
 
 def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
@@ -70,7 +74,7 @@ def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 def _extended(answer: dict[str, Any]) -> dict[str, Any]:
-    names = ("model", "parent", "effects", "rmse_before_n", "rmse_after_n", "estimates", "heldout", "remarks")
+    names = ("model", "reads", "parent", "effects", "rmse_before_n", "rmse_after_n", "estimates", "heldout", "remarks")
     return {name: answer[name] for name in names if name in answer}
 
 

@@ -19,7 +19,7 @@ from thrustd.sinks.whole_file import whole_file
 
 MEASURED, MODEL, RESIDUAL = "#444444", "#0072b2", "#d55e00"  # Okabe & Ito: distinct for colour-blind readers
 UP, DOWN = "#0072b2", "#d55e00"  # direction of the motion
-COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7")  # of models in one picture
+COLOURS = ("#667383", "#0072b2", "#009e73", "#cc79a7")  # of models in one picture: before is grey, as on the page
 CHANNELS = (("#d55e00", "-"), ("#0072b2", "--"), ("#009e73", "-."), ("#cc79a7", ":"))  # those that explain most
 POINTS = 4000  # per line: drawn as minimum and maximum of bins, so that no spike is lost
 DPI = 110

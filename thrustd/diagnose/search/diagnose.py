@@ -64,7 +64,7 @@ def diagnose(
 ) -> DiagnoseReport:
     """Judge every effect of the shelf and `extra` ones. `progress(share, what)` is called as it goes.
 
-    `beside`: for a picture of the two best explanations, a second one is estimated where the search stopped at one.
+    `beside`: with the two best explanations sample by sample, for pictures.
     """
     question = asked(spec, recordings, given)
     records, base, rows = question.records, question.base, question.rows
@@ -132,7 +132,7 @@ def _report(
         base.promised is not None,
         _grade(base, verdict, alike),
         more_left(base, verdict),
-        explained(base, rows, ranked, beside),
+        explained(question, ranked) if beside else None,
         base.roles.unit,
     )
 

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit
+from thrustd.diagnose.search.question import Question
 from thrustd.diagnose.search.ranking import SAYS, Ranked, begin_at
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.segments import DEFORMATION
@@ -17,7 +19,7 @@ SETS = 2  # the best, and the best of the others
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """One stretch of a record, (n,) each: what is left without effects, and what every set explains of it, N."""
+    """One stretch of a record, (n,) each: what the model leaves, as in `compare`, and what every set takes off, N."""
 
     time_s: Floats
     dt_s: float
@@ -36,28 +38,21 @@ class Explained:
     stretches: tuple[Stretch, ...]
 
 
-def explained(base: Base, records: Sequence[Record], ranked: Ranked, beside: bool = False) -> Explained:
-    """The best set and the best other one. `beside`: estimate another effect where the search had no cause to."""
-    sets, scale = _shown(ranked), base.scale
-    if beside and len(sets) < SETS:
+def explained(question: Question, ranked: Ranked) -> Explained:
+    """The best set and the best other one, estimated where the search had no cause to."""
+    base, records, sets = question.base, question.rows, _shown(ranked)
+    if len(sets) < SETS:
         sets += _another(base, records, ranked, sets)
-    nothing = ranked.nothing.solution.normal.residuals
     found = []
-    for i, record in enumerate(ranked.nothing.records):
-        left = [fit.solution.normal.residuals[i] for fit in sets]
-        found.append(
-            Stretch(
-                record.channels["time_s"],
-                record.dt_s,
-                dict(record.channels) | {DEFORMATION: record.d},
-                scale * nothing[i],
-                tuple(scale * (nothing[i] - one) for one in left),
-            )
-        )
+    for i, (record, segment) in enumerate(zip(ranked.nothing.records, question.segments, strict=True)):
+        time_s = record.channels["time_s"]
+        own_n = np.interp(time_s, segment.time_s, segment.force_n - free_runs(question.spec, segment)[1])
+        taken = tuple(own_n - base.scale * fit.solution.normal.residuals[i] for fit in sets)
+        found.append(Stretch(time_s, record.dt_s, dict(record.channels) | {DEFORMATION: record.d}, own_n, taken))
     return Explained(
         tuple(fit.words for fit in sets),
         tuple(tuple(term.effect.name for term in fit.terms) for fit in sets),
-        tuple(scale * float(fit.mse**0.5) for fit in sets),
+        tuple(base.scale * float(fit.mse**0.5) for fit in sets),
         tuple(found),
     )
 

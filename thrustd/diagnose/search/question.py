@@ -8,19 +8,18 @@ import numpy as np
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
+from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.compare.reference import referenced
 from thrustd.diagnose.search.base import Base, base_of, records_of
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import RigPriors, shipped_rig
-from thrustd.identify.first_state import from_level, level_before, simulated
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
-from thrustd.model.stage import Floats
 from thrustd.records.recording import Recording
 from thrustd.records.roles import roles_of
 
@@ -43,6 +42,7 @@ NOTHING = Given()
 class Question:
     """Records with their reference, their stretches as the regression reads them, and what is known before."""
 
+    spec: ModelSpec
     records: list[Recording]
     segments: list[Segment]
     base: Base
@@ -65,7 +65,7 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     if spec.posterior is None and not (given.bench or base.by_brochure):
         base = replace(base, own_mse=_own_mse(spec, segments) / base.scale**2)
     rows = records_of(base, spec, segments)
-    return Question(records, segments, base, rows, rig_of(rows, base, spec, priors))
+    return Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
 
 
 def asked_for(effects: Sequence[Effect | str], recordings: Sequence[Recording]) -> list[Effect]:
@@ -77,8 +77,4 @@ def asked_for(effects: Sequence[Effect | str], recordings: Sequence[Recording]) 
 def _own_mse(spec: ModelSpec, segments: Sequence[Segment]) -> float:
     """Mean square error of the model as it is, from the state that the first stretch of every segment shows."""
 
-    def run(segment: Segment) -> Floats:
-        return simulate(spec, segment)
-
-    runs = [simulated(run, s, from_level(run, s, level_before(run, s))) for s in segments]
-    return float(np.nanmean(np.concatenate([s.force_n - own for s, own in zip(segments, runs, strict=True)]) ** 2))
+    return float(np.nanmean(np.concatenate([s.force_n - free_runs(spec, s)[1] for s in segments]) ** 2))

@@ -18,13 +18,13 @@ export function latest(kind) {
   return job ? { ...job.result, id: job.id, title: job.title } : null;
 }
 
-// the step that made a model, or one it grew from, of recordings that are read otherwise since
+// the step that made a model, or one it grew from, of a file or of columns that are read otherwise since ("": the file)
 export function outdated(name) {
-  const asRead = (key) => key.split(" ")[0]; // less what is excluded
   for (let job = madeBy(name); job; job = madeBy(job.result.parent)) {
-    const { files = {} } = job.result,
-      there = job.arguments.recordings.map(recording).filter((one) => one && files[one.name]);
-    if (there.some((one) => asRead(one.key) !== asRead(files[one.name]))) return job;
+    const { reading = {}, reads = [] } = job.result,
+      there = job.arguments.recordings.map(recording).filter((one) => one?.reading && reading[one.name]);
+    if (there.some((one) => ["", ...reads].some((column) => one.reading[column] !== reading[one.name][column])))
+      return job;
   }
   return null;
 }

@@ -11,6 +11,7 @@ let rate = "1000"; // Hz, as chosen last; PH-LAB's
 
 export function keepPanel(card) {
   const ready = compiled(card.name),
+    writing = running("report"),
     written = store.server.jobs.find((one) => one.kind === "report" && one.state === "done");
   return panel(
     "Keep it",
@@ -41,13 +42,13 @@ export function keepPanel(card) {
       h(
         "button",
         {
-          disabled: Boolean(running("report")),
+          disabled: Boolean(writing),
           onclick: attempt(async () => {
             const job = await order("report", { title: card.name });
             if (job.state === "done") save("api/reports/" + job.result.report, "report.html");
           }),
         },
-        "Write the report (HTML)",
+        writing ? `Writing the report: ${Math.round(100 * writing.fraction)} %` : "Write the report (HTML)",
       ),
       written
         ? h("a", { href: "api/reports/" + written.result.report, download: "report.html" }, "latest report")

@@ -1,0 +1,36 @@
+"""What a diagnosis shows sample by sample: the residual that every other page shows, less what each set takes off."""
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import mount, record
+from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.told import ParameterEstimate
+from thrustd.model.artifact import EffectSpec
+
+
+@pytest.fixture(scope="module")
+def data():
+    hidden = EffectSpec("axial_inertia", {"mass_kg": 300.0})
+    return record([hidden], added=lambda c: -250.0 * np.exp(-c["time_s"] / 30.0))
+
+
+def test_the_residual_is_the_one_that_compare_shows(data):
+    found = diagnose(mount(), [data], beside=True).explained
+    (shown,) = compare({"mount": mount()}, [data]).comparisons
+    (stretch,) = found.stretches
+    assert np.array_equal(stretch.time_s, shown.time_s)
+    assert np.allclose(stretch.residual_n, shown.residual_n)
+    later = stretch.time_s > 120.0
+    left_n = (stretch.residual_n - stretch.explained_n[0])[later]
+    assert found.words[0] == ("axial_inertia",) and float(np.sqrt(np.mean(left_n**2))) < 14.0
+
+
+def test_without_a_picture_nothing_is_run_for_one(data):
+    assert diagnose(mount(), [data]).explained is None
+
+
+def test_a_size_stands_beside_the_expected_one():
+    drag = ParameterEstimate("nacelle_drag", "drag_area_m2", 0.0706, 0.0005, "m2", "about 0.02 m2")
+    assert drag.sentence.endswith("0.0706 +- 0.00098 m2 (95 %); expected about 0.02 m2")
