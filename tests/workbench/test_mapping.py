@@ -11,6 +11,7 @@ from thrustd.workbench.folder import Folder
 from thrustd.workbench.mapping import Column, ColumnNames, Said, checked, keep_mapping
 from thrustd.workbench.model_runs import recording_of
 from thrustd.workbench.prepare import prepare
+from thrustd.workbench.tasks import TASKS
 
 SAID = {
     "columns": [
@@ -131,3 +132,30 @@ def test_over_http_and_the_roles_of_the_files(folder):
             {c["name"] for c in one["meta"]["channels"]} == {"force_N", "deformation_mm"} for one in state["recordings"]
         )
         assert state["session"]["bench"] == ["rig.csv"] and state["session"]["heldout"] == ["test run.csv"]
+
+
+def test_a_column_that_a_model_does_not_read_may_be_named_later(folder):
+    path = folder.root / "rig.csv"
+    heads, *rows = path.read_text().splitlines()
+    path.write_text("\n".join([f"{heads},Ax [g]", *(f"{row},0.1" for row in rows)]) + "\n")
+    there = [*THEIRS, "Ax [g]"]
+
+    def say(*more, factor=0.25):
+        columns = [*SAID["columns"][:2], SAID["columns"][2] | {"factor": factor}, *more]
+        keep_mapping(folder.state, "rig.csv", checked(json.dumps({"columns": columns}).encode(), there), there)
+        return folder.reading("rig.csv")
+
+    prepare(folder, "rig.csv", quiet)  # the table, before anything is said
+    say()
+    made = TASKS["fit"](folder, {"recordings": ["rig.csv"], "out": "m.json"}, quiet)
+    assert {"time_s", "deformation_mm", "force_N"} <= set(made["reads"])
+
+    def changed(reading):
+        return [name for name in ["", *made["reads"]] if reading.get(name) != made["reading"]["rig.csv"].get(name)]
+
+    key = folder.key("rig.csv")
+    assert not changed(say({"theirs": "Ax [g]", "ours": "accel_x_g"})) and folder.key("rig.csv") != key
+    assert changed(say(factor=0.5)) == ["deformation_mm"]
+    path.write_text(path.read_text() + "100.05,-2.5,2.3,0.1\n")
+    prepare(folder, "rig.csv", quiet)
+    assert "" in changed(folder.reading("rig.csv"))
