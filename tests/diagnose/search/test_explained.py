@@ -33,4 +33,4 @@ def test_without_a_picture_nothing_is_run_for_one(data):
 
 def test_a_size_stands_beside_the_expected_one():
     drag = ParameterEstimate("nacelle_drag", "drag_area_m2", 0.0706, 0.0005, "m2", "about 0.02 m2")
-    assert drag.sentence.endswith("0.0706 +- 0.00098 m2 (95 %); expected about 0.02 m2")
+    assert drag.sentence.endswith("0.0706 +- 0.00098 m2 (95 %); expected on PH-LAB: about 0.02 m2")

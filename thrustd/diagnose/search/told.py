@@ -38,7 +38,7 @@ class ParameterEstimate:
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         tail = ": these data do not tell it" if self.std >= abs(self.value) > 0 else ""
         tail += f"; it is on its {self.bound} bound" if self.bound else ""
-        tail += f"; expected {self.expected}" if self.expected else ""
+        tail += f"; expected on PH-LAB: {self.expected}" if self.expected else ""
         return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.half_width:.2g}{unit} (95 %){tail}"
 
     def to_json(self) -> dict[str, Any]:
