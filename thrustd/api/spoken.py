@@ -8,7 +8,6 @@ from inspect import signature
 from typing import ParamSpec, TypeVar
 
 from thrustd.core.errors import ThrustdError
-from thrustd.core.jit import say_compiling
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -29,7 +28,6 @@ def spoken(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        say_compiling()
         try:
             return function(*args, **kwargs)
         except ThrustdError as problem:

@@ -26,21 +26,22 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def demo_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.core.jit import say_compiling
-    from thrustd.installation.shipped import shipped
-    from thrustd.replay.picture import FlightPicture
-    from thrustd.replay.replay import replay
-    from thrustd.replay.summary_table import largest_n, print_summary
-
-    flight = shipped(FLIGHT, "demo")
     log, drawn = (arguments.folder / name for name in WRITTEN)
     for path in (log, drawn):
         if path.exists():
             raise UsageError(f"{path}: already exists; expected another --folder")
     if arguments.folder.exists() and not arguments.folder.is_dir():
         raise UsageError(f"--folder {arguments.folder}: is a file; expected a folder")
+    from thrustd.core.jit import say_compiling
+
+    say_compiling()  # before anything that is compiled is imported
+    from thrustd.installation.shipped import shipped
+    from thrustd.replay.picture import FlightPicture
+    from thrustd.replay.replay import replay
+    from thrustd.replay.summary_table import largest_n, print_summary
+
+    flight = shipped(FLIGHT, "demo")
     arguments.folder.mkdir(parents=True, exist_ok=True)
-    say_compiling()
     picture = FlightPicture()
     with progress(f"replay {flight.name}") as advance:
         summary = replay(flight, log, advance=advance, picture=picture)
