@@ -36,6 +36,7 @@ from thrustd.diagnose.search.ranking import (
     left,
     look,
     pruned,
+    rivals,
     simplest,
 )
 from thrustd.diagnose.search.screen import screened, table_of
@@ -118,14 +119,16 @@ def extend(
     for effect in chosen:
         check_channels(records, effect)
     nothing = joint_fit(base, rows, ())
-    fit = _fitted(base, rows, nothing, chosen, question.rig, progress)
+    fit, tried = _fitted(base, rows, nothing, chosen, question.rig, progress)
     _check_better(spec, chosen, nothing, fit, base)
     fit = pruned(base, rows, nothing, fit)
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
     was, after = (base.scale * float(np.sqrt(mse)) for mse in (left(nothing, base), fit.mse))
-    return ExtendReport(written, fit.words, was, after, tuple(estimates_of(base, fit)), left_out, base.roles.unit)
+    return ExtendReport(
+        written, fit.words, was, after, tuple(estimates_of(base, fit, rivals(fit, tried))), left_out, base.roles.unit
+    )
 
 
 def variants(effect: Effect) -> list[Effect]:
@@ -140,13 +143,19 @@ def variants(effect: Effect) -> list[Effect]:
 
 def _fitted(
     base: Base, rows: Sequence[Record], nothing: Joint, chosen: Sequence[Effect], rig: Rig, progress: Progress | None
-) -> Joint:
-    """The set that the search would find among these effects alone; then those it left out, in their best variants."""
+) -> tuple[Joint, list[Joint]]:
+    """The set that the search would find among these effects alone; then those it left out, in their best variants.
+
+    And every set that was estimated.
+    """
     looks = look(base, rows, nothing, [law for effect in chosen for law in variants(effect)], rig)
     best, beam = nothing, [nothing]
+    all_tried: list[Joint] = []
     for i in range(len(chosen)):
         tell = partial(_tell, progress, 0.85 * i / len(chosen))
-        step = advanced(base, nothing, best, grown_from(base, rows, looks, best, beam, tell))
+        grown = grown_from(base, rows, looks, best, beam, tell)
+        all_tried += grown
+        step = advanced(base, nothing, best, grown)
         if step is None:
             break
         best, beam = step
@@ -158,8 +167,9 @@ def _fitted(
             joint_fit(base, rows, (*best.terms, one.term), begin_of(base, best, one))
             for one in leading(screened(table_of(base, best), terms), least=-np.inf)
         ]
+        all_tried += tried
         best = simplest(tried) if tried else best
-    return best
+    return best, all_tried
 
 
 def told(fit: Joint) -> bool:

@@ -26,7 +26,7 @@ from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
-from thrustd.diagnose.search.ranking import WORTH, Ranked, at_floor, far_above, floor_of, gained, left, rank
+from thrustd.diagnose.search.ranking import WORTH, Ranked, at_floor, far_above, floor_of, gained, left, rank, rivals
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
@@ -154,7 +154,7 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
     """Effects of the verdict, then every other by what it would leave alone."""
     scale, nothing, best = base.scale, ranked.nothing, verdict.fit
     before, after = (scale * float(np.sqrt(left(fit, base))) for fit in (nothing, best))
-    numbers = estimates_of(base, best)
+    numbers = estimates_of(base, best, rivals(best, ranked.fits))
     alike = look_alikes(best, ranked.fits)
     found = []
     for term in best.terms:

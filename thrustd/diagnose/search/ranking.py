@@ -172,9 +172,23 @@ def simplest(fits: Sequence[Joint]) -> Joint:
 
     A number that is known but for a spread is none.
     """
-    best = min(fits, key=lambda fit: fit.mse)
-    near = [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best)]
+    near = untold(min(fits, key=lambda fit: fit.mse), fits)
     return min(near, key=lambda fit: (sum(p.spread == 0.0 for term in fit.terms for p in term.free), fit.mse))
+
+
+def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
+    """Those that held-back blocks do not tell from the best."""
+    return [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best)]
+
+
+def rivals(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
+    """Sets of the same effects by other laws that held-back blocks do not tell from the best."""
+
+    def laws_of(fit: Joint) -> set[str]:
+        return {term.effect.name for term in fit.terms}
+
+    same = [fit for fit in fits if set(fit.words) == set(best.words) and laws_of(fit) != laws_of(best)]
+    return untold(best, same)
 
 
 def fewest(fits: Sequence[Joint], best: Joint) -> Joint:

@@ -1,6 +1,6 @@
 """Parameters of effects as a joint fit tells them, with one sigma each."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,14 +72,27 @@ def specs_of(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
     return [(term, EffectSpec(term.effect.name, term.values(v), term.sigma(v, sigma))) for term, v, sigma in told]
 
 
-def estimates_of(base: Base, fit: Joint) -> list[ParameterEstimate]:
-    """The numbers of the new effects; elements of friction that carry nothing are left out."""
-    known = sum(not is_state(term) for term in base.shape.terms)
-    new = specs_of(base, fit)[known:]
-    return [line for term, spec in new for line in _lines(base, term, spec)]
+def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[ParameterEstimate]:
+    """The numbers of the new effects; elements of friction that carry nothing are left out.
+
+    rivals: fits of the same effects by other laws, which the data do not tell from this one. What these disagree by is
+    part of what is not known of an amplitude, as if every law were as likely (Draper, J. R. Stat. Soc. B 57 (1995) 45).
+    """
+    others = [{term.effect.word: spec.parameters for term, spec in _new(base, rival)} for rival in rivals]
+    return [
+        line
+        for term, spec in _new(base, fit)
+        for line in _lines(base, term, spec, [other.get(term.effect.word, {}) for other in others])
+    ]
 
 
-def _lines(base: Base, term: Term, spec: EffectSpec) -> Sequence[ParameterEstimate]:
+def _new(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
+    return specs_of(base, fit)[sum(not is_state(term) for term in base.shape.terms) :]
+
+
+def _lines(
+    base: Base, term: Term, spec: EffectSpec, others: Sequence[Mapping[str, float]]
+) -> Sequence[ParameterEstimate]:
     lines = []
     many = sum(p.amplitude for p in term.free) > 2
     for p in term.free:
@@ -90,6 +103,9 @@ def _lines(base: Base, term: Term, spec: EffectSpec) -> Sequence[ParameterEstima
         std = _finite(spec.std.get(p.name, float("nan")))
         if p.amplitude and p.unit not in UNSCALED:  # measured by a transducer whose scale is known so well
             std = float(np.hypot(std, base.calibration * value))
+        if p.amplitude:
+            apart = [other[p.name] - value for other in others if p.name in other]
+            std = float(np.sqrt(std**2 + np.mean(np.square(apart or [0.0]))))
         unit, expected = base.roles.measured_in(p.unit), p.expected if base.roles.own else ""
         lines.append(ParameterEstimate(term.effect.word, p.name, value, std, unit, expected, bound))
     return lines

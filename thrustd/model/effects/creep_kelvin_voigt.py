@@ -1,12 +1,12 @@
 """Creep with one retardation time (Kelvin-Voigt): under load rubber keeps yielding until it has come to its end.
 
     deformation = elastic deformation * (1 + s (1 - exp(-t / tau)))      under a load held from t = 0
-    here:  v = x - retarded_share * lag(x),                              lag: first order, time constant tau_s
+    here:  x = v + retarded_share * lag(v),              v: elastic, x: read; lag: first order, time constant tau_s
 
 A spring and a dashpot side by side, in series with the mount. A variant of `creep` for materials that settle within
-hours, where the logarithmic law goes on for ever. retarded_share is the share of the reading that is grown in the end,
-positive. What relaxes in minutes is in the linear block, so tau_s begins at some minutes. `settled` says how a
-recording begins. Left out: temperature (WLF), more than one time at once (see creep).
+hours, where the logarithmic law goes on for ever. retarded_share is what has grown in the end, as a share of the
+elastic deformation, positive. What relaxes in minutes is in the linear block, so tau_s begins at some minutes.
+`settled` says how a recording begins. Left out: temperature (WLF), more than one time at once (see creep).
 """
 
 import math
@@ -20,8 +20,9 @@ from thrustd.model.stage import Floats, jit
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    x[0] += c[0] * (v - x[0])
-    return v - c[1] * x[0]
+    elastic = (v - c[1] * (1.0 - c[0]) * x[0]) / (1.0 + c[1] * c[0])
+    x[0] += c[0] * (elastic - x[0])
+    return elastic
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
@@ -29,7 +30,7 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
 
 
 def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0] = c[2] * v
+    x[0] = c[2] * v / (1.0 + c[2] * c[1])
 
 
 EFFECT = Effect(
@@ -39,7 +40,8 @@ EFFECT = Effect(
     channels=(),
     parameters=(
         Parameter("retarded_share", "-", neutral=0.0, low=0.0, high=0.5, starts=(0.01,),
-                  meaning="share of the reading that has crept in the end", expected="0.02 to 0.15 for natural rubber"),
+                  meaning="share of the elastic deformation that has crept in the end",
+                  expected="0.02 to 0.15 for natural rubber"),
         Parameter("tau_s", "s", neutral=1500.0, low=200.0, high=20000.0, starts=(500.0, 2000.0),
                   meaning="retardation time", amplitude=False),
         Parameter("settled", "-", neutral=1.0, low=0.0, high=1.0, starts=(1.0, 0.0),
@@ -49,7 +51,7 @@ EFFECT = Effect(
     step=step,
     prepare=prepare,
     n_state=1,
-    equation="x_elastic = x - s lag(x),  x (1 + s (1 - exp(-t / tau))) under constant load",
+    equation="x = v + s lag(v),  v (1 + s (1 - exp(-t / tau))) under constant load,  v: elastic",
     source="Tschoegl, Linear Viscoelastic Behavior, 1989, ch. 3; Findley, Lai & Onaran, Creep and Relaxation, 1976",
     separating_test=(
         "hold 5 kN for two hours at constant temperature: it comes to its end, the logarithmic law does not"

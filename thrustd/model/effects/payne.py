@@ -39,7 +39,7 @@ EFFECT = Effect(
         Parameter("vibration_c_mm_s", "mm/s", neutral=10.0, low=0.05, high=1000.0, starts=(30.0, 10.0, 3.0, 100.0),
                   meaning="vibration that breaks half of the network", amplitude=False),
         Parameter("exponent_m", "-", neutral=0.6, low=0.3, high=1.2, starts=(0.6,),
-                  meaning="Kraus exponent m", amplitude=False, estimate=False),
+                  meaning="Kraus exponent m", amplitude=False, spread=0.15),
     ),
     step=step,
     prepare=prepare,
