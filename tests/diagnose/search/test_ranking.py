@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from thrustd.diagnose.search.ranking import fewest, gained
+from thrustd.diagnose.search.ranking import fewest, gained, rivals
 
 RNG = np.random.default_rng(3)
 COMMON = RNG.normal(size=48)
@@ -30,3 +30,15 @@ def test_the_smaller_set_that_is_told_from_nothing_is_named():
     nothing, alone, pair = _fit("", 1.0, 0.0), _fit("m", 0.805, 0.03), _fit("mr", 0.8, 0.03)
     assert gained(nothing, alone)
     assert fewest([nothing, alone, pair], pair) is alone
+
+
+def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():
+    def by(law: str, level: float, scatter: float = 0.0) -> SimpleNamespace:
+        fit = _fit("m", level, scatter)
+        fit.terms = (SimpleNamespace(effect=SimpleNamespace(name=law)),)
+        fit.words = (law.partition("_")[0],)
+        return fit
+
+    best, alike, worse, unsure = by("m", 1.0), by("m_spring", 1.01), by("m_late", 1.2), by("m_lag", 1.2, 1.0)
+    found = rivals(best, [best, alike, worse, unsure, by("m", 1.005), by("r", 1.0)])
+    assert [one is alike for one in found] == [True]
