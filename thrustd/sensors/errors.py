@@ -44,12 +44,15 @@ AS_ON_THE_BENCH = 0.0, 0.0, 0.0, 0.0
 THRUST_N2 = 1e9  # prior variance of the thrust of a row: anything, and no thrust is likelier than another
 SILENT_N2 = 1e9
 # errors of all that is well; mounts' sigmas and the deck's come with the row
-REST_S, REACH_N = 600.0, 3000.0  # as the filter's: friction and the deck's shape are others at another thrust
+REST_S, REACH_N = 600.0, 3000.0  # as the filter's: friction is another at another thrust
 ENGINE, ENGINE_S = 0.02, 7200.0  # of the thrust: engine against deck
 SHARE_STD = 0.006  # of the load that one mount carries
 # of ln w, by maximum likelihood from six recorded flights, each against the other engine's lines fitted without it
 APPETITE, LINE = 0.048, (0.024, 0.024)
-LINE_REACH, LINE_REACH_MACH, LINE_S = 0.6, 0.6, 7200.0  # in ln w, Mach, time
+REACH, REACH_MACH = (
+    0.6,
+    0.6,
+)  # in ln w and Mach: a deck and its lines err otherwise at another operating point, not later
 LEAST_DECK_N = 40.0
 WHITE_N = (10.0, 10.0, 20.0, 20.0, 30.0)  # of a row
 LAG_S, LAG_LASTS_S = (0.15, 0.15, 2.5, 0.6, 1.0), 4.0  # lead or lag of a thrust that moves
@@ -73,9 +76,10 @@ def _fill_pair(rows: Floats, a: int, b: int, block: Floats) -> None:
     engine_n2 = ENGINE**2 * level_a * level_b
     shape_a = sqrt(max(rows[a, DECK_N] ** 2 - (ENGINE * level_a) ** 2, LEAST_DECK_N**2))
     shape_b = sqrt(max(rows[b, DECK_N] ** 2 - (ENGINE * level_b) ** 2, LEAST_DECK_N**2))
-    block[FUEL_FLOW:, FUEL_FLOW:] = engine_n2 * exp(-dt_s / ENGINE_S) + rest * shape_a * shape_b
-    far = abs(rows[a, LOG_FLOW] - rows[b, LOG_FLOW]) / LINE_REACH + abs(rows[a, MACH] - rows[b, MACH]) / LINE_REACH_MACH
-    line_n2 = exp(-far - dt_s / LINE_S) * rows[a, PER_FUEL_N] * rows[b, PER_FUEL_N]
+    far = abs(rows[a, LOG_FLOW] - rows[b, LOG_FLOW]) / REACH + abs(rows[a, MACH] - rows[b, MACH]) / REACH_MACH
+    here = exp(-far - dt_s / ENGINE_S)
+    block[FUEL_FLOW:, FUEL_FLOW:] = engine_n2 * exp(-dt_s / ENGINE_S) + here * shape_a * shape_b
+    line_n2 = here * rows[a, PER_FUEL_N] * rows[b, PER_FUEL_N]
     for i in range(2):
         for j in range(2):
             block[N1 + i, N1 + j] += APPETITE**2 * line_n2

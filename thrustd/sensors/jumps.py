@@ -30,7 +30,7 @@ JUMPS = np.dtype(  # of one engine since its last row
         ("deformation_mm", np.float64, 2),
         ("jumped_n", np.float64, 2),
         ("could_n", np.float64),
-        ("step_n", np.float64),  # a thrust that its fuel flow does not move moves by no more within a fused step
+        ("step_n", np.float64),  # a thrust that its fuel flow does not move moves by no more in the steps that jumped
     ]
 )
 
@@ -50,7 +50,8 @@ def forget(jump: Any) -> None:
 
 def _follow_all(jumps: Any, mounts: Integers, shares: Floats, spring_n_mm: Floats, states: Any, dt_s: float) -> None:
     for e in range(len(jumps)):
-        jump, moved_n = jumps[e], 0.0
+        jump, moved_n, before = jumps[e], 0.0, jumps[e].jumped_n.any()
+        now = False
         jump.step_n = max(jump.step_n, FASTEST_FALL_N_S * dt_s)
         for i in range(2):
             if mounts[e, i] < 0:
@@ -58,9 +59,14 @@ def _follow_all(jumps: Any, mounts: Integers, shares: Floats, spring_n_mm: Float
             state, part = states[mounts[e, i]], shares[e] if i == 0 else 1.0 - shares[e]
             force_n, read_n = state.force_n - jump.force_n[i], state.deformation_mm - jump.deformation_mm[i]
             moved_n += force_n
-            if min(abs(force_n), spring_n_mm[i] * abs(read_n)) > part * FASTEST_FALL_N_S * dt_s:  # NaN is not
+            undone = jump.jumped_n[i] * force_n < 0.0  # by an acceleration that is read later than the mounts
+            moved_both_n = abs(force_n) if undone else min(abs(force_n), spring_n_mm[i] * abs(read_n))
+            if moved_both_n > part * FASTEST_FALL_N_S * dt_s:  # NaN is not
                 jump.jumped_n[i] += force_n
+                now = True
             jump.force_n[i], jump.deformation_mm[i] = state.force_n, state.deformation_mm
+        if now and before:  # a thrust may have moved by as much in each of them
+            jump.step_n += FASTEST_FALL_N_S * dt_s
         if isfinite(moved_n):
             jump.could_n += min(max(moved_n, -FASTEST_FALL_N_S * dt_s), FASTEST_RISE_N_S * dt_s)
 
@@ -101,16 +107,30 @@ def _inverse(one_n2: float, other_n2: float, thrust_n2: float, parts: Parts) -> 
 
 
 @compiled
+def _log_back(rows: Floats, m: int, noise_n2: tuple[float, float]) -> float:
+    """ln of how likely the jumps of the row after m - 1 are if they undo its own, over noise alone."""
+    log_p = 0.0
+    for i in range(2):
+        after_n, both_n = rows[m - 2, JUMPED_N + i], rows[m - 1, JUMPED_N + i] + rows[m - 2, JUMPED_N + i]
+        log_p += 0.5 * (after_n**2 - 0.5 * both_n**2) / noise_n2[i] - 0.5 * log(2.0)
+    return log_p
+
+
+@compiled
 def shaken(rows: Floats, m: int, parts: Parts, sizes_n: tuple[float, float], prior: float) -> float:
-    """ln of how likely the jumps of row m - 1 are when all is well and the aircraft may be shaken, over noise alone."""
+    """ln of how likely the jumps of row m - 1 are when all is well and the aircraft may be shaken, over noise alone.
+
+    What was shaken is back by the next row: its jumps are the opposite ones.
+    """
     one_n2, other_n2, mean_n, thrust_n2 = _noise(rows, m, parts)
     x, y = rows[m - 1, JUMPED_N] - parts[0] * mean_n, rows[m - 1, JUMPED_N + 1] - parts[1] * mean_n
     u, v, w, det = _inverse(one_n2, other_n2, thrust_n2, parts)
     most, sum_, far = log(1.0 - prior), 1.0, u * x * x + 2.0 * v * x * y + w * y * y
+    back = _log_back(rows, m, (one_n2, other_n2)) if m > 1 else 0.0
     for size_n in sizes_n:
         more = (parts[0] * size_n) ** 2, (parts[1] * size_n) ** 2
         u, v, w, wide = _inverse(one_n2 + more[0], other_n2 + more[1], thrust_n2, parts)
-        log_p = log(prior / 2.0) + 0.5 * (log(det / wide) + far - (u * x * x + 2.0 * v * x * y + w * y * y))
+        log_p = log(prior / 2.0) + back + 0.5 * (log(det / wide) + far - (u * x * x + 2.0 * v * x * y + w * y * y))
         sum_ = sum_ * exp(min(most - log_p, 0.0)) + exp(min(log_p - most, 0.0))
         most = max(most, log_p)
     return most + log(sum_)

@@ -39,7 +39,7 @@ PAST = np.dtype(
     [
         ("n", np.int64),
         ("rows", np.float64, (N_ROWS + 1, WIDTH)),  # the newest first; the last one is room for the next
-        ("lagged_n", np.float64, 2),  # level, thrust by fuel flow
+        ("lagged_n", np.float64, N_SOURCES + 1),  # thrust by each source, low-passed; by fuel flow, as it came
         ("rate_n_s", np.float64, 3),  # and of the mounts
         ("since_s", np.float64),  # the engine was seen to start then; NaN: it does not turn
     ]
@@ -76,19 +76,25 @@ def median(values: Floats, n: int) -> float:
 
 
 @compiled
-def _rate_n_s(memory: Any, which: int, now_n: float, dt_s: float, fades_s: float) -> float:
-    """The largest lately of a low-passed value."""
-    if not (isfinite(memory.lagged_n[which]) and dt_s > 0.0):
-        memory.lagged_n[which] = now_n
-        return float(memory.rate_n_s[which])
-    moved_n = LEVEL_PART * (now_n - memory.lagged_n[which])
-    memory.lagged_n[which] += moved_n
-    rate_n_s = abs(moved_n) / dt_s
-    if rate_n_s > memory.rate_n_s[which]:
-        memory.rate_n_s[which] += RATE_PART * (rate_n_s - memory.rate_n_s[which])
-    else:
-        memory.rate_n_s[which] -= memory.rate_n_s[which] * min(dt_s / fades_s, 1.0)
-    return float(memory.rate_n_s[which])
+def _rate_n_s(memory: Any, thrusts_n: Floats, dt_s: float) -> float:
+    """The largest lately of a low-passed thrust: what the sources (N_SOURCES,) rise by, in the median; NaN is silent.
+
+    Of one that jumps alone no engine moves.
+    """
+    moved_n, n = np.empty(N_SOURCES), 0
+    for i in range(N_SOURCES):
+        if isfinite(thrusts_n[i] - memory.lagged_n[i]):
+            moved_n[n], n = LEVEL_PART * (thrusts_n[i] - memory.lagged_n[i]), n + 1
+            memory.lagged_n[i] += moved_n[n - 1]
+        else:
+            memory.lagged_n[i] = thrusts_n[i]
+    if n > 0 and dt_s > 0.0:
+        rate_n_s = abs(median(moved_n, n)) / dt_s
+        if rate_n_s > memory.rate_n_s[0]:
+            memory.rate_n_s[0] += RATE_PART * (rate_n_s - memory.rate_n_s[0])
+        else:
+            memory.rate_n_s[0] -= memory.rate_n_s[0] * min(dt_s / LAG_FADES_S, 1.0)
+    return float(memory.rate_n_s[0])
 
 
 @compiled
@@ -111,8 +117,10 @@ def _keep(memory: Any, row: Floats) -> None:
     if memory.n > N_ROWS:
         memory.n -= 1
         missed = _least_missed(rows, N_ROWS + 1)
+        one_n, other_n = rows[missed - 1, STEP_N], rows[missed, STEP_N]
+        both = rows[missed - 1, JUMPED_N:STEP_N].any() and rows[missed, JUMPED_N:STEP_N].any()
+        rows[missed - 1, STEP_N] = one_n + other_n if both else max(one_n, other_n)
         rows[missed - 1, JUMPED_N:STEP_N] += rows[missed, JUMPED_N:STEP_N]
-        rows[missed - 1, STEP_N] = max(rows[missed - 1, STEP_N], rows[missed, STEP_N])
         rows[missed - 1, FUELLED_N] += rows[missed, FUELLED_N]
         for i in range(missed, N_ROWS):
             rows[i] = rows[i + 1]
@@ -134,11 +142,12 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
 
     For the mounts' rate stands what the thrust may have moved by since the row before, N.
     """
-    memory, values, n = past[e], np.empty(N_SOURCES), 0
+    memory, values, thrusts_n, n = past[e], np.empty(N_SOURCES), np.full(N_SOURCES, nan), 0
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
     for i in range(N_SOURCES):
         if row[COUNTS + i] != 0.0 and abs(row[SAID + i]) < parts[i] * ABSURD_N:  # NaN is not
-            values[n], n = row[SAID + i] / parts[i], n + 1
+            thrusts_n[i] = row[SAID + i] / parts[i]
+            values[n], n = thrusts_n[i], n + 1
         else:
             row[SAID + i] = row[COUNTS + i] = 0.0
     if n < 2:
@@ -146,8 +155,9 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     level_n = median(values, n)
     rows, dt_s = memory.rows, row[T_S] - memory.rows[0, T_S] if memory.n > 0 else 0.0
     fuel_n = row[SAID + FUEL_FLOW] if row[COUNTS + FUEL_FLOW] != 0.0 else level_n
-    row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, 0, level_n, dt_s, LAG_FADES_S)
-    fuelled_n = fuel_n - memory.lagged_n[1]
+    row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, thrusts_n, dt_s)
+    row[LOG_FLOW] += (level_n - fuel_n) / max(row[PER_FUEL_N], abs(level_n), 1.0)  # a flow that lies moves no engine
+    fuelled_n = fuel_n - memory.lagged_n[N_SOURCES]
     if dt_s > 0.0 and isfinite(fuelled_n):
         row[FUELLED_N] = fuelled_n - _smoothly_n(row, rows[0])
         jumped_n = abs(np.sum(row[JUMPED_N:STEP_N]) + np.sum(rows[0, JUMPED_N:STEP_N]))
@@ -157,6 +167,6 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     memory.rate_n_s[1] *= exp(-dt_s / FUEL_LAG_FADES_S)
     if isfinite(fuel_rate_n_s):
         memory.rate_n_s[1] = max(memory.rate_n_s[1], fuel_rate_n_s)  # a fuel flow steps before anything follows
-    memory.lagged_n[1], row[FUEL_RATE_N_S] = fuel_n, memory.rate_n_s[1]
+    memory.lagged_n[N_SOURCES], row[FUEL_RATE_N_S] = fuel_n, memory.rate_n_s[1]
     _keep(memory, row)
     return True
