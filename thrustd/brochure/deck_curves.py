@@ -15,7 +15,7 @@ MACH_SLOPE, EXPONENT, PCT_LOW, PCT_HIGH, LINE_STD = range(5)  # of a spool curve
 RELATIVE, EXTRAPOLATING, NO_TEMPERATURE, LAG_N_PER_PCT_S, FLOOR_N, TRANSIENT_PCT_S, FUEL_FLOW = range(7)
 FITTED_FLOW_LOW, FITTED_FLOW_HIGH, FITTED_MACH_LOW, FITTED_MACH_HIGH = range(7, 11)
 KNOTS, LOGS, SLOPES = range(3)
-_Said = tuple[float, float, float, bool, bool, float, float, float, float, float]
+_Said = tuple[float, float, float, bool, bool, float, float, float, float, float, float]
 
 
 class DeckNumbers(NamedTuple):
@@ -150,14 +150,22 @@ def _std_n(
     return sqrt(engine_n2 + relative_sq * thrust_n**2 + lag_n**2)
 
 
+@compiled
+def _middle(a: float, b: float, c: float) -> float:
+    """Of the finite ones; of two the first."""
+    if isfinite(a) and isfinite(b) and isfinite(c):
+        return max(min(a, b), min(max(a, b), c))
+    return a if isfinite(a) else b if isfinite(b) else c
+
+
 def _estimate(deck: DeckNumbers, given: DeckInputs) -> _Said:
     """Thrust [N], one sigma, weight of N1 (NaN: no estimate), outside the fit, transient; thrusts by fuel flow, N1, N2;
-    dF/d ln w and ln w of the corrected fuel flow w [kg/s].
+    dF/d ln w of the corrected fuel flow w [kg/s]; the same and ln w where fuel flow, N1 and N2 put w in the median.
 
     NaN where an input is missing; of the temperature that is a guess at it.
     """
     if not (isfinite(given.mach) and isfinite(given.pressure_altitude_m)):
-        return nan, nan, nan, False, False, nan, nan, nan, nan, nan
+        return nan, nan, nan, False, False, nan, nan, nan, nan, nan, nan
     mach, rate_pct_s, spread = max(given.mach, 0.0), given.n1_rate_pct_s, deck.spread
     delta_t, theta_t = ratios(mach, given.pressure_altitude_m, given.sat_degc)
     flow = given.fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if given.fuel_flow_kg_s > 0.0 else nan
@@ -168,7 +176,7 @@ def _estimate(deck: DeckNumbers, given: DeckInputs) -> _Said:
     n2_n = delta_t * surface_n(deck.surface, deck.box, n2_flow, mach)
     weight = _weight_of_n1(flow_n, n1_n, rate_pct_s, spread[TRANSIENT_PCT_S])
     if not isfinite(weight):
-        return nan, nan, nan, False, False, nan, nan, n2_n, nan, nan
+        return nan, nan, nan, False, False, nan, nan, n2_n, nan, nan, nan
     by_n1 = weight > 0.5
     w = n1_flow if by_n1 else flow
     outside = _is_outside(spread, w, mach) or (by_n1 and n1_outside)
@@ -176,13 +184,14 @@ def _estimate(deck: DeckNumbers, given: DeckInputs) -> _Said:
     per_fuel_n = delta_t * _surface(deck.surface, deck.box, w, mach)[1]
     n1_std, isa = weight * deck.line_1[LINE_STD], not isfinite(given.sat_degc)
     std_n = _std_n(spread, thrust_n, per_fuel_n, outside, n1_std, isa, rate_pct_s)
-    moves = abs(rate_pct_s) > spread[TRANSIENT_PCT_S]
-    return thrust_n, std_n, weight, outside, moves, flow_n, n1_n, n2_n, per_fuel_n, log(w)
+    moves, burnt = abs(rate_pct_s) > spread[TRANSIENT_PCT_S], _middle(flow, n1_flow, n2_flow)
+    slope_n = delta_t * _surface(deck.surface, deck.box, burnt, mach)[1]
+    return thrust_n, std_n, weight, outside, moves, flow_n, n1_n, n2_n, per_fuel_n, slope_n, log(burnt)
 
 
 _ROW, _TABLE = types.float64[::1], types.float64[:, ::1]
 NUMBERS: Any = named(DeckNumbers, _TABLE, _ROW, _ROW, _TABLE, _ROW, _TABLE, _ROW)
 INPUTS: Any = named(DeckInputs, *[types.float64] * 7)
 _tuple_of: Any = types.Tuple
-_SAID = _tuple_of([types.float64] * 3 + [types.boolean] * 2 + [types.float64] * 5)
+_SAID = _tuple_of([types.float64] * 3 + [types.boolean] * 2 + [types.float64] * 6)
 estimate: Any = compiled(_estimate, _SAID(NUMBERS, INPUTS), "numpy")

@@ -55,7 +55,8 @@ class BrochureSource:
     def look(self, dt_s: float, readings: Floats, deck_n: Floats) -> None:
         """Readings dt_s after the last ones; NaN = missing or stale.
 
-        -> `deck_n` (6,): thrust by fuel flow, N1 and N2, sigma of the deck; dF/d ln w, ln w of corrected fuel flow.
+        -> `deck_n` (6,): thrust by fuel flow, N1 and N2, sigma of the deck; dF/d ln w and ln w of
+        the corrected fuel flow w by the median of the three.
         """
         _look(self._work, dt_s, readings, deck_n)
 
@@ -72,7 +73,7 @@ def _ask(e: Any, deck: DeckNumbers, readings: Floats) -> None:
         readings[e.temperature], e.n1_rate_pct_s,
     )  # fmt: skip
     said = estimate(deck, given)
-    _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n, e.per_fuel_n, e.log_flow = said
+    _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n, _, e.per_fuel_n, e.log_flow = said
 
 
 def _look_at(work: _Work, dt_s: float, readings: Floats, deck_n: Floats) -> None:

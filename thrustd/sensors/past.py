@@ -156,7 +156,6 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     rows, dt_s = memory.rows, row[T_S] - memory.rows[0, T_S] if memory.n > 0 else 0.0
     fuel_n = row[SAID + FUEL_FLOW] if row[COUNTS + FUEL_FLOW] != 0.0 else level_n
     row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, thrusts_n, dt_s)
-    row[LOG_FLOW] += (level_n - fuel_n) / max(row[PER_FUEL_N], abs(level_n), 1.0)  # a flow that lies moves no engine
     fuelled_n = fuel_n - memory.lagged_n[N_SOURCES]
     if dt_s > 0.0 and isfinite(fuelled_n):
         row[FUELLED_N] = fuelled_n - _smoothly_n(row, rows[0])
