@@ -42,6 +42,9 @@ def test_the_shipped_configurations_are_read():
         ("[aircraft]", "[aircraft", ("not TOML",)),
         ('name = "test"', 'name = ""', ("aircraft.name",)),
         ('name = "test"', "name = " + 5000 * "[", ("nested too deep",)),
+        ("estimate_hz = 50.0", "estimate_hz = " + 5000 * "9", ("not TOML", "4300 digits")),
+        ("estimate_hz = 50.0", "estimate_hz = 0x" + 4000 * "f", ("steps.estimate_hz = a number of 16000 bits",)),
+        ('name = "test"', 'name = "\\u001b[2J"', ("aircraft.name = '\\x1b[2J'",)),
     ],
 )
 def test_an_impossible_configuration_is_refused(old, new, words):

@@ -33,7 +33,7 @@ class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
 
 class Aircraft(Section, frozen=True):
-    name: Annotated[str, Meta(min_length=1, max_length=64)]  # of this aircraft, as in the names of its logs
+    name: Annotated[str, Meta(pattern=r"^[^\x00-\x1f\x7f-\x9f]{1,64}$")]  # of this aircraft, as in its logs' names
     engines: Annotated[list[Name], Meta(min_length=1, max_length=4)]  # names; their order is that of CAN and deck
     data: str | None = None  # masses, spring rates, limits of the type; none: the shipped citation-ii.toml
 
@@ -158,7 +158,7 @@ def read_toml(text: str, kind: type[T], where: str) -> T:
         raise ConfigError(f"{where}: key {found[0][:40]} ...: expected at most {MOST_PARTS} names between dots")
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
+    except ValueError as problem:  # of a number that is too long, too
         other = _other_file(text) if kind is Config else ""
         raise ConfigError(f"{where}: {other or f'not TOML: {problem}'}") from None
     except RecursionError:
@@ -217,6 +217,8 @@ def _short(value: Any) -> str:
     """A table or a list is told by what it is."""
     if isinstance(value, dict | list):
         return "a table" if isinstance(value, dict) else "a list"
+    if isinstance(value, int) and value.bit_length() > 64:
+        return f"a number of {value.bit_length()} bits"  # Python does not print any
     return repr(value)
 
 
