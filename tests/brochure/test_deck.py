@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from thrustd.brochure.deck import Deck, total_ratios
-from thrustd.brochure.deck_curves import DeckInputs
+from thrustd.brochure.deck_curves import DeckInputs, estimate
 from thrustd.core.errors import DeckError
 
 PATH = Path(__file__).parents[2] / "models" / "brochure" / "jt15d-4.json"
@@ -176,3 +176,11 @@ def test_bad_decks_are_refused_in_one_line(text, word):
     assert str(error.value).startswith("bad.json: ")
     assert word in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_fuel_flow_that_lies_does_not_move_the_place_on_the_deck():
+    """What the spools stand for is in the middle; dF/d ln w and ln w are the bank's."""
+    numbers = DECK.numbers(0)
+    right = estimate(numbers, inputs(fuel=0.09, n1=80.0, n2=85.0))[9:]
+    for wrong in (0.02, 0.3, nan):
+        assert estimate(numbers, inputs(fuel=wrong, n1=80.0, n2=85.0))[9:] == pytest.approx(right, rel=0.2)

@@ -13,6 +13,7 @@ from thrustd.sensors.past import (
     N_SOURCES,
     OWN_N,
     PER_FUEL_N,
+    RATE_N_S,
     SAID,
     T_S,
     WIDTH,
@@ -100,3 +101,14 @@ def test_air_that_is_bled_is_no_fault_of_the_fuel_flow():
 def test_a_fuel_flow_that_is_off_by_far_more_is_not_taken_for_bled_air():
     rows = weighed(lambda t_s: (0, 0, 900.0 if t_s > 300 else 0, 0, 0), 360.0)
     assert rows[-1, onsets.FUEL_OFF, 0] > 0.95
+
+
+def test_no_engine_moves_with_a_source_that_jumps_alone():
+    past = no_past(1)
+    for k in range(200):
+        row, fault = np.zeros(WIDTH), np.array([0, 0, -600.0 * (k >= 190), 0, 0])
+        row[T_S], row[MACH], row[DECK_N], row[PER_FUEL_N] = 0.4 * k, 0.3, 160.0, 4500.0
+        row[SAID : SAID + N_SOURCES] = said_of(3000.0, fault, np.random.default_rng(k))
+        row[COUNTS : COUNTS + N_SOURCES] = 1.0
+        assert remember(past, 0, row, SHARE)
+    assert past["rows"][0, 0, RATE_N_S] < 10.0

@@ -70,6 +70,23 @@ def test_what_comes_back_and_what_was_not_seen_is_no_jump():
     assert (followed(forces_n, forces_n / SPRINGS)["jumped_n"] == 0.0).all()
 
 
+def test_an_acceleration_that_is_read_later_than_the_mounts_undoes_their_jump():
+    """The aircraft is shaken; the force is back when its acceleration arrives, the transducers are not."""
+    forces_n, deformations_mm = np.full((10, 2), 2000.0), np.full((10, 2), 0.4)
+    forces_n[5:7] += 500.0
+    deformations_mm[5:] += 0.1
+    assert np.abs(followed(forces_n, deformations_mm)["jumped_n"]).max() < 1e-9
+
+
+def test_a_thrust_may_have_moved_in_every_step_that_jumped():
+    forces_n = np.full((10, 2), 2000.0)
+    forces_n[5:8] -= 100.0 * np.arange(1, 4)[:, None]
+    forces_n[8:] -= 300.0
+    one_n = FASTEST_FALL_N_S * DT_S
+    assert followed(forces_n[:6], forces_n[:6] / SPRINGS)["step_n"] == pytest.approx(one_n)
+    assert followed(forces_n, forces_n / SPRINGS)["step_n"] == pytest.approx(one_n * 3**0.5)
+
+
 def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
     """Probabilities two looks after mounts (2,) that jump, at a thrust that has been moving for five seconds."""
     rng, past, out = np.random.default_rng(0), no_past(1), np.zeros((onsets.N_HYPOTHESES, 3))
@@ -103,6 +120,12 @@ def test_an_aircraft_that_is_shaken_excludes_nobody():
     """The mounts jumped, and what they say since is as before."""
     probabilities = weighed(0.0, (0.0, 0.0), (500.0, 600.0))
     assert probabilities[onsets.WELL] > 0.9
+
+
+def test_mounts_that_jumped_and_stay_there_were_not_shaken():
+    """In a take-off roll, where no spool says how large the thrust is."""
+    jump_n = -500.0, -600.0
+    assert weighed(1500.0, jump_n, jump_n, rows=2)[onsets.MOUNTS_OFF] > 0.98
 
 
 def test_a_thrust_may_jump_with_its_fuel_flow():

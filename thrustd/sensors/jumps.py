@@ -11,7 +11,7 @@ Of a sudden fault alone a row's jumps are one more reading (see `evidence`),
                                            t: 0 to what the fuel flow moved by besides, of both mounts
 """
 
-from math import exp, isfinite, log
+from math import exp, hypot, isfinite, log
 from typing import Any
 
 import numba
@@ -66,7 +66,7 @@ def _follow_all(jumps: Any, mounts: Integers, shares: Floats, spring_n_mm: Float
                 now = True
             jump.force_n[i], jump.deformation_mm[i] = state.force_n, state.deformation_mm
         if now and before:  # a thrust may have moved by as much in each of them
-            jump.step_n += FASTEST_FALL_N_S * dt_s
+            jump.step_n = hypot(jump.step_n, FASTEST_FALL_N_S * dt_s)
         if isfinite(moved_n):
             jump.could_n += min(max(moved_n, -FASTEST_FALL_N_S * dt_s), FASTEST_RISE_N_S * dt_s)
 

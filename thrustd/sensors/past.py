@@ -6,7 +6,7 @@ each other, as a part of their age. So N_ROWS rows reach from now to the engine'
 two or three times as old as the one before it.
 """
 
-from math import exp, isfinite, nan
+from math import exp, hypot, isfinite, nan
 from typing import Any
 
 import numpy as np
@@ -119,7 +119,7 @@ def _keep(memory: Any, row: Floats) -> None:
         missed = _least_missed(rows, N_ROWS + 1)
         one_n, other_n = rows[missed - 1, STEP_N], rows[missed, STEP_N]
         both = rows[missed - 1, JUMPED_N:STEP_N].any() and rows[missed, JUMPED_N:STEP_N].any()
-        rows[missed - 1, STEP_N] = one_n + other_n if both else max(one_n, other_n)
+        rows[missed - 1, STEP_N] = hypot(one_n, other_n) if both else max(one_n, other_n)
         rows[missed - 1, JUMPED_N:STEP_N] += rows[missed, JUMPED_N:STEP_N]
         rows[missed - 1, FUELLED_N] += rows[missed, FUELLED_N]
         for i in range(missed, N_ROWS):
