@@ -9,7 +9,7 @@ import { askedOf, ledgerBars, ledgerOf, stepOf } from "../ledger.js";
 import { compareNow, diagnoseNow, extendWith } from "../steps.js";
 import { attempt, model, refresh, report, running, say, session } from "../store.js";
 import { removed, WORTH } from "../worth.js";
-import { keepPanel } from "./keep.js";
+import { keepJobs, keepPanel } from "./keep.js";
 
 export function add(root) {
   const draw = () => {
@@ -184,7 +184,7 @@ export function add(root) {
   }
 
   draw();
-  return { update: draw, jobs: () => {} };
+  return { update: draw, jobs: keepJobs };
 }
 
 const checkOf = (r, name, by) => r.heldout.find((one) => one.recording === name && one.model === by);

@@ -9,9 +9,19 @@ import { attempt, order, running, store } from "../store.js";
 
 let rate = "1000"; // Hz, as chosen last; PH-LAB's
 
+function reportLabel() {
+  const writing = running("report");
+  return writing ? `Writing the report: ${Math.round(100 * writing.fraction)} %` : "Write the report (HTML)";
+}
+
+// while it is written
+export function keepJobs() {
+  const button = document.getElementById("report");
+  if (button) button.textContent = reportLabel();
+}
+
 export function keepPanel(card) {
   const ready = compiled(card.name),
-    writing = running("report"),
     written = store.server.jobs.find((one) => one.kind === "report" && one.state === "done");
   return panel(
     "Keep it",
@@ -42,13 +52,14 @@ export function keepPanel(card) {
       h(
         "button",
         {
-          disabled: Boolean(writing),
+          id: "report",
+          disabled: Boolean(running("report")),
           onclick: attempt(async () => {
             const job = await order("report", { title: card.name });
             if (job.state === "done") save("api/reports/" + job.result.report, "report.html");
           }),
         },
-        writing ? `Writing the report: ${Math.round(100 * writing.fraction)} %` : "Write the report (HTML)",
+        reportLabel(),
       ),
       written
         ? h("a", { href: "api/reports/" + written.result.report, download: "report.html" }, "latest report")
