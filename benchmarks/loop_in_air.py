@@ -1,13 +1,14 @@
 """The loop in the air: effects estimated on recorded flights against the brochure, judged by truth on another.
 
-    python -m benchmarks.loop_in_air [--case NAME] [--mount left_upper] [--aircraft 7] [--flights 2]
+    python -m benchmarks.loop_in_air [--case NAME] [--mount left_upper] [--aircraft 7 1 2] [--flights 0 1 01]
 
 Engines, air data and accelerations of PH-LAB as recorded; a twin aircraft supplies the deformations, without wires:
 2 Hz, the noise of its sensors in it. Nobody tells the loop what is hidden, and no truth is among its inputs. A row
-takes one to two minutes of processor time and is kept in `out/loop_in_air`: an interrupted run goes on there.
+takes some seconds of processor time and is kept in `out/loop_in_air`: an interrupted run goes on there.
 """
 
 import argparse
+import itertools
 import json
 import time
 from pathlib import Path
@@ -39,13 +40,16 @@ from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading
 
 HZ, FINE_HZ = 2.0, 50.0
-ESTIMATED, JUDGED = FLIGHTS[:2], FLIGHTS[2]
+JUDGED = FLIGHTS[2]
 CASES: dict[str, tuple[Knobs, str]] = {
     "nothing hidden": (PLAIN, ""),
     "axial inertia left out": (PLAIN, "axial_inertia"),
     "stiffness +5 %": (PLAIN._replace(stiffness=0.05), ""),
     "expansion 2 um/K": (PLAIN._replace(expansion_mm_k=0.002), ""),
     "nacelle drag 0.04 m2": (PLAIN._replace(drag_m2=0.04), ""),
+    "stiffness -5 %": (PLAIN._replace(stiffness=-0.05), ""),
+    "expansion -1 um/K": (PLAIN._replace(expansion_mm_k=-0.001), ""),
+    "nacelle drag 0.02 m2": (PLAIN._replace(drag_m2=0.02), ""),
 }
 
 
@@ -81,8 +85,8 @@ def error_n(spec: ModelSpec, flight: Recording, place: MountPlace) -> float:
     return report.comparisons[0].rmse_n
 
 
-def row_of(case: str, mount: str, aircraft: int, flights: int) -> list[str]:
-    """What the loop says of one case from so many flights, and what that is worth on the other flight."""
+def row_of(case: str, mount: str, aircraft: int, flights: str) -> list[str]:
+    """What the loop says of one case from these flights, by their numbers, and what that is worth on another one."""
     knobs, left_out = CASES[case]
     installation = read_installation(shipped("deploy/hil.toml", "config"))
     place = place_of(mount, installation.config, installation.aircraft())
@@ -90,7 +94,7 @@ def row_of(case: str, mount: str, aircraft: int, flights: int) -> list[str]:
     (whole,) = read_models([shipped(f"models/{mount.replace('_', '-')}.json", "model")]).values()
     spec = msgspec.structs.replace(whole, effects=[e for e in whole.effects if e.name != left_out], witness=None)
     seen, other = (
-        [_untold(flown(file, aircraft, knobs)) for file in ESTIMATED[:flights]],
+        [_untold(flown(FLIGHTS[int(number)], aircraft, knobs)) for number in flights],
         flown(JUDGED, aircraft, knobs),
     )
     began = time.process_time()
@@ -99,12 +103,13 @@ def row_of(case: str, mount: str, aircraft: int, flights: int) -> list[str]:
     if words:
         try:
             longer = extend(spec, seen, words, given=given)
-            after, sizes = longer.spec, "; ".join(p.sentence.split(" (")[0] for p in longer.parameters)
+            after, sizes = longer.spec, "; ".join(p.sentence.split(" = ")[1].split(" (")[0] for p in longer.parameters)
         except ModelError as problem:
             sizes = str(problem)[:80]
     spent = time.process_time() - began
     before_n, after_n = error_n(spec, other, place), error_n(after, other, place)
-    return [case, "+".join(report.verdict), f"{before_n:.1f}, {after_n:.1f}", sizes, f"{spent:.0f}"]
+    verdict = f"{'+'.join(report.verdict)} ({report.grade})"
+    return [case, str(aircraft), flights, verdict, f"{before_n:.1f}, {after_n:.1f}", sizes, f"{spent:.0f}"]
 
 
 def _untold(known: Recording) -> Recording:
@@ -117,19 +122,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", action="append", default=[], help="a beginning of its name; may be repeated")
     parser.add_argument("--mount", default="left_upper")
-    parser.add_argument("--aircraft", type=int, default=7, metavar="SEED")
-    parser.add_argument("--flights", type=int, default=1, choices=(1, 2), help="to estimate on")
+    parser.add_argument("--aircraft", type=int, nargs="+", default=[7, 1, 2], metavar="SEED")
+    parser.add_argument(
+        "--flights", nargs="+", default=["0", "1", "01"], choices=("0", "1", "01"), help="to estimate on"
+    )
     parser.add_argument("--folder", type=Path, default=Path("out/loop_in_air"), help="where it goes on")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
-    title = f"{given.mount}, aircraft {given.aircraft}"
-    shown = Table("hidden", "verdict", "N before, after", "sizes", "s", title=title)
-    for number, case in enumerate(CASES):
+    shown = Table("hidden", "aircraft", "from", "verdict", "N before, after", "sizes", "s", title=given.mount)
+    every = itertools.product(enumerate(CASES), given.flights, given.aircraft)
+    for (number, case), flights, aircraft in every:
         if given.case and not any(case.startswith(word) for word in given.case):
             continue
-        kept = given.folder / f"{given.aircraft}-{given.mount}-{given.flights}-{number}.json"
+        kept = given.folder / f"{aircraft}-{given.mount}-{flights}-{number}.json"
         if not kept.exists():
-            kept.write_text(json.dumps(row_of(case, given.mount, given.aircraft, given.flights)))
+            kept.write_text(json.dumps(row_of(case, given.mount, aircraft, flights)))
         row = json.loads(kept.read_text())
         print(*row, sep=" | ", flush=True)
         shown.add_row(*row)

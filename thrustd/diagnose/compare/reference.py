@@ -4,14 +4,14 @@ On a bench that is the load cell, `force_N`. In flight a mount carries `share` o
 any column of force, or `brochure`, which asks a brochure deck with the recording's engine and air data.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 
 import numpy as np
 
 from thrustd.brochure.deck import Deck
-from thrustd.brochure.deck_curves import DeckInputs
+from thrustd.brochure.deck_curves import DeckInputs, estimate
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
@@ -27,7 +27,6 @@ from thrustd.records.recording import TIME, Recording
 
 THRUST = "thrust_N"
 BROCHURE = "brochure"
-BROCHURE_MARK = "reference: brochure"  # a column of recordings whose reference is one
 OWN_OUTPUTS = ("estimate_", "mount_", "check_", "model_N", "thrust_N", "force_N_")  # of a flight log; its truth, too
 BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
 _BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")
@@ -104,8 +103,7 @@ def with_reference(
 ) -> Recording:
     """The recording with its reference as `force_N`; RecordingError in one line when there is none."""
     if against == BROCHURE:
-        share_n = _share(record, place) * _brochure_n(record, deck, place)
-        return record.with_channels(**{FORCE: share_n, BROCHURE_MARK: np.ones(len(record))})
+        return record.with_channels(**{FORCE: _share(record, place) * _brochure_n(record, deck, place)})
     if against and against != FORCE:
         factor = _share(record, place) if "thrust" in against.lower() else 1.0  # of a whole engine
         return record.with_channels(**{FORCE: factor * record[against]})
@@ -129,16 +127,18 @@ def _brochure_n(record: Recording, deck: Deck | None, place: MountPlace | None) 
     if deck is None:
         raise RecordingError(f"{record.name}: against brochure: expected a brochure deck, none is given")
     _require(record, ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC"))
-    step = max(1, round(record.sample_hz / BROCHURE_HZ))
-    rows = np.arange(0, len(record), step)
-    table = [record[name][rows] if name in record else np.full(len(rows), np.nan) for name in _BROCHURE_INPUTS]
-    rate = np.gradient(table[1], record.time_s[rows]) if len(rows) > 1 else np.zeros(len(rows))
-    thrust = [
-        deck.estimate(DeckInputs(*(float(v) for v in values)), place.number if place else 0).thrust_n
-        for values in zip(*table, rate, strict=True)
-    ]
-    found: Floats = np.interp(record.time_s, record.time_s[rows], np.array(thrust))
-    return found
+    return deck_says(record.channels, record.time_s, deck, place.number if place else 0)[:, 0]
+
+
+def deck_says(channels: Mapping[str, Floats], time_s: Floats, deck: Deck, engine: int) -> Floats:
+    """(n, 7): thrust, its sigma, thrust by fuel flow, N1 and N2, dF / d ln w, ln w; NaN where it is not told."""
+    rows = np.arange(0, len(time_s), max(1, round((len(time_s) - 1) / (time_s[-1] - time_s[0]) / BROCHURE_HZ)))
+    given = [channels[name][rows] if name in channels else np.full(len(rows), np.nan) for name in _BROCHURE_INPUTS]
+    rate = np.gradient(given[1], time_s[rows]) if len(rows) > 1 else np.zeros(len(rows))
+    numbers, lines = deck.numbers(engine), zip(*(c.tolist() for c in (*given, rate)), strict=True)
+    said = [estimate(numbers, DeckInputs(*line)) for line in lines]
+    found = np.array([(*one[:2], *one[5:]) for one in said])
+    return np.column_stack([np.interp(time_s, time_s[rows], column) for column in found.T])
 
 
 def _require(record: Recording, names: Sequence[str]) -> None:

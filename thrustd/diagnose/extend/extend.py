@@ -5,27 +5,27 @@ others explain as well are left out. The core moves under its posterior: what th
 seen is learnt here.
 """
 
-import hashlib
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import msgspec
 import numpy as np
-from rich.console import Console
 
 from thrustd.core.blas import one_thread
 from thrustd.core.errors import ModelError
 from thrustd.core.measures import rms
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.checks import check_channels, check_new
-from thrustd.diagnose.compare.newtons import newtons
+from thrustd.diagnose.compare.reference import BROCHURE
+from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
+from thrustd.diagnose.extend.in_flight import extended_in_flight
+from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.joint import Joint, joint_fit
-from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import (
     advanced,
@@ -40,7 +40,7 @@ from thrustd.diagnose.search.ranking import (
     simplest,
 )
 from thrustd.diagnose.search.screen import screened, table_of
-from thrustd.diagnose.search.told import ParameterEstimate, estimates_of, sentences, specs_of
+from thrustd.diagnose.search.told import estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map
 from thrustd.identify.first_state import begun_at
@@ -48,55 +48,13 @@ from thrustd.identify.regression.posterior import kept, with_own_stops
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import FRICTION, spec_of
 from thrustd.identify.segments import Segment
-from thrustd.model.artifact import ErrorMap, LedgerEntry, ModelSpec, ValidRange, write_model
+from thrustd.model.artifact import ErrorMap, ModelSpec, ValidRange
 from thrustd.model.effect import Effect
-from thrustd.model.effects import effect_named, shelf
-from thrustd.model.modulated import BY, modulated
+from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
 
 TOLD = 2.0  # sigmas from nothing that one amplitude has to be
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
-
-
-@dataclass(frozen=True, slots=True)
-class ExtendReport:
-    """The extended model and what it gained on held-back blocks."""
-
-    spec: ModelSpec
-    effects: tuple[str, ...]
-    rmse_before_n: float
-    rmse_after_n: float
-    parameters: tuple[ParameterEstimate, ...]
-    left_out: tuple[str, ...] = ()  # asked for, and explained by the others
-    unit: str = "N"
-
-    def to_json(self) -> dict[str, Any]:
-        return {
-            "model": self.spec.name,
-            "effects": list(self.effects),
-            "names": [effect.name for effect in self.spec.effects],
-            "left_out": list(self.left_out),
-            "rmse_before_n": self.rmse_before_n,
-            "rmse_after_n": self.rmse_after_n,
-            "parameters": {self._key(p): p.to_json() | {"effect": p.effect} for p in self.parameters},
-            "rest_moved": True,
-        }
-
-    def _key(self, parameter: ParameterEstimate) -> str:
-        """Its name, with its effect where two effects call one of theirs the same."""
-        same = sum(p.name == parameter.name for p in self.parameters)
-        return parameter.name if same == 1 else f"{parameter.effect}.{parameter.name}"
-
-    def print(self, console: Console) -> None:
-        names = " and ".join(self.effects)
-        console.print(
-            f"{names} added: {newtons(self.rmse_before_n)} -> {newtons(self.rmse_after_n)} {self.unit}"
-            " on held-back blocks",
-        )
-        for line in sentences(self.parameters):
-            console.print(f"  {line}")
-        for word in self.left_out:
-            console.print(f"  {word} left out: the others explain as much without it")
 
 
 @one_thread()
@@ -111,6 +69,8 @@ def extend(
 ) -> ExtendReport:
     """Add `effects` to a model. ModelError, and no model, when held-back blocks are not better with them."""
     chosen = asked_for(effects, recordings)
+    if given.against == BROCHURE:
+        return extended_in_flight(spec, asked(spec, recordings, given), chosen, given, name or spec.name, progress)
     for effect in chosen:
         if effect.word != effect_named(FRICTION).word:  # friction grows
             check_new(spec, effect, spec.name)
@@ -129,16 +89,6 @@ def extend(
     return ExtendReport(
         written, fit.words, was, after, tuple(estimates_of(base, fit, rivals(fit, tried))), left_out, base.roles.unit
     )
-
-
-def variants(effect: Effect) -> list[Effect]:
-    """Every law that goes by the word, when it is the word that was said; else the one law."""
-    law, by, channel = effect.name.partition(BY)
-    if by:
-        return [modulated(one, channel) for one in variants(effect_named(law))]
-    if effect.name != effect.word:
-        return [effect]
-    return laws([effect, *(other for other in shelf().values() if other.variant_of == effect.name)])
 
 
 def _fitted(
@@ -205,13 +155,8 @@ def _written(
     found = with_own_stops(fit.solution)
     core = spec_of(found, segments, name)
     effects = [*core.effects, *(effect for term, effect in specs_of(base, fit) if term.effect.name != FRICTION)]
-    entry = LedgerEntry(
-        added=", ".join(fit.words),
-        rmse_before_n=base.scale * float(np.sqrt(left(nothing, base))),
-        rmse_after_n=base.scale * float(np.sqrt(fit.mse)),
-        data=", ".join(record.name for record in records),
-        parent_sha256=hashlib.sha256(write_model(parent).encode()).hexdigest(),
-    )
+    before_n, after_n = (base.scale * float(np.sqrt(mse)) for mse in (left(nothing, base), fit.mse))
+    entry = ledger_of(parent, fit.words, before_n, after_n, [record.name for record in records])
     seen_s = parent.provenance.get("longest_train_s")
     longest_s = max(len(s) * s.dt_s for s in segments)
     longest_s = max(longest_s, float(seen_s)) if isinstance(seen_s, int | float) else longest_s

@@ -12,7 +12,6 @@ import numpy as np
 
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
-from thrustd.diagnose.search.reference_terms import MARK, REFERENCE_OF, reference_columns, reference_term
 from thrustd.identify.first_state import level_before
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.regress import KNOTS, regress
@@ -54,11 +53,6 @@ class Base:
     own_mse: float = np.inf  # of the model itself on these records, its core as it is
 
     @property
-    def by_brochure(self) -> bool:
-        """Whether the reference has unknowns of its own: what is left is first of all its own."""
-        return any(term.effect.name == MARK for term in self.shape.terms)
-
-    @property
     def scale(self) -> float:
         return self.shape.output_scale
 
@@ -88,16 +82,13 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
     if np.any(point.gain != 0.0):
         loaded = [k for k, segment in enumerate(segments) if not _stood_unloaded(segment, shape.output_scale)]
         terms += tuple(_state(k, point, shape.output_scale) for k in loaded)
-    if MARK in segments[0].inputs:
-        terms += (reference_term(),)
-    kept_promise = None if MARK in segments[0].inputs else promised  # of a load cell, not of a deck
     if not terms:
-        return Base(shape, point, information, noise, kept_promise)
+        return Base(shape, point, information, noise, promised)
     count = sum(len(term.free) for term in terms)
     wide = np.zeros((shape.n + count, shape.n + count))
     wide[: shape.n, : shape.n] = information
     full = replace(shape, terms=terms)
-    return Base(full, replace(point, terms=np.zeros(count)), wide, noise, kept_promise)
+    return Base(full, replace(point, terms=np.zeros(count)), wide, noise, promised)
 
 
 def _promised(spec: ModelSpec, segments: Sequence[Segment]) -> float:
@@ -181,8 +172,8 @@ def _state(number: int, point: Point, scale: float) -> Term:
 
 
 def is_state(term: Term) -> bool:
-    """Of a record's start or of its reference, no effect of the mount."""
-    return term.effect.name.startswith((STATE_OF, REFERENCE_OF))
+    """Of a record's start, no effect of the mount."""
+    return term.effect.name.startswith(STATE_OF)
 
 
 def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list[Record]:
@@ -191,9 +182,6 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
     def run(segment: Segment) -> Floats:
         return simulate(spec, segment)
 
-    judged: list[dict[str, Floats]] = [{} for _ in segments]
-    if MARK in segments[0].inputs:
-        judged = reference_columns([run(s) for s in segments], [s.inputs for s in segments], [s.dt_s for s in segments])
     return [
         Record(
             s.inputs[DEFORMATION],
@@ -202,8 +190,7 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
             level_before(run, s),
             {name: np.ascontiguousarray(column) for name, column in s.inputs.items()}
             | {"time_s": s.time_s}
-            | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))}
-            | judged[i],
+            | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))},
         )
         for i, s in enumerate(segments)
     ]

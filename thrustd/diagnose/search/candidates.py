@@ -21,6 +21,15 @@ class NotJudged:
     reason: str
 
 
+def not_judged_lines(not_judged: Sequence[NotJudged]) -> list[str]:
+    """One line for all, by reason; none where everything was judged."""
+    reasons: dict[str, list[str]] = {}
+    for one in not_judged:
+        reasons.setdefault(one.reason, []).append(one.effect)
+    why = "; ".join(f"{', '.join(effects)} ({reason})" for reason, effects in sorted(reasons.items()))
+    return [f"not judged: {why}"] if why else []
+
+
 def judgeable(
     effects: Sequence[Effect], records: Sequence[Recording], present: Sequence[str]
 ) -> tuple[list[Effect], list[NotJudged]]:

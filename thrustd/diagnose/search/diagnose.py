@@ -18,11 +18,13 @@ from thrustd.core.columns import Floats
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
+from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.candidates import NotJudged, judgeable
+from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
+from thrustd.diagnose.search.in_flight import diagnosed_in_flight
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
@@ -67,6 +69,8 @@ def diagnose(
     `beside`: with the two best explanations sample by sample, for pictures.
     """
     question = asked(spec, recordings, given)
+    if given.against == BROCHURE:
+        return diagnosed_in_flight(name or spec.name, spec, question, given, extra, progress)
     records, base, rows = question.records, question.base, question.rows
     present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
     possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
@@ -94,7 +98,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it
         return Verdict(("unknown",), ranked.nothing, tuple(alone)[:3])
-    if at_floor(best, base) or base.by_brochure:
+    if at_floor(best, base):
         return Verdict(words, best, ())
     above, table = left(best, base) - floor, table_of(base, best)
     before = table.mse()
@@ -138,8 +142,8 @@ def _report(
 
 
 def _grade(base: Base, verdict: Verdict, alike: Sequence[str]) -> str:
-    """strong: no other set comes near; cannot be told: another, or a deck's error, does as well; weak: more is left."""
-    if alike or (base.by_brochure and verdict.words == ("none",)):  # a deck errs by as much as an effect
+    """strong: no other set comes near; cannot be told: another does as well; weak: more is left."""
+    if alike:
         return "cannot be told"
     said = verdict.words == ("unknown",) and verdict.channels
     return "weak" if not said and more_left(base, verdict) else "strong"
@@ -238,8 +242,6 @@ def _advice(
     floor, rest = base.scale * floor_of(verdict.fit, base), base.scale * float(np.sqrt(left(verdict.fit, base)))
     names = ", ".join(one.channel for one in verdict.channels)
     advice = []
-    if base.by_brochure and verdict.words == ("none",):
-        advice.append("the brochure's own errors may hide an effect: none against it is no proof of a right model")
     if verdict.words == ("unknown",):
         advice += [
             f"no effect that was judged explains how the residual follows {one.channel}: look at its picture, then try"
@@ -262,8 +264,4 @@ def _advice(
         words = dict.fromkeys([*verdict.words, *(word for one in alike for word in one.split("+"))])
         own = base.roles.own  # the tests speak of engines
         advice += [f"{word} alone would show so: {tests[word]}" for word in words if own and word in tests]
-    reasons: dict[str, list[str]] = {}
-    for one in not_judged:
-        reasons.setdefault(one.reason, []).append(one.effect)
-    why = "; ".join(f"{', '.join(effects)} ({reason})" for reason, effects in sorted(reasons.items()))
-    return advice + [f"not judged: {why}"] * bool(why)
+    return advice + not_judged_lines(not_judged)

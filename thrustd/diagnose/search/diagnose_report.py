@@ -61,6 +61,7 @@ class DiagnoseReport:
     more_left: bool = False  # the rest follows a channel, or is much: something else is missing too
     explained: Explained | None = None  # sample by sample, for pictures
     unit: str = "N"
+    judged: str = "on held-back blocks"
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -118,11 +119,11 @@ def _yardstick(report: DiagnoseReport) -> str:
     fall = f"{newtons(report.rmse_before_n)} {report.unit}"
     if any(c.in_verdict for c in report.candidates):
         fall += f" -> {newtons(report.rmse_after_n)} {report.unit} with {' and '.join(report.verdict)}"
-    return f"error on held-back blocks: {fall}; the floor is about {newtons(report.own_error_n)} {report.unit}"
+    return f"error {report.judged}: {fall}; the floor is about {newtons(report.own_error_n)} {report.unit}"
 
 
 def _table(report: DiagnoseReport) -> Table:
-    table = Table(title="Absent effects, by what they would leave on held-back blocks")
+    table = Table(title=f"Absent effects, by what they would leave {report.judged}")
     table.add_column("effect")
     for heading in (f"before {report.unit}", f"after {report.unit}"):
         table.add_column(heading, justify="right")

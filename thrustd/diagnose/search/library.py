@@ -14,7 +14,6 @@ from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.base import STATE_OF, Base
 from thrustd.diagnose.search.candidates import moves, order_of
-from thrustd.diagnose.search.reference_terms import MARK, REFERENCE_OF
 from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.sweep import Record
@@ -171,17 +170,12 @@ def free_curve(channel: str, column: Floats, sigma: float, *, gain: bool = False
     return at_start(effect, dict.fromkeys(names, sigma), {})
 
 
-DECK_READS = (
-    "fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC", "tat_degC", "dynamic_pressure_Pa",
-    "deformation_mm_",
-)  # fmt: skip
 OWN = ("deformation_mm", "force_N", "time_s")  # what the model reads itself; the clock stands for whatever went on
 
 
 def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[Floats, tuple[str, ...]]]:
     """Every moving channel, and differences and products of two, with the channels that each is made of."""
-    brochure = MARK in channels
-    single = {name: column for name, column in channels.items() if _strange(name, brochure) and moves(column)}
+    single = {name: column for name, column in channels.items() if _strange(name) and moves(column)}
     found: dict[str, tuple[Floats, tuple[str, ...]]] = {name: (column, (name,)) for name, column in single.items()}
     for (a, x), (b, y) in itertools.combinations(single.items(), 2):
         if _unit(a) == _unit(b):
@@ -190,10 +184,9 @@ def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[Floats, tuple[st
     return found
 
 
-def _strange(name: str, brochure: bool) -> bool:
-    """Whether the model does not read it anyway; against a brochure, nor the deck, nor is it another mount's."""
-    known = (STATE_OF, REFERENCE_OF, MARK, *(DECK_READS if brochure else ()))
-    return name not in OWN and not name.startswith(known) and not is_own_output(name)
+def _strange(name: str) -> bool:
+    """Whether the model does not read it anyway."""
+    return name not in OWN and not name.startswith(STATE_OF) and not is_own_output(name)
 
 
 def _unit(name: str) -> str:

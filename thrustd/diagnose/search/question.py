@@ -62,7 +62,7 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     bench = stretches(spec, given.bench) if given.bench else []
     priors = given.rig or shipped_rig()
     base = replace(base_of(spec, segments, bench), roles=roles_of(records), calibration=priors.calibration)
-    if spec.posterior is None and not (given.bench or base.by_brochure):
+    if spec.posterior is None and not given.bench:
         base = replace(base, own_mse=_own_mse(spec, segments) / base.scale**2)
     rows = records_of(base, spec, segments)
     return Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))

@@ -41,7 +41,7 @@ NEAR = 0.03  # of the squared error: sets so close are told apart by how many nu
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 AT_FLOOR = 1.05  # times the floor
 UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
-EXACT = 0.01  # of the output's spread: no law of rubber holds better, nor does a deck
+EXACT = 0.01  # of the output's spread: no law of rubber holds better
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
 
@@ -210,13 +210,11 @@ def at_floor(fit: Joint, base: Base) -> bool:
 
 def far_above(fit: Joint, base: Base) -> bool:
     """Whether much more than noise is left, and more than any law leaves by not holding exactly."""
-    return not base.by_brochure and bool(left(fit, base) > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
+    return bool(left(fit, base) > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
 
 
 def floor_of(fit: Joint, base: Base) -> float:
-    """Rms that nothing could go below: the residual's fast end, what identification left, or what a deck leaves."""
-    if base.by_brochure:
-        return max(fit.plateau, EXACT)
+    """Rms that nothing could go below: the residual's fast end, or what identification left."""
     return min(fit.plateau, base.promised if base.promised is not None else np.inf)
 
 

@@ -82,7 +82,7 @@ def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[P
     return [
         line
         for term, spec in _new(base, fit)
-        for line in _lines(base, term, spec, [other.get(term.effect.word, {}) for other in others])
+        for line in lines_of(base, term, spec, [other.get(term.effect.word, {}) for other in others])
     ]
 
 
@@ -90,9 +90,10 @@ def _new(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
     return specs_of(base, fit)[sum(not is_state(term) for term in base.shape.terms) :]
 
 
-def _lines(
-    base: Base, term: Term, spec: EffectSpec, others: Sequence[Mapping[str, float]]
+def lines_of(
+    base: Base, term: Term, spec: EffectSpec, others: Sequence[Mapping[str, float]] = ()
 ) -> Sequence[ParameterEstimate]:
+    """The numbers of one effect; `others`: what other laws say of them."""
     lines = []
     many = sum(p.amplitude for p in term.free) > 2
     for p in term.free:

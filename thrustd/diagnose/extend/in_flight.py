@@ -1,0 +1,84 @@
+"""Extend a model by what flights show against the brochure: effects alone, the mount's own curve stays the bench's."""
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+
+from thrustd.core.errors import ModelError
+from thrustd.core.types import Progress
+from thrustd.diagnose.compare.checks import check_channels
+from thrustd.diagnose.compare.newtons import newtons
+from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
+from thrustd.diagnose.extend.variants import variants
+from thrustd.diagnose.search.in_flight import (
+    AGAINST,
+    SURE,
+    left_n,
+    numbers_of,
+    searched,
+    several_flights,
+    terms_in_flight,
+)
+from thrustd.diagnose.search.question import Given, Question
+from thrustd.diagnose.search.weigh import Flown, Weighed, flown, with_terms
+from thrustd.identify.artifact import data_sha256, witness_rows
+from thrustd.model.artifact import ErrorMap, ModelSpec
+from thrustd.model.effect import Effect
+
+
+def extended_in_flight(
+    spec: ModelSpec,
+    question: Question,
+    chosen: Sequence[Effect],
+    given: Given,
+    name: str,
+    progress: Progress | None = None,
+) -> ExtendReport:
+    """The model with those of the effects that make the flights SURE times likelier; ModelError when none does."""
+    for effect in chosen:
+        check_channels(question.records, effect)
+    seen = flown(spec, question, given)
+    terms = terms_in_flight(spec, [law for effect in chosen for law in variants(effect)], question.rig)
+    found = searched(seen, terms, SURE, progress)
+    before_n, after_n = left_n(seen, found.nothing), left_n(seen, found.best)
+    if not found.best.terms:
+        raise ModelError(
+            f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {newtons(before_n)} N {AGAINST}"
+            f" are explained without, expected a flight that is {SURE:g} times likelier with it; no model written"
+        )
+    written = _written(spec, name, seen, found.best, question, before_n, after_n)
+    left_out = tuple(effect.word for effect in chosen if effect.word not in found.best.words)
+    numbers, remarks = numbers_of(question.base, found.best), several_flights(seen, question.base, found.best)
+    return ExtendReport(
+        written, found.best.words, before_n, after_n, tuple(numbers), left_out, judged=AGAINST, remarks=tuple(remarks)
+    )
+
+
+def _written(
+    parent: ModelSpec, name: str, seen: Flown, best: Weighed, question: Question, before_n: float, after_n: float
+) -> ModelSpec:
+    records = question.records
+    extended_on = [f"{record.name} {data_sha256(record)}" for record in records]
+    draft = msgspec.structs.replace(
+        with_terms(parent, best.terms, best.numbers, best.std),
+        name=name,
+        provenance=dict(parent.provenance) | {"extended_on": extended_on},
+        ledger=[*parent.ledger, ledger_of(parent, best.words, before_n, after_n, [r.name for r in records])],
+        error=_less_sure(parent.error, seen, best),
+    )
+    return msgspec.structs.replace(draft, witness=witness_rows(draft, 1.0 / question.segments[0].dt_s))
+
+
+def _less_sure(error: ErrorMap | None, seen: Flown, best: Weighed) -> ErrorMap | None:
+    """By what the sizes of the effects are not sure, on average over what was flown."""
+    if error is None:
+        return None
+    spread_n2 = []
+    for nudge in np.linalg.cholesky(best.s2 * best.covariance).T:
+        moved = seen.forces_n(with_terms(seen.spec, best.terms, best.numbers + nudge))
+        apart = np.concatenate([one - own for one, own in zip(moved, best.forces_n, strict=True)])
+        spread_n2.append(float(np.mean(apart**2)))
+    return msgspec.structs.replace(
+        error, std_n=[[float(np.hypot(s, np.sqrt(sum(spread_n2)))) for s in row] for row in error.std_n]
+    )

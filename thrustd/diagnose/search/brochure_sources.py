@@ -1,0 +1,162 @@
+"""What mount and brochure say of the same thrust, in rows, and how far each may be wrong: no load cell flies.
+
+    mount       share T + e_0 = model(deformation; effects) + z dF/dx          z: the transducer's zero
+    brochure    T + e_i       = G_i - s F - l dF/dt - b - H sum c_jk x^j v^k      i: fuel flow, N1, N2
+    H = delta_t L h,   h = x + r v sqrt(h),   x = F / (delta_t L),   v = u / 0.5,   u = M / sqrt(1 + 0.2 M^2)
+
+T of every row may be anything. e is one Gaussian over all rows of a stretch, with the covariance that weighs sensors in
+flight (`sensors.errors`): an engine against its deck, the deck's shape, lines of N1 and N2, lags of a thrust that
+moves. It forgets. What a deck is wrong by on every flight alike are s, l, b and c, with priors: an engine is 3 % off
+its deck and half a second late, at idle net thrust is 25 N uncertain, each coefficient of the surface is 1 % of the
+gross thrust H: a cycle is wrong by a part of its gross thrust, the net one and the ram drag of its air, r v sqrt(h).
+F: the mount's force over its share; L: the largest corrected F; j + k <= 2. So a deck is much better known at idle than
+at cruise, while a nacelle drags alike: fast flight at idle tells them apart.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from thrustd.brochure.deck import Deck
+from thrustd.core.aircraft import MountPlace
+from thrustd.core.atmosphere import stagnation, total_pressure_ratio
+from thrustd.core.columns import Flags, Floats
+from thrustd.diagnose.compare.reference import deck_says
+from thrustd.identify.segments import Segment
+from thrustd.sensors.errors import AS_ON_THE_BENCH, WHITE_N, covariance
+from thrustd.sensors.past import (
+    COUNTS,
+    DECK_N,
+    FUEL_FLOW,
+    FUEL_RATE_N_S,
+    LEVEL_N,
+    LOG_FLOW,
+    MACH,
+    MOUNT_RATE_N_S,
+    N_SOURCES,
+    OWN_N,
+    PER_FUEL_N,
+    RATE_N_S,
+    SAID,
+    T_S,
+    UPPER,
+    WIDTH,
+)  # fmt: skip
+
+ROWS = 400  # of a stretch at most
+ENGINE, LEAD_S, IDLE_N, SHAPE = 0.0316, 0.5, 25.0, 0.01  # one sigma of s, l, b, c
+POWERS = [(i, j) for i in range(3) for j in range(3 - i)]  # of x and v
+SURFACE = slice(3, 3 + len(POWERS))  # of the unknowns: c
+FAST = 0.5  # of u
+RAM = FAST * 340.3 / 316.0  # r: speed of sound over static thrust per air flow, m/s (JT15D-4: 11.12 kN of 35.2 kg/s)
+ZERO_MM = 0.005  # of a transducer after `thrustd zero`: what friction in the mount holds, thesis figure 12.6
+NUDGE_MM = 0.01  # for the slope of the force
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """One stretch in rows: readings of mount and brochure, one below the other, made white by their covariance."""
+
+    segment: Segment
+    width: int  # samples of a row
+    lower: Floats  # Cholesky factor of the covariance of what counts
+    counts: Flags  # (rows, N_SOURCES)
+    said: Floats  # (rows, N_SOURCES), N, the mount's left at nothing
+    unknowns: Floats  # (rows, N_SOURCES, n): columns of the numbers that the reference and the zero have, one sigma
+    std_n: float  # of the difference between mount and its share of the fuel flow's thrust
+    share: float
+
+    def means(self, column: Floats) -> Floats:
+        return means(column, self.width)
+
+    def white(self, table: Floats) -> Floats:
+        """Readings (rows, N_SOURCES, ...) that count, made white."""
+        return np.asarray(solve_triangular(self.lower, table[self.counts], lower=True))
+
+    def of_mount(self, force_n: Floats) -> Floats:
+        """Readings (rows, N_SOURCES) that are the mount's alone."""
+        table = np.zeros(self.said.shape)
+        table[:, UPPER] = force_n
+        return table
+
+
+def means(column: Floats, width: int) -> Floats:
+    m = len(column) // width * width
+    found: Floats = column[:m].reshape(-1, width).mean(axis=1)
+    return found
+
+
+def sources_of(
+    segments: Sequence[Segment],
+    model_n: Sequence[Floats],
+    slope_n_mm: Sequence[Floats],
+    own_n: float,
+    deck: Deck,
+    place: MountPlace,
+) -> list[Sources]:
+    """From stretches, the model's force on each (n,) and its slope; `own_n`: one sigma of the model."""
+    widths = [max(1, -(-len(segment) // ROWS)) for segment in segments]
+    tables = [_table(s, m, w, own_n, deck, place) for s, m, w in zip(segments, model_n, widths, strict=True)]
+    airs = [_air(segment, width) for segment, width in zip(segments, widths, strict=True)]
+    largest_n = max(
+        float(np.max(np.abs(table[:, LEVEL_N] / delta))) for table, (delta, _) in zip(tables, airs, strict=True)
+    )
+    found = []
+    for segment, width, table, air, slope in zip(segments, widths, tables, airs, slope_n_mm, strict=True):
+        wrong = _surface(table[:, T_S], table[:, LEVEL_N], *air, largest_n)
+        unknowns = np.zeros((len(table), N_SOURCES, wrong.shape[1] + 1))
+        unknowns[:, FUEL_FLOW:, :-1] = -wrong[:, None, :]
+        unknowns[:, UPPER, -1] = ZERO_MM * means(slope, width)
+        found.append(_sources(segment, width, table, unknowns, place.share))
+    return found
+
+
+def _sources(segment: Segment, width: int, table: Floats, unknowns: Floats, share: float) -> Sources:
+    counts = np.asarray(table[:, COUNTS : COUNTS + N_SOURCES] != 0.0)
+    parts = share, 1.0 - share, 1.0, 1.0, 1.0
+    every = covariance(np.ascontiguousarray(table), len(table), parts, AS_ON_THE_BENCH)
+    mount, fuel = np.arange(len(table)) * N_SOURCES + UPPER, np.arange(len(table)) * N_SOURCES + FUEL_FLOW
+    apart_n2 = every[mount, mount] - 2 * share * every[mount, fuel] + share**2 * every[fuel, fuel]
+    every[np.diag_indices_from(every)] -= np.tile(np.square(WHITE_N), len(table)) * (
+        1.0 - 1.0 / width
+    )  # rows are means
+    kept = np.flatnonzero(counts)
+    said = np.where(counts, table[:, SAID : SAID + N_SOURCES], 0.0)
+    said[:, UPPER] = 0.0
+    lower = np.linalg.cholesky(every[np.ix_(kept, kept)])
+    return Sources(segment, width, lower, counts, said, unknowns, float(np.sqrt(np.mean(apart_n2))), share)
+
+
+def _table(segment: Segment, model_n: Floats, width: int, own_n: float, deck: Deck, place: MountPlace) -> Floats:
+    """Rows (n, WIDTH) as the bank of sensors keeps them (`sensors.past`), means over `width` samples."""
+    asked = deck_says(segment.inputs, segment.time_s, deck, place.number)[:, 1:]
+    says = np.column_stack([means(column, width) for column in asked.T])
+    brochure, told = says[:, 1:4], np.all(np.isfinite(says[:, [0, 4, 5]]), axis=1, keepdims=True)
+    mount_n, time_s = means(model_n, width), means(segment.time_s, width)
+    table = np.zeros((len(mount_n), WIDTH))
+    level_n = mount_n / place.share
+    rate_n_s = np.abs(np.gradient(level_n, time_s)) if len(time_s) > 1 else np.zeros(len(time_s))
+    table[:, T_S], table[:, LEVEL_N], table[:, OWN_N] = time_s, level_n, own_n
+    table[:, RATE_N_S] = table[:, FUEL_RATE_N_S] = table[:, MOUNT_RATE_N_S] = rate_n_s
+    table[:, MACH] = means(segment.inputs["mach"], width)
+    table[:, DECK_N], table[:, PER_FUEL_N], table[:, LOG_FLOW] = np.nan_to_num(says[:, [0, 4, 5]]).T
+    table[:, SAID + FUEL_FLOW : COUNTS] = np.nan_to_num(brochure)
+    table[:, SAID + UPPER], table[:, COUNTS + UPPER] = mount_n, 1.0
+    table[:, COUNTS + FUEL_FLOW : COUNTS + N_SOURCES] = np.isfinite(brochure) * told
+    return table
+
+
+def _air(segment: Segment, width: int) -> tuple[Floats, Floats]:
+    """delta_t and v (rows,)."""
+    mach, altitude_m = (means(segment.inputs[name], width) for name in ("mach", "pressure_altitude_m"))
+    return np.asarray(total_pressure_ratio(mach, altitude_m)), np.asarray(mach / np.sqrt(stagnation(mach)) / FAST)
+
+
+def _surface(time_s: Floats, level_n: Floats, delta: Floats, v: Floats, largest_n: float) -> Floats:
+    """Columns (rows, n) of s, l, b and c, one sigma each."""
+    x, ram = level_n / (delta * largest_n), 0.5 * RAM * v
+    gross_n = delta * largest_n * (ram + np.sqrt(ram**2 + np.maximum(x, 0.0))) ** 2
+    shape = [SHAPE * gross_n * x**i * v**j for i, j in POWERS]
+    return np.column_stack([ENGINE * level_n, LEAD_S * np.gradient(level_n, time_s), np.full(len(x), IDLE_N), *shape])

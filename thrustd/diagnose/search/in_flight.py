@@ -1,0 +1,238 @@
+"""Which set of effects a flight shows, each weighed by evidence against what its brochure may be wrong by.
+
+Sets grow one effect at a time while the next one makes the readings clearly likelier: by SURE for every law that was
+looked at, as much as it takes to be so much surer than before anything was known. A set that is not SURE times likelier
+than another one of as many effects is not told from it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import log
+
+import numpy as np
+
+from thrustd.core.measures import rms
+from thrustd.core.types import Progress
+from thrustd.diagnose.compare.newtons import newtons
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.candidates import judgeable, not_judged_lines
+from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
+from thrustd.diagnose.search.explained import SETS, Explained, Stretch
+from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.question import Given, Question, asked_for
+from thrustd.diagnose.search.told import ParameterEstimate, lines_of
+from thrustd.diagnose.search.weigh import Flown, Weighed, flown, weigh
+from thrustd.identify.regression.friction import GROWS
+from thrustd.identify.regression.terms import Term, split
+from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.effect import Effect
+from thrustd.model.effects import effect_named, shelf
+from thrustd.sensors.past import FUEL_FLOW, UPPER
+
+SURE = 20.0  # times likelier: 95 %
+MOST = 3  # effects in a set
+TRIED = 4  # estimated whole at every size
+LOOK = 1  # Gauss-Newton step
+MUCH = 4.0  # times the variance that the readings should have: something else is missing too
+AGAINST = "against the brochure, its own unknowns apart"
+NO_PROOF = "the brochure's own errors may hide an effect: none against it is no proof of a right model"
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Sets by evidence. `looked`: every effect alone, its best law, best first, with ln of how much likelier."""
+
+    nothing: Weighed
+    best: Weighed
+    sets: tuple[Weighed, ...]  # estimated whole
+    looked: tuple[tuple[float, Weighed], ...]
+
+    @property
+    def alike(self) -> tuple[str, ...]:
+        """Other sets of no more effects that the readings do not tell from the best."""
+        gain = self.best.likelier(self.nothing)
+        return tuple(
+            dict.fromkeys(
+                "+".join(one.words)
+                for one in self.sets
+                if 0 < len(one.terms) <= len(self.best.terms)
+                and set(one.words) != set(self.best.words)
+                and one.likelier(self.nothing) > gain - log(SURE)
+            )
+        )
+
+
+def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> list[Term]:
+    """Effects as terms; of one that the model has, another size: an aircraft is not the bench.
+
+    Relaxation and friction are the rubber's: the bench has told them, and no deck is as sure.
+    """
+    present = {effect.name: effect for effect in spec.effects}
+    words = {effect_named(name).word for name in present}
+    found = []
+    for effect in laws(effects):
+        if effect.lags is not None or effect.name in GROWS:
+            continue
+        if effect.name in present:
+            values = effect.neutral() | present[effect.name].parameters
+            first = next(terms_of(effect, rig))
+            centre = {name: values[name] for name in first.std}
+            found.append(replace(first, fixed=values, centre=centre, shapes=False))
+        elif effect.word not in words:
+            found += terms_of(effect, rig)
+    return found
+
+
+def searched(given: Flown, terms: Sequence[Term], certain: float, progress: Progress | None = None) -> Found:
+    """Grow the best set of these terms. `certain`: times likelier that each effect has to make the readings."""
+    nothing = best = weigh(given, ())
+    sets: list[Weighed] = [nothing]
+    alone: list[tuple[float, Weighed]] = []
+    for size in range(MOST):
+        if progress is not None:
+            progress(size / MOST, "effects")
+        looked = _looked(given, best, [term for term in terms if term.effect.word not in best.words])
+        grown = [weigh(given, (*best.terms, one.terms[-1])) for _, one in _leading(looked)]
+        sets += grown
+        if size == 0:
+            alone = looked
+        larger = max(grown, key=lambda one: one.likelier(best), default=best)
+        if larger is best or larger.likelier(best) < log(certain):
+            break
+        best = larger
+    return Found(nothing, best, tuple(sets), tuple(alone))
+
+
+def _looked(given: Flown, best: Weighed, terms: Sequence[Term]) -> list[tuple[float, Weighed]]:
+    """Every effect beside the best set with its shape where it begins; of its laws and starts the likeliest."""
+    found: dict[str, tuple[float, Weighed]] = {}
+    for term in terms:
+        one = weigh(given, (*best.terms, replace(term, shapes=False)), iterations=LOOK)
+        gain, word = one.likelier(best), term.effect.word
+        if word not in found or gain > found[word][0]:
+            found[word] = gain, replace(one, terms=(*best.terms, term))
+    return sorted(found.values(), key=lambda each: -each[0])
+
+
+def _leading(looked: Sequence[tuple[float, Weighed]]) -> Sequence[tuple[float, Weighed]]:
+    return [each for each in looked if each[0] > 0.0][:TRIED]
+
+
+def diagnosed_in_flight(
+    name: str,
+    spec: ModelSpec,
+    question: Question,
+    given: Given,
+    extra: Sequence[Effect | str],
+    progress: Progress | None = None,
+) -> DiagnoseReport:
+    """The verdict on a mount whose reference is the brochure."""
+    possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
+    effects, not_judged = judgeable([*possible, *asked_for(extra, question.records)], question.records, ())
+    seen, terms = flown(spec, question, given), terms_in_flight(spec, effects, question.rig)
+    found = searched(seen, terms, SURE * len({term.effect.word for term in terms}), progress)
+    best, more = found.best, found.best.squares > MUCH * found.best.rows
+    alike = found.alike
+    grade = "cannot be told" if alike or not best.terms else "weak" if more else "strong"
+    advice = [*several_flights(seen, question.base, best), *not_judged_lines(not_judged)]
+    if alike:
+        advice.insert(0, f"these data do not tell {' and '.join(best.words)} from {' or '.join(alike)}")
+    if not best.terms:
+        advice.insert(0, NO_PROOF)
+    before_n, after_n, floor_n = left_n(seen, found.nothing), left_n(seen, best), expected_n(seen)
+    if more:
+        advice.insert(0, f"{newtons(after_n)} N left, expected about {newtons(floor_n)} N: something else too")
+    return DiagnoseReport(
+        name,
+        tuple(record.name for record in question.records),
+        best.words or ("none",),
+        tuple(_candidates(spec, seen, question.base, found)),
+        (),
+        tuple(not_judged),
+        tuple(advice),
+        before_n,
+        after_n,
+        floor_n,
+        True,
+        grade,
+        more,
+        _explained(seen, found),
+        judged=AGAINST,
+    )
+
+
+def left_n(seen: Flown, one: Weighed) -> float:
+    """Rms of what the mount says less its share of the fuel flow's thrust, both with their unknowns at their place."""
+    found = []
+    for source, force_n in zip(seen.sources, one.forces_n, strict=True):
+        own = source.said + source.unknowns @ one.unknowns + source.of_mount(source.means(force_n))
+        found.append((own[:, UPPER] - source.share * own[:, FUEL_FLOW])[source.counts[:, FUEL_FLOW]])
+    return rms(np.concatenate(found))
+
+
+def expected_n(seen: Flown) -> float:
+    """One sigma of the same when nothing is missing."""
+    return rms(np.array([source.std_n for source in seen.sources]))
+
+
+def numbers_of(base: Base, one: Weighed) -> list[ParameterEstimate]:
+    """Sizes of the effects of a set."""
+    parts = zip(one.terms, split(one.terms, one.numbers), split(one.terms, one.std), strict=True)
+    specs = [(term, EffectSpec(term.effect.name, term.values(v), term.sigma(v, sigma))) for term, v, sigma in parts]
+    return [line for term, found in specs for line in lines_of(base, term, found)]
+
+
+def several_flights(seen: Flown, base: Base, best: Weighed) -> list[str]:
+    """What every recording says alone, beside what all say together."""
+    if not best.terms or len(seen.recordings) < 2:
+        return []
+    alone = {name: numbers_of(base, weigh(seen.only(name), best.terms)) for name in seen.recordings}
+    found = []
+    for i, all_say in enumerate(numbers_of(base, best)):
+        each = [(name, numbers[i]) for name, numbers in alone.items() if i < len(numbers)]
+        said = ", ".join(f"{one.value:.3g} +- {one.half_width:.1g} ({name})" for name, one in each)
+        found.append(
+            f"{all_say.effect}: {all_say.name} = {all_say.value:.4g} +- {all_say.half_width:.2g} {all_say.unit}"
+            f" from {len(each)} recordings; alone they say {said}"
+        )
+    return found
+
+
+def _candidates(spec: ModelSpec, seen: Flown, base: Base, found: Found) -> list[CandidateReport]:
+    before_n, after_n = left_n(seen, found.nothing), left_n(seen, found.best)
+    numbers, said = numbers_of(base, found.best), []
+    for term in found.best.terms:
+        word = term.effect.word
+        others = [other for other in found.best.words if other != word]
+        beside = f" beside {' and '.join(others)}" if others else ""
+        gain = found.best.likelier(found.nothing) / log(10)
+        line = f"{word}{beside}: what mount and brochure say is 10^{gain:.0f} times likelier than with no effect"
+        own = tuple(n for n in numbers if n.effect == word)
+        said.append(CandidateReport(word, term.effect.name, before_n, after_n, own, found.alike, line, True))
+    present = {effect_named(effect.name).word for effect in spec.effects}
+    for gain, one in found.looked:
+        term = one.terms[-1]
+        if term.effect.word in (*found.best.words, *present):
+            continue
+        alone_n = min(before_n, left_n(seen, one))
+        line = f"{term.effect.word} alone: 10^{gain / log(10):.0f} times as likely, at a linear look"
+        said.append(CandidateReport(term.effect.word, term.effect.name, before_n, alone_n, (), (), line, False))
+    return said
+
+
+def _explained(seen: Flown, found: Found) -> Explained:
+    """The best set and the best other one, sample by sample."""
+    ordered = sorted((one for one in found.sets if one.terms), key=lambda one: -one.likelier(found.nothing))
+    others = [one for one in ordered if one is not found.best and one.words != found.best.words]
+    sets = [found.best, *others][:SETS] if found.best.terms else others[:SETS]
+    stretches = []
+    for i, source in enumerate(seen.sources):
+        s, plain = source.segment, found.nothing.forces_n[i]
+        explained_n = tuple(one.forces_n[i] - plain for one in sets)
+        stretches.append(Stretch(s.time_s, s.dt_s, s.inputs, s.force_n - plain, explained_n))
+    return Explained(
+        tuple(one.words for one in sets),
+        tuple(tuple(term.effect.name for term in one.terms) for one in sets),
+        tuple(left_n(seen, one) for one in sets),
+        tuple(stretches),
+    )
