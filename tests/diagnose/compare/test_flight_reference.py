@@ -5,7 +5,6 @@ import pytest
 
 from thrustd.core.aircraft import MountPlace
 from thrustd.diagnose.compare.reference import as_mount, is_own_output, with_reference
-from thrustd.diagnose.search.reference_terms import PRIORS, REFERENCE_OF, reference_columns, reference_term
 from thrustd.records.recording import make_recording
 
 PLACE = MountPlace("left_upper", "left", 0, 0.46)
@@ -30,12 +29,3 @@ def test_air_data_give_the_dynamic_pressure_that_drag_needs():
 def test_what_thrustd_says_itself_explains_nothing():
     own = ("estimate_thrust_n_left", "mount_force_n_left_upper", "check_asymmetry_n_left", "thrust_N_left")
     assert all(map(is_own_output, own)) and not any(map(is_own_output, ("mach", "force_N", "n1_pct", "time_s")))
-
-
-def test_a_reference_has_unknowns_of_its_own_and_the_model_says_their_columns():
-    force_n = [1000.0 + 500.0 * np.sin(TIME_S), np.full(50, 2000.0)]
-    given = [{"mach": 0.3 + 0.001 * TIME_S}, {"mach": np.full(50, 0.4)}]
-    columns = reference_columns(force_n, given, [0.2, 0.2])
-    assert [f"{REFERENCE_OF}{name}" for name in PRIORS] == list(reference_term().effect.channels) == list(columns[0])
-    np.testing.assert_array_equal(columns[1][f"{REFERENCE_OF}scale"], force_n[1])
-    assert np.abs(columns[1][f"{REFERENCE_OF}lead"]).max() < 1e-9 < np.abs(columns[0][f"{REFERENCE_OF}lead"]).max()

@@ -1,0 +1,118 @@
+"""A mount against the brochure: what was hidden is named with its size, a right model stays, by evidence alone."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from thrustd.brochure.deck import Deck
+from thrustd.cli.files import read_models
+from thrustd.core.aircraft import MountPlace
+from thrustd.core.atmosphere import dynamic_pressure_pa
+from thrustd.core.errors import ModelError
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
+from thrustd.diagnose.compare.reference import deck_says
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.brochure_sources import SURFACE
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.question import Given, asked
+from thrustd.diagnose.search.weigh import flown, weigh, with_terms
+from thrustd.identify.regression.terms import at_start
+from thrustd.installation.shipped import read_deck, shipped
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.effects import effect_named
+from thrustd.records.recording import Recording, make_recording
+from thrustd.twin.mount import UPPER, advance, at_rest
+
+PLACE = MountPlace("left_upper", "left", 0, 0.46)
+HZ, SECONDS = 2.0, 3000
+MASS_KG, DRAG_M2, EXPANSION_MM_K = 171.7, 0.03, 0.002
+
+
+@pytest.fixture(scope="module")
+def deck() -> Deck:
+    return read_deck()
+
+
+@pytest.fixture(scope="module")
+def spec() -> ModelSpec:
+    (found,) = read_models([shipped("models/left-upper.json", "model")]).values()
+    return found
+
+
+def a_flight(
+    deck: Deck, seed: int = 0, bias: float = 1.02, drag_m2: float = 0.0, mm_k: float = 0.0, name: str = "flight"
+) -> Recording:
+    """Levels of thrust and speed that do not follow each other; an engine whose thrust is `bias` of its deck's."""
+    rng = np.random.default_rng(seed)
+    count = int(HZ * SECONDS)
+    time_s = np.arange(count) / HZ
+
+    def levels(low: float, high: float, held_s: float) -> np.ndarray:
+        knots = np.arange(0.0, SECONDS + held_s, held_s)
+        return np.interp(time_s, knots, rng.uniform(low, high, len(knots)))
+
+    mach, altitude_m, n1 = levels(0.2, 0.42, 200.0), levels(1500.0, 3000.0, 500.0), levels(45.0, 88.0, 120.0)
+    fuel = np.interp(n1, [40.0, 60.0, 80.0, 95.0], [0.026, 0.045, 0.082, 0.125])
+    columns = {"mach": mach, "pressure_altitude_m": altitude_m, "sat_degC": 5.0 + 0 * mach}
+    columns |= {"fuel_flow_kg_s_left": fuel, "accel_x_g": levels(-0.1, 0.15, 40.0), "accel_z_g": 1.0 + 0 * mach}
+    plain = {k.removesuffix("_left"): column for k, column in columns.items()}
+    thrust_n = bias * deck_says(plain, time_s, deck, 0)[:, 0]
+    pressure_pa = np.array([dynamic_pressure_pa(*each) for each in zip(mach, altitude_m, strict=True)])
+    inertia_n = MASS_KG * STANDARD_GRAVITY_M_S2 * columns["accel_x_g"]
+    warm_degc = levels(20.0, 55.0, 900.0)
+    carried_n = 0.46 * thrust_n - drag_m2 * pressure_pa - inertia_n
+    mm = advance(UPPER, at_rest(UPPER), np.ascontiguousarray(carried_n), 1 / HZ, warm_degc)
+    columns |= {"deformation_mm_left_upper": mm + mm_k * (warm_degc - 20.0), "temperature_degC_left_upper": warm_degc}
+    return make_recording(name, {"time_s": time_s, **columns})
+
+
+def given(deck: Deck) -> Given:
+    return Given(against="brochure", mount=PLACE, deck=deck)
+
+
+def test_a_right_model_of_an_engine_off_its_deck_stays(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck)
+    report = diagnose(spec, [flight], given=given(deck))
+    assert report.verdict == ("none",) and report.grade == "cannot be told"
+    assert any("no proof" in line for line in report.advice)
+    with pytest.raises(ModelError, match="no model written"):
+        extend(spec, [flight], ["nacelle_drag"], given=given(deck))
+
+
+def test_drag_is_named_with_its_size_and_two_flights_say_it_better(deck: Deck, spec: ModelSpec) -> None:
+    flights = [a_flight(deck, seed, drag_m2=DRAG_M2, name=f"flight {seed}") for seed in (1, 2)]
+    report = diagnose(spec, flights, given=given(deck))
+    assert report.verdict == ("nacelle_drag",)
+    assert any("from 2 recordings; alone they say" in line for line in report.advice)
+    (one,), (two,) = (extend(spec, flights[:n], ["nacelle_drag"], given=given(deck)).parameters for n in (1, 2))
+    assert abs(two.value - DRAG_M2) < two.half_width < one.half_width
+
+
+def test_an_effect_that_the_model_has_gets_another_size(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck, mm_k=EXPANSION_MM_K)
+    report = extend(spec, [flight], ["thermal_expansion"], given=given(deck))
+    assert [e.name for e in report.spec.effects] == [e.name for e in spec.effects]
+    (number,) = report.parameters
+    there = EXPANSION_MM_K + UPPER.expansion_mm_k
+    assert abs(number.value - there) < max(number.half_width, 3e-4)
+    assert report.spec.posterior == spec.posterior and report.spec.input_curve == spec.input_curve
+    assert report.rmse_after_n < report.rmse_before_n
+    assert report.spec.ledger[-1].added == "thermal_expansion"
+
+
+def test_sources_are_white_when_all_is_well_and_the_unknowns_are_linear(deck: Deck, spec: ModelSpec) -> None:
+    seen = flown(spec, asked(spec, [a_flight(deck)], given(deck)), given(deck))
+    nothing = weigh(seen, ())
+    assert nothing.squares / nothing.rows < 2.0
+    twice = seen.scaled(2.0)
+    np.testing.assert_allclose(twice[:, SURFACE], 2.0 * seen.unknowns[:, SURFACE])
+
+
+def test_with_terms_replaces_what_is_there_and_appends_what_is_not(spec: ModelSpec) -> None:
+    terms = [at_start(effect_named(n), {"mass_kg": 1.0} if n == "axial_inertia" else {"drag_area_m2": 0.1}, {})
+             for n in ("axial_inertia", "nacelle_drag")]  # fmt: skip
+    found = with_terms(spec, terms, np.array([5.0, 0.2]))
+    sizes = {effect.name: effect.parameters for effect in found.effects}
+    assert len(found.effects) == len(spec.effects) + 1
+    assert sizes["axial_inertia"]["mass_kg"] == 5.0 and sizes["nacelle_drag"]["drag_area_m2"] == pytest.approx(0.02)
+    assert msgspec.json.encode(found)
