@@ -13,7 +13,6 @@ from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.in_flight import (
     AGAINST,
-    SURE,
     left_n,
     numbers_of,
     searched,
@@ -21,7 +20,7 @@ from thrustd.diagnose.search.in_flight import (
     terms_in_flight,
 )
 from thrustd.diagnose.search.question import Given, Question
-from thrustd.diagnose.search.weigh import Flown, Weighed, flown, with_terms
+from thrustd.diagnose.search.weigh import SURE, Flown, Weighed, flown, with_terms
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.model.artifact import ErrorMap, ModelSpec
 from thrustd.model.effect import Effect

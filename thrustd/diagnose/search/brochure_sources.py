@@ -105,7 +105,7 @@ def sources_of(
     )
     found = []
     for segment, width, table, air, slope in zip(segments, widths, tables, airs, slope_n_mm, strict=True):
-        wrong = _surface(table[:, T_S], table[:, LEVEL_N], *air, largest_n)
+        wrong = _surface(table[:, RATE_N_S], table[:, LEVEL_N], *air, largest_n)
         unknowns = np.zeros((len(table), N_SOURCES, wrong.shape[1] + 1))
         unknowns[:, FUEL_FLOW:, :-1] = -wrong[:, None, :]
         unknowns[:, UPPER, -1] = ZERO_MM * means(slope, width)
@@ -136,10 +136,9 @@ def _table(segment: Segment, model_n: Floats, width: int, own_n: float, deck: De
     brochure, told = says[:, 1:4], np.all(np.isfinite(says[:, [0, 4, 5]]), axis=1, keepdims=True)
     mount_n, time_s = means(model_n, width), means(segment.time_s, width)
     table = np.zeros((len(mount_n), WIDTH))
-    level_n = mount_n / place.share
-    rate_n_s = np.abs(np.gradient(level_n, time_s)) if len(time_s) > 1 else np.zeros(len(time_s))
-    table[:, T_S], table[:, LEVEL_N], table[:, OWN_N] = time_s, level_n, own_n
-    table[:, RATE_N_S] = table[:, FUEL_RATE_N_S] = table[:, MOUNT_RATE_N_S] = rate_n_s
+    table[:, T_S], table[:, LEVEL_N], table[:, OWN_N] = time_s, mount_n / place.share, own_n
+    table[:, RATE_N_S] = table[:, MOUNT_RATE_N_S] = means(np.gradient(model_n / place.share, segment.dt_s), width)
+    table[:, FUEL_RATE_N_S] = np.nan_to_num(means(np.gradient(asked[:, 1], segment.dt_s), width))
     table[:, MACH] = means(segment.inputs["mach"], width)
     table[:, DECK_N], table[:, PER_FUEL_N], table[:, LOG_FLOW] = np.nan_to_num(says[:, [0, 4, 5]]).T
     table[:, SAID + FUEL_FLOW : COUNTS] = np.nan_to_num(brochure)
@@ -154,9 +153,9 @@ def _air(segment: Segment, width: int) -> tuple[Floats, Floats]:
     return np.asarray(total_pressure_ratio(mach, altitude_m)), np.asarray(mach / np.sqrt(stagnation(mach)) / FAST)
 
 
-def _surface(time_s: Floats, level_n: Floats, delta: Floats, v: Floats, largest_n: float) -> Floats:
+def _surface(rate_n_s: Floats, level_n: Floats, delta: Floats, v: Floats, largest_n: float) -> Floats:
     """Columns (rows, n) of s, l, b and c, one sigma each."""
     x, ram = level_n / (delta * largest_n), 0.5 * RAM * v
     gross_n = delta * largest_n * (ram + np.sqrt(ram**2 + np.maximum(x, 0.0))) ** 2
     shape = [SHAPE * gross_n * x**i * v**j for i, j in POWERS]
-    return np.column_stack([ENGINE * level_n, LEAD_S * np.gradient(level_n, time_s), np.full(len(x), IDLE_N), *shape])
+    return np.column_stack([ENGINE * level_n, LEAD_S * rate_n_s, np.full(len(x), IDLE_N), *shape])

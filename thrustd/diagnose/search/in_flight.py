@@ -21,7 +21,7 @@ from thrustd.diagnose.search.explained import SETS, Explained, Stretch
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.question import Given, Question, asked_for
 from thrustd.diagnose.search.told import ParameterEstimate, lines_of
-from thrustd.diagnose.search.weigh import Flown, Weighed, flown, weigh
+from thrustd.diagnose.search.weigh import SURE, Flown, Weighed, flown, weigh
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec, ModelSpec
@@ -29,7 +29,6 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 from thrustd.sensors.past import FUEL_FLOW, UPPER
 
-SURE = 20.0  # times likelier: 95 %
 MOST = 3  # effects in a set
 TRIED = 4  # estimated whole at every size
 LOOK = 1  # Gauss-Newton step
@@ -132,14 +131,13 @@ def diagnosed_in_flight(
     seen, terms = flown(spec, question, given), terms_in_flight(spec, effects, question.rig)
     found = searched(seen, terms, SURE * len({term.effect.word for term in terms}), progress)
     best, more = found.best, found.best.squares > MUCH * found.best.rows
-    alike = found.alike
-    grade = "cannot be told" if alike or not best.terms else "weak" if more else "strong"
+    grade = "cannot be told" if found.alike or not best.terms else "weak" if more else "strong"
+    before_n, after_n, floor_n = left_n(seen, found.nothing), left_n(seen, best), expected_n(seen)
     advice = [*several_flights(seen, question.base, best), *not_judged_lines(not_judged)]
-    if alike:
-        advice.insert(0, f"these data do not tell {' and '.join(best.words)} from {' or '.join(alike)}")
+    if found.alike:
+        advice.insert(0, f"these data do not tell {' and '.join(best.words)} from {' or '.join(found.alike)}")
     if not best.terms:
         advice.insert(0, NO_PROOF)
-    before_n, after_n, floor_n = left_n(seen, found.nothing), left_n(seen, best), expected_n(seen)
     if more:
         advice.insert(0, f"{newtons(after_n)} N left, expected about {newtons(floor_n)} N: something else too")
     return DiagnoseReport(
@@ -150,13 +148,11 @@ def diagnosed_in_flight(
         (),
         tuple(not_judged),
         tuple(advice),
-        before_n,
-        after_n,
-        floor_n,
-        True,
-        grade,
-        more,
-        _explained(seen, found),
+        *(before_n, after_n, floor_n),
+        promised=True,
+        grade=grade,
+        more_left=more,
+        explained=_explained(seen, found),
         judged=AGAINST,
     )
 
