@@ -24,7 +24,7 @@ from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.mount import UPPER, advance, at_rest
 
 PLACE = MountPlace("left_upper", "left", 0, 0.46)
-HZ, SECONDS = 2.0, 3000
+HZ, SECONDS = 1.0, 3000
 MASS_KG, DRAG_M2, EXPANSION_MM_K = 171.7, 0.03, 0.002
 
 
@@ -40,7 +40,13 @@ def spec() -> ModelSpec:
 
 
 def a_flight(
-    deck: Deck, seed: int = 0, bias: float = 1.02, drag_m2: float = 0.0, mm_k: float = 0.0, name: str = "flight"
+    deck: Deck,
+    seed: int = 0,
+    bias: float = 1.02,
+    drag_m2: float = 0.0,
+    mm_k: float = 0.0,
+    couple_n_g: float = 0.0,
+    name: str = "flight",
 ) -> Recording:
     """Levels of thrust and speed that do not follow each other; an engine whose thrust is `bias` of its deck's."""
     rng = np.random.default_rng(seed)
@@ -54,14 +60,14 @@ def a_flight(
     mach, altitude_m, n1 = levels(0.2, 0.42, 200.0), levels(1500.0, 3000.0, 500.0), levels(45.0, 88.0, 120.0)
     fuel = np.interp(n1, [40.0, 60.0, 80.0, 95.0], [0.026, 0.045, 0.082, 0.125])
     columns = {"mach": mach, "pressure_altitude_m": altitude_m, "sat_degC": 5.0 + 0 * mach}
-    columns |= {"fuel_flow_kg_s_left": fuel, "accel_x_g": levels(-0.1, 0.15, 40.0), "accel_z_g": 1.0 + 0 * mach}
+    columns |= {"fuel_flow_kg_s_left": fuel, "accel_x_g": levels(-0.1, 0.15, 40.0), "accel_z_g": levels(0.8, 1.3, 30.0)}
     plain = {k.removesuffix("_left"): column for k, column in columns.items()}
     thrust_n = bias * deck_says(plain, time_s, deck, 0)[:, 0]
     pressure_pa = np.array([dynamic_pressure_pa(*each) for each in zip(mach, altitude_m, strict=True)])
     inertia_n = MASS_KG * STANDARD_GRAVITY_M_S2 * columns["accel_x_g"]
     warm_degc = levels(20.0, 55.0, 900.0)
-    carried_n = 0.46 * thrust_n - drag_m2 * pressure_pa - inertia_n
-    mm = advance(UPPER, at_rest(UPPER), np.ascontiguousarray(carried_n), 1 / HZ, warm_degc)
+    carried_n = 0.46 * thrust_n - drag_m2 * pressure_pa - inertia_n + couple_n_g * (columns["accel_z_g"] - 1.0)
+    mm = advance(UPPER, at_rest(UPPER), np.ascontiguousarray(carried_n), 1 / HZ, warm_degc, columns["accel_z_g"])
     columns |= {"deformation_mm_left_upper": mm + mm_k * (warm_degc - 20.0), "temperature_degC_left_upper": warm_degc}
     return make_recording(name, {"time_s": time_s, **columns})
 
@@ -98,6 +104,16 @@ def test_an_effect_that_the_model_has_gets_another_size(deck: Deck, spec: ModelS
     assert report.spec.posterior == spec.posterior and report.spec.input_curve == spec.input_curve
     assert report.rmse_after_n < report.rmse_before_n
     assert report.spec.ledger[-1].added == "thermal_expansion"
+
+
+def test_the_couple_of_the_weight_is_a_law_beside_the_stiffening_that_the_model_has(
+    deck: Deck, spec: ModelSpec
+) -> None:
+    flight = a_flight(deck, couple_n_g=-1420.0)
+    report = diagnose(spec, [flight], given=given(deck))
+    assert report.verdict == ("engine_weight",) and report.candidates[0].name == "engine_weight_shift"
+    longer = extend(spec, [flight], ["engine_weight"], given=given(deck))
+    assert longer.rmse_after_n < 0.3 * longer.rmse_before_n
 
 
 def test_sources_are_white_when_all_is_well_and_the_unknowns_are_linear(deck: Deck, spec: ModelSpec) -> None:

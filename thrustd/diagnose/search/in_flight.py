@@ -62,12 +62,11 @@ class Found:
 
 
 def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> list[Term]:
-    """Effects as terms; of one that the model has, another size: an aircraft is not the bench.
+    """Effects as terms; of a law that the model has, another size: an aircraft is not the bench.
 
     Relaxation and friction are the rubber's: the bench has told them, and no deck is as sure.
     """
     present = {effect.name: effect for effect in spec.effects}
-    words = {effect_named(name).word for name in present}
     found = []
     for effect in laws(effects):
         if effect.lags is not None or effect.name in GROWS:
@@ -77,7 +76,7 @@ def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> lis
             first = next(terms_of(effect, rig))
             centre = {name: values[name] for name in first.std}
             found.append(replace(first, fixed=values, centre=centre, shapes=False))
-        elif effect.word not in words:
+        else:
             found += terms_of(effect, rig)
     return found
 

@@ -119,7 +119,7 @@ class Weighed:
         return max(1.0, self.squares / self.rows)
 
     def likelier(self, other: "Weighed") -> float:
-        """ln of how much likelier this larger set is after the readings than the other one, beside any law's own odds."""
+        """ln of how much likelier this larger set is than the other one, once the readings are known."""
         fall = (other.squares - self.squares) / (2 * self.s2) - (self.log_det - other.log_det) / 2
         return fall - log(SURE) * (_of_bench(self.terms) - _of_bench(other.terms))
 
