@@ -9,7 +9,7 @@ import pytest
 from tests.flighttest.scene import ENGINES, made_flight
 from thrustd.__main__ import main
 from thrustd.api.flights import health
-from thrustd.core.errors import UsageError
+from thrustd.core.errors import RecordingError, UsageError
 from thrustd.flighttest.fleet_health import fleet_health
 from thrustd.flighttest.fleet_report import figure, lines
 from thrustd.flighttest.flight import read_flight
@@ -161,12 +161,22 @@ def test_without_mounts_no_thrust_is_judged(tmp_path):
     found = health(sorted(tmp_path.glob("*.csv")))
     flights = {(one.of, one.quantity): one.trend.flights for one in found.found.health}
     assert flights["left", "thrust_at_n1_pct"] == 1 and flights["left", "fuel_at_n1_pct"] == 3
-    assert "no mounts in 2 of 3 flights: nothing in them measures the thrust" in found.lines
+    assert "no mounts in 2 of 3 flights: nothing measures the thrust there" in found.lines
+
+
+def test_an_engine_without_a_fan_speed_is_named(tmp_path):
+    flight = made_flight()
+    nothing = np.full(len(flight), np.nan)
+    write_recording(flight.with_channels(n1_pct_right=nothing), tmp_path / "nan.csv")
+    with pytest.raises(RecordingError, match="no values of n1_pct_right; expected the fan speed of every engine"):
+        health([tmp_path / "nan.csv"])
 
 
 def test_one_flight_names_no_engine(tmp_path):
     write_recording(made_flight(), tmp_path / "0.csv")
-    found = health([tmp_path / "0.csv"]).found
+    answer = health([tmp_path / "0.csv"])
+    found = answer.found
+    assert answer.title == "Health over 1 flight" and answer.lines[0].startswith("1 flight; 6 or more")
     assert found.health and not any(one.engine for one in found.health)
     assert {row["quantity"]: row["unit"] for row in found.rows()}["load_share"] == "-"
     assert {row["unit"] for row in found.rows()} == {"%", "-"} and "slope_per_h" in found.rows()[0]

@@ -40,10 +40,12 @@ def lines(found: FleetHealth) -> list[str]:
     said = [_changed(one) for one in found.changed]
     if not said:
         n = len(found.flights)
-        said = [f"nothing changed over {n} flights" if n >= FEWEST else f"{n} flights; {FEWEST} or more tell a change"]
+        said = [
+            f"nothing changed over {n} flights" if n >= FEWEST else f"{_flights(n)}; {FEWEST} or more tell a change"
+        ]
     without = len(found.without_mounts)
     if without:
-        said.append(f"no mounts in {without} of {len(found.flights)} flights: nothing in them measures the thrust")
+        said.append(f"no mounts in {without} of {_flights(len(found.flights))}: nothing measures the thrust there")
     for one in found.health:
         if isfinite(one.recalibrate_in_h):
             by = f"{one.recalibrate_in_h:.0f} service hours{_date(one)}"
@@ -51,9 +53,13 @@ def lines(found: FleetHealth) -> list[str]:
     return said
 
 
+def _flights(number: int) -> str:
+    return f"{number} flight{'s' * (number != 1)}"
+
+
 def answer(found: FleetHealth) -> Answer:
     table = Columns("What changed", HEADS, table_rows(found))
-    title = f"Health over {len(found.flights)} flights"
+    title = f"Health over {_flights(len(found.flights))}"
     return Answer(found, title, WORDS, [table], lines(found), partial(figure, found))
 
 

@@ -101,6 +101,9 @@ def _check(record: Recording, engines: tuple[str, ...]) -> None:
     for name in AIR:
         if name not in record or not np.isfinite(record[name]).any():
             raise RecordingError(f"{record.name}: no air data: no values of {name}; expected {', '.join(AIR)}")
+    for name in (f"n1_pct_{engine}" for engine in engines):
+        if not np.isfinite(record[name]).any():
+            raise RecordingError(f"{record.name}: no values of {name}; expected the fan speed of every engine")
     length_s = float(record.time_s[-1] - record.time_s[0])
     if length_s < SHORTEST_S:
         raise RecordingError(f"{record.name}: no steady window: it is {length_s:.3g} s long")
