@@ -7,7 +7,7 @@ import { newtons, percent, signedNewtons, typeset } from "../format.js";
 
 const SHOWN = 9; // channels drawn, those that carry most of the residual first
 const FRONT = "--s1";
-const BEHIND = ["--s2", "--s3", "--s4"];
+const BEHIND = ["--ink-3", "--s3", "--s4"]; // before is grey on every page
 
 // c: the model looked at; rest: others on the same recording; failure: the chosen sentence, number `chosen`, or null
 export function pictures(c, rest, failure, chosen) {
