@@ -25,7 +25,8 @@ from thrustd.core.atmosphere import stagnation, total_pressure_ratio
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.reference import deck_says
 from thrustd.identify.segments import Segment
-from thrustd.sensors.errors import AS_ON_THE_BENCH, WHITE_N, covariance
+from thrustd.sensors.errors import AS_ON_THE_BENCH, LEAST_DECK_N, REACH_N, REST_S, WHITE_N, covariance
+from thrustd.sensors.errors import ENGINE as OF_ENGINE
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
@@ -116,7 +117,9 @@ def sources_of(
 def _sources(segment: Segment, width: int, table: Floats, unknowns: Floats, share: float) -> Sources:
     counts = np.asarray(table[:, COUNTS : COUNTS + N_SOURCES] != 0.0)
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
-    every = covariance(np.ascontiguousarray(table), len(table), parts, AS_ON_THE_BENCH)
+    lasting = table.copy()
+    lasting[:, DECK_N] = 0.0  # a deck's shape over flights is c
+    every = covariance(lasting, len(table), parts, AS_ON_THE_BENCH) + _wander(table)
     mount, fuel = np.arange(len(table)) * N_SOURCES + UPPER, np.arange(len(table)) * N_SOURCES + FUEL_FLOW
     apart_n2 = every[mount, mount] - 2 * share * every[mount, fuel] + share**2 * every[fuel, fuel]
     every[np.diag_indices_from(every)] -= np.tile(np.square(WHITE_N), len(table)) * (
@@ -127,6 +130,17 @@ def _sources(segment: Segment, width: int, table: Floats, unknowns: Floats, shar
     said[:, UPPER] = 0.0
     lower = np.linalg.cholesky(every[np.ix_(kept, kept)])
     return Sources(segment, width, lower, counts, said, unknowns, float(np.sqrt(np.mean(apart_n2))), share)
+
+
+def _wander(table: Floats) -> Floats:
+    """Covariance of what all of the brochure is wrong by for minutes: the deck's sigma less that of its engine."""
+    time_s, level_n = table[:, T_S], np.abs(table[:, LEVEL_N])
+    shape_n = np.sqrt(np.maximum(table[:, DECK_N] ** 2 - (OF_ENGINE * level_n) ** 2, LEAST_DECK_N**2))
+    far = np.abs(np.subtract.outer(time_s, time_s)) / REST_S
+    far = far + np.abs(np.subtract.outer(level_n, level_n)) / REACH_N
+    brochure = np.zeros(N_SOURCES)
+    brochure[FUEL_FLOW:] = 1.0
+    return np.kron(np.exp(-far) * np.outer(shape_n, shape_n), np.outer(brochure, brochure))
 
 
 def _table(segment: Segment, model_n: Floats, width: int, own_n: float, deck: Deck, place: MountPlace) -> Floats:

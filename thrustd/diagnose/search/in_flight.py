@@ -67,6 +67,7 @@ def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> lis
     Relaxation and friction are the rubber's: the bench has told them, and no deck is as sure.
     """
     present = {effect.name: effect for effect in spec.effects}
+    places = {(law.word, law.site) for law in map(effect_named, present)}
     found = []
     for effect in laws(effects):
         if effect.lags is not None or effect.name in GROWS:
@@ -76,7 +77,7 @@ def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> lis
             first = next(terms_of(effect, rig))
             centre = {name: values[name] for name in first.std}
             found.append(replace(first, fixed=values, centre=centre, shapes=False))
-        else:
+        elif (effect.word, effect.site) not in places:  # one that acts elsewhere is another effect of the same cause
             found += terms_of(effect, rig)
     return found
 
