@@ -65,8 +65,7 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     begin = start if start is not None else np.full(count, BEGIN)
     point = replace(base.point, terms=np.concatenate((base.point.terms, begin)))
     prior = _prior(base, shape)
-    rough = float(base.point.f @ shape.prior_matrix("f") @ base.point.f)
-    strengths = {"f": len(base.point.f) / max(rough, SMOOTH)} | dict.fromkeys(shape.spectra(), 1.0)
+    strengths = _strengths(base, shape)
     revised: Sequence[Record] = records
     noise: float | None = base.noise_variance
     for revision in range(REVISIONS):
@@ -85,6 +84,23 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std_over(found, blocks))
+
+
+def _strengths(base: Base, shape: Shape) -> dict[str, float]:
+    rough = float(base.point.f @ shape.prior_matrix("f") @ base.point.f)
+    return {"f": len(base.point.f) / max(rough, SMOOTH)} | dict.fromkeys(shape.spectra(), 1.0)
+
+
+def unmoved(base: Base, records: Sequence[Record], nothing: Joint) -> Joint:
+    """The core as it was known before these records, on them: it has taken on nothing of an effect that is large."""
+    solution = replace(
+        nothing.solution,
+        shape=base.shape,
+        point=base.point,
+        precisions=_strengths(base, base.shape),
+        noise_variance=base.noise_variance or nothing.solution.noise_variance,
+    )
+    return replace(nothing, records=tuple(records), solution=solution)
 
 
 def _stateless(found: Solution) -> Solution:

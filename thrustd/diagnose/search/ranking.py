@@ -5,13 +5,13 @@ best single; what a member no longer explains beside the others is taken out aga
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
+from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
     Followed,
@@ -68,9 +68,16 @@ class Looks:
 
 
 def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequence[Effect], rig: Rig) -> Looks:
+    """Every law is looked at from two places: the core moved to these records, and the core as it was.
+
+    A core that has taken on much of a large effect hides it; one that was wrong shows too much.
+    """
     terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
     table = table_of(base, nothing)
-    return Looks(nothing, table, screened(table, terms), terms)
+    seen = [*screened(table, terms), *screened(table_of(base, unmoved(base, records, nothing)), terms)]
+    clearest = {id(one.term): one for one in sorted(seen, key=lambda one: -one.mse)}
+    looked = [replace(one, before=table.mse()) for one in clearest.values()]
+    return Looks(nothing, table, sorted(looked, key=lambda one: one.mse), terms)
 
 
 def rank(
