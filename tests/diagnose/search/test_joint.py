@@ -12,9 +12,11 @@ from thrustd.diagnose.search.base import base_of, records_of
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.joint import joint_fit
 from thrustd.diagnose.search.library import rig_of, terms_of
-from thrustd.diagnose.search.ranking import begin_at
+from thrustd.diagnose.search.question import NOTHING, asked
+from thrustd.diagnose.search.ranking import begin_at, look
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
+from thrustd.identify.identify import identify
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.table import std_of
 from thrustd.model.artifact import EffectSpec
@@ -125,3 +127,14 @@ def test_a_fast_record_that_stood_still_is_shorter_than_the_time_it_has_to_stand
     fast = {name: column[:n] for name, column in columns().items()} | {"time_s": np.arange(n) * step_s}
     report = diagnose(quick, [measured_on(quick, fast, step_s)])
     assert report.verdict == ("none",)
+
+
+def test_a_large_effect_is_seen_from_the_core_as_it_was():
+    """A core that may move takes on two thirds of a zero that wanders by 0.07 mm, and others then remove as much."""
+    measured = record([EffectSpec("sensor_drift", {"drift_mm_h": -1.0, "settling_h": 0.07})])
+    question = asked(identify([record(seed=7)]).spec, [measured], NOTHING)
+    names = ("sensor_drift", "thermal_expansion", "nacelle_drag", "creep", "ageing")
+    nothing = joint_fit(question.base, question.rows, ())
+    seen = look(question.base, question.rows, nothing, [effect_named(name) for name in names], question.rig)
+    assert seen.looked[0].term.effect.name == "sensor_drift"
+    assert seen.looked[0].removes > 0.95

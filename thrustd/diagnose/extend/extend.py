@@ -20,7 +20,6 @@ from thrustd.core.types import Progress
 from thrustd.diagnose.compare.checks import check_channels, check_new
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
-from thrustd.diagnose.extend.in_flight import extended_in_flight
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
@@ -70,6 +69,8 @@ def extend(
     """Add `effects` to a model. ModelError, and no model, when held-back blocks are not better with them."""
     chosen = asked_for(effects, recordings)
     if given.against == BROCHURE:
+        from thrustd.diagnose.extend.in_flight import extended_in_flight  # it compiles what flies: seconds
+
         return extended_in_flight(spec, asked(spec, recordings, given), chosen, given, name or spec.name, progress)
     for effect in chosen:
         if effect.word != effect_named(FRICTION).word:  # friction grows

@@ -24,7 +24,6 @@ from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
-from thrustd.diagnose.search.in_flight import diagnosed_in_flight
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
@@ -70,6 +69,8 @@ def diagnose(
     """
     question = asked(spec, recordings, given)
     if given.against == BROCHURE:
+        from thrustd.diagnose.search.in_flight import diagnosed_in_flight  # it compiles what flies: seconds
+
         return diagnosed_in_flight(name or spec.name, spec, question, given, extra, progress)
     records, base, rows = question.records, question.base, question.rows
     present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
