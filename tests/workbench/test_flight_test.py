@@ -18,7 +18,7 @@ def served(tmp_path_factory):
 
 
 @pytest.mark.parametrize(("question", "title"), [("points", "Test points of one.csv"), ("transients", "Transients of"),
-                                                 ("health", "Health over 1 flights")])  # fmt: skip
+                                                 ("health", "Health over 1 flight")])  # fmt: skip
 def test_a_question_is_answered_with_table_picture_and_csv(served, question, title):
     job = served.order("flighttest", question=question, recordings=["one.csv"])
     assert job["state"] == "done", job["error"]
