@@ -81,6 +81,19 @@ def from_level(simulate: Simulate, segment: Segment, level: float) -> Floats:
     return _after(simulate, segment, np.array([level]), np.array([1]))
 
 
+def of_the_past(simulate: Simulate, segment: Segment) -> Floats:
+    """(n, levels): what one sigma of every level before the first sample would add to a run settled at that sample.
+
+    A level may be anything between no load and what the segment reaches: one sigma is its mean distance from the first.
+    """
+    u, held = segment.inputs[DEFORMATION], _held(len(segment))
+    low, high = min(float(u.min()), UNLOADED), max(float(u.max()), UNLOADED)
+    middle, rest = (low + high) / 2 - float(u[0]), np.full(len(held), u[0])
+    sigma = float(np.hypot((high - low) / np.sqrt(12.0), middle)) * (-1.0 if middle < 0 else 1.0)
+    settled = simulate(segment)
+    return np.column_stack([_after(simulate, segment, rest + sigma * e, held) - settled for e in np.eye(len(held))])
+
+
 def simulated(simulate: Simulate, segment: Segment, from_rest: Floats) -> Floats:
     """Free run (n,) over the segment, from the state that its first stretch shows; from_rest: the run from rest."""
     levels = _levels(simulate, segment, segment.force_n - from_rest)

@@ -85,6 +85,26 @@ def test_a_right_model_of_an_engine_off_its_deck_stays(deck: Deck, spec: ModelSp
         extend(spec, [flight], ["nacelle_drag"], given=given(deck))
 
 
+@pytest.mark.parametrize("begins_s", [600, 1300, 2300])
+def test_a_log_of_eight_minutes_begun_in_mid_flight_says_what_it_can(
+    deck: Deck, spec: ModelSpec, begins_s: int
+) -> None:
+    short = a_flight(deck).rows(slice(int(HZ * begins_s), int(HZ * (begins_s + 480))))
+    report = diagnose(spec, [short], given=given(deck))
+    assert report.verdict == ("none",) and report.grade == "cannot be told"
+    bare = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "axial_inertia"], witness=None)
+    (mass,) = extend(bare, [short], ["axial_inertia"], given=given(deck)).parameters
+    assert abs(mass.value - MASS_KG) < mass.half_width < MASS_KG / 2
+
+
+def test_what_the_rubber_remembers_is_the_benchs_to_tell(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck).rows(slice(0, 500))
+    with pytest.raises(ModelError, match="creep remembers the deformation alone: a bench tells it"):
+        extend(spec, [flight], ["creep"], given=given(deck))
+    said = {one.effect: one.reason for one in diagnose(spec, [flight], given=given(deck)).not_judged}
+    assert {"relaxation", "hysteresis", "mullins_softening"} <= set(said)
+
+
 def test_drag_is_named_with_its_size_and_two_flights_say_it_better(deck: Deck, spec: ModelSpec) -> None:
     flights = [a_flight(deck, seed, drag_m2=DRAG_M2, name=f"flight {seed}") for seed in (1, 2)]
     report = diagnose(spec, flights, given=given(deck))

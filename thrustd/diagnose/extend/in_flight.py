@@ -13,8 +13,10 @@ from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.in_flight import (
     AGAINST,
+    TOLD_BY_BENCH,
     left_n,
     numbers_of,
+    of_the_rubber,
     searched,
     several_flights,
     terms_in_flight,
@@ -37,6 +39,8 @@ def extended_in_flight(
     """The model with those of the effects that make the flights SURE times likelier; ModelError when none does."""
     for effect in chosen:
         check_channels(question.records, effect)
+        if of_the_rubber(effect):
+            raise ModelError(f"{spec.name}: {effect.word} {TOLD_BY_BENCH}; expected another effect, or a load cell")
     seen = flown(spec, question, given)
     terms = terms_in_flight(spec, [law for effect in chosen for law in variants(effect)], question.rig)
     found = searched(seen, terms, SURE, progress)

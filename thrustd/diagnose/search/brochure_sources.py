@@ -1,6 +1,6 @@
 """What mount and brochure say of the same thrust, in rows, and how far each may be wrong: no load cell flies.
 
-    mount       share T + e_0 = model(deformation; effects) + z dF/dx          z: the transducer's zero
+    mount       share T + e_0 = model(deformation; effects) + z dF/dx + p      z: the transducer's zero, p: its past
     brochure    T + e_i       = G_i - s F - l dF/dt - b - H sum c_jk x^j v^k      i: fuel flow, N1, N2
     H = delta_t L h,   h = x + r v sqrt(h),   x = F / (delta_t L),   v = u / 0.5,   u = M / sqrt(1 + 0.2 M^2)
 
@@ -9,15 +9,16 @@ flight (`sensors.errors`): an engine against its deck, the deck's shape, lines o
 moves. It forgets. What a deck is wrong by on every flight alike are s, l, b and c, with priors: an engine is 3 % off
 its deck and half a second late, at idle net thrust is 25 N uncertain, each coefficient of the surface is 1 % of the
 gross thrust H: a cycle is wrong by a part of its gross thrust, the net one and the ram drag of its air, r v sqrt(h).
-F: the mount's force over its share; L: the largest corrected F; j + k <= 2. So a deck is much better known at idle than
-at cruise, while a nacelle drags alike: fast flight at idle tells them apart.
+F: the thrust, by the deck; L: the largest corrected F; j + k <= 2. So a deck is much better known at idle than
+at cruise, while a nacelle drags alike: fast flight at idle tells them apart. What the rubber remembers when a stretch
+begins, p, is unknown: a log may begin in mid-flight (`identify.first_state`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import block_diag, solve_triangular
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
@@ -93,25 +94,34 @@ def sources_of(
     segments: Sequence[Segment],
     model_n: Sequence[Floats],
     slope_n_mm: Sequence[Floats],
+    past_n: Sequence[Floats],
     own_n: float,
     deck: Deck,
     place: MountPlace,
 ) -> list[Sources]:
-    """From stretches, the model's force on each (n,) and its slope; `own_n`: one sigma of the model."""
+    """From stretches, the model's force on each (n,), its slope, past (n, levels); `own_n`: one sigma of the model."""
     widths = [max(1, -(-len(segment) // ROWS)) for segment in segments]
     tables = [_table(s, m, w, own_n, deck, place) for s, m, w in zip(segments, model_n, widths, strict=True)]
     airs = [_air(segment, width) for segment, width in zip(segments, widths, strict=True)]
     largest_n = max(
         float(np.max(np.abs(table[:, LEVEL_N] / delta))) for table, (delta, _) in zip(tables, airs, strict=True)
     )
-    found = []
-    for segment, width, table, air, slope in zip(segments, widths, tables, airs, slope_n_mm, strict=True):
-        wrong = _surface(table[:, RATE_N_S], table[:, LEVEL_N], *air, largest_n)
-        unknowns = np.zeros((len(table), N_SOURCES, wrong.shape[1] + 1))
-        unknowns[:, FUEL_FLOW:, :-1] = -wrong[:, None, :]
-        unknowns[:, UPPER, -1] = ZERO_MM * means(slope, width)
+    own_zero = [ZERO_MM * means(slope, width) for slope, width in zip(slope_n_mm, widths, strict=True)]
+    past = block_diag(*(_means_of(each, width) for each, width in zip(past_n, widths, strict=True)))
+    ends, found = np.cumsum([len(table) for table in tables]), []
+    for segment, width, table, (delta, v), zero, end in zip(
+        segments, widths, tables, airs, own_zero, ends, strict=True
+    ):
+        wrong = _surface(table[:, RATE_N_S], table[:, LEVEL_N], delta, v, largest_n)
+        unknowns = np.zeros((len(table), N_SOURCES, wrong.shape[1] + 1 + past.shape[1]))
+        unknowns[:, FUEL_FLOW:, : wrong.shape[1]] = -wrong[:, None, :]
+        unknowns[:, UPPER, wrong.shape[1] :] = np.column_stack((zero, past[end - len(table) : end]))
         found.append(_sources(segment, width, table, unknowns, place.share))
     return found
+
+
+def _means_of(columns: Floats, width: int) -> Floats:
+    return np.column_stack([means(column, width) for column in columns.T])
 
 
 def _sources(segment: Segment, width: int, table: Floats, unknowns: Floats, share: float) -> Sources:
@@ -145,12 +155,15 @@ def _wander(table: Floats) -> Floats:
 
 def _table(segment: Segment, model_n: Floats, width: int, own_n: float, deck: Deck, place: MountPlace) -> Floats:
     """Rows (n, WIDTH) as the bank of sensors keeps them (`sensors.past`), means over `width` samples."""
-    asked = deck_says(segment.inputs, segment.time_s, deck, place.number)[:, 1:]
+    thrust_n, *rest = deck_says(segment.inputs, segment.time_s, deck, place.number).T
+    asked = np.column_stack(rest)
     says = np.column_stack([means(column, width) for column in asked.T])
     brochure, told = says[:, 1:4], np.all(np.isfinite(says[:, [0, 4, 5]]), axis=1, keepdims=True)
     mount_n, time_s = means(model_n, width), means(segment.time_s, width)
     table = np.zeros((len(mount_n), WIDTH))
-    table[:, T_S], table[:, LEVEL_N], table[:, OWN_N] = time_s, mount_n / place.share, own_n
+    level_n = means(thrust_n, width)
+    level_n = np.where(np.isfinite(level_n), level_n, mount_n / place.share)  # an effect may be hidden in a mount
+    table[:, T_S], table[:, LEVEL_N], table[:, OWN_N] = time_s, level_n, own_n
     table[:, RATE_N_S] = table[:, MOUNT_RATE_N_S] = means(np.gradient(model_n / place.share, segment.dt_s), width)
     table[:, FUEL_RATE_N_S] = np.nan_to_num(means(np.gradient(asked[:, 1], segment.dt_s), width))
     table[:, MACH] = means(segment.inputs["mach"], width)

@@ -15,15 +15,15 @@ from thrustd.core.measures import rms
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.candidates import judgeable, not_judged_lines
+from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import SETS, Explained, Stretch
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.question import Given, Question, asked_for
 from thrustd.diagnose.search.told import ParameterEstimate, lines_of
 from thrustd.diagnose.search.weigh import SURE, Flown, Weighed, flown, weigh
-from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.terms import Term, split
+from thrustd.identify.segments import DEFORMATION
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
@@ -34,6 +34,8 @@ TRIED = 4  # estimated whole at every size
 LOOK = 1  # Gauss-Newton step
 MUCH = 4.0  # times the variance that the readings should have: something else is missing too
 AGAINST = "against the brochure, its own unknowns apart"
+RUBBER = "rubber"
+TOLD_BY_BENCH = "remembers the deformation alone: a bench tells it, no flight"
 NO_PROOF = "the brochure's own errors may hide an effect: none against it is no proof of a right model"
 
 
@@ -62,24 +64,35 @@ class Found:
 
 
 def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> list[Term]:
-    """Effects as terms; of a law that the model has, another size: an aircraft is not the bench.
-
-    Relaxation and friction are the rubber's: the bench has told them, and no deck is as sure.
-    """
+    """Effects as terms; of a law that the model has, another size, where it is not the rubber that has it."""
     present = {effect.name: effect for effect in spec.effects}
-    places = {(law.word, law.site) for law in map(effect_named, present)}
+    places = {(law.word, place_of(law)) for law in map(effect_named, present)}
     found = []
     for effect in laws(effects):
-        if effect.lags is not None or effect.name in GROWS:
+        known = place_of(effect) == RUBBER and (effect.word, RUBBER) in places
+        if known or of_the_rubber(effect):
             continue
         if effect.name in present:
             values = effect.neutral() | present[effect.name].parameters
             first = next(terms_of(effect, rig))
             centre = {name: values[name] for name in first.std}
             found.append(replace(first, fixed=values, centre=centre, shapes=False))
-        elif (effect.word, effect.site) not in places:  # one that acts elsewhere is another effect of the same cause
+        elif (effect.word, place_of(effect)) not in places:  # elsewhere it is another effect of one cause
             found += terms_of(effect, rig)
     return found
+
+
+def place_of(effect: Effect) -> str:
+    """Where it acts: on what the rubber holds, or on what its installation does to it."""
+    return RUBBER if effect.site in ("gain", "spring", "linear") else effect.site
+
+
+def of_the_rubber(effect: Effect) -> bool:
+    """Whether it remembers, and nothing but the deformation: the bench has told it, with a load cell.
+
+    No deck is as sure, and what the rubber remembers when a log begins in flight nobody knows.
+    """
+    return set(effect.channels) <= {DEFORMATION} and (effect.n_state > 0 or effect.lags is not None)
 
 
 def searched(given: Flown, terms: Sequence[Term], certain: float, progress: Progress | None = None) -> Found:
@@ -128,6 +141,7 @@ def diagnosed_in_flight(
     """The verdict on a mount whose reference is the brochure."""
     possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
     effects, not_judged = judgeable([*possible, *asked_for(extra, question.records)], question.records, ())
+    not_judged += dict.fromkeys(NotJudged(one.word, TOLD_BY_BENCH) for one in effects if of_the_rubber(one))
     seen, terms = flown(spec, question, given), terms_in_flight(spec, effects, question.rig)
     found = searched(seen, terms, SURE * len({term.effect.word for term in terms}), progress)
     best, more = found.best, found.best.squares > MUCH * found.best.rows

@@ -5,14 +5,12 @@
 
 by Gauss-Newton on free runs of the model with the effects in it (Laplace; MacKay, Neural Comput. 4 (1992) 415). Of two
 sets the one is better that makes the readings likelier, and a size that a prior spreads over much costs its spread. The
-mount's curve, relaxation and friction stay as the bench left them: no deck knows them better. How large the errors of
-a deck's surface are is told by the evidence, too. A law that reads nothing but the deformation, as creep does, has been
-looked for on the bench, with a load cell: it is SURE times less likely before the flight.
+mount's curve and all that its rubber remembers stay as the bench left them: no deck knows them better. How large the
+errors of a deck's surface are is told by the evidence, too.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log
 from typing import NamedTuple
 
 import msgspec
@@ -22,7 +20,7 @@ from thrustd.core.columns import Floats
 from thrustd.diagnose.search.brochure_sources import NUDGE_MM, SURFACE, Sources, sources_of
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.question import Given, Question
-from thrustd.identify.first_state import from_level, level_before
+from thrustd.identify.first_state import of_the_past
 from thrustd.identify.regression.terms import Term, split
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.artifact import EffectSpec, ModelSpec
@@ -41,17 +39,12 @@ class Flown:
 
     spec: ModelSpec
     sources: tuple[Sources, ...]
-    levels_mm: tuple[float, ...]  # input before each stretch
     unknowns: Floats  # white columns of what reference and zero do not know
     of_brochure: Floats  # its readings alone, white
 
     def forces_n(self, spec: ModelSpec) -> list[Floats]:
-        """Free runs of a model over every stretch."""
-
-        def run(segment: Segment) -> Floats:
-            return simulate(spec, segment)
-
-        return [from_level(run, s.segment, mm) for s, mm in zip(self.sources, self.levels_mm, strict=True)]
+        """Free runs of a model over every stretch, settled at its first sample."""
+        return [simulate(spec, source.segment) for source in self.sources]
 
     def of_mount(self, forces_n: Sequence[Floats]) -> Floats:
         """The mount's readings alone, white."""
@@ -66,18 +59,17 @@ class Flown:
 
     def only(self, name: str) -> "Flown":
         """What one recording says alone."""
-        kept = [i for i, s in enumerate(self.sources) if s.segment.record == name]
-        return _flown(self.spec, [self.sources[i] for i in kept], [self.levels_mm[i] for i in kept])
+        return _flown(self.spec, [source for source in self.sources if source.segment.record == name])
 
     @property
     def recordings(self) -> list[str]:
         return list(dict.fromkeys(s.segment.record for s in self.sources))
 
 
-def _flown(spec: ModelSpec, sources: Sequence[Sources], levels_mm: Sequence[float]) -> Flown:
+def _flown(spec: ModelSpec, sources: Sequence[Sources]) -> Flown:
     unknowns, brochure = ([s.white(table) for s, table in zip(sources, tables, strict=True)]
                           for tables in ([s.unknowns for s in sources], [s.said for s in sources]))  # fmt: skip
-    return Flown(spec, tuple(sources), tuple(levels_mm), np.concatenate(unknowns), np.concatenate(brochure))
+    return Flown(spec, tuple(sources), np.concatenate(unknowns), np.concatenate(brochure))
 
 
 def flown(spec: ModelSpec, question: Question, given: Given) -> Flown:
@@ -87,13 +79,12 @@ def flown(spec: ModelSpec, question: Question, given: Given) -> Flown:
     def run(segment: Segment) -> Floats:
         return simulate(spec, segment)
 
-    levels = tuple(level_before(run, segment) for segment in question.segments)
-    plain = [from_level(run, s, mm) for s, mm in zip(question.segments, levels, strict=True)]
-    nudged = [replace(s, inputs={**s.inputs, DEFORMATION: s.inputs[DEFORMATION] + NUDGE_MM}) for s in question.segments]
-    pairs = zip(nudged, plain, levels, strict=True)
-    slopes = [(from_level(run, s, mm + NUDGE_MM) - own) / NUDGE_MM for s, own, mm in pairs]
+    segments = question.segments
+    plain, past = [run(segment) for segment in segments], [of_the_past(run, segment) for segment in segments]
+    nudged = [replace(s, inputs={**s.inputs, DEFORMATION: s.inputs[DEFORMATION] + NUDGE_MM}) for s in segments]
+    slopes = [(run(segment) - own) / NUDGE_MM for segment, own in zip(nudged, plain, strict=True)]
     own_n = float(np.median(spec.error.std_n)) if spec.error is not None else OWN_N
-    return _flown(spec, sources_of(question.segments, plain, slopes, own_n, given.deck, given.mount), levels)
+    return _flown(spec, sources_of(segments, plain, slopes, past, own_n, given.deck, given.mount))
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,17 +111,11 @@ class Weighed:
 
     def likelier(self, other: "Weighed") -> float:
         """ln of how much likelier this larger set is than the other one, once the readings are known."""
-        fall = (other.squares - self.squares) / (2 * self.s2) - (self.log_det - other.log_det) / 2
-        return fall - log(SURE) * (_of_bench(self.terms) - _of_bench(other.terms))
+        return (other.squares - self.squares) / (2 * self.s2) - (self.log_det - other.log_det) / 2
 
     @property
     def std(self) -> Floats:
         return np.asarray(np.sqrt(self.s2 * np.diag(self.covariance)))
-
-
-def _of_bench(terms: Sequence[Term]) -> int:
-    """Laws of the deformation alone: a bench with its load cell would have shown them."""
-    return sum(set(term.effect.channels) <= {DEFORMATION} for term in terms)
 
 
 def with_terms(spec: ModelSpec, terms: Sequence[Term], numbers: Floats, std: Floats | None = None) -> ModelSpec:
