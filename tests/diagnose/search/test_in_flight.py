@@ -114,6 +114,26 @@ def test_drag_is_named_with_its_size_and_two_flights_say_it_better(deck: Deck, s
     assert abs(two.value - DRAG_M2) < two.half_width < one.half_width
 
 
+def test_a_drag_that_another_flight_contradicts_is_not_added(deck: Deck, spec: ModelSpec) -> None:
+    flights = [a_flight(deck, seed, drag_m2=m2, name=f"flight {seed}") for seed, m2 in ((1, 0.06), (2, -0.01))]
+    with pytest.raises(ModelError, match=r"nacelle_drag fits these flights, but a part held back .* no model written"):
+        extend(spec, flights, ["nacelle_drag"], given=given(deck))
+    report = diagnose(spec, flights, given=given(deck))
+    assert "nacelle_drag" not in report.verdict
+    assert extend(spec, flights[:1], ["nacelle_drag"], given=given(deck)).rmse_after_n < 60.0
+
+
+def test_sizes_are_as_sure_as_flights_agree(deck: Deck, spec: ModelSpec) -> None:
+    flights = [a_flight(deck, seed, drag_m2=m2, name=f"flight {seed}") for seed, m2 in ((1, 0.06), (2, 0.02))]
+    (number,) = extend(spec, flights, ["nacelle_drag"], given=given(deck)).parameters
+    assert 0.02 < number.value < 0.06 and number.half_width > 0.02
+
+
+def test_none_says_what_may_hide(deck: Deck, spec: ModelSpec) -> None:
+    (line,) = (line for line in diagnose(spec, [a_flight(deck)], given=given(deck)).advice if "what may hide" in line)
+    assert "nacelle_drag" in line and "thermal_expansion" in line and " N)" in line
+
+
 def test_an_effect_that_the_model_has_gets_another_size(deck: Deck, spec: ModelSpec) -> None:
     flight = a_flight(deck, mm_k=EXPANSION_MM_K)
     report = extend(spec, [flight], ["thermal_expansion"], given=given(deck))

@@ -13,8 +13,8 @@ from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.in_flight import (
     AGAINST,
+    NOT_FORETOLD,
     TOLD_BY_BENCH,
-    left_n,
     numbers_of,
     of_the_rubber,
     searched,
@@ -36,7 +36,7 @@ def extended_in_flight(
     name: str,
     progress: Progress | None = None,
 ) -> ExtendReport:
-    """The model with those of the effects that make the flights SURE times likelier; ModelError when none does."""
+    """The model with those of the effects that make the flights SURE times likelier, and parts held back likelier."""
     for effect in chosen:
         check_channels(question.records, effect)
         if of_the_rubber(effect):
@@ -44,11 +44,13 @@ def extended_in_flight(
     seen = flown(spec, question, given)
     terms = terms_in_flight(spec, [law for effect in chosen for law in variants(effect)], question.rig)
     found = searched(seen, terms, SURE, progress)
-    before_n, after_n = left_n(seen, found.nothing), left_n(seen, found.best)
+    before_n, after_n = found.left_n(seen)
+    if found.not_foretold and not found.best.terms:
+        raise ModelError(f"{spec.name}: {', '.join(found.not_foretold)} {NOT_FORETOLD}; no model written")
     if not found.best.terms:
         raise ModelError(
-            f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {newtons(before_n)} N {AGAINST}"
-            f" are explained without, expected a flight that is {SURE:g} times likelier with it; no model written"
+            f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added: {newtons(before_n)} N against the"
+            f" brochure are explained without, expected flights {SURE:g} times likelier with it; no model written"
         )
     written = _written(spec, name, seen, found.best, question, before_n, after_n)
     left_out = tuple(effect.word for effect in chosen if effect.word not in found.best.words)

@@ -15,7 +15,7 @@ begins, p, is unknown: a log may begin in mid-flight (`identify.first_state`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
@@ -75,7 +75,15 @@ class Sources:
 
     def white(self, table: Floats) -> Floats:
         """Readings (rows, N_SOURCES, ...) that count, made white."""
-        return np.asarray(solve_triangular(self.lower, table[self.counts], lower=True))
+        counted = table[self.counts]
+        return np.asarray(solve_triangular(self.lower, counted, lower=True)) if len(counted) else counted
+
+    def without(self, rows: Flags) -> "Sources":
+        """The same stretch; these rows do not count."""
+        kept = ~rows[np.nonzero(self.counts)[0]]
+        every = (self.lower @ self.lower.T)[np.ix_(kept, kept)]
+        lower = np.asarray(np.linalg.cholesky(every), np.float64)
+        return replace(self, counts=self.counts & ~rows[:, None], lower=lower)
 
     def of_mount(self, force_n: Floats) -> Floats:
         """Readings (rows, N_SOURCES) that are the mount's alone."""

@@ -1,8 +1,8 @@
 """Which set of effects a flight shows, each weighed by evidence against what its brochure may be wrong by.
 
 Sets grow one effect at a time while the next one makes the readings clearly likelier: by SURE for every law that was
-looked at, as much as it takes to be so much surer than before anything was known. A set that is not SURE times likelier
-than another one of as many effects is not told from it.
+looked at, as much as it takes to be so much surer than before anything was known. It also has to foretell what is held
+back. A set that is not SURE times likelier than another one of as many effects is not told from it.
 """
 
 from collections.abc import Sequence
@@ -11,13 +11,14 @@ from math import log
 
 import numpy as np
 
-from thrustd.core.measures import rms
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import SETS, Explained, Stretch
+from thrustd.diagnose.search.held_back import HeldBack, as_recordings_scatter, held_back, left_n
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.question import Given, Question, asked_for
 from thrustd.diagnose.search.told import ParameterEstimate, lines_of
@@ -27,15 +28,16 @@ from thrustd.identify.segments import DEFORMATION
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
-from thrustd.sensors.past import FUEL_FLOW, UPPER
 
 MOST = 3  # effects in a set
 TRIED = 4  # estimated whole at every size
 LOOK = 1  # Gauss-Newton step
+HIDDEN = 4  # effects said that may hide
 MUCH = 4.0  # times the variance that the readings should have: something else is missing too
-AGAINST = "against the brochure, its own unknowns apart"
+AGAINST = "on held-back parts, against the brochure"
 RUBBER = "rubber"
 TOLD_BY_BENCH = "remembers the deformation alone: a bench tells it, no flight"
+NOT_FORETOLD = "fits these flights, but a part held back is not foretold better with it: not named"
 NO_PROOF = "the brochure's own errors may hide an effect: none against it is no proof of a right model"
 
 
@@ -47,6 +49,14 @@ class Found:
     best: Weighed
     sets: tuple[Weighed, ...]  # estimated whole
     looked: tuple[tuple[float, Weighed], ...]
+    held: HeldBack | None  # of the best against nothing
+    not_foretold: tuple[str, ...]  # likelier on everything, not on what was held back
+
+    def left_n(self, seen: Flown) -> tuple[float, float]:
+        """Rms without and with the best set, N: on what was held back, where there is one."""
+        if self.held is None:
+            return left_n(seen, self.nothing), left_n(seen, self.best)
+        return self.held.before_n, self.held.after_n
 
     @property
     def alike(self) -> tuple[str, ...]:
@@ -100,6 +110,7 @@ def searched(given: Flown, terms: Sequence[Term], certain: float, progress: Prog
     nothing = best = weigh(given, ())
     sets: list[Weighed] = [nothing]
     alone: list[tuple[float, Weighed]] = []
+    not_foretold: tuple[str, ...] = ()
     for size in range(MOST):
         if progress is not None:
             progress(size / MOST, "effects")
@@ -111,8 +122,12 @@ def searched(given: Flown, terms: Sequence[Term], certain: float, progress: Prog
         larger = max(grown, key=lambda one: one.likelier(best), default=best)
         if larger is best or larger.likelier(best) < log(certain):
             break
+        if not held_back(given, larger, best).better:
+            not_foretold = larger.words
+            break
         best = larger
-    return Found(nothing, best, tuple(sets), tuple(alone))
+    held = held_back(given, best, nothing) if best.terms else None
+    return Found(nothing, as_recordings_scatter(given, best), tuple(sets), tuple(alone), held, not_foretold)
 
 
 def _looked(given: Flown, best: Weighed, terms: Sequence[Term]) -> list[tuple[float, Weighed]]:
@@ -146,12 +161,15 @@ def diagnosed_in_flight(
     found = searched(seen, terms, SURE * len({term.effect.word for term in terms}), progress)
     best, more = found.best, found.best.squares > MUCH * found.best.rows
     grade = "cannot be told" if found.alike or not best.terms else "weak" if more else "strong"
-    before_n, after_n, floor_n = left_n(seen, found.nothing), left_n(seen, best), expected_n(seen)
+    before_n, after_n = found.left_n(seen)
+    floor_n = expected_n(seen)
     advice = [*several_flights(seen, question.base, best), *not_judged_lines(not_judged)]
+    if not best.terms:
+        advice[:0] = [NO_PROOF, *_may_hide(question.base, found)]
+    if found.not_foretold:
+        advice.insert(0, f"{' and '.join(found.not_foretold)} {NOT_FORETOLD}")
     if found.alike:
         advice.insert(0, f"these data do not tell {' and '.join(best.words)} from {' or '.join(found.alike)}")
-    if not best.terms:
-        advice.insert(0, NO_PROOF)
     if more:
         advice.insert(0, f"{newtons(after_n)} N left, expected about {newtons(floor_n)} N: something else too")
     return DiagnoseReport(
@@ -169,15 +187,6 @@ def diagnosed_in_flight(
         explained=_explained(seen, found),
         judged=AGAINST,
     )
-
-
-def left_n(seen: Flown, one: Weighed) -> float:
-    """Rms of what the mount says less its share of the fuel flow's thrust, both with their unknowns at their place."""
-    found = []
-    for source, force_n in zip(seen.sources, one.forces_n, strict=True):
-        own = source.said + source.unknowns @ one.unknowns + source.of_mount(source.means(force_n))
-        found.append((own[:, UPPER] - source.share * own[:, FUEL_FLOW])[source.counts[:, FUEL_FLOW]])
-    return rms(np.concatenate(found))
 
 
 def expected_n(seen: Flown) -> float:
@@ -208,8 +217,24 @@ def several_flights(seen: Flown, base: Base, best: Weighed) -> list[str]:
     return found
 
 
+def _may_hide(base: Base, found: Found) -> list[str]:
+    """Of the effects looked at alone: what their intervals hold, and how much force that is."""
+    plain = np.concatenate(found.nothing.forces_n)
+    held = []
+    for _, one in found.looked:
+        term = replace(one.terms[-1], shapes=False)
+        numbers = numbers_of(base, replace(one, terms=(term,)))
+        if len(numbers) == 1 and one.numbers[0] != 0.0:
+            (number,) = numbers
+            per_sigma_n = rms(np.concatenate(one.forces_n) - plain) / abs(float(one.numbers[0]))
+            most_n = per_sigma_n * (abs(float(one.numbers[0])) + SIGMAS_95 * float(one.std[0]))
+            held.append((most_n, f"{number.effect} {number.value:.2g} +- {number.half_width:.1g} {number.unit}"))
+    lines = [f"{line} ({newtons(most_n)} N)" for most_n, line in sorted(held, reverse=True)[:HIDDEN]]
+    return [f"what may hide (95 %, each alone): {'; '.join(lines)}"] if lines else []
+
+
 def _candidates(spec: ModelSpec, seen: Flown, base: Base, found: Found) -> list[CandidateReport]:
-    before_n, after_n = left_n(seen, found.nothing), left_n(seen, found.best)
+    before_n, after_n = found.left_n(seen)
     numbers, said = numbers_of(base, found.best), []
     for term in found.best.terms:
         word = term.effect.word
@@ -233,7 +258,7 @@ def _candidates(spec: ModelSpec, seen: Flown, base: Base, found: Found) -> list[
 def _explained(seen: Flown, found: Found) -> Explained:
     """The best set and the best other one, sample by sample."""
     ordered = sorted((one for one in found.sets if one.terms), key=lambda one: -one.likelier(found.nothing))
-    others = [one for one in ordered if one is not found.best and one.words != found.best.words]
+    others = [one for one in ordered if one.words != found.best.words]
     sets = [found.best, *others][:SETS] if found.best.terms else others[:SETS]
     stretches = []
     for i, source in enumerate(seen.sources):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.brochure_sources import NUDGE_MM, SURFACE, Sources, sources_of
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.question import Given, Question
@@ -60,6 +60,10 @@ class Flown:
     def only(self, name: str) -> "Flown":
         """What one recording says alone."""
         return _flown(self.spec, [source for source in self.sources if source.segment.record == name])
+
+    def without(self, rows: Sequence[Flags]) -> "Flown":
+        """With these rows of every stretch held back."""
+        return _flown(self.spec, [source.without(flags) for source, flags in zip(self.sources, rows, strict=True)])
 
     @property
     def recordings(self) -> list[str]:
@@ -137,9 +141,9 @@ def begin_at(terms: Sequence[Term]) -> Floats:
     return np.array([BEGIN if p.amplitude else 0.0 for term in terms for p in term.free])
 
 
-def weigh(given: Flown, terms: Sequence[Term], iterations: int = ITERATIONS) -> Weighed:
+def weigh(given: Flown, terms: Sequence[Term], iterations: int = ITERATIONS, begin: Floats | None = None) -> Weighed:
     """The most probable sizes of these effects together, beside the likeliest size of a surface's errors."""
-    numbers = begin_at(terms)
+    numbers = begin_at(terms) if begin is None else begin
     positive = np.array([flag for term in terms for flag in term.positive()], bool)
     for _ in range(iterations if terms else 1):
         mount = given.of_mount(given.forces_n(with_terms(given.spec, terms, numbers)))

@@ -1,0 +1,74 @@
+"""What held-back parts of flights say of a set of effects: how likely they are to who has seen the rest alone.
+
+    ln p(part | rest; set) - ln p(part | rest; without) = gain(all) - gain(rest),   gain: ln of how much likelier
+
+A part is another recording where several are given, else a fifth of the flight. A set that foretells the parts no
+better than the model without it is not there: it fits what happened once.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from thrustd.core.columns import Flags
+from thrustd.core.measures import rms
+from thrustd.diagnose.search.weigh import Flown, Weighed, weigh
+from thrustd.sensors.past import FUEL_FLOW, UPPER
+
+PARTS = 5  # of one recording
+
+
+@dataclass(frozen=True, slots=True)
+class HeldBack:
+    """Of a set against a smaller one: both estimated without each part, and judged on it."""
+
+    likelier: float  # ln, all parts together
+    before_n: float
+    after_n: float
+
+    @property
+    def better(self) -> bool:
+        return self.likelier > 0.0 and self.after_n < self.before_n
+
+
+def held_back(seen: Flown, larger: Weighed, smaller: Weighed) -> HeldBack:
+    """`larger` and `smaller` have been weighed on everything."""
+    gain, foretold, left = larger.likelier(smaller), 0.0, []
+    for part in _parts(seen):
+        rest, held = seen.without(part), seen.without([~flags for flags in part])
+        before, after = weigh(rest, smaller.terms), weigh(rest, larger.terms, begin=larger.numbers)
+        foretold += gain - after.likelier(before)
+        left.append([left_n(held, one) for one in (before, after)])
+    before_n, after_n = np.sqrt(np.mean(np.square(left), axis=0))
+    return HeldBack(foretold, float(before_n), float(after_n))
+
+
+def as_recordings_scatter(seen: Flown, one: Weighed) -> Weighed:
+    """As sure as recordings agree that each tell the sizes alone (Birge, Phys. Rev. 40 (1932) 207)."""
+    names = seen.recordings
+    if len(names) < 2 or not one.terms:
+        return one
+    alone = [weigh(seen.only(name), one.terms, begin=one.numbers) for name in names]
+    squares = sum(np.square((each.numbers - one.numbers) / each.std) for each in alone)
+    factor = np.sqrt(np.maximum(squares / (len(names) - 1), 1.0))
+    return replace(one, covariance=one.covariance * np.outer(factor, factor))
+
+
+def _parts(seen: Flown) -> list[list[Flags]]:
+    """For every part, rows that are in it, by source."""
+    names, counts = seen.recordings, [len(source.counts) for source in seen.sources]
+    if len(names) > 1:
+        return [
+            [np.full(n, s.segment.record == name) for s, n in zip(seen.sources, counts, strict=True)] for name in names
+        ]
+    number = np.arange(sum(counts)) * PARTS // sum(counts)
+    return [np.split(number == part, np.cumsum(counts)[:-1]) for part in range(PARTS)]
+
+
+def left_n(seen: Flown, one: Weighed) -> float:
+    """Rms of what the mount says less its share of the fuel flow's thrust, both with their unknowns at their place."""
+    found = []
+    for source, force_n in zip(seen.sources, one.forces_n, strict=True):
+        own = source.said + source.unknowns @ one.unknowns + source.of_mount(source.means(force_n))
+        found.append((own[:, UPPER] - source.share * own[:, FUEL_FLOW])[source.counts[:, FUEL_FLOW]])
+    return rms(np.concatenate(found))
