@@ -8,7 +8,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.cli.files import read_models
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import dynamic_pressure_pa
-from thrustd.core.errors import ModelError
+from thrustd.core.errors import ModelError, RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.reference import deck_says
 from thrustd.diagnose.extend.extend import extend
@@ -112,6 +112,18 @@ def test_drag_is_named_with_its_size_and_two_flights_say_it_better(deck: Deck, s
     assert any("from 2 recordings; alone they say" in line for line in report.advice)
     (one,), (two,) = (extend(spec, flights[:n], ["nacelle_drag"], given=given(deck)).parameters for n in (1, 2))
     assert abs(two.value - DRAG_M2) < two.half_width < one.half_width
+
+
+def test_a_sensor_that_speaks_late_is_used_and_one_with_gaps_is_not_judged(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck).rows(slice(0, 500))
+    late = np.where(np.arange(500) < 4, np.nan, 10.0 + np.arange(500) % 7)
+    gaps = np.where(np.arange(500) // 50 % 2 == 0, np.nan, late)
+    report = diagnose(spec, [flight.with_channels(vibration_mm_s_left_upper=gaps)], given=given(deck))
+    assert "channel vibration_mm_s has values missing" in {one.reason for one in report.not_judged}
+    with pytest.raises(RecordingError, match="vibration_mm_s, which effect payne reads, has values missing"):
+        extend(spec, [flight.with_channels(vibration_mm_s_left_upper=gaps)], ["payne"], given=given(deck))
+    report = diagnose(spec, [flight.with_channels(vibration_mm_s_left_upper=late)], given=given(deck))
+    assert "payne" not in {one.effect for one in report.not_judged}
 
 
 def test_a_drag_that_another_flight_contradicts_is_not_added(deck: Deck, spec: ModelSpec) -> None:

@@ -9,6 +9,7 @@ from thrustd.core.errors import ModelError, RecordingError
 from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.first_look import ONE_LEVEL
 from thrustd.diagnose.search.candidates import moves
+from thrustd.diagnose.search.records import complete
 from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
@@ -173,6 +174,8 @@ def check_channels(records: Sequence[Recording], effect: Effect) -> None:
                     f"{record.name}: no column '{channel}', which effect {effect.word} reads;"
                     f" it has {', '.join(sorted(record.channels))}"
                 )
+            if channel != "time_s" and not complete(record[channel]):
+                raise RecordingError(f"{record.name}: {channel}, which effect {effect.word} reads, has values missing")
     for channel in effect.channels:
         if channel != "time_s" and not any(moves(record[channel]) for record in records):
             names = ", ".join(record.name for record in records)

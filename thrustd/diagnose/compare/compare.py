@@ -25,8 +25,9 @@ from thrustd.diagnose.compare.first_look import first_look
 from thrustd.diagnose.compare.reference import referenced, rest_remarks
 from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
+from thrustd.diagnose.search.records import shared
 from thrustd.identify.first_state import from_level, level_before, simulated
-from thrustd.identify.segments import Segment, bridged, segments_of
+from thrustd.identify.segments import Segment, segments_of
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.records.recording import Recording
@@ -65,15 +66,13 @@ def compare(
 
 def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: float | None) -> Comparison:
     needed = [channel for stage in model_stages(spec, 1.0) for channel in stage.channels]
-    complete = [n for n in record.channels if n != "force_N" and np.isfinite(bridged(record[n])).mean() > 0.999]
-    segments = segments_of([record], dict.fromkeys([*needed, *complete]))
+    usable = shared([record])
+    segments = segments_of([record], dict.fromkeys([*needed, *usable]))
     reference_n = np.concatenate([s.force_n for s in segments])
     rested_n, model_n = (np.concatenate(runs) for runs in zip(*(free_runs(spec, s) for s in segments), strict=True))
     flown_n = np.concatenate([simulate_in_flight(spec, s) for s in segments]) if lateness(spec)[1] else rested_n
     time_s = np.concatenate([s.time_s for s in segments])
-    channels = {
-        n: np.concatenate([s.inputs[n] for s in segments]) for n in dict.fromkeys(["deformation_mm", *complete])
-    }
+    channels = {n: np.concatenate([s.inputs[n] for s in segments]) for n in dict.fromkeys(["deformation_mm", *usable])}
     residual = reference_n - model_n
     worst = int(np.nanargmax(np.abs(residual)))
     rmse, spread, roles = rms(residual), rms(reference_n - np.nanmean(reference_n)), roles_of([record])

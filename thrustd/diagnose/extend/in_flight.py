@@ -12,7 +12,7 @@ from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.in_flight import (
-    AGAINST,
+    HELD_BACK,
     NOT_FORETOLD,
     TOLD_BY_BENCH,
     numbers_of,
@@ -56,7 +56,7 @@ def extended_in_flight(
     left_out = tuple(effect.word for effect in chosen if effect.word not in found.best.words)
     numbers, remarks = numbers_of(question.base, found.best), several_flights(seen, question.base, found.best)
     return ExtendReport(
-        written, found.best.words, before_n, after_n, tuple(numbers), left_out, judged=AGAINST, remarks=tuple(remarks)
+        written, found.best.words, before_n, after_n, tuple(numbers), left_out, judged=HELD_BACK, remarks=tuple(remarks)
     )
 
 

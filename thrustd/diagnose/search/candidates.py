@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.diagnose.search.records import complete
 from thrustd.model.effect import Effect
 from thrustd.records.recording import Recording
 
@@ -54,6 +55,8 @@ def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]
             return f"channel {channel} is not in the data"
         if not any(moves(record[channel]) for record in records):
             return f"channel {channel} never moves"
+        if not all(complete(record[channel]) for record in records):
+            return f"channel {channel} has values missing"
     return ""
 
 

@@ -34,7 +34,8 @@ TRIED = 4  # estimated whole at every size
 LOOK = 1  # Gauss-Newton step
 HIDDEN = 4  # effects said that may hide
 MUCH = 4.0  # times the variance that the readings should have: something else is missing too
-AGAINST = "on held-back parts, against the brochure"
+AGAINST = "against the brochure"
+HELD_BACK = f"{AGAINST}, on parts held back"
 RUBBER = "rubber"
 TOLD_BY_BENCH = "remembers the deformation alone: a bench tells it, no flight"
 NOT_FORETOLD = "fits these flights, but a part held back is not foretold better with it: not named"
@@ -161,17 +162,8 @@ def diagnosed_in_flight(
     found = searched(seen, terms, SURE * len({term.effect.word for term in terms}), progress)
     best, more = found.best, found.best.squares > MUCH * found.best.rows
     grade = "cannot be told" if found.alike or not best.terms else "weak" if more else "strong"
-    before_n, after_n = found.left_n(seen)
-    floor_n = expected_n(seen)
-    advice = [*several_flights(seen, question.base, best), *not_judged_lines(not_judged)]
-    if not best.terms:
-        advice[:0] = [NO_PROOF, *_may_hide(question.base, found)]
-    if found.not_foretold:
-        advice.insert(0, f"{' and '.join(found.not_foretold)} {NOT_FORETOLD}")
-    if found.alike:
-        advice.insert(0, f"these data do not tell {' and '.join(best.words)} from {' or '.join(found.alike)}")
-    if more:
-        advice.insert(0, f"{newtons(after_n)} N left, expected about {newtons(floor_n)} N: something else too")
+    left = *found.left_n(seen), expected_n(seen)
+    advice = _advice(question.base, seen, found, left, more)
     return DiagnoseReport(
         name,
         tuple(record.name for record in question.records),
@@ -179,8 +171,8 @@ def diagnosed_in_flight(
         tuple(_candidates(spec, seen, question.base, found)),
         (),
         tuple(not_judged),
-        tuple(advice),
-        *(before_n, after_n, floor_n),
+        (*advice, *not_judged_lines(not_judged)),
+        *left,
         promised=True,
         grade=grade,
         more_left=more,
@@ -217,6 +209,20 @@ def several_flights(seen: Flown, base: Base, best: Weighed) -> list[str]:
     return found
 
 
+def _advice(base: Base, seen: Flown, found: Found, left: tuple[float, float, float], more: bool) -> list[str]:
+    """`left`: N before, after, and expected."""
+    best, advice = found.best, []
+    if more:
+        advice.append(f"{newtons(left[1])} N left, expected about {newtons(left[2])} N: something else too")
+    if found.alike:
+        advice.append(f"these data do not tell {' and '.join(best.words)} from {' or '.join(found.alike)}")
+    if found.not_foretold:
+        advice.append(f"{' and '.join(found.not_foretold)} {NOT_FORETOLD}")
+    if not best.terms:
+        advice += [NO_PROOF, *_may_hide(base, found)]
+    return advice + several_flights(seen, base, best)
+
+
 def _may_hide(base: Base, found: Found) -> list[str]:
     """Of the effects looked at alone: what their intervals hold, and how much force that is."""
     plain = np.concatenate(found.nothing.forces_n)
@@ -242,16 +248,18 @@ def _candidates(spec: ModelSpec, seen: Flown, base: Base, found: Found) -> list[
         beside = f" beside {' and '.join(others)}" if others else ""
         gain = found.best.likelier(found.nothing) / log(10)
         line = f"{word}{beside}: what mount and brochure say is 10^{gain:.0f} times likelier than with no effect"
+        line += f"; {newtons(before_n)} -> {newtons(after_n)} N on parts held back"
         own = tuple(n for n in numbers if n.effect == word)
         said.append(CandidateReport(word, term.effect.name, before_n, after_n, own, found.alike, line, True))
     present = {effect_named(effect.name).word for effect in spec.effects}
+    plain_n = left_n(seen, found.nothing)
     for gain, one in found.looked:
         term = one.terms[-1]
         if term.effect.word in (*found.best.words, *present):
             continue
-        alone_n = min(before_n, left_n(seen, one))
+        alone_n = min(plain_n, left_n(seen, one))
         line = f"{term.effect.word} alone: 10^{gain / log(10):.0f} times as likely, at a linear look"
-        said.append(CandidateReport(term.effect.word, term.effect.name, before_n, alone_n, (), (), line, False))
+        said.append(CandidateReport(term.effect.word, term.effect.name, plain_n, alone_n, (), (), line, False))
     return said
 
 

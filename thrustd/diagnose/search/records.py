@@ -4,12 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.identify.segments import Segment, bridged, segments_of
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.records.recording import Recording
 
-COMPLETE = 0.999  # share of a channel's samples that are there
+COMPLETE = 0.999  # share of a channel's samples that are there, from its first to its last
+EDGES = 0.01  # of a record may lie before and after them: a slow sensor has not spoken yet
 
 
 def stretches(spec: ModelSpec, records: Sequence[Recording]) -> list[Segment]:
@@ -21,8 +23,11 @@ def stretches(spec: ModelSpec, records: Sequence[Recording]) -> list[Segment]:
 def shared(records: Sequence[Recording]) -> list[str]:
     """Columns of every record that are complete enough to be used as an input."""
     names = [name for name in records[0].channels if all(name in record for record in records)]
-    return [
-        name
-        for name in names
-        if name != "force_N" and all(np.isfinite(bridged(record[name])).mean() > COMPLETE for record in records)
-    ]
+    return [name for name in names if name != "force_N" and all(complete(record[name]) for record in records)]
+
+
+def complete(column: Floats) -> bool:
+    """Whether a column misses so little that records can be read with it."""
+    there = np.isfinite(bridged(column))
+    inside = there[np.argmax(there) : len(there) - np.argmax(there[::-1])]
+    return bool(inside.mean() > COMPLETE and len(inside) >= (1.0 - EDGES) * len(there))
