@@ -88,6 +88,16 @@ def test_modes_faster_than_the_means_of_a_long_record_are_found(monkeypatch):
     assert np.sqrt(found.mean_square) * found.shape.output_scale < 1.25 * sigma
 
 
+def test_modes_close_to_each_other_are_told_apart_in_a_long_record(monkeypatch):
+    """Gains of either sign: the relaxation of one mode is within a hundredth of them, the data are not."""
+    monkeypatch.setattr(hypotheses, "MANY", 10_000)
+    monkeypatch.setattr(hypotheses, "THINNED", 6_000)
+    modes = [RealMode(0.55, -0.3), RealMode(1.1, 0.3), RealMode(3.0, -0.3)]
+    data, sigma = record(truth(LinearBlock(1.3, modes)), 60_000, noise=0.003)
+    found = explained(segments_of([data]), Asked())
+    assert np.sqrt(found.mean_square) * found.shape.output_scale < 1.01 * sigma
+
+
 def test_few_modes_follow_what_many_do():
     tau_s = np.geomspace(0.01, 1000.0, 16)
     gain = np.exp(-(np.log(tau_s / 3.0) ** 2))

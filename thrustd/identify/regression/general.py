@@ -15,8 +15,8 @@ from thrustd.identify.segments import DEFORMATION, Segment
 
 GENERAL_LAGS = 12
 SLOWEST = 0.2  # times the longest record, for relaxation of either sign: slower cannot be told from a slope
-Kind = Literal["line", "cubic", "curve"]
-COEFFICIENTS: dict[Kind, int] = {"line": 4, "cubic": 4, "curve": KNOTS}
+Kind = Literal["line", "cubic", "curve", "fine"]
+COEFFICIENTS: dict[Kind, int] = {"line": 4, "cubic": 4, "curve": KNOTS, "fine": 2 * KNOTS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,9 +29,16 @@ class Asked:
     hold: Hold | None = None
     order: int | None = None
     segments: int | None = None
+    fastest: float = 2.0  # samples: the shortest time constant
 
 
 MOUNT = Asked(friction=True)
+
+
+def fine(asked: Asked) -> Asked:
+    """With curves that bend more often: means of millions of samples hold so little noise that they tell."""
+    kinds: dict[Kind, Kind] = {"curve": "fine"}
+    return replace(asked, f=kinds.get(asked.f, asked.f), h=kinds.get(asked.h, asked.h), fastest=0.25)
 
 
 def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tuple[Shape, list[Record]]:
@@ -48,7 +55,7 @@ def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tupl
         rubber,
         f_grid=Grid(*reach, COEFFICIENTS[asked.f]),
         zero=float(np.clip(0.0, *reach)),
-        taus_s=np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), GENERAL_LAGS),
+        taus_s=np.geomspace(asked.fastest * dt_s, max(SLOWEST * longest_s, 8 * dt_s), GENERAL_LAGS),
         radii=np.zeros(0),
         grows=False,
         terms=(),

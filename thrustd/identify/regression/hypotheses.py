@@ -22,14 +22,14 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
 from thrustd.identify.regression.even import before_even_curve, behind_even
-from thrustd.identify.regression.general import MOUNT, Asked, Kind, general_shape, records_of
+from thrustd.identify.regression.general import MOUNT, Asked, Kind, fine, general_shape, records_of
 from thrustd.identify.regression.holds import holds_of
-from thrustd.identify.regression.long import COUNTED, MANY, MIDDLE, THINNED, finer, onto, sparse
+from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.regress import FIRST, begun_where, regress
 from thrustd.identify.regression.shape import Hold, Point, Shape
-from thrustd.identify.regression.solve import Given, Progress, Solution, solve
+from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
 from thrustd.identify.regression.starts import linear_point
 from thrustd.identify.regression.sweep import Record, simulate
 from thrustd.identify.segments import DEFORMATION, SHORTEST, Segment, head, thinned
@@ -42,8 +42,6 @@ MOST_PAIRS = 4
 MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
 ITERATIONS = 40  # at most
-PASSES, SEEN = (3, 10, 10), (THINNED, COUNTED // 4, COUNTED)  # over means, shorter means, all of millions of samples
-SETTLED = Given(least=1, share=1e-4)  # each of these until it hardly gains
 FREE = {name: strength for name, strength in FIRST.items() if name != "offset"}  # an output of any kind has any zero
 
 
@@ -66,12 +64,13 @@ class Field:
     progress: Progress | None = None
     visible: list[Segment] = field(default_factory=list)
     made: Trials = field(default_factory=dict)
+    given: Given = NOTHING
 
-    def searched(self) -> Trial:
+    def searched(self, ramps: Trial | None = None) -> Trial:
         """Hold and pairs that the blocks ask for, gains of either sign; what was searched before is not again."""
         key = self.asked.f, self.asked.h, self.asked.hold
         if key not in self.made:
-            self.made[key] = _ringing(self, _best_hold(self, self.general()))
+            self.made[key] = _ringing(self, _best_hold(self, ramps or self.general()))
         return self.made[key]
 
     def rubber(self) -> Trial:
@@ -84,7 +83,10 @@ class Field:
 
     def solved(self, shape: Shape, start: Point, precisions: dict[str, float]) -> Trial:
         records = records_of(shape, self.visible)
-        return self._judged(solve(shape, start, records, precisions, iterations=ITERATIONS, progress=self.progress))
+        found = solve(
+            shape, start, records, precisions, iterations=ITERATIONS, progress=self.progress, given=self.given
+        )
+        return self._judged(found)
 
     def with_pair(self, trial: Trial) -> Trial:
         shape, point = with_best_pair(trial.found, records_of(trial.found.shape, self.visible))
@@ -127,22 +129,24 @@ def explained(
     asked: Asked = MOUNT,
     progress: Progress | None = None,
     made: Trials | None = None,
+    given: Given = NOTHING,
 ) -> Solution:
     """The regression that these data speak for, on all of them. `made`: searches on the same data, filled here."""
     made = {} if made is None else made
     if sum(map(len, segments)) > MANY:
         return _of_many(segments, asked, progress, made)
     shown = _first(segments, SHOWN)
-    competing = Field(shown, asked, progress, [_hidden(segment) for segment in shown], made)
+    competing = Field(shown, asked, progress, [_hidden(segment) for segment in shown], made, given)
+    general = None
     if asked.friction:
-        rubber = competing.rubber()
-        if _better(rubber, competing.general(), WORTH_IT) is rubber:
+        rubber, general = competing.rubber(), competing.general()
+        if _better(rubber, general, WORTH_IT) is rubber:
             return _ordered(regress(segments, progress), segments, asked, progress)
-    best = competing.searched()
+    best = competing.searched(general)
     if (asked.f, asked.h) != ("line", "line"):
         line = competing.straight().searched()
         best = _better(_better(line, competing.bent(line)), best)
-    if asked.h == "curve" and float(best.held.mean()) > MOSTLY:
+    if asked.h in ("curve", "fine") and float(best.held.mean()) > MOSTLY:
         best = _even(competing, best)
     if len(best.found.point.pair_gain) and best.found.shape.h_straight_from != 0.0:
         best = _leaner(competing, best)
@@ -166,15 +170,12 @@ def _even(competing: Field, best: Trial) -> Trial:
 
 def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | None, made: Trials) -> Solution:
     thin = thinned(segments, THINNED)
-    found = explained(thin, replace(asked, order=None), progress, made)
+    found = explained(thin, fine(replace(asked, order=None)), progress, made, SETTLED)
     if found.shape.passive:
         return _ordered(regress(segments, progress), segments, asked, progress)
-    shape, point = finer(found, segments, thin[0].dt_s, asked.order)
-    for data, passes, seen in zip((thin, thinned(segments, MIDDLE), segments), PASSES, SEEN, strict=True):
-        records = sparse(shape, point, records_of(shape, data), seen)
-        found = solve(shape, point, records, found.precisions, iterations=passes, progress=progress, given=SETTLED)
-        point = found.point
-    return found
+    found = few_modes(found, thin, segments[0].dt_s, asked.order, progress)
+    shape, point = finer(found, segments)
+    return resolved(resolved(replace(found, shape=shape, point=point), thin, progress, SETTLED), segments, progress)
 
 
 def _ordered(found: Solution, segments: Sequence[Segment], asked: Asked, progress: Progress | None) -> Solution:
@@ -212,14 +213,19 @@ def _first(segments: Sequence[Segment], samples: int) -> list[Segment]:
     return [head(segment, max(SHORTEST, round(share * len(segment)))) for segment in segments]
 
 
-def resolved(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
+def resolved(
+    found: Solution, segments: Sequence[Segment], progress: Progress | None = None, given: Given = NOTHING
+) -> Solution:
     """The same hypothesis on other data, from where it stands."""
     shape, point = found.shape, found.point
     if shape.begun:
         shape = replace(shape, begun=len(segments))
         point = replace(point, begin=np.zeros(shape.sizes["begin"]))
     records = records_for(found, segments)
-    return solve(shape, point, records, found.precisions, iterations=ITERATIONS, progress=progress)
+    if not shape.passive and sum(map(len, segments)) > MANY:
+        records, given = sparse(shape, point, records), SETTLED
+    passes = ITERATIONS if given is NOTHING else PASSES
+    return solve(shape, point, records, found.precisions, iterations=passes, progress=progress, given=given)
 
 
 def records_for(found: Solution, segments: Sequence[Segment]) -> list[Record]:

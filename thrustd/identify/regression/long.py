@@ -1,8 +1,7 @@
-"""Records of millions of samples: the shape from means of all, then passes over shorter means, then over all samples.
+"""Records of millions of samples: the shape from means of all, then a few modes and finer curves over all samples.
 
-Means of so many samples that some ten thousand remain show the curves and all slow relaxation. Its few modes
-(`reduce`), with spare ones faster than the means, and finer curves then move together over all samples: the memory
-runs through every one, the regression counts some hundred thousand of them.
+Means of so many samples that some ten thousand remain show the curves and the relaxation, fast modes only as what they
+leave of a step. The memory then runs through every sample, the regression counts some hundred thousand of them.
 """
 
 from collections.abc import Sequence
@@ -13,27 +12,29 @@ from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
 from thrustd.identify.regression.curve import Grid
-from thrustd.identify.regression.reduce import enough, fewer
+from thrustd.identify.regression.general import records_of
+from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.solve import Solution
+from thrustd.identify.regression.solve import Given, Progress, Solution, solve
 from thrustd.identify.regression.sweep import Record, simulate
 from thrustd.identify.segments import DEFORMATION, Segment
 
 MANY = 300_000  # samples: more are long
 THINNED = 60_000  # means that give the shape
-MIDDLE = 480_000  # shorter means, on which it settles: a pass over them costs half of one over all samples
 COUNTED = 120_000  # samples at the full rate that count
-FINER = 6  # times as many coefficients in a curve
+FINER = 3  # times as many coefficients in a curve
+PASSES = 10  # at most, over all samples and over their means
+SETTLED = Given(least=1, share=1e-4)  # each of these until it hardly gains
+KEPT = 0.95  # of the error: with one mode more less than this is left, or it is not kept
 RARE = 0.1  # of the samples counted, at either end of the output, are counted there beside them
-SPARE = 3  # modes faster than the means
 
 
-def sparse(shape: Shape, point: Point, records: Sequence[Record], counted: int = COUNTED) -> list[Record]:
+def sparse(shape: Shape, point: Point, records: Sequence[Record]) -> list[Record]:
     """With so many references left that the regression counts enough; where the output hardly ever goes, all of them.
 
     What is rare is judged by the model's output: chosen by the measured one, noise would be taken for a bend.
     """
-    step = max(1, sum(map(len, records)) // counted)
+    step = max(1, sum(map(len, records)) // COUNTED)
     if step == 1:
         return list(records)
     outputs = [simulate(shape, point, record) for record in records]
@@ -47,30 +48,40 @@ def _counted(output: Floats, step: int, rare: Floats) -> NDArray[np.bool_]:
     return (np.arange(len(output)) % step == 0) | (output < rare[0]) | (output > rare[1])
 
 
-def finer(found: Solution, segments: Sequence[Segment], thin_dt_s: float, order: int | None) -> tuple[Shape, Point]:
-    """Few modes that move, spare fast ones, curves on finer grids over all that `segments` reach: the same model.
+def few_modes(
+    dense: Solution, thin: Sequence[Segment], dt_s: float, order: int | None, progress: Progress | None
+) -> Solution:
+    """The fewest modes with which hardly more is missed than with more, or `order`; they move, records begin settled.
 
-    Means reach less far than samples do. Records begin settled: what came before one of millions is soon forgotten.
+    What came before one of millions of samples is soon forgotten.
     """
-    shape, point, dt_s = found.shape, found.point, segments[0].dt_s
-    spare = SPARE if order is None else min(1, order - 1)
-    tau_s, gain = fewer(np.exp(point.log_tau), point.gain, enough(point) if order is None else order - spare)
-    fast_s = np.geomspace(2 * dt_s, 2 * thin_dt_s, spare + 2)[1:-1]
-    taus_s = np.concatenate((fast_s, tau_s))
+    most = len(dense.point.gain)
+    pairs = len(dense.point.pair_gain) if order is None else min(len(dense.point.pair_gain), order // 2)
+
+    def with_modes(count: int) -> Solution:
+        shape, point = reduced(dense.shape, dense.point, count + 2 * pairs, pairs)
+        shape = replace(shape, begun=0, limits_s=(dt_s, shape.limits_s[1]))
+        start, records = replace(point, begin=np.zeros(0)), records_of(shape, thin)
+        return solve(shape, start, records, dense.precisions, iterations=PASSES, progress=progress, given=SETTLED)
+
+    if order is not None:
+        return with_modes(order - 2 * pairs)
+    few = with_modes(min(1, most))
+    for count in range(2, most + 1):
+        more = with_modes(count)
+        if KEPT**2 * few.mean_square < min(more.mean_square, dense.mean_square):
+            break
+        few = more
+    return few
+
+
+def finer(found: Solution, segments: Sequence[Segment]) -> tuple[Shape, Point]:
+    """Curves on finer grids over all that `segments` reach, for means reach less far: the same model."""
+    shape, point = found.shape, found.point
     f_grid = _finer(shape.f_grid, [s.inputs[DEFORMATION] for s in segments])
     h_grid = _finer(shape.h_grid, [s.force_n / shape.output_scale for s in segments]) if shape.h_grid else None
-    new = replace(
-        shape, taus_s=taus_s, f_grid=f_grid, h_grid=h_grid, move=True, begun=0, limits_s=(dt_s, shape.limits_s[1])
-    )
-    begun = replace(
-        point,
-        f=onto(shape.f_grid, point.f, f_grid),
-        h=onto(shape.h_grid, point.h, h_grid) if shape.h_grid and h_grid else point.h,
-        gain=np.concatenate((np.zeros(len(fast_s)), gain)),
-        log_tau=np.log(taus_s),
-        begin=np.zeros(0),
-    )
-    return new, begun
+    h = onto(shape.h_grid, point.h, h_grid) if shape.h_grid and h_grid else point.h
+    return replace(shape, f_grid=f_grid, h_grid=h_grid), replace(point, f=onto(shape.f_grid, point.f, f_grid), h=h)
 
 
 def _finer(grid: Grid, columns: Sequence[Floats]) -> Grid:

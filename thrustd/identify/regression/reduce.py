@@ -10,11 +10,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from thrustd.core.columns import Floats
-from thrustd.core.measures import rms
 from thrustd.identify.regression.shape import Point, Shape
 
 TIMES = 120
-FAINT = 0.02  # of the size of the relaxation: modes that leave less than this are enough, before they are polished
 
 
 def reduced(shape: Shape, point: Point, order: int, pairs: int) -> tuple[Shape, Point]:
@@ -50,16 +48,3 @@ def fewer(tau_s: Floats, gain: Floats, count: int) -> tuple[Floats, Floats]:
     logs = np.sort(least_squares(lambda x: solved(x)[1], np.clip(starts, *bounds), bounds=bounds, max_nfev=100).x)
     weights: Floats = solved(logs)[0]
     return np.exp(logs).astype(np.float64), weights
-
-
-def enough(point: Point) -> int:
-    """How many real modes follow the relaxation of this point nearly as it is."""
-    tau_s, gain = np.exp(point.log_tau), point.gain
-    times = np.geomspace(0.1 * tau_s.min(), 10 * tau_s.max(), TIMES) if len(tau_s) else np.ones(1)
-    wanted = np.exp(-times[:, None] / tau_s) @ gain
-    size = max(rms(wanted), 1e-300)
-    for count in range(1, len(gain)):
-        few, weights = fewer(tau_s, gain, count)
-        if rms(np.exp(-times[:, None] / few) @ weights - wanted) <= FAINT * size:
-            return count
-    return len(gain)

@@ -197,8 +197,8 @@ def prior_of(shape: Shape, strengths: Mapping[str, float]) -> Floats:
             matrix[where, where] += np.eye(where.stop - where.start) / std**2
     if shape.h_grid is not None:  # a straight part of h would be a scale of f
         where = shape.parts()["h"]
-        there = (shape.h_grid.centres() >= shape.h_straight_from).astype(float)
-        line = there[:, None] * np.column_stack((np.ones(shape.h_grid.n), shape.h_grid.centres()))
+        at = np.linspace(max(shape.h_grid.low, shape.h_straight_from), shape.h_grid.high, 4 * shape.h_grid.n)
+        line = shape.h_grid.values(at).T @ np.column_stack((np.ones(len(at)), at))
         matrix[where, where] += 1e6 * line @ np.linalg.solve(line.T @ line, line.T)
     matrix[shape.parts()["growth"], shape.parts()["growth"]] += 1.0 / GROWTH_STD**2
     where = shape.parts()["terms"]

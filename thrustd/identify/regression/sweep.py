@@ -18,6 +18,7 @@ from thrustd.identify.regression.stops import at_rest as stops_at_rest
 from thrustd.identify.regression.stops import run_stops
 from thrustd.identify.regression.terms import NUDGE, Seen, added, deformed, pushed, split, sprung
 from thrustd.identify.segments import DEFORMATION
+from thrustd.model.stage import jit
 
 Indices = NDArray[np.intp]
 
@@ -69,10 +70,38 @@ def normal_equations(shape: Shape, point: Point, records: Sequence[Record]) -> N
         residual = np.full(len(record), np.nan)
         for known, rows, missed in columns(shape, point, record):
             residual[known] = missed
-            matrix += rows.T @ rows
+            matrix += squared(rows, shape.parts()["h"])
             right += rows.T @ missed
         residuals.append(residual)
     return Normal(matrix, right, residuals)
+
+
+def squared(rows: Floats, h: slice) -> Floats:
+    """rows'rows (n, n), where of the columns h of a curve only four in a row are not zero."""
+    if h.stop == h.start:
+        return rows.T @ rows
+    out = np.zeros((rows.shape[1], rows.shape[1]))
+    before, behind = rows[:, : h.start], rows[:, h.stop :]
+    out[: h.start, : h.start] = before.T @ before
+    out[h.stop :, : h.start] = behind.T @ before
+    out[h.stop :, h.stop :] = behind.T @ behind
+    _add_narrow(rows, h.start, h.stop, out)
+    out[: h.start, h.start :] = out[h.start :, : h.start].T
+    out[h.stop :, h] = out[h, h.stop :].T
+    return out
+
+
+@jit
+def _add_narrow(rows: Floats, begin: int, end: int, out: Floats) -> None:
+    """Products of the columns begin..end with all columns, into their lines of `out`."""
+    for k in range(rows.shape[0]):
+        row, at = rows[k], begin
+        while at < end - 4 and row[at] == 0.0:
+            at += 1
+        for i in range(at, at + 4):
+            value, line = row[i], out[i]
+            for j in range(row.size):
+                line[j] += value * row[j]
 
 
 def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[Indices, Floats, Floats]]:
