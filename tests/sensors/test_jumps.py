@@ -6,10 +6,21 @@ import pytest
 from tests.sensors.test_evidence import INSTALLED, SHARE, said_of
 from thrustd.core.columns import MOUNT_STATE
 from thrustd.sensors import evidence, onsets
-from thrustd.sensors.jumps import FASTEST_FALL_N_S, FASTEST_RISE_N_S, follow, forget, no_jumps
+from thrustd.sensors.jumps import (
+    FASTEST_FALL_N_S,
+    FASTEST_RISE_N_S,
+    _inverse,
+    _log_fuelled,
+    _noise,
+    follow,
+    forget,
+    no_jumps,
+)
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
+    FUEL_FLOW,
+    FUELLED_N,
     JUMPED_N,
     LOG_FLOW,
     MACH,
@@ -138,3 +149,28 @@ def test_no_fuel_flow_moves_one_mount_alone_and_none_the_other_way():
     assert weighed(600.0, (500.0, 0.0), (500.0, 0.0), fuelled_n=1500.0)[onsets.UPPER_OFF] > 0.98
     jump_n = -500.0, -600.0
     assert weighed(600.0, jump_n, jump_n, fuelled_n=500.0)[onsets.MOUNTS_OFF] > 0.9
+
+
+def test_a_fuel_flow_that_rises_lets_no_thrust_fall():
+    """In a throttle-up: by however much it rises, and where the mounts followed before the fuel flow did."""
+    jump_n = -500.0, -600.0
+    assert weighed(1500.0, jump_n, jump_n, fuelled_n=2000.0, rows=2)[onsets.MOUNTS_OFF] > 0.98
+    assert weighed(2500.0, jump_n, jump_n, fuelled_n=-800.0, rows=2)[onsets.MOUNTS_OFF] > 0.98
+
+
+def test_any_part_of_what_a_fuel_flow_moved_is_as_likely_and_nothing_beyond_it():
+    rows, parts = np.zeros((3, WIDTH)), (SHARE, 1 - SHARE, 1.0, 1.0, 1.0)
+    rows[:, T_S], rows[:, STEP_N], rows[:, COUNTS:OWN_N] = (2.0, 1.0, 0.0), 100.0, 1.0
+    rows[:, SAID + FUEL_FLOW], rows[0, FUELLED_N] = (3000.0, 2000.0, 2000.0), 1000.0
+
+    def log_of(thrust_n):
+        rows[0, JUMPED_N : JUMPED_N + 2] = thrust_n * np.array(parts[:2])
+        noise = _noise(rows, 1, parts)
+        u, v, w, _ = _inverse(*noise[:2], noise[3], parts)
+        x, y = rows[0, JUMPED_N : JUMPED_N + 2] - noise[2] * np.array(parts[:2])
+        gauss = -0.5 * (u * x * x + 2 * v * x * y + w * y * y - np.log(u * w - v * v))
+        return gauss + _log_fuelled(noise, tuple(rows[0, JUMPED_N : JUMPED_N + 2]), parts)
+
+    assert log_of(300.0) == pytest.approx(log_of(500.0), abs=1e-3) == log_of(700.0)
+    assert log_of(0.0) == pytest.approx(log_of(500.0) - np.log(2.0), abs=1e-3) == log_of(1000.0)
+    assert log_of(-500.0) < log_of(500.0) - 10.0 and log_of(1500.0) < log_of(500.0) - 10.0

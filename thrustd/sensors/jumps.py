@@ -11,7 +11,7 @@ Of a sudden fault alone a row's jumps are one more reading (see `evidence`),
                                            t: 0 to what the fuel flow moved by besides, of both mounts
 """
 
-from math import exp, hypot, isfinite, log
+from math import erfc, exp, hypot, isfinite, log, pi, sqrt
 from typing import Any
 
 import numba
@@ -20,10 +20,11 @@ import numpy as np
 from thrustd.core.columns import MOUNT_STATE, Floats, Integers
 from thrustd.core.jit import compiled, entry
 from thrustd.sensors.errors import Parts
-from thrustd.sensors.past import FUELLED_N, JUMPED_N, STEP_N
+from thrustd.sensors.past import COUNTS, FUEL_FLOW, FUELLED_N, JUMPED_N, SAID, STEP_N, T_S
 
 # idle to take-off thrust takes some 8 s; a cut is quicker than N1 is read
 FASTEST_RISE_N_S, FASTEST_FALL_N_S = 2000.0, 8000.0
+LEAST_INSIDE = 1e-300
 JUMPS = np.dtype(  # of one engine since its last row
     [
         ("force_n", np.float64, 2),  # of the upper and the lower mount at the last step
@@ -89,10 +90,15 @@ def _noise(rows: Floats, m: int, parts: Parts) -> tuple[float, float, float, flo
     """Of the jumps of row m - 1 when no mount failed: variances of the two mounts, and mean and variance of a thrust's.
 
     A thrust that jumps moves both mounts by their parts, and is made of fuel: by 0 to what its flow moved then, or one
-    row earlier or later, and no mount showed: any part of it is as likely.
+    row earlier or later, and no mount showed: any part of it is as likely. Where the mounts moved further than the flow
+    there is nothing left of it.
     """
-    own_n = rows[m - 1, STEP_N]
-    fuelled_n = rows[m - 1, FUELLED_N] + rows[max(m - 2, 0), FUELLED_N] * (m > 1) + rows[m, FUELLED_N]
+    own_n, newest, oldest, fuel = rows[m - 1, STEP_N], max(m - 2, 0), m, SAID + FUEL_FLOW
+    fuelled_n = float(np.sum(rows[newest : m + 1, FUELLED_N]))
+    if m + 1 < len(rows) and rows[m + 1, COUNTS + FUEL_FLOW] != 0.0 and rows[m + 1, T_S] < rows[m, T_S]:
+        oldest = m + 1  # a row that is there
+    if fuelled_n * (rows[newest, fuel] - rows[oldest, fuel]) < 0.0:
+        fuelled_n = 0.0
     one_n2, other_n2 = max(parts[0] * own_n, 1.0) ** 2, max(parts[1] * own_n, 1.0) ** 2
     return one_n2, other_n2, fuelled_n / 2.0, fuelled_n**2 / 12.0
 
@@ -104,6 +110,32 @@ def _inverse(one_n2: float, other_n2: float, thrust_n2: float, parts: Parts) -> 
     a, b, c = one_n2 + p * p * thrust_n2, p * q * thrust_n2, other_n2 + q * q * thrust_n2
     det = a * c - b * b
     return c / det, -b / det, a / det, det
+
+
+@compiled
+def _beyond(sigmas: float) -> float:
+    """Of a Gaussian's one side."""
+    return 0.5 * erfc(sigmas / sqrt(2.0))
+
+
+@compiled
+def _log_fuelled(noise: tuple[float, float, float, float], jumped_n: tuple[float, float], parts: Parts) -> float:
+    """ln of how likely these jumps are of a thrust from 0 to what its fuel flow moved, over a Gaussian of that spread.
+
+    A fuel flow that rises lets no thrust fall, whatever it rises by.
+    """
+    one_n2, other_n2, mean_n, thrust_n2 = noise
+    most_n, per_n2 = abs(2.0 * mean_n), parts[0] ** 2 / one_n2 + parts[1] ** 2 / other_n2
+    std_n = 1.0 / sqrt(per_n2)
+    if most_n < 1e-3 * std_n:
+        return 0.0
+    way = 1.0 if mean_n > 0.0 else -1.0
+    thrust_n = way * (parts[0] * jumped_n[0] / one_n2 + parts[1] * jumped_n[1] / other_n2) / per_n2
+    out_n = max(-thrust_n, thrust_n - most_n)  # below 0: inside
+    inside = _beyond(out_n / std_n) - _beyond((out_n + most_n) / std_n)
+    wide_n2 = std_n**2 + thrust_n2
+    flat = sqrt(2.0 * pi * wide_n2) / most_n * max(inside, LEAST_INSIDE)
+    return log(flat) + 0.5 * (thrust_n - 0.5 * most_n) ** 2 / wide_n2
 
 
 @compiled
@@ -122,11 +154,13 @@ def shaken(rows: Floats, m: int, parts: Parts, sizes_n: tuple[float, float], pri
 
     What was shaken is back by the next row: its jumps are the opposite ones.
     """
-    one_n2, other_n2, mean_n, thrust_n2 = _noise(rows, m, parts)
+    noise = _noise(rows, m, parts)
+    one_n2, other_n2, mean_n, thrust_n2 = noise
     x, y = rows[m - 1, JUMPED_N] - parts[0] * mean_n, rows[m - 1, JUMPED_N + 1] - parts[1] * mean_n
     u, v, w, det = _inverse(one_n2, other_n2, thrust_n2, parts)
     most, sum_, far = log(1.0 - prior), 1.0, u * x * x + 2.0 * v * x * y + w * y * y
     back = _log_back(rows, m, (one_n2, other_n2)) if m > 1 else 0.0
+    most += _log_fuelled(noise, (rows[m - 1, JUMPED_N], rows[m - 1, JUMPED_N + 1]), parts)
     for size_n in sizes_n:
         more = (parts[0] * size_n) ** 2, (parts[1] * size_n) ** 2
         u, v, w, wide = _inverse(one_n2 + more[0], other_n2 + more[1], thrust_n2, parts)

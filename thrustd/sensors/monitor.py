@@ -29,13 +29,13 @@ from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sensors.kinematics import ACCELERATION, MACH, Accelerometer
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
-from thrustd.sensors.onsets import BROCHURE_OFF, MOUNTS_OFF, WELL
+from thrustd.sensors.onsets import BROCHURE_OFF, MOUNTS_OFF
 from thrustd.sensors.past import FUEL_FLOW, N_SOURCES
+from thrustd.sensors.suspects import Suspects
 from thrustd.sensors.watches import Watches
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
 RESTING_S = 2.0
-NAMED_AFTER_S = 1.4  # by then its own watch knows a noisy sensor; it is left out at once
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))
@@ -89,7 +89,7 @@ class Monitor:
         self._statuses, self._uncorrected_n = [0 for _ in engines], [0.0 for _ in engines]  # as of the last look
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._failed = [""] * len(layout.mounts_of_engine)  # faults of thrust sources that were reported
-        self._found_ns = [0] * len(layout.mounts_of_engine)  # when the hypothesis that leads began to
+        self._suspects = Suspects(self.bank.found)
         self._excluded, self._judged = NOBODY, list[Sensor]()
         self._t_ns = self._watched_ns = -1
 
@@ -150,6 +150,7 @@ class Monitor:
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._excluded}
         restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *WHOLE_OFF.values()}
         self._watches.forget_last_values()
+        self._suspects = Suspects(self.bank.found)
         self._judged = self._judge()
         self._say_uncorrected()
         self._statuses = list(map(self._status, range(len(self._sources))))
@@ -195,8 +196,7 @@ class Monitor:
             if before != MACH:
                 self.bank.forget_brochure()
         changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._trusted)
-        if changed >= 0:
-            self._found_ns[changed] = inputs.t_ns
+        self._suspects.look(inputs.t_ns, self.bank.found, self.bank.rows)
         self._judged = self._judge()
         self._excluded = self._all_out()
         self._say_uncorrected()
@@ -229,13 +229,6 @@ class Monitor:
         """Of every engine: it is what they share."""
         return len(self._failed) > 1 and bool((self.bank.found == MOUNTS_OFF).all())
 
-    def _nameable(self, t_ns: int) -> list[int]:
-        """By engine, the hypothesis that has led for long enough to be named."""
-        return [
-            found if t_ns - since_ns >= NAMED_AFTER_S * 1e9 else WELL
-            for found, since_ns in zip(self.bank.found.tolist(), self._found_ns, strict=True)
-        ]
-
     def _judge_temperature(self, altitude_m: float) -> None:
         """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
         if self._sat.resting_s == 0.0 or not isfinite(self._sat_since_m):
@@ -249,7 +242,7 @@ class Monitor:
         if not (self._suspect or judged or self._kinds):
             return faults
         nameable = set(judged) & {ACCELERATION, MACH, ("sat_degC", 0)}
-        for engine, found in enumerate(self._nameable(t_ns)):
+        for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
             if found != MOUNTS_OFF:
                 nameable |= {self._sources[engine][source] for source in SOURCES_OFF[found]} & set(judged)
         for sensor in self._watches.sensors:
@@ -273,7 +266,7 @@ class Monitor:
 
     def _whole_changes(self, t_ns: int) -> list[Fault]:
         faults: list[Fault] = []
-        for engine, found in enumerate(self._nameable(t_ns)):
+        for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
             whole, before = WHOLE_OFF.get(found, ""), self._failed[engine]
             if whole == before:
                 continue
