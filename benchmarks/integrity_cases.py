@@ -11,6 +11,7 @@ from benchmarks.integrity_edits import (
     Edit,
     Speaking,
     clock,
+    crosstalk,
     drift,
     gain,
     on_the_ground,
@@ -134,6 +135,7 @@ CASES: tuple[Case, ...] = (
     *_at("take-off roll, cruise", "all four LVDTs -0.1 mm", step(BOTH_ENGINES, -0.1), ANY, 240.0),
     *_at("cruise, throttle up", "all four LVDTs halve", gain(BOTH_ENGINES, 0.5), ANY),
     *_at("take-off roll, cruise", "all four LVDTs -10 %", gain(BOTH_ENGINES, 0.9), ANY, 240.0),
+    *_at("ground idle, cruise", "crosstalk of 10 % between the engines", crosstalk(0.1), (), 240.0),
     *_at("cruise", "all four LVDTs drift +0.02 mm/min", drift(BOTH_ENGINES, 0.02), ANY, 420.0),
     *_at("cruise", "fuel flow of both engines x 0.8", together(_fuel(_less), says("fuel_flow_kg_s", 1, _less)), FUEL),
 )  # fmt: skip

@@ -86,6 +86,11 @@ def order(channels: tuple[int, int, int, int]) -> Edit:
     return Edit(mounts=lambda _, mm, __: mm[:, list(channels)])
 
 
+def crosstalk(part: float) -> Edit:
+    """Every channel also shows this part of what the other engine's does."""
+    return Edit(mounts=lambda _, mm, __: mm + part * mm[:, [2, 3, 0, 1]])
+
+
 def says(signal: str, number: int, change: Speaking) -> Edit:
     return Edit(bus={(signal, number): lambda time_s, values, _: change(time_s, values)})
 
