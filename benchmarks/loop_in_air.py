@@ -11,6 +11,7 @@ import argparse
 import itertools
 import json
 import time
+from functools import cache
 from pathlib import Path
 
 import msgspec
@@ -53,6 +54,7 @@ CASES: dict[str, tuple[Knobs, str]] = {
 }
 
 
+@cache
 def flown(file: str, seed: int, knobs: Knobs) -> Recording:
     """One recorded flight with the mounts of a twin aircraft: columns of a log's names, truth in force_N_<mount>."""
     airframe = draw_airframe(seed, knobs)
@@ -99,7 +101,8 @@ def row_of(case: str, mount: str, aircraft: int, flights: str) -> list[str]:
     )
     began = time.process_time()
     report = diagnose(spec, seen, given=given)
-    words, after, sizes = [w for w in report.verdict if w not in ("none", "unknown")], spec, ""
+    words, after = [w for w in report.verdict if w not in ("none", "unknown")], spec
+    sizes = "".join(line for line in report.advice if line.startswith("what may hide"))
     if words:
         try:
             longer = extend(spec, seen, words, given=given)

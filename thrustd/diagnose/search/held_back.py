@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thrustd.core.columns import Flags
+from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import rms
 from thrustd.diagnose.search.weigh import Flown, Weighed, weigh
 from thrustd.sensors.past import FUEL_FLOW, UPPER
@@ -33,14 +33,15 @@ class HeldBack:
 
 def held_back(seen: Flown, larger: Weighed, smaller: Weighed) -> HeldBack:
     """`larger` and `smaller` have been weighed on everything."""
-    gain, foretold, left = larger.likelier(smaller), 0.0, []
+    gain, foretold = larger.likelier(smaller), 0.0
+    left: tuple[list[Floats], list[Floats]] = [], []
     for part in _parts(seen):
         rest, held = seen.without(part), seen.without([~flags for flags in part])
         before, after = weigh(rest, smaller.terms), weigh(rest, larger.terms, begin=larger.numbers)
         foretold += gain - after.likelier(before)
-        left.append([left_n(held, one) for one in (before, after)])
-    before_n, after_n = np.sqrt(np.mean(np.square(left), axis=0))
-    return HeldBack(foretold, float(before_n), float(after_n))
+        left[0].append(_rest_n(held, before))
+        left[1].append(_rest_n(held, after))
+    return HeldBack(foretold, rms(np.concatenate(left[0])), rms(np.concatenate(left[1])))
 
 
 def as_recordings_scatter(seen: Flown, one: Weighed) -> Weighed:
@@ -67,8 +68,12 @@ def _parts(seen: Flown) -> list[list[Flags]]:
 
 def left_n(seen: Flown, one: Weighed) -> float:
     """Rms of what the mount says less its share of the fuel flow's thrust, both with their unknowns at their place."""
+    return rms(_rest_n(seen, one))
+
+
+def _rest_n(seen: Flown, one: Weighed) -> Floats:
     found = []
     for source, force_n in zip(seen.sources, one.forces_n, strict=True):
         own = source.said + source.unknowns @ one.unknowns + source.of_mount(source.means(force_n))
         found.append((own[:, UPPER] - source.share * own[:, FUEL_FLOW])[source.counts[:, FUEL_FLOW]])
-    return rms(np.concatenate(found))
+    return np.concatenate(found)

@@ -77,10 +77,10 @@ class Found:
 def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> list[Term]:
     """Effects as terms; of a law that the model has, another size, where it is not the rubber that has it."""
     present = {effect.name: effect for effect in spec.effects}
-    places = {(law.word, place_of(law)) for law in map(effect_named, present)}
+    places = {(law.word, acts_on(law)) for law in map(effect_named, present)}
     found = []
     for effect in laws(effects):
-        known = place_of(effect) == RUBBER and (effect.word, RUBBER) in places
+        known = acts_on(effect) == RUBBER and (effect.word, RUBBER) in places
         if known or of_the_rubber(effect):
             continue
         if effect.name in present:
@@ -88,12 +88,12 @@ def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> lis
             first = next(terms_of(effect, rig))
             centre = {name: values[name] for name in first.std}
             found.append(replace(first, fixed=values, centre=centre, shapes=False))
-        elif (effect.word, place_of(effect)) not in places:  # elsewhere it is another effect of one cause
+        elif (effect.word, acts_on(effect)) not in places:  # elsewhere it is another effect of one cause
             found += terms_of(effect, rig)
     return found
 
 
-def place_of(effect: Effect) -> str:
+def acts_on(effect: Effect) -> str:
     """Where it acts: on what the rubber holds, or on what its installation does to it."""
     return RUBBER if effect.site in ("gain", "spring", "linear") else effect.site
 
@@ -111,7 +111,7 @@ def searched(given: Flown, terms: Sequence[Term], certain: float, progress: Prog
     nothing = best = weigh(given, ())
     sets: list[Weighed] = [nothing]
     alone: list[tuple[float, Weighed]] = []
-    not_foretold: tuple[str, ...] = ()
+    held, not_foretold = None, tuple[str, ...]()
     for size in range(MOST):
         if progress is not None:
             progress(size / MOST, "effects")
@@ -123,11 +123,12 @@ def searched(given: Flown, terms: Sequence[Term], certain: float, progress: Prog
         larger = max(grown, key=lambda one: one.likelier(best), default=best)
         if larger is best or larger.likelier(best) < log(certain):
             break
-        if not held_back(given, larger, best).better:
+        judged = held_back(given, larger, best)
+        if not judged.better:
             not_foretold = larger.words
             break
+        held = judged if best is nothing else held_back(given, larger, nothing)
         best = larger
-    held = held_back(given, best, nothing) if best.terms else None
     return Found(nothing, as_recordings_scatter(given, best), tuple(sets), tuple(alone), held, not_foretold)
 
 
