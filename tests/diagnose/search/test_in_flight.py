@@ -126,6 +126,16 @@ def test_a_sensor_that_speaks_late_is_used_and_one_with_gaps_is_not_judged(deck:
     assert "payne" not in {one.effect for one in report.not_judged}
 
 
+def test_a_fuel_flow_with_holes_is_read_between_them_and_none_is_refused(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck)
+    fuel = np.where(np.arange(len(flight)) // 300 % 5 == 2, np.nan, flight["fuel_flow_kg_s_left"])
+    holes = flight.with_channels(fuel_flow_kg_s_left=fuel)
+    report = diagnose(spec, [holes], given=given(deck))
+    assert report.verdict == ("none",) and 0.0 < report.rmse_before_n < 60.0
+    with pytest.raises(RecordingError, match="against brochure needs fuel_flow_kg_s, which is not in the data"):
+        diagnose(spec, [flight.with_channels(fuel_flow_kg_s_left=np.nan * fuel)], given=given(deck))
+
+
 def test_a_drag_that_another_flight_contradicts_is_not_added(deck: Deck, spec: ModelSpec) -> None:
     flights = [a_flight(deck, seed, drag_m2=m2, name=f"flight {seed}") for seed, m2 in ((1, 0.06), (2, -0.01))]
     with pytest.raises(ModelError, match=r"nacelle_drag fits these flights, but a part held back .* no model written"):

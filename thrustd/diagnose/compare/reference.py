@@ -29,6 +29,7 @@ THRUST = "thrust_N"
 BROCHURE = "brochure"
 OWN_OUTPUTS = ("estimate_", "mount_", "check_", "model_N", "thrust_N", "force_N_")  # of a flight log; its truth, too
 BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
+BROCHURE_NEEDS = ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC")
 _BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")
 
 
@@ -126,7 +127,7 @@ def _share(record: Recording, place: MountPlace | None) -> float:
 def _brochure_n(record: Recording, deck: Deck | None, place: MountPlace | None) -> Floats:
     if deck is None:
         raise RecordingError(f"{record.name}: against brochure: expected a brochure deck, none is given")
-    _require(record, ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC"))
+    _require(record, BROCHURE_NEEDS)
     return deck_says(record.channels, record.time_s, deck, place.number if place else 0)[:, 0]
 
 
@@ -142,6 +143,6 @@ def deck_says(channels: Mapping[str, Floats], time_s: Floats, deck: Deck, engine
 
 
 def _require(record: Recording, names: Sequence[str]) -> None:
-    missing = [name for name in names if name not in record]
+    missing = [name for name in names if name not in record or not np.isfinite(record[name]).any()]
     if missing:
         raise RecordingError(f"{record.name}: against brochure needs {', '.join(missing)}, which is not in the data")

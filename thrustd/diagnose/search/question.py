@@ -9,7 +9,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.compare import free_runs
-from thrustd.diagnose.compare.reference import BROCHURE, referenced
+from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, referenced
 from thrustd.diagnose.search.base import Base, base_of, records_of
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
@@ -55,9 +55,10 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     records = referenced(recordings, given.against, given.mount, given.deck, [spec])
     for record in (*records, *given.bench):
         check_recording(record, spec)
-    if given.against != BROCHURE:  # there the curve and its memory stay as the bench left them
+    in_flight = given.against == BROCHURE  # where the curve and its memory stay as the bench left them
+    if not in_flight:
         check_length(records, spec)
-    segments = stretches(spec, records)
+    segments = stretches(spec, records, BROCHURE_NEEDS if in_flight else ())
     output = np.concatenate([simulate(spec, segment) for segment in segments])
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     bench = stretches(spec, given.bench) if given.bench else []

@@ -14,9 +14,9 @@ COMPLETE = 0.999  # share of a channel's samples that are there, from its first 
 EDGES = 0.01  # of a record may lie before and after them: a slow sensor has not spoken yet
 
 
-def stretches(spec: ModelSpec, records: Sequence[Recording]) -> list[Segment]:
-    """Segments with what the model reads and every channel that all records have."""
-    needed = [name for stage in model_stages(spec, 1.0) for name in stage.channels]
+def stretches(spec: ModelSpec, records: Sequence[Recording], also: Sequence[str] = ()) -> list[Segment]:
+    """Segments with what the model reads, what else is needed, and every channel that all records have."""
+    needed = [*also] + [name for stage in model_stages(spec, 1.0) for name in stage.channels]
     return segments_of(records, dict.fromkeys([*needed, *shared(records), "time_s"]))
 
 
