@@ -1,5 +1,7 @@
 """Estimation of any parameters through the stages of a model."""
 
+import tracemalloc
+
 import msgspec
 import numpy as np
 import pytest
@@ -151,6 +153,16 @@ def test_time_constants_are_found_again():
     modes = found.spec.linear.real_modes
     assert sorted(mode.tau_s for mode in modes) == pytest.approx([0.4, 15.0], rel=0.02)
     assert sorted(mode.gain for mode in modes) == pytest.approx([-0.3, -0.2], rel=0.02)
+
+
+def test_uncertainty_needs_no_copy_of_the_sensitivities():
+    rng = np.random.default_rng(4)
+    columns, missed = rng.normal(size=(100_000, 20)), rng.normal(size=100_000)
+    tracemalloc.start()
+    coloured(missed, columns)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 0.8 * columns.nbytes
 
 
 def test_coloured_residuals_widen_the_uncertainty():

@@ -22,7 +22,7 @@ from thrustd.records.recording import Recording
 from thrustd.records.roles import COLUMNS, roles_of
 
 WITNESS_BEYOND = 0.1  # of the valid range, on either side of it
-STD_SAMPLES = 100_000  # stretch on which the uncertainty is computed; scaled to the whole by the square root of length
+STD_SAMPLES = 50_000  # stretch on which the uncertainty is computed; scaled to the whole by the square root of length
 DATES = ("date", "recorded", "start_time", "start", "date_utc")
 
 

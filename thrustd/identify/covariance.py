@@ -19,15 +19,17 @@ TAPER = 0.1  # of the record
 
 
 def coloured(residual: Floats, columns: Floats) -> Floats:
-    """Covariance (p, p) of parameters with sensitivities columns (n, p) and this residual (n,), NaN without weight."""
+    """Covariance (p, p) of parameters with this residual (n,), NaN without weight, and sensitivities columns (n, p),
+    which are zero afterwards where it is NaN: a copy of so much costs as much again.
+    """
     there = np.isfinite(residual)
-    kept, weighted = np.where(there, residual, 0.0), columns * there[:, None]
+    kept = np.where(there, residual, 0.0)
+    columns[~there] = 0.0
     width = max(1, -(-len(kept) // ROWS))
     white = 0.0 if width == 1 else float(kept @ kept) / max(1, int(there.sum())) / width
     m = len(kept) // width * width
-    table = np.column_stack((weighted[:m], kept[:m]))
-    means = table.reshape(-1, width, table.shape[1]).mean(axis=1)
-    return covariance(weighted.T @ weighted, width**2 * _middle(means[:, :-1], means[:, -1]), white)
+    means, missed = (v[:m].reshape(-1, width, *v.shape[1:]).mean(axis=1) for v in (columns, kept))
+    return covariance(columns.T @ columns, width**2 * _middle(means, missed), white)
 
 
 def _middle(sensitivity: Floats, residual: Floats) -> Floats:
