@@ -15,6 +15,7 @@ from thrustd.identify.segments import DEFORMATION, Segment
 
 GENERAL_LAGS = 12
 SLOWEST = 0.2  # times the longest record, for relaxation of either sign: slower cannot be told from a slope
+FASTEST = 0.25  # of a mean: the shortest time constant that means show
 Kind = Literal["line", "cubic", "curve", "fine"]
 COEFFICIENTS: dict[Kind, int] = {"line": 4, "cubic": 4, "curve": KNOTS, "fine": 2 * KNOTS}
 
@@ -38,7 +39,7 @@ MOUNT = Asked(friction=True)
 def fine(asked: Asked) -> Asked:
     """With curves that bend more often: means of millions of samples hold so little noise that they tell."""
     kinds: dict[Kind, Kind] = {"curve": "fine"}
-    return replace(asked, f=kinds.get(asked.f, asked.f), h=kinds.get(asked.h, asked.h), fastest=0.25)
+    return replace(asked, f=kinds.get(asked.f, asked.f), h=kinds.get(asked.h, asked.h), fastest=FASTEST)
 
 
 def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tuple[Shape, list[Record]]:

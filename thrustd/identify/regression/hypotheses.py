@@ -24,7 +24,7 @@ from thrustd.core.columns import Floats
 from thrustd.identify.regression.even import before_even_curve, behind_even
 from thrustd.identify.regression.general import MOUNT, Asked, Kind, fine, general_shape, records_of
 from thrustd.identify.regression.holds import holds_of
-from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse
+from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse, with_spare
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.regress import FIRST, begun_where, regress
@@ -175,6 +175,8 @@ def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | Non
         return _ordered(regress(segments, progress), segments, asked, progress)
     found = few_modes(found, thin, segments[0].dt_s, asked.order, progress)
     shape, point = finer(found, segments)
+    if asked.order is None:
+        shape, point = with_spare(shape, point, segments[0].dt_s, thin[0].dt_s)
     return resolved(resolved(replace(found, shape=shape, point=point), thin, progress, SETTLED), segments, progress)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
 from thrustd.identify.regression.curve import Grid
-from thrustd.identify.regression.general import records_of
+from thrustd.identify.regression.general import FASTEST, records_of
 from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Given, Progress, Solution, solve
@@ -82,6 +82,14 @@ def finer(found: Solution, segments: Sequence[Segment]) -> tuple[Shape, Point]:
     h_grid = _finer(shape.h_grid, [s.force_n / shape.output_scale for s in segments]) if shape.h_grid else None
     h = onto(shape.h_grid, point.h, h_grid) if shape.h_grid and h_grid else point.h
     return replace(shape, f_grid=f_grid, h_grid=h_grid), replace(point, f=onto(shape.f_grid, point.f, f_grid), h=h)
+
+
+def with_spare(shape: Shape, point: Point, dt_s: float, mean_s: float) -> tuple[Shape, Point]:
+    """One mode more, not there yet, between what samples show and what means do."""
+    fast_s = np.sqrt(2 * dt_s * FASTEST * mean_s)
+    log_tau = np.concatenate(([np.log(fast_s)], point.log_tau))
+    gain = np.concatenate(([0.0], point.gain))
+    return replace(shape, taus_s=np.exp(log_tau)), replace(point, log_tau=log_tau, gain=gain)
 
 
 def _finer(grid: Grid, columns: Sequence[Floats]) -> Grid:
