@@ -207,17 +207,28 @@ def test_parameters_stay_inside_their_bounds():
     assert pack(found.spec, ["axial_inertia.*"]).values.tolist() == [1000.0]
 
 
-def test_gaps_and_holes_split_a_record():
+def test_what_is_remembered_outlasts_gaps_and_holes():
+    data = record(mount())
+    kept = np.r_[0:3000, 3200 : len(data)]
+    deformation = data["deformation_mm"].copy()
+    deformation[1000:1003] = np.nan  # a few values: nothing is lost
+    deformation[2000:2100] = np.nan
+    broken = data.with_channels(deformation_mm=deformation).rows(kept)
+    (part,) = segments_of([broken])
+    assert part.time_s == pytest.approx(data.time_s)
+    assert np.isfinite(part.inputs["deformation_mm"]).all()
+    counted = np.isfinite(part.force_n)
+    assert counted[:2000].all() and not counted[2000:2199].any() and counted[2202:2999].all()
+    assert not counted[3001:3399].any() and counted[3402:].all()
+    assert part.force_n[counted] == pytest.approx(data["force_N"][counted])
+
+
+def test_a_gap_longer_than_all_that_was_measured_splits_a_record():
     data = record(mount())
     time_s = data.time_s.copy()
-    time_s[3000:] += 100.0
-    deformation = data["deformation_mm"].copy()
-    deformation[1000:1003] = np.nan  # bridged
-    deformation[2000:2100] = np.nan  # too long to bridge
-    broken = make_recording("bench", {"time_s": time_s, **data.channels, "deformation_mm": deformation})
-    parts = segments_of([broken])
-    assert [len(part) for part in parts] == [2000, 900, 3000]
-    assert all(np.isfinite(part.inputs["deformation_mm"]).all() for part in parts)
+    time_s[3000:] += 1.01 * data.duration_s
+    parts = segments_of([make_recording("bench", {"time_s": time_s, **data.channels})])
+    assert [len(part) for part in parts] == [3000, 3000]
 
 
 def test_too_short_a_record_is_refused():

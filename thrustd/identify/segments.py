@@ -1,7 +1,9 @@
-"""Recordings -> segments: stretches without a gap on a uniform time axis, which is what every estimator works on.
+"""Recordings -> segments: stretches on a uniform time axis, which is what every estimator works on.
 
-Gaps split a record, because the state of a model is unknown after one. A few missing values are bridged by straight
-lines; a longer hole in an input splits the record. Missing reference force stays NaN and carries no weight.
+A gap in a record does not end what the mount remembers. Inputs are bridged by straight lines, and the force carries no
+weight in a gap of more than a few samples nor for as long after it: what the line got wrong has faded by then, what is
+slower saw little of it. A gap longer than everything that was measured splits the record, because the state after it is
+unknown; so does an input that is missing for so long. Missing reference force stays NaN and carries no weight.
 """
 
 from collections.abc import Iterable, Sequence
@@ -9,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording
 
@@ -18,6 +20,7 @@ FORCE = "force_N"
 SHORTEST = 20  # samples; a shorter stretch tells nothing about dynamics
 BRIDGE = 5  # missing samples bridged by a straight line
 COARSE, FAST, MOST_FINE = 3.0, 0.05, 30  # longest step over the 5 % shortest; samples per sample at most
+OFTEN = 0.1  # of the time in such steps: the record is written as it moves, not at a rate
 UNEVEN = 0.02  # a step that differs more than this from the median step asks for resampling
 LEAPING = 0.02  # of the means, those over which the input moves most, say least
 
@@ -54,23 +57,32 @@ def segments_of(records: Sequence[Recording], channels: Iterable[str] = (), forc
 def _of_record(record: Recording, wanted: list[str], force: bool) -> list[Segment]:
     columns = wanted + ([FORCE] if force or FORCE in record else [])
     chosen = record.select(columns)
-    steps_s = np.diff(chosen.time_s)
-    varied = float(np.quantile(steps_s, 0.9) / np.median(steps_s)) if len(steps_s) else 1.0
-    stretches = chosen.segments(
-        (BRIDGE + 1.5) * max(1.0, varied)
-    )  # a few lost samples are bridged, like missing values
-    pieces = [chosen.rows(part) for part in stretches if part.stop - part.start >= SHORTEST]
+    pieces = [chosen.rows(part) for part in chosen.segments(len(chosen)) if part.stop - part.start >= SHORTEST]
     return [segment for piece in pieces for segment in _of_piece(_even(piece), wanted)]
 
 
 def _even(piece: Recording) -> Recording:
     steps_s = np.diff(piece.time_s)
-    middle_s = float(np.median(steps_s))
+    middle_s, fine_s = float(np.median(steps_s)), float(np.quantile(steps_s, FAST))
     if float(np.ptp(steps_s)) <= UNEVEN * middle_s:
         return piece
-    if float(steps_s.max()) > COARSE * float(np.quantile(steps_s, FAST)):
-        return _on_fine_axis(piece, max(float(np.quantile(steps_s, FAST)), piece.duration_s / (MOST_FINE * len(piece))))
-    return piece.resample(1.0 / middle_s, np.inf)
+    if float(steps_s[steps_s > COARSE * fine_s].sum()) > OFTEN * piece.duration_s:
+        return _on_fine_axis(piece, max(fine_s, piece.duration_s / (MOST_FINE * len(piece))))
+    even = piece.resample(1.0 / middle_s, np.inf)
+    if FORCE not in piece:
+        return even
+    usual_s = (BRIDGE + 1.5) * max(middle_s, float(np.quantile(steps_s, 0.9)))
+    return even.with_channels(**{FORCE: np.where(_unsure(piece.time_s, even.time_s, usual_s), np.nan, even[FORCE])})
+
+
+def _unsure(time_s: Floats, at_s: Floats, usual_s: float) -> Flags:
+    """Moments (n,) inside a step of time longer than usual, or after it for as long."""
+    after = np.flatnonzero(np.diff(time_s) > usual_s) + 1
+    begin_s, end_s = time_s[after - 1], 2.0 * time_s[after] - time_s[after - 1]
+    inside = np.searchsorted(begin_s, at_s, side="left") - 1  # the last gap that began before
+    last_s = np.maximum.accumulate(end_s) if len(end_s) else end_s
+    unsure: Flags = (inside >= 0) & (at_s < np.append(last_s, -np.inf)[inside])
+    return unsure
 
 
 def _on_fine_axis(piece: Recording, step_s: float) -> Recording:
@@ -86,9 +98,12 @@ def _on_fine_axis(piece: Recording, step_s: float) -> Recording:
 
 def _of_piece(piece: Recording, wanted: list[str]) -> list[Segment]:
     dt_s = piece.duration_s / (len(piece) - 1)
-    inputs = {name: bridged(piece[name]) for name in wanted}
+    inputs = {name: bridged(piece[name], len(piece)) for name in wanted}
     force_n = piece[FORCE] if FORCE in piece else np.full(len(piece), np.nan)
     good = np.all([np.isfinite(column) for column in inputs.values()], axis=0)
+    known = np.flatnonzero(np.all([np.isfinite(bridged(piece[name])) for name in wanted], axis=0))
+    hidden = _unsure(known.astype(float), np.arange(len(piece), dtype=float), 1.0)
+    force_n = np.where(hidden, np.nan, force_n) if hidden.any() else force_n
     edges = np.flatnonzero(np.diff(np.concatenate(([0], good.astype(np.int8), [0]))))
     return [
         Segment(
@@ -103,8 +118,8 @@ def _of_piece(piece: Recording, wanted: list[str]) -> list[Segment]:
     ]
 
 
-def bridged(column: Floats) -> Floats:
-    """Missing runs of up to `BRIDGE` samples replaced by straight lines; longer ones stay NaN."""
+def bridged(column: Floats, most: int = BRIDGE) -> Floats:
+    """Missing runs of up to `most` samples (at most as many as are there) as straight lines; longer ones stay NaN."""
     good = np.isfinite(column)
     if good.all() or not good.any():
         return column
@@ -112,7 +127,7 @@ def bridged(column: Floats) -> Floats:
     filled: Floats = np.interp(index, index[good], column[good])
     edges = np.flatnonzero(np.diff(np.concatenate(([1], good.astype(np.int8), [1]))))
     for a, b in zip(edges[::2], edges[1::2], strict=True):
-        if b - a > BRIDGE or a == 0 or b == len(column):
+        if b - a > min(most, int(good.sum())) or a == 0 or b == len(column):
             filled[a:b] = np.nan
     return filled
 

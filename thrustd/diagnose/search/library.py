@@ -16,6 +16,7 @@ from thrustd.diagnose.search.base import STATE_OF, Base
 from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import play_of
+from thrustd.identify.regression.stops import at_rest, run_stops
 from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import growth_of, travel_of
 from thrustd.identify.regression.terms import Term, at_start
@@ -25,8 +26,9 @@ from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.expression import is_expression
 from thrustd.model.modulated import BY, ENDS, modulated
-from thrustd.model.stage import Floats, jit
+from thrustd.model.stage import DEFORMATION, Floats, jit
 
+RATE_MM_S = 0.015  # of such a mount while it moves
 TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
 WIDE = 1e4  # the same where it is of a user's formula
 KNOTS = 6  # of a free curve
@@ -44,7 +46,8 @@ class Rig:
     begins_s: float
     force_factor: float  # force spread over PH-LAB's
     hysteresis_travel: float
-    hysteresis_growth: float
+    growth: float | None  # of the core's own friction, which more of it shares
+    rate: float  # mean, while it moves
     play: float  # around the deformation, which keeps its noise out
     ends: Mapping[str, tuple[float, float]]  # of every channel that a law can be in proportion to
 
@@ -64,10 +67,21 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         float(records[0].channels["time_s"][0]),
         order_of(float(np.nanmax(y) - np.nanmin(y)), 6000.0),
         travel_of(base.shape),
-        growth_of(base.point),
+        growth_of(base.point) if len(base.shape.radii) else None,
+        max(_rate(record, play_of(record.d)) for record in records),
         max(play_of(record.d) for record in records),
         {name: _ends(name, records) for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1},
     )
+
+
+def _rate(record: Record, play: float) -> float:
+    """Mean rate (mm/s) while it moves by more than its noise."""
+    radius = np.array([max(play, 1e-6 * float(np.ptp(record.d)), 1e-12)])
+    stop = np.empty((len(record.d), 1))
+    run_stops(radius, at_rest(radius, float(record.d[0])), record.d, stop)
+    moved = np.abs(np.diff(record.d - radius[0] * stop[:, 0]))
+    moves = moved > 1e-6 * radius[0]
+    return float(moved[moves].mean() / record.dt_s) if moves.any() else 0.0
 
 
 def _ends(name: str, records: Sequence[Record]) -> tuple[float, float]:
@@ -95,7 +109,8 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
     std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
     shape = [p for p in effect.parameters if not p.amplitude]
     for values in itertools.product(*(_starts(effect, p, rig) for p in shape)):
-        yield at_start(effect, std, dict(zip([p.name for p in shape], values, strict=True)))
+        term = at_start(effect, std, dict(zip([p.name for p in shape], values, strict=True)))
+        yield replace(term, shapes=effect is not STOPS or rig.growth is None)
 
 
 def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
@@ -114,12 +129,14 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
 
 def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
-    anchors |= {"growth": rig.hysteresis_growth, "reference_degc": rig.reference_degc, "deadband_mm": rig.play}
+    anchors |= {"growth": rig.growth, "reference_degc": rig.reference_degc, "deadband_mm": rig.play}
     told = anchors.get(p.name)
     if told is not None:
         return (float(np.clip(told, p.low, p.high)),)
     starts = p.starts if p.estimate else p.starts[:1]
     factor = order_of(rig.travel, TRAVEL_MM) if p.unit == "mm" else 1.0
+    if p.unit == "mm/s" and effect.channels == (DEFORMATION,):
+        factor = order_of(rig.rate, RATE_MM_S)
     return tuple(float(np.clip(factor * s, p.low, p.high)) for s in starts)
 
 

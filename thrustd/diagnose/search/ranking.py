@@ -39,6 +39,7 @@ WORTH = 0.03  # of the squared error: less is not worth an effect
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
+PRIOR = 0.5  # of its prior's sigma: a shape less certain than this is the prior's
 AT_FLOOR = 1.05  # times the floor
 UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
 EXACT = 0.01  # of the output's spread: no law of rubber holds better
@@ -175,12 +176,17 @@ def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
 
 
 def simplest(fits: Sequence[Joint]) -> Joint:
-    """The one with the fewest numbers of those that held-back blocks do not tell from the best.
-
-    A number that is known but for a spread is none.
-    """
+    """The one with the fewest numbers of those that held-back blocks do not tell from the best."""
     near = untold(min(fits, key=lambda fit: fit.mse), fits)
-    return min(near, key=lambda fit: (sum(p.spread == 0.0 for term in fit.terms for p in term.free), fit.mse))
+    return min(near, key=lambda fit: (numbers_of(fit), fit.mse))
+
+
+def numbers_of(fit: Joint) -> int:
+    """How many it takes: a shape that is known but for a spread is none, nor one that the data say nothing of."""
+    free = [p for term in fit.terms for p in term.free]
+    last = fit.solution.shape.parts()["terms"].stop
+    told = fit.std[last - len(free) : last] < PRIOR
+    return sum(p.amplitude or (p.spread == 0.0 and bool(known)) for p, known in zip(free, told, strict=True))
 
 
 def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:

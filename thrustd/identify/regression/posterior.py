@@ -12,6 +12,7 @@ from thrustd.identify.regression.stops import N_STOPS, radii_of
 from thrustd.identify.regression.terms import split
 from thrustd.model.artifact import Posterior
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
+from thrustd.model.effects.hysteresis_stops import GROWTH, WEIGHTS
 
 
 def kept(found: Solution) -> Posterior:
@@ -47,25 +48,31 @@ def with_own_stops(found: Solution) -> Solution:
     added = [(term, at) for term, at in parts if term.effect is STOPS]
     if not added:
         return found
-    (term, came), own = added[0], len(shape.radii)
+    (term, at), own = added[0], len(shape.radii)
+    weights = np.array([p.amplitude for p in term.free], bool)
+    came, grew = at[weights], at[~weights]  # an estimated growth: there are no own stops then
     others = np.concatenate([at for one, at in parts if one is not term] or [came[:0]])
     before, behind = np.arange(where["stops"].start), np.arange(where["begin"].start, shape.n)
-    unit = np.array([term.std[p.name] for p in term.free]) / shape.output_scale
-    order = np.concatenate((before, came, others, behind)).astype(int)  # of the new numbers, in the old vector
+    unit = np.array([term.std[name] for name in WEIGHTS]) / shape.output_scale
+    order = np.concatenate((before, grew, came, others, behind)).astype(int)  # of the new numbers, in the old vector
+    own_from = len(before) + len(grew)
     scale = np.ones(len(order))
-    scale[len(before) : len(before) + len(came)] = 1.0 / unit
+    scale[own_from : own_from + len(came)] = 1.0 / unit
+    scale[len(before) : own_from] = 1.0 / GROWTH.spread
     turn = np.zeros((shape.n, len(order) + own))  # old numbers of the new ones and, last, of the own stops as they were
     turn[order, np.arange(len(order))] = scale
     turn[where["stops"], len(order) :] = np.eye(own)
     turn[came[:own], len(order) :] = -np.diag(1.0 / unit[:own])
     vector = found.point.vector(shape)
     new = vector[order] / scale
-    new[len(before) : len(before) + own] += vector[where["stops"]]
+    new[len(before) : own_from] = term.values(found.point.terms[at - where["terms"].start])[GROWTH.name]
+    new[own_from : own_from + own] += vector[where["stops"]]
     free = found.free[order]
-    free[len(before) : len(before) + own] |= found.free[where["stops"]]
+    free[own_from : own_from + own] |= found.free[where["stops"]]
     gathered = replace(
         shape,
         radii=radii_of(travel(shape.f_grid)),
+        grows=shape.grows or len(grew) > 0,
         terms=tuple(one for one in shape.terms if one is not term),
     )
     information = _over(turn.T @ found.information @ turn, len(order))

@@ -55,6 +55,10 @@ def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
         x[1 + i] = min(max(u[0] / c[i], -1.0), 1.0)
 
 
+GROWTH = Parameter(
+    "growth", "-", neutral=0.0, low=0.0, high=1e6, starts=(0.0, 0.5),
+    meaning="by how much of itself the friction grows up to the deformation r_n", amplitude=False, spread=1.0,
+)  # fmt: skip
 WEIGHTS = tuple(f"friction_{i + 1:02d}_n" for i in range(len(SHARES)))
 
 EFFECT = Effect(
@@ -65,9 +69,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("travel_mm", "mm", neutral=1.0, low=1e-6, high=1e6, starts=(1.0,),
                   meaning="deformation that the radii are shares of", amplitude=False, estimate=False),
-        Parameter("growth", "-", neutral=0.0, low=0.0, high=1e6, starts=(0.0,),
-                  meaning="by how much of itself the friction grows up to the deformation r_n", amplitude=False,
-                  estimate=False),
+        GROWTH,
         *(
             Parameter(name, "N", neutral=0.0, low=0.0, high=1e9, starts=(5.0,),
                       meaning=f"force of the element that slips after {share:.2g} of the travel",

@@ -28,14 +28,17 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     return np.array([p["damping_n_s_mm"], decay, (1.0 - decay) / dt_s])
 
 
+DAMPING = Parameter(
+    "damping_n_s_mm", "N s/mm", neutral=0.0, low=0.0, high=100000.0, starts=(500.0,),
+    meaning="force per rate of deformation", expected="positive: a dashpot takes energy out",
+)  # fmt: skip
 EFFECT = Effect(
     name="viscous_damping",
     title="viscous damping beside the spring",
     site="force",
     channels=("deformation_mm",),
     parameters=(
-        Parameter("damping_n_s_mm", "N s/mm", neutral=0.0, low=0.0, high=100000.0, starts=(500.0,),
-                  meaning="force per rate of deformation", expected="positive: a dashpot takes energy out"),
+        DAMPING,
         Parameter("filter_s", "s", neutral=0.05, low=0.005, high=10.0, starts=(0.02, 0.1, 0.5),
                   meaning="low-pass of the rate", amplitude=False),
     ),
