@@ -2,7 +2,8 @@
 
 from types import SimpleNamespace
 
-from thrustd.diagnose.search.ranking import EXACT, at_floor, floor_of
+from thrustd.diagnose.search.floor import at_floor, floor_of
+from thrustd.diagnose.search.ranking import EXACT
 
 
 def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():

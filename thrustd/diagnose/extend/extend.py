@@ -23,6 +23,7 @@ from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
+from thrustd.diagnose.search.floor import left
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
@@ -32,7 +33,6 @@ from thrustd.diagnose.search.ranking import (
     gained,
     grown_from,
     leading,
-    left,
     look,
     pruned,
     rivals,

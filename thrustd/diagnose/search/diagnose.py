@@ -24,10 +24,11 @@ from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
+from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, shows
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
-from thrustd.diagnose.search.ranking import WORTH, Ranked, at_floor, far_above, floor_of, gained, left, rank, rivals
+from thrustd.diagnose.search.ranking import WORTH, Ranked, gained, rank, rivals
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
@@ -152,7 +153,7 @@ def _grade(base: Base, verdict: Verdict, alike: Sequence[str]) -> str:
 
 def more_left(base: Base, verdict: Verdict) -> bool:
     """Whether something else is missing too: the rest follows a channel, or is much."""
-    return bool(verdict.channels) or far_above(verdict.fit, base)
+    return bool(verdict.channels) or shows(verdict.fit, base)
 
 
 def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
@@ -208,10 +209,11 @@ def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
 
 
 def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:
-    """Other sets of no more members that held-back blocks do not tell from the best."""
-    found = []
+    """Other sets of no more members that held-back blocks do not tell from the best, by any law of its effects."""
+    found, own = [], [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
     for fit in fits:
-        if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and not gained(fit, best):
+        told = any(gained(fit, one) for one in own)
+        if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and not told:
             found.append("+".join(fit.words))
     return tuple(dict.fromkeys(found))
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.floor import at_floor, far_above
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
@@ -40,9 +41,6 @@ LAW = 0.01  # of the squared error removed: no law of rubber holds better than t
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 PRIOR = 0.5  # of its prior's sigma: a shape less certain than this is the prior's
-AT_FLOOR = 1.05  # times the floor
-UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
-EXACT = 0.01  # of the output's spread: no law of rubber holds better
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
 
@@ -107,7 +105,7 @@ def rank(
         more = following(base, records, best, looks.looked, rig)
         fits += more
         best = pruned(base, records, nothing, more[-1]) if more else best
-    best = fewest(fits, best)
+    best = settled(base, records, looks, fits, fewest(fits, best))
     ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
     return Ranked(nothing, best, ordered, tuple(looks.looked), tuple(curves))
 
@@ -133,14 +131,35 @@ def grown_from(
 def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) -> tuple[Joint, list[Joint]] | None:
     """The best set of those that gain, and the sets that are grown further; None where none gains.
 
-    A model that is no mount is judged by a mount's core in its stead: what is worse than the model gains nothing.
+    A model that is no mount is judged by a mount's core in its stead: what is worse than the model gains nothing. A
+    small effect beside a large one may be what the large one's law missed, unless it explains the rest to the floor.
     """
     known = LAW * (nothing.mse - best.mse)  # what the laws found so far may leave by not holding exactly
-    better = [fit for fit in grown if gained(best, fit) and known < best.mse - fit.mse and fit.mse < base.own_mse]
+    better = [
+        fit
+        for fit in grown
+        if gained(best, fit)
+        and fit.mse < base.own_mse
+        and (known < best.mse - fit.mse or (at_floor(fit, base) and fit.mse < best.mse - fit.mse))
+    ]
     if not better:
         return None
     found = simplest(better)
     return found, carried(found, better)
+
+
+def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Joint], best: Joint) -> Joint:
+    """A single effect by the law that `extend` would take, which tries this effect's laws and no other's."""
+    if len(best.terms) != 1:
+        return best
+    tried = {fit.terms[0].effect.name for fit in fits if fit.words == best.words}
+    same = [one for one in looks.looked if one.term.effect.word == best.words[0]]
+    fits += [
+        joint_fit(base, records, (one.term,), np.array(begin_at(one.term)))
+        for one in leading(same)
+        if one.term.effect.name not in tried
+    ]
+    return simplest([fit for fit in fits if fit.words == best.words])
 
 
 def _curves(base: Base, records: Sequence[Record], looks: Looks) -> list[Followed]:
@@ -209,26 +228,6 @@ def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
     nothing = next(fit for fit in fits if not fit.terms)
     alike = [fit for fit in fits if len(fit.terms) < len(best.terms) and not gained(fit, best) and stands(nothing, fit)]
     return min(alike, key=lambda fit: (len(fit.terms), fit.mse)) if alike else best
-
-
-def left(fit: Joint, base: Base) -> float:
-    """Mean square that is left; without any effect that of the model as it is, where moving its core is no better."""
-    return fit.mse if fit.terms else min(fit.mse, base.own_mse)
-
-
-def at_floor(fit: Joint, base: Base) -> bool:
-    """Nothing is left: the error is that of the instruments, or what the identification left."""
-    return bool(left(fit, base) < (AT_FLOOR * floor_of(fit, base)) ** 2)
-
-
-def far_above(fit: Joint, base: Base) -> bool:
-    """Whether much more than noise is left, and more than any law leaves by not holding exactly."""
-    return bool(left(fit, base) > max((UNLIKE * floor_of(fit, base)) ** 2, EXACT**2))
-
-
-def floor_of(fit: Joint, base: Base) -> float:
-    """Rms that nothing could go below: the residual's fast end, or what identification left."""
-    return min(fit.plateau, base.promised if base.promised is not None else np.inf)
 
 
 def leading(looked: Sequence[Looked], least: float = SAYS) -> list[Looked]:

@@ -59,7 +59,7 @@ def _explained(found: Solution, records: Sequence[Record], grid: Floats) -> Floa
         across += rows.T @ bank
         right += rows.T @ missed
         right_of += bank.T @ missed
-        pairs = bank.reshape(len(bank), -1, 2)
+        pairs = bank.reshape(len(bank), len(grid), 2)
         own += np.einsum("nka,nkb->kab", pairs, pairs)
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     factor = cho_factor(matrix / np.outer(size, size) + RIDGE * np.eye(shape.n))

@@ -1,0 +1,35 @@
+"""What a fit leaves, beside the least that anything could leave."""
+
+import numpy as np
+
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.joint import Joint
+
+AT_FLOOR = 1.05  # times the floor
+UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
+SHOWS = 1.25  # times the floor: so much left says that something else is missing too
+
+
+def left(fit: Joint, base: Base) -> float:
+    """Mean square that is left; without any effect that of the model as it is, where moving its core is no better."""
+    return fit.mse if fit.terms else min(fit.mse, base.own_mse)
+
+
+def at_floor(fit: Joint, base: Base) -> bool:
+    """Nothing is left: the error is that of the instruments, or what the identification left."""
+    return bool(left(fit, base) < (AT_FLOOR * floor_of(fit, base)) ** 2)
+
+
+def far_above(fit: Joint, base: Base) -> bool:
+    """Whether much more than noise is left."""
+    return bool(left(fit, base) > (UNLIKE * floor_of(fit, base)) ** 2)
+
+
+def shows(fit: Joint, base: Base) -> bool:
+    """Whether more than noise is left."""
+    return bool(left(fit, base) > (SHOWS * floor_of(fit, base)) ** 2)
+
+
+def floor_of(fit: Joint, base: Base) -> float:
+    """Rms that nothing could go below: the residual's fast end, or what identification left."""
+    return min(fit.plateau, base.promised if base.promised is not None else np.inf)
