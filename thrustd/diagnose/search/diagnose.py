@@ -196,12 +196,12 @@ def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint, best: 
 def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
     scale = base.scale
     others = [word for word in best.words if word != effect.word]
-    beside = f" beside {' and '.join(others)}" if others else ""
+    together = f" together with {' and '.join(others)}" if others else ""
     fall = nothing.block_mse - best.block_mse
     was = left(nothing, base)
     removed = 100 * (1 - best.mse / was)
     return (
-        f"{effect.word}{beside} removes {removed:.0f} % of the squared error on held-back blocks"
+        f"{effect.word}{together} removes {removed:.0f} % of the squared error on held-back blocks"
         f" ({newtons(scale * was**0.5)} -> {newtons(scale * best.mse**0.5)} {base.roles.unit}),"
         f" better in {int(np.count_nonzero(fall > 0))} of {len(fall)} blocks"
         + (", looking ahead in the record; in flight it can only be extrapolated" if effect.ahead_s else "")

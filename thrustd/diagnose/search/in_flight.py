@@ -246,9 +246,9 @@ def _candidates(spec: ModelSpec, seen: Flown, base: Base, found: Found) -> list[
     for term in found.best.terms:
         word = term.effect.word
         others = [other for other in found.best.words if other != word]
-        beside = f" beside {' and '.join(others)}" if others else ""
+        together = f" together with {' and '.join(others)}" if others else ""
         gain = found.best.likelier(found.nothing) / log(10)
-        line = f"{word}{beside}: what mount and brochure say is 10^{gain:.0f} times likelier than with no effect"
+        line = f"{word}{together}: what mount and brochure say is 10^{gain:.0f} times likelier than with no effect"
         line += f"; {newtons(before_n)} -> {newtons(after_n)} N on parts held back"
         own = tuple(n for n in numbers if n.effect == word)
         said.append(CandidateReport(word, term.effect.name, before_n, after_n, own, found.alike, line, True))
