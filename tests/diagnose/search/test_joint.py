@@ -18,6 +18,7 @@ from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
 from thrustd.identify.identify import identify
 from thrustd.identify.regression.friction import play_of
+from thrustd.identify.regression.posterior import point_of
 from thrustd.identify.regression.table import std_of
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
@@ -138,3 +139,14 @@ def test_a_large_effect_is_seen_from_the_core_as_it_was():
     seen = look(question.base, question.rows, nothing, [effect_named(name) for name in names], question.rig)
     assert seen.looked[0].term.effect.name == "sensor_drift"
     assert seen.looked[0].removes > 0.95
+
+
+def test_friction_that_grows_with_the_travel_is_added_with_its_growth():
+    weights = {"friction_06_n": 20.0, "friction_10_n": 30.0, "friction_13_n": 25.0}
+    grown = EffectSpec("hysteresis_stops", {"travel_mm": 1.0, "growth": 2.0} | weights)
+    data = record([grown])
+    wider = extend(mount(), [data], ["hysteresis"]).spec
+    assert rmse_n(wider, data) < 1.05 * NOISE_N
+    [friction] = [effect for effect in wider.effects if effect.name == "hysteresis_stops"]
+    assert friction.parameters["growth"] == pytest.approx(2.0 * friction.parameters["travel_mm"], rel=0.4)
+    assert point_of(wider.posterior).growth[0] == friction.parameters["growth"]
