@@ -75,7 +75,7 @@ def test_an_effect_that_stays_neutral_is_not_added_for_what_the_rest_gains():
         return 20.0 * np.sign(np.diff(data["deformation_mm"], prepend=data["deformation_mm"][0]))
 
     with pytest.raises(ModelError, match="none of it"):
-        extend(mount(k1=5050.0, own_n=40.0), [record(added=lambda d: -forward(d))], ["hysteresis_coulomb"])
+        extend(mount(k1=5050.0, own_n=40.0), [record(added=lambda d: -forward(d))], ["hysteresis_dahl"])
 
 
 def test_two_chambers_begun_unloaded_tell_stiffness_from_expansion():
