@@ -2,7 +2,12 @@
 
 from types import SimpleNamespace
 
-from thrustd.diagnose.search.floor import at_floor, floor_of
+import numpy as np
+import pytest
+
+from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, shows
+from thrustd.diagnose.search.ranking import advanced
+
 UNEXPLAINED = 0.01
 
 
@@ -12,3 +17,32 @@ def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
     assert floor_of(fit, cell) == 0.001 and not at_floor(fit, cell)
     assert floor_of(fit, SimpleNamespace(promised=0.0005)) == 0.0005
     assert at_floor(SimpleNamespace(plateau=0.001, mse=0.00104**2, terms=("law",)), cell)
+
+
+def fit(rms, words=("law",)):
+    """A fit whose blocks all leave the same."""
+    shape = SimpleNamespace(parts=lambda: {"terms": slice(0, 0)})
+    blocks = np.full(48, rms**2)
+    left = {"mse": rms**2, "block_mse": blocks, "block_size": np.ones(48), "plateau": 1.0, "std": np.zeros(0)}
+    return SimpleNamespace(
+        terms=words and (SimpleNamespace(free=()),) * len(words),
+        words=words,
+        solution=SimpleNamespace(shape=shape),
+        **left,
+    )
+
+
+CELL = SimpleNamespace(promised=1.0, own_mse=np.inf)
+
+
+@pytest.mark.parametrize(("left", "believed"), [(1.02, True), (1.3, False), (9.0, False)])
+def test_beside_a_large_effect_a_small_one_is_believed_when_it_explains_the_rest(left, believed):
+    large = fit(10.0)
+    step = advanced(CELL, fit(1000.0, ()), large, [fit(left, ("law", "other"))])
+    assert (step is not None) == believed
+
+
+def test_more_than_noise_is_said_before_it_is_much():
+    assert [(shows(fit(x), CELL), far_above(fit(x), CELL)) for x in (1.2, 1.3, 2.1)] == [
+        (False, False), (True, False), (True, True),
+    ]  # fmt: skip
