@@ -47,7 +47,7 @@ def test_two_effects_are_both_found(twin_case):
     assert "axial_inertia" in report.verdict and len(report.verdict) == 2
     told = {c.effect: c for c in report.candidates if c.in_verdict}
     assert {*report.verdict} & {"thermal_expansion", "sensor_drift"}  # one thing in a record that warms evenly
-    assert "beside " in told["axial_inertia"].evidence
+    assert "together with " in told["axial_inertia"].evidence
     assert report.rmse_after_n < 1.1 * NOISE_N
 
 
