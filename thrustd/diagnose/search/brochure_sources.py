@@ -167,6 +167,7 @@ def _table(segment: Segment, model_n: Floats, width: int, own_n: float, deck: De
     asked = np.column_stack(rest)
     says = np.column_stack([means(column, width) for column in asked.T])
     brochure, told = says[:, 1:4], np.all(np.isfinite(says[:, [0, 4, 5]]), axis=1, keepdims=True)
+    told &= np.isfinite(means(segment.force_n, width))[:, None]  # inputs are bridged in holes, which say nothing
     mount_n, time_s = means(model_n, width), means(segment.time_s, width)
     table = np.zeros((len(mount_n), WIDTH))
     level_n = means(thrust_n, width)
