@@ -11,7 +11,7 @@ from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.compare import free_runs
 from thrustd.identify.error_map import rates_of
-from thrustd.identify.segments import segments_of
+from thrustd.identify.segments import DEFORMATION, bridged, segments_of
 from thrustd.model.artifact import ErrorMap, ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.model.region_error import region_stds_n
@@ -76,4 +76,5 @@ def model_force(spec: ModelSpec, record: Recording) -> Floats:
         told = replace(segment, force_n=np.interp(segment.time_s, record.time_s, reference_n))
         run = free_runs(spec, told)[1]
         force_n[first:last] = run if len(run) == len(at_s) else np.interp(at_s, segment.time_s, run)
-    return force_n
+    read = [bridged(record[name]) for name in dict.fromkeys([DEFORMATION, *needed])]
+    return np.where(np.all(np.isfinite(read), axis=0), force_n, np.nan)  # memory runs on through a hole, no picture
