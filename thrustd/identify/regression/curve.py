@@ -65,15 +65,15 @@ def bspline(v: float, low: float, step: float, n: int, out: Floats) -> int:
     inside = min(max(t, 0.0), n - 3.0)
     first = min(int(inside), n - 4)
     u = inside - first
-    w = 1.0 - u
-    out[0] = w * w * w / 6.0
-    out[1] = (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0
-    out[2] = (-3.0 * u * u * u + 3.0 * u * u + 3.0 * u + 1.0) / 6.0
-    out[3] = u * u * u / 6.0
+    w, square, cube = 1.0 - u, u * u, u * u * u
+    out[0] = w * w * w * (1 / 6)
+    out[1] = 0.5 * cube - square + 2 / 3
+    out[2] = 0.5 * (square + u - cube) + 1 / 6
+    out[3] = cube * (1 / 6)
     out[4] = -0.5 * w * w
-    out[5] = (9.0 * u * u - 12.0 * u) / 6.0
-    out[6] = (-9.0 * u * u + 6.0 * u + 3.0) / 6.0
-    out[7] = 0.5 * u * u
+    out[5] = 1.5 * square - 2.0 * u
+    out[6] = u - 1.5 * square + 0.5
+    out[7] = 0.5 * square
     beyond = t - inside
     if beyond != 0.0:
         for j in range(4):

@@ -165,69 +165,83 @@ def _begin(core: Core, memory: Memory, piece: _Piece, d: Floats, spring: Floats)
 def _signals(lags: Lags, lagged: Lagged, i: int, piece: _Piece, moves: bool, counted: Flags, own: Floats) -> None:
     """Through one lag: what it takes off x and `held`; columns of its gain and its poles into `own` (n, ...)."""
     a, b0, b1, gain = lags.taps[i, 0], lags.taps[i, 1], lags.taps[i, 2], lags.gain[i]
-    s, swung, width = lagged.s[i], lagged.spring[i], lags.move.shape[1]
-    at_pole = width * (lags.gain.size + i)
+    s, width, path = lagged.s[i], lags.move.shape[1], np.empty(counted.size + 1, lags.taps.dtype)
+    path[0] = s
     for k in range(counted.size):
-        before, w, old = piece.w[k], piece.w[k + 1], s
-        s = a * old + b0 * before + b1 * w
+        s = a * s + b0 * piece.w[k] + b1 * piece.w[k + 1]
+        path[k + 1] = s
         piece.x[k] -= (gain * s).real
-        if piece.sprung:
-            swung = a * swung + b0 * piece.spring[k] + b1 * piece.spring[k + 1]
-            piece.held[k] -= (gain * swung).real
         if counted[k]:
-            own[k, width * i] = w - s.real
+            own[k, width * i] = piece.w[k + 1] - s.real
             if width > 1:
                 own[k, width * i + 1] = s.imag
-        for q in range(width if moves else 0):
-            moved = a * lagged.move[i, q] + lags.move[i, q, 0] * old
-            lagged.move[i, q] = moved + (lags.move[i, q, 1] * before + lags.move[i, q, 2] * w)
+    for q in range(width if moves else 0):
+        by, moved, at = lags.move[i, q], lagged.move[i, q], width * (lags.gain.size + i) + q
+        for k in range(counted.size):
+            moved = a * moved + (by[0] * path[k] + by[1] * piece.w[k] + by[2] * piece.w[k + 1])
             if counted[k]:
-                own[k, at_pole + q] = -(gain * lagged.move[i, q]).real
-    lagged.s[i], lagged.spring[i] = s, swung
+                own[k, at] = -(gain * moved).real
+        lagged.move[i, q] = moved
+    lagged.s[i] = s
+    if piece.sprung:
+        swung = lagged.spring[i]
+        for k in range(counted.size):
+            swung = a * swung + b0 * piece.spring[k] + b1 * piece.spring[k + 1]
+            piece.held[k] -= (gain * swung).real
+        lagged.spring[i] = swung
 
 
 @jit
 def _basis(lags: Lags, lagged: Lagged, i: int, faded: Numbers, piece: _Piece, counted: Flags, out: Floats) -> None:
     """Every basis function through one lag: off the columns of f, `out` (n, n_f).
 
-    It only fades between the samples that touch it, so the fading is kept as one factor, and only four are changed.
+    It only fades between the samples that touch it, so the fading is kept as one factor, and only four are changed;
+    what a sample adds at its own time and at the next one is added at once where nothing is read between.
     """
     a, b0, b1, gain = lags.taps[i, 0], lags.taps[i, 1], lags.taps[i, 2], lags.gain[i]
     fade, row, first, basis = faded[i], lagged.basis[i], piece.first, piece.basis
+    grown, owed, back = 1.0 / fade, 0.0 * fade, 1.0 / a
     for k in range(counted.size):
         fade *= a
         if abs(fade) < FADED:
+            owed *= fade
             for j in range(row.size):
                 row[j] *= fade
-            fade = 1.0 + 0.0 * fade
-        old, new = b0 / fade, b1 / fade
-        for q in range(4):
-            row[first[k] + q] += old * basis[k, q]
-            row[first[k + 1] + q] += new * basis[k + 1, q]
+            fade, grown = 1.0 + 0.0 * fade, 1.0 + 0.0 * fade
+        else:
+            grown *= back
+        _add_four(row, first[k], owed + b0 * grown, basis[k])
+        owed = b1 * grown
         weight = gain * fade
         if counted[k] and weight != 0.0:
+            _add_four(row, first[k + 1], owed, basis[k + 1])
+            owed *= 0.0
             for j in range(row.size):
                 out[k, j] -= (weight * row[j]).real
+    _add_four(row, first[counted.size], owed, basis[counted.size])
     faded[i] = fade
 
 
 @jit
+def _add_four(row: Numbers, at: int, weight: Any, four: Floats) -> None:
+    for q in range(4):
+        row[at + q] += weight * four[q]
+
+
+@jit
 def _bend(core: Core, x: Floats, counted: Flags, y: Floats, slopes: Floats, own: Floats) -> None:
-    """y = x + h(x) (n,), its slopes where counted; columns of h into `own` (n, n_h)."""
+    """Where counted y = x + h(x) (n,), its slopes, and columns of h into `own` (n, n_h)."""
     four = np.empty(8)
-    for k in range(x.size):
+    for k in np.flatnonzero(counted):
         total, slope = x[k], 1.0
         if core.h.size > 0:
             at = bspline(x[k], core.h_place[0], core.h_place[1], core.h.size, four)
             for q in range(4):
                 total += four[q] * core.h[at + q]
                 slope += four[4 + q] * core.h[at + q] / core.h_place[1]
-            if counted[k]:
-                own[k] = 0.0
-                own[k, at : at + 4] = four[:4]
-        y[k] = total
-        if counted[k]:
-            slopes[k] = slope
+            own[k] = 0.0
+            own[k, at : at + 4] = four[:4]
+        y[k], slopes[k] = total, slope
 
 
 @jit
@@ -261,8 +275,8 @@ class Written(NamedTuple):
 
 @jit
 def run_with_columns(core: Core, memory: Memory, d: Floats, spring: Floats, counted: Flags, written: Written) -> None:
-    """As `run`; derivatives are written where `counted` (n,), elsewhere they stay as they were. Without `core.move`
-    there are none for poles.
+    """As `run`, but output and derivatives are written only where `counted` (n,), elsewhere they stay as they were.
+    Without `core.move` there are none for poles.
     """
     y, slopes, columns = written
     n, at_h = PIECE, columns.shape[1] - core.h.size
