@@ -129,13 +129,15 @@ def solve(
 
     for done in range(1, iterations + 1):
         now = posterior()
-        cost, information = now.cost(normal.squares, point.vector(shape)), now.information(normal)
+        cost = now.cost(normal.squares, point.vector(shape))
         step = _step(now, shape, point, records, normal, damping)
         if step is None:
             break
         point, normal = step.point, step.normal
         damping = step.damping / 10 if step.damping > LEAST else 0.0
-        strengths = _strengths(shape, strengths, information, step.free, point.vector(shape) - middle)
+        strengths = _strengths(
+            shape, strengths, posterior().information(normal), step.free, point.vector(shape) - middle
+        )
         if progress is not None:
             progress(done, float(np.sqrt(normal.squares / _count(normal))))
         progressed = max(DONE_MOVING if not shape.passive else DONE, given.share * cost)
