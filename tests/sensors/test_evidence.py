@@ -31,10 +31,9 @@ def said_of(thrust_n, fault, rng):
     return healthy + fault + rng.normal(0, 5.0, N_SOURCES)
 
 
-def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
-    """(n, 8, 3): probability, thrust and variance by hypothesis, every second; `fault_of` the time -> (5,)."""
-    rng, past, out, found = np.random.default_rng(0), no_past(1), np.zeros((onsets.N_HYPOTHESES, 3)), []
-    lead = onsets.WELL
+def flown(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
+    """What is remembered, every 0.4 s; `fault_of` the time -> (5,)."""
+    rng, past = np.random.default_rng(0), no_past(1)
     for k in range(round(seconds / 0.4)):
         t_s, row = 0.4 * k, np.zeros(WIDTH)
         row[T_S], row[MACH], row[DECK_N] = t_s, 0.3, 60.0 + 0.034 * thrust_of(t_s)
@@ -44,8 +43,15 @@ def weighed(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
         row[COUNTS : COUNTS + N_SOURCES] = [i not in silent for i in range(N_SOURCES)]
         row[OWN_N : OWN_N + 2] = 30.0
         assert remember(past, 0, row, SHARE)
-        if past["n"][0] > 2 and k % 5 == 0:
-            evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, lead, 0.0, INSTALLED, out)
+        yield past["rows"][0], int(past["n"][0])
+
+
+def weighed(*args, **more):
+    """(n, 9, 3): probability, thrust and variance by hypothesis, every second; see `flown`."""
+    out, found, lead = np.zeros((onsets.N_HYPOTHESES, 3)), [], onsets.WELL
+    for k, (rows, n) in enumerate(flown(*args, **more)):
+        if n > 2 and k % 5 == 0:
+            evidence.weigh(rows, n, SHARE, lead, 0.0, INSTALLED, out)
             lead = int(out[:, 0].argmax()) if out[:, 0].max() > 0.95 else lead
             found.append(out.copy())
     return np.array(found)
@@ -112,3 +118,14 @@ def test_no_engine_moves_with_a_source_that_jumps_alone():
         row[COUNTS : COUNTS + N_SOURCES] = 1.0
         assert remember(past, 0, row, SHARE)
     assert past["rows"][0, 0, RATE_N_S] < 10.0
+
+
+def test_mounts_and_brochure_that_agree_prove_no_more_than_the_better_of_both():
+    """Crosstalk: both mounts 10 % high beside a brochure that is 8 % high."""
+    out, thrust_n = np.zeros((onsets.N_HYPOTHESES, 3)), 9000.0
+    high = np.array((0.10 * SHARE, 0.10 * (1 - SHARE), 0.06, 0.03, 0.11)) * thrust_n  # beside what is healthy
+    *_, (rows, n) = flown(lambda t_s: high, 60.0, lambda t_s: thrust_n)
+    evidence.weigh(rows, n, SHARE, onsets.WELL, 0.0, INSTALLED, out)
+    said = out[onsets.WELL, 1:]
+    more_n2 = evidence.uncorrected_n2(rows, n, SHARE, np.zeros(N_SOURCES), INSTALLED, said)
+    assert 800.0 < said[0] - thrust_n < 3.0 * np.sqrt(said[1] + more_n2) < 1200.0

@@ -22,10 +22,10 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.sensors.errors import AS_ON_THE_BENCH, THRUST_N2, Installed, Parts, covariance
+from thrustd.sensors.errors import AS_ON_THE_BENCH, THRUST_N2, Installed, Parts, covariance, installed_n2
 from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, fault_shape, installed_shape
 from thrustd.sensors.onsets import BLED, LEAST_P, N_HYPOTHESES, STAYS, WELL, Scene, Told, of_onsets, of_stretches
-from thrustd.sensors.past import COUNTS, N_SOURCES, SAID
+from thrustd.sensors.past import COUNTS, LOWER, N_SOURCES, SAID, UPPER
 from thrustd.sensors.positive import factor, forward, inverse
 
 LEAST_N = -200.0  # ram drag of 10 kg/s at flight idle, less what is left of the gross thrust
@@ -71,16 +71,9 @@ def _sum_up(logs: Floats, said: Floats, row: Floats) -> None:
 
 
 @compiled
-def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: Installed, said: Floats) -> float:
-    """What the thrust that leads may be wrong by because nobody corrected the installation: a variance more.
-
-        (v + (m - thrust)^2) - variance      m, v: thrust and variance when the installation errs as its prior says
-
-    `off` (N_SOURCES,): 1 of a source that is excluded; `said`: thrust and variance as installed on the bench.
-    The prior is not weighed against the bench's: agreement within the deck's own error proves no nacelle without
-    drag. Reference: JCGM 100:2008 (GUM), F.2.4.5, uncorrected systematic effects.
-    """
-    seen, parts, size = rows[:n].copy(), (share, 1.0 - share, 1.0, 1.0, 1.0), n * N_SOURCES
+def _said(rows: Floats, n: int, parts: Parts, off: Floats, installed: Installed) -> tuple[float, float]:
+    """All is well: thrust of the newest row, its variance. `off` (N_SOURCES,): 1 of a source that is excluded."""
+    seen, size = rows[:n].copy(), n * N_SOURCES
     for s in range(N_SOURCES):
         if off[s] != 0.0:
             seen[:, COUNTS + s] = 0.0
@@ -92,7 +85,30 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
         c[s] = parts[s] * THRUST_N2 if seen[0, COUNTS + s] != 0.0 else 0.0
     forward(low, y, size)
     forward(low, c, size)
-    return max(THRUST_N2 - np.sum(c * c) + (np.sum(c * y) - said[0]) ** 2 - said[1], 0.0)
+    return float(np.sum(c * y)), float(THRUST_N2 - np.sum(c * c))
+
+
+@compiled
+def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: Installed, said: Floats) -> float:
+    """What the thrust that leads may be wrong by because nobody corrected the installation: a variance more.
+
+        u(m, v) = v + (m - thrust)^2 - variance      m, v: thrust, variance if the installation errs as its prior
+        max(u of all sources, min(u of the brochure alone, what the installation does to the mounts))
+
+    Mounts and brochure that agree prove no more than the better of both: nobody knows how their errors go together.
+    Agreement within the deck's own error proves no nacelle without drag: the prior is not weighed against the bench's.
+    `off` (N_SOURCES,): 1 of a source that is excluded; `said`: thrust and variance as installed on the bench.
+    Reference: JCGM 100:2008 (GUM), F.2.4.5, uncorrected systematic effects; Julier & Uhlmann 1997 (covariance
+    intersection).
+    """
+    parts = share, 1.0 - share, 1.0, 1.0, 1.0
+    mean_n, more_n2 = _said(rows, n, parts, off, installed)
+    together_n2 = more_n2 + (mean_n - said[0]) ** 2 - said[1]
+    alone = off.copy()
+    alone[UPPER] = alone[LOWER] = 1.0
+    mean_n, more_n2 = _said(rows, n, parts, alone, installed)
+    better_n2 = min(installed_n2(rows, 0, 0, installed), more_n2 + (mean_n - said[0]) ** 2 - said[1])
+    return max(together_n2, better_n2, 0.0)
 
 
 @compiled
