@@ -28,7 +28,7 @@ from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.question import Given
-from thrustd.installation.installation import read_installation
+from thrustd.installation.installation import others_of, read_installation
 from thrustd.installation.shipped import read_deck, shipped
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.files import read_recording
@@ -42,6 +42,7 @@ from thrustd.twin.sensors import lvdt_reading
 
 HZ, FINE_HZ = 2.0, 50.0
 JUDGED = FLIGHTS[2]
+ALONE = ", in this mount alone"  # else in every mount of the aircraft, and an effect is left out of every model
 CASES: dict[str, tuple[Knobs, str]] = {
     "nothing hidden": (PLAIN, ""),
     "axial inertia left out": (PLAIN, "axial_inertia"),
@@ -51,13 +52,23 @@ CASES: dict[str, tuple[Knobs, str]] = {
     "stiffness -5 %": (PLAIN._replace(stiffness=-0.05), ""),
     "expansion -1 um/K": (PLAIN._replace(expansion_mm_k=-0.001), ""),
     "nacelle drag 0.02 m2": (PLAIN._replace(drag_m2=0.02), ""),
+    f"axial inertia left out{ALONE}": (PLAIN, "axial_inertia"),
+    f"stiffness +5 %{ALONE}": (PLAIN._replace(stiffness=0.05), ""),
+    f"expansion 2 um/K{ALONE}": (PLAIN._replace(expansion_mm_k=0.002), ""),
+    f"expansion -1 um/K{ALONE}": (PLAIN._replace(expansion_mm_k=-0.001), ""),
 }
 
 
 @cache
-def flown(file: str, seed: int, knobs: Knobs) -> Recording:
-    """One recorded flight with the mounts of a twin aircraft: columns of a log's names, truth in force_N_<mount>."""
-    airframe = draw_airframe(seed, knobs)
+def flown(file: str, seed: int, knobs: Knobs, alone: str = "") -> Recording:
+    """One recorded flight with the mounts of a twin aircraft: columns of a log's names, truth in force_N_<mount>.
+
+    `alone`: the only mount that has what the knobs say.
+    """
+    hidden = draw_airframe(seed, knobs)
+    plain = draw_airframe(seed) if alone else hidden
+    mounts = [(hidden if name == alone else plain).mounts[number] for number, name in enumerate(MOUNTS)]
+    airframe = plain._replace(mounts=tuple(mounts))
     profile = as_flown(read_recording(PH_LAB / file), airframe.healths).resample(FINE_HZ)
     rng = np.random.default_rng([seed, 21])
     thrust_n = np.stack([profile["thrust_N_left"], profile["thrust_N_right"]])
@@ -73,7 +84,9 @@ def flown(file: str, seed: int, knobs: Knobs) -> Recording:
         warm_degc = mount_temperature_degc(profile, side)
         true_mm = advance(mount, state, loads_n[number], 1 / FINE_HZ, warm_degc, profile["accel_z_g"])
         columns[f"deformation_mm_{name}"] = lvdt_reading(
-            airframe.lvdts[number], seen_mm(number, true_mm, warm_degc, knobs), rng
+            airframe.lvdts[number],
+            seen_mm(number, true_mm, warm_degc, knobs if alone in ("", name) else PLAIN),
+            rng,
         )
         columns[f"temperature_degC_{name}"] = warm_degc
         share = airframe.upper_share[number // 2]
@@ -92,12 +105,14 @@ def row_of(case: str, mount: str, aircraft: int, flights: str) -> list[str]:
     knobs, left_out = CASES[case]
     installation = read_installation(shipped("deploy/hil.toml", "config"))
     place = place_of(mount, installation.config, installation.aircraft())
-    given = Given(against="brochure", mount=place, deck=read_deck())
+    alone = mount if case.endswith(ALONE) else ""
+    others = [(at, other if alone else _without(other, left_out)) for at, other in others_of(mount, installation)]
+    given = Given(against="brochure", mount=place, deck=read_deck(), others=others)
     (whole,) = read_models([shipped(f"models/{mount.replace('_', '-')}.json", "model")]).values()
-    spec = msgspec.structs.replace(whole, effects=[e for e in whole.effects if e.name != left_out], witness=None)
+    spec = _without(whole, left_out)
     seen, other = (
-        [_untold(flown(FLIGHTS[int(number)], aircraft, knobs)) for number in flights],
-        flown(JUDGED, aircraft, knobs),
+        [_untold(flown(FLIGHTS[int(number)], aircraft, knobs, alone)) for number in flights],
+        flown(JUDGED, aircraft, knobs, alone),
     )
     began = time.process_time()
     report = diagnose(spec, seen, given=given)
@@ -113,6 +128,10 @@ def row_of(case: str, mount: str, aircraft: int, flights: str) -> list[str]:
     before_n, after_n = error_n(spec, other, place), error_n(after, other, place)
     verdict = f"{'+'.join(report.verdict)} ({report.grade})"
     return [case, str(aircraft), flights, verdict, f"{before_n:.1f}, {after_n:.1f}", sizes, f"{spent:.0f}"]
+
+
+def _without(spec: ModelSpec, effect: str) -> ModelSpec:
+    return msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != effect], witness=None)
 
 
 def _untold(known: Recording) -> Recording:

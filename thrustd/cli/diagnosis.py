@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from thrustd.cli.files import read_models, split_models
 from thrustd.cli.roles import (
     add_reference,
+    others_of_engine,
     own_words,
     place_in_aircraft,
     recordings_to_judge,
@@ -214,7 +215,8 @@ def _known(arguments: argparse.Namespace) -> "Given":
     from thrustd.diagnose.search.rig import read_rig
 
     rig = read_rig(read_text(arguments.rig), str(arguments.rig)) if arguments.rig else None
-    return Given(rig, recordings_to_judge(arguments.bench, arguments), **reference(arguments))
+    others = others_of_engine(arguments) if arguments.against == "brochure" else ()
+    return Given(rig, recordings_to_judge(arguments.bench, arguments), **reference(arguments), others=others)
 
 
 def _say_first(records: list["Recording"], arguments: argparse.Namespace) -> None:

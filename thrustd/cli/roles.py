@@ -11,6 +11,8 @@ from thrustd.installation.shipped import CONFIGURATION, DECK, shipped
 
 if TYPE_CHECKING:
     from thrustd.core.aircraft import MountPlace
+    from thrustd.installation.installation import Installation
+    from thrustd.model.artifact import ModelSpec
     from thrustd.records.recording import Recording
     from thrustd.records.roles import Roles
     from thrustd.records.time_axis import TimeAxis
@@ -150,7 +152,19 @@ def place_in_aircraft(arguments: argparse.Namespace) -> "MountPlace | None":
     if not arguments.mount:
         return None
     from thrustd.core.aircraft import place_of
+
+    installation = _installation(arguments)
+    return place_of(arguments.mount, installation.config, installation.aircraft())
+
+
+def others_of_engine(arguments: argparse.Namespace) -> "tuple[tuple[MountPlace, ModelSpec], ...]":
+    """The other mounts of its engine with their models as they fly."""
+    from thrustd.installation.installation import others_of
+
+    return others_of(arguments.mount, _installation(arguments)) if arguments.mount else ()
+
+
+def _installation(arguments: argparse.Namespace) -> "Installation":
     from thrustd.installation.installation import read_installation  # and with it all that flies, compiled
 
-    installation = read_installation(arguments.config or shipped(CONFIGURATION, "--config"))
-    return place_of(arguments.mount, installation.config, installation.aircraft())
+    return read_installation(arguments.config or shipped(CONFIGURATION, "--config"))

@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 
 from thrustd.brochure.deck import Deck
-from thrustd.core.aircraft import DATA, AircraftData, place_of, read_aircraft
+from thrustd.core.aircraft import DATA, AircraftData, MountPlace, place_of, read_aircraft
 from thrustd.core.calibration import Calibration, read_calibration
 from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
@@ -78,7 +78,7 @@ class Installation:
         heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
         calibration, models = self.calibration(), []
         for mount in config.mount:
-            model = self._model(mount, calibration)
+            model = compile_model(self.model(mount, calibration), config.adc.sample_hz)
             scopes = {"engine": config.aircraft.engines.index(mount.engine), "mount": config.mount.index(mount)}
             _check_channels(model, heard, scopes, self._place(mount.model))
             models.append(model)
@@ -153,7 +153,8 @@ class Installation:
             **about,
         )
 
-    def _model(self, mount: Mount, calibration: Calibration | None) -> CompiledModel:
+    def model(self, mount: Mount, calibration: Calibration | None) -> ModelSpec:
+        """As it flies: with what was measured of this mount."""
         where = self._place(mount.model)
         spec = read_proven_model(self.files[mount.model], where)
         _check_units(spec, where)
@@ -163,7 +164,7 @@ class Installation:
             share = place_of(mount.name, self.config, aircraft).share
             weight_n = share * aircraft.engine_mass_kg * STANDARD_GRAVITY_M_S2
             spec = calibrated(spec, calibration.of(mount.name), where, share * area_m2, weight_n)
-        return compile_model(spec, self.config.adc.sample_hz)
+        return spec
 
     def _text(self, name: str) -> str:
         try:
@@ -181,6 +182,14 @@ class WarmStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     snapshot: dict[str, Any] | None  # None: it starts cold
     shift_ns: int = 0  # added to its times
     service_s: tuple[float, ...] = ()  # with a cold start: what the mounts had served before; empty: as calibrated
+
+
+def others_of(mount: str, installation: Installation) -> tuple[tuple[MountPlace, ModelSpec], ...]:
+    """The other mounts of its engine, with their models as they fly."""
+    config, aircraft, calibration = installation.config, installation.aircraft(), installation.calibration()
+    engine = place_of(mount, config, aircraft).engine
+    others = [one for one in config.mount if one.engine == engine and one.name != mount]
+    return tuple((place_of(one.name, config, aircraft), installation.model(one, calibration)) for one in others)
 
 
 def read_installation(path: Path | str, trust: Path | None = None) -> Installation:

@@ -1,5 +1,7 @@
 """A mount against the brochure: what was hidden is named with its size, a right model stays, by evidence alone."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -12,16 +14,15 @@ from thrustd.core.errors import ModelError, RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.reference import deck_says
 from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.aboard import with_effects
 from thrustd.diagnose.search.brochure_sources import SURFACE
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.question import Given, asked
-from thrustd.diagnose.search.weigh import flown, weigh, with_terms
-from thrustd.identify.regression.terms import at_start
+from thrustd.diagnose.search.weigh import flown, weigh
 from thrustd.installation.shipped import read_deck, shipped
-from thrustd.model.artifact import ModelSpec
-from thrustd.model.effects import effect_named
+from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.records.recording import Recording, make_recording
-from thrustd.twin.mount import UPPER, advance, at_rest
+from thrustd.twin.mount import LOWER, UPPER, advance, at_rest
 
 PLACE = MountPlace("left_upper", "left", 0, 0.46)
 HZ, SECONDS = 1.0, 3000
@@ -46,6 +47,7 @@ def a_flight(
     drag_m2: float = 0.0,
     mm_k: float = 0.0,
     couple_n_g: float = 0.0,
+    lower_mm_k: float = 0.0,
     name: str = "flight",
 ) -> Recording:
     """Levels of thrust and speed that do not follow each other; an engine whose thrust is `bias` of its deck's."""
@@ -66,14 +68,25 @@ def a_flight(
     pressure_pa = np.array([dynamic_pressure_pa(*each) for each in zip(mach, altitude_m, strict=True)])
     inertia_n = MASS_KG * STANDARD_GRAVITY_M_S2 * columns["accel_x_g"]
     warm_degc = levels(20.0, 55.0, 900.0)
-    carried_n = 0.46 * thrust_n - drag_m2 * pressure_pa - inertia_n + couple_n_g * (columns["accel_z_g"] - 1.0)
-    mm = advance(UPPER, at_rest(UPPER), np.ascontiguousarray(carried_n), 1 / HZ, warm_degc, columns["accel_z_g"])
-    columns |= {"deformation_mm_left_upper": mm + mm_k * (warm_degc - 20.0), "temperature_degC_left_upper": warm_degc}
+    upper_n = 0.46 * thrust_n - drag_m2 * pressure_pa - inertia_n
+    couple_n = couple_n_g * (columns["accel_z_g"] - 1.0)
+    for mount, physics, loaded_n, grows in (
+        ("left_upper", UPPER, upper_n + couple_n, mm_k),
+        ("left_lower", LOWER, 0.54 / 0.46 * upper_n - couple_n, lower_mm_k),
+    ):
+        mm = advance(physics, at_rest(physics), loaded_n, 1 / HZ, warm_degc, columns["accel_z_g"])
+        columns |= {f"deformation_mm_{mount}": mm + grows * (warm_degc - 20.0), f"temperature_degC_{mount}": warm_degc}
     return make_recording(name, {"time_s": time_s, **columns})
 
 
 def given(deck: Deck) -> Given:
     return Given(against="brochure", mount=PLACE, deck=deck)
+
+
+def both(deck: Deck) -> Given:
+    """With the engine's other mount."""
+    (lower,) = read_models([shipped("models/left-lower.json", "model")]).values()
+    return replace(given(deck), others=((MountPlace("left_lower", "left", 0, 0.54), lower),))
 
 
 def test_a_right_model_of_an_engine_off_its_deck_stays(deck: Deck, spec: ModelSpec) -> None:
@@ -186,11 +199,43 @@ def test_sources_are_white_when_all_is_well_and_the_unknowns_are_linear(deck: De
     np.testing.assert_allclose(twice[:, SURFACE], 2.0 * seen.unknowns[:, SURFACE])
 
 
-def test_with_terms_replaces_what_is_there_and_appends_what_is_not(spec: ModelSpec) -> None:
-    terms = [at_start(effect_named(n), {"mass_kg": 1.0} if n == "axial_inertia" else {"drag_area_m2": 0.1}, {})
-             for n in ("axial_inertia", "nacelle_drag")]  # fmt: skip
-    found = with_terms(spec, terms, np.array([5.0, 0.2]))
+def test_an_effect_replaces_what_is_there_or_is_appended(spec: ModelSpec) -> None:
+    known, new = EffectSpec("axial_inertia", {"mass_kg": 5.0}), EffectSpec("nacelle_drag", {"drag_area_m2": 0.02})
+    found = with_effects(spec, [known, new])
     sizes = {effect.name: effect.parameters for effect in found.effects}
     assert len(found.effects) == len(spec.effects) + 1
     assert sizes["axial_inertia"]["mass_kg"] == 5.0 and sizes["nacelle_drag"]["drag_area_m2"] == pytest.approx(0.02)
     assert msgspec.json.encode(found)
+
+
+def test_what_one_mount_hides_the_other_one_tells(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck, mm_k=-0.0007)
+    assert diagnose(spec, [flight], given=given(deck)).verdict == ("none",)
+    report = diagnose(spec, [flight], given=both(deck))
+    assert report.verdict == ("thermal_expansion",)
+    assert any("left_lower does not show it" in one.evidence for one in report.candidates)
+    (number,) = extend(spec, [flight], ["thermal_expansion"], given=both(deck)).parameters
+    assert abs(number.value - (UPPER.expansion_mm_k - 0.0007)) < number.half_width < 0.0004
+
+
+def test_what_the_other_mount_hides_is_not_looked_for_in_this_one(deck: Deck, spec: ModelSpec) -> None:
+    report = diagnose(spec, [a_flight(deck, lower_mm_k=-0.001)], given=both(deck))
+    assert report.verdict == ("none",)
+    assert any("left_lower is not as its model says, alone: thermal_expansion" in line for line in report.advice)
+
+
+def test_a_drag_that_both_mounts_carry_is_no_less_there(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck, 1, drag_m2=DRAG_M2)
+    report = diagnose(spec, [flight], given=both(deck))
+    assert report.verdict == ("nacelle_drag",)
+    assert any("left_lower shows it too" in one.evidence for one in report.candidates)
+    (one,) = extend(spec, [flight], ["nacelle_drag"], given=both(deck)).parameters
+    assert abs(one.value - DRAG_M2) < one.half_width
+
+
+def test_a_log_without_the_other_mount_is_judged_by_the_brochure_alone(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck)
+    alone = make_recording(
+        "flight", {"time_s": flight.time_s} | {n: c for n, c in flight.channels.items() if "lower" not in n}
+    )
+    assert diagnose(spec, [alone], given=both(deck)).to_json() == diagnose(spec, [alone], given=given(deck)).to_json()

@@ -1,6 +1,7 @@
 """What mount and brochure say of the same thrust, in rows, and how far each may be wrong: no load cell flies.
 
     mount       share T + e_0 = model(deformation; effects) + z dF/dx + p      z: the transducer's zero, p: its past
+    other       the same of the engine's other mount, where the log and its model are there
     brochure    T + e_i       = G_i - s F - l dF/dt - b - H sum c_jk x^j v^k      i: fuel flow, N1, N2
     H = delta_t L h,   h = x + r v sqrt(h),   x = F / (delta_t L),   v = u / 0.5,   u = M / sqrt(1 + 0.2 M^2)
 
@@ -25,7 +26,10 @@ from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import stagnation, total_pressure_ratio
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.reference import deck_says
-from thrustd.identify.segments import Segment
+from thrustd.diagnose.search.aboard import Aboard
+from thrustd.diagnose.search.evidence import simulate
+from thrustd.identify.first_state import of_the_past
+from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.sensors.errors import AS_ON_THE_BENCH, LEAST_DECK_N, REACH_N, REST_S, WHITE_N, covariance
 from thrustd.sensors.errors import ENGINE as OF_ENGINE
 from thrustd.sensors.past import (
@@ -55,13 +59,15 @@ FAST = 0.5  # of u
 RAM = FAST * 340.3 / 316.0  # r: speed of sound over static thrust per air flow, m/s (JT15D-4: 11.12 kN of 35.2 kg/s)
 ZERO_MM = 0.005  # of a transducer after `thrustd zero`: what friction in the mount holds, thesis figure 12.6
 NUDGE_MM = 0.01  # for the slope of the force
+MODEL_N = 10.0  # one sigma of a model that promises none
 
 
 @dataclass(frozen=True, slots=True)
 class Sources:
     """One stretch in rows: readings of mount and brochure, one below the other, made white by their covariance."""
 
-    segment: Segment
+    segments: tuple[Segment, ...]  # as the mount that is judged read it, and the other one
+    plain_n: tuple[Floats, ...]  # what their models say as they are
     width: int  # samples of a row
     lower: Floats  # Cholesky factor of the covariance of what counts
     counts: Flags  # (rows, N_SOURCES)
@@ -70,8 +76,10 @@ class Sources:
     std_n: float  # of the difference between mount and its share of the fuel flow's thrust
     share: float
 
-    def means(self, column: Floats) -> Floats:
-        return means(column, self.width)
+    @property
+    def segment(self) -> Segment:
+        """As the mount that is judged read it."""
+        return self.segments[0]
 
     def white(self, table: Floats) -> Floats:
         """Readings (rows, N_SOURCES, ...) that count, made white."""
@@ -85,10 +93,11 @@ class Sources:
         lower = np.asarray(np.linalg.cholesky(every), np.float64)
         return replace(self, counts=self.counts & ~rows[:, None], lower=lower)
 
-    def of_mount(self, force_n: Floats) -> Floats:
-        """Readings (rows, N_SOURCES) that are the mount's alone."""
+    def of_mounts(self, forces_n: Sequence[Floats]) -> Floats:
+        """Readings (rows, N_SOURCES) that are the mounts' alone, of their forces (n,)."""
         table = np.zeros(self.said.shape)
-        table[:, UPPER] = force_n
+        for slot, force_n in enumerate(forces_n):
+            table[:, slot] = means(force_n, self.width)
         return table
 
 
@@ -98,41 +107,55 @@ def means(column: Floats, width: int) -> Floats:
     return found
 
 
-def sources_of(
-    segments: Sequence[Segment],
-    model_n: Sequence[Floats],
-    slope_n_mm: Sequence[Floats],
-    past_n: Sequence[Floats],
-    own_n: float,
-    deck: Deck,
-    place: MountPlace,
-) -> list[Sources]:
-    """From stretches, the model's force on each (n,), its slope, past (n, levels); `own_n`: one sigma of the model."""
-    widths = [max(1, -(-len(segment) // ROWS)) for segment in segments]
-    tables = [_table(s, m, w, own_n, deck, place) for s, m, w in zip(segments, model_n, widths, strict=True)]
-    airs = [_air(segment, width) for segment, width in zip(segments, widths, strict=True)]
+def sources_of(mounts: Sequence[Aboard], deck: Deck) -> list[Sources]:
+    """Of the mount that is judged and the other one of its engine, where it is there."""
+    place, stretches = mounts[0].place, list(zip(*(mount.segments for mount in mounts), strict=True))
+    plain = [[simulate(m.spec, s) for m, s in zip(mounts, stretch, strict=True)] for stretch in stretches]
+    widths = [max(1, -(-len(stretch[0]) // ROWS)) for stretch in stretches]
+    own_n = [float(np.median(m.spec.error.std_n)) if m.spec.error is not None else MODEL_N for m in mounts]
+    tables = [_table(s[0], p, w, own_n, deck, place) for s, p, w in zip(stretches, plain, widths, strict=True)]
+    airs = [_air(stretch[0], width) for stretch, width in zip(stretches, widths, strict=True)]
     largest_n = max(
         float(np.max(np.abs(table[:, LEVEL_N] / delta))) for table, (delta, _) in zip(tables, airs, strict=True)
     )
-    own_zero = [ZERO_MM * means(slope, width) for slope, width in zip(slope_n_mm, widths, strict=True)]
-    past = block_diag(*(_means_of(each, width) for each, width in zip(past_n, widths, strict=True)))
+    unknown = [_of_mount(mount, widths) for mount in mounts]
     ends, found = np.cumsum([len(table) for table in tables]), []
-    for segment, width, table, (delta, v), zero, end in zip(
-        segments, widths, tables, airs, own_zero, ends, strict=True
+    for stretch, said_n, width, table, (delta, v), end in zip(
+        stretches, plain, widths, tables, airs, ends, strict=True
     ):
         wrong = _surface(table[:, RATE_N_S], table[:, LEVEL_N], delta, v, largest_n)
-        unknowns = np.zeros((len(table), N_SOURCES, wrong.shape[1] + 1 + past.shape[1]))
-        unknowns[:, FUEL_FLOW:, : wrong.shape[1]] = -wrong[:, None, :]
-        unknowns[:, UPPER, wrong.shape[1] :] = np.column_stack((zero, past[end - len(table) : end]))
-        found.append(_sources(segment, width, table, unknowns, place.share))
+        columns = np.zeros((len(table), N_SOURCES, wrong.shape[1]))
+        columns[:, FUEL_FLOW:] = -wrong[:, None, :]
+        for slot, every in enumerate(unknown):
+            own = np.zeros((len(table), N_SOURCES, every.shape[1]))
+            own[:, slot] = every[end - len(table) : end]
+            columns = np.concatenate((columns, own), axis=2)
+        found.append(_sources(stretch, said_n, width, table, columns, place.share))
     return found
+
+
+def _of_mount(mount: Aboard, widths: Sequence[int]) -> Floats:
+    """Columns of one mount over the rows of all stretches: its zero, and its past in each."""
+
+    def run(segment: Segment) -> Floats:
+        return simulate(mount.spec, segment)
+
+    zero, past = [], []
+    for segment, width in zip(mount.segments, widths, strict=True):
+        nudged = {**segment.inputs, DEFORMATION: segment.inputs[DEFORMATION] + NUDGE_MM}
+        slope = (run(replace(segment, inputs=nudged)) - run(segment)) / NUDGE_MM
+        zero.append(ZERO_MM * means(slope, width))
+        past.append(_means_of(of_the_past(run, segment), width))
+    return np.column_stack((np.concatenate(zero), block_diag(*past)))
 
 
 def _means_of(columns: Floats, width: int) -> Floats:
     return np.column_stack([means(column, width) for column in columns.T])
 
 
-def _sources(segment: Segment, width: int, table: Floats, unknowns: Floats, share: float) -> Sources:
+def _sources(
+    stretch: tuple[Segment, ...], plain_n: Sequence[Floats], width: int, table: Floats, unknowns: Floats, share: float
+) -> Sources:
     counts = np.asarray(table[:, COUNTS : COUNTS + N_SOURCES] != 0.0)
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
     lasting = table.copy()
@@ -145,9 +168,10 @@ def _sources(segment: Segment, width: int, table: Floats, unknowns: Floats, shar
     )  # rows are means
     kept = np.flatnonzero(counts)
     said = np.where(counts, table[:, SAID : SAID + N_SOURCES], 0.0)
-    said[:, UPPER] = 0.0
+    said[:, :FUEL_FLOW] = 0.0
     lower = np.linalg.cholesky(every[np.ix_(kept, kept)])
-    return Sources(segment, width, lower, counts, said, unknowns, float(np.sqrt(np.mean(apart_n2))), share)
+    std_n = float(np.sqrt(np.mean(apart_n2)))
+    return Sources(stretch, tuple(plain_n), width, lower, counts, said, unknowns, std_n, share)
 
 
 def _wander(table: Floats) -> Floats:
@@ -161,24 +185,27 @@ def _wander(table: Floats) -> Floats:
     return np.kron(np.exp(-far) * np.outer(shape_n, shape_n), np.outer(brochure, brochure))
 
 
-def _table(segment: Segment, model_n: Floats, width: int, own_n: float, deck: Deck, place: MountPlace) -> Floats:
+def _table(
+    segment: Segment, models_n: Sequence[Floats], width: int, own_n: Sequence[float], deck: Deck, place: MountPlace
+) -> Floats:
     """Rows (n, WIDTH) as the bank of sensors keeps them (`sensors.past`), means over `width` samples."""
     thrust_n, *rest = deck_says(segment.inputs, segment.time_s, deck, place.number).T
     asked = np.column_stack(rest)
     says = np.column_stack([means(column, width) for column in asked.T])
     brochure, told = says[:, 1:4], np.all(np.isfinite(says[:, [0, 4, 5]]), axis=1, keepdims=True)
     told &= np.isfinite(means(segment.force_n, width))[:, None]  # inputs are bridged in holes, which say nothing
-    mount_n, time_s = means(model_n, width), means(segment.time_s, width)
+    mount_n, time_s = means(models_n[0], width), means(segment.time_s, width)
     table = np.zeros((len(mount_n), WIDTH))
     level_n = means(thrust_n, width)
     level_n = np.where(np.isfinite(level_n), level_n, mount_n / place.share)  # an effect may be hidden in a mount
-    table[:, T_S], table[:, LEVEL_N], table[:, OWN_N] = time_s, level_n, own_n
-    table[:, RATE_N_S] = table[:, MOUNT_RATE_N_S] = means(np.gradient(model_n / place.share, segment.dt_s), width)
+    table[:, T_S], table[:, LEVEL_N] = time_s, level_n
+    table[:, RATE_N_S] = table[:, MOUNT_RATE_N_S] = means(np.gradient(models_n[0] / place.share, segment.dt_s), width)
     table[:, FUEL_RATE_N_S] = np.nan_to_num(means(np.gradient(asked[:, 1], segment.dt_s), width))
     table[:, MACH] = means(segment.inputs["mach"], width)
     table[:, DECK_N], table[:, PER_FUEL_N], table[:, LOG_FLOW] = np.nan_to_num(says[:, [0, 4, 5]]).T
     table[:, SAID + FUEL_FLOW : COUNTS] = np.nan_to_num(brochure)
-    table[:, SAID + UPPER], table[:, COUNTS + UPPER] = mount_n, 1.0
+    for slot, (model_n, one_n) in enumerate(zip(models_n, own_n, strict=True)):
+        table[:, SAID + slot], table[:, COUNTS + slot], table[:, OWN_N + slot] = means(model_n, width), 1.0, one_n
     table[:, COUNTS + FUEL_FLOW : COUNTS + N_SOURCES] = np.isfinite(brochure) * told
     return table
 

@@ -37,7 +37,7 @@ def held_back(seen: Flown, larger: Weighed, smaller: Weighed) -> HeldBack:
     left: tuple[list[Floats], list[Floats]] = [], []
     for part in _parts(seen):
         rest, held = seen.without(part), seen.without([~flags for flags in part])
-        before, after = weigh(rest, smaller.terms), weigh(rest, larger.terms, begin=larger.numbers)
+        before, after = weigh(rest, smaller.placed), weigh(rest, larger.placed, begin=larger.numbers)
         foretold += gain - after.likelier(before)
         left[0].append(_rest_n(held, before))
         left[1].append(_rest_n(held, after))
@@ -47,9 +47,9 @@ def held_back(seen: Flown, larger: Weighed, smaller: Weighed) -> HeldBack:
 def as_recordings_scatter(seen: Flown, one: Weighed) -> Weighed:
     """As sure as recordings agree that each tell the sizes alone (Birge, Phys. Rev. 40 (1932) 207)."""
     names = seen.recordings
-    if len(names) < 2 or not one.terms:
+    if len(names) < 2 or not one.placed:
         return one
-    alone = [weigh(seen.only(name), one.terms, begin=one.numbers) for name in names]
+    alone = [weigh(seen.only(name), one.placed, begin=one.numbers) for name in names]
     squares = sum(np.square((each.numbers - one.numbers) / each.std) for each in alone)
     factor = np.sqrt(np.maximum(squares / (len(names) - 1), 1.0))
     return replace(one, covariance=one.covariance * np.outer(factor, factor))
@@ -73,7 +73,7 @@ def left_n(seen: Flown, one: Weighed) -> float:
 
 def _rest_n(seen: Flown, one: Weighed) -> Floats:
     found = []
-    for source, force_n in zip(seen.sources, one.forces_n, strict=True):
-        own = source.said + source.unknowns @ one.unknowns + source.of_mount(source.means(force_n))
+    for source, run in zip(seen.sources, one.runs, strict=True):
+        own = source.said + source.unknowns @ one.unknowns + source.of_mounts(run)
         found.append((own[:, UPPER] - source.share * own[:, FUEL_FLOW])[source.counts[:, FUEL_FLOW]])
     return np.concatenate(found)

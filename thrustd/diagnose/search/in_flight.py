@@ -2,7 +2,8 @@
 
 Sets grow one effect at a time while the next one makes the readings clearly likelier: by SURE for every law that was
 looked at, as much as it takes to be so much surer than before anything was known. It also has to foretell what is held
-back. A set that is not SURE times likelier than another one of as many effects is not told from it.
+back. A set that is not SURE times likelier than another one of as many effects is not told from it. An effect may be in
+the mount that is judged, in the engine's other one, or in both (`aboard`).
 """
 
 from collections.abc import Sequence
@@ -14,18 +15,18 @@ import numpy as np
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.newtons import newtons
+from thrustd.diagnose.search.aboard import BOTH, Placed, places, sized
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import SETS, Explained, Stretch
 from thrustd.diagnose.search.held_back import HeldBack, as_recordings_scatter, held_back, left_n
-from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.library import of_the_rubber, terms_in_flight
 from thrustd.diagnose.search.question import Given, Question, asked_for
 from thrustd.diagnose.search.told import ParameterEstimate, lines_of
 from thrustd.diagnose.search.weigh import SURE, Flown, Weighed, flown, weigh
-from thrustd.identify.regression.terms import Term, split
-from thrustd.identify.segments import DEFORMATION
-from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.identify.regression.terms import Term
+from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
 
@@ -36,7 +37,6 @@ HIDDEN = 4  # effects said that may hide
 MUCH = 4.0  # times the variance that the readings should have: something else is missing too
 AGAINST = "against the brochure"
 HELD_BACK = f"{AGAINST}, on parts held back"
-RUBBER = "rubber"
 TOLD_BY_BENCH = "remembers the deformation alone: a bench tells it, no flight"
 NOT_FORETOLD = "fits these flights, but a part held back is not foretold better with it: not named"
 NO_PROOF = "the brochure's own errors may hide an effect: none against it is no proof of a right model"
@@ -65,58 +65,28 @@ class Found:
         gain = self.best.likelier(self.nothing)
         return tuple(
             dict.fromkeys(
-                "+".join(one.words)
+                "+".join((*one.words, *one.elsewhere))
                 for one in self.sets
-                if 0 < len(one.terms) <= len(self.best.terms)
+                if 0 < len(one.placed) <= len(self.best.placed)
                 and set(one.words) != set(self.best.words)
                 and one.likelier(self.nothing) > gain - log(SURE)
             )
         )
 
 
-def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> list[Term]:
-    """Effects as terms; of a law that the model has, another size, where it is not the rubber that has it."""
-    present = {effect.name: effect for effect in spec.effects}
-    places = {(law.word, acts_on(law)) for law in map(effect_named, present)}
-    found = []
-    for effect in laws(effects):
-        known = acts_on(effect) == RUBBER and (effect.word, RUBBER) in places
-        if known or of_the_rubber(effect):
-            continue
-        if effect.name in present:
-            values = effect.neutral() | present[effect.name].parameters
-            first = next(terms_of(effect, rig))
-            centre = {name: values[name] for name in first.std}
-            found.append(replace(first, fixed=values, centre=centre, shapes=False))
-        elif (effect.word, acts_on(effect)) not in places:  # elsewhere it is another effect of one cause
-            found += terms_of(effect, rig)
-    return found
-
-
-def acts_on(effect: Effect) -> str:
-    """Where it acts: on what the rubber holds, or on what its installation does to it."""
-    return RUBBER if effect.site in ("gain", "spring", "linear") else effect.site
-
-
-def of_the_rubber(effect: Effect) -> bool:
-    """Whether it remembers, and nothing but the deformation: the bench has told it, with a load cell.
-
-    No deck is as sure, and what the rubber remembers when a log begins in flight nobody knows.
-    """
-    return set(effect.channels) <= {DEFORMATION} and (effect.n_state > 0 or effect.lags is not None)
-
-
-def searched(given: Flown, terms: Sequence[Term], certain: float, progress: Progress | None = None) -> Found:
-    """Grow the best set of these terms. `certain`: times likelier that each effect has to make the readings."""
+def searched(given: Flown, terms: Sequence[Term], progress: Progress | None = None) -> Found:
+    """Grow the best set of these terms."""
     nothing = best = weigh(given, ())
+    placed = [one for term in terms for one in places(term, given.mounts)]
     sets: list[Weighed] = [nothing]
     alone: list[tuple[float, Weighed]] = []
+    certain = SURE * len({(one.word, one.where) for one in placed})
     held, not_foretold = None, tuple[str, ...]()
     for size in range(MOST):
         if progress is not None:
             progress(size / MOST, "effects")
-        looked = _looked(given, best, [term for term in terms if term.effect.word not in best.words])
-        grown = [weigh(given, (*best.terms, one.terms[-1])) for _, one in _leading(looked)]
+        looked = _looked(given, best, placed)
+        grown = [weigh(given, one.placed) for _, one in _leading(looked)]
         sets += grown
         if size == 0:
             alone = looked
@@ -132,14 +102,17 @@ def searched(given: Flown, terms: Sequence[Term], certain: float, progress: Prog
     return Found(nothing, as_recordings_scatter(given, best), tuple(sets), tuple(alone), held, not_foretold)
 
 
-def _looked(given: Flown, best: Weighed, terms: Sequence[Term]) -> list[tuple[float, Weighed]]:
+def _looked(given: Flown, best: Weighed, placed: Sequence[Placed]) -> list[tuple[float, Weighed]]:
     """Every effect beside the best set with its shape where it begins; of its laws and starts the likeliest."""
-    found: dict[str, tuple[float, Weighed]] = {}
-    for term in terms:
-        one = weigh(given, (*best.terms, replace(term, shapes=False)), iterations=LOOK)
-        gain, word = one.likelier(best), term.effect.word
-        if word not in found or gain > found[word][0]:
-            found[word] = gain, replace(one, terms=(*best.terms, term))
+    found: dict[tuple[str, str], tuple[float, Weighed]] = {}
+    for one in placed:
+        if any(one.word == known.word and one.here == known.here for known in best.placed):
+            continue
+        begin = np.append(best.numbers, np.zeros(len(one.fixed().term.free)))
+        looked = weigh(given, (*best.placed, one.fixed()), LOOK, begin)
+        gain, place = looked.likelier(best), (one.word, one.where)
+        if place not in found or gain > found[place][0]:
+            found[place] = gain, replace(looked, placed=(*best.placed, one))
     return sorted(found.values(), key=lambda each: -each[0])
 
 
@@ -160,9 +133,9 @@ def diagnosed_in_flight(
     effects, not_judged = judgeable([*possible, *asked_for(extra, question.records)], question.records, ())
     not_judged += dict.fromkeys(NotJudged(one.word, TOLD_BY_BENCH) for one in effects if of_the_rubber(one))
     seen, terms = flown(spec, question, given), terms_in_flight(spec, effects, question.rig)
-    found = searched(seen, terms, SURE * len({term.effect.word for term in terms}), progress)
+    found = searched(seen, terms, progress)
     best, more = found.best, found.best.squares > MUCH * found.best.rows
-    grade = "cannot be told" if found.alike or not best.terms else "weak" if more else "strong"
+    grade = "cannot be told" if found.alike or not best.words else "weak" if more else "strong"
     left = *found.left_n(seen), expected_n(seen)
     advice = _advice(question.base, seen, found, left, more)
     return DiagnoseReport(
@@ -189,16 +162,15 @@ def expected_n(seen: Flown) -> float:
 
 def numbers_of(base: Base, one: Weighed) -> list[ParameterEstimate]:
     """Sizes of the effects of a set."""
-    parts = zip(one.terms, split(one.terms, one.numbers), split(one.terms, one.std), strict=True)
-    specs = [(term, EffectSpec(term.effect.name, term.values(v), term.sigma(v, sigma))) for term, v, sigma in parts]
-    return [line for term, found in specs for line in lines_of(base, term, found)]
+    parts = sized(one.placed, one.numbers, one.std)
+    return [line for each, found in parts if each.here for line in lines_of(base, each.term, found)]
 
 
 def several_flights(seen: Flown, base: Base, best: Weighed) -> list[str]:
     """What every recording says alone, beside what all say together."""
-    if not best.terms or len(seen.recordings) < 2:
+    if not best.words or len(seen.recordings) < 2:
         return []
-    alone = {name: numbers_of(base, weigh(seen.only(name), best.terms)) for name in seen.recordings}
+    alone = {name: numbers_of(base, weigh(seen.only(name), best.placed)) for name in seen.recordings}
     found = []
     for i, all_say in enumerate(numbers_of(base, best)):
         each = [(name, numbers[i]) for name, numbers in alone.items() if i < len(numbers)]
@@ -219,7 +191,9 @@ def _advice(base: Base, seen: Flown, found: Found, left: tuple[float, float, flo
         advice.append(f"these data do not tell {' and '.join(best.words)} from {' or '.join(found.alike)}")
     if found.not_foretold:
         advice.append(f"{' and '.join(found.not_foretold)} {NOT_FORETOLD}")
-    if not best.terms:
+    if best.elsewhere:
+        advice.append(f"{seen.mounts[1].place.mount} is not as its model says, alone: {' and '.join(best.elsewhere)}")
+    if not best.words:
         advice += [NO_PROOF, *_may_hide(base, found)]
     return advice + several_flights(seen, base, best)
 
@@ -227,48 +201,60 @@ def _advice(base: Base, seen: Flown, found: Found, left: tuple[float, float, flo
 def _may_hide(base: Base, found: Found) -> list[str]:
     """Of the effects looked at alone: what their intervals hold, and how much force that is."""
     plain = np.concatenate(found.nothing.forces_n)
-    held = []
+    held: dict[str, tuple[float, str]] = {}
     for _, one in found.looked:
-        term = replace(one.terms[-1], shapes=False)
-        numbers = numbers_of(base, replace(one, terms=(term,)))
+        numbers = numbers_of(base, replace(one, placed=(one.placed[-1].fixed(),)))
         if len(numbers) == 1 and one.numbers[0] != 0.0:
             (number,) = numbers
             per_sigma_n = rms(np.concatenate(one.forces_n) - plain) / abs(float(one.numbers[0]))
             most_n = per_sigma_n * (abs(float(one.numbers[0])) + SIGMAS_95 * float(one.std[0]))
-            held.append((most_n, f"{number.effect} {number.value:.2g} +- {number.half_width:.1g} {number.unit}"))
-    lines = [f"{line} ({newtons(most_n)} N)" for most_n, line in sorted(held, reverse=True)[:HIDDEN]]
+            held[number.effect] = max(
+                held.get(number.effect, (0.0, "")),
+                (most_n, f"{number.effect} {number.value:.2g} +- {number.half_width:.1g} {number.unit}"),
+            )
+    lines = [f"{line} ({newtons(most_n)} N)" for most_n, line in sorted(held.values(), reverse=True)[:HIDDEN]]
     return [f"what may hide (95 %, each alone): {'; '.join(lines)}"] if lines else []
 
 
 def _candidates(spec: ModelSpec, seen: Flown, base: Base, found: Found) -> list[CandidateReport]:
     before_n, after_n = found.left_n(seen)
     numbers, said = numbers_of(base, found.best), []
-    for term in found.best.terms:
-        word = term.effect.word
+    for placed in found.best.placed:
+        word = placed.word
+        if not placed.here:
+            continue
         others = [other for other in found.best.words if other != word]
         together = f" together with {' and '.join(others)}" if others else ""
         gain = found.best.likelier(found.nothing) / log(10)
         line = f"{word}{together}: what mount and brochure say is 10^{gain:.0f} times likelier than with no effect"
-        line += f"; {newtons(before_n)} -> {newtons(after_n)} N on parts held back"
+        line += f"; {newtons(before_n)} -> {newtons(after_n)} N on parts held back{_where(placed, seen)}"
         own = tuple(n for n in numbers if n.effect == word)
-        said.append(CandidateReport(word, term.effect.name, before_n, after_n, own, found.alike, line, True))
+        said.append(CandidateReport(word, placed.term.effect.name, before_n, after_n, own, found.alike, line, True))
     present = {effect_named(effect.name).word for effect in spec.effects}
     plain_n = left_n(seen, found.nothing)
     for gain, one in found.looked:
-        term = one.terms[-1]
-        if term.effect.word in (*found.best.words, *present):
+        placed = one.placed[-1]
+        if placed.word in (*found.best.words, *present) or not placed.here:
             continue
+        present.add(placed.word)
         alone_n = min(plain_n, left_n(seen, one))
-        line = f"{term.effect.word} alone: 10^{gain / log(10):.0f} times as likely, at a linear look"
-        said.append(CandidateReport(term.effect.word, term.effect.name, plain_n, alone_n, (), (), line, False))
+        line = f"{placed.word} alone: 10^{gain / log(10):.0f} times as likely, at a linear look"
+        said.append(CandidateReport(placed.word, placed.term.effect.name, plain_n, alone_n, (), (), line, False))
     return said
+
+
+def _where(placed: Placed, seen: Flown) -> str:
+    """In words, where there is a choice."""
+    if len(seen.mounts) == 1:
+        return ""
+    return f"; {seen.mounts[1].place.mount} {'shows it too' if placed.where == BOTH else 'does not show it'}"
 
 
 def _explained(seen: Flown, found: Found) -> Explained:
     """The best set and the best other one, sample by sample."""
-    ordered = sorted((one for one in found.sets if one.terms), key=lambda one: -one.likelier(found.nothing))
+    ordered = sorted((one for one in found.sets if one.words), key=lambda one: -one.likelier(found.nothing))
     others = [one for one in ordered if one.words != found.best.words]
-    sets = [found.best, *others][:SETS] if found.best.terms else others[:SETS]
+    sets = [found.best, *others][:SETS] if found.best.words else others[:SETS]
     stretches = []
     for i, source in enumerate(seen.sources):
         s, plain = source.segment, found.nothing.forces_n[i]
@@ -276,7 +262,7 @@ def _explained(seen: Flown, found: Found) -> Explained:
         stretches.append(Stretch(s.time_s, s.dt_s, s.inputs, s.force_n - plain, explained_n))
     return Explained(
         tuple(one.words for one in sets),
-        tuple(tuple(term.effect.name for term in one.terms) for one in sets),
+        tuple(tuple(placed.term.effect.name for placed in one.placed if placed.here) for one in sets),
         tuple(left_n(seen, one) for one in sets),
         tuple(stretches),
     )

@@ -32,6 +32,7 @@ RATE_MM_S = 0.015  # of such a mount while it moves
 TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
 WIDE = 1e4  # the same where it is of a user's formula
 KNOTS = 6  # of a free curve
+RUBBER = "rubber"
 CONTAINED = ("hysteresis_prandtl_ishlinskii",)  # by `hysteresis_stops`
 
 
@@ -111,6 +112,38 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
     for values in itertools.product(*(_starts(effect, p, rig) for p in shape)):
         term = at_start(effect, std, dict(zip([p.name for p in shape], values, strict=True)))
         yield replace(term, shapes=effect is not STOPS or rig.growth is None)
+
+
+def terms_in_flight(spec: ModelSpec, effects: Sequence[Effect], rig: Rig) -> list[Term]:
+    """Effects as terms; of a law that the model has, another size, where it is not the rubber that has it."""
+    present = {effect.name: effect for effect in spec.effects}
+    places = {(law.word, acts_on(law)) for law in map(effect_named, present)}
+    found = []
+    for effect in laws(effects):
+        known = acts_on(effect) == RUBBER and (effect.word, RUBBER) in places
+        if known or of_the_rubber(effect):
+            continue
+        if effect.name in present:
+            values = effect.neutral() | present[effect.name].parameters
+            first = next(terms_of(effect, rig))
+            centre = {name: values[name] for name in first.std}
+            found.append(replace(first, fixed=values, centre=centre, shapes=False))
+        elif (effect.word, acts_on(effect)) not in places:  # elsewhere it is another effect of one cause
+            found += terms_of(effect, rig)
+    return found
+
+
+def acts_on(effect: Effect) -> str:
+    """Where it acts: on what the rubber holds, or on what its installation does to it."""
+    return RUBBER if effect.site in ("gain", "spring", "linear") else effect.site
+
+
+def of_the_rubber(effect: Effect) -> bool:
+    """Whether it remembers, and nothing but the deformation: the bench has told it, with a load cell.
+
+    No deck is as sure, and what the rubber remembers when a log begins in flight nobody knows.
+    """
+    return set(effect.channels) <= {DEFORMATION} and (effect.n_state > 0 or effect.lags is not None)
 
 
 def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:

@@ -26,13 +26,14 @@ from thrustd.records.roles import roles_of
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What is known beside the model: priors of the rig (none: PH-LAB's), records of the bench, the reference."""
+    """Known beside the model: priors of the rig (none: PH-LAB's), records of the bench, reference, other mounts."""
 
     rig: RigPriors | None = None
     bench: Sequence[Recording] = ()
     against: str = ""
     mount: MountPlace | None = None
     deck: Deck | None = None
+    others: Sequence[tuple[MountPlace, ModelSpec]] = ()  # mounts of the same engine, as they fly
 
 
 NOTHING = Given()
