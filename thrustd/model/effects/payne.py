@@ -5,8 +5,8 @@
 Kraus' law for the storage modulus, G = G_inf + (G_0 - G_inf) / (1 + (a / a_c)^2m), with velocity at the running speed
 for amplitude a. softening is (G_0 - G_inf) / G_0. Recovers when the shaking stops; scales with force, unlike
 vibration rectification, and follows the present vibration, unlike Mullins, which follows the largest load ever. The
-thesis saw none for radial vibration on axial stiffness. Valid for filled rubber; left out: recovery time, frequency
-of the vibration.
+thesis saw none for radial vibration on axial stiffness. Valid for filled rubber; left out: frequency of the
+vibration, the time it takes (see `payne_recovering`).
 """
 
 from collections.abc import Mapping
