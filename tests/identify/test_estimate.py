@@ -1,13 +1,10 @@
 """Estimation of any parameters through the stages of a model."""
 
-import tracemalloc
-
 import msgspec
 import numpy as np
 import pytest
 
 from thrustd.core.errors import ModelError, RecordingError
-from thrustd.identify.covariance import coloured, covariance
 from thrustd.identify.estimate import estimate
 from thrustd.identify.parameters import pack, unpack
 from thrustd.identify.segments import segments_of
@@ -61,11 +58,9 @@ def only(spec, data):
 
 
 def fitted(spec, data, which, **options):
-    """(values by name, one sigma by name, RMS of the residual, N)."""
+    """(values by name, RMS of the residual, N)."""
     found = estimate(spec, [only(spec, data)], which, **options)
-    vector = pack(found.spec, which)
-    std = np.sqrt(np.diag(coloured(*jacobian(found.spec, only(spec, data), vector))))
-    return vector.as_dict(), dict(zip(vector.names, std, strict=True)), found.rmse_n
+    return pack(found.spec, which).as_dict(), found.rmse_n
 
 
 def test_packing_and_unpacking_everything_changes_nothing():
@@ -139,11 +134,10 @@ def test_effects_and_curves_are_found_again():
     )
     data = record(truth, noise_n=10.0)
     start = mount(output_curve=PiecewiseLinear([0.0, 1.2], [0.0, 5800.0]))
-    values, std, rmse_n = fitted(start, data, ["axial_inertia.*", "engine_weight.*", "output_curve.y.*"])
+    values, rmse_n = fitted(start, data, ["axial_inertia.*", "engine_weight.*", "output_curve.y.*"])
     assert rmse_n == pytest.approx(10.0, rel=0.03)
     for name, true in (("axial_inertia.mass_kg", 186.5), ("engine_weight.stiffening_1_n", 1e-5)):
-        assert abs(values[name] - true) < 4 * std[name]
-        assert std[name] < 0.2 * true
+        assert values[name] == pytest.approx(true, rel=0.02)
 
 
 def test_time_constants_are_found_again():
@@ -155,47 +149,11 @@ def test_time_constants_are_found_again():
     assert sorted(mode.gain for mode in modes) == pytest.approx([-0.3, -0.2], rel=0.02)
 
 
-def test_uncertainty_needs_no_copy_of_the_sensitivities():
-    rng = np.random.default_rng(4)
-    columns, missed = rng.normal(size=(100_000, 20)), rng.normal(size=100_000)
-    tracemalloc.start()
-    coloured(missed, columns)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < 0.8 * columns.nbytes
-
-
-def test_coloured_residuals_widen_the_uncertainty():
-    truth = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0})])
-    clean = record(truth)
-    rng = np.random.default_rng(5)
-    white = rng.normal(0, 10, len(clean))
-    slow = np.convolve(white, np.ones(400) / 20, mode="same")
-    stds = []
-    for noise in (white, slow):
-        noisy = clean.with_channels(force_N=clean["force_N"] + noise)
-        stds.append(fitted(truth, noisy, ["axial_inertia.*"])[1]["axial_inertia.mass_kg"])
-    assert stds[1] > 5 * stds[0]
-
-
-def test_the_stated_uncertainty_covers_the_spread():
-    truth = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0})])
-    clean = record(truth, n=4000)
-    errors = []
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        noise = np.convolve(rng.normal(0, 10, len(clean) + 100), np.ones(50) / 7, mode="same")[: len(clean)]
-        noisy = clean.with_channels(force_N=clean["force_N"] + noise)
-        values, std, _ = fitted(truth, noisy, ["axial_inertia.*"])
-        errors.append((values["axial_inertia.mass_kg"] - 100.0) / std["axial_inertia.mass_kg"])
-    assert 0.5 < np.std(errors) < 1.6
-
-
 def test_a_prior_keeps_parameters_near_their_start():
     truth = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 100.0})])
     data = record(truth, noise_n=5.0)
     start = mount(effects=[EffectSpec("axial_inertia", {"mass_kg": 90.0})])
-    values, _, _ = fitted(start, data, ["axial_inertia.*"], prior_std={"axial_inertia.mass_kg": 1e-3})
+    values, _ = fitted(start, data, ["axial_inertia.*"], prior_std={"axial_inertia.mass_kg": 1e-3})
     assert values["axial_inertia.mass_kg"] == pytest.approx(90.0, abs=0.5)
 
 
@@ -235,8 +193,3 @@ def test_too_short_a_record_is_refused():
     data = record(mount()).rows(slice(0, 10))
     with pytest.raises(RecordingError, match="too short"):
         segments_of([data])
-
-
-def test_sensitivities_that_are_no_numbers_are_refused_in_one_line():
-    with pytest.raises(ModelError, match="not finite"):
-        covariance(np.array([[np.inf]]), np.eye(1), 0.0)

@@ -1,4 +1,4 @@
-"""What makes a fitted model an artifact: error by region, uncertainty, provenance, witness rows."""
+"""What makes a fitted model an artifact: error by region, provenance, witness rows."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -9,12 +9,10 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.signals import CATALOGUE
-from thrustd.identify.covariance import coloured
 from thrustd.identify.error_map import error_map
 from thrustd.identify.first_state import begun_at, level_of, levels_of
-from thrustd.identify.parameters import pack
-from thrustd.identify.segments import DEFORMATION, Segment, head
-from thrustd.identify.sensitivity import jacobian, residuals, segments_for
+from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.identify.sensitivity import residuals, segments_for
 from thrustd.model.artifact import ModelSpec, PiecewiseLinear, Witness
 from thrustd.model.compile import model_stages, witness_of
 from thrustd.records.once import columns_sha256
@@ -22,7 +20,6 @@ from thrustd.records.recording import Recording
 from thrustd.records.roles import COLUMNS, roles_of
 
 WITNESS_BEYOND = 0.1  # of the valid range, on either side of it
-STD_SAMPLES = 50_000  # stretch on which the uncertainty is computed; scaled to the whole by the square root of length
 DATES = ("date", "recorded", "start_time", "start", "date_utc")
 
 
@@ -32,12 +29,11 @@ def finished(
     held_out: Sequence[Recording],
     options: Mapping[str, str | float],
 ) -> ModelSpec:
-    """Add what was measured about a model: error map on held-out records, uncertainty, provenance, witness."""
+    """Add what was measured about a model: error map on held-out records, provenance, witness."""
     segments = segments_for(spec, train)
     measured = msgspec.structs.replace(
         spec,
         error=error_map(spec, _begun(spec, segments, segments_for(spec, held_out))),
-        parameter_std={} if spec.posterior is not None else parameter_std(spec, segments),
         provenance=provenance(train, held_out, options),
     )
     return msgspec.structs.replace(measured, witness=witness_rows(measured, 1.0 / segments[0].dt_s))
@@ -51,22 +47,6 @@ def _begun(spec: ModelSpec, seen: Sequence[Segment], held_out: Sequence[Segment]
 
     told = levels_of(blind, seen)
     return [begun_at(s, level_of(blind, s, told)) for s in held_out]
-
-
-def parameter_std(spec: ModelSpec, segments: Sequence[Segment]) -> dict[str, float]:
-    """One sigma of the model's numbers, residual colour included; the ends of f and the direct gain fix the units."""
-    last = len(getattr(spec.input_curve, "y", [])) - 1
-    fixed = {"linear.direct", "output_linear.direct", "input_curve.y.0", f"input_curve.y.{last}"}
-    names = [name for name in pack(spec).names if name not in fixed and name.partition(".")[0] in CORE]
-    total = sum(len(segment) for segment in segments)
-    part = head(max(segments, key=len), STD_SAMPLES)
-    vector = pack(spec, names)
-    variance = np.diag(coloured(*jacobian(spec, part, vector)))
-    std = np.sqrt(np.maximum(variance, 0.0) * len(part) / total)
-    return dict(zip(vector.names, map(float, std), strict=True))
-
-
-CORE = ("input_curve", "linear", "output_curve", "output_linear")
 
 
 def provenance(

@@ -164,7 +164,6 @@ class ModelSpec(Struct, frozen=True):
     output_linear: LinearBlock | None = None  # behind the output curve: Wiener-Hammerstein
     effects: list[EffectSpec] = []
     error: ErrorMap | None = None
-    parameter_std: dict[str, float] = {}
     provenance: dict[str, str | float | list[str]] = {}
     ledger: list[LedgerEntry] = []
     witness: Witness | None = None

@@ -1,5 +1,7 @@
 """The regression: exact gradients, the floor on an unknown mount, groups that switch themselves off, its artifact."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +10,8 @@ from scipy.signal import lfilter
 
 from thrustd.identify.first_state import begun_at
 from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.general import MOUNT
+from thrustd.identify.regression.hypotheses import explained
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.regress import first_point, prepared, regress
 from thrustd.identify.regression.solve import bounded, noise_level
@@ -146,6 +150,15 @@ def test_the_posterior_comes_back():
     assert np.allclose(point_of(stored).vector(shape), found.point.vector(found.shape)[:n])
     across = found.information[:n, n:] @ np.linalg.solve(found.information[n:, n:], found.information[n:, :n])
     assert np.allclose(information_of(stored), found.information[:n, :n] - across)
+
+
+def test_the_posterior_of_a_model_of_few_modes_is_the_same_model():
+    d, _, y = mount(5000)
+    found = explained([segment(d, y)], replace(MOUNT, order=2))
+    stored, record = kept(found), Record(d, y, DT_S, 0.0)
+    bare = replace(found.shape, terms=()), replace(found.point, terms=np.zeros(0))
+    assert np.allclose(simulate(shape_of(stored), point_of(stored), record), simulate(*bare, record))
+    assert np.linalg.eigvalsh(information_of(stored)).min() > 0.0
 
 
 @given(st.integers(0, 10_000))

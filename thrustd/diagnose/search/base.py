@@ -20,7 +20,7 @@ from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import FRICTION
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.identify.segments import DEFORMATION, Segment
-from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.artifact import EffectSpec, ModelSpec, Posterior
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats, jit
@@ -59,9 +59,9 @@ class Base:
 
 def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segment] = ()) -> Base:
     """Prior of a joint regression on these segments; what the lags remember at their starts is part of it."""
-    if bench and spec.posterior is not None:
+    if bench and learnt(spec) is not None:
         raise ModelError(f"{spec.name}: it carries what its own bench said; expected a model without, or no --bench")
-    stored = kept(regress(bench)) if bench else spec.posterior
+    stored = kept(regress(bench)) if bench else learnt(spec)
     if stored is not None:
         scale = stored.output_scale
         bare = shape_of(stored), point_of(stored), information_of(stored)
@@ -89,6 +89,11 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
     wide[: shape.n, : shape.n] = information
     full = replace(shape, terms=terms)
     return Base(full, replace(point, terms=np.zeros(count)), wide, noise, promised)
+
+
+def learnt(spec: ModelSpec) -> Posterior | None:
+    """What the bench said of rubber; a general system's own numbers hold no effects, it is asked as any other model."""
+    return spec.posterior if spec.posterior is not None and spec.posterior.passive else None
 
 
 def _promised(spec: ModelSpec, segments: Sequence[Segment]) -> float:

@@ -10,7 +10,7 @@ from thrustd.core.aircraft import MountPlace
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, referenced
-from thrustd.diagnose.search.base import Base, base_of, records_of
+from thrustd.diagnose.search.base import Base, base_of, learnt, records_of
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
 from thrustd.diagnose.search.records import stretches
@@ -65,7 +65,7 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     bench = stretches(spec, given.bench) if given.bench else []
     priors = given.rig or shipped_rig()
     base = replace(base_of(spec, segments, bench), roles=roles_of(records), calibration=priors.calibration)
-    if spec.posterior is None and not given.bench:
+    if learnt(spec) is None and not given.bench:
         base = replace(base, own_mse=_own_mse(spec, segments) / base.scale**2)
     rows = records_of(base, spec, segments)
     return Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))

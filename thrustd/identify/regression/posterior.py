@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
@@ -16,18 +16,19 @@ from thrustd.model.effects.hysteresis_stops import GROWTH, WEIGHTS
 
 
 def kept(found: Solution) -> Posterior:
-    """Mean and information of the base, effects and where each record began integrated out."""
-    shape = found.shape
-    n = shape.parts()["terms"].start
-    base = _over(found.information, n)
+    """Mean and information of the base; effects, where poles may lie and each record began are integrated out."""
+    shape, where = found.shape, found.shape.parts()
+    own = np.arange(shape.n) < where["terms"].start
+    own[where["log_tau"]] = own[where["log_pole"]] = False
+    base = _over(found.information, own)
     grid, h_grid = shape.f_grid, shape.h_grid
-    lower = base[np.tril_indices(n)]
+    lower = base[np.tril_indices(len(base))]
     return Posterior(
         (grid.low, grid.high, grid.n),
         shape.zero,
         [float(tau) for tau in np.exp(found.point.log_tau)],
         shape.output_scale,
-        [float(value) for value in found.point.vector(shape)[:n]],
+        [float(value) for value in found.point.vector(shape)[own]],
         [float(value) for value in lower],
         float(np.sqrt(found.noise_variance)) * shape.output_scale,
         float(np.sqrt(found.mean_square)) * shape.output_scale,
@@ -75,16 +76,14 @@ def with_own_stops(found: Solution) -> Solution:
         grows=shape.grows or len(grew) > 0,
         terms=tuple(one for one in shape.terms if one is not term),
     )
-    information = _over(turn.T @ found.information @ turn, len(order))
+    information = _over(turn.T @ found.information @ turn, np.arange(turn.shape[1]) < len(order))
     return replace(found, shape=gathered, point=found.point.at(gathered, new), information=information, free=free)
 
 
-def _over(information: Floats, n: int) -> Floats:
-    """Information (n, n) of the first n numbers, whatever the others are."""
-    if n == len(information):
-        return information
-    across = information[:n, n:]
-    known: Floats = information[:n, :n] - across @ np.linalg.lstsq(information[n:, n:], across.T, rcond=None)[0]
+def _over(information: Floats, own: Flags) -> Floats:
+    """Information of these numbers, whatever the others are."""
+    across, others = information[np.ix_(own, ~own)], information[np.ix_(~own, ~own)]
+    known: Floats = information[np.ix_(own, own)] - across @ np.linalg.lstsq(others, across.T, rcond=None)[0]
     return known
 
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 import msgspec
 
 from thrustd.identify.regression.general import Asked
+from thrustd.identify.regression.posterior import kept
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.block_fits import BlockFits
@@ -25,7 +26,8 @@ def _structure(name: str, title: str, family: Family, asked: Asked) -> Structure
     def fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
         wished = replace(asked, order=asked.order or fits.wish.order, segments=fits.wish.segments)
         found = fits.of(segments, wished, progress)
-        return of_spec(msgspec.structs.replace(found.spec, structure=name), found.n_parameters)
+        spec = msgspec.structs.replace(found.spec, structure=name, posterior=kept(found.found))
+        return of_spec(spec, found.n_parameters)
 
     return Structure(name, title, family, fit)
 
