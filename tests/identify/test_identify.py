@@ -11,12 +11,10 @@ from thrustd.identify.checks import check_records
 from thrustd.identify.identify import identify, split
 from thrustd.identify.regression.general import Asked
 from thrustd.identify.report import as_table, errors_of
-from thrustd.identify.segments import FORCE, segments_of, thinned
-from thrustd.identify.sensitivity import residuals
+from thrustd.identify.segments import FORCE, segments_of
 from thrustd.identify.structures import shelf, static, structure_named
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import Fitted, Structure
-from thrustd.identify.structures.with_effects import with_effect
 from thrustd.model.artifact import (
     EffectSpec,
     LinearBlock,
@@ -98,9 +96,10 @@ def test_friction_is_found_beyond_the_core(bench):
         "loop",
         {"time_s": np.arange(6000) / 20, "deformation_mm": bench[0]["deformation_mm"], "force_N": force_n},
     )
-    segments = thinned(segments_of([data]), 6000)
-    fitted = with_effect(core, "hysteresis", segments)
-    assert np.std(residuals(fitted, segments[0])) < 0.3 * np.std(residuals(core, segments[0]))
+    fitted = structure_named("hw-pwl+bouc-wen").fit(segments_of([data]), BlockFits(), None)
+    [rubs] = fitted.spec.effects
+    assert rubs.parameters["friction_n"] == pytest.approx(120.0, rel=0.1)
+    assert fitted.spec.structure == "hw-pwl+bouc-wen"
 
 
 def test_an_unstable_free_run_is_reported_and_no_crash(bench):
@@ -124,9 +123,14 @@ def test_a_structure_that_cannot_be_fitted_is_a_line_of_the_table_and_no_end_of_
         identify([bench[0]], [bench[1]], ["static-pwl"])
 
 
-def test_weight_without_its_channel_is_left_out_with_a_word(bench):
+def test_weight_is_a_second_input(bench):
     structure = structure_named("hw-pwl+weight")
     assert structure.channels == ("accel_z_g",)
+    load_g = 1.0 + 0.5 * np.sin(np.arange(6000) / 100)
+    force_n = bench[0][FORCE] * (1.0 + 2e-5 * 1081.0 * (load_g - 1.0))
+    data = bench[0].with_channels(accel_z_g=load_g, force_N=force_n)
+    fitted = structure.fit(segments_of([data], structure.channels), BlockFits(), None)
+    assert fitted.spec.effects[-1].parameters["stiffening_1_n"] == pytest.approx(2e-5, rel=0.1)
 
 
 def test_unknown_structures_are_named():

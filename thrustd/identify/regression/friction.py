@@ -29,18 +29,18 @@ def play_of(d: Floats) -> float:
     return float(NOISE * np.quantile(bends, CALM) / (AT_CALM * np.sqrt(6.0))) if len(bends) else 0.0
 
 
-def yielding(d: Sequence[Floats], scale: float) -> Term:
-    """The element for these deformations and this spread of the output."""
+def yielding(d: Sequence[Floats], scale: float, play: float | None = None) -> Term:
+    """The element for these deformations and this spread of the output; play: None for that of their noise."""
     travel = max(float(x.max()) for x in d) - min(float(x.min()) for x in d)
-    shape = {"yield_mm": YIELD * travel, "deadband_mm": max(map(play_of, d))}
+    shape = {"yield_mm": YIELD * travel, "deadband_mm": max(map(play_of, d)) if play is None else play}
     return at_start(EFFECT, {"friction_n": SIZE * scale}, shape)
 
 
-def yielding_of(found: Solution) -> list[EffectSpec]:
-    """What of it the data found; nothing where that is a tenth of the noise."""
+def effects_of(found: Solution) -> list[EffectSpec]:
+    """What is beside the core as it flies; friction that is a tenth of the noise does not."""
     where = found.shape.parts()["terms"]
     terms, numbers = found.shape.terms, found.point.terms
     least = WITHIN * float(np.sqrt(found.mean_square)) * found.shape.output_scale
     parts = zip(terms, split(terms, numbers), split(terms, std_of(found)[where]), strict=True)
-    told = [(term.values(own), term.sigma(own, std)) for term, own, std in parts if term.effect is EFFECT]
-    return [EffectSpec(EFFECT.name, values, std) for values, std in told if values["friction_n"] > least]
+    told = [EffectSpec(term.effect.name, term.values(own), term.sigma(own, std)) for term, own, std in parts]
+    return [e for e in told if e.name != EFFECT.name or e.parameters["friction_n"] > least]

@@ -78,7 +78,8 @@ def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:
             s.force_n / shape.output_scale,
             s.dt_s,
             shape.zero if shape.passive else float(s.inputs[DEFORMATION][0]),
-            place=place if shape.begun else None,
+            s.inputs,
+            place if shape.begun else None,
         )
         for place, s in enumerate(segments)
     ]

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import msgspec
 
-from thrustd.identify.regression.friction import yielding_of
+from thrustd.identify.regression.friction import effects_of
 from thrustd.identify.regression.hypotheses import resolved
 from thrustd.identify.regression.posterior import kept
 from thrustd.identify.regression.solve import Progress, Solution
@@ -27,10 +27,9 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
 
 def fitted_from(found: Solution, segments: Sequence[Segment], wanted: int | None = None) -> Fitted:
     """A solution as a structure's result, ready to go on with more data; `wanted`: segments of its tables."""
-    spec, rubs = spec_of(found, segments, "mount", wanted), yielding_of(found)
-    posterior = kept(found) if found.shape.passive else None
+    spec, rubs = spec_of(found, segments, "mount", wanted), effects_of(found)
     spec = msgspec.structs.replace(
-        spec, effects=[*spec.effects, *rubs], structure=NAME if rubs else spec.structure, posterior=posterior
+        spec, effects=[*spec.effects, *rubs], structure=NAME if rubs else spec.structure, posterior=kept(found)
     )
 
     def again(more: Sequence[Segment]) -> Fitted:
