@@ -158,7 +158,8 @@ def test_the_posterior_of_a_model_of_few_modes_is_the_same_model():
     stored, record = kept(found), Record(d, y, DT_S, 0.0)
     bare = replace(found.shape, terms=()), replace(found.point, terms=np.zeros(0))
     assert np.allclose(simulate(shape_of(stored), point_of(stored), record), simulate(*bare, record))
-    assert np.linalg.eigvalsh(information_of(stored)).min() > 0.0
+    eigenvalues = np.linalg.eigvalsh(information_of(stored))
+    assert eigenvalues.min() > -1e-12 * eigenvalues.max()
 
 
 @given(st.integers(0, 10_000))
