@@ -119,6 +119,40 @@ def test_sample_by_sample_equals_block(name):
 
 
 @pytest.mark.parametrize("name", EFFECTS)
+def test_a_gain_multiplies_whatever_the_force_is(name):
+    """So its factor is found without the force."""
+    effect = effect_named(name)
+    if effect.site != "gain":
+        return
+    out, u, v = run(effect, effect.neutral() | {p.name: p.starts[-1] for p in effect.parameters}, record())
+    stage = effect.stage(effect.neutral() | {p.name: p.starts[-1] for p in effect.parameters}, DT_S)
+    assert stage.run(stage.start(u[0], 1.0), u, np.ones(len(v))) * v == pytest.approx(out, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_what_is_added_goes_in_proportion_to_its_amplitudes(name):
+    """Together they add what each adds alone, also where one pass tells all of them."""
+    effect = effect_named(name)
+    if effect.site != "force":
+        return
+    u, v = inputs_of(effect, record())
+    nothing = np.zeros_like(v)
+
+    def alone(sizes):
+        stage = effect.stage(effect.neutral() | sizes, DT_S)
+        return stage.run(stage.start(u[0], 0.0), u, nothing)
+
+    amplitudes = [p for p in effect.parameters if p.amplitude]
+    each = np.column_stack([alone({p.name: p.starts[0]}) for p in amplitudes])
+    assert alone({p.name: 2.0 * p.starts[0] for p in amplitudes}) == pytest.approx(2.0 * each.sum(axis=1), abs=1e-9)
+    if effect.elements is not None:
+        stage = effect.stage(effect.neutral() | {p.name: 1.0 for p in amplitudes}, DT_S)
+        out = np.empty_like(each)
+        effect.elements(stage.start(u[0], 0.0), stage.c, u, np.ones(len(v), bool), out)
+        assert out * [p.starts[0] for p in amplitudes] == pytest.approx(each, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
 def test_starts_at_rest(name):
     """Where nothing moves and no time passes, nothing drifts."""
     effect = effect_named(name)

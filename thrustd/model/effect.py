@@ -54,6 +54,7 @@ class Effect:
     initial: Callable[[Floats, Floats, Floats, float], None] | None = None
     variant_of: str = ""  # another formulation of that effect; reports use that word
     lags: Callable[[Mapping[str, float]], list[tuple[float, float]]] | None = None  # of a linear one: tau_s, gain
+    elements: Any = None  # compiled (x, c, u, wanted, out): what each of many amplitudes adds by 1, all in one pass
     ahead_s: Callable[[Mapping[str, float]], float] | None = None  # lateness of the reading: only a record can undo it
 
     @property

@@ -60,6 +60,7 @@ def _modulated(name: str, channel: str, effect: Effect) -> Effect:
         variant_of=f"{effect.word}{BY}{channel}" if effect.variant_of else "",
         equation=f"{effect.equation}, times max(({channel} - a) / (b - a), 0)",
         lags=None,
+        elements=None,
         ahead_s=None,
     )
 

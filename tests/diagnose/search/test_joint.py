@@ -10,7 +10,7 @@ from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.base import base_of, records_of
 from thrustd.diagnose.search.diagnose import diagnose
-from thrustd.diagnose.search.joint import joint_fit
+from thrustd.diagnose.search.joint import SEARCHED, counted, joint_fit, told
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.ranking import begin_at, look
@@ -150,3 +150,20 @@ def test_friction_that_grows_with_the_travel_is_added_with_its_growth():
     [friction] = [effect for effect in wider.effects if effect.name == "hysteresis_stops"]
     assert friction.parameters["growth"] == pytest.approx(2.0 * friction.parameters["travel_mm"], rel=0.4)
     assert point_of(wider.posterior).growth[0] == friction.parameters["growth"]
+
+
+def test_few_samples_rank_what_all_of_them_then_tell():
+    measured = record([EffectSpec("axial_inertia", {"mass_kg": 150.0})], n=3 * SEARCHED)
+    spec = mount()
+    segments = stretches(spec, [measured])
+    base = base_of(spec, segments)
+    rows = records_of(base, spec, segments)
+    few, [thin] = counted(base, rows, SEARCHED)
+    term = next(terms_of(effect_named("axial_inertia"), rig_of(rows, base, spec, shipped_rig())))
+    fit = joint_fit(few, [thin], (term,), np.array(begin_at(term)))
+    assert len(thin.known) <= SEARCHED
+    assert fit.plateau * base.scale == pytest.approx(NOISE_N, rel=0.03)  # neighbours are among them
+    whole = told(base, rows, fit)
+    assert len(whole.records[0].known) == 3 * SEARCHED
+    assert whole.std[-1] < 0.8 * fit.std[-1]
+    assert whole.mse == pytest.approx(fit.mse, rel=0.05)

@@ -7,10 +7,11 @@ from scipy.signal import lfilter
 from thrustd.identify.regression import hypotheses
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.hypotheses import Asked, explained
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import fewer
 from thrustd.identify.regression.regress import first_point
 from thrustd.identify.regression.shape import Shape
-from thrustd.identify.regression.sweep import Record, columns, simulate
+from thrustd.identify.regression.sweep import columns, simulate
 from thrustd.identify.segments import segments_of
 from thrustd.identify.structures import structure_named
 from thrustd.identify.structures.block_fits import BlockFits

@@ -13,13 +13,16 @@ from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.general import MOUNT
 from thrustd.identify.regression.hypotheses import explained
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import first_point, prepared, regress
 from thrustd.identify.regression.solve import bounded, noise_level
-from thrustd.identify.regression.sweep import Record, normal_equations, simulate
+from thrustd.identify.regression.sweep import columns, normal_equations, simulate
+from thrustd.identify.regression.terms import at_start
 from thrustd.identify.segments import Segment
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.mount import fitted_from
 from thrustd.model.compile import compile_model
+from thrustd.model.effects import effect_named
 
 DT_S, NOISE_N = 0.05, 12.0
 
@@ -191,3 +194,26 @@ def test_friction_that_yields_is_found_in_any_unit_of_the_deformation(unit):
     spec = fitted_from(other, [segment(unit * d, y)]).spec
     model = compile_model(spec, 1 / DT_S)  # refuses parameters out of their bounds
     assert np.isfinite(model.simulate(model.inputs({"deformation_mm": unit * d[:100]}))).all()
+
+
+@pytest.mark.parametrize("names", [(), ("hysteresis_stops", "thermal_stiffness"), ("thermal_expansion",)])
+def test_columns_that_a_record_keeps_are_those_of_a_run(names):
+    """Of few samples that count: core, friction and effects that add, multiply or act on the deformation."""
+    d, _, y = mount(n=3000)
+    few = np.where(np.arange(len(y)) % 7 == 0, y, np.nan)
+    warmth = {"temperature_degC": 20.0 + 5.0 * np.sin(np.arange(len(y)) / 300.0)}
+    shape, [record] = prepared([segment(d, few)])
+    effects = [effect_named(name) for name in names]
+    more = tuple(
+        at_start(effect, {p.name: 0.1 * p.starts[0] for p in effect.parameters if p.amplitude}, {})
+        for effect in effects
+    )
+    shape = replace(shape, terms=(*shape.terms, *more))
+    rng = np.random.default_rng(1)
+    point = replace(first_point(shape, [record]), gain=rng.uniform(0, 0.1, 20), stops=rng.uniform(0, 0.1, 16))
+    runs, keeps = replace(record, channels=warmth), replace(record, channels=warmth, kept={})
+    for _ in range(2):  # made, then read
+        for own, other in zip(columns(shape, point, runs), columns(shape, point, keeps), strict=True):
+            for one, same in zip(own, other, strict=True):
+                assert same == pytest.approx(one, abs=1e-7)
+    assert simulate(shape, point, keeps) == pytest.approx(simulate(shape, point, runs), abs=1e-9)

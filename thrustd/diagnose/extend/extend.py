@@ -24,7 +24,7 @@ from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import left
-from thrustd.diagnose.search.joint import Joint, joint_fit
+from thrustd.diagnose.search.joint import SEARCHED, Joint, counted, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import (
@@ -44,7 +44,7 @@ from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map
 from thrustd.identify.first_state import begun_at
 from thrustd.identify.regression.posterior import kept, with_own_stops
-from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.table import FRICTION, spec_of
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ErrorMap, ModelSpec, ValidRange
@@ -79,17 +79,18 @@ def extend(
     records, segments, base, rows = question.records, question.segments, question.base, question.rows
     for effect in chosen:
         check_channels(records, effect)
-    nothing = joint_fit(base, rows, ())
-    fit, tried = _fitted(base, rows, nothing, chosen, question.rig, progress)
+    few = counted(base, rows, SEARCHED)
+    nothing = joint_fit(*few, ())
+    fit, tried = _fitted(*few, nothing, chosen, question.rig, progress)
+    fit = pruned(*few, nothing, fit, tried)
+    same = rivals(fit, tried)
+    nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)
-    fit = pruned(base, rows, nothing, fit)
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
     was, after = (base.scale * float(np.sqrt(mse)) for mse in (left(nothing, base), fit.mse))
-    return ExtendReport(
-        written, fit.words, was, after, tuple(estimates_of(base, fit, rivals(fit, tried))), left_out, base.roles.unit
-    )
+    return ExtendReport(written, fit.words, was, after, tuple(estimates_of(base, fit, same)), left_out, base.roles.unit)
 
 
 def _fitted(
@@ -123,7 +124,7 @@ def _fitted(
     return best, all_tried
 
 
-def told(fit: Joint) -> bool:
+def _shown(fit: Joint) -> bool:
     """Whether the data tell any amplitude of the new effects from nothing."""
     found, count = fit.solution, sum(len(term.free) for term in fit.terms)
     last = found.shape.parts()["terms"].stop
@@ -134,7 +135,7 @@ def told(fit: Joint) -> bool:
 
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, base: Base) -> None:
     least = left(nothing, base)
-    if fit.mse > (1.0 - LEAST) * least or not (told(fit) or gained(nothing, fit, LEAST)):
+    if fit.mse > (1.0 - LEAST) * least or not (_shown(fit) or gained(nothing, fit, LEAST)):
         was, after = (base.scale * float(np.sqrt(mse)) for mse in (least, fit.mse))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added:"

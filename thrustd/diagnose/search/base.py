@@ -14,9 +14,9 @@ from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.first_state import level_before
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, regress
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import FRICTION
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.identify.segments import DEFORMATION, Segment

@@ -9,7 +9,7 @@ one of these leaves less than every known law, the verdict is `unknown`.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,14 +25,14 @@ from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, shows
-from thrustd.diagnose.search.joint import Joint
+from thrustd.diagnose.search.joint import SEARCHED, Joint, counted, told
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import WORTH, Ranked, gained, rank, rivals
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
-from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.record import Record
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
@@ -51,6 +51,8 @@ class Verdict:
     words: tuple[str, ...]
     fit: Joint
     channels: tuple[Followed, ...]  # what the rest follows, best first
+    alike: tuple[str, ...] = ()  # sets that are not told from it
+    rivals: tuple[Joint, ...] = ()  # the same effects by other laws
 
 
 @one_thread()
@@ -77,12 +79,17 @@ def diagnose(
     present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
     possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
     effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
-    ranked = rank(base, rows, effects, question.rig, progress)
-    verdict = judge(base, rows, ranked)
+    few = counted(base, rows, SEARCHED)
+    ranked = rank(*few, effects, question.rig, progress)
+    verdict = judge(*few, ranked)
     energy = loop_energy(records)
     turned = [energy.sentence(records)] if energy.delivers and not given.against else []
     if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
         verdict = Verdict(("unknown",), ranked.nothing, ())
+    alike, same = look_alikes(verdict.fit, ranked.fits), tuple(rivals(verdict.fit, ranked.fits))
+    nothing = told(base, rows, ranked.nothing)
+    best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
+    ranked, verdict = replace(ranked, nothing=nothing), replace(verdict, fit=best, alike=alike, rivals=same)
     report = _report(name or spec.name, question, ranked, verdict, not_judged, turned, beside)
     if progress is not None:
         progress(1.0, "done")
@@ -122,30 +129,28 @@ def _report(
 ) -> DiagnoseReport:
     base, rows = question.base, question.rows
     scale, floor = base.scale, floor_of(verdict.fit, base)
-    candidates = _candidates(base, ranked, verdict)
-    alike = next((c.separable_from for c in candidates if c.in_verdict), ())
     return DiagnoseReport(
         name,
         tuple(record.name for record in question.records),
         verdict.words,
-        tuple(candidates),
+        tuple(_candidates(base, ranked, verdict)),
         tuple(_drawn(base, rows, verdict)),
         tuple(not_judged),
-        (*turned, *_named(question.records[0]), *_advice(base, ranked, verdict, alike, not_judged)),
+        (*turned, *_named(question.records[0]), *_advice(base, ranked, verdict, not_judged)),
         scale * float(np.sqrt(left(ranked.nothing, base))),
         scale * float(np.sqrt(left(verdict.fit, base))),
         scale * floor,
         base.promised is not None,
-        _grade(base, verdict, alike),
+        _grade(base, verdict),
         more_left(base, verdict),
         explained(question, ranked) if beside else None,
         base.roles.unit,
     )
 
 
-def _grade(base: Base, verdict: Verdict, alike: Sequence[str]) -> str:
+def _grade(base: Base, verdict: Verdict) -> str:
     """strong: no other set comes near; cannot be told: another does as well; weak: more is left."""
-    if alike:
+    if verdict.alike:
         return "cannot be told"
     said = verdict.words == ("unknown",) and verdict.channels
     return "weak" if not said and more_left(base, verdict) else "strong"
@@ -160,14 +165,13 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
     """Effects of the verdict, then every other by what it would leave alone."""
     scale, nothing, best = base.scale, ranked.nothing, verdict.fit
     before, after = (scale * float(np.sqrt(left(fit, base))) for fit in (nothing, best))
-    numbers = estimates_of(base, best, rivals(best, ranked.fits))
-    alike = look_alikes(best, ranked.fits)
+    numbers = estimates_of(base, best, verdict.rivals)
     found = []
     for term in best.terms:
         word = term.effect.word
         own = tuple(n for n in numbers if n.effect == word)
         said = _said(base, best, nothing, term.effect)
-        found.append(CandidateReport(word, term.effect.name, before, after, own, alike, said, True))
+        found.append(CandidateReport(word, term.effect.name, before, after, own, verdict.alike, said, True))
     single = {fit.words[0]: fit for fit in reversed(ranked.fits) if len(fit.terms) == 1}
     seen = {report.effect for report in found}
     for looked in ranked.looked:
@@ -226,12 +230,13 @@ def _named(record: Recording) -> list[str]:
 def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Dependence]:
     """Pictures of what the rest follows."""
     missed = np.concatenate(verdict.fit.solution.normal.residuals) * base.scale
+    good = np.isfinite(missed)
     before = base.scale * float(np.sqrt(verdict.fit.mse))
     found = []
     for one in verdict.channels:
         column = np.concatenate([combined(record.channels)[one.channel][0] for record in rows])
         after = base.scale * float(np.sqrt(max(verdict.fit.mse - one.removed, 0.0)))
-        found.append(drawn(one.channel, _thin(column), _thin(missed), before, after))
+        found.append(drawn(one.channel, _thin(column[good]), _thin(missed[good]), before, after))
     return found
 
 
@@ -239,9 +244,7 @@ def _thin(column: Floats) -> Floats:
     return column[:: max(1, len(column) // 100_000)]
 
 
-def _advice(
-    base: Base, ranked: Ranked, verdict: Verdict, alike: Sequence[str], not_judged: Sequence[NotJudged]
-) -> list[str]:
+def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[NotJudged]) -> list[str]:
     floor, rest = base.scale * floor_of(verdict.fit, base), base.scale * float(np.sqrt(left(verdict.fit, base)))
     names = ", ".join(one.channel for one in verdict.channels)
     advice = []
@@ -261,10 +264,10 @@ def _advice(
             "effects are judged beside a mount's curve and relaxation, which leave"
             f" {newtons(instead)} {base.roles.unit} here: this model is of another kind, and none can be added to it"
         )
-    if alike:
-        advice.append(f"these data do not tell {' and '.join(verdict.words)} from {' or '.join(alike)}")
+    if verdict.alike:
+        advice.append(f"these data do not tell {' and '.join(verdict.words)} from {' or '.join(verdict.alike)}")
         tests = {term.effect.word: term.effect.separating_test for fit in ranked.fits for term in fit.terms}
-        words = dict.fromkeys([*verdict.words, *(word for one in alike for word in one.split("+"))])
+        words = dict.fromkeys([*verdict.words, *(word for one in verdict.alike for word in one.split("+"))])
         own = base.roles.own  # the tests speak of engines
         advice += [f"{word} alone would show so: {tests[word]}" for word in words if own and word in tests]
     return advice + not_judged_lines(not_judged)

@@ -8,10 +8,10 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.joint import Joint, joint_fit
+from thrustd.diagnose.search.joint import Joint, joint_fit, told
 from thrustd.diagnose.search.question import Question
 from thrustd.diagnose.search.ranking import SAYS, Ranked, begin_at
-from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.record import Record
 from thrustd.identify.segments import DEFORMATION
 
 SETS = 2  # the best, and the best of the others
@@ -43,8 +43,9 @@ def explained(question: Question, ranked: Ranked) -> Explained:
     base, records, sets = question.base, question.rows, _shown(ranked)
     if len(sets) < SETS:
         sets += _another(base, records, ranked, sets)
+    sets = [told(base, records, fit, sum(map(len, records))) for fit in sets]
     found = []
-    for i, (record, segment) in enumerate(zip(ranked.nothing.records, question.segments, strict=True)):
+    for i, (record, segment) in enumerate(zip(records, question.segments, strict=True)):
         time_s = record.channels["time_s"]
         own_n = np.interp(time_s, segment.time_s, segment.force_n - free_runs(question.spec, segment)[1])
         taken = tuple(own_n - base.scale * fit.solution.normal.residuals[i] for fit in sets)

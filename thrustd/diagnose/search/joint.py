@@ -14,10 +14,11 @@ from scipy.stats import t as student
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
 from thrustd.diagnose.search.base import Base, is_state
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import LEAST_ITERATIONS, Given, Solution, bounded, noise_level, prior_of, solve
-from thrustd.identify.regression.sweep import Record, columns
+from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term
 
@@ -29,6 +30,7 @@ BEGIN = 0.02  # of its prior's sigma: where an amplitude begins, so that its sha
 ITERATIONS = 12
 SMOOTH = 1e-6  # roughness of a curve that is as good as straight
 REVISIONS = 4  # of where records begin and of the noise
+SEARCHED, TOLD = 24_000, 120_000  # samples that count while sets are compared, and in the fits that are reported
 WORSE = 1.3  # times the bench's noise, or as much less: from there on the noise is that of these records
 
 
@@ -58,14 +60,18 @@ class Joint:
         return tuple(dict.fromkeys(term.effect.word for term in self.terms))
 
 
-def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], start: Floats | None = None) -> Joint:
-    """Everything together. `start`: numbers of the new terms to begin with."""
+def joint_fit(
+    base: Base, records: Sequence[Record], terms: Sequence[Term], start: Floats | None = None, like: Joint | None = None
+) -> Joint:
+    """Everything together. `start`: numbers of the new terms to begin with; `like`: a fit to begin at."""
     shape = replace(base.shape, terms=(*base.shape.terms, *terms))
     count = sum(len(term.free) for term in terms)
     begin = start if start is not None else np.full(count, BEGIN)
     point = replace(base.point, terms=np.concatenate((base.point.terms, begin)))
-    prior = _prior(base, shape)
     strengths = _strengths(base, shape)
+    if like is not None:
+        point, strengths = like.solution.point, like.solution.precisions
+    prior = _prior(base, shape)
     revised: Sequence[Record] = records
     noise: float | None = base.noise_variance
     for revision in range(REVISIONS):
@@ -84,6 +90,30 @@ def joint_fit(base: Base, records: Sequence[Record], terms: Sequence[Term], star
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std_over(found, blocks))
+
+
+def counted(base: Base, records: Sequence[Record], samples: int) -> tuple[Base, list[Record]]:
+    """At most so many samples count, all over the records, in pairs of neighbours; what remembers runs through all.
+
+    An error that lasts says as much of itself in few samples: for each of them it is so much less of a noise.
+    """
+    every = -(-sum(map(len, records)) // samples)
+    few = [
+        replace(
+            record,
+            y=record.y if every == 1 else np.where(np.arange(len(record)) // 2 % every == 0, record.y, np.nan),
+            kept={},
+        )
+        for record in records
+    ]
+    white = min(base.noise_variance, np.inf if base.promised is None else base.promised**2)
+    return replace(base, noise_variance=max(white, base.noise_variance / every)), few
+
+
+def told(base: Base, records: Sequence[Record], fit: Joint, samples: int = TOLD) -> Joint:
+    """A fit of few samples by as many as a report is made of."""
+    every, few = (sum(len(record.known) for record in each) for each in (records, fit.records))
+    return fit if few == every else joint_fit(*counted(base, records, samples), fit.terms, like=fit)
 
 
 def _strengths(base: Base, shape: Shape) -> dict[str, float]:

@@ -16,8 +16,8 @@ from thrustd.diagnose.search.base import STATE_OF, Base
 from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import play_of
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.stops import at_rest, run_stops
-from thrustd.identify.regression.sweep import Record
 from thrustd.identify.regression.table import growth_of, travel_of
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.model.artifact import ModelSpec

@@ -15,7 +15,7 @@ from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import RigPriors, shipped_rig
-from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.record import Record
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect

@@ -26,7 +26,7 @@ from thrustd.diagnose.search.screen import (
     screened_pairs,
     table_of,
 )
-from thrustd.identify.regression.sweep import Record
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
 from thrustd.model.stage import DEFORMATION, Floats
@@ -100,11 +100,11 @@ def rank(
         if step is None:
             break
         best, beam = step
-    best = pruned(base, records, nothing, best)
+    best = pruned(base, records, nothing, best, fits)
     if far_above(best, base) and not _strange(curves, looks.terms):
         more = following(base, records, best, looks.looked, rig)
         fits += more
-        best = pruned(base, records, nothing, more[-1]) if more else best
+        best = pruned(base, records, nothing, more[-1], fits) if more else best
     best = settled(base, records, looks, fits, fewest(fits, best))
     ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
     return Ranked(nothing, best, ordered, tuple(looks.looked), tuple(curves))
@@ -279,12 +279,15 @@ def stands(nothing: Joint, fit: Joint) -> bool:
     return not fit.terms or gained(nothing, fit)
 
 
-def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint) -> Joint:
-    """Without the members that the others explain as well, as long as these are told from nothing."""
+def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, fits: Sequence[Joint]) -> Joint:
+    """Without the members that the others explain as well, as long as these are told from nothing.
+
+    `fits`: sets that have been estimated, by which the same law from the same start is known.
+    """
+    known = {frozenset(map(id, fit.terms)): fit for fit in fits}
     while len(best.terms) > 1:
-        fewer = [
-            joint_fit(base, records, [term for term in best.terms if term is not left_out]) for left_out in best.terms
-        ]
+        rests = [[term for term in best.terms if term is not left_out] for left_out in best.terms]
+        fewer = [known.get(frozenset(map(id, rest))) or joint_fit(base, records, rest) for rest in rests]
         smaller = min((fit for fit in fewer if stands(nothing, fit)), key=lambda fit: fit.mse, default=best)
         if smaller is best or gained(smaller, best):
             break

@@ -14,10 +14,11 @@ from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, joint_fit
 from thrustd.diagnose.search.library import Rig, combined, free_curve, modulations
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import prior_of
-from thrustd.identify.regression.sweep import Record, columns, simulate
-from thrustd.identify.regression.terms import Term, added, deformed
+from thrustd.identify.regression.sweep import columns, simulate, simulated
+from thrustd.identify.regression.terms import Term, added, deformed, turning
 
 ROWS = 12_000  # of the table at most
 GAIN = 0.1  # sigma of a free curve that multiplies the force
@@ -86,16 +87,13 @@ def _blocks(rows: Floats, residual: Floats, parts: Sequence[slice]) -> Blocks:
 
 def table_of(base: Base, fit: Joint) -> Table:
     records = fit.records
-    total = sum(map(len, records))
-    width = max(1, -(-total // ROWS))
+    width = max(1, -(-sum(len(record.known) for record in records) // ROWS))
     shape, point = fit.solution.shape, fit.solution.point
     gradients, residuals = [], []
     for record in records:
-        whole, left = np.zeros((len(record), shape.n)), np.zeros(len(record))
-        for known, rows, missed in columns(shape, point, record):
-            whole[known], left[known] = rows, missed
-        gradients.append(_means(whole, width))
-        residuals.append(_means(left, width))
+        parts_of = [(rows.copy(), missed) for _, rows, missed in columns(shape, point, record)]
+        gradients.append(_means(np.concatenate([rows for rows, _ in parts_of]), width))
+        residuals.append(_means(np.concatenate([missed for _, missed in parts_of]), width))
     gradient, residual = np.concatenate(gradients), np.concatenate(residuals)
     block = np.arange(len(residual)) * BLOCKS // len(residual)
     parts = tuple(slice(a, b) for a, b in pairwise(np.searchsorted(block, np.arange(BLOCKS + 1))))
@@ -124,8 +122,7 @@ class Looked:
 
 def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
     """Best first."""
-    plain = _outputs(table, ())
-    before = table.mse()
+    plain, before = _parts(table), table.mse()
     found = []
     for term in terms:
         extra, positive = _probed(table, term, plain)
@@ -136,13 +133,14 @@ def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
 
 def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig, without: Sequence[str]) -> list[Looked]:
     """These laws, which act on the force, in proportion to every channel; best first. One run a law."""
-    plain, before = _outputs(table, ()), table.mse()
+    plain, before = _parts(table), table.mse()
     found = []
     for law in laws:
         whole, positive = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool)
         for term, share in modulations(law, rig, table.records):
             if term.effect.word not in without:
-                thin = [_means(s[:, None] * c, table.width) for s, c in zip(share, whole, strict=True)]
+                known = [s[record.known, None] for s, record in zip(share, table.records, strict=True)]
+                thin = [_means(s * c, table.width) for s, c in zip(known, whole, strict=True)]
                 found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))
     return sorted(found, key=lambda looked: looked.mse)
 
@@ -157,7 +155,7 @@ class Pair:
 
 def screened_pairs(table: Table, terms: Sequence[Term]) -> list[Pair]:
     """Best first."""
-    plain, before = _outputs(table, ()), table.mse()
+    plain, before = _parts(table), table.mse()
     probed = [_probed(table, term, plain) for term in terms]
     found = []
     for (i, (one, flags)), (j, (other, more)) in combinations(enumerate(probed), 2):
@@ -167,31 +165,45 @@ def screened_pairs(table: Table, terms: Sequence[Term]) -> list[Pair]:
     return sorted(found, key=lambda pair: -pair.removes)
 
 
-def _probed(table: Table, term: Term, plain: list[Floats]) -> tuple[Floats, Flags]:
+Parts = list[tuple[Floats, Floats]]  # per record, at its known samples: what the core gives, and what lies beside it
+
+
+def _probed(table: Table, term: Term, plain: Parts) -> tuple[Floats, Flags]:
     """Thin columns (n, k) of the amplitudes of a term, and which of them cannot be negative."""
     flags = np.array(replace(term, shapes=False).positive(), bool)
     return np.concatenate([_means(whole, table.width) for whole in _columns(table, term, plain)]), flags
 
 
-def _columns(table: Table, term: Term, plain: list[Floats]) -> list[Floats]:
-    """Columns (n, k) of the amplitudes of a term on every record."""
+def _columns(table: Table, term: Term, plain: Parts) -> list[Floats]:
+    """Columns (n, k) of the amplitudes of a term on every record, at its known samples."""
     still, found = replace(term, shapes=False), table.fit.solution
-    if term.effect.site == "force":
-        scale, nothing = found.shape.output_scale, np.zeros(len(still.free))
+    nothing, scale = np.zeros(len(still.free)), found.shape.output_scale
+    if term.effect.site in ("force", "gain"):
         seen = [deformed(found.shape.terms, found.point.terms, record.seen) for record in table.records]
-        return [np.nan_to_num(added(still, nothing, each) / scale) for each in seen]
-    moved = [_outputs(table, (still,), PROBE * unit) for unit in np.eye(len(still.free))]
+        if term.effect.site == "force":
+            made = [added(still, nothing, s, r.known)[1] / scale for s, r in zip(seen, table.records, strict=True)]
+        else:
+            turned = [turning(still, nothing, PROBE, s, r.known) for s, r in zip(seen, table.records, strict=True)]
+            made = [core[:, None] * own for (core, _), own in zip(plain, turned, strict=True)]
+        return [np.nan_to_num(own) for own in made]
+    moved = [_outputs(table, still, PROBE * unit) for unit in np.eye(len(still.free))]
     return [
-        np.nan_to_num((np.column_stack(outputs) - own[:, None]) / PROBE)
+        np.nan_to_num((np.column_stack(outputs) - sum(own)[:, None]) / PROBE)
         for own, *outputs in zip(plain, *moved, strict=True)
     ]
 
 
-def _outputs(table: Table, more: tuple[Term, ...], numbers: Floats | None = None) -> list[Floats]:
+def _parts(table: Table) -> Parts:
     found = table.fit.solution
-    shape = replace(found.shape, terms=(*found.shape.terms, *more))
-    point = replace(found.point, terms=np.concatenate((found.point.terms, [] if numbers is None else numbers)))
-    return [simulate(shape, point, record) for record in table.records]
+    return [simulated(found.shape, found.point, record, record.known) for record in table.records]
+
+
+def _outputs(table: Table, term: Term, numbers: Floats) -> list[Floats]:
+    """With one term more, at the known samples."""
+    found = table.fit.solution
+    shape = replace(found.shape, terms=(*found.shape.terms, term))
+    point = replace(found.point, terms=np.concatenate((found.point.terms, numbers)))
+    return [simulate(shape, point, record, record.known) for record in table.records]
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +224,7 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
     The influence of a bias is taken as the local slope of the force: no run per curve.
     """
     names = combined(table.records[0].channels)
-    plain, before = _outputs(table, ()), table.mse()
+    plain, before = [core + beside for core, beside in _parts(table)], table.mse()
     slope = [_slope(table, record, out, sigma_mm) for record, out in zip(table.records, plain, strict=True)]
     found = []
     for name, (_, parts) in names.items():
@@ -220,7 +232,8 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
         term = free_curve(name, np.concatenate(columns_of), sigma_mm)
         if term is None:
             continue
-        hats = [_hats(term, column) for column in columns_of]
+        pairs = zip(table.records, columns_of, strict=True)
+        hats = [_hats(term, column[record.known]) for record, column in pairs]
         none = np.zeros(len(term.free), bool)
         bias, gain = (
             table.squares(
@@ -274,8 +287,9 @@ def curve_sigma(records: Sequence[Record]) -> float:
 def _slope(table: Table, record: Record, plain: Floats, sigma_mm: float) -> Floats:
     """Force per sigma of deformation (n,), at rest."""
     found = table.fit.solution
-    pushed = replace(record, d=record.d + PROBE * sigma_mm, before=record.before + PROBE * sigma_mm)
-    return np.asarray((simulate(found.shape, found.point, pushed) - plain) / PROBE, float)
+    by = PROBE * sigma_mm
+    pushed = replace(record, d=record.d + by, before=record.before + by, kept=None)
+    return (simulate(found.shape, found.point, pushed, record.known) - plain) / PROBE
 
 
 def _hats(term: Term, column: Floats) -> Floats:

@@ -8,9 +8,9 @@ import numpy as np
 
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.even import BEYOND
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, prepared
 from thrustd.identify.regression.shape import Hold, Shape
-from thrustd.identify.regression.sweep import Record
 from thrustd.identify.segments import DEFORMATION, Segment
 
 GENERAL_LAGS = 12

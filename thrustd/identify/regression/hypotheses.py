@@ -26,12 +26,13 @@ from thrustd.identify.regression.general import MOUNT, Asked, Kind, fine, genera
 from thrustd.identify.regression.holds import holds_of
 from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse, with_spare
 from thrustd.identify.regression.pairs import with_best_pair
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.regress import FIRST, begun_where, regress
 from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
 from thrustd.identify.regression.starts import linear_point
-from thrustd.identify.regression.sweep import Record, simulate
+from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.segments import DEFORMATION, SHORTEST, Segment, head, thinned
 
 PARTS, EVERY = 40, 4  # blocks of a record; every such one is held back

@@ -12,9 +12,10 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from thrustd.identify.regression.kernel import Numbers
+from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.solve import Solution
-from thrustd.identify.regression.sweep import Record, columns, head_of
+from thrustd.identify.regression.sweep import columns
 from thrustd.model.linear import discretise_mode
 from thrustd.model.stage import Floats, jit
 

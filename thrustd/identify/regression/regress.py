@@ -18,10 +18,11 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.friction import BEGIN, yielding
+from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.stops import radii_of
-from thrustd.identify.regression.sweep import Record, head_of, simulate
+from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.segments import DEFORMATION, Segment
 
 KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer data

@@ -20,8 +20,9 @@ from scipy.optimize import nnls
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import ModelError
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.sweep import Normal, Record, normal_equations, simulate
+from thrustd.identify.regression.sweep import Normal, normal_equations, simulate
 
 Prior = tuple[Floats, Floats]  # mean (n,), precision (n, n)
 

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import first_point
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.sweep import Record, normal_equations
+from thrustd.identify.regression.sweep import normal_equations
 
 RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this

@@ -4,51 +4,35 @@ Records pass in blocks with the memory carried along; what grows with the length
 its physical effects.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
-from thrustd.identify.regression.kernel import Core, Memory, Written, at_rest, run, run_with_columns
+from thrustd.identify.regression.kernel import run
+from thrustd.identify.regression.record import Indices, Record
+from thrustd.identify.regression.rows import BLOCK, begun_at, blocks, fading, keeps, kept_rows, run_rows
 from thrustd.identify.regression.shape import Point, Shape, core_of
 from thrustd.identify.regression.stops import at_rest as stops_at_rest
 from thrustd.identify.regression.stops import run_stops
-from thrustd.identify.regression.terms import NUDGE, Seen, added, deformed, pushed, split, sprung
-from thrustd.identify.segments import DEFORMATION
+from thrustd.identify.regression.terms import (
+    NUDGE,
+    Places,
+    Seen,
+    Term,
+    added,
+    deformed,
+    pushed,
+    split,
+    sprung,
+    turned,
+    turning,
+)
 from thrustd.model.stage import jit
 
-Indices = NDArray[np.intp]
-
-BLOCK = 8192
 TOUCHES_CORE = "deformation", "spring", "linear"
-
-
-@dataclass(frozen=True, slots=True)
-class Record:
-    """One stretch of data; `before`: the input at which everything had settled when it begins."""
-
-    d: Floats  # (n,) input
-    y: Floats  # (n,) output in units of the shape's scale, NaN: not known
-    dt_s: float
-    before: float
-    channels: Mapping[str, Floats] = field(default_factory=dict)  # (n,) each, what effects read
-    place: int | None = None  # among the records of which a point knows how they begin
-
-    def __len__(self) -> int:
-        return len(self.d)
-
-    @property
-    def seen(self) -> Seen:
-        return Seen(self.d, {**self.channels, DEFORMATION: self.d}, self.dt_s, self.before)
-
-
-def head_of(record: Record, n: int, before: float) -> Record:
-    """Its first n samples, begun at another input."""
-    channels = {name: column[:n] for name, column in record.channels.items()}
-    return replace(record, d=record.d[:n], y=record.y[:n], before=before, channels=channels)
+ALL = slice(None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,122 +95,79 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[Indice
     """
     core = core_of(shape, point, record.dt_s)
     seen = deformed(shape.terms, point.terms, record.seen)
-    spring, _ = sprung(shape.terms, point.terms, seen)
+    where, table, at = shape.parts(), np.empty((BLOCK, shape.n)), 0
     whole = _with_terms(shape, point, record, seen) if shape.terms else None
-    memory, stops = begun_at(shape, point, core, record, seen), stops_at_rest(shape.radii, record.before)
-    where, table = shape.parts(), np.empty((BLOCK, shape.n))
-    own = shape.own_columns(len(core.real.gain))
-    narrow, rub = np.zeros((BLOCK, len(own))), np.empty((BLOCK, len(shape.radii)))
-    for part in blocks(len(record)):
-        m = part.stop - part.start
-        counted, out, slopes = np.isfinite(record.y[part]), np.empty(m), np.zeros(m)
-        run_with_columns(core, memory, seen.d[part], spring[part], counted, Written(out, slopes, narrow[:m]))
-        run_stops(shape.radii, stops, seen.d[part], rub[:m])
-        known = np.flatnonzero(counted)
-        places, rows, rubbed = part.start + known, table[: len(known)], rub[known]
+    made = kept_rows if keeps(shape, record, seen) else run_rows
+    for places, derivatives, out, slopes, rubbed in made(shape, point, core, record, seen):
+        rows, part = table[: len(places)], slice(at, at + len(places))
+        at += len(places)
         if shape.grows:
             far = np.abs(seen.d[places]) / shape.radii[-1]
             rows[:, where["growth"].start] = far * (rubbed @ point.stops)
             rubbed = rubbed * (1.0 + point.growth[0] * far)[:, None]
-        rows[:, : shape.n_core] = narrow[known] if own.all() else narrow[np.ix_(known, own)]
+        rows[:, : shape.n_core] = derivatives
         rows[:, where["offset"]] = 1.0
         rows[:, where["stops"]] = rubbed
-        output = out[known] + point.offset
+        output = out + point.offset
         if whole is not None:
-            rows[:, : where["offset"].stop] *= whole.gain[places, None]
-            rows[:, where["terms"]] = whole.columns[places]
-            output = whole.output[places]
-        else:
-            output += rubbed @ point.stops
+            rows[:, where["terms"]] = whole.columns[part] + whole.turning[part] * output[:, None]
+            rows[:, : where["offset"].stop] *= whole.gain[part, None]
+            output = whole.gain[part] * output + whole.force[part]
+        output += rubbed @ point.stops
         if shape.begun:
-            rows[:, where["begin"]] = _fading(shape, point, core, record, places, slopes[known])
+            rows[:, where["begin"]] = fading(shape, point, core, record, places, slopes)
         yield places, rows, record.y[places] - output
-
-
-def begun_at(shape: Shape, point: Point, core: Core, record: Record, seen: Seen) -> Memory:
-    """Settled at the level before, or off it by the numbers that the point has for this record."""
-    _, spring = sprung(shape.terms, point.terms, seen)
-    memory = at_rest(core, record.before, spring)
-    if record.place is not None and len(point.begin):
-        m, p = len(point.gain), len(point.pair_gain)
-        off = point.begin.reshape(-1, m + 2 * p)[record.place]
-        memory.real.s[:m] += off[:m]
-        memory.pairs.s[:] += off[m : m + p] + 1j * off[m + p :]
-    return memory
-
-
-def _fading(shape: Shape, point: Point, core: Core, record: Record, places: Indices, slopes: Floats) -> Floats:
-    """d y / d (memory at first, of all records) at these samples (n, begun * (m + 2 p))."""
-    each = len(point.gain) + 2 * len(point.pair_gain)
-    columns = np.zeros((len(slopes), shape.begun * each))
-    if record.place is None or each == 0 or len(places) == 0:
-        return columns
-    m = len(point.gain)
-    pairs = -core.pairs.gain * _powers(core.pairs.taps[:, 0], 1 + places)
-    real = -core.real.gain[:m] * _powers(core.real.taps[:m, 0], 1 + places)
-    own = np.hstack((real, pairs.real, -pairs.imag))
-    columns[:, record.place * each : (record.place + 1) * each] = slopes[:, None] * own
-    return columns
-
-
-def _powers(taps: NDArray[Any], steps: Indices) -> NDArray[Any]:
-    """taps ** steps (n, k), steps rising: products of the ones before, which cost a tenth of a power."""
-    table = np.tile(taps, (int(steps[-1] - steps[0]) + 1, 1))
-    table[0] = taps ** steps[0]
-    return np.cumprod(table, axis=0)[steps - steps[0]]
 
 
 @dataclass(frozen=True, slots=True)
 class _Whole:
-    """What the effects make of a record: output, gain by which they multiply the core, columns (n, n_terms)."""
+    """What the effects make of the known samples, in units of the output."""
 
-    output: Floats
-    gain: Floats
-    columns: Floats
+    force: Floats  # (k,) that they add
+    gain: Floats  # (k,) by which they multiply the core
+    columns: Floats  # (k, n_terms)
+    turning: Floats  # (k, n_terms) to be multiplied by the core
 
 
 def _with_terms(shape: Shape, point: Point, record: Record, seen: Seen) -> _Whole:
-    scale, nothing = shape.output_scale, np.zeros(len(record))
-    plain, rubbed, rest = _parts(shape, point, record, seen)
-    output = pushed(shape.terms, point.terms, seen, plain, rubbed, rest)
-    gains = tuple(term for term in shape.terms if term.effect.site == "gain")
-    gain = np.ones(len(record))
-    if gains:
-        parts = zip(shape.terms, split(shape.terms, point.terms), strict=True)
-        own = np.concatenate([numbers for term, numbers in parts if term.effect.site == "gain"])
-        turned = pushed(gains, own, seen, plain, nothing, rest)
-        gain = np.divide(turned, plain, out=gain, where=np.abs(plain) > 1e-9 * scale)
-    table, at = np.empty((len(record), len(point.terms))), 0
-    for term, own in zip(shape.terms, split(shape.terms, point.terms), strict=True):
+    known, parts = record.known, list(zip(shape.terms, split(shape.terms, point.terms), strict=True))
+    size = len(known), len(point.terms)
+    found, at = _Whole(np.zeros(len(known)), gain_of(parts, seen, known), np.zeros(size), np.zeros(size)), 0
+    for term, own in parts:
+        part = slice(at, at + len(own))
+        at = part.stop
         if term.effect.site == "force":
-            table[:, at : at + len(own)] = added(term, own, seen) / scale
-        at += len(own)
+            force, found.columns[:, part] = added(term, own, seen, known)
+            found.force[:] += force
+        elif term.effect.site == "gain":
+            others = gain_of([(one, numbers) for one, numbers in parts if one is not term], seen, known)
+            found.turning[:, part] = others[:, None] * turning(term, own, NUDGE, seen, known)
+    found.force[:] /= shape.output_scale
+    found.columns[:] /= shape.output_scale
     sites = [term.effect.site for term in shape.terms for _ in term.free]
-    for i in [i for i, site in enumerate(sites) if site != "force"]:
-        numbers = point.terms.copy()
-        numbers[i] += NUDGE
-        there, moved, rubs = seen, plain, rubbed
-        if sites[i] in TOUCHES_CORE:
-            there = deformed(shape.terms, numbers, record.seen)
-            moved, rubs, _ = _parts(shape, replace(point, terms=numbers), record, there)
-        table[:, i] = (pushed(shape.terms, numbers, there, moved, rubs, rest) - output) / (NUDGE * scale)
-    return _Whole(output / scale, gain, table)
+    touching = [i for i, site in enumerate(sites) if site in TOUCHES_CORE]
+    output = simulate(shape, point, record, known) if touching else found.force
+    for i in touching:
+        moved = replace(point, terms=point.terms + NUDGE * np.eye(len(sites))[i])
+        found.columns[:, i] = (simulate(shape, moved, record, known) - output) / NUDGE
+    return found
 
 
-def _parts(shape: Shape, point: Point, record: Record, seen: Seen) -> tuple[Floats, Floats, float]:
-    """Force of core and of friction (n,), and of the core at rest before the record begins, N."""
-    (plain, rest), rubbed = _core_run(shape, point, record, seen), _friction(shape, point, record, seen)
-    return plain * shape.output_scale, rubbed * shape.output_scale, rest * shape.output_scale
+def gain_of(parts: Sequence[tuple[Term, Floats]], seen: Seen, places: Places) -> Floats:
+    """By which effects multiply the force of the core (k,)."""
+    gain = np.ones(seen.d[places].size)
+    for term, own in parts:
+        if term.effect.site == "gain":
+            gain *= turned(term, own, seen, places)
+    return gain
 
 
-def _core_run(shape: Shape, point: Point, record: Record, seen: Seen) -> tuple[Floats, float]:
-    """Output of curves, relaxation and offset (n,), and the one at rest before the record begins."""
-    core = core_of(shape, point, record.dt_s)
-    still, out = np.empty(1), np.empty(len(record))
-    spring, at_first = sprung(shape.terms, point.terms, seen)
-    run(core, at_rest(core, record.before, at_first), np.array([record.before]), np.array([at_first]), still)
+def _core_run(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
+    """Output of curves, relaxation and offset (n,)."""
+    core, out = core_of(shape, point, record.dt_s), np.empty(len(record))
+    spring, _ = sprung(shape.terms, point.terms, seen)
     run(core, begun_at(shape, point, core, record, seen), seen.d, spring, out)
-    return out + point.offset, float(still[0]) + point.offset
+    return out + point.offset
 
 
 def _friction(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
@@ -241,14 +182,18 @@ def _friction(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
     return out * (1.0 + point.growth[0] * np.abs(seen.d) / shape.radii[-1]) if shape.grows else out
 
 
-def simulate(shape: Shape, point: Point, record: Record) -> Floats:
-    """Free run (n,) in units of the shape's scale."""
+def simulate(shape: Shape, point: Point, record: Record, places: Places = ALL) -> Floats:
+    """Free run in units of the shape's scale, at these samples (k,)."""
+    turned_core, beside = simulated(shape, point, record, places)
+    return turned_core + beside
+
+
+def simulated(shape: Shape, point: Point, record: Record, places: Places = ALL) -> tuple[Floats, Floats]:
+    """The core's part, with the gains applied, and friction with every effect that adds: (k,) each."""
     seen = deformed(shape.terms, point.terms, record.seen)
-    force, rubbed, rest = _parts(shape, point, record, seen)
-    out: Floats = pushed(shape.terms, point.terms, seen, force, rubbed, rest) / shape.output_scale
-    return out
-
-
-def blocks(n: int) -> Iterator[slice]:
-    for begin in range(0, n, BLOCK):
-        yield slice(begin, min(begin + BLOCK, n))
+    parts = list(zip(shape.terms, split(shape.terms, point.terms), strict=True))
+    beside = _friction(shape, point, record, seen)[places]
+    for term, own in parts:
+        if term.effect.site == "force":
+            beside = beside + pushed(term, own, seen, places) / shape.output_scale
+    return gain_of(parts, seen, places) * _core_run(shape, point, record, seen)[places], beside

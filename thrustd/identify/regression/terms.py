@@ -6,16 +6,19 @@ regression as the curves do, with columns from differences of whole free runs: a
 goes through the curve and the relaxation.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.model.effect import Effect, Parameter
-from thrustd.model.expression import is_expression
+from thrustd.model.expression import PREFIX
 from thrustd.model.stage import DEFORMATION, Floats
+
+Places = NDArray[np.intp] | slice
 
 NUDGE = 1e-3  # of a number without dimension: step of the difference quotient
 
@@ -77,10 +80,12 @@ class Seen:
     channels: Mapping[str, Floats]
     dt_s: float
     before: float
+    kept: dict[Any, Any] | None = None  # of the record, see `Record`
+    turned: bool = False  # the deformation is not what the transducer says
 
     def at(self, d: Floats) -> "Seen":
         """With another deformation."""
-        return replace(self, d=d, channels={**self.channels, DEFORMATION: d})
+        return replace(self, d=d, channels={**self.channels, DEFORMATION: d}, turned=True)
 
 
 def split(terms: Sequence[Term], numbers: Floats) -> list[Floats]:
@@ -100,7 +105,7 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Seen:
             v = np.interp(index + term.effect.ahead_s(values) / seen.dt_s, index, v)
         else:
             v = _run(term, values, seen, v, seen.before)
-    return seen.at(v)
+    return seen if v is seen.d else seen.at(v)
 
 
 def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> tuple[Floats, float]:
@@ -116,32 +121,79 @@ def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> tuple[Floats, 
     return spring, first
 
 
-def pushed(terms: Sequence[Term], numbers: Floats, seen: Seen, force: Floats, rubbed: Floats, rest: float) -> Floats:
-    """Force (n,) with the gains applied, then friction `rubbed` and every effect that adds; `rest`: force before."""
-    parts = list(zip(terms, split(terms, numbers), strict=True))
-    for site in ("gain", "force"):
-        if site == "force":
-            force = force + rubbed
-        for term, own in parts:
-            if term.effect.site == site:
-                force = _run(term, term.values(own), seen, force, rest)
-    return force
+def turned(term: Term, numbers: Floats, seen: Seen, places: Places) -> Floats:
+    """Factor (k,) by which an effect multiplies the force at these samples: whatever that is."""
+
+    def run() -> Floats:
+        return _run(term, term.values(numbers), seen, np.ones(len(seen.d)), 1.0)[places]
+
+    return run() if np.any(numbers) else _kept(term, ("gain",), seen, places, run)
 
 
-def added(term: Term, numbers: Floats, seen: Seen) -> Floats:
-    """Derivatives (n, k), N, of an effect on the force: it adds, whatever others do, in proportion to amplitudes."""
-    nothing, values = np.zeros(len(seen.d)), term.values(numbers)
-    straight = [p.amplitude and not is_expression(term.effect.name) for p in term.free]
-    own = nothing if all(straight) else _run(term, values, seen, nothing, 0.0)
-    table = np.empty((len(seen.d), len(term.free)))
-    for i, p in enumerate(term.free):
-        if straight[i]:
-            alone = {q.name: term.std[p.name] if q is p else q.neutral for q in term.free if q.amplitude}
-            table[:, i] = _run(term, values | alone, seen, nothing, 0.0)
-        else:
-            there = term.values(numbers + NUDGE * np.eye(len(numbers))[i])
-            table[:, i] = (_run(term, there, seen, nothing, 0.0) - own) / NUDGE
-    return table
+def turning(term: Term, numbers: Floats, size: float, seen: Seen, places: Places) -> Floats:
+    """Derivatives (k, n) of that factor, by steps of this size."""
+
+    def run() -> Floats:
+        own = turned(term, numbers, seen, places)
+        moved = [turned(term, numbers + size * unit, seen, places) for unit in np.eye(len(numbers))]
+        return (np.array(moved).reshape(len(moved), len(own)).T - own[:, None]) / size
+
+    return run() if np.any(numbers) else _kept(term, ("turning", size), seen, places, run)
+
+
+def pushed(term: Term, numbers: Floats, seen: Seen, places: Places) -> Floats:
+    """Force (k,), N, of an effect on the force at these samples: it adds, whatever others do."""
+    if seen.kept is not None and all(_straight(term)):
+        return added(term, numbers, seen, places)[0]
+    return _run(term, term.values(numbers), seen, np.zeros(len(seen.d)), 0.0)[places]
+
+
+def _straight(term: Term) -> list[bool]:
+    """Whether it goes in proportion to each of its numbers."""
+    return [p.amplitude and not term.effect.name.startswith(PREFIX) for p in term.free]
+
+
+def added(term: Term, numbers: Floats, seen: Seen, places: Places) -> tuple[Floats, Floats]:
+    """The same, and its derivatives (k, n)."""
+    values, nothing, straight = term.values(numbers), np.zeros(len(seen.d)), np.array(_straight(term), bool)
+    own = [p for p, is_straight in zip(term.free, straight, strict=True) if is_straight]
+
+    def alone() -> Floats:
+        table = np.empty((nothing[places].size, len(own)))
+        if term.effect.elements is not None:
+            stage = term.effect.stage(values | {p.name: 1.0 for p in own}, seen.dt_s)
+            x, wanted = stage.start(_begin(term, seen), 0.0), np.zeros(len(nothing), bool)
+            wanted[places] = True
+            term.effect.elements(x, stage.c, _read(term.effect.channels, seen), wanted, table)
+            return table * np.array([term.std[p.name] for p in own])
+        for i, p in enumerate(own):
+            size = {q.name: term.std[p.name] if q is p else q.neutral for q in own}
+            table[:, i] = _run(term, values | size, seen, nothing, 0.0)[places]
+        return table
+
+    columns = _kept(term, ("force",), seen, places, alone) if straight.all() else alone()
+    if straight.all():
+        return columns @ [(values[p.name] - p.neutral) / term.std[p.name] for p in own], columns
+    force = _run(term, values, seen, nothing, 0.0)[places]
+    table = np.empty((len(force), len(straight)))
+    table[:, straight] = columns
+    for i in np.flatnonzero(~straight):
+        there = term.values(numbers + NUDGE * np.eye(len(numbers))[i])
+        table[:, i] = (_run(term, there, seen, nothing, 0.0)[places] - force) / NUDGE
+    return force, table
+
+
+def _kept(term: Term, key: tuple[Any, ...], seen: Seen, places: Places, made: Callable[[], Floats]) -> Floats:
+    """What was made before of the same, where a record keeps it."""
+    if seen.kept is None or (seen.turned and DEFORMATION in term.effect.channels):
+        return made()
+    still = tuple(term.fixed[p.name] for p in term.effect.parameters)
+    key = (*key, seen.d[places].size, term.effect.name, seen.before, still, term.shapes)
+    key += (*term.std.values(), *term.centre.values())
+    if key not in seen.kept:
+        seen.kept[key] = made()
+    found: Floats = seen.kept[key]
+    return found
 
 
 def branches(terms: Sequence[Term], numbers: Floats) -> list[tuple[float, float]]:
@@ -169,9 +221,12 @@ def _begin(term: Term, seen: Seen) -> Floats:
 
 def _run(term: Term, values: Mapping[str, float], seen: Seen, v: Floats, first: float) -> Floats:
     stage = term.effect.stage(values, seen.dt_s)
-    names = stage.channels
-    u = np.column_stack([seen.channels[name] for name in names]) if names else np.empty((len(v), 0))
-    return stage.run(stage.start(_begin(term, seen), first), u, v)
+    return stage.run(stage.start(_begin(term, seen), first), _read(stage.channels, seen), v)
+
+
+def _read(names: Sequence[str], seen: Seen) -> Floats:
+    """Channels (n, n_u) as a stage reads them."""
+    return np.column_stack([seen.channels[name] for name in names]) if names else np.empty((len(seen.d), 0))
 
 
 def at_start(effect: Effect, std: Mapping[str, float], shape: Mapping[str, float]) -> Term:

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from thrustd.core.columns import Flags
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
@@ -38,6 +39,19 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     for i in range(n):
         total += c[n + i] * x[1 + i]
     return v + (1.0 + c[2 * n] * abs(u[0])) * total
+
+
+@jit
+def elements(x: Floats, c: Floats, u: Floats, wanted: Flags, out: Floats) -> None:
+    """What each element would add with a weight of 1, at the samples that are wanted."""
+    n, at = c.size // 2, 0
+    radii = c[:n]
+    for k in range(u.shape[0]):
+        advance(x, radii, u[k, 0])
+        if wanted[k]:
+            for i in range(n):
+                out[at, i] = (1.0 + c[2 * n] * abs(u[k, 0])) * x[1 + i]
+            at += 1
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
@@ -85,4 +99,5 @@ EFFECT = Effect(
     separating_test="slow triangles of several amplitudes: small cycles make small loops",
     initial=initial,
     variant_of="hysteresis",
+    elements=elements,
 )  # fmt: skip
