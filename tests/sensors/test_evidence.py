@@ -47,11 +47,11 @@ def flown(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
 
 
 def weighed(*args, **more):
-    """(n, 9, 3): probability, thrust and variance by hypothesis, every second; see `flown`."""
-    out, found, lead = np.zeros((onsets.N_HYPOTHESES, 3)), [], onsets.WELL
+    """(n, N_HYPOTHESES, 3): probability, thrust and variance by hypothesis, every second; see `flown`."""
+    out, found, lead, heard = np.zeros((onsets.N_HYPOTHESES, 3)), [], onsets.WELL, np.zeros(1, onsets.HEARD)
     for k, (rows, n) in enumerate(flown(*args, **more)):
         if n > 2 and k % 5 == 0:
-            evidence.weigh(rows, n, SHARE, lead, 0.0, INSTALLED, out)
+            evidence.weigh(rows, n, SHARE, lead, INSTALLED, heard[0], out)
             lead = int(out[:, 0].argmax()) if out[:, 0].max() > 0.95 else lead
             found.append(out.copy())
     return np.array(found)
@@ -122,10 +122,10 @@ def test_no_engine_moves_with_a_source_that_jumps_alone():
 
 def test_mounts_and_brochure_that_agree_prove_no_more_than_the_better_of_both():
     """Crosstalk: both mounts 10 % high beside a brochure that is 8 % high."""
-    out, thrust_n = np.zeros((onsets.N_HYPOTHESES, 3)), 9000.0
+    out, heard, thrust_n = np.zeros((onsets.N_HYPOTHESES, 3)), np.zeros(1, onsets.HEARD), 9000.0
     high = np.array((0.10 * SHARE, 0.10 * (1 - SHARE), 0.06, 0.03, 0.11)) * thrust_n  # beside what is healthy
     *_, (rows, n) = flown(lambda t_s: high, 60.0, lambda t_s: thrust_n)
-    evidence.weigh(rows, n, SHARE, onsets.WELL, 0.0, INSTALLED, out)
+    evidence.weigh(rows, n, SHARE, onsets.WELL, INSTALLED, heard[0], out)
     said = out[onsets.WELL, 1:]
     more_n2 = evidence.uncorrected_n2(rows, n, SHARE, np.zeros(N_SOURCES), INSTALLED, said)
     assert 800.0 < said[0] - thrust_n < 3.0 * np.sqrt(said[1] + more_n2) < 1200.0

@@ -101,6 +101,7 @@ def test_a_thrust_may_have_moved_in_every_step_that_jumped():
 def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
     """Probabilities two looks after mounts (2,) that jump, at a thrust that has been moving for five seconds."""
     rng, past, out = np.random.default_rng(0), no_past(1), np.zeros((onsets.N_HYPOTHESES, 3))
+    heard = np.zeros(1, onsets.HEARD)[0]
     for k in range(150 + rows + 2):
         t_s, row = 0.4 * k, np.zeros(WIDTH)
         thrust_n, late = 2000.0 + rate_n_s * 0.4 * max(k - 150, 0), k >= 150 + rows
@@ -112,7 +113,8 @@ def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
         row[MOUNT_RATE_N_S], row[STEP_N] = 0.4 * rate_n_s, FASTEST_FALL_N_S * DT_S
         row[JUMPED_N : JUMPED_N + 2] = jumped_n if k == 150 + rows else 0.0
         assert remember(past, 0, row, SHARE)
-        evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, onsets.WELL, 0.0, INSTALLED, out) if late else None
+        if late:
+            evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, onsets.WELL, INSTALLED, heard, out)
     return out[:, 0]
 
 

@@ -41,7 +41,7 @@ from thrustd.sensors.engine_force import mounts_table
 from thrustd.sensors.limits import FLYING_MACH
 from thrustd.sensors.monitor import Monitor, MonitorVerdict
 from thrustd.sensors.monitor_inputs import Layout, MonitorInputs
-from thrustd.sensors.onsets import BROCHURE_OFF
+from thrustd.sensors.onsets import AIR_OFF, BROCHURE_OFF
 from thrustd.wire.can_table import CanTable
 from thrustd.wire.event_batch import EventBatch
 
@@ -272,5 +272,5 @@ class Pipeline:
             brochure.tell(dt_s, trusted, self._inputs.ages_s, bool(verdict.excluded), self._told_of[e])
             if verdict.status[e]:
                 told["status"][e] |= verdict.status[e]
-            if self._monitor.bank.found.item(e) == BROCHURE_OFF:
+            if self._monitor.bank.found.item(e) in (BROCHURE_OFF, AIR_OFF):
                 told["brochure_n"][e] = nan

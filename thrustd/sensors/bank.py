@@ -1,6 +1,7 @@
 """The bank of hypotheses of every engine: who is at fault, how likely, and what the thrust is then.
 
     all well | upper LVDT | lower LVDT | both mounts | fuel flow | N1 | N2 | the brochure as a whole | air is bled
+    on all engines at once: the accelerometer | air data
 
 Every 0.4 s and engine the sources' past (see `past`) is weighed under each of them (see `evidence`). A fault is
 found when its probability is above FOUND, and over when that is below OVER: the prior of a fault that was found is
@@ -20,7 +21,7 @@ from thrustd.fusion.mixture import SHIFT_N, STD_N, P
 from thrustd.sensors.errors import Installed
 from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
-from thrustd.sensors.onsets import BLED, BROCHURE_OFF, FUEL_OFF, MOUNTS_OFF, N_HYPOTHESES, WELL
+from thrustd.sensors.onsets import BLED, BROCHURE_OFF, FUEL_OFF, HEARD, MOUNTS_OFF, N_HYPOTHESES, WELL
 from thrustd.sensors.past import (
     COMMON_N,
     COUNTS,
@@ -42,11 +43,12 @@ from thrustd.sensors.past import (
     no_past,
     remember,
 )
+from thrustd.sensors.shared import weigh_shared
 
 EVERY_LOOKS, UNCORRECTED_EVERY = 2, 4
 FOUND, OVER = 0.98, 0.2
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
-SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4), ())
+SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4), (), (0, 1), (2, 3, 4))
 OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
 OFF_N1_PCT, TURNING_N1_PCT, STARTED_S = 5.0, 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
@@ -61,6 +63,7 @@ class _Memory(NamedTuple):
     turn: Integers  # (1,)
     found: Integers
     hypotheses: Floats  # (n, N_HYPOTHESES, 3) P, SHIFT_N, STD_N
+    heard: Any  # HEARD
     leading: Floats  # (n, 3) thrust and its sigma by the one that leads; what is uncorrected, N
 
 
@@ -100,7 +103,9 @@ class Bank:
         judged, own = (mounts >= 0).sum(axis=1) == 2, np.ascontiguousarray(mounts[:, :2])
         self._jumps = no_jumps(n)
         self._follow = self._jumps, own, shares, spring_n_mm
-        self._memory = _Memory(self._past, self._jumps, self._turn, self.found, self.rows, self.leading)
+        self._memory = _Memory(
+            self._past, self._jumps, self._turn, self.found, self.rows, np.zeros(n, HEARD), self.leading
+        )
         self._engines = _Engines(own, spools, judged, *air, shares, OFF, installed)
 
     def follow(self, states: Any, dt_s: float) -> None:
@@ -222,21 +227,10 @@ def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floa
     if engines.judged[e] and t_s - past.since_s >= STARTED_S:
         return True
     installed = engines.installed
+    memory.heard[e].n = 0
     memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed[0], installed[3])
     forget(memory.jumps[e])
     return False
-
-
-@compiled
-def _elsewhere(hypotheses: Floats, e: int) -> float:
-    """How likely it is that every other engine's brochure is wrong too, rather than all well; 0: there is none."""
-    least = 1.0 if len(hypotheses) > 1 else 0.0
-    for other in range(len(hypotheses)):
-        if other != e:
-            wrong = hypotheses[other, BROCHURE_OFF, P]
-            well = hypotheses[other, WELL, P] + hypotheses[other, BLED, P]
-            least = min(least, wrong / max(wrong + well, 1e-300))
-    return least
 
 
 @compiled
@@ -266,7 +260,8 @@ def _look_at(
     if past[e].n < 2:
         return -1
     rows = past[e].rows[:]  # an array, as the copies of it: one machine code for both
-    weigh(rows, past[e].n, share, found[e], _elsewhere(memory.hypotheses, e), installed, out)
+    weigh(rows, past[e].n, share, found[e], installed, memory.heard[e], out)
+    weigh_shared(memory.heard, e, found[e], out)
     lead = _lead(found[e], out)
     changed, found[e] = lead != found[e], lead
     if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * n:
@@ -281,7 +276,8 @@ def _look_at(
 _F, _ROW, _TABLE, _FLAGS = numba.float64, numba.float64[::1], numba.float64[:, ::1], numba.boolean[:, ::1]
 _I, _PLACES = numba.int64[::1], numba.int64[:, ::1]
 _RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
-_MEMORY = named(_Memory, *_RECORDS, _I, _I, numba.float64[:, :, ::1], _TABLE)
+_HEARD = numba.from_dtype(HEARD)[::1]
+_MEMORY = named(_Memory, *_RECORDS, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE)
 _ENGINES = named(
     _Engines, _PLACES, _PLACES, numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE,
     vars(numba.types)["UniTuple"](_F, 4),

@@ -17,6 +17,7 @@ Processes for Machine Learning, ch. 2.7 and A.3; Brown & Hwang, ch. 9.3 (multipl
 """
 
 from math import erfc, exp, log, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,19 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import AS_ON_THE_BENCH, THRUST_N2, Installed, Parts, covariance, installed_n2
 from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, fault_shape, installed_shape
-from thrustd.sensors.onsets import BLED, LEAST_P, N_HYPOTHESES, STAYS, WELL, Scene, Told, of_onsets, of_stretches
+from thrustd.sensors.onsets import (
+    BLED,
+    LEAST_P,
+    N_ALONE,
+    N_HYPOTHESES,
+    STAYS,
+    WELL,
+    Scene,
+    Told,
+    leave,
+    of_onsets,
+    of_stretches,
+)
 from thrustd.sensors.past import COUNTS, LOWER, N_SOURCES, SAID, UPPER
 from thrustd.sensors.positive import factor, forward, inverse
 
@@ -52,13 +65,13 @@ def _solve(rows: Floats, n: int, parts: Parts, out: Floats) -> tuple[Floats, Flo
 
 
 @compiled
-def _log_pushes(thrust_n: float, variance_n2: float) -> float:
+def log_pushes(thrust_n: float, variance_n2: float) -> float:
     """ln of the probability that this is a thrust: an engine that turns does not pull by more than its ram drag."""
     return log(max(0.5 * erfc((LEAST_N - thrust_n) / sqrt(2.0 * variance_n2)), LEAST_P))
 
 
 @compiled
-def _sum_up(logs: Floats, said: Floats, row: Floats) -> None:
+def sum_up(logs: Floats, said: Floats, row: Floats) -> None:
     """Onsets and sizes (k,) of one hypothesis, what they say (k, 2): ln of its evidence, thrust, variance."""
     most, total, mean_n, mean_n2 = logs.max(), 0.0, 0.0, 0.0
     for i in range(len(logs)):
@@ -112,22 +125,21 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
 
 
 @compiled
-def weigh(
-    rows: Floats, n: int, share: float, found: int, elsewhere: float, installed_as: Installed, out: Floats
-) -> None:
+def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installed, heard: Any, out: Floats) -> None:
     """By hypothesis its probability, the thrust of the newest row and its variance: `out` (N_HYPOTHESES, 3).
 
-    `found`: the hypothesis that led so far; a fault stays unless it is refuted. `elsewhere`: see `Scene`.
+    `found`: the hypothesis that led so far; a fault stays unless it is refuted. `heard`: of the engine, see `leave`.
+    Of what all engines may have at once nothing is said here: see `shared`.
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
     a, z, ac = _solve(rows, n, parts, out)
-    out[WELL, 0] = 0.0 if found == WELL else log(1.0 - STAYS)  # a fault that was found leaves all others less
-    well = _log_pushes(out[WELL, 1], out[WELL, 2])
+    out[WELL, 0] = log(1.0 - STAYS) if WELL < found < N_ALONE else 0.0  # a fault that was found leaves all others less
+    well = log_pushes(out[WELL, 1], out[WELL, 2])
     since, always = fault_shape(rows, n, FAULT_S), fault_shape(rows, n, LASTING_S)
-    scene = Scene(rows, n, parts, a, z, ac, since, always, installed_shape(rows, n, installed_as), found, elsewhere)
+    scene = Scene(rows, n, parts, a, z, ac, since, always, installed_shape(rows, n, installed_as), found)
     most = max(6 * n, n * (n + 1) // 2)
     told = Told(np.empty(most), np.empty((most, 2)), np.zeros(1, np.int64))
-    for which in range(1, N_HYPOTHESES):
+    for which in range(1, N_ALONE):
         told.n[0] = 0
         if which == BLED:
             of_stretches(scene, told)
@@ -137,8 +149,11 @@ def weigh(
         for i in range(told.n[0]):
             logs[i] += 0.0 if which == found else out[WELL, 0]
             said[i, 0], said[i, 1] = out[WELL, 1] + said[i, 0], out[WELL, 2] + said[i, 1]
-            logs[i] += _log_pushes(said[i, 0], said[i, 1])
-        _sum_up(logs, said, out[which])
+            logs[i] += log_pushes(said[i, 0], said[i, 1])
+        sum_up(logs, said, out[which])
     out[WELL, 0] += well
-    out[:, 0] = np.exp(out[:, 0] - out[:, 0].max())
-    out[:, 0] /= out[:, 0].sum()
+    leave(scene, out, heard)
+    for which in range(N_ALONE):
+        out[which, 0] = exp(out[which, 0] - heard.log_alone)
+    for which in range(N_ALONE, N_HYPOTHESES):
+        out[which] = 0.0, out[WELL, 1], out[WELL, 2]

@@ -20,7 +20,7 @@ ROOT_3 = 3.0**0.5
 
 
 @compiled
-def _smooth(far: float) -> float:
+def smooth(far: float) -> float:
     """Matern's correlation of order 3/2."""
     return (1.0 + ROOT_3 * far) * exp(-ROOT_3 * far)
 
@@ -32,7 +32,7 @@ def fault_shape(rows: Floats, n: int, lasts_s: float) -> Floats:
     for i in range(n):
         for j in range(i + 1):
             apart_s, moved_n = abs(rows[i, T_S] - rows[j, T_S]), abs(rows[i, LEVEL_N] - rows[j, LEVEL_N])
-            shape[i, j] = _smooth(apart_s / lasts_s) * _smooth(moved_n / FAULT_REACH_N)
+            shape[i, j] = smooth(apart_s / lasts_s) * smooth(moved_n / FAULT_REACH_N)
         shape[i, i] += 1e-6
     factor(shape, n)
     return shape

@@ -29,7 +29,7 @@ from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sensors.kinematics import ACCELERATION, MACH, Accelerometer
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
-from thrustd.sensors.onsets import BROCHURE_OFF, MOUNTS_OFF
+from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF
 from thrustd.sensors.past import FUEL_FLOW, N_SOURCES
 from thrustd.sensors.suspects import Suspects
 from thrustd.sensors.watches import Watches
@@ -39,7 +39,7 @@ RESTING_S = 2.0
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))
-WHOLE_OFF = {MOUNTS_OFF: "mount", BROCHURE_OFF: "brochure"}  # faults of a whole thrust source
+WHOLE_OFF = {MOUNTS_OFF: "mount", BROCHURE_OFF: "brochure", AIR_OFF: "brochure"}  # faults of a whole thrust source
 
 
 class MonitorVerdict(NamedTuple):
@@ -173,8 +173,10 @@ class Monitor:
         if self.bank.disagree(engine):
             status |= Status.DISAGREE
         found = self.bank.found.item(engine)
-        if found in WHOLE_OFF:
-            status |= Status.MOUNT_FAILED if found == MOUNTS_OFF else Status.BROCHURE_FAILED
+        if found in (MOUNTS_OFF, ACCELERATION_OFF):
+            status |= Status.MOUNT_FAILED
+        elif found in WHOLE_OFF:
+            status |= Status.BROCHURE_FAILED
         return int(status)
 
     def _look(self, inputs: MonitorInputs, dt_s: float) -> int:
@@ -219,15 +221,11 @@ class Monitor:
             return []  # all is well
         judged: list[Sensor] = [("sat_degC", 0)] if self._sat_stuck else []
         for engine, found in enumerate(self.bank.found.tolist()):
-            if found != BROCHURE_OFF:  # its sensors are well: it is the engine or the air data
+            if found not in (BROCHURE_OFF, AIR_OFF):  # its sensors are well: it is the engine or the air data
                 judged += [self._sources[engine][source] for source in SOURCES_OFF[found]]
-        if blamed is None and self._all_mounts_off():
+        if blamed is None and (self.bank.found == ACCELERATION_OFF).any():
             blamed = ACCELERATION
         return judged if blamed is None else [*judged, blamed]
-
-    def _all_mounts_off(self) -> bool:
-        """Of every engine: it is what they share."""
-        return len(self._failed) > 1 and bool((self.bank.found == MOUNTS_OFF).all())
 
     def _judge_temperature(self, altitude_m: float) -> None:
         """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
@@ -243,7 +241,7 @@ class Monitor:
             return faults
         nameable = set(judged) & {ACCELERATION, MACH, ("sat_degC", 0)}
         for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
-            if found != MOUNTS_OFF:
+            if found not in (MOUNTS_OFF, ACCELERATION_OFF):
                 nameable |= {self._sources[engine][source] for source in SOURCES_OFF[found]} & set(judged)
         for sensor in self._watches.sensors:
             kind, before = self._watches[sensor].kind, self._kinds.get(sensor, "")
@@ -270,7 +268,7 @@ class Monitor:
             whole, before = WHOLE_OFF.get(found, ""), self._failed[engine]
             if whole == before:
                 continue
-            shared = self._all_mounts_off() or not self._watches.trusts(ACCELERATION)
+            shared = ACCELERATION in self._judged or not self._watches.trusts(ACCELERATION)
             if found == MOUNTS_OFF and shared and not before:
                 continue  # it is the acceleration, which all mounts share
             name = self._layout.engine_names[engine]

@@ -8,8 +8,8 @@
 Equations: see `evidence`.
 """
 
-from math import erfc, log, sqrt
-from typing import NamedTuple
+from math import erfc, exp, log, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,11 +17,13 @@ from thrustd.core.columns import Floats, Integers
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import Parts
 from thrustd.sensors.jumps import see_jump, shaken
-from thrustd.sensors.past import FUEL_FLOW, JUMPED_N, LEVEL_N, LOWER, N1, N2, N_SOURCES, UPPER
+from thrustd.sensors.past import FUEL_FLOW, JUMPED_N, LEVEL_N, LOWER, N1, N2, N_ROWS, N_SOURCES, T_S, UPPER
 from thrustd.sensors.positive import factor
 
 WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF, BLED = range(9)
-N_HYPOTHESES = 9
+ACCELERATION_OFF, AIR_OFF = 9, 10  # of all engines: see `shared`
+N_ALONE, N_HYPOTHESES = 9, 11
+LIKE = MOUNTS_OFF, BROCHURE_OFF  # what each of the shared ones is on one engine
 ALONE_OFF = (-1, UPPER, LOWER, -1, FUEL_FLOW, N1, N2, -1, -1)  # the source of a hypothesis of one sensor
 # faults: what they may be, N of the source
 SIZES_N = (
@@ -38,7 +40,6 @@ SIZES_N = (
 NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-6)
 ALWAYS = (1e-3, 1e-3, 5e-2, 1e-3, 1e-3, 1e-3, 1e-3)
 INSTALLED = 0.2  # one installation in five is off by what no bench shows
-AIR = 2e-3  # air data at fault: every engine's brochure is wrong at once
 STAYS = 0.9  # prior of a fault that has been found
 TIED_N = 1.0  # of a fault that has not begun yet, one sigma
 # Air that is bled (anti-ice) takes fuel and gives no thrust: 5 and 6 % more fuel of both engines at one N1, recorded.
@@ -60,7 +61,6 @@ class Scene(NamedTuple):
     always: Floats  # of one that was always there
     installed: Floats  # of what no bench shows
     found: int  # the hypothesis that led so far
-    elsewhere: float  # how likely it is that the other engines' brochures are wrong too, where any engine's is
 
 
 class Seen(NamedTuple):
@@ -88,6 +88,19 @@ class Alone(NamedTuple):
     u: Floats  # (n,): V' A c
 
 
+HEARD = np.dtype(  # what other engines need of one when it was weighed last; n = 0: it says nothing
+    [
+        ("n", np.int64),
+        ("t_s", np.float64, N_ROWS),
+        ("f", np.float64, (2, N_ROWS, N_ROWS)),  # as `Alone`, of both of LIKE
+        ("g", np.float64, (2, N_ROWS)),
+        ("u", np.float64, (2, N_ROWS)),
+        ("log_alone", np.float64),  # ln of its evidence, whatever it has alone, over that of all well
+        ("well", np.float64),  # how likely it has nothing alone
+    ]
+)
+
+
 class Told(NamedTuple):
     """Of one hypothesis, as far as it was weighed."""
 
@@ -97,7 +110,7 @@ class Told(NamedTuple):
 
 
 @compiled
-def _pattern(which: int, parts: Parts) -> Floats:
+def pattern_of(which: int, parts: Parts) -> Floats:
     """What a fault of one newton does to the sources."""
     pattern = np.zeros(N_SOURCES)
     if which == MOUNTS_OFF:
@@ -110,23 +123,25 @@ def _pattern(which: int, parts: Parts) -> Floats:
 
 
 @compiled
-def _project(a: Floats, z: Floats, n: int, pattern: Floats, f: Floats, g: Floats) -> None:
-    """G = V' A V (n, n) and g = V' z (n,) of a fault in any of the rows."""
-    ours = np.flatnonzero(pattern)
+def alone_of(scene: Scene, pattern: Floats) -> Alone:
+    """V' A V (n, n), V' z and V' A c (n,) of a fault of one newton in any of the rows."""
+    n, ours = scene.n, np.flatnonzero(pattern)
+    f, g, u = np.empty((n, n)), np.zeros(n), np.zeros(n)
     for i in range(n):
-        g[i] = 0.0
         for s in ours:
-            g[i] += pattern[s] * z[i * N_SOURCES + s]
+            g[i] += pattern[s] * scene.z[i * N_SOURCES + s]
+            u[i] += pattern[s] * scene.ac[i * N_SOURCES + s]
         for j in range(i + 1):
             dot = 0.0
             for s in ours:
                 for r in ours:
-                    dot += pattern[s] * pattern[r] * a[i * N_SOURCES + s, j * N_SOURCES + r]
+                    dot += pattern[s] * pattern[r] * scene.a[i * N_SOURCES + s, j * N_SOURCES + r]
             f[i, j] = f[j, i] = dot
+    return Alone(f, g, u)
 
 
 @compiled
-def _grow(shape: Floats, alone: Alone, k: int, across: Floats, seen: Seen) -> None:
+def grow(shape: Floats, alone: Alone, k: int, across: Floats, seen: Seen) -> None:
     """Of the newest k rows becomes that of k + 1; of q the lower half counts, `across` is written over.
 
     `shape` (n, n): lower factor of the fault's correlation.
@@ -146,7 +161,7 @@ def _grow(shape: Floats, alone: Alone, k: int, across: Floats, seen: Seen) -> No
 
 
 @compiled
-def _update(size_n: float, m: int, seen: Seen, room: Room) -> tuple[float, float, float]:
+def update(size_n: float, m: int, seen: Seen, room: Room) -> tuple[float, float, float]:
     """-> ln of the likelihood ratio, change of T0 and of its variance, for a fault in the newest m rows."""
     q, work = seen.q, room.work
     for i in range(m):
@@ -177,20 +192,20 @@ def _prior(which: int, m: int, size: int, scene: Scene) -> float:
         return STAYS / (2 * n)
     if which == MOUNTS_OFF and m == n:
         return INSTALLED if size == 0 else 0.5 * ALWAYS[which - 1]
-    new = NEW[which - 1] + (AIR * scene.elsewhere if which == BROCHURE_OFF else 0.0)
+    new = NEW[which - 1]
     if which == BROCHURE_OFF and size == 1:  # an engine is not that much unlike its deck
         return 0.5 * new / n
     return 0.5 * ALWAYS[which - 1] if m == n else 0.5 * new / (n - 1)
 
 
 @compiled
-def _tied(shape: Floats, m: int, q: Floats) -> Floats:
+def tied(shape: Floats, m: int, q: Floats) -> Floats:
     """L' G L (m, m) of a fault that is none yet in the oldest of m rows: a reading of 0 +- TIED_N there."""
-    tied = q[:m, :m].copy()
+    with_it = q[:m, :m].copy()
     for j in range(m):
         for k in range(j + 1):
-            tied[j, k] += shape[m - 1, j] * shape[m - 1, k] / TIED_N**2
-    return tied
+            with_it[j, k] += shape[m - 1, j] * shape[m - 1, k] / TIED_N**2
+    return with_it
 
 
 @compiled
@@ -205,12 +220,12 @@ def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, room: Room,
     """In the newest m rows, and once more with what the mounts jumped by then."""
     rows, n, shape, size_n = scene.rows, scene.n, scene.since, SIZES_N[which - 1][size]
     prior = log(0.5 * _prior(which, m, size, scene))
-    ratio, moved_n, more_n2 = _update(size_n, m, seen, room)
+    ratio, moved_n, more_n2 = update(size_n, m, seen, room)
     _tell(told, prior + ratio, moved_n, more_n2)
     pattern = seen.pattern
     if pattern[UPPER] * rows[m - 1, JUMPED_N] + pattern[LOWER] * rows[m - 1, JUMPED_N + 1] != 0.0:
         q, g = see_jump(rows, scene.parts, pattern, shape, m, seen.q, seen.g)
-        ratio, moved_n, more_n2 = _update(size_n, m, Seen(q, g, seen.u, pattern), room)
+        ratio, moved_n, more_n2 = update(size_n, m, Seen(q, g, seen.u, pattern), room)
         less = shaken(rows, m, scene.parts, SIZES_N[MOUNTS_OFF - 1], NEW[MOUNTS_OFF - 1] / (n - 1))
         _tell(told, prior + ratio - less, moved_n, more_n2)
 
@@ -218,31 +233,26 @@ def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, room: Room,
 @compiled
 def of_onsets(which: int, scene: Scene, told: Told) -> None:
     """Of one hypothesis, by onset and size."""
-    n, sizes = scene.n, SIZES_N[which - 1]
-    across, pattern = np.empty(n), _pattern(which, scene.parts)
-    alone = Alone(np.empty((n, n)), np.empty(n), np.zeros(n))
+    n, sizes, pattern = scene.n, SIZES_N[which - 1], pattern_of(which, scene.parts)
+    alone, across = alone_of(scene, pattern), np.empty(n)
     seen = Seen(np.empty((n, n)), np.empty(n), np.empty(n), pattern)
     room = Room(np.empty((n, n)), np.empty(n), np.empty(n))
-    _project(scene.a, scene.z, n, pattern, alone.f, alone.g)
-    for i in range(n):
-        for s in range(N_SOURCES):
-            alone.u[i] += pattern[s] * scene.ac[i * N_SOURCES + s]
     for m in range(1, n + 1):
-        _grow(scene.since, alone, m - 1, across, seen)
-        tied = Seen(_tied(scene.since, m, seen.q), seen.g, seen.u, pattern)
+        grow(scene.since, alone, m - 1, across, seen)
+        until = Seen(tied(scene.since, m, seen.q), seen.g, seen.u, pattern)
         for size in range(2):
             if m < n:
                 _sudden(which, scene, m, size, seen, room, told)
             if m > 1:
-                ratio, moved_n, more_n2 = _update(sizes[size], m, tied, room)
+                ratio, moved_n, more_n2 = update(sizes[size], m, until, room)
                 ratio += log(0.5 * _prior(which, m - 1, size, scene)) + 0.5 * log(1.0 + (sizes[size] / TIED_N) ** 2)
                 _tell(told, ratio, moved_n, more_n2)
     for size in range(2):
         installed = which == MOUNTS_OFF and size == 0
         shape, size_n = (scene.installed, 1.0) if installed else (scene.always, sizes[size])
         for i in range(n if size == 0 or which == MOUNTS_OFF else 0):  # another shape begins anew
-            _grow(shape, alone, i, across, seen)
-        ratio, moved_n, more_n2 = _update(size_n, n, seen, room)
+            grow(shape, alone, i, across, seen)
+        ratio, moved_n, more_n2 = update(size_n, n, seen, room)
         _tell(told, log(_prior(which, n, size, scene)) + ratio, moved_n, more_n2)
 
 
@@ -267,3 +277,16 @@ def of_stretches(scene: Scene, told: Told) -> None:
             more = max(erfc(-g * sqrt(0.5 * sigma2 / wide)), LEAST_P)
             log_p = prior + 0.5 * (sigma2 * g * g / wide - log(wide)) + log(more)
             _tell(told, log_p, -sigma2 * u * g / wide, sigma2 * u * u / wide)
+
+
+@compiled
+def leave(scene: Scene, out: Floats, heard: Any) -> None:
+    """For other engines; `out` (N_HYPOTHESES, 3): ln of the evidence of each that it has alone."""
+    n = heard.n = scene.n
+    heard.t_s[:n] = scene.rows[:n, T_S]
+    for k in range(2):
+        alone = alone_of(scene, pattern_of(LIKE[k], scene.parts))
+        heard.f[k, :n, :n], heard.g[k, :n], heard.u[k, :n] = alone.f, alone.g, alone.u
+    most = out[:N_ALONE, 0].max()
+    heard.log_alone = most + log(np.sum(np.exp(out[:N_ALONE, 0] - most)))
+    heard.well = exp(out[WELL, 0] - heard.log_alone) + exp(out[BLED, 0] - heard.log_alone)

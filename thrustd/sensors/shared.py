@@ -1,0 +1,136 @@
+"""What is wrong on every engine at once: the accelerometer, which all mounts share, or the air data of all brochures.
+
+    y_e = H T_e + e_e + V_e b     of engine e, the same b [N] on each; the errors e of one are independent of another's
+
+So V' A V and V' z are those of every engine over its own rows, and b is smooth in time alone (see `fault_shape`):
+
+    the accelerometer    sudden or gradual: a step of 0.05 g is 180 N of an engine's weight at once
+    air data             gradual, over minutes or as quickly as air data change or stand while the aircraft accelerates;
+                         those that jump are known by their own watch
+
+Every engine leaves what the others need of it (`HEARD`). Weighed while an engine may not be well: a shared fault of
+which no engine shows anything is none. Equations: see `evidence`.
+"""
+
+from math import exp, log
+from typing import Any
+
+import numpy as np
+
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
+from thrustd.sensors.evidence import log_pushes, sum_up
+from thrustd.sensors.fault_shape import FAULT_S, smooth
+from thrustd.sensors.onsets import (
+    ACCELERATION_OFF,
+    AIR_OFF,
+    LIKE,
+    SIZES_N,
+    STAYS,
+    TIED_N,
+    WELL,
+    Alone,
+    Room,
+    Seen,
+    grow,
+    tied,
+    update,
+)
+from thrustd.sensors.positive import factor
+
+AIR_S = 20.0  # a Mach number that leaves by 0.035/s, as it may at most, takes 150 to 250 N/s along
+SHARED = 2e-3  # prior of each of the two within the rows, as of both mounts of an engine
+DOUBT = 0.02  # an engine that is less likely to have something is well
+
+
+@compiled
+def _together(heard: Any, e: int, k: int) -> tuple[Floats, Alone]:
+    """Times of all engines' rows, the newest first, and a fault in each of them alone; u is that of engine e."""
+    size = 0
+    for o in range(len(heard)):
+        size += heard[o].n
+    t_s, engine, row, at = np.empty(size), np.empty(size, np.int64), np.empty(size, np.int64), np.zeros(size, np.int64)
+    alone = Alone(np.zeros((size, size)), np.empty(size), np.zeros(size))
+    for i in range(size):
+        newest = -1
+        for o in range(len(heard)):
+            if at[o] < heard[o].n and (newest < 0 or heard[o].t_s[at[o]] > heard[newest].t_s[at[newest]]):
+                newest = o
+        engine[i], row[i] = newest, at[newest]
+        at[newest] += 1
+        said = heard[newest]
+        t_s[i], alone.g[i] = said.t_s[row[i]], said.g[k, row[i]]
+        if newest == e:
+            alone.u[i] = said.u[k, row[i]]
+        for j in range(i + 1):
+            if engine[j] == newest:
+                alone.f[i, j] = alone.f[j, i] = said.f[k, row[i], row[j]]
+    return t_s, alone
+
+
+@compiled
+def _lasting(t_s: Floats, lasts_s: float) -> Floats:
+    """Lower factor (n, n) of how a fault at one time goes with itself at another."""
+    n = len(t_s)
+    shape = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            shape[i, j] = smooth((t_s[j] - t_s[i]) / lasts_s)
+        shape[i, i] += 1e-6
+    factor(shape, n)
+    return shape
+
+
+@compiled
+def _weigh_one(heard: Any, e: int, which: int, well: Floats, row: Floats) -> None:
+    """One of the two, by onset, size and way, prior included; see `sum_up`. `well`: what engine e says if it is."""
+    k, of_air = which - ACCELERATION_OFF, which == AIR_OFF
+    t_s, alone = _together(heard, e, k)
+    n, sizes = len(t_s), SIZES_N[LIKE[k] - 1]
+    across, seen = np.empty(n), Seen(np.empty((n, n)), np.empty(n), np.empty(n), t_s)
+    room, logs, said, told = Room(np.empty((n, n)), np.empty(n), np.empty(n)), np.empty(4 * n), np.empty((4 * n, 2)), 0
+    for way in range(2):
+        shape, sudden = _lasting(t_s, AIR_S if of_air and way else FAULT_S), way == 0 and not of_air
+        grow(shape, alone, 0, across, seen)
+        for m in range(2, n + 1):
+            until = seen
+            if not sudden:
+                grow(shape, alone, m - 1, across, seen)
+                until = Seen(tied(shape, m, seen.q), seen.g, seen.u, t_s)
+            newest = m - 1 if sudden else m
+            for size in range(2):
+                ratio, moved_n, more_n2 = update(sizes[size], newest, until, room)
+                ratio += 0.0 if sudden else 0.5 * log(1.0 + (sizes[size] / TIED_N) ** 2)
+                said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
+                logs[told] = ratio + log(SHARED / (4 * (n - 1))) + log_pushes(said[told, 0], said[told, 1])
+                told += 1
+            if sudden:
+                grow(shape, alone, m - 1, across, seen)
+    sum_up(logs[:told], said[:told], row)
+
+
+@compiled
+def weigh_shared(heard: Any, e: int, found: int, out: Floats) -> None:
+    """Puts both among what engine e may have alone, `out` (N_HYPOTHESES, 3) of `weigh`; `found`: see there."""
+    others, doubt, alone = 0, 1.0 - heard[e].well, 0.0
+    for o in range(len(heard)):
+        if heard[o].n > 0:
+            alone += heard[o].log_alone
+            others += 1 if o != e else 0
+            doubt = max(doubt, 1.0 - heard[o].well)
+    if others == 0 or (doubt < DOUBT and found < ACCELERATION_OFF):
+        return
+    logs = np.zeros(3)
+    for k in range(2):
+        which = ACCELERATION_OFF + k
+        _weigh_one(heard, e, which, out[WELL], out[which])
+        logs[k] = out[which, 0] - alone + (log(STAYS / SHARED) if which == found else 0.0)
+    if found >= ACCELERATION_OFF:
+        logs[2] = log(1.0 - STAYS)
+        logs[AIR_OFF - found] += logs[2]
+    most = logs.max()
+    total = exp(logs[0] - most) + exp(logs[1] - most) + exp(logs[2] - most)
+    for which in range(ACCELERATION_OFF):
+        out[which, 0] *= exp(logs[2] - most) / total
+    for k in range(2):
+        out[ACCELERATION_OFF + k, 0] = exp(logs[k] - most) / total
