@@ -2,17 +2,17 @@
 
     mount       share T + e_0 = model(deformation; effects) + z dF/dx + p      z: the transducer's zero, p: its past
     other       the same of the engine's other mount, where the log and its model are there
-    brochure    T + e_i       = G_i - s F - l dF/dt - b - H sum c_jk x^j v^k      i: fuel flow, N1, N2
-    H = delta_t L h,   h = x + r v sqrt(h),   x = F / (delta_t L),   v = u / 0.5,   u = M / sqrt(1 + 0.2 M^2)
+    brochure    T + e_i       = G_i - s F - l dF/dt - dF/d ln w sum c_jk x^j u^k      i: fuel flow, N1, N2
+    x = F / (delta_t largest),   u = M / sqrt(1 + 0.2 M^2) / largest
 
 T of every row may be anything. e is one Gaussian over all rows of a stretch, with the covariance that weighs sensors in
 flight (`sensors.errors`): an engine against its deck, the deck's shape, lines of N1 and N2, lags of a thrust that
-moves. It forgets. What a deck is wrong by on every flight alike are s, l, b and c, with priors: an engine is 3 % off
-its deck and half a second late, at idle net thrust is 25 N uncertain, each coefficient of the surface is 1 % of the
-gross thrust H: a cycle is wrong by a part of its gross thrust, the net one and the ram drag of its air, r v sqrt(h).
-F: the thrust, by the deck; L: the largest corrected F; j + k <= 2. So a deck is much better known at idle than
-at cruise, while a nacelle drags alike: fast flight at idle tells them apart. What the rubber remembers when a stretch
-begins, p, is unknown: a log may begin in mid-flight (`identify.first_state`).
+moves. It forgets. What a deck is wrong by on every flight alike are s, l and c, with priors: an engine is 3 % off its
+deck and half a second late, and it burns another fuel flow w for its thrust, one that depends on thrust and speed. By
+how much recorded flights tell, each left out of the fit in turn: 4.8 % between fuel flow and spools (APPETITE), and
+nobody knows which of the two the thrust follows. All c are alike and together as large; j + k <= 2. So a deck is much
+better known at idle, where dF/d ln w is small, than at cruise, while a nacelle drags alike: fast flight at idle tells.
+What the rubber remembers when a stretch begins, p, is unknown: a log may begin in mid-flight (`identify.first_state`).
 """
 
 from collections.abc import Sequence
@@ -28,9 +28,18 @@ from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.reference import deck_says
 from thrustd.diagnose.search.aboard import Aboard
 from thrustd.diagnose.search.evidence import simulate
+from thrustd.fusion.settings import FusionSettings
 from thrustd.identify.first_state import of_the_past
 from thrustd.identify.segments import DEFORMATION, Segment
-from thrustd.sensors.errors import AS_ON_THE_BENCH, LEAST_DECK_N, REACH_N, REST_S, WHITE_N, covariance
+from thrustd.sensors.errors import (
+    APPETITE,
+    AS_ON_THE_BENCH,
+    LEAST_DECK_N,
+    REACH_N,
+    REST_S,
+    WHITE_N,
+    covariance,
+)
 from thrustd.sensors.errors import ENGINE as OF_ENGINE
 from thrustd.sensors.past import (
     COUNTS,
@@ -52,14 +61,12 @@ from thrustd.sensors.past import (
 )  # fmt: skip
 
 ROWS = 400  # of a stretch at most
-ENGINE, LEAD_S, IDLE_N, SHAPE = 0.0316, 0.5, 25.0, 0.01  # one sigma of s, l, b, c
-POWERS = [(i, j) for i in range(3) for j in range(3 - i)]  # of x and v
-SURFACE = slice(3, 3 + len(POWERS))  # of the unknowns: c
-FAST = 0.5  # of u
-RAM = FAST * 340.3 / 316.0  # r: speed of sound over static thrust per air flow, m/s (JT15D-4: 11.12 kN of 35.2 kg/s)
+ENGINE, LEAD_S = 0.0316, 0.5  # one sigma of s, l
+POWERS = [(i, j) for i in range(3) for j in range(3 - i)]  # of x and u
 ZERO_MM = 0.005  # of a transducer after `thrustd zero`: what friction in the mount holds, thesis figure 12.6
 NUDGE_MM = 0.01  # for the slope of the force
 MODEL_N = 10.0  # one sigma of a model that promises none
+FLOWN = FusionSettings()  # a mount in its aircraft against its bench: friction, stiffness
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,18 +121,12 @@ def sources_of(mounts: Sequence[Aboard], deck: Deck) -> list[Sources]:
     widths = [max(1, -(-len(stretch[0]) // ROWS)) for stretch in stretches]
     own_n = [float(np.median(m.spec.error.std_n)) if m.spec.error is not None else MODEL_N for m in mounts]
     tables = [_table(s[0], p, w, own_n, deck, place) for s, p, w in zip(stretches, plain, widths, strict=True)]
-    airs = [_air(stretch[0], width) for stretch, width in zip(stretches, widths, strict=True)]
-    largest_n = max(
-        float(np.max(np.abs(table[:, LEVEL_N] / delta))) for table, (delta, _) in zip(tables, airs, strict=True)
-    )
+    wrong = _of_deck(stretches, widths, tables)
     unknown = [_of_mount(mount, widths) for mount in mounts]
     ends, found = np.cumsum([len(table) for table in tables]), []
-    for stretch, said_n, width, table, (delta, v), end in zip(
-        stretches, plain, widths, tables, airs, ends, strict=True
-    ):
-        wrong = _surface(table[:, RATE_N_S], table[:, LEVEL_N], delta, v, largest_n)
+    for stretch, said_n, width, table, end in zip(stretches, plain, widths, tables, ends, strict=True):
         columns = np.zeros((len(table), N_SOURCES, wrong.shape[1]))
-        columns[:, FUEL_FLOW:] = -wrong[:, None, :]
+        columns[:, FUEL_FLOW:] = -wrong[end - len(table) : end, None, :]
         for slot, every in enumerate(unknown):
             own = np.zeros((len(table), N_SOURCES, every.shape[1]))
             own[:, slot] = every[end - len(table) : end]
@@ -205,20 +206,25 @@ def _table(
     table[:, DECK_N], table[:, PER_FUEL_N], table[:, LOG_FLOW] = np.nan_to_num(says[:, [0, 4, 5]]).T
     table[:, SAID + FUEL_FLOW : COUNTS] = np.nan_to_num(brochure)
     for slot, (model_n, one_n) in enumerate(zip(models_n, own_n, strict=True)):
-        table[:, SAID + slot], table[:, COUNTS + slot], table[:, OWN_N + slot] = means(model_n, width), 1.0, one_n
+        table[:, SAID + slot], table[:, COUNTS + slot] = means(model_n, width), 1.0
+        stiffness_n = FLOWN.mount_stiffness_std * table[:, SAID + slot]
+        table[:, OWN_N + slot] = np.hypot(np.hypot(one_n, FLOWN.mount_friction_std_n), stiffness_n)
     table[:, COUNTS + FUEL_FLOW : COUNTS + N_SOURCES] = np.isfinite(brochure) * told
     return table
 
 
-def _air(segment: Segment, width: int) -> tuple[Floats, Floats]:
-    """delta_t and v (rows,)."""
+def _of_deck(stretches: Sequence[tuple[Segment, ...]], widths: Sequence[int], tables: Sequence[Floats]) -> Floats:
+    """Columns (rows, n) of s, l and c over the rows of all stretches, one sigma each."""
+    airs = [_air(stretch[0], width) for stretch, width in zip(stretches, widths, strict=True)]
+    every, (delta, speed) = np.concatenate(tables), np.concatenate(airs, axis=1)
+    x, u = (one / np.max(np.abs(one)) for one in (every[:, LEVEL_N] / delta, speed))
+    surface = np.column_stack([x**i * u**j for i, j in POWERS])
+    surface *= APPETITE / np.sqrt(np.mean(np.sum(surface**2, axis=1)))
+    lasting = ENGINE * every[:, LEVEL_N], LEAD_S * every[:, RATE_N_S], surface * every[:, PER_FUEL_N, None]
+    return np.column_stack(lasting)
+
+
+def _air(segment: Segment, width: int) -> Floats:
+    """delta_t and u (2, rows)."""
     mach, altitude_m = (means(segment.inputs[name], width) for name in ("mach", "pressure_altitude_m"))
-    return np.asarray(total_pressure_ratio(mach, altitude_m)), np.asarray(mach / np.sqrt(stagnation(mach)) / FAST)
-
-
-def _surface(rate_n_s: Floats, level_n: Floats, delta: Floats, v: Floats, largest_n: float) -> Floats:
-    """Columns (rows, n) of s, l, b and c, one sigma each."""
-    x, ram = level_n / (delta * largest_n), 0.5 * RAM * v
-    gross_n = delta * largest_n * (ram + np.sqrt(ram**2 + np.maximum(x, 0.0))) ** 2
-    shape = [SHAPE * gross_n * x**i * v**j for i, j in POWERS]
-    return np.column_stack([ENGINE * level_n, LEAD_S * rate_n_s, np.full(len(x), IDLE_N), *shape])
+    return np.stack((total_pressure_ratio(mach, altitude_m), mach / np.sqrt(stagnation(mach))))

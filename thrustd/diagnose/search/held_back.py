@@ -2,8 +2,10 @@
 
     ln p(part | rest; set) - ln p(part | rest; without) = gain(all) - gain(rest),   gain: ln of how much likelier
 
-A part is another recording where several are given, else a fifth of the flight. A set that foretells the parts no
-better than the model without it is not there: it fits what happened once.
+A part is another recording where several are given, else a fifth of the flight. A set that makes the parts no
+likelier than the model without it is not there: it fits what happened once. Nor is an effect whose size recordings
+disagree about so much that it may be nothing. How many N are left of the parts is said; a deck is wrong for minutes by
+more than most effects, so it proves little.
 """
 
 from dataclasses import dataclass, replace
@@ -11,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thrustd.core.columns import Flags, Floats
-from thrustd.core.measures import rms
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.diagnose.search.weigh import Flown, Weighed, weigh
 from thrustd.sensors.past import FUEL_FLOW, UPPER
 
@@ -25,10 +27,6 @@ class HeldBack:
     likelier: float  # ln, all parts together
     before_n: float
     after_n: float
-
-    @property
-    def better(self) -> bool:
-        return self.likelier > 0.0 and self.after_n < self.before_n
 
 
 def held_back(seen: Flown, larger: Weighed, smaller: Weighed) -> HeldBack:
@@ -53,6 +51,13 @@ def as_recordings_scatter(seen: Flown, one: Weighed) -> Weighed:
     squares = sum(np.square((each.numbers - one.numbers) / each.std) for each in alone)
     factor = np.sqrt(np.maximum(squares / (len(names) - 1), 1.0))
     return replace(one, covariance=one.covariance * np.outer(factor, factor))
+
+
+def told(one: Weighed) -> bool:
+    """Whether the last effect of a set is surely not nothing."""
+    free = one.placed[-1].term.free
+    sizes = np.abs(one.numbers[-len(free) :]) > SIGMAS_95 * one.std[-len(free) :]
+    return any(p.amplitude and sure for p, sure in zip(free, sizes, strict=True))
 
 
 def _parts(seen: Flown) -> list[list[Flags]]:

@@ -1,8 +1,8 @@
 """Which set of effects a flight shows, each weighed by evidence against what its brochure may be wrong by.
 
 Sets grow one effect at a time while the next one makes the readings clearly likelier: by SURE for every law that was
-looked at, as much as it takes to be so much surer than before anything was known. It also has to foretell what is held
-back. A set that is not SURE times likelier than another one of as many effects is not told from it. An effect may be in
+looked at, as much as it takes to be so much surer than before anything was known. What is held back has to bear it
+out. A set that is not SURE times likelier than another one of as many effects is not told from it. An effect may be in
 the mount that is judged, in the engine's other one, or in both (`aboard`).
 """
 
@@ -20,7 +20,7 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import SETS, Explained, Stretch
-from thrustd.diagnose.search.held_back import HeldBack, as_recordings_scatter, held_back, left_n
+from thrustd.diagnose.search.held_back import HeldBack, as_recordings_scatter, held_back, left_n, told
 from thrustd.diagnose.search.library import of_the_rubber, terms_in_flight
 from thrustd.diagnose.search.question import Given, Question, asked_for
 from thrustd.diagnose.search.told import ParameterEstimate, lines_of
@@ -38,7 +38,7 @@ MUCH = 4.0  # times the variance that the readings should have: something else i
 AGAINST = "against the brochure"
 HELD_BACK = f"{AGAINST}, on parts held back"
 TOLD_BY_BENCH = "remembers the deformation alone: a bench tells it, no flight"
-NOT_FORETOLD = "fits these flights, but a part held back is not foretold better with it: not named"
+NOT_FORETOLD = "fits these flights, but a part held back does not bear it out: not named"
 NO_PROOF = "the brochure's own errors may hide an effect: none against it is no proof of a right model"
 
 
@@ -94,7 +94,7 @@ def searched(given: Flown, terms: Sequence[Term], progress: Progress | None = No
         if larger is best or larger.likelier(best) < log(certain):
             break
         judged = held_back(given, larger, best)
-        if not judged.better:
+        if judged.likelier <= 0.0 or not told(as_recordings_scatter(given, larger)):
             not_foretold = larger.words
             break
         held = judged if best is nothing else held_back(given, larger, nothing)

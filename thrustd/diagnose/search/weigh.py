@@ -5,8 +5,7 @@
 
 by Gauss-Newton on free runs of the model with the effects in it (Laplace; MacKay, Neural Comput. 4 (1992) 415). Of two
 sets the one is better that makes the readings likelier, and a size that a prior spreads over much costs its spread. The
-mount's curve and all that its rubber remembers stay as the bench left them: no deck knows them better. How large the
-errors of a deck's surface are is told by the evidence, too.
+mount's curve and all that its rubber remembers stay as the bench left them: no deck knows them better.
 """
 
 from collections.abc import Sequence
@@ -17,7 +16,7 @@ import numpy as np
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.aboard import Aboard, Placed, beside, spec_with
-from thrustd.diagnose.search.brochure_sources import SURFACE, Sources, sources_of
+from thrustd.diagnose.search.brochure_sources import Sources, sources_of
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.question import Given, Question
 from thrustd.model.artifact import ModelSpec
@@ -26,7 +25,6 @@ STEP = 0.05  # of a number's sigma, for the influence
 BEGIN = 0.1  # of an amplitude's sigma, so that its shape can move
 ITERATIONS, DONE = 8, 0.02  # sigmas
 SURE = 20.0  # times likelier: 95 %
-SURFACES = 1.0, 2.0, 4.0  # times as wrong as its prior says may a deck's surface be
 NO_NUMBERS: Floats = np.empty(0)
 
 
@@ -57,12 +55,6 @@ class Flown:
     def of_mounts(self, runs: Sequence[Runs]) -> Floats:
         """The mounts' readings alone, white."""
         return np.concatenate([s.white(s.of_mounts(run)) for s, run in zip(self.sources, runs, strict=True)])
-
-    def scaled(self, size: float) -> Floats:
-        """The unknowns with a surface so many times as wrong."""
-        found = self.unknowns.copy()
-        found[:, SURFACE] *= size
-        return found
 
     def only(self, name: str) -> "Flown":
         """What one recording says alone."""
@@ -139,41 +131,33 @@ def begin_at(placed: Sequence[Placed]) -> Floats:
 
 
 def weigh(given: Flown, placed: Sequence[Placed], iterations: int = ITERATIONS, begin: Floats | None = None) -> Weighed:
-    """The most probable sizes of these effects together, beside the likeliest size of a surface's errors."""
+    """The most probable sizes of these effects together, beside what reference and zeros do not know."""
     numbers = begin_at(placed) if begin is None else begin
     positive = np.array([flag for one in placed for flag in one.term.positive()], bool)
     for _ in range(iterations if placed else 1):
         mount = given.of_mounts(given.runs(placed, numbers))
         columns = _columns(given, placed, numbers, mount)
         left = mount + given.of_brochure - columns @ numbers
-        solved = {size: _solved(np.column_stack((given.scaled(size), columns)), left) for size in SURFACES}
-        size = max(solved, key=lambda one: solved[one].log_evidence)
-        found = solved[size].found[-len(numbers) :] if placed else numbers
+        solved = _solved(np.column_stack((given.unknowns, columns)), left)
+        found = solved.found[-len(numbers) :] if placed else numbers
         moved = np.where(positive, np.maximum(found, 0.0), found) - numbers
         numbers = numbers + moved
         if np.all(np.abs(moved) < DONE):
             break
     runs = given.runs(placed, numbers)
-    scaled, left = given.scaled(size), given.of_mounts(runs) + given.of_brochure
-    core = _solved(scaled, left)
-    information = solved[size].information
-    n = len(information) - len(numbers)
-    unknowns = core.found.copy()
-    unknowns[SURFACE] *= size
-    variance = np.asarray(np.linalg.inv(information)[n:, n:], np.float64)
-    log_det = float(np.linalg.slogdet(information)[1])
+    left = given.of_mounts(runs) + given.of_brochure
+    core = _solved(given.unknowns, left)
+    n = len(solved.information) - len(numbers)
+    variance = np.asarray(np.linalg.inv(solved.information)[n:, n:], np.float64)
+    log_det = float(np.linalg.slogdet(solved.information)[1])
     squares = core.squares + float(numbers @ numbers)
-    return Weighed(tuple(placed), numbers, unknowns, variance, tuple(runs), squares, log_det, len(left))
+    return Weighed(tuple(placed), numbers, core.found, variance, tuple(runs), squares, log_det, len(left))
 
 
 class _Solved(NamedTuple):
     found: Floats
     information: Floats
     squares: float  # with those of what was found
-
-    @property
-    def log_evidence(self) -> float:
-        return -(self.squares + float(np.linalg.slogdet(self.information)[1])) / 2
 
 
 def _solved(table: Floats, left: Floats) -> _Solved:
