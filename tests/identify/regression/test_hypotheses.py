@@ -17,6 +17,7 @@ from thrustd.identify.structures import structure_named
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.structure import of_spec
 from thrustd.model.artifact import LinearBlock, RealMode
+from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
 
 from ..hw_truth import OSCILLATING, record, truth
@@ -67,6 +68,19 @@ def test_a_curve_behind_is_found():
     found = explained(segments_of([data]), Asked())
     assert np.abs(np.diff(found.point.h, 2)).max() > 1e-3
     assert np.sqrt(found.mean_square) * found.shape.output_scale < 1.3 * sigma
+
+
+def test_what_only_the_rest_of_a_long_record_shows_counts_too():
+    """Its first third hardly moves: there a mount does as well as a system of gains of either sign and two curves."""
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(0.0, 1.2, 300), 200)
+    u[:20_000] = 0.6 + 0.05 * (u[:20_000] - 0.6)
+    system = truth(LinearBlock(1.2, [RealMode(0.5, -0.3), RealMode(3.0, 0.1)]))
+    noise = 20.0 * rng.normal(size=len(u))
+    y = compile_model(system, 100.0).simulate(u[:, None]) + noise
+    data = make_recording("bench", {"time_s": np.arange(len(u)) / 100.0, "deformation_mm": u, "force_N": y})
+    found = explained(segments_of([data]))
+    assert np.sqrt(found.mean_square) * found.shape.output_scale < 1.05 * 20.0
 
 
 def test_signs_that_an_even_curve_loses_are_found_again():

@@ -33,12 +33,12 @@ from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
 from thrustd.identify.regression.starts import linear_point
 from thrustd.identify.regression.sweep import simulate
-from thrustd.identify.segments import DEFORMATION, SHORTEST, Segment, head, thinned
+from thrustd.identify.segments import DEFORMATION, Segment, thinned
 
 PARTS, EVERY = 40, 4  # blocks of a record; every such one is held back
 CLEARLY = 1.0  # standard errors
 WORTH_IT = 0.95  # of the error of rubber, from which on something else is believed: physics holds on other records, too
-SHOWN = 20_000  # samples on which hypotheses meet
+SHOWN = 20_000  # samples that count while hypotheses meet
 MOST_PAIRS = 4
 MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
@@ -136,8 +136,7 @@ def explained(
     made = {} if made is None else made
     if sum(map(len, segments)) > MANY:
         return _of_many(segments, asked, progress, made)
-    shown = _first(segments, SHOWN)
-    competing = Field(shown, asked, progress, [_hidden(segment) for segment in shown], made, given)
+    competing = Field(segments, asked, progress, [_hidden(segment) for segment in _spread(segments)], made, given)
     general = None
     if asked.friction:
         rubber, general = competing.rubber(), competing.general()
@@ -210,10 +209,11 @@ def _reduced(
     return resolved(replace(found, shape=shape, point=point), segments, progress)
 
 
-def _first(segments: Sequence[Segment], samples: int) -> list[Segment]:
-    """So many samples in all from the beginnings of the segments."""
-    share = min(1.0, samples / sum(map(len, segments)))
-    return [head(segment, max(SHORTEST, round(share * len(segment)))) for segment in segments]
+def _spread(segments: Sequence[Segment]) -> list[Segment]:
+    """With every so-manieth reference left that about SHOWN remain; the memory runs through all samples."""
+    step = max(1, round(sum(map(len, segments)) / SHOWN))
+    counted = [np.arange(len(segment)) % step == 0 for segment in segments]
+    return [replace(s, force_n=np.where(c, s.force_n, np.nan)) for s, c in zip(segments, counted, strict=True)]
 
 
 def resolved(
