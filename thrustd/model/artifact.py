@@ -149,6 +149,7 @@ class Posterior(Struct, frozen=True):
     output_grid: tuple[float, float, int] | None = None
     hold: Literal["foh", "zoh"] = "foh"
     passive: bool = True
+    finer_stops: int = 0  # than the usual ones
 
 
 class ModelSpec(Struct, frozen=True):

@@ -144,6 +144,23 @@ def test_the_artifact_is_the_regression_within_a_tenth_of_the_noise():
     assert float(np.sqrt(np.mean((flown - model) ** 2))) < 0.1 * NOISE_N
 
 
+def test_friction_that_turns_over_within_little_more_than_the_noise_of_the_reading_is_found():
+    """A bristle a five-hundredth of the travel long, and what its artifact makes of it."""
+    rng = np.random.default_rng(4)
+    d = 1.0 + np.cumsum(np.repeat(rng.choice([-1.0, 1.0], 40) * rng.uniform(0.5, 1.0, 40), 100)) * 2e-3
+    d = 1e-4 * np.round(d / 1e-4)
+    slider, force = 0.0, np.zeros(len(d))
+    for k in range(1, len(d)):
+        slider = min(max(slider + (d[k] - d[k - 1]) / (2e-3 * np.ptp(d)), -1.0), 1.0)
+        force[k] = 2000.0 * d[k] + 500.0 * slider
+    data = [segment(d, force + NOISE_N * rng.standard_normal(len(d)))]
+    found = regress(data)
+    assert np.sqrt(found.mean_square) * found.shape.output_scale < 3.0 * NOISE_N
+    [friction] = [e for e in fitted_from(found, data).spec.effects if e.name == "hysteresis_stops"]
+    assert any(value > 0.0 for name, value in friction.parameters.items() if name > "friction_16_n" and name[-1] == "n")
+    assert np.allclose(shape_of(kept(found)).radii, found.shape.radii)
+
+
 def test_the_posterior_comes_back():
     d, _, y = mount(5000)
     found = regress([segment(d, y)])

@@ -8,11 +8,11 @@ from thrustd.core.columns import Flags, Floats
 from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
-from thrustd.identify.regression.stops import N_STOPS, radii_of
+from thrustd.identify.regression.stops import radii_of
 from thrustd.identify.regression.terms import split
 from thrustd.model.artifact import Posterior
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
-from thrustd.model.effects.hysteresis_stops import GROWTH, WEIGHTS
+from thrustd.model.effects.hysteresis_stops import GROWTH, USUAL, WEIGHTS
 
 
 def kept(found: Solution) -> Posterior:
@@ -37,6 +37,7 @@ def kept(found: Solution) -> Posterior:
         (h_grid.low, h_grid.high, h_grid.n) if h_grid else None,
         "zoh" if shape.hold == "zoh" else "foh",
         shape.passive,
+        max(len(shape.radii) - len(USUAL), 0),
     )
 
 
@@ -63,13 +64,15 @@ def with_own_stops(found: Solution) -> Solution:
     turn = np.zeros((shape.n, len(order) + own))  # old numbers of the new ones and, last, of the own stops as they were
     turn[order, np.arange(len(order))] = scale
     turn[where["stops"], len(order) :] = np.eye(own)
-    turn[came[:own], len(order) :] = -np.diag(1.0 / unit[:own])
+    first = len(came) - own  # finer ones, which the mount did not have before
+    turn[came[first:], len(order) :] = -np.diag(1.0 / unit[first:])
     vector = found.point.vector(shape)
     new = vector[order] / scale
     new[len(before) : own_from] = term.values(found.point.terms[at - where["terms"].start])[GROWTH.name]
-    new[own_from : own_from + own] += vector[where["stops"]]
+    last = slice(own_from + first, own_from + len(came))
+    new[last] += vector[where["stops"]]
     free = found.free[order]
-    free[own_from : own_from + own] |= found.free[where["stops"]]
+    free[last] |= found.free[where["stops"]]
     gathered = replace(
         shape,
         radii=radii_of(travel(shape.f_grid)),
@@ -92,17 +95,18 @@ def shape_of(posterior: Posterior) -> Shape:
     low, high, n = posterior.input_grid
     others = n + len(posterior.tau_s) + 2 * len(posterior.log_pole) + 1
     others += posterior.output_grid[2] if posterior.output_grid else 0
+    stops = len(USUAL) + posterior.finer_stops
     return Shape(
         Grid(low, high, n),
         posterior.zero_mm,
         np.array(posterior.tau_s),
-        radii_of(travel(Grid(low, high, n))) if len(posterior.mean) > others else np.zeros(0),
+        radii_of(travel(Grid(low, high, n)))[-stops:] if len(posterior.mean) > others else np.zeros(0),
         posterior.output_scale,
         Grid(*posterior.output_grid) if posterior.output_grid else None,
         np.array(posterior.log_pole).reshape(-1, 2),
         posterior.hold,
         posterior.passive,
-        grows=len(posterior.mean) > others + N_STOPS,
+        grows=len(posterior.mean) > others + stops,
     )
 
 

@@ -63,7 +63,8 @@ def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
     taus_s = np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), LAGS)
     knots = KNOTS * (2 if len(y) > MANY else 1)
     friction = yielding(d, scale)
-    shape = Shape(beyond(low, high, knots), zero, taus_s, radii_of(high - low), scale, grows=True, terms=(friction,))
+    radii = radii_of(high - low, friction.fixed["deadband_mm"])
+    shape = Shape(beyond(low, high, knots), zero, taus_s, radii, scale, grows=True, terms=(friction,))
     records = [Record(x, s.force_n / scale, s.dt_s, zero) for x, s in zip(d, segments, strict=True)]
     return shape, records
 

@@ -2,21 +2,20 @@
 
     s_i <- clip(s_i + dx, -r_i, r_i),   friction = (1 + kappa |x| / r_n) sum_i c_i s_i / r_i,   c_i, kappa >= 0
 
-Radii are shares of the travel, spaced by ratios. The same elements fly as the effect `hysteresis_stops`.
+Radii are shares of the travel, spaced by ratios, down to the noise of the reading. The same elements fly as the effect
+`hysteresis_stops`.
 """
 
 import numpy as np
 
-from thrustd.model.effects.hysteresis_stops import SHARES, advance
+from thrustd.model.effects.hysteresis_stops import SHARES, USUAL, advance
 from thrustd.model.stage import Floats, jit
 
-N_STOPS = len(SHARES)
 
-
-def radii_of(travel: float) -> Floats:
-    """(N_STOPS,)"""
+def radii_of(travel: float, least: float = 0.0) -> Floats:
+    """The usual radii, and finer ones that are not below `least`."""
     radii: Floats = travel * SHARES
-    return radii
+    return radii[(radii >= least) | (USUAL[0] <= SHARES)]
 
 
 def at_rest(radii: Floats, level: float) -> Floats:

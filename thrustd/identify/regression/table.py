@@ -101,12 +101,12 @@ def linear_of(found: Solution) -> LinearBlock:
 def friction_of(found: Solution) -> EffectSpec:
     """The stops with one sigma each."""
     scale, where = found.shape.output_scale, found.shape.parts()["stops"]
-    std = scale * std_of(found)[where]
-    weights = {name: scale * float(c) for name, c in zip(WEIGHTS, found.point.stops, strict=True)}
+    std, names = scale * std_of(found)[where], WEIGHTS[-len(found.shape.radii) :]
+    weights = {name: scale * float(c) for name, c in zip(names, found.point.stops, strict=True)}
     return EffectSpec(
         FRICTION,
         {"travel_mm": travel_of(found.shape), "growth": growth_of(found.point)} | weights,
-        {name: float(s) for name, s in zip(WEIGHTS, std, strict=True) if weights[name] > 0.0},
+        {name: float(s) for name, s in zip(names, std, strict=True) if weights[name] > 0.0},
     )
 
 

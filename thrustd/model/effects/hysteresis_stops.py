@@ -19,7 +19,9 @@ from thrustd.core.columns import Flags
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
-SHARES = np.geomspace(0.004, 0.7, 16)  # of the travel: below the first it is play, above the last a spring
+USUAL = np.geomspace(0.004, 0.7, 16)  # radii as shares of the travel: above the last it is a spring
+FINER = 10  # more of them, as far apart, for readings that show so little
+SHARES = np.concatenate((USUAL[0] * (USUAL[0] / USUAL[1]) ** np.arange(FINER, 0, -1.0), USUAL))
 
 
 @jit
@@ -73,7 +75,8 @@ GROWTH = Parameter(
     "growth", "-", neutral=0.0, low=0.0, high=1e6, starts=(0.0, 0.5),
     meaning="by how much of itself the friction grows up to the deformation r_n", amplitude=False, spread=1.0,
 )  # fmt: skip
-WEIGHTS = tuple(f"friction_{i + 1:02d}_n" for i in range(len(SHARES)))
+PLACES = (*range(len(SHARES), len(USUAL), -1), *range(1, len(USUAL) + 1))  # finer ones are counted on
+WEIGHTS = tuple(f"friction_{place:02d}_n" for place in PLACES)
 
 EFFECT = Effect(
     name="hysteresis_stops",
