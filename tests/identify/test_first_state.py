@@ -1,9 +1,12 @@
 """The state at the first sample of a record."""
 
 import numpy as np
+import pytest
+from scipy.signal import lfilter
 
+from thrustd.identify.first_state import simulated
 from thrustd.identify.report import errors_of
-from thrustd.identify.segments import segments_of
+from thrustd.identify.segments import Segment, segments_of
 from thrustd.identify.structures.structure import of_spec
 from thrustd.records.recording import make_recording
 
@@ -45,3 +48,21 @@ def test_with_a_reference_in_the_first_stretch_only_nothing_is_estimated():
     force_n = np.where(np.arange(6000) < 500, data["force_N"] + 500.0, np.nan)
     errors = errors_of(of_spec(spec, 0), segments_of([data.with_channels(force_N=force_n)]))
     assert errors.rmse_n == errors.rmse_from_rest_n
+
+
+@pytest.mark.parametrize("seed", [0, 4, 11])
+def test_of_a_state_and_its_opposite_behind_an_even_curve_the_right_one_is_found(seed):
+    """|x + 0.3| behind a lag, begun between two levels, seen through noise that hides how wrong the other state is."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.choice([-1.0, 1.0], 60), 5)
+    u[:25], u[25:30] = 1.0, -1.0
+    a = np.exp(-0.02 / 0.4)
+
+    def simulate(segment):
+        d = segment.inputs["deformation_mm"]
+        return np.abs(lfilter([0.0, 1 - a], [1.0, -a], d, zi=[d[0]])[0] + 0.3)
+
+    clean = simulate(Segment("even", 0.0, 0.02, {"deformation_mm": u}, u))[25:]
+    y = clean + 0.2 * rng.standard_normal(len(clean))
+    later = Segment("even", 0.5, 0.02, {"deformation_mm": u[25:]}, y)
+    assert np.abs(simulated(simulate, later, simulate(later)) - clean).max() < 0.2

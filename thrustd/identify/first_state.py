@@ -34,7 +34,6 @@ REACH = 0.25  # of the input's range: so far beyond it may the past have been
 STEP = 1e-3  # of the input's range
 SETTLING = 0.05  # of a segment that starts at rest: that is a guess
 MEDIAN_SQUARE = 0.455  # of Gaussian noise of mean square 1
-FOLLOWED = 4.0  # times the mean square of the rest, up to which the stretch counts as followed
 CLEARLY = 0.8  # of the stretch's sum of squares, from which on a start at rest is given up
 
 
@@ -145,7 +144,7 @@ def _levels(simulate: Simulate, segment: Segment, rested: Floats) -> Floats | No
         noise = _usual_square(rested[n:])
         begins = [np.full(len(held), level) for level in (u[0], u.min(), u.max())]
         found, cost = _searched(residual, begins[0], begins[0], (low, high), noise)
-        if cost > FOLLOWED * noise * good.sum():  # behind an even curve a state and its opposite look alike
+        if cost > noise * good.sum():  # worse than the rest: behind an even curve a state and its opposite look alike
             others = [_searched(residual, begin, begins[0], (low, high), noise) for begin in begins[1:]]
             found, cost = min([(found, cost), *others], key=lambda end: end[1])
     return found if cost < CLEARLY * float(np.nansum(rested[:n] ** 2)) else None
