@@ -171,17 +171,10 @@ def shaken(rows: Floats, m: int, parts: Parts, sizes_n: tuple[float, float], pri
 
 
 @compiled
-def see_jump(
-    rows: Floats, parts: Parts, pattern: Floats, shape: Floats, m: int, q: Floats, g: Floats
-) -> tuple[Floats, Floats]:
-    """L' G L (m, m) and L' g (m,) with what the mounts jumped by at the onset, the oldest of m rows."""
-    q, g = q[:m, :m].copy(), g[:m].copy()
+def see_jump(rows: Floats, parts: Parts, pattern: Floats, m: int) -> tuple[float, float]:
+    """What the mounts jumped by at the onset, the oldest of m rows, as `more` and `more_g` of `onsets.answer`."""
     one_n2, other_n2, mean_n, thrust_n2 = _noise(rows, m, parts)
     u, v, w, _ = _inverse(one_n2, other_n2, thrust_n2, parts)
     x, y = rows[m - 1, JUMPED_N] - parts[0] * mean_n, rows[m - 1, JUMPED_N + 1] - parts[1] * mean_n
     a, b = pattern[0] * u + pattern[1] * v, pattern[0] * v + pattern[1] * w
-    for j in range(m):
-        g[j] += (a * x + b * y) * shape[m - 1, j]
-        for k in range(m):
-            q[j, k] += (a * pattern[0] + b * pattern[1]) * shape[m - 1, j] * shape[m - 1, k]
-    return q, g
+    return a * pattern[0] + b * pattern[1], a * x + b * y

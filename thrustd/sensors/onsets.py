@@ -16,9 +16,9 @@ import numpy as np
 from thrustd.core.columns import Floats, Integers
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import Parts
+from thrustd.sensors.fault_fit import Alone, Seen, Solved, answer, gradual, grow, room_for, solve
 from thrustd.sensors.jumps import see_jump, shaken
 from thrustd.sensors.past import FUEL_FLOW, JUMPED_N, LEVEL_N, LOWER, N1, N2, N_ROWS, N_SOURCES, T_S, UPPER
-from thrustd.sensors.positive import factor
 
 WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF, BLED = range(9)
 ACCELERATION_OFF, AIR_OFF = 9, 10  # of all engines: see `shared`
@@ -41,7 +41,6 @@ NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-6)
 ALWAYS = (1e-3, 1e-3, 5e-2, 1e-3, 1e-3, 1e-3, 1e-3)
 INSTALLED = 0.2  # one installation in five is off by what no bench shows
 STAYS = 0.9  # prior of a fault that has been found
-TIED_N = 1.0  # of a fault that has not begun yet, one sigma
 # Air that is bled (anti-ice) takes fuel and gives no thrust: 5 and 6 % more fuel of both engines at one N1, recorded.
 # One past in twenty has a stretch of it; no sensor is at fault
 BLEED, BLEEDS = 0.05, 0.05
@@ -61,31 +60,6 @@ class Scene(NamedTuple):
     always: Floats  # of one that was always there
     installed: Floats  # of what no bench shows
     found: int  # the hypothesis that led so far
-
-
-class Seen(NamedTuple):
-    """Of one fault of one newton in the newest m rows."""
-
-    q: Floats  # (m, m): L' G L
-    g: Floats  # (m,): L' g
-    u: Floats  # (m,): L' V' A c
-    pattern: Floats  # (N_SOURCES,)
-
-
-class Room(NamedTuple):
-    """Written over: the factor of M (n, n), and two columns (n,)."""
-
-    work: Floats
-    g: Floats
-    u: Floats
-
-
-class Alone(NamedTuple):
-    """Of a fault of one newton in each row alone."""
-
-    f: Floats  # (n, n): V' A V
-    g: Floats  # (n,): V' z
-    u: Floats  # (n,): V' A c
 
 
 HEARD = np.dtype(  # what other engines need of one when it was weighed last; n = 0: it says nothing
@@ -141,50 +115,6 @@ def alone_of(scene: Scene, pattern: Floats) -> Alone:
 
 
 @compiled
-def grow(shape: Floats, alone: Alone, k: int, across: Floats, seen: Seen) -> None:
-    """Of the newest k rows becomes that of k + 1; of q the lower half counts, `across` is written over.
-
-    `shape` (n, n): lower factor of the fault's correlation.
-    """
-    f, q = alone.f, seen.q
-    seen.g[k] = seen.u[k] = 0.0
-    for j in range(k + 1):
-        seen.g[j] += shape[k, j] * alone.g[k]
-        seen.u[j] += shape[k, j] * alone.u[k]
-        across[j] = 0.5 * f[k, k] * shape[k, j]
-        for i in range(j, k):
-            across[j] += f[k, i] * shape[i, j]
-        q[k, j] = 0.0
-    for i in range(k + 1):
-        for j in range(i + 1):
-            q[i, j] += shape[k, i] * across[j] + across[i] * shape[k, j]
-
-
-@compiled
-def update(size_n: float, m: int, seen: Seen, room: Room) -> tuple[float, float, float]:
-    """-> ln of the likelihood ratio, change of T0 and of its variance, for a fault in the newest m rows."""
-    q, work = seen.q, room.work
-    for i in range(m):
-        for j in range(i + 1):
-            work[i, j] = size_n * size_n * q[i, j]
-        work[i, i] += 1.0
-    half = factor(work, m)
-    fit = moved_n = more_n2 = 0.0
-    for i in range(m):
-        g, u = size_n * seen.g[i], size_n * seen.u[i]
-        for k in range(i):
-            g -= work[i, k] * room.g[k]
-            u -= work[i, k] * room.u[k]
-        over = 1.0 / work[i, i]
-        g, u = g * over, u * over
-        room.g[i], room.u[i] = g, u
-        fit += g * g
-        moved_n -= u * g
-        more_n2 += u * u
-    return 0.5 * fit - half, moved_n, more_n2
-
-
-@compiled
 def _prior(which: int, m: int, size: int, scene: Scene) -> float:
     """Of a fault in the newest m rows and one size."""
     n = scene.n
@@ -199,16 +129,6 @@ def _prior(which: int, m: int, size: int, scene: Scene) -> float:
 
 
 @compiled
-def tied(shape: Floats, m: int, q: Floats) -> Floats:
-    """L' G L (m, m) of a fault that is none yet in the oldest of m rows: a reading of 0 +- TIED_N there."""
-    with_it = q[:m, :m].copy()
-    for j in range(m):
-        for k in range(j + 1):
-            with_it[j, k] += shape[m - 1, j] * shape[m - 1, k] / TIED_N**2
-    return with_it
-
-
-@compiled
 def _tell(told: Told, log_p: float, moved_n: float, more_n2: float) -> None:
     k = told.n[0]
     told.logs[k], told.said[k, 0], told.said[k, 1] = log_p, moved_n, more_n2
@@ -216,16 +136,15 @@ def _tell(told: Told, log_p: float, moved_n: float, more_n2: float) -> None:
 
 
 @compiled
-def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, room: Room, told: Told) -> None:
+def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, solved: Solved, told: Told) -> None:
     """In the newest m rows, and once more with what the mounts jumped by then."""
-    rows, n, shape, size_n = scene.rows, scene.n, scene.since, SIZES_N[which - 1][size]
+    rows, n, pattern = scene.rows, scene.n, seen.pattern
     prior = log(0.5 * _prior(which, m, size, scene))
-    ratio, moved_n, more_n2 = update(size_n, m, seen, room)
+    ratio, moved_n, more_n2 = answer(solved, 0.0, 0.0)
     _tell(told, prior + ratio, moved_n, more_n2)
-    pattern = seen.pattern
     if pattern[UPPER] * rows[m - 1, JUMPED_N] + pattern[LOWER] * rows[m - 1, JUMPED_N + 1] != 0.0:
-        q, g = see_jump(rows, scene.parts, pattern, shape, m, seen.q, seen.g)
-        ratio, moved_n, more_n2 = update(size_n, m, Seen(q, g, seen.u, pattern), room)
+        more, more_g = see_jump(rows, scene.parts, pattern, m)
+        ratio, moved_n, more_n2 = answer(solved, more, more_g)
         less = shaken(rows, m, scene.parts, SIZES_N[MOUNTS_OFF - 1], NEW[MOUNTS_OFF - 1] / (n - 1))
         _tell(told, prior + ratio - less, moved_n, more_n2)
 
@@ -236,23 +155,22 @@ def of_onsets(which: int, scene: Scene, told: Told) -> None:
     n, sizes, pattern = scene.n, SIZES_N[which - 1], pattern_of(which, scene.parts)
     alone, across = alone_of(scene, pattern), np.empty(n)
     seen = Seen(np.empty((n, n)), np.empty(n), np.empty(n), pattern)
-    room = Room(np.empty((n, n)), np.empty(n), np.empty(n))
+    room = room_for(n)
     for m in range(1, n + 1):
         grow(scene.since, alone, m - 1, across, seen)
-        until = Seen(tied(scene.since, m, seen.q), seen.g, seen.u, pattern)
         for size in range(2):
+            solved = solve(sizes[size], m, seen, scene.since, room)
             if m < n:
-                _sudden(which, scene, m, size, seen, room, told)
+                _sudden(which, scene, m, size, seen, solved, told)
             if m > 1:
-                ratio, moved_n, more_n2 = update(sizes[size], m, until, room)
-                ratio += log(0.5 * _prior(which, m - 1, size, scene)) + 0.5 * log(1.0 + (sizes[size] / TIED_N) ** 2)
-                _tell(told, ratio, moved_n, more_n2)
+                ratio, moved_n, more_n2 = gradual(sizes[size], solved)
+                _tell(told, ratio + log(0.5 * _prior(which, m - 1, size, scene)), moved_n, more_n2)
     for size in range(2):
         installed = which == MOUNTS_OFF and size == 0
         shape, size_n = (scene.installed, 1.0) if installed else (scene.always, sizes[size])
         for i in range(n if size == 0 or which == MOUNTS_OFF else 0):  # another shape begins anew
             grow(shape, alone, i, across, seen)
-        ratio, moved_n, more_n2 = update(size_n, n, seen, room)
+        ratio, moved_n, more_n2 = answer(solve(size_n, n, seen, shape, room), 0.0, 0.0)
         _tell(told, log(_prior(which, n, size, scene)) + ratio, moved_n, more_n2)
 
 

@@ -20,27 +20,14 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.evidence import log_pushes, sum_up
+from thrustd.sensors.fault_fit import Alone, Seen, answer, gradual, grow, room_for, solve
 from thrustd.sensors.fault_shape import FAULT_S, smooth
-from thrustd.sensors.onsets import (
-    ACCELERATION_OFF,
-    AIR_OFF,
-    LIKE,
-    SIZES_N,
-    STAYS,
-    TIED_N,
-    WELL,
-    Alone,
-    Room,
-    Seen,
-    grow,
-    tied,
-    update,
-)
+from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, LIKE, SIZES_N, STAYS, WELL
 from thrustd.sensors.positive import factor
 
 AIR_S = 20.0  # a Mach number that leaves by 0.035/s, as it may at most, takes 150 to 250 N/s along
 SHARED = 2e-3  # prior of each of the two within the rows, as of both mounts of an engine
-DOUBT = 0.02  # an engine that is less likely to have something is well
+DOUBT = 0.05  # an engine that is less likely to have something is well
 
 
 @compiled
@@ -88,24 +75,20 @@ def _weigh_one(heard: Any, e: int, which: int, well: Floats, row: Floats) -> Non
     t_s, alone = _together(heard, e, k)
     n, sizes = len(t_s), SIZES_N[LIKE[k] - 1]
     across, seen = np.empty(n), Seen(np.empty((n, n)), np.empty(n), np.empty(n), t_s)
-    room, logs, said, told = Room(np.empty((n, n)), np.empty(n), np.empty(n)), np.empty(4 * n), np.empty((4 * n, 2)), 0
-    for way in range(2):
-        shape, sudden = _lasting(t_s, AIR_S if of_air and way else FAULT_S), way == 0 and not of_air
-        grow(shape, alone, 0, across, seen)
-        for m in range(2, n + 1):
-            until = seen
-            if not sudden:
-                grow(shape, alone, m - 1, across, seen)
-                until = Seen(tied(shape, m, seen.q), seen.g, seen.u, t_s)
-            newest = m - 1 if sudden else m
+    room, logs, said, told = room_for(n), np.empty(4 * n), np.empty((4 * n, 2)), 0
+    for way in range(2 if of_air else 1):
+        shape = _lasting(t_s, AIR_S if way else FAULT_S)
+        for m in range(1, n + 1):
+            grow(shape, alone, m - 1, across, seen)
             for size in range(2):
-                ratio, moved_n, more_n2 = update(sizes[size], newest, until, room)
-                ratio += 0.0 if sudden else 0.5 * log(1.0 + (sizes[size] / TIED_N) ** 2)
-                said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
-                logs[told] = ratio + log(SHARED / (4 * (n - 1))) + log_pushes(said[told, 0], said[told, 1])
-                told += 1
-            if sudden:
-                grow(shape, alone, m - 1, across, seen)
+                solved = solve(sizes[size], m, seen, shape, room)
+                for slowly in range(2):
+                    if m == 1 if slowly else of_air or m == n:
+                        continue
+                    ratio, moved_n, more_n2 = gradual(sizes[size], solved) if slowly else answer(solved, 0.0, 0.0)
+                    said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
+                    logs[told] = ratio + log(SHARED / (4 * (n - 1))) + log_pushes(said[told, 0], said[told, 1])
+                    told += 1
     sum_up(logs[:told], said[:told], row)
 
 
