@@ -11,11 +11,11 @@ Names are `piece.place.field`, so that shell patterns choose them:
 `log_` parameters are natural logarithms, so that time constants stay positive and step by ratios.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from math import exp, inf, log
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
@@ -34,6 +34,8 @@ from thrustd.model.artifact import (
 )
 from thrustd.model.effects import effect_named
 
+Mode = TypeVar("Mode", RealMode, ComplexMode)
+LOGARITHMS = ("tau_s", "decay_1_s", "frequency_rad_s")
 LOG_SPAN = 12.0  # time constants may move by a factor e^12 either way
 
 
@@ -144,14 +146,10 @@ def _curve_places(label: str, curve: Curve) -> dict[str, _Place]:
 
 def _linear_places(label: str, linear: LinearBlock) -> dict[str, _Place]:
     places = {f"{label}.direct": _Place(linear.direct, -inf, inf, 1.0)}
-    for i, mode in enumerate(linear.real_modes):
-        places[f"{label}.real.{i}.log_tau_s"] = _log_place(mode.tau_s)
-        places[f"{label}.real.{i}.gain"] = _Place(mode.gain, -inf, inf, 0.1)
-    for i, pair in enumerate(linear.complex_modes):
-        places[f"{label}.complex.{i}.log_decay_1_s"] = _log_place(pair.decay_1_s)
-        places[f"{label}.complex.{i}.log_frequency_rad_s"] = _log_place(pair.frequency_rad_s)
-        places[f"{label}.complex.{i}.gain_re"] = _Place(pair.gain_re, -inf, inf, 0.1)
-        places[f"{label}.complex.{i}.gain_im"] = _Place(pair.gain_im, -inf, inf, 0.1)
+    kinds: dict[str, Sequence[RealMode | ComplexMode]] = {"real": linear.real_modes, "complex": linear.complex_modes}
+    for kind, modes in kinds.items():
+        for i, mode in enumerate(modes):
+            places |= {_named(f"{label}.{kind}.{i}", key): _mode_place(key, mode) for key in mode.__struct_fields__}
     if linear.feedback is not None:
         size = linear.feedback.scale[-1]
         for i, row in enumerate(linear.feedback.into):
@@ -159,7 +157,14 @@ def _linear_places(label: str, linear: LinearBlock) -> dict[str, _Place]:
     return places
 
 
-def _log_place(value: float) -> _Place:
+def _named(label: str, key: str) -> str:
+    return f"{label}.log_{key}" if key in LOGARITHMS else f"{label}.{key}"
+
+
+def _mode_place(key: str, mode: RealMode | ComplexMode) -> _Place:
+    value = float(getattr(mode, key))
+    if key not in LOGARITHMS:
+        return _Place(value, -inf, inf, 0.1)
     return _Place(log(value), log(value) - LOG_SPAN, log(value) + LOG_SPAN, 1.0)
 
 
@@ -172,19 +177,12 @@ def _rebuilt_curve(curve: Curve, label: str, values: Mapping[str, float]) -> Cur
 
 
 def _rebuilt_linear(linear: LinearBlock, label: str, values: Mapping[str, float]) -> LinearBlock:
-    real = [
-        RealMode(exp(values[f"{label}.real.{i}.log_tau_s"]), values[f"{label}.real.{i}.gain"])
-        for i in range(len(linear.real_modes))
-    ]
-    pairs = [
-        ComplexMode(
-            exp(values[f"{label}.complex.{i}.log_decay_1_s"]),
-            exp(values[f"{label}.complex.{i}.log_frequency_rad_s"]),
-            values[f"{label}.complex.{i}.gain_re"],
-            values[f"{label}.complex.{i}.gain_im"],
-        )
-        for i in range(len(linear.complex_modes))
-    ]
+    def rebuilt(place: str, mode: Mode) -> Mode:
+        numbers = {key: values[_named(place, key)] for key in mode.__struct_fields__}
+        return msgspec.structs.replace(mode, **{k: exp(v) if k in LOGARITHMS else v for k, v in numbers.items()})
+
+    real = [rebuilt(f"{label}.real.{i}", mode) for i, mode in enumerate(linear.real_modes)]
+    pairs = [rebuilt(f"{label}.complex.{i}", mode) for i, mode in enumerate(linear.complex_modes)]
     fed = linear.feedback and msgspec.structs.replace(
         linear.feedback,
         into=[

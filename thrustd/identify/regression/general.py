@@ -16,6 +16,8 @@ from thrustd.identify.segments import DEFORMATION, Segment
 GENERAL_LAGS = 12
 SLOWEST = 0.2  # times the longest record, for relaxation of either sign: slower cannot be told from a slope
 FASTEST = 0.25  # of a mean: the shortest time constant that means show
+FAST = 1.0 / 6.0  # of the Nyquist frequency: input that moves faster tells holds apart
+FAST_SHARE = 0.05  # of the input's power beyond
 Kind = Literal["line", "cubic", "curve", "fine"]
 COEFFICIENTS: dict[Kind, int] = {"line": 4, "cubic": 4, "curve": KNOTS, "fine": 2 * KNOTS}
 
@@ -83,3 +85,12 @@ def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:
         )
         for place, s in enumerate(segments)
     ]
+
+
+def holds_of(segments: Sequence[Segment]) -> tuple[Hold, ...]:
+    """Ramps between samples, and steps as well where the input's power reaches so far that it matters."""
+    for segment in segments:
+        power = np.abs(np.fft.rfft(segment.inputs[DEFORMATION] - segment.inputs[DEFORMATION].mean())) ** 2
+        if float(power[int(FAST * len(power)) :].sum()) > FAST_SHARE * float(power.sum()):
+            return "foh", "zoh"
+    return ("foh",)

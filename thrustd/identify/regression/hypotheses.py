@@ -22,16 +22,14 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
 from thrustd.identify.regression.even import before_even_curve, behind_even
-from thrustd.identify.regression.general import MOUNT, Asked, Kind, fine, general_shape, records_of
-from thrustd.identify.regression.holds import holds_of
+from thrustd.identify.regression.general import MOUNT, Asked, Kind, fine, general_shape, holds_of, records_of
 from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse, with_spare
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import reduced
-from thrustd.identify.regression.regress import FIRST, begun_where, regress
+from thrustd.identify.regression.regress import FIRST, begun_where, linear_point, regress
 from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
-from thrustd.identify.regression.starts import linear_point
 from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.segments import DEFORMATION, Segment, thinned
 

@@ -22,13 +22,15 @@ from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.stops import radii_of
-from thrustd.identify.regression.sweep import simulate
+from thrustd.identify.regression.sweep import normal_equations, simulate
 from thrustd.identify.segments import DEFORMATION, Segment
 
 KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer data
 LAGS = 20
 SLOWEST = 4.0  # times the longest record: slower is a constant
 FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "offset": 1.0, "begin": 1.0}
+RIDGE = 1e-7  # of the size of every column
+TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 
@@ -90,6 +92,32 @@ def first_point(shape: Shape, records: Sequence[Record]) -> Point:
         np.array([BEGIN if p.amplitude else 0.0 for term in shape.terms for p in term.free], float),
         nothing(shape.sizes["growth"]),
         nothing(shape.sizes["begin"]),
+    )
+
+
+def linear_point(shape: Shape, records: Sequence[Record]) -> Point:
+    """y = offset + slope (w + sum g (w - L w) + pairs), w the deformation: linear in slope and slope times gains."""
+    line: Floats = shape.f_grid.centres() - shape.zero
+    point = replace(first_point(shape, records), f=line, offset=0.0)
+    normal, where = normal_equations(shape, point, records), shape.parts()
+    free = np.concatenate([np.arange(shape.n)[where[name]] for name in ("gain", "pair_gain", "offset")])
+    basis = np.zeros((shape.n, len(free) + 1))
+    basis[where["f"], 0] = line
+    basis[free, 1 + np.arange(len(free))] = 1.0
+    matrix = basis.T @ normal.matrix @ basis
+    right = basis.T @ normal.right + matrix[:, 0]  # of y itself: the residual plus the straight line without memory
+    size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    scaled = matrix / np.outer(size, size) + RIDGE * np.eye(len(size))
+    found = np.linalg.solve(scaled, right / size) / size
+    least = TINY * float(np.abs(found[:-1]).max())
+    slope = float(found[0]) if abs(found[0]) > least else float(np.copysign(least, found[0] or 1.0))
+    m = len(point.gain)
+    return replace(
+        point,
+        f=slope * line,
+        gain=found[1 : 1 + m] / slope,
+        pair_gain=(found[1 + m : -1] / slope).reshape(-1, 2),
+        offset=float(found[-1]),
     )
 
 

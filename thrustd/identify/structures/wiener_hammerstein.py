@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from thrustd.core.columns import Floats
 from thrustd.identify.first_state import SETTLING
 from thrustd.identify.parameters import pack
-from thrustd.identify.regression.general import Asked
-from thrustd.identify.regression.holds import holds_of
+from thrustd.identify.regression.general import Asked, holds_of
 from thrustd.identify.regression.shape import Hold
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment, head
