@@ -67,6 +67,9 @@ def provenance(
     warmth = [float(np.nanmean(record["temperature_degC"])) for record in train if "temperature_degC" in record]
     if warmth and np.isfinite(warmth).all():
         found["mean_temperature_degC"] = float(np.mean(warmth))  # reference of the thermal effects
+        found["std_temperature_degC"] = float(
+            np.nanstd(np.concatenate([record["temperature_degC"] for record in train]))
+        )
     return found | {f"option_{key}": value for key, value in options.items()}
 
 

@@ -78,3 +78,21 @@ def test_the_rubber_may_have_been_colder_than_the_bench_says():
     assert report.verdict == ("thermal_stiffness",)
     reference = {p.name: p for p in report.candidates[0].parameters}["reference_degc"]
     assert reference.value == pytest.approx(20.0, abs=3 * reference.std)
+
+
+def test_a_core_that_warms_behind_its_surface_is_no_second_effect():
+    """One lag for two nodes left a reference 13 K off, and ageing beside it that was not there."""
+    warm = columns()
+    warm["temperature_degC"] = -4.0 + 40.0 * (1.0 - np.exp(-warm["time_s"] / 150.0))
+    nodes = {"surface_s": 60.0, "lag_s": 150.0, "surface_share": 0.0}
+    hidden = EffectSpec("thermal_stiffness_late", {"stiffness_1_k": -0.0035, "reference_degc": 23.0} | nodes)
+    bench = record(name="bench")
+    bench = bench.with_channels(temperature_degC=23.5 + 0.3 * np.sin(bench.time_s / 100.0))
+    report = diagnose(identify([bench]).spec, [measured_on(mount(effects=[hidden]), warm)])
+    assert report.verdict == ("thermal_stiffness",)
+    assert report.rmse_after_n < 1.05 * NOISE_N
+    numbers = {p.name: p for p in report.candidates[0].parameters}
+    for name in ("stiffness_1_k", "reference_degc"):
+        assert numbers[name].value == pytest.approx(hidden.parameters[name], abs=3 * numbers[name].std)
+    lags_s = sorted(numbers[name].value for name in ("surface_s", "lag_s"))  # one behind the other: in either order
+    assert lags_s == pytest.approx([60.0, 150.0], rel=0.2)

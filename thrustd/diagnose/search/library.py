@@ -44,6 +44,7 @@ class Rig:
     travel: float
     spread_n: float
     reference_degc: float | None
+    reference_std: float | None  # where the bench's own temperature was recorded
     begins_s: float
     force_factor: float  # force spread over PH-LAB's
     hysteresis_travel: float
@@ -57,7 +58,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
     """From the records, what the model's identification tells, and the rig's file."""
     d = np.concatenate([record.d for record in records])
     y = np.concatenate([record.y for record in records]) * base.scale
-    told = spec.provenance.get("mean_temperature_degC")
+    told, apart = (spec.provenance.get(f"{what}_temperature_degC") for what in ("mean", "std"))
     warm = records[0].channels.get("temperature_degC")
     first = float(np.mean(warm[: max(1, round(60.0 / records[0].dt_s))])) if warm is not None else None
     return Rig(
@@ -65,6 +66,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         float(np.ptp(d)),
         float(np.nanstd(y)),
         float(told) if isinstance(told, int | float) else first,
+        float(np.hypot(apart, priors.thermometer_k)) if isinstance(apart, int | float) else None,
         float(records[0].channels["time_s"][0]),
         order_of(float(np.nanmax(y) - np.nanmin(y)), 6000.0),
         travel_of(base.shape),
@@ -108,6 +110,8 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
             yield replace(term, effect=effect, fixed={**term.fixed, **dict(zip(ENDS, values, strict=True))})
         return
     std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
+    if rig.reference_std is not None and any(p.name == "reference_degc" for p in effect.parameters):
+        std["reference_degc"] = rig.reference_std
     shape = [p for p in effect.parameters if not p.amplitude]
     for values in itertools.product(*(_starts(effect, p, rig) for p in shape)):
         term = at_start(effect, std, dict(zip([p.name for p in shape], values, strict=True)))

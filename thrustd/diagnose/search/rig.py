@@ -24,6 +24,7 @@ class RigPriors(Section, frozen=True):
     name: str = ""
     over_typical: Positive = 5.0
     friction_share: Positive = 0.02
+    thermometer_k: Positive = 2.0
     without: tuple[str, ...] = ()
     sigma: dict[str, dict[str, Positive]] = msgspec.field(default_factory=dict)  # by effect, parameter
 

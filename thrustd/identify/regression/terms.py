@@ -25,7 +25,8 @@ NUDGE = 1e-3  # of a number without dimension: step of the difference quotient
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """One effect with what of it is estimated. `fixed`: parameters as they are or begin; `std`: of each amplitude.
+    """One effect with what of it is estimated. `fixed`: parameters as they are or begin; `std`: of each amplitude, and
+    of a shape that is known better than its card says.
 
     `centre`: means of the amplitudes' priors where they are not neutral; `shapes`: whether shape parameters are free.
     """
@@ -51,7 +52,7 @@ class Term:
             if p.amplitude:
                 value = self.centre.get(p.name, p.neutral) + self.std[p.name] * float(number)
             elif p.spread > 0.0:
-                value = self.fixed[p.name] + p.spread * float(number)
+                value = self.fixed[p.name] + self.std.get(p.name, p.spread) * float(number)
             elif self.fixed[p.name] > 0.0:
                 value = self.fixed[p.name] * float(np.exp(np.clip(number, -p.e_folds, p.e_folds)))
             else:
@@ -67,7 +68,7 @@ class Term:
         """One sigma in units, of one sigma without."""
         values = self.values(numbers)
         return {
-            p.name: float(s) * (self.std[p.name] if p.amplitude else p.spread or abs(values[p.name]))
+            p.name: float(s) * (self.std.get(p.name) or p.spread or abs(values[p.name]))
             for p, s in zip(self.free, std, strict=True)
         }
 

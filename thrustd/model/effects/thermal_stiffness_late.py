@@ -1,30 +1,28 @@
 """Stiffness that follows the temperature late: rubber warms minutes after the air that is measured.
 
-    force = core force * (1 + stiffness_1_k * (lag(T) - reference_degc)),    lag: first-order, lag_s
+    force = core force * (1 + stiffness_1_k * (T_m - reference_degc))
 
-A variant of `thermal_stiffness` with the lag of `thermal_expansion_late`. Begins as warm as its sensor. Left out:
-heating from within, gradients inside the rubber.
+A variant of `thermal_stiffness` with T_m, the two nodes of heat, of `thermal_expansion_late`. Begins as warm as its
+sensor. Left out: heating from within.
 """
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
-from thrustd.model.effect import Effect, begin_at_channel
-from thrustd.model.effects.thermal_expansion_late import LAG_S
+from thrustd.model.effect import Effect
+from thrustd.model.effects.thermal_expansion_late import NODES, begin_as_warm, nodes, warmed
 from thrustd.model.effects.thermal_stiffness import EFFECT as AT_ONCE
 from thrustd.model.stage import Floats, jit
 
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    x[0] += c[2] * (u[0] - x[0])
-    return v * (1.0 + c[0] * (x[0] - c[1]))
+    return v * (1.0 + c[0] * (warmed(x, c[2:], u) - c[1]))
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["stiffness_1_k"], p["reference_degc"], -math.expm1(-dt_s / p["lag_s"])])
+    return np.array([p["stiffness_1_k"], p["reference_degc"], *nodes(p, dt_s)])
 
 
 EFFECT = Effect(
@@ -32,13 +30,13 @@ EFFECT = Effect(
     title="stiffness that follows the temperature late",
     site="gain",
     channels=AT_ONCE.channels,
-    parameters=(*AT_ONCE.parameters, LAG_S),
+    parameters=(*AT_ONCE.parameters, *NODES),
     step=step,
     prepare=prepare,
-    n_state=1,
-    equation="F = F_core (1 + k (lag(T) - T_ref))",
+    n_state=2,
+    equation="F = F_core (1 + k (T_m - T_ref)),  T_m of two nodes that warm after T",
     source="Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
     separating_test="a step of temperature at constant force of 5 kN: read the time until the force has settled",
-    initial=begin_at_channel,
+    initial=begin_as_warm,
     variant_of="thermal_stiffness",
 )
