@@ -18,14 +18,14 @@ from thrustd.model.stage import Floats, jit
 
 
 @jit
-def broken(c: Floats, u: Floats) -> float:
+def broken(x: Floats, c: Floats, u: Floats) -> float:
     ratio = (abs(u[0]) / c[1]) ** c[2]
     return ratio / (1.0 + ratio)
 
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    settled = broken(c, u)
+    settled = broken(x, c, u)
     x[0] += (c[3] if settled > x[0] else c[4]) * (settled - x[0])
     return v * (1.0 - c[0] * x[0])
 
@@ -37,7 +37,7 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
 
 def begin_settled(x: Floats, c: Floats, u: Floats, v: float) -> None:
     """As broken as this vibration leaves it."""
-    x[0] = broken(c, u)
+    x[0] = broken(x, c, u)
 
 
 EFFECT = Effect(
