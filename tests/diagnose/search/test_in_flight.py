@@ -245,6 +245,17 @@ def test_a_drag_that_both_mounts_carry_is_no_less_there(deck: Deck, spec: ModelS
     assert abs(one.value - DRAG_M2) < one.half_width
 
 
+def test_a_log_that_was_silent_at_its_end_has_the_other_mount_too(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck).rows(slice(600, 1200))
+    late = {n: np.where(np.arange(600) < 560, flight[n], np.nan) for n in flight.channels if n.startswith("deform")}
+    question = asked(spec, [flight.with_channels(**late)], both(deck))
+    mounts = flown(spec, question, both(deck)).mounts
+    assert [one.place.mount for one in mounts] == ["left_upper", "left_lower"]
+    for one in mounts:
+        read_mm = flight[f"deformation_mm_{one.place.mount}"][:560]
+        np.testing.assert_array_equal(one.segments[0].inputs["deformation_mm"][:560], read_mm)
+
+
 def test_a_log_without_the_other_mount_is_judged_by_the_brochure_alone(deck: Deck, spec: ModelSpec) -> None:
     flight = a_flight(deck)
     alone = make_recording(

@@ -10,17 +10,21 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import msgspec
+import numpy as np
 
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.columns import Floats
 from thrustd.core.signals import CATALOGUE
 from thrustd.diagnose.search.candidates import moves
+from thrustd.diagnose.search.records import COMPLETE
 from thrustd.identify.regression.terms import Term, split
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.compile import model_stages
+from thrustd.records.recording import Recording
 
 HERE, THERE, BOTH = "here", "there", "both"
+OF_A_MOUNT = {name: signal.rest for name, signal in CATALOGUE.items() if signal.scope == "mount"}
 
 
 class Aboard(NamedTuple):
@@ -104,15 +108,37 @@ def with_effects(spec: ModelSpec, found: Sequence[EffectSpec]) -> ModelSpec:
     return msgspec.structs.replace(spec, effects=effects, witness=None)
 
 
-def beside(segments: Sequence[Segment], judged: MountPlace, place: MountPlace, spec: ModelSpec) -> Aboard | None:
-    """Another mount of the same engine over the same stretches; None where the log lacks what its model reads."""
+def read_beside(records: Sequence[Recording], others: Sequence[tuple[MountPlace, ModelSpec]]) -> list[str]:
+    """Columns that other mounts read, where these speak whenever the judged one does."""
+    names = [f"{name}_{place.mount}" for place, spec in others for name in _reads(spec) if name in OF_A_MOUNT]
+
+    def there(name: str) -> bool:
+        return all(
+            name in record and np.isfinite(record[name][np.isfinite(record[DEFORMATION])]).mean() > COMPLETE
+            for record in records
+        )
+
+    return [name for name in names if there(name)]
+
+
+def _reads(spec: ModelSpec) -> set[str]:
+    return {DEFORMATION, *(name for stage in model_stages(spec, 1.0) for name in stage.channels)}
+
+
+def beside(segments: Sequence[Segment], place: MountPlace, spec: ModelSpec) -> Aboard | None:
+    """Another mount of the same engine over the same stretches; None where the log lacks what its model reads.
+
+    A mount without a thermometer is taken to be at 20 degC, as everywhere.
+    """
     found = []
     for segment in segments:
-        said = {n: segment.inputs.get(f"{n}_{place.mount}") for n, s in CATALOGUE.items() if s.scope == "mount"}
-        mine = {n: column for n, column in said.items() if column is not None}
-        judges = {n for n in said if f"{n}_{judged.mount}" in segment.inputs}
-        shared = {n: column for n, column in segment.inputs.items() if n not in judges}
-        found.append(replace(segment, inputs=shared | mine))
-    needed = {DEFORMATION, *(name for stage in model_stages(spec, 1.0) for name in stage.channels)}
-    there = all(needed <= set(one.inputs) and moves(one.inputs[DEFORMATION]) for one in found)
+        shared = {name: column for name, column in segment.inputs.items() if name not in OF_A_MOUNT}
+        for name, at_rest in OF_A_MOUNT.items():
+            own = f"{name}_{place.mount}"
+            if own in segment.inputs:
+                shared[name] = segment.inputs[own]
+            elif name != DEFORMATION and np.isfinite(at_rest):
+                shared[name] = np.full(len(segment), at_rest)
+        found.append(replace(segment, inputs=shared))
+    there = all(_reads(spec) <= set(one.inputs) and moves(one.inputs[DEFORMATION]) for one in found)
     return Aboard(place, spec, tuple(found)) if there else None

@@ -10,6 +10,7 @@ from thrustd.core.aircraft import MountPlace
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, referenced
+from thrustd.diagnose.search.aboard import read_beside
 from thrustd.diagnose.search.base import Base, base_of, learnt, records_of
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
@@ -59,7 +60,8 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     in_flight = given.against == BROCHURE  # where the curve and its memory stay as the bench left them
     if not in_flight:
         check_length(records, spec)
-    segments = stretches(spec, records, BROCHURE_NEEDS if in_flight else ())
+    also = [*BROCHURE_NEEDS, *read_beside(records, given.others)] if in_flight else []
+    segments = stretches(spec, records, also)
     output = np.concatenate([simulate(spec, segment) for segment in segments])
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     bench = stretches(spec, given.bench) if given.bench else []

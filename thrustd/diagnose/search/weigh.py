@@ -78,7 +78,7 @@ def _flown(mounts: tuple[Aboard, ...], sources: Sequence[Sources]) -> Flown:
 def flown(spec: ModelSpec, question: Question, given: Given) -> Flown:
     """From what was asked; the deck and the mount are there."""
     assert given.deck is not None and given.mount is not None  # `referenced` asked for them
-    others = [beside(question.segments, given.mount, *other) for other in given.others]
+    others = [beside(question.segments, *other) for other in given.others]
     judged = Aboard(given.mount, spec, tuple(question.segments))
     mounts = judged, *(other for other in others if other is not None)
     return _flown(mounts, sources_of(mounts, given.deck))
