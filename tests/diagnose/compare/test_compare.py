@@ -17,6 +17,7 @@ from thrustd.diagnose.compare.pictures import comparison_pictures, in_unit
 from thrustd.diagnose.compare.regions import errors_by_region, regions_of
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
+from thrustd.records.roles import Roles
 
 
 def test_a_right_model_leaves_the_noise():
@@ -174,6 +175,13 @@ def test_places_of_failure_go_with_the_load_of_another_kind_of_rubber():
     assert worst.labels == ("unloading",)
     assert "0.1 N RMS, measured minus model" in worst.sentence
     assert {"below 0.2 N", "above 0.3 N"} <= {region.label for region in regions_of(force, 0.02, {})}
+
+
+def test_a_dash_for_a_unit_is_none():
+    data = record(n=3000)
+    found = regions_of(data["force_N"], DT_S, data.channels, Roles("Shear strain [-]", "Ratio [-]"))
+    assert not [region.label for region in found if " - " in f"{region.label} " or " -/" in region.label]
+    assert any("of travel since a reversal" in region.label for region in found)
 
 
 def test_what_does_not_go_with_the_residual_has_little_coherence_and_what_does_comes_first():

@@ -78,9 +78,9 @@ def regions_of(
     """
     roles = roles or Roles()
     driven = channels.get("deformation_mm", force_n)
-    unit = roles.input_unit if "deformation_mm" in channels else roles.output_unit
+    unit = _dimensional(roles.input_unit if "deformation_mm" in channels else roles.output_unit)
     motion = thinned(motion_of(driven, dt_s), stride)
-    found = _load(force_n[::stride], force_n if sizes_n is None else sizes_n, roles.output_unit)
+    found = _load(force_n[::stride], force_n if sizes_n is None else sizes_n, _dimensional(roles.output_unit))
     found += _moving(motion, _goes_both_ways(driven), unit) + _turned(motion, unit) + _held(motion)
     found += _past(motion)
     others = [n for n in channels if n != "deformation_mm" and moves(channels[n])]
@@ -131,10 +131,12 @@ def _moving(motion: Motion, both: bool, unit: str) -> list[Region]:
 def _turned(motion: Motion, unit: str) -> list[Region]:
     """By travel and by time since the last reversal."""
     near, far = (share * motion.stroke for share in TURN_SHARES)
-    words = [f"within {near:.2g} {unit}", f"{near:.2g} to {far:.2g} {unit}", f"more than {far:.2g} {unit}"]
+    words = [
+        f"{word} {unit}".strip() for word in (f"within {near:.2g}", f"{near:.2g} to {far:.2g}", f"more than {far:.2g}")
+    ]
     number = np.digitize(motion.since_travel, [near, far])
     found = [
-        Region("travel since reversal", f"{word.strip()} of travel since a reversal", motion.moving & (number == i))
+        Region("travel since reversal", f"{word} of travel since a reversal", motion.moving & (number == i))
         for i, word in enumerate(words)
     ]
     return found + _decades("time since reversal", motion.since_s, "since a reversal")
