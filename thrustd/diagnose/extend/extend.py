@@ -126,9 +126,7 @@ def _fitted(
 
 def _shown(fit: Joint) -> bool:
     """Whether the data tell any amplitude of the new effects from nothing."""
-    found, count = fit.solution, sum(len(term.free) for term in fit.terms)
-    last = found.shape.parts()["terms"].stop
-    size, std = found.point.vector(found.shape)[last - count : last], fit.std[last - count : last]
+    size, std = fit.solution.point.vector(fit.solution.shape)[fit.new], fit.std[fit.new]
     amplitudes = np.array([p.amplitude for term in fit.terms for p in term.free], bool)
     return bool(np.any(np.abs(size[amplitudes]) > TOLD * std[amplitudes]))
 

@@ -31,6 +31,7 @@ ITERATIONS = 12
 SMOOTH = 1e-6  # roughness of a curve that is as good as straight
 REVISIONS = 4  # of where records begin and of the noise
 SEARCHED, TOLD = 24_000, 120_000  # samples that count while sets are compared, and in the fits that are reported
+PRIOR = 0.5  # of its prior's sigma: a shape less certain than this is the prior's
 WORSE = 1.3  # times the bench's noise, or as much less: from there on the noise is that of these records
 
 
@@ -54,6 +55,12 @@ class Joint:
         """Level of the residual's spectrum at its fast end, as an rms: the noise of the instruments alone."""
         steps = np.concatenate([np.diff(r) for r in self.solution.normal.residuals])
         return float(np.sqrt(np.nanmean(steps**2) / 2.0))
+
+    @property
+    def new(self) -> slice:
+        """Where the numbers of the new terms are."""
+        last = self.solution.shape.parts()["terms"].stop
+        return slice(last - sum(len(term.free) for term in self.terms), last)
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -223,3 +230,16 @@ def held_back_squares(
         for b in np.flatnonzero(mine):
             squares[b] = blocks.squares[b] - 2 * step @ blocks.right[b] + step @ blocks.matrix[b] @ step
     return np.maximum(squares, 0.0)
+
+
+def unlikely(fit: Joint, noise: float) -> float:
+    """Minus twice the log of the held-back likelihood times the prior of its effects, but for a constant."""
+    sigmas = fit.solution.point.vector(fit.solution.shape)[fit.new]
+    return fit.mse * float(np.sum(fit.block_size)) / noise + float(sigmas @ sigmas)
+
+
+def numbers_of(fit: Joint) -> int:
+    """How many it takes: a shape that is known but for a spread is none, nor one that the data say nothing of."""
+    free = [p for term in fit.terms for p in term.free]
+    told = fit.std[fit.new] < PRIOR
+    return sum(p.amplitude or (p.spread == 0.0 and bool(known)) for p, known in zip(free, told, strict=True))

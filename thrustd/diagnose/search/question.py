@@ -16,6 +16,7 @@ from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import RigPriors, shipped_rig
+from thrustd.identify.first_state import stretch_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ModelSpec
@@ -80,6 +81,6 @@ def asked_for(effects: Sequence[Effect | str], recordings: Sequence[Recording]) 
 
 
 def _own_mse(spec: ModelSpec, segments: Sequence[Segment]) -> float:
-    """Mean square error of the model as it is, from the state that the first stretch of every segment shows."""
-
-    return float(np.nanmean(np.concatenate([s.force_n - free_runs(spec, s)[1] for s in segments]) ** 2))
+    """Mean square error of the model as it is, behind a first stretch that shows the state."""
+    missed = [(s.force_n - free_runs(spec, s)[1])[stretch_of(s) :] for s in segments]
+    return float(np.nanmean(np.concatenate(missed) ** 2))

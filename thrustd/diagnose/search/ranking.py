@@ -12,7 +12,7 @@ import numpy as np
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.floor import at_floor, far_above
-from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
+from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, numbers_of, unlikely, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
     Followed,
@@ -40,7 +40,6 @@ WORTH = 0.03  # of the squared error: less is not worth an effect
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
-PRIOR = 0.5  # of its prior's sigma: a shape less certain than this is the prior's
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
 
@@ -195,17 +194,9 @@ def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
 
 
 def simplest(fits: Sequence[Joint]) -> Joint:
-    """The one with the fewest numbers of those that held-back blocks do not tell from the best."""
-    near = untold(min(fits, key=lambda fit: fit.mse), fits)
-    return min(near, key=lambda fit: (numbers_of(fit), fit.mse))
-
-
-def numbers_of(fit: Joint) -> int:
-    """How many it takes: a shape that is known but for a spread is none, nor one that the data say nothing of."""
-    free = [p for term in fit.terms for p in term.free]
-    last = fit.solution.shape.parts()["terms"].stop
-    told = fit.std[last - len(free) : last] < PRIOR
-    return sum(p.amplitude or (p.spread == 0.0 and bool(known)) for p, known in zip(free, told, strict=True))
+    """With the fewest numbers, and the likeliest, of those that held-back blocks do not tell from the best."""
+    best = min(fits, key=lambda fit: fit.mse)
+    return min(untold(best, fits), key=lambda fit: (numbers_of(fit), unlikely(fit, best.solution.noise_variance)))
 
 
 def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
