@@ -91,6 +91,12 @@ def crosstalk(part: float) -> Edit:
     return Edit(mounts=lambda _, mm, __: mm + part * mm[:, [2, 3, 0, 1]])
 
 
+def common_ground(channels: tuple[int, ...], part: float) -> Edit:
+    """Each of these channels also shows this part of what all of them read together."""
+    mine = np.isin(range(4), channels)
+    return Edit(mounts=lambda _, mm, __: mm + part * mine * mm[:, mine].sum(axis=1, keepdims=True))
+
+
 def says(signal: str, number: int, change: Speaking) -> Edit:
     return Edit(bus={(signal, number): lambda time_s, values, _: change(time_s, values)})
 
