@@ -21,13 +21,14 @@ def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
 
 def fit(rms, words=("law",)):
     """A fit whose blocks all leave the same."""
-    shape = SimpleNamespace(parts=lambda: {"terms": slice(0, 0)})
+    nothing = SimpleNamespace(vector=lambda shape: np.zeros(0))
     blocks = np.full(48, rms**2)
     left = {"mse": rms**2, "block_mse": blocks, "block_size": np.ones(48), "plateau": 1.0, "std": np.zeros(0)}
     return SimpleNamespace(
         terms=words and (SimpleNamespace(free=()),) * len(words),
         words=words,
-        solution=SimpleNamespace(shape=shape),
+        new=slice(0, 0),
+        solution=SimpleNamespace(shape=None, point=nothing, noise_variance=1.0),
         **left,
     )
 

@@ -12,6 +12,7 @@ from thrustd.identify.regression.reduce import fewer
 from thrustd.identify.regression.regress import first_point
 from thrustd.identify.regression.shape import Shape
 from thrustd.identify.regression.sweep import columns, simulate
+from thrustd.identify.report import errors_of
 from thrustd.identify.segments import segments_of
 from thrustd.identify.structures import structure_named
 from thrustd.identify.structures.block_fits import BlockFits
@@ -19,6 +20,7 @@ from thrustd.identify.structures.structure import of_spec
 from thrustd.model.artifact import LinearBlock, RealMode
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
+from thrustd.twin.bench import sine_bench
 
 from ..hw_truth import OSCILLATING, record, truth
 
@@ -111,6 +113,16 @@ def test_modes_close_to_each_other_are_told_apart_in_a_long_record(monkeypatch):
     data, sigma = record(truth(LinearBlock(1.3, modes)), 60_000, noise=0.003)
     found = explained(segments_of([data]), Asked())
     assert np.sqrt(found.mean_square) * found.shape.output_scale < 1.01 * sigma
+
+
+def test_a_record_that_begins_loaded_teaches_no_state_that_a_flight_does_not_know():
+    """A slow sine about a load, without friction in the model: modes that swing at first would close its loop."""
+    data = segments_of([sine_bench(0.5, 12).resample(2.0)])
+    fits = BlockFits()
+    found = fits.of(data, Asked(), None).found
+    known_n = np.sqrt(found.mean_square) * found.shape.output_scale
+    flown = structure_named("hw-pwl").fit(data, fits, None)
+    assert errors_of(flown, data).rmse_n < 1.2 * known_n
 
 
 def test_few_modes_follow_what_many_do():

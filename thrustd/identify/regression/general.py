@@ -10,7 +10,7 @@ from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.even import BEYOND
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, prepared
-from thrustd.identify.regression.shape import Hold, Shape
+from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.segments import DEFORMATION, Segment
 
 GENERAL_LAGS = 12
@@ -70,6 +70,12 @@ def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tupl
         begun=len(segments),
     )
     return shape, records_of(shape, segments)
+
+
+def anew(shape: Shape, point: Point, begun: int) -> tuple[Shape, Point]:
+    """The first so many records begin anywhere, nearest to rest; the others at rest."""
+    shape = replace(shape, begun=begun)
+    return shape, replace(point, begin=np.zeros(shape.sizes["begin"]))
 
 
 def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:

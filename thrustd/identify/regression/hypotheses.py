@@ -2,6 +2,7 @@
 
     rubber      no curve behind, gains of relaxation and friction >= 0 (`regress`)
     general     gains of either sign, a second curve h, records that begin anywhere; no friction
+    settled     they begin at rest; instead, where that flies better: no state at first is known in flight
     ringing     further pairs of complex poles, one by one, where the residual asks for them (`pairs`)
     straight    lines for both curves while poles are looked for; the curves bend afterwards
     even        a curve behind that is the same for x and -x (`even`)
@@ -21,8 +22,19 @@ import numpy as np
 
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
+from thrustd.identify.first_state import simulated
+from thrustd.identify.regression import held
 from thrustd.identify.regression.even import before_even_curve, behind_even
-from thrustd.identify.regression.general import MOUNT, Asked, Kind, fine, general_shape, holds_of, records_of
+from thrustd.identify.regression.general import (
+    MOUNT,
+    Asked,
+    Kind,
+    anew,
+    fine,
+    general_shape,
+    holds_of,
+    records_of,
+)
 from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse, with_spare
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.record import Record
@@ -33,10 +45,8 @@ from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution
 from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.segments import DEFORMATION, Segment, thinned
 
-PARTS, EVERY = 40, 4  # blocks of a record; every such one is held back
 CLEARLY = 1.0  # standard errors
 WORTH_IT = 0.95  # of the error of rubber, from which on something else is believed: physics holds on other records, too
-SHOWN = 20_000  # samples that count while hypotheses meet
 MOST_PAIRS = 4
 MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
@@ -114,12 +124,30 @@ class Field:
         shape, point = behind_even(inner.found, seen, hidden)
         return self.solved(replace(shape, begun=len(self.visible)), point, FREE)
 
+    def flown(self, trial: Trial) -> Trial:
+        """Judged without what it knows of how records begin: a first stretch shows that, as of any other record."""
+        shape, point = anew(trial.found.shape, trial.found.point, 0)
+
+        def run(segment: Segment) -> Floats:
+            [record] = records_of(shape, [segment])
+            return shape.output_scale * simulate(shape, point, record)
+
+        outs = [simulated(run, segment, run(segment)) / shape.output_scale for segment in self.segments]
+        return Trial(trial.found, self._held_back(trial.found, outs))
+
     def _judged(self, found: Solution) -> Trial:
+        records = records_for(found, self.segments)
+        return Trial(found, self._held_back(found, [simulate(found.shape, found.point, record) for record in records]))
+
+    def _held_back(self, found: Solution, outs: Sequence[Floats]) -> Floats:
+        """Squared errors (n_blocks,) of these outputs, in units of the solution."""
         blocks = []
-        for record, whole in zip(records_for(found, self.segments), self.segments, strict=True):
-            missed = record.y - simulate(found.shape, found.point, record)
-            blocks += [float(np.nanmean(missed[part] ** 2)) for part in _held(whole) if np.isfinite(missed[part]).any()]
-        return Trial(found, np.array(blocks))
+        for out, whole in zip(outs, self.segments, strict=True):
+            missed = whole.force_n / found.shape.output_scale - out
+            blocks += [
+                float(np.nanmean(missed[part] ** 2)) for part in held.parts(whole) if np.isfinite(missed[part]).any()
+            ]
+        return np.array(blocks)
 
 
 @one_thread()
@@ -134,7 +162,9 @@ def explained(
     made = {} if made is None else made
     if sum(map(len, segments)) > MANY:
         return _of_many(segments, asked, progress, made)
-    competing = Field(segments, asked, progress, [_hidden(segment) for segment in _spread(segments)], made, given)
+    competing = Field(
+        segments, asked, progress, [held.hidden(segment) for segment in held.spread(segments)], made, given
+    )
     general = None
     if asked.friction:
         rubber, general = competing.rubber(), competing.general()
@@ -148,6 +178,7 @@ def explained(
         best = _even(competing, best)
     if len(best.found.point.pair_gain) and best.found.shape.h_straight_from != 0.0:
         best = _leaner(competing, best)
+    best = best if given is SETTLED else _flown_better(competing, best)  # means of long records: `few_modes` does so
     return _ordered(resolved(best.found, segments, progress), segments, asked, progress)
 
 
@@ -156,6 +187,12 @@ def _best_hold(competing: Field, ramps: Trial) -> Trial:
     if competing.asked.hold is None and "zoh" in holds_of(competing.segments):
         return _better(ramps, competing.general("zoh"))
     return ramps
+
+
+def _flown_better(competing: Field, best: Trial) -> Trial:
+    """As it is, or learnt from records that begin at rest."""
+    settled = competing.solved(*anew(best.found.shape, best.found.point, 0), best.found.precisions)
+    return settled if _better(competing.flown(best), competing.flown(settled)).found is settled.found else best
 
 
 def _even(competing: Field, best: Trial) -> Trial:
@@ -207,21 +244,13 @@ def _reduced(
     return resolved(replace(found, shape=shape, point=point), segments, progress)
 
 
-def _spread(segments: Sequence[Segment]) -> list[Segment]:
-    """With every so-manieth reference left that about SHOWN remain; the memory runs through all samples."""
-    step = max(1, round(sum(map(len, segments)) / SHOWN))
-    counted = [np.arange(len(segment)) % step == 0 for segment in segments]
-    return [replace(s, force_n=np.where(c, s.force_n, np.nan)) for s, c in zip(segments, counted, strict=True)]
-
-
 def resolved(
     found: Solution, segments: Sequence[Segment], progress: Progress | None = None, given: Given = NOTHING
 ) -> Solution:
     """The same hypothesis on other data, from where it stands."""
     shape, point = found.shape, found.point
     if shape.begun:
-        shape = replace(shape, begun=len(segments))
-        point = replace(point, begin=np.zeros(shape.sizes["begin"]))
+        shape, point = anew(shape, point, len(segments))
     records = records_for(found, segments)
     if not shape.passive and sum(map(len, segments)) > MANY:
         records, given = sparse(shape, point, records), SETTLED
@@ -266,15 +295,3 @@ def _better(simple: Trial, other: Trial, worth_it: float = 1.0) -> Trial:
     spread = float(gain.std(ddof=1)) / np.sqrt(len(gain)) if len(gain) > 1 else np.inf
     worth = float(other.held.mean()) < worth_it**2 * float(simple.held.mean())
     return other if worth and float(gain.mean()) > CLEARLY * spread else simple
-
-
-def _held(segment: Segment) -> list[slice]:
-    edges = np.linspace(0, len(segment), PARTS + 1).astype(int)
-    return [slice(edges[i], edges[i + 1]) for i in range(EVERY - 2, PARTS, EVERY)]
-
-
-def _hidden(segment: Segment) -> Segment:
-    force_n = segment.force_n.copy()
-    for part in _held(segment):
-        force_n[part] = np.nan
-    return replace(segment, force_n=force_n)
