@@ -1,6 +1,7 @@
 """Laws as other people's mounts have them: beside the model's branches, under a trembling reading, on the spring."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -8,9 +9,9 @@ import pytest
 from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
-from thrustd.diagnose.search.base import base_of, records_of
+from thrustd.diagnose.search.base import SEARCHED, base_of, records_of
 from thrustd.diagnose.search.diagnose import diagnose
-from thrustd.diagnose.search.joint import SEARCHED, counted, joint_fit, told
+from thrustd.diagnose.search.joint import counted, joint_fit, told
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.ranking import begin_at, look
@@ -19,6 +20,7 @@ from thrustd.diagnose.search.rig import shipped_rig
 from thrustd.identify.identify import identify
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.posterior import point_of
+from thrustd.identify.regression.sweep import normal_equations, simulate
 from thrustd.identify.regression.table import std_of
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
@@ -167,3 +169,27 @@ def test_few_samples_rank_what_all_of_them_then_tell():
     assert len(whole.records[0].known) == 3 * SEARCHED
     assert whole.std[-1] < 0.8 * fit.std[-1]
     assert whole.mse == pytest.approx(fit.mse, rel=0.05)
+
+
+@pytest.mark.parametrize(("name", "hidden"), [("relaxation", 0.0), ("axial_inertia", 150.0)])
+def test_a_fit_passes_through_the_record_no_more_often_than_it_gains(monkeypatch, name, hidden):
+    measured = record([EffectSpec("axial_inertia", {"mass_kg": hidden})])
+    spec = mount()
+    segments = stretches(spec, [measured])
+    base = base_of(spec, segments)
+    rows = records_of(base, spec, segments)
+    term = next(terms_of(effect_named(name), rig_of(rows, base, spec, shipped_rig())))
+    passes, runs = [], []
+
+    def passed(*told):
+        passes.append(told)
+        return normal_equations(*told)
+
+    def ran(*told):
+        runs.append(told)
+        return simulate(*told)
+
+    for module, attribute, counted_run in (("solve", "normal_equations", passed), ("sweep", "simulate", ran)):
+        monkeypatch.setattr(import_module(f"thrustd.identify.regression.{module}"), attribute, counted_run)
+    joint_fit(base, rows, (term,), np.array(begin_at(term)))
+    assert len(passes) <= 4 and not runs

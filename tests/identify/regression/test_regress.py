@@ -17,7 +17,7 @@ from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import first_point, prepared, regress
 from thrustd.identify.regression.solve import bounded, noise_level
 from thrustd.identify.regression.sweep import columns, normal_equations, simulate
-from thrustd.identify.regression.terms import at_start
+from thrustd.identify.regression.terms import NUDGE, at_start
 from thrustd.identify.segments import Segment
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.mount import fitted_from
@@ -213,7 +213,10 @@ def test_friction_that_yields_is_found_in_any_unit_of_the_deformation(unit):
     assert np.isfinite(model.simulate(model.inputs({"deformation_mm": unit * d[:100]}))).all()
 
 
-@pytest.mark.parametrize("names", [(), ("hysteresis_stops", "thermal_stiffness"), ("thermal_expansion",)])
+@pytest.mark.parametrize(
+    "names",
+    [(), ("hysteresis_stops", "thermal_stiffness"), ("thermal_expansion",), ("relaxation", "thermal_stiffness")],
+)
 def test_columns_that_a_record_keeps_are_those_of_a_run(names):
     """Of few samples that count: core, friction and effects that add, multiply or act on the deformation."""
     d, _, y = mount(n=3000)
@@ -233,4 +236,10 @@ def test_columns_that_a_record_keeps_are_those_of_a_run(names):
         for own, other in zip(columns(shape, point, runs), columns(shape, point, keeps), strict=True):
             for one, same in zip(own, other, strict=True):
                 assert same == pytest.approx(one, abs=1e-7)
-    assert simulate(shape, point, keeps) == pytest.approx(simulate(shape, point, runs), abs=1e-9)
+    plain = simulate(shape, point, keeps)
+    assert plain == pytest.approx(simulate(shape, point, runs), abs=1e-9)
+    for i in range(len(point.terms)):
+        moved = replace(point, terms=point.terms + NUDGE * np.eye(len(point.terms))[i])
+        column = (simulate(shape, moved, runs, runs.known) - plain[runs.known]) / NUDGE
+        rows = np.concatenate([rows.copy() for _, rows, _ in columns(shape, point, keeps)])
+        assert rows[:, shape.parts()["terms"].start + i] == pytest.approx(column, abs=1e-4)

@@ -21,10 +21,10 @@ from thrustd.diagnose.compare.checks import check_channels, check_new
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
-from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.base import SEARCHED, Base
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import left
-from thrustd.diagnose.search.joint import SEARCHED, Joint, counted, joint_fit, told
+from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import (

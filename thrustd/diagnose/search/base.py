@@ -37,6 +37,7 @@ STILL_S, UNLOADED = (
 OWN = Roles()
 UNSURE = 0.02  # of the output's spread: error of a model that promises none
 KNOWN = 0.1  # of its size: an effect that carries no sigma
+SEARCHED = 24_000  # samples that count where a core is learnt from a model's output, and while sets are compared
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +70,14 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         present = [effect for effect in spec.effects if effect.name != FRICTION]
     else:
         core = msgspec.structs.replace(spec, effects=[], witness=None)
-        told = [replace(s, force_n=simulate(core, s)) for s in segments]
+        every = -(-sum(map(len, segments)) // SEARCHED)
+        told = [replace(s, force_n=thinned(simulate(core, s), every)) for s in segments]
         found = regress(told)
         stored, scale = kept(found), found.shape.output_scale
         promised = _promised(spec, segments) / scale
-        noise = max(promised**2, found.noise_variance)
-        known = found.noise_variance / max(_doubt(spec, segments, promised * scale) / scale**2, found.noise_variance)
+        noise = max(promised**2, every * found.noise_variance)
+        doubt = _doubt(spec, segments, promised * scale, every) / scale**2
+        known = found.noise_variance / max(doubt, found.noise_variance)
         bare = shape_of(stored), point_of(stored), information_of(stored) * known
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
@@ -102,11 +105,18 @@ def _promised(spec: ModelSpec, segments: Sequence[Segment]) -> float:
     return UNSURE * float(np.nanstd(np.concatenate([s.force_n for s in segments])))
 
 
-def _doubt(spec: ModelSpec, segments: Sequence[Segment], promised: float) -> float:
-    """Variance of the promised error as if it were new every sample: what is no noise is one error, and counts once."""
+def thinned(y: Floats, every: int) -> Floats:
+    """Every so manieth pair of neighbours, not a number between them: all over a record."""
+    return y if every == 1 else np.where(np.arange(len(y)) // 2 % every == 0, y, np.nan)
+
+
+def _doubt(spec: ModelSpec, segments: Sequence[Segment], promised: float, every: int) -> float:
+    """Variance of the promised error as if it were new every so many samples: what is no noise is one error, and
+    counts once.
+    """
     steps = np.concatenate([np.diff(s.force_n - simulate(spec, s)) for s in segments])
     noise = min(promised**2, float(np.nanmean(steps**2)) / 2.0)
-    return noise + (promised**2 - noise) * max(1.0, sum(map(len, segments)) / KNOTS)
+    return noise / every + (promised**2 - noise) * max(1.0, sum(map(len, segments)) / every / KNOTS)
 
 
 def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Point, Floats]:

@@ -19,13 +19,13 @@ from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
-from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.base import SEARCHED, Base
 from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, shows
-from thrustd.diagnose.search.joint import SEARCHED, Joint, counted, told
+from thrustd.diagnose.search.joint import Joint, counted, told
 from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import WORTH, Ranked, gained, rank, rivals

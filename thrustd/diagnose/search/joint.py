@@ -13,11 +13,11 @@ from scipy.stats import t as student
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
-from thrustd.diagnose.search.base import Base, is_state
+from thrustd.diagnose.search.base import Base, is_state, thinned
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.solve import LEAST_ITERATIONS, Given, Solution, bounded, noise_level, prior_of, solve
+from thrustd.identify.regression.solve import Given, Solution, bounded, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term
@@ -30,7 +30,7 @@ BEGIN = 0.02  # of its prior's sigma: where an amplitude begins, so that its sha
 ITERATIONS = 12
 SMOOTH = 1e-6  # roughness of a curve that is as good as straight
 REVISIONS = 4  # of where records begin and of the noise
-SEARCHED, TOLD = 24_000, 120_000  # samples that count while sets are compared, and in the fits that are reported
+TOLD = 120_000  # samples that count in the fits that are reported
 PRIOR = 0.5  # of its prior's sigma: a shape less certain than this is the prior's
 WORSE = 1.3  # times the bench's noise, or as much less: from there on the noise is that of these records
 
@@ -70,33 +70,41 @@ class Joint:
 def joint_fit(
     base: Base, records: Sequence[Record], terms: Sequence[Term], start: Floats | None = None, like: Joint | None = None
 ) -> Joint:
-    """Everything together. `start`: numbers of the new terms to begin with; `like`: a fit to begin at."""
+    """Everything together. `start`: numbers of the new terms to begin with; `like`: a fit whose core, and whose terms
+    where none are told, to begin at.
+    """
     shape = replace(base.shape, terms=(*base.shape.terms, *terms))
-    count = sum(len(term.free) for term in terms)
+    count, before = sum(len(term.free) for term in terms), base.shape.sizes["terms"]
+    point, strengths = base.point, _strengths(base, shape)
     begin = start if start is not None else np.full(count, BEGIN)
-    point = replace(base.point, terms=np.concatenate((base.point.terms, begin)))
-    strengths = _strengths(base, shape)
     if like is not None:
-        point, strengths = like.solution.point, like.solution.precisions
+        point = like.solution.point
+        begin = start if start is not None else point.terms[before:]
+        strengths |= {name: like.solution.precisions[name] for name in strengths if name in like.solution.precisions}
+    point = replace(point, terms=np.concatenate((point.terms[:before], begin)))
     prior = _prior(base, shape)
     revised: Sequence[Record] = records
-    noise: float | None = base.noise_variance
-    for revision in range(REVISIONS):
+    promised = base.noise_variance
+    noise = promised if like is None or _near(like.solution.noise_variance, promised) else None
+    for _ in range(REVISIONS):
         begun = revised
-        found = solve(
-            shape, point, begun, strengths, iterations=ITERATIONS,
-            given=Given(prior, noise, 1 if revision else LEAST_ITERATIONS),
-        )  # fmt: skip
+        found = solve(shape, point, begun, strengths, iterations=ITERATIONS, given=Given(prior, noise, least=1))
         level, revised = noise_level(found.normal.residuals), [begun_where(_stateless(found), each) for each in begun]
-        other = noise is not None and not noise / WORSE < level < WORSE * noise
-        if not other and all(new.before == old.before for new, old in zip(revised, begun, strict=True)):
+        own = promised if _near(level, promised) else None
+        if own == noise and all(new.before == old.before for new, old in zip(revised, begun, strict=True)):
             break
         point, strengths = found.point, found.precisions
-        if other:  # the model promised another noise: how smooth it thought its curve is looked for anew as well
-            strengths, noise = strengths | {"f": FIRST["f"]}, None
+        if own is None is not noise:  # the model promised another noise: how smooth it thought its curve is as well
+            strengths = strengths | {"f": FIRST["f"]}
+        noise = own
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std_over(found, blocks))
+
+
+def _near(level: float, promised: float) -> bool:
+    """Whether it is the noise that the model promised."""
+    return promised / WORSE < level < WORSE * promised
 
 
 def counted(base: Base, records: Sequence[Record], samples: int) -> tuple[Base, list[Record]]:
@@ -105,14 +113,7 @@ def counted(base: Base, records: Sequence[Record], samples: int) -> tuple[Base, 
     An error that lasts says as much of itself in few samples: for each of them it is so much less of a noise.
     """
     every = -(-sum(map(len, records)) // samples)
-    few = [
-        replace(
-            record,
-            y=record.y if every == 1 else np.where(np.arange(len(record)) // 2 % every == 0, record.y, np.nan),
-            kept={},
-        )
-        for record in records
-    ]
+    few = [replace(record, y=thinned(record.y, every), kept={}) for record in records]
     white = min(base.noise_variance, np.inf if base.promised is None else base.promised**2)
     return replace(base, noise_variance=max(white, base.noise_variance / every)), few
 

@@ -118,7 +118,8 @@ def grown_from(
         whole = looks.looked if not member.terms else screened(table_of(base, member), _beside(member, looks.terms))
         for one in leading(whole):
             tell(one.term.effect.word)
-            grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one)))
+            like = member if member.terms else None
+            grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one), like))
     if not best.terms and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
         pairs = screened_pairs(looks.table, singles(looks.looked, by_word=True))
         for pair in [pair for pair in pairs if pair.removes > SAYS][:1]:
@@ -179,7 +180,9 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
     found: list[Joint] = []
     while len(found) < MOST and far_above(best, base):
         seen = screened_modulations(table_of(base, best), resisting, rig, best.words)
-        grown = [joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one)) for one in leading(seen)]
+        grown = [
+            joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one), best) for one in leading(seen)
+        ]
         better = [fit for fit in grown if gained(best, fit)]
         if not better:
             break

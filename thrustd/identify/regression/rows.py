@@ -1,7 +1,8 @@
 """Rows of core and friction at the samples that count: run through the record, or put together from what it keeps.
 
-Where neither deformation, spring nor lags are touched, the core is linear in columns that no pass changes: every basis
-function of f behind every lag. A record of which few samples count keeps them, and no pass runs through it again.
+Where neither deformation nor spring are touched, the core is linear in columns that no pass changes: every basis
+function of f behind every lag, its own or of an effect. A record of which few samples count keeps them, and no pass
+runs through it again.
 """
 
 from collections.abc import Iterator
@@ -24,38 +25,40 @@ Rows = Iterator[tuple[Indices, Floats, Floats, Floats, Floats]]
 
 
 def run_rows(shape: Shape, point: Point, core: Core, record: Record, seen: Seen) -> Rows:
-    """In blocks of known samples: places, derivatives and output of the core, slope of its output curve, stops."""
+    """In blocks of known samples: places, derivatives and output of the core, slope of its output curve, stops.
+
+    Derivatives as the kernel has them: with those for the gains of branches that effects add.
+    """
     spring, _ = sprung(shape.terms, point.terms, seen)
     memory, stops = begun_at(shape, point, core, record, seen), stops_at_rest(shape.radii, record.before)
-    own = shape.own_columns(len(core.real.gain))
-    narrow, rub = np.zeros((BLOCK, len(own))), np.empty((BLOCK, len(shape.radii)))
+    width = len(shape.own_columns(len(core.real.gain)))
+    narrow, rub = np.zeros((BLOCK, width)), np.empty((BLOCK, len(shape.radii)))
     for part in blocks(len(record)):
         m = part.stop - part.start
         counted, out, slopes = np.isfinite(record.y[part]), np.empty(m), np.zeros(m)
         run_with_columns(core, memory, seen.d[part], spring[part], counted, Written(out, slopes, narrow[:m]))
         run_stops(shape.radii, stops, seen.d[part], rub[:m])
         known = np.flatnonzero(counted)
-        derivatives = narrow[known] if own.all() else narrow[np.ix_(known, own)]
-        yield part.start + known, derivatives, out[known], slopes[known], rub[known]
+        yield part.start + known, narrow[known], out[known], slopes[known], rub[known]
 
 
-def keeps(shape: Shape, record: Record, seen: Seen) -> bool:
+def keeps(shape: Shape, core: Core, record: Record, seen: Seen) -> bool:
     """Whether the core is linear in what never changes: every basis function behind every lag."""
-    moved = shape.move or seen.turned or any(term.effect.site in ("spring", "linear") for term in shape.terms)
+    moved = shape.move or seen.turned or any(term.effect.site == "spring" for term in shape.terms)
     bent = shape.h_grid is not None or len(shape.poles) > 0
     if record.kept is None or record.place is not None or moved or bent:
         return False
-    return len(record.known) * (1 + len(shape.taus_s)) * shape.f_grid.n < MOST_KEPT
+    return len(record.known) * (1 + len(core.real.gain)) * shape.f_grid.n < MOST_KEPT
 
 
 def kept_rows(shape: Shape, point: Point, core: Core, record: Record, seen: Seen) -> Rows:
     """As `run_rows`, of columns that the record keeps."""
     assert record.kept is not None
-    key = "core", record.before, shape.f_grid, shape.zero, point.log_tau.tobytes(), shape.radii.tobytes()
+    key = "core", record.before, shape.f_grid, shape.zero, core.real.taps.tobytes(), shape.radii.tobytes()
     if key not in record.kept:
         record.kept[key] = _banks(core, record, shape.radii)
     banks, stops = record.kept[key]
-    weights, known = np.concatenate(([1.0], point.gain)), record.known
+    weights, known = np.concatenate(([1.0], core.real.gain)), record.known
     through = (banks.reshape(-1, len(point.f)) @ point.f).reshape(-1, len(known))  # w, and what every lag has let go
     f = (weights @ banks.reshape(len(weights), -1)).reshape(len(known), -1)
     derivatives, out, slopes = np.column_stack((f, through[1:].T)), weights @ through, np.ones(len(known))

@@ -68,6 +68,7 @@ class _Posterior:
     """What is minimised, with s2 and the strengths of the priors as they stand."""
 
     s2: float
+    level: float  # the same of the residual
     middle: Floats  # (n,) means of the groups' priors
     groups: Floats  # (n, n) their precision
     prior: Prior | None  # beside them
@@ -86,6 +87,10 @@ class _Posterior:
     def downhill(self, normal: Normal, vector: Floats) -> Floats:
         gradient: Floats = normal.right / self.s2 - self.groups @ (vector - self.middle)
         return gradient if self.prior is None else gradient + self.prior[1] @ (self.prior[0] - vector)
+
+    def progress(self, fall: float) -> float:
+        """What is such a fall of the cost under the noise that the residual shows, where s2 is told and is less."""
+        return fall * max(1.0, self.level / self.s2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,13 +130,14 @@ def solve(
     done, damping = 0, 0.0
 
     def posterior() -> _Posterior:
-        s2 = given.noise_variance or noise_level(normal.residuals)
-        return _Posterior(s2, middle, prior_of(shape, strengths), given.prior)
+        level = noise_level(normal.residuals)
+        return _Posterior(given.noise_variance or level, level, middle, prior_of(shape, strengths), given.prior)
 
     for done in range(1, iterations + 1):
         now = posterior()
         cost = now.cost(normal.squares, point.vector(shape))
-        step = _step(now, shape, point, records, normal, damping)
+        progressed = now.progress(max(DONE_MOVING if not shape.passive else DONE, given.share * cost))
+        step = _step(now, shape, point, records, normal, damping, progressed if done > given.least else 0.0)
         if step is None:
             break
         point, normal = step.point, step.normal
@@ -141,7 +147,6 @@ def solve(
         )
         if progress is not None:
             progress(done, float(np.sqrt(normal.squares / _count(normal))))
-        progressed = max(DONE_MOVING if not shape.passive else DONE, given.share * cost)
         if done > given.least and cost - step.cost < progressed:
             break
     now, free = posterior(), ~(shape.positive() & (point.vector(shape) <= 0.0))
@@ -150,14 +155,20 @@ def solve(
 
 
 def _step(
-    now: _Posterior, shape: Shape, point: Point, records: Sequence[Record], normal: Normal, damping: float
+    now: _Posterior, shape: Shape, point: Point, records: Sequence[Record], normal: Normal, damping: float, worth: float
 ) -> _Step | None:
-    """Gauss-Newton's, damped as Levenberg's only where the whole step is not downhill; None: no way down."""
+    """Gauss-Newton's, damped as Levenberg's only where the whole step is not downhill.
+
+    None: no way down, or none that promises a fall of the cost by `worth`.
+    """
     vector, information = point.vector(shape), now.information(normal)
     cost, downhill = now.cost(normal.squares, vector), now.downhill(normal, vector)
     for _ in range(DAMPINGS):
         heavy = information + damping * np.diag(np.diag(normal.matrix)) / now.s2
         target, free = bounded(heavy, downhill + heavy @ vector, shape.positive())
+        step = target - vector
+        if 2.0 * downhill @ step - step @ information @ step < worth:
+            return None
         new = point.at(shape, target)
         with np.errstate(all="ignore"):
             there = None if damping else normal_equations(shape, new, records)  # a whole step mostly is downhill

@@ -22,6 +22,7 @@ from thrustd.identify.regression.terms import (
     Seen,
     Term,
     added,
+    branched_by,
     deformed,
     pushed,
     split,
@@ -31,7 +32,7 @@ from thrustd.identify.regression.terms import (
 )
 from thrustd.model.stage import jit
 
-TOUCHES_CORE = "deformation", "spring", "linear"
+TOUCHES_CORE = "deformation", "spring"
 ALL = slice(None)
 
 
@@ -97,7 +98,9 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[Indice
     seen = deformed(shape.terms, point.terms, record.seen)
     where, table, at = shape.parts(), np.empty((BLOCK, shape.n)), 0
     whole = _with_terms(shape, point, record, seen) if shape.terms else None
-    made = kept_rows if keeps(shape, record, seen) else run_rows
+    made = kept_rows if keeps(shape, core, record, seen) else run_rows
+    n_lags, first = len(core.real.gain), shape.f_grid.n + len(shape.taus_s)
+    own, branched = shape.own_columns(n_lags), branched_by(shape.terms, point.terms)
     for places, derivatives, out, slopes, rubbed in made(shape, point, core, record, seen):
         rows, part = table[: len(places)], slice(at, at + len(places))
         at += len(places)
@@ -105,12 +108,15 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[Indice
             far = np.abs(seen.d[places]) / shape.radii[-1]
             rows[:, where["growth"].start] = far * (rubbed @ point.stops)
             rubbed = rubbed * (1.0 + point.growth[0] * far)[:, None]
-        rows[:, : shape.n_core] = derivatives
+        rows[:, : shape.n_core] = derivatives if own.all() else derivatives[:, own]
         rows[:, where["offset"]] = 1.0
         rows[:, where["stops"]] = rubbed
         output = out + point.offset
         if whole is not None:
             rows[:, where["terms"]] = whole.columns[part] + whole.turning[part] * output[:, None]
+            if len(branched):
+                through = derivatives[:, first : shape.f_grid.n + n_lags] @ branched
+                rows[:, where["terms"]] += whole.gain[part, None] * through
             rows[:, : where["offset"].stop] *= whole.gain[part, None]
             output = whole.gain[part] * output + whole.force[part]
         output += rubbed @ point.stops
@@ -146,10 +152,14 @@ def _with_terms(shape: Shape, point: Point, record: Record, seen: Seen) -> _Whol
     found.columns[:] /= shape.output_scale
     sites = [term.effect.site for term in shape.terms for _ in term.free]
     touching = [i for i, site in enumerate(sites) if site in TOUCHES_CORE]
-    output = simulate(shape, point, record, known) if touching else found.force
+    core, beside = simulated(shape, point, record, known) if touching else (found.force, found.force)
     for i in touching:
         moved = replace(point, terms=point.terms + NUDGE * np.eye(len(sites))[i])
-        found.columns[:, i] = (simulate(shape, moved, record, known) - output) / NUDGE
+        if sites[i] == "spring":
+            by = found.gain * _core_run(shape, moved, record, seen)[known] - core
+        else:
+            by = simulate(shape, moved, record, known) - core - beside
+        found.columns[:, i] = by / NUDGE
     return found
 
 

@@ -173,9 +173,12 @@ def added(term: Term, numbers: Floats, seen: Seen, places: Places) -> tuple[Floa
         return table
 
     columns = _kept(term, ("force",), seen, places, alone) if straight.all() else alone()
+    if not term.effect.name.startswith(PREFIX):  # in proportion to every amplitude, whatever its shape is
+        force = columns @ [(values[p.name] - p.neutral) / term.std[p.name] for p in own]
+    else:
+        force = _run(term, values, seen, nothing, 0.0)[places]
     if straight.all():
-        return columns @ [(values[p.name] - p.neutral) / term.std[p.name] for p in own], columns
-    force = _run(term, values, seen, nothing, 0.0)[places]
+        return force, columns
     table = np.empty((len(force), len(straight)))
     table[:, straight] = columns
     for i in np.flatnonzero(~straight):
@@ -205,6 +208,15 @@ def branches(terms: Sequence[Term], numbers: Floats) -> list[tuple[float, float]
         if term.effect.lags
     ]
     return [branch for part in parts for branch in part]
+
+
+def branched_by(terms: Sequence[Term], numbers: Floats) -> Floats:
+    """Derivatives (n_branches, n) of the gains of these branches."""
+    gains = np.array([gain for _, gain in branches(terms, numbers)])
+    if not len(gains):
+        return np.empty((0, len(numbers)))
+    moved = [[gain for _, gain in branches(terms, numbers + NUDGE * unit)] for unit in np.eye(len(numbers))]
+    return (np.array(moved) - gains).T / NUDGE
 
 
 def _before(term: Term, values: Mapping[str, float], seen: Seen) -> float:

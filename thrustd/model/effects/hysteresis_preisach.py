@@ -25,10 +25,13 @@ N_PLAYS = 8
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     here = c[2] * math.tanh((u[0] - c[3]) / c[2])
     total = 0.0
-    for i in range(x.shape[0]):
+    for i in range(N_PLAYS):
         half_width = c[1] * (i + 1)
-        x[i] = min(max(x[i], u[0] - half_width), u[0] + half_width)
-        total += here - c[2] * math.tanh((x[i] - c[3]) / c[2])
+        at = min(max(x[i], u[0] - half_width), u[0] + half_width)
+        if at != x[i]:  # most stand still
+            x[i] = at
+            x[N_PLAYS + i] = c[2] * math.tanh((at - c[3]) / c[2])
+        total += here - x[N_PLAYS + i]
     return v + c[0] * total
 
 
@@ -39,7 +42,8 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
 
 
 def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[:] = u[0]
+    x[:N_PLAYS] = u[0]
+    x[N_PLAYS:] = c[2] * math.tanh((u[0] - c[3]) / c[2])
 
 
 EFFECT = Effect(
@@ -60,7 +64,7 @@ EFFECT = Effect(
     ),
     step=step,
     prepare=prepare,
-    n_state=8,
+    n_state=2 * N_PLAYS,
     equation="F = F_core + F_f mean [S(x) - S(p_i)] / h",
     source=(
         "Brokate & Sprekels, Hysteresis and Phase Transitions, 1996, ch. 2.4; Mayergoyz, "
