@@ -125,6 +125,23 @@ def test_a_record_that_begins_loaded_teaches_no_state_that_a_flight_does_not_kno
     assert errors_of(flown, data).rmse_n < 1.2 * known_n
 
 
+def test_an_output_that_follows_late_at_any_speed_is_found_and_flies():
+    """A stack of play operators, as a piezo's elongation behind its voltage: no passive friction does so."""
+    rng = np.random.default_rng(7)
+    turns = np.cumsum(rng.integers(40, 200, 60))
+    u = np.interp(np.arange(turns[-1]), np.concatenate(([0], turns)), np.concatenate(([0.0], rng.uniform(0, 150, 60))))
+    y = 0.05 * u
+    for radius, weight in ((2.0, 0.02), (8.0, 0.03), (25.0, 0.03)):
+        play = 0.0
+        late = [play := max(v - radius, min(v + radius, play)) for v in u]
+        y = y + weight * np.array(late)
+    sigma = 0.02
+    columns = {"deformation_mm": u, "force_N": y + sigma * rng.standard_normal(len(u))}
+    data = segments_of([make_recording("stack", {"time_s": 0.01 * np.arange(len(u)), **columns})])
+    flown = structure_named("hw-pwl+prandtl-ishlinskii").fit(data, BlockFits(), None)
+    assert errors_of(flown, data).rmse_n < 1.5 * sigma
+
+
 def test_few_modes_follow_what_many_do():
     tau_s = np.geomspace(0.01, 1000.0, 16)
     gain = np.exp(-(np.log(tau_s / 3.0) ** 2))

@@ -28,7 +28,7 @@ class Asked:
 
     f: Kind = "curve"
     h: Kind = "curve"
-    friction: bool = False
+    friction: bool = False  # hysteresis, and rubber competes
     hold: Hold | None = None
     order: int | None = None
     segments: int | None = None
@@ -45,7 +45,7 @@ def fine(asked: Asked) -> Asked:
 
 
 def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tuple[Shape, list[Record]]:
-    """Gains of either sign, on as many real lags; curves as asked for."""
+    """Gains of either sign, on as many real lags; hysteresis that follows late, if at all; curves as asked for."""
     rubber, _ = prepared(segments)
     y = np.concatenate([segment.force_n for segment in segments]) / rubber.output_scale
     low, high = float(np.nanmin(y)), float(np.nanmax(y))
@@ -59,7 +59,7 @@ def general_shape(segments: Sequence[Segment], asked: Asked, hold: Hold) -> tupl
         f_grid=Grid(*reach, COEFFICIENTS[asked.f]),
         zero=float(np.clip(0.0, *reach)),
         taus_s=np.geomspace(asked.fastest * dt_s, max(SLOWEST * longest_s, 8 * dt_s), GENERAL_LAGS),
-        radii=np.zeros(0),
+        radii=-rubber.radii if asked.friction else np.zeros(0),
         grows=False,
         terms=(),
         h_grid=None if asked.h == "line" else Grid(low - edge, high + edge, COEFFICIENTS[asked.h]),

@@ -1,7 +1,8 @@
 """Which regression: hypotheses compete on blocks of the data that were held back.
 
     rubber      no curve behind, gains of relaxation and friction >= 0 (`regress`)
-    general     gains of either sign, a second curve h, records that begin anywhere; no friction
+    general     gains of either sign, a second curve h, records that begin anywhere; hysteresis follows late
+    smooth      the same without hysteresis
     settled     they begin at rest; instead, where that flies better: no state at first is known in flight
     ringing     further pairs of complex poles, one by one, where the residual asks for them (`pairs`)
     straight    lines for both curves while poles are looked for; the curves bend afterwards
@@ -61,7 +62,7 @@ class Trial(NamedTuple):
     held: Floats
 
 
-Trials = dict[tuple[Kind, Kind, Hold | None], Trial]
+Trials = dict[tuple[Kind, Kind, Hold | None, bool], Trial]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,7 @@ class Field:
 
     def searched(self, ramps: Trial | None = None) -> Trial:
         """Hold and pairs that the blocks ask for, gains of either sign; what was searched before is not again."""
-        key = self.asked.f, self.asked.h, self.asked.hold
+        key = self.asked.f, self.asked.h, self.asked.hold, self.asked.friction
         if key not in self.made:
             self.made[key] = _ringing(self, _best_hold(self, ramps or self.general()))
         return self.made[key]
@@ -162,14 +163,16 @@ def explained(
     made = {} if made is None else made
     if sum(map(len, segments)) > MANY:
         return _of_many(segments, asked, progress, made)
-    competing = Field(
-        segments, asked, progress, [held.hidden(segment) for segment in held.spread(segments)], made, given
-    )
+    visible = [held.hidden(segment) for segment in held.spread(segments)]
+    competing = Field(segments, asked, progress, visible, made, given)
     general = None
     if asked.friction:
         rubber, general = competing.rubber(), competing.general()
         if _better(rubber, general, WORTH_IT) is rubber:
             return _ordered(regress(segments, progress), segments, asked, progress)
+        smooth = replace(competing, asked=replace(asked, friction=False))
+        if _better(without := smooth.general(), general) is without:
+            competing, general = smooth, without
     best = competing.searched(general)
     if (asked.f, asked.h) != ("line", "line"):
         line = competing.straight().searched()

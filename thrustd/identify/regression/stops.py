@@ -3,7 +3,7 @@
     s_i <- clip(s_i + dx, -r_i, r_i),   friction = (1 + kappa |x| / r_n) sum_i c_i s_i / r_i,   c_i, kappa >= 0
 
 Radii are shares of the travel, spaced by ratios, down to the noise of the reading. The same elements fly as the effect
-`hysteresis_stops`.
+`hysteresis_stops`. A negative radius turns an element's sign: it does not resist motion, the output follows late.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ def radii_of(travel: float, least: float = 0.0) -> Floats:
 
 def at_rest(radii: Floats, level: float) -> Floats:
     """State (1 + n,): the deformation, then stops in units of their radius, loaded from no deformation to `level`."""
-    return np.concatenate(([level], np.clip(level, -radii, radii) / radii))
+    return np.concatenate(([level], np.clip(level / radii, -1.0, 1.0)))
 
 
 @jit

@@ -22,7 +22,7 @@ from thrustd.model.artifact import (
     RealMode,
     ValidRange,
 )
-from thrustd.model.effects.hysteresis_stops import WEIGHTS
+from thrustd.model.effects.hysteresis_stops import SHARES, WEIGHTS
 
 WITHIN = 0.1  # of the noise: how far a table may be from its curve
 MOST = 200  # segments
@@ -100,13 +100,13 @@ def linear_of(found: Solution) -> LinearBlock:
 
 def friction_of(found: Solution) -> EffectSpec:
     """The stops with one sigma each."""
-    scale, where = found.shape.output_scale, found.shape.parts()["stops"]
-    std, names = scale * std_of(found)[where], WEIGHTS[-len(found.shape.radii) :]
-    weights = {name: scale * float(c) for name, c in zip(names, found.point.stops, strict=True)}
+    scale, where, radii = found.shape.output_scale, found.shape.parts()["stops"], found.shape.radii
+    std, names = scale * std_of(found)[where], WEIGHTS[-len(radii) :]
+    weights = {n: scale * float(c) for n, c in zip(names, np.sign(radii) * found.point.stops, strict=True)}
     return EffectSpec(
         FRICTION,
         {"travel_mm": travel_of(found.shape), "growth": growth_of(found.point)} | weights,
-        {name: float(s) for name, s in zip(names, std, strict=True) if weights[name] > 0.0},
+        {name: float(s) for name, s in zip(names, std, strict=True) if weights[name] != 0.0},
     )
 
 
@@ -115,7 +115,8 @@ def growth_of(point: Point) -> float:
 
 
 def travel_of(shape: Shape) -> float:
-    return float(travel(shape.f_grid))
+    """What the radii of stops are shares of."""
+    return float(abs(shape.radii[-1]) / SHARES[-1]) if len(shape.radii) else float(travel(shape.f_grid))
 
 
 def std_of(found: Solution) -> Floats:

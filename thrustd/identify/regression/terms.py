@@ -62,7 +62,7 @@ class Term:
 
     def positive(self) -> list[bool]:
         """Numbers that cannot be negative: physics knows no such amplitude."""
-        return [p.amplitude and p.low == p.neutral and p.name not in self.centre for p in self.free]
+        return [p.amplitude and (p.passive or p.low == p.neutral) and p.name not in self.centre for p in self.free]
 
     def sigma(self, numbers: Floats, std: Floats) -> dict[str, float]:
         """One sigma in units, of one sigma without."""

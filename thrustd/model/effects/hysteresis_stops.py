@@ -7,7 +7,8 @@ Springs, each in series with a dry slider (Iwan's and Jenkins' elements), which 
 ratios; c_i is the force at which element i slips. Any loop that obeys Masing's rule is a sum of them; g lets all of
 them grow with the deformation, as the friction of a filled rubber under load does. A variant of
 `hysteresis`, and what `identify` finds by itself: the density is estimated, no shape of the loop is assumed. Positive
-c_i resist motion. Rate-independent. Starts as if it had been loaded from no deformation, where every spring is relaxed.
+c_i resist motion; negative ones follow it late, as the elongation of a piezo stack does its voltage. Rate-independent.
+Starts as if it had been loaded from no deformation, where every spring is relaxed.
 Left out: unsymmetric loops.
 """
 
@@ -59,7 +60,7 @@ def elements(x: Floats, c: Floats, u: Floats, wanted: Flags, out: Floats) -> Non
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
     """Radii, weights, growth; elements without weight are left out."""
     weights = np.array([p[name] for name in WEIGHTS])
-    there = weights > 0.0
+    there = weights != 0.0
     return np.concatenate(
         (p["travel_mm"] * SHARES[there], weights[there], [p["growth"] / (p["travel_mm"] * SHARES[-1])])
     )
@@ -88,7 +89,7 @@ EFFECT = Effect(
                   meaning="deformation that the radii are shares of", amplitude=False, estimate=False),
         GROWTH,
         *(
-            Parameter(name, "N", neutral=0.0, low=0.0, high=1e9, starts=(5.0,),
+            Parameter(name, "N", neutral=0.0, low=-1e9, high=1e9, starts=(5.0,), passive=True,
                       meaning=f"force of the element that slips after {share:.2g} of the travel",
                       expected="positive; all of them 1 to 3 % of full load")
             for name, share in zip(WEIGHTS, SHARES, strict=True)
