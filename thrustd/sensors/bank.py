@@ -1,6 +1,7 @@
 """The bank of hypotheses of every engine: who is at fault, how likely, and what the thrust is then.
 
     all well | upper LVDT | lower LVDT | both mounts | fuel flow | N1 | N2 | the brochure as a whole | air is bled
+    | scale of both mounts
     on all engines at once: the accelerometer | air data
 
 Every 0.4 s and engine the sources' past (see `past`) is weighed under each of them (see `evidence`). A fault is
@@ -21,7 +22,7 @@ from thrustd.fusion.mixture import SHIFT_N, STD_N, P
 from thrustd.sensors.errors import Installed
 from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
-from thrustd.sensors.onsets import BLED, BROCHURE_OFF, FUEL_OFF, HEARD, MOUNTS_OFF, N_HYPOTHESES, WELL
+from thrustd.sensors.onsets import BLED, BROCHURE_OFF, FUEL_OFF, HEARD, MOUNTS_OFF, N_HYPOTHESES, SCALE_OFF, WELL
 from thrustd.sensors.past import (
     COMMON_N,
     COUNTS,
@@ -48,7 +49,8 @@ from thrustd.sensors.shared import weigh_shared
 EVERY_LOOKS, UNCORRECTED_EVERY = 2, 4
 FOUND, OVER = 0.98, 0.2
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
-SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 1), (2,), (3,), (4,), (2, 3, 4), (), (0, 1), (2, 3, 4))
+BOTH, BROCHURE = (0, 1), (2, 3, 4)
+SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), BOTH, (2,), (3,), (4,), BROCHURE, (), BOTH, BOTH, BROCHURE)
 OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
 OFF_N1_PCT, TURNING_N1_PCT, STARTED_S = 5.0, 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
@@ -123,7 +125,8 @@ class Bank:
     def disagree(self, engine: int) -> bool:
         """Nothing tells who is right; bled air is nobody's fault."""
         p, found = self.rows[engine, :, P], self.found.item(engine)
-        return bool((p[WELL] + p[BLED] if found in (WELL, BLED) else p[found]) < 1.0 - DISAGREE)
+        likely = p[WELL] + p[BLED] if found in (WELL, BLED) else _likely.py_func(found, p)
+        return bool(likely < 1.0 - DISAGREE)
 
     def apart_n(self) -> Floats:
         """(n, 2) by engine: the thrust by mounts that are well minus that by a brochure that is, and its sigma."""
@@ -207,12 +210,18 @@ def _fastest_pct(readings: Floats, spools: Integers) -> float:
 
 
 @compiled
+def _likely(which: int, p: Any) -> float:
+    """How likely it is that its sensors are at fault: both mounts are by whatever is wrong with them."""
+    return float(p[MOUNTS_OFF] + p[SCALE_OFF] if which in (MOUNTS_OFF, SCALE_OFF) else p[which])
+
+
+@compiled
 def _lead(found: int, out: Floats) -> int:
     """The hypothesis that leads from now on."""
     best = int(np.argmax(out[:, 0]))
-    if out[best, 0] > FOUND:
+    if _likely(best, out[:, 0]) > FOUND:
         return best
-    return WELL if out[found, 0] < OVER else found
+    return WELL if _likely(found, out[:, 0]) < OVER else found
 
 
 @compiled

@@ -27,15 +27,18 @@ from thrustd.sensors.errors import AS_ON_THE_BENCH, THRUST_N2, Installed, Parts,
 from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, fault_shape, installed_shape
 from thrustd.sensors.onsets import (
     BLED,
+    FAR,
     LEAST_P,
     N_ALONE,
     N_HYPOTHESES,
+    SCALE_OFF,
     STAYS,
     WELL,
     Scene,
     Told,
     leave,
     of_onsets,
+    of_scale,
     of_stretches,
 )
 from thrustd.sensors.past import COUNTS, LOWER, N_SOURCES, SAID, UPPER
@@ -143,6 +146,8 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
         told.n[0] = 0
         if which == BLED:
             of_stretches(scene, told)
+        elif which == SCALE_OFF:
+            of_scale(scene, FAR * installed_as[1], told)
         else:
             of_onsets(which, scene, told)
         logs, said = told.logs[: told.n[0]], told.said[: told.n[0]]

@@ -29,7 +29,7 @@ from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sensors.kinematics import ACCELERATION, MACH, Accelerometer
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
-from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF
+from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF, SCALE_OFF
 from thrustd.sensors.past import FUEL_FLOW, N_SOURCES
 from thrustd.sensors.suspects import Suspects
 from thrustd.sensors.watches import Watches
@@ -39,7 +39,9 @@ RESTING_S = 2.0
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))
-WHOLE_OFF = {MOUNTS_OFF: "mount", BROCHURE_OFF: "brochure", AIR_OFF: "brochure"}  # faults of a whole thrust source
+WHOLE_OFF = {  # faults of a whole thrust source
+    MOUNTS_OFF: "mount", SCALE_OFF: "mount", BROCHURE_OFF: "brochure", AIR_OFF: "brochure",
+}  # fmt: skip
 
 
 class MonitorVerdict(NamedTuple):
@@ -173,7 +175,7 @@ class Monitor:
         if self.bank.disagree(engine):
             status |= Status.DISAGREE
         found = self.bank.found.item(engine)
-        if found in (MOUNTS_OFF, ACCELERATION_OFF):
+        if found in (MOUNTS_OFF, SCALE_OFF, ACCELERATION_OFF):
             status |= Status.MOUNT_FAILED
         elif found in WHOLE_OFF:
             status |= Status.BROCHURE_FAILED
@@ -241,7 +243,7 @@ class Monitor:
             return faults
         nameable = set(judged) & {ACCELERATION, MACH, ("sat_degC", 0)}
         for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
-            if found not in (MOUNTS_OFF, ACCELERATION_OFF):
+            if found not in (MOUNTS_OFF, SCALE_OFF, ACCELERATION_OFF):
                 nameable |= {self._sources[engine][source] for source in SOURCES_OFF[found]} & set(judged)
         for sensor in self._watches.sensors:
             kind, before = self._watches[sensor].kind, self._kinds.get(sensor, "")
