@@ -32,7 +32,7 @@ def installed(tmp_path, monkeypatch):
 
 def test_a_flight_is_simulated_from_any_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(["simulate", "--minutes", "0.1", "-o", "flight.mcap"]) == 0
+    assert main(["simulate", "--minutes", "0.1", "--config", HIL, "-o", "flight.mcap"]) == 0  # as pages print it
     files = LogFile(tmp_path / "flight.mcap").header.files
     assert files["config.toml"] == (ROOT / HIL).read_text()
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, tell
 from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
-from thrustd.installation.shipped import CONFIGURATION, shipped
+from thrustd.installation.shipped import CONFIGURATION, given_or_shipped
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
@@ -97,7 +97,7 @@ def commission_verb(arguments: argparse.Namespace) -> int:
     from thrustd.commission.report import write_report
     from thrustd.installation.installation import read_installation
 
-    config = arguments.aircraft or shipped(CONFIGURATION, "--aircraft")
+    config = given_or_shipped(arguments.aircraft, CONFIGURATION, "--aircraft")
     installation = read_installation(config)
     given = arguments.bench, arguments.weight, arguments.chamber, arguments.flights
     with progress("commission") as advance:

@@ -9,7 +9,7 @@ from thrustd.cli.files import check_outputs, read_models, write_model_file
 from thrustd.cli.roles import add_roles, own_words, recordings_in_roles, roles_of_arguments
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed, tell
 from thrustd.core.errors import UsageError
-from thrustd.installation.shipped import DECK, shipped
+from thrustd.installation.shipped import DECK, given_or_shipped
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
@@ -189,7 +189,7 @@ def compile_verb(arguments: argparse.Namespace) -> int:
 def brochure_verb(arguments: argparse.Namespace) -> int:
     from thrustd.brochure.fit.deck_fit import fit_deck_file, report_lines, rms_left_out_pct
 
-    arguments.base = arguments.base or shipped(DECK, "--base")
+    arguments.base = given_or_shipped(arguments.base, DECK, "--base")
     check_outputs(vars(arguments))
     read_text(arguments.base)
     with progress("brochure fit"):

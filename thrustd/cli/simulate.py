@@ -7,7 +7,7 @@ from typing import Any
 
 from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, progress, seed, tell
 from thrustd.core.errors import UsageError
-from thrustd.installation.shipped import HIL, shipped
+from thrustd.installation.shipped import HIL, given_or_shipped
 
 TELL_EVENTS = 500  # between two moves of the progress bar
 BENCH_KINDS = ("steps", "sine", "multisine", "weight")
@@ -135,7 +135,7 @@ def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
 
     if arguments.out.suffix != ".mcap":
         raise UsageError(f"{arguments.out}: expected a name that ends in .mcap for a flight log")
-    installation = read_installation(arguments.config or shipped(HIL, "--config"))
+    installation = read_installation(given_or_shipped(arguments.config, HIL, "--config"))
     installation.parts()  # its files go into the log: what a replay would refuse is refused now
     profile, airframe = _static_run(arguments) if arguments.tethered else _profile(arguments)
     table = installation.heard()

@@ -25,11 +25,19 @@ def shipped(name: str, option: str) -> Path:
     raise UsageError(f"{option}: expected a file; the shipped {name} is neither in {places[0]} nor in {places[1]}")
 
 
+def given_or_shipped(given: Path | None, default: str, option: str) -> Path:
+    """A file of one's own; else the shipped one: `default`, or by its name in a checkout, from any folder."""
+    if given is None:
+        return shipped(default, option)
+    known = not given.exists() and str(given) in (AIRCRAFT, CONFIGURATION, HIL, DECK)
+    return shipped(str(given), option) if known else given
+
+
 def aircraft_data(path: Path | None = None) -> "AircraftData":
     """What is known of a type of aircraft, None: of the shipped one; ConfigError, one line, otherwise."""
     from thrustd.core.aircraft import read_aircraft
 
-    path = path or shipped(AIRCRAFT, "--aircraft")
+    path = given_or_shipped(path, AIRCRAFT, "--aircraft")
     return read_aircraft(read_text(path), str(path))
 
 
@@ -37,5 +45,5 @@ def read_deck(path: Path | None = None) -> "Deck":
     """A brochure deck, None: the shipped one; one line that says why not otherwise."""
     from thrustd.brochure.deck import Deck  # numba: not every verb needs it
 
-    path = path or shipped(DECK, "--deck")
+    path = given_or_shipped(path, DECK, "--deck")
     return Deck.from_json(read_text(path), str(path))
