@@ -21,14 +21,14 @@ from rich.table import Table
 
 from benchmarks.fusion_flights import FLIGHTS, PH_LAB
 from thrustd.cli.files import read_models
-from thrustd.core.aircraft import MountPlace, place_of
+from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.question import Given
-from thrustd.installation.installation import others_of, read_installation
+from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import read_deck, shipped
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.files import read_recording
@@ -104,9 +104,9 @@ def row_of(case: str, mount: str, aircraft: int, flights: str) -> list[str]:
     """What the loop says of one case from these flights, by their numbers, and what that is worth on another one."""
     knobs, left_out = CASES[case]
     installation = read_installation(shipped("deploy/hil.toml", "config"))
-    place = place_of(mount, installation.config, installation.aircraft())
+    place = installation.place(mount)
     alone = mount if case.endswith(ALONE) else ""
-    others = [(at, other if alone else _without(other, left_out)) for at, other in others_of(mount, installation)]
+    others = [(at, other if alone else _without(other, left_out)) for at, other in installation.others_of(mount)]
     given = Given(against="brochure", mount=place, deck=read_deck(), others=others)
     (whole,) = read_models([shipped(f"models/{mount.replace('_', '-')}.json", "model")]).values()
     spec = _without(whole, left_out)

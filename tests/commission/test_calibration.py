@@ -9,6 +9,7 @@ from thrustd.__main__ import main
 from thrustd.cli.files import read_models
 from thrustd.commission.tether import fit_tether
 from thrustd.commission.zero import MountZero, recalibrate_by, with_zeros
+from thrustd.core.aircraft import MountPlace
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
 from thrustd.core.errors import ConfigError, ThrustdError
 from thrustd.installation.installation import read_installation
@@ -115,7 +116,8 @@ def test_a_calibrated_mount_gives_its_growth_back():
     own = sum(e.parameters["expansion_mm_k"] for e in spec.effects if e.name == "thermal_expansion")
     bench = compile_model(spec, 20.0)
     for rate in (6e-4, -own, -own + 1e-6):
-        model = compile_model(calibrated(spec, MountCalibration(expansion_mm_k=rate, reference_degc=35.0), ""), 20.0)
+        grown = MountCalibration(expansion_mm_k=rate, reference_degc=35.0)
+        model = compile_model(calibrated(spec, MountPlace("left_upper", "left", 0, 0.46, grown), ""), 20.0)
         shown, true = (at_rest(each, {"temperature_degC": 5.0}) for each in (model, bench))
         assert resting_n(model, shown(0.5 - 30.0 * rate)) == pytest.approx(resting_n(bench, true(0.5)), abs=1.0)
 

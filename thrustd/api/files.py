@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from thrustd.api.model import Model
 from thrustd.api.spoken import spoken
-from thrustd.core.aircraft import MountPlace, place_of
 from thrustd.core.errors import UsageError
 from thrustd.diagnose.compare.reference import BROCHURE, THRUST, as_mount, with_reference
 from thrustd.identify.segments import FORCE
@@ -20,6 +20,10 @@ from thrustd.records.roles import Roles, with_roles
 from thrustd.records.time_axis import TimeAxis, read_timed
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import TEXT_BYTES, read_plain
+
+if TYPE_CHECKING:
+    from thrustd.brochure.deck import Deck
+    from thrustd.core.aircraft import MountPlace
 
 
 @spoken
@@ -54,18 +58,18 @@ def read(
         record = with_roles(record, roles)
     if not (mount or against):
         return record
-    place = _place(mount, config) if mount else None
+    place, deck = _aboard(mount, config) if mount else (None, read_deck() if against == BROCHURE else None)
     record = as_mount(record, place)
     known = against or FORCE in record or THRUST in record
-    return with_reference(record, against, place, read_deck() if against == BROCHURE else None) if known else record
+    return with_reference(record, against, place, deck) if known else record
 
 
-def _place(mount: str, config: str | Path | None) -> MountPlace:
-    """The mount in the aircraft that the configuration describes."""
+def _aboard(mount: str, config: str | Path | None) -> "tuple[MountPlace, Deck]":
+    """The mount in the aircraft that the configuration describes, and the deck of its engines."""
     from thrustd.installation.installation import read_installation  # and with it all that flies
 
     installation = read_installation(Path(config) if config else shipped(CONFIGURATION, "config"))
-    return place_of(mount, installation.config, installation.aircraft())
+    return installation.place(mount), installation.deck()
 
 
 @spoken

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from thrustd.core.errors import RecordingError, UsageError
-from thrustd.installation.shipped import CONFIGURATION, DECK, shipped
+from thrustd.installation.shipped import CONFIGURATION, DECK, given_or_shipped
 
 if TYPE_CHECKING:
     from thrustd.core.aircraft import MountPlace
@@ -57,7 +57,7 @@ def add_reference(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--against", default="", metavar="COLUMN", help="reference: a column, or 'brochure'")
     parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
     parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")
-    parser.add_argument("--deck", type=Path, help=f"with --against brochure (default: the shipped {DECK})")
+    parser.add_argument("--deck", type=Path, help=f"with --against brochure (default: --config's, or {DECK})")
 
 
 def recordings_in_roles(paths: Sequence[Path], arguments: argparse.Namespace, roles: "Roles") -> list["Recording"]:
@@ -143,28 +143,24 @@ def reference(arguments: argparse.Namespace) -> dict[str, Any]:
     """What the measurement is judged against, as all three verbs take it."""
     from thrustd.installation.shipped import read_deck
 
-    deck = read_deck(arguments.deck) if arguments.against == "brochure" else None
+    deck = None
+    if arguments.against == "brochure":
+        own = arguments.deck is None and arguments.config is not None
+        deck = _installation(arguments).deck() if own else read_deck(arguments.deck)
     return {"against": arguments.against, "mount": place_in_aircraft(arguments), "deck": deck}
 
 
 def place_in_aircraft(arguments: argparse.Namespace) -> "MountPlace | None":
     """The mount that is looked at, as the configuration has it."""
-    if not arguments.mount:
-        return None
-    from thrustd.core.aircraft import place_of
-
-    installation = _installation(arguments)
-    return place_of(arguments.mount, installation.config, installation.aircraft())
+    return _installation(arguments).place(arguments.mount) if arguments.mount else None
 
 
 def others_of_engine(arguments: argparse.Namespace) -> "tuple[tuple[MountPlace, ModelSpec], ...]":
-    """The other mounts of its engine with their models as they fly."""
-    from thrustd.installation.installation import others_of
-
-    return others_of(arguments.mount, _installation(arguments)) if arguments.mount else ()
+    """The other mounts of its engine with their models."""
+    return _installation(arguments).others_of(arguments.mount) if arguments.mount else ()
 
 
 def _installation(arguments: argparse.Namespace) -> "Installation":
     from thrustd.installation.installation import read_installation  # and with it all that flies, compiled
 
-    return read_installation(arguments.config or shipped(CONFIGURATION, "--config"))
+    return read_installation(given_or_shipped(arguments.config, CONFIGURATION, "--config"))

@@ -9,8 +9,10 @@ from typing import Annotated, NamedTuple
 import msgspec
 from msgspec import Meta
 
+from thrustd.core.calibration import Calibration, MountCalibration
 from thrustd.core.config import Config, Section, read_toml
 from thrustd.core.errors import RecordingError
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 
 DATA = "citation-ii.toml"  # for configurations that name none
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
@@ -124,12 +126,15 @@ class AircraftData(Section, frozen=True):
 
 
 class MountPlace(NamedTuple):
-    """Where a mount is, and what it carries."""
+    """Where a mount is, what it carries, and what was measured of it there."""
 
     mount: str
     engine: str
     number: int  # of the engine, in deck and CAN table
     share: float  # of its engine's thrust, -
+    calibration: MountCalibration = MountCalibration()
+    drag_m2: float = 0.0  # its part of the nacelle's drag over dynamic pressure, as measured
+    weight_n: float = 0.0  # its part of the engine's weight
 
 
 def read_aircraft(text: str, where: str) -> AircraftData:
@@ -137,12 +142,17 @@ def read_aircraft(text: str, where: str) -> AircraftData:
     return read_toml(text, AircraftData, where)
 
 
-def place_of(mount: str, config: Config, data: AircraftData) -> MountPlace:
+def place_of(mount: str, config: Config, data: AircraftData, measured: Calibration | None = None) -> MountPlace:
     """A mount by its name in the configuration."""
     for i, known in enumerate(config.mount):
         if known.name == mount:
             mine = config.mounts_of(known.engine)
             share = data.share(mine.index(i), len(mine))
-            return MountPlace(mount, known.engine, config.aircraft.engines.index(known.engine), share)
+            place = MountPlace(mount, known.engine, config.aircraft.engines.index(known.engine), share)
+            if measured is None:
+                return place
+            area_m2 = measured.drag.m2 if measured.drag else 0.0
+            weight_n = share * data.engine_mass_kg * STANDARD_GRAVITY_M_S2
+            return place._replace(calibration=measured.of(mount), drag_m2=share * area_m2, weight_n=weight_n)
     names = ", ".join(known.name for known in config.mount)
     raise RecordingError(f"--mount {mount}: not in the configuration, expected one of {names}")

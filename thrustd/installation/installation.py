@@ -17,7 +17,7 @@ from thrustd.core.aircraft import DATA, AircraftData, MountPlace, place_of, read
 from thrustd.core.calibration import Calibration, read_calibration
 from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
-from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
+from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.installation.as_calibrated import as_calibrated
 from thrustd.installation.shipped import shipped
@@ -73,17 +73,21 @@ class Installation:
         where = f"{self.where}: fusion"
         check_settings(section(config.fusion, FusionSettings, where), where)
         aircraft = self.aircraft()
-        deck = Deck.from_json(self._text(config.deck), self._place(config.deck)).burning(aircraft.fuel.heat)
         table = self.heard()
         heard = {(field.signal, field.index) for message in table.messages.values() for field in message.fields}
         calibration, models = self.calibration(), []
         for mount in config.mount:
-            model = compile_model(self.model(mount, calibration), config.adc.sample_hz)
+            model = compile_model(self.model(mount), config.adc.sample_hz)
             scopes = {"engine": config.aircraft.engines.index(mount.engine), "mount": config.mount.index(mount)}
             _check_channels(model, heard, scopes, self._place(mount.model))
             models.append(model)
         mounts = tuple(calibration.of(mount.name) for mount in config.mount) if calibration is not None else ()
-        return Parts(tuple(models), deck, table, aircraft, mounts)
+        return Parts(tuple(models), self.deck(), table, aircraft, mounts)
+
+    def deck(self) -> Deck:
+        """With what is not sure of its fuel."""
+        name = self.config.deck
+        return Deck.from_json(self._text(name), self._place(name)).burning(self.aircraft().fuel.heat)
 
     def service_h(self) -> dict[str, float]:
         """By mount, the hours that the calibration file gives it."""
@@ -153,18 +157,26 @@ class Installation:
             **about,
         )
 
-    def model(self, mount: Mount, calibration: Calibration | None) -> ModelSpec:
-        """As it flies: with what was measured of this mount."""
+    def bench_model(self, mount: Mount) -> ModelSpec:
+        """As its bench left it."""
         where = self._place(mount.model)
         spec = read_proven_model(self.files[mount.model], where)
         _check_units(spec, where)
-        if calibration is not None:
-            area_m2 = calibration.drag.m2 if calibration.drag else 0.0
-            aircraft = self.aircraft()
-            share = place_of(mount.name, self.config, aircraft).share
-            weight_n = share * aircraft.engine_mass_kg * STANDARD_GRAVITY_M_S2
-            spec = calibrated(spec, calibration.of(mount.name), where, share * area_m2, weight_n)
         return spec
+
+    def model(self, mount: Mount) -> ModelSpec:
+        """As it flies: with what was measured of this mount."""
+        return calibrated(self.bench_model(mount), self.place(mount.name), self._place(mount.model))
+
+    def place(self, mount: str) -> MountPlace:
+        """Of a mount by its name, with what was measured of it there."""
+        return place_of(mount, self.config, self.aircraft(), self.calibration())
+
+    def others_of(self, mount: str) -> tuple[tuple[MountPlace, ModelSpec], ...]:
+        """The other mounts of its engine, with their models as the bench left them."""
+        engine = self.place(mount).engine
+        others = [one for one in self.config.mount if one.engine == engine and one.name != mount]
+        return tuple((self.place(one.name), self.bench_model(one)) for one in others)
 
     def _text(self, name: str) -> str:
         try:
@@ -182,14 +194,6 @@ class WarmStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     snapshot: dict[str, Any] | None  # None: it starts cold
     shift_ns: int = 0  # added to its times
     service_s: tuple[float, ...] = ()  # with a cold start: what the mounts had served before; empty: as calibrated
-
-
-def others_of(mount: str, installation: Installation) -> tuple[tuple[MountPlace, ModelSpec], ...]:
-    """The other mounts of its engine, with their models as they fly."""
-    config, aircraft, calibration = installation.config, installation.aircraft(), installation.calibration()
-    engine = place_of(mount, config, aircraft).engine
-    others = [one for one in config.mount if one.engine == engine and one.name != mount]
-    return tuple((place_of(one.name, config, aircraft), installation.model(one, calibration)) for one in others)
 
 
 def read_installation(path: Path | str, trust: Path | None = None) -> Installation:

@@ -11,6 +11,7 @@ from math import radians, sin
 import msgspec
 import numpy as np
 
+from thrustd.core.aircraft import MountPlace
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
@@ -34,14 +35,9 @@ class _Line:
         return np.asarray(self.y[i] + slope * (x - self.x[i]))
 
 
-def calibrated(
-    spec: ModelSpec, mount: MountCalibration, where: str, drag_m2: float = 0.0, weight_n: float = 0.0
-) -> ModelSpec:
-    """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured.
-
-    drag_m2: what this mount carries of its nacelle's drag, over dynamic pressure; weight_n: of its engine's weight, if
-    it hung along its axis.
-    """
+def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
+    """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured."""
+    mount = place.calibration
     if mount.read_mm:
         spec = _behind_curve(spec, mount, where)
     if mount.gain != 1.0:
@@ -51,11 +47,11 @@ def calibrated(
             output_curve=_scaled(spec.output_curve, mount.gain),
             valid=msgspec.structs.replace(spec.valid, force_n=(low * mount.gain, high * mount.gain)),
         )
-    if drag_m2 != 0.0:
-        spec = _more(spec, DRAG, drag_area_m2=drag_m2)
+    if place.drag_m2 != 0.0:
+        spec = _more(spec, DRAG, drag_area_m2=place.drag_m2)
     if mount.lean_deg != 0.0:
         (low_n, high_n), (low_mm, high_mm) = spec.valid.force_n, spec.valid.deformation_mm
-        leans_n = weight_n * sin(radians(mount.lean_deg))
+        leans_n = place.weight_n * sin(radians(mount.lean_deg))
         spec = _more(spec, WEIGHT, shift_mm_g=leans_n * (high_mm - low_mm) / (high_n - low_n))
     if mount.expansion_mm_k == 0.0:
         return spec

@@ -39,6 +39,12 @@ def test_a_poor_record_is_said_to_be_one(x, words):
     assert any(words in line for line in lines), lines
 
 
+def test_what_thrustd_said_itself_is_no_channel_that_goes_with_another():
+    own = {name: ANY for name in ("estimate_thrust_n_left", "estimate_mount_n_left", "check_asymmetry_n_left")}
+    lines = first_look([of(0.6 + 0.3 * np.sin(2 * T), other=np.roll(ANY, 7), **own)]).lines
+    assert not any("goes with" in line for line in lines), lines
+
+
 def test_a_rich_record_has_nothing_to_be_said():
     look = first_look([record()])
     assert look.lines == () and look.turns > 5 and not look.delivers_energy

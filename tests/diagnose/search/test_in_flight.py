@@ -1,5 +1,6 @@
 """A mount against the brochure: what was hidden is named with its size, a right model stays, by evidence alone."""
 
+import re
 from dataclasses import replace
 
 import msgspec
@@ -13,6 +14,7 @@ from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.errors import ModelError, RecordingError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
+from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.reference import deck_says
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.aboard import Placed, with_effects
@@ -21,7 +23,7 @@ from thrustd.diagnose.search.library import terms_in_flight
 from thrustd.diagnose.search.question import Given, asked
 from thrustd.diagnose.search.weigh import flown, weigh
 from thrustd.installation.shipped import read_deck, shipped
-from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.artifact import EffectSpec, LedgerEntry, ModelSpec
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.mount import LOWER, UPPER, advance, at_rest
@@ -147,6 +149,7 @@ def test_a_fuel_flow_with_holes_is_read_between_them_and_none_is_refused(deck: D
     holes = flight.with_channels(fuel_flow_kg_s_left=fuel)
     report = diagnose(spec, [holes], given=given(deck))
     assert report.verdict == ("none",) and 0.0 < report.rmse_before_n < 60.0
+    assert report.own_error_n < 300.0  # of the rows that the brochure speaks in
     with pytest.raises(RecordingError, match="against brochure needs fuel_flow_kg_s, which is not in the data"):
         diagnose(spec, [flight.with_channels(fuel_flow_kg_s_left=np.nan * fuel)], given=given(deck))
 
@@ -169,6 +172,7 @@ def test_sizes_are_as_sure_as_flights_agree(deck: Deck, spec: ModelSpec) -> None
 def test_none_says_what_may_hide(deck: Deck, spec: ModelSpec) -> None:
     (line,) = (line for line in diagnose(spec, [a_flight(deck)], given=given(deck)).advice if "what may hide" in line)
     assert "nacelle_drag" in line and "thermal_expansion" in line and " N)" in line
+    assert not re.search(r"\de[+-]", line)
 
 
 def test_an_effect_that_the_model_has_gets_another_size(deck: Deck, spec: ModelSpec) -> None:
@@ -243,6 +247,35 @@ def test_a_drag_that_both_mounts_carry_is_no_less_there(deck: Deck, spec: ModelS
     assert any("left_lower shows it too" in one.evidence for one in report.candidates)
     (one,) = extend(spec, [flight], ["nacelle_drag"], given=both(deck)).parameters
     assert abs(one.value - DRAG_M2) < one.half_width
+
+
+def test_a_model_is_judged_as_it_flies_and_written_as_its_bench_left_it(deck: Deck, spec: ModelSpec) -> None:
+    """Else what a calibration has found is found again, in the mount that is judged alone."""
+    flight = a_flight(deck, 1, drag_m2=DRAG_M2)
+    known = both(deck)
+    assert known.mount is not None
+    (lower, other), drag_m2 = known.others[0], {PLACE: DRAG_M2, known.others[0][0]: 0.54 / 0.46 * DRAG_M2}
+    known = replace(
+        known,
+        mount=PLACE._replace(drag_m2=drag_m2[PLACE]),
+        others=((lower._replace(drag_m2=drag_m2[lower]), other),),
+    )
+    assert diagnose(spec, [flight], given=known).verdict == ("none",)
+    bare = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "axial_inertia"], witness=None)
+    longer = extend(bare, [flight], ["axial_inertia"], given=known)
+    assert abs(longer.parameters[0].value - MASS_KG) < longer.parameters[0].half_width
+    assert "nacelle_drag" not in [effect.name for effect in longer.spec.effects]
+
+
+def test_compare_takes_a_model_as_it_flies_and_no_brochure_for_a_load_cell(deck: Deck, spec: ModelSpec) -> None:
+    promised = msgspec.structs.replace(spec, ledger=[LedgerEntry("creep", 50.0, 1.0, "measured", "")])
+    places, flight = (PLACE, PLACE._replace(drag_m2=DRAG_M2)), a_flight(deck, 1, drag_m2=DRAG_M2)
+    plain, flown_n = (
+        compare({"left": promised}, [flight], against="brochure", mount=place, deck=deck) for place in places
+    )
+    assert flown_n.comparisons[0].rmse_n < 0.5 * plain.comparisons[0].rmse_n
+    assert not any("contradicts" in line for line in plain.remarks)
+    assert any("diagnose --against brochure" in line for line in plain.remarks)
 
 
 def test_a_log_that_was_silent_at_its_end_has_the_other_mount_too(deck: Deck, spec: ModelSpec) -> None:

@@ -17,24 +17,28 @@ from thrustd.core.aircraft import MountPlace
 from thrustd.core.columns import Floats
 from thrustd.core.measures import percents, rms
 from thrustd.core.types import Progress
-from thrustd.diagnose.compare.check import check_of
+from thrustd.diagnose.compare.check import Check, check_of
 from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
 from thrustd.diagnose.compare.failures import Failure, where_it_fails
 from thrustd.diagnose.compare.first_look import first_look
-from thrustd.diagnose.compare.reference import referenced, rest_remarks
+from thrustd.diagnose.compare.reference import BROCHURE, referenced, rest_remarks
 from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.records import shared
 from thrustd.identify.first_state import from_level, level_before, simulated
 from thrustd.identify.segments import Segment, segments_of
 from thrustd.model.artifact import ModelSpec
+from thrustd.model.calibrated import calibrated
 from thrustd.model.compile import model_stages
 from thrustd.records.recording import Recording
 from thrustd.records.roles import Roles, roles_of
 
 REGION_SAMPLES = 100_000  # at most, evenly spaced, for the search of regions
 LAGS_S = (0.1, 1.0, 10.0, 60.0)
+IS_NO_TRUTH = (
+    "a brochure is some per cent wrong itself: `thrustd diagnose --against brochure` weighs model and brochure"
+)
 
 
 def compare(
@@ -47,7 +51,12 @@ def compare(
     load_cell_std_n: float | None = None,
     progress: Progress | None = None,
 ) -> CompareReport:
-    """Run every model over every recording. `against`: force_N (default), a column, or `brochure`."""
+    """Run every model over every recording, one of a mount as it flies there.
+
+    against: force_N (default), a column, or `brochure`.
+    """
+    if mount is not None:
+        models = {name: calibrated(spec, mount, name) for name, spec in models.items()}
     remarks = rest_remarks(recordings, mount, models.values())
     records = referenced(recordings, against, mount, deck, list(models.values()))
     for record in records:
@@ -59,12 +68,15 @@ def compare(
         for j, record in enumerate(records):
             if progress is not None:
                 progress((i * len(records) + j) / total, f"{name} on {record.name}")
-            found.append(_comparison(name, spec, record, load_cell_std_n))
+            found.append(_comparison(name, spec, record, load_cell_std_n, against))
     remarks += [c.check.sentence for c in found if c.check.sentence]
+    remarks += [IS_NO_TRUTH] if against == BROCHURE else []
     return CompareReport(tuple(found), {record.name: first_look([record]) for record in records}, tuple(remarks))
 
 
-def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: float | None) -> Comparison:
+def _comparison(
+    name: str, spec: ModelSpec, record: Recording, load_cell_std_n: float | None, against: str
+) -> Comparison:
     needed = [channel for stage in model_stages(spec, 1.0) for channel in stage.channels]
     usable = shared([record])
     segments = segments_of([record], dict.fromkeys([*needed, *usable]))
@@ -100,7 +112,7 @@ def _comparison(name: str, spec: ModelSpec, record: Recording, load_cell_std_n: 
         model_n,
         channels,
         roles,
-        check_of(name, spec, record, rmse, roles.output_unit),
+        Check() if against == BROCHURE else check_of(name, spec, record, rmse, roles.output_unit),
     )
 
 

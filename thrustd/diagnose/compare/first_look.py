@@ -15,6 +15,7 @@ from scipy.signal import periodogram
 from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.motion import Motion, motion_of
+from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.candidates import moves
 from thrustd.identify.segments import DEFORMATION, FORCE, segments_of
 from thrustd.records.recording import Recording
@@ -103,7 +104,7 @@ def _tone(x: Floats, dt_s: float) -> float | None:
 def _channels(records: Sequence[Recording], where: str) -> tuple[str, ...]:
     """Channels that there are not, or that go together."""
     record = max(records, key=len)
-    names = [n for n in record.channels if n not in (DEFORMATION, FORCE) and moves(record[n])]
+    names = [n for n in record.channels if n not in (DEFORMATION, FORCE) and not is_own_output(n) and moves(record[n])]
     if not names:
         return (f"{where}: no other column that moves: only effects of motion and time can be told",)
     step = max(1, len(record) // 20_000)

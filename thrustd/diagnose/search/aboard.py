@@ -16,10 +16,12 @@ from thrustd.core.aircraft import MountPlace
 from thrustd.core.columns import Floats
 from thrustd.core.signals import CATALOGUE
 from thrustd.diagnose.search.candidates import moves
+from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.records import COMPLETE
 from thrustd.identify.regression.terms import Term, split
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.calibrated import calibrated
 from thrustd.model.compile import model_stages
 from thrustd.records.recording import Recording
 
@@ -31,8 +33,12 @@ class Aboard(NamedTuple):
     """A mount with its model and what it read, stretch by stretch, under plain names."""
 
     place: MountPlace
-    spec: ModelSpec
+    spec: ModelSpec  # as its bench left it; what was measured of the mount where it is comes on top
     segments: tuple[Segment, ...]
+
+    def run(self, spec: ModelSpec, segment: Segment) -> Floats:
+        """Free run (n,) of such a model as it flies."""
+        return simulate(calibrated(spec, self.place, spec.name), segment)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +116,7 @@ def with_effects(spec: ModelSpec, found: Sequence[EffectSpec]) -> ModelSpec:
 
 def read_beside(records: Sequence[Recording], others: Sequence[tuple[MountPlace, ModelSpec]]) -> list[str]:
     """Columns that other mounts read, where these speak whenever the judged one does."""
-    names = [f"{name}_{place.mount}" for place, spec in others for name in _reads(spec) if name in OF_A_MOUNT]
+    names = [f"{name}_{place.mount}" for place, spec in others for name in _reads(spec, place) if name in OF_A_MOUNT]
 
     def there(name: str) -> bool:
         return all(
@@ -121,8 +127,9 @@ def read_beside(records: Sequence[Recording], others: Sequence[tuple[MountPlace,
     return [name for name in names if there(name)]
 
 
-def _reads(spec: ModelSpec) -> set[str]:
-    return {DEFORMATION, *(name for stage in model_stages(spec, 1.0) for name in stage.channels)}
+def _reads(spec: ModelSpec, place: MountPlace) -> set[str]:
+    flies = calibrated(spec, place, spec.name)
+    return {DEFORMATION, *(name for stage in model_stages(flies, 1.0) for name in stage.channels)}
 
 
 def beside(segments: Sequence[Segment], place: MountPlace, spec: ModelSpec) -> Aboard | None:
@@ -140,5 +147,5 @@ def beside(segments: Sequence[Segment], place: MountPlace, spec: ModelSpec) -> A
             elif name != DEFORMATION and np.isfinite(at_rest):
                 shared[name] = np.full(len(segment), at_rest)
         found.append(replace(segment, inputs=shared))
-    there = all(_reads(spec) <= set(one.inputs) and moves(one.inputs[DEFORMATION]) for one in found)
+    there = all(_reads(spec, place) <= set(one.inputs) and moves(one.inputs[DEFORMATION]) for one in found)
     return Aboard(place, spec, tuple(found)) if there else None

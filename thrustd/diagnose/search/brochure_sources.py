@@ -27,7 +27,6 @@ from thrustd.core.atmosphere import stagnation, total_pressure_ratio
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.reference import deck_says
 from thrustd.diagnose.search.aboard import Aboard
-from thrustd.diagnose.search.evidence import simulate
 from thrustd.fusion.settings import FusionSettings
 from thrustd.identify.first_state import of_the_past
 from thrustd.identify.segments import DEFORMATION, Segment
@@ -117,7 +116,7 @@ def means(column: Floats, width: int) -> Floats:
 def sources_of(mounts: Sequence[Aboard], deck: Deck) -> list[Sources]:
     """Of the mount that is judged and the other one of its engine, where it is there."""
     place, stretches = mounts[0].place, list(zip(*(mount.segments for mount in mounts), strict=True))
-    plain = [[simulate(m.spec, s) for m, s in zip(mounts, stretch, strict=True)] for stretch in stretches]
+    plain = [[m.run(m.spec, s) for m, s in zip(mounts, stretch, strict=True)] for stretch in stretches]
     widths = [max(1, -(-len(stretch[0]) // ROWS)) for stretch in stretches]
     own_n = [float(np.median(m.spec.error.std_n)) if m.spec.error is not None else MODEL_N for m in mounts]
     tables = [_table(s[0], p, w, own_n, deck, place) for s, p, w in zip(stretches, plain, widths, strict=True)]
@@ -139,7 +138,7 @@ def _of_mount(mount: Aboard, widths: Sequence[int]) -> Floats:
     """Columns of one mount over the rows of all stretches: its zero, and its past in each."""
 
     def run(segment: Segment) -> Floats:
-        return simulate(mount.spec, segment)
+        return mount.run(mount.spec, segment)
 
     zero, past = [], []
     for segment, width in zip(mount.segments, widths, strict=True):
@@ -171,7 +170,8 @@ def _sources(
     said = np.where(counts, table[:, SAID : SAID + N_SOURCES], 0.0)
     said[:, :FUEL_FLOW] = 0.0
     lower = np.linalg.cholesky(every[np.ix_(kept, kept)])
-    std_n = float(np.sqrt(np.mean(apart_n2)))
+    judged = counts[:, FUEL_FLOW]
+    std_n = float(np.sqrt(np.mean(apart_n2[judged]))) if judged.any() else 0.0
     return Sources(stretch, tuple(plain_n), width, lower, counts, said, unknowns, std_n, share)
 
 

@@ -12,6 +12,7 @@ from thrustd.diagnose.search.dependence import Dependence
 from thrustd.diagnose.search.explained import Explained
 from thrustd.diagnose.search.told import ParameterEstimate, sentences
 
+ON_BLOCKS = "on held-back blocks"
 SHOWN = 8  # candidates in the table
 WORTH = 0.99  # of the error before: who leaves more than that removes nothing
 
@@ -61,7 +62,7 @@ class DiagnoseReport:
     more_left: bool = False  # the rest follows a channel, or is much: something else is missing too
     explained: Explained | None = None  # sample by sample, for pictures
     unit: str = "N"
-    judged: str = "on held-back blocks"
+    judged: str = ON_BLOCKS
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -119,7 +120,8 @@ def _yardstick(report: DiagnoseReport) -> str:
     fall = f"{newtons(report.rmse_before_n)} {report.unit}"
     if any(c.in_verdict for c in report.candidates):
         fall += f" -> {newtons(report.rmse_after_n)} {report.unit} with {' and '.join(report.verdict)}"
-    return f"error {report.judged}: {fall}; the floor is about {newtons(report.own_error_n)} {report.unit}"
+    floor = "the floor is" if report.judged == ON_BLOCKS else "what brochure and model may be wrong by is"
+    return f"error {report.judged}: {fall}; {floor} about {newtons(report.own_error_n)} {report.unit}"
 
 
 def _table(report: DiagnoseReport) -> Table:
@@ -131,7 +133,7 @@ def _table(report: DiagnoseReport) -> Table:
     table.add_column("looks like")
     worth = [c for c in report.candidates if c.in_verdict or c.rmse_after_n < WORTH * c.rmse_before_n]
     for c in worth[:SHOWN]:
-        numbers = ", ".join(f"{p.name} {p.value:.3g} +- {p.half_width:.1g}" for p in c.parameters[:1])
+        numbers = ", ".join(f"{p.name} {p.interval}" for p in c.parameters[:1])
         after = newtons(c.rmse_after_n)
         table.add_row(c.effect, newtons(c.rmse_before_n), after, numbers, ", ".join(c.separable_from))
     rest = len(report.candidates) - len(worth)

@@ -174,9 +174,9 @@ def several_flights(seen: Flown, base: Base, best: Weighed) -> list[str]:
     found = []
     for i, all_say in enumerate(numbers_of(base, best)):
         each = [(name, numbers[i]) for name, numbers in alone.items() if i < len(numbers)]
-        said = ", ".join(f"{one.value:.3g} +- {one.half_width:.1g} ({name})" for name, one in each)
+        said = ", ".join(f"{one.interval} ({name})" for name, one in each)
         found.append(
-            f"{all_say.effect}: {all_say.name} = {all_say.value:.4g} +- {all_say.half_width:.2g} {all_say.unit}"
+            f"{all_say.effect}: {all_say.name} = {all_say.interval} {all_say.unit}"
             f" from {len(each)} recordings; alone they say {said}"
         )
     return found
@@ -210,7 +210,7 @@ def _may_hide(base: Base, found: Found) -> list[str]:
             most_n = per_sigma_n * (abs(float(one.numbers[0])) + SIGMAS_95 * float(one.std[0]))
             held[number.effect] = max(
                 held.get(number.effect, (0.0, "")),
-                (most_n, f"{number.effect} {number.value:.2g} +- {number.half_width:.1g} {number.unit}"),
+                (most_n, f"{number.effect} {number.interval} {number.unit}"),
             )
     lines = [f"{line} ({newtons(most_n)} N)" for most_n, line in sorted(held.values(), reverse=True)[:HIDDEN]]
     return [f"what may hide (95 %, each alone): {'; '.join(lines)}"] if lines else []

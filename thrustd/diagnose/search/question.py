@@ -20,6 +20,7 @@ from thrustd.identify.first_state import stretch_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ModelSpec
+from thrustd.model.calibrated import calibrated
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
@@ -35,7 +36,7 @@ class Given:
     against: str = ""
     mount: MountPlace | None = None
     deck: Deck | None = None
-    others: Sequence[tuple[MountPlace, ModelSpec]] = ()  # mounts of the same engine, as they fly
+    others: Sequence[tuple[MountPlace, ModelSpec]] = ()  # mounts of the same engine, as their benches left them
 
 
 NOTHING = Given()
@@ -55,14 +56,17 @@ class Question:
 
 def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Question:
     """Checked; RecordingError or ModelError in one line where the data cannot answer."""
-    records = referenced(recordings, given.against, given.mount, given.deck, [spec])
-    for record in (*records, *given.bench):
-        check_recording(record, spec)
     in_flight = given.against == BROCHURE  # where the curve and its memory stay as the bench left them
+    flies = calibrated(spec, given.mount, spec.name) if in_flight and given.mount is not None else spec
+    records = referenced(recordings, given.against, given.mount, given.deck, [flies])
+    for record in records:
+        check_recording(record, flies)
+    for record in given.bench:
+        check_recording(record, spec)
     if not in_flight:
         check_length(records, spec)
     also = [*BROCHURE_NEEDS, *read_beside(records, given.others)] if in_flight else []
-    segments = stretches(spec, records, also)
+    segments = stretches(flies, records, also)
     output = np.concatenate([simulate(spec, segment) for segment in segments])
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     bench = stretches(spec, given.bench) if given.bench else []

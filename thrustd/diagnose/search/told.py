@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,13 @@ class ParameterEstimate:
     def half_width(self) -> float:
         """Of the 95 % interval: what "+-" stands for, here and everywhere."""
         return SIGMAS_95 * self.std
+
+    @property
+    def interval(self) -> str:
+        """95 %, two digits of its half width."""
+        wide = self.half_width
+        decimals = max(0, 1 - floor(log10(wide))) if wide > 0.0 else 3
+        return f"{self.value:.{decimals}f} +- {wide:.{decimals}f}"
 
     @property
     def sentence(self) -> str:

@@ -17,7 +17,6 @@ import numpy as np
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.aboard import Aboard, Placed, beside, spec_with
 from thrustd.diagnose.search.brochure_sources import Sources, sources_of
-from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.question import Given, Question
 from thrustd.model.artifact import ModelSpec
 
@@ -46,8 +45,10 @@ class Flown:
         same = [spec is mount.spec for spec, mount in zip(specs, self.mounts, strict=True)]
         return [
             tuple(
-                plain if kept else simulate(spec, segment)
-                for kept, spec, plain, segment in zip(same, specs, source.plain_n, source.segments, strict=True)
+                plain if kept else mount.run(spec, segment)
+                for kept, mount, spec, plain, segment in zip(
+                    same, self.mounts, specs, source.plain_n, source.segments, strict=True
+                )
             )
             for source in self.sources
         ]
