@@ -53,12 +53,16 @@ class Split(NamedTuple):
 def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None) -> Fitted:
     shown = head(max(segments, key=len), RANKED)
     few = Bench([head(segment, TRIED) for segment in segments[:5]], CHOSEN)
-    ends = [end for hold in holds_of(segments) for end in _ends(segments, fits, hold, few, shown, progress)]
+    holds = holds_of(segments)
+    within = [spec for hold in holds for spec in _contained(segments, fits, hold, progress)]
+    ends = [end for hold in holds for end in _ends(segments, fits, hold, few, shown, progress)]
+    ends += [few.tried(spec, 8) for spec in within]
     best = _grown(min(ends, key=lambda trial: trial.error), few)
     all_of_it = Bench([head(segment, FINAL) for segment in segments], CHOSEN)
     coarse = all_of_it.tried(best, 20)
     fine = all_of_it.tried(_finer(coarse.spec), 20)
-    spec = min((coarse, fine), key=lambda trial: trial.error).spec
+    found = min((coarse, fine), key=lambda trial: trial.error).spec
+    spec = min((found, *within), key=Bench(list(segments), CHOSEN).error)  # few samples may mislead
     return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), len(pack(spec, CHOSEN)) - 2)
 
 
@@ -75,13 +79,12 @@ def _finer(spec: ModelSpec) -> ModelSpec:
 def _ends(
     segments: Sequence[Segment], fits: BlockFits, hold: Hold, few: Bench, shown: Segment, progress: Progress | None
 ) -> list[Trial]:
-    """The best shares of the linear models' poles and zeros, and the Wiener and the Hammerstein model."""
+    """The best shares of the linear models' poles and zeros."""
     lines = [Asked("line", "line", order=order, hold=hold) for order in ORDERS]
     linears = [fits.of(segments, asked, progress).spec for asked in lines]
     splits = [(split.error, _spec(linear, split)) for linear in linears for split in _splits(linear.linear, shown)]
     splits.sort(key=lambda split: split[0])
-    within = _contained(segments, fits, hold, progress)
-    return [few.tried(spec, 8) for spec in [spec for _, spec in splits[:FINALISTS]] + within]
+    return [few.tried(spec, 8) for _, spec in splits[:FINALISTS]]
 
 
 def _contained(segments: Sequence[Segment], fits: BlockFits, hold: Hold, progress: Progress | None) -> list[ModelSpec]:
