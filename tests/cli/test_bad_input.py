@@ -52,6 +52,18 @@ def test_check_refuses(broken, capsys, file, old, new, words):
         assert word in line
 
 
+@pytest.mark.parametrize(
+    "place", [("witness", "rate_hz"), ("linear", "real_modes", 0, "tau_s"), ("input_curve", "y", 0)]
+)
+def test_a_model_whose_numbers_overflow_is_one_line(broken, capsys, place):
+    model = inner = json.loads((broken / "left_upper.json").read_text())
+    for part in place[:-1]:
+        inner = inner[part]
+    inner[place[-1]] = 1e308
+    (broken / "left_upper.json").write_text(json.dumps(model))
+    assert "witness row" in refused(capsys, "check", broken / "aircraft.toml")
+
+
 def test_replay_refuses_what_is_no_log(broken, capsys):
     out = broken / "out.mcap"
     (broken / "empty.mcap").write_bytes(b"")

@@ -199,6 +199,7 @@ def read_proven_model(text: str | bytes, where: str) -> ModelSpec:
     return spec
 
 
+@np.errstate(all="ignore")  # what overflows does not come out again
 def check_witness(spec: ModelSpec, where: str) -> None:
     """Refuse (ModelError) a model that has no witness rows or does not reproduce them."""
     if spec.witness is None:
