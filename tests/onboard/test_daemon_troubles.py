@@ -21,7 +21,7 @@ def occupied(place):
     return place.getsockname()[1]
 
 
-def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
+def test_no_disk_no_ports_no_sensors_no_more_files_and_a_damaged_checkpoint(tmp_path):
     config = reliable_aircraft(tmp_path)
     (tmp_path / "logs").write_text("a file where the folder of the logs should be")
     (tmp_path / "checkpoint.json").write_text('{"sha256": "00", "body": {}}')
@@ -32,6 +32,8 @@ def test_no_disk_no_ports_no_sensors_and_a_damaged_checkpoint(tmp_path):
         daemon = Daemon(config, manager)
         try:
             assert manager.wait_for("not recording")  # in the status line of a heartbeat
+            resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE, (3, 3))  # and no more files from now on
+            daemon.beats(3)
             words = daemon.stop()
         finally:
             daemon.close()

@@ -12,6 +12,7 @@ import hashlib
 import os
 import time
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +22,7 @@ from thrustd.core.errors import UsageError
 from thrustd.installation.installation import WarmStart
 from thrustd.sources.plain_file import read_plain
 
-SCHEMA = "thrustd.onboard.checkpoint.v2"
+SCHEMA = "thrustd.onboard.checkpoint.v3"
 MAX_BYTES = 4_000_000
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 OWN_STATUS = Path("/proc/self/stat")
@@ -69,10 +70,15 @@ class Resume(NamedTuple):
         return tuple(now_s if began_h == hours else 3600.0 * hours for (began_h, now_s), hours in known)
 
 
+@cache
+def _boot() -> str:
+    """Read once: in flight there may be no file left to open."""
+    return BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
+
+
 def clocks() -> Clocks:
     """Now."""
-    boot = BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
-    return Clocks(boot, time.monotonic_ns(), time.time_ns())
+    return Clocks(_boot(), time.monotonic_ns(), time.time_ns())
 
 
 def at_start(now: Clocks) -> Clocks:
