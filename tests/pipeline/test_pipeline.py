@@ -179,6 +179,16 @@ def test_short_gaps_are_stepped_through(aircraft):
     assert end[1] == pytest.approx(end[0], abs=2)
 
 
+@pytest.mark.parametrize("slow", [-0.03, 0.003, 0.01])
+def test_a_crystal_that_is_off_by_more_than_half_a_per_cent_is_named_and_no_sensor_is(aircraft, slow):
+    late = lambda event: event.channel == "adc" if isinstance(event, Frame) else False  # noqa: E731
+    events = [event._replace(t_ns=S + round((event.t_ns - S) * (1 + slow))) if late(event) else event
+              for event in flight(aircraft, 40, **WINDMILLING)]  # fmt: skip
+    outputs = fly(aircraft, sorted((event for event in events if event.t_ns < 39 * S), key=lambda event: event.t_ns))
+    said = [(fault.where, fault.kind) for fault in of(outputs, Fault) if fault.active]
+    assert said == ([("adc_clock", "rate")] if abs(slow) > 0.005 else [])
+
+
 def test_long_gaps_restart_the_linear_block_and_widen_the_band(aircraft):
     two_levels = lambda t: (0.2 if t < 20 else 0.6,) * 4  # noqa: E731
     outputs = of(
