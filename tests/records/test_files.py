@@ -88,6 +88,21 @@ def test_csv_with_semicolons_and_decimal_commas(tmp_path):
     assert read_recording(path)["force_N"].tolist() == [1.5, 2.5]
 
 
+@pytest.mark.parametrize("cells", ["0,1,2", "0, 1, 2"])
+def test_csv_names_may_stand_behind_spaces_and_in_quotes(tmp_path, cells):
+    path = tmp_path / "a.csv"
+    path.write_text(f'time_s, deformation_mm, "force_N"\n{cells}\n')
+    assert read_recording(path)["force_N"].tolist() == [2.0]
+
+
+@pytest.mark.parametrize("name", ['"a\nb"', '"a,b"'])
+def test_csv_names_that_hold_a_line_or_a_comma_are_refused(tmp_path, name):
+    path = tmp_path / "a.csv"
+    path.write_text(f"time_s,force_N,{name}\n0,1,2\n")
+    with pytest.raises(RecordingError, match=r"a\.csv: not a rectangular CSV"):
+        read_recording(path)
+
+
 def test_csv_remark_column_is_left_out_and_reported(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("time_s,force_N,remark\n0,,calm\n1,2,windy\n")

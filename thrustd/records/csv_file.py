@@ -25,7 +25,7 @@ BLOCK_BYTES = 16 << 20  # parsed at a time; pyarrow's own 1 MiB takes a fifth lo
 def read_csv(path: Path) -> Loaded:
     names, delimiter = _header(path)
     parse = csv.ParseOptions(delimiter=delimiter)
-    options = csv.ReadOptions(block_size=BLOCK_BYTES)
+    options = csv.ReadOptions(block_size=BLOCK_BYTES, column_names=names, skip_rows=1)
     try:
         table = csv.read_csv(path, options, parse, _convert(names, pa.float64(), delimiter))
     except pa.ArrowInvalid as error:
@@ -87,7 +87,7 @@ def _read_text(path: Path, names: list[str], delimiter: str, error: Exception) -
     try:
         table = csv.read_csv(
             path,
-            csv.ReadOptions(),
+            csv.ReadOptions(column_names=names, skip_rows=1),
             csv.ParseOptions(delimiter=delimiter),
             _convert(names, pa.string(), delimiter),
         )
