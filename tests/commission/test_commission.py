@@ -21,6 +21,9 @@ def records(tmp_path_factory):
     made = {
         "upper": step_bench(0.5, 61, UPPER), "lower": step_bench(0.5, 62, LOWER), "weight": weight_bench(0.3, 63, UPPER)
     }  # fmt: skip
+    made["turned"] = made["upper"].with_channels(force_N=-made["upper"]["force_N"])
+    made["kilonewtons"] = made["upper"].with_channels(force_N=made["upper"]["force_N"] / 1e3)
+    made["still"] = made["upper"].with_channels(force_N=8.0 + 0 * made["upper"]["force_N"]).window(0.0, 30.0)
     for name, record in made.items():
         write_recording(record.resample(10.0), folder / f"{name}.parquet")
     return folder
@@ -68,6 +71,9 @@ def test_what_is_missing_is_said_and_in_the_band(folder):
         ({"upper": "lower", "lower": "upper"}, "each other's"),
         ({"upper": "upper", "lower": "upper"}, "two of the same place"),
         ({"upper": "weight", "lower": "nothing"}, "nothing.parquet"),
+        ({"upper": "turned"}, "N/mm, expected about 5079"),
+        ({"upper": "kilonewtons"}, "is it kN?"),
+        ({"upper": "still"}, "force_N spans"),
     ],
 )
 def test_a_bench_of_the_wrong_mount_is_one_line_and_no_folder(records, tmp_path, capsys, places, words):
@@ -81,11 +87,20 @@ def test_flights_without_fuel_flow_and_records_that_do_not_move_are_refused_befo
     time_s = np.arange(100.0)
     flight = make_recording("dry", {"time_s": time_s, "n1_pct_left": time_s, "mach": 0 * time_s})
     write_recording(flight, tmp_path / "dry.csv")
-    still = ["--weight", f"{records / 'upper'}.parquet"]
-    for more, word in ((["--flights", str(tmp_path / "dry.csv")], "fuel_flow_kg_s"), (still, "hardly moves")):
+    dry, still = ["--flights", str(tmp_path / "dry.csv")], f"{records / 'upper'}.parquet"
+    weight, chamber = (["--weight", still], "hardly moves"), (["--chamber", still], "within 0.0 K of the benches")
+    for more, word in ((dry, "fuel_flow_kg_s"), weight, chamber):
         assert main([*given(records, more=more), "-o", str(tmp_path / "out")]) == 2
         assert word in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_told_before_any_work(tmp_path, capsys):
+    (tmp_path / "file").write_text("x")
+    bench = ["--bench", "upper=nothing.csv", "lower=nothing.csv"]
+    assert main(["commission", *bench, "-o", str(tmp_path / "file" / "aircraft")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "cannot be written" in line and "expected a folder" in line
 
 
 def test_a_folder_that_is_there_is_left_alone(records, tmp_path, capsys):

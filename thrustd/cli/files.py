@@ -21,10 +21,13 @@ def check_outputs(arguments: Mapping[str, Any]) -> None:
     given = {name: value if isinstance(value, list) else [value] for name, value in arguments.items()}
     read = [path for name, values in given.items() if name not in OUTPUTS for path in values]
     read = [path for path in read if isinstance(path, Path) and path.exists()]
-    folder = arguments["out"] if arguments.get("job") or arguments.get("hide") else None  # made when it is not there
+    makes_folder = arguments.get("job") or arguments.get("hide") or "chamber" in arguments  # when it is not there
+    folder = arguments["out"] if makes_folder else None
     for out in (path for name in OUTPUTS for path in given.get(name, []) if isinstance(path, Path)):
         if out.suffix and out is not folder:
             _check_file(out)
+        else:
+            _try_out(_there(out), f"-o {out}")
         for path in read if out.exists() else ():
             if out.samefile(path) if not path.is_dir() else out.is_file() and out.parent.samefile(path):
                 raise UsageError(f"{out}: is an input; expected another name for the output")
@@ -46,8 +49,12 @@ def _check_pictures(picture: Path | None, pictures: Path | None) -> None:
     wanted = picture.parent if picture is not None else pictures
     if wanted is None:
         return
-    there = next(folder for folder in (wanted, *wanted.parents) if os.path.exists(folder))  # never raises
-    _try_out(there, f"--picture {picture}" if picture is not None else f"--pictures {pictures}")
+    _try_out(_there(wanted), f"--picture {picture}" if picture is not None else f"--pictures {pictures}")
+
+
+def _there(wanted: Path) -> Path:
+    """The nearest folder above that exists."""
+    return next(folder for folder in (wanted, *wanted.parents) if os.path.exists(folder))  # never raises
 
 
 def _try_out(folder: Path, said: str) -> None:

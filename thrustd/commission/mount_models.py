@@ -86,8 +86,10 @@ def _learn(made: dict[str, Made], records: Sequence[Recording], effects: Sequenc
     try:
         report = extend(one.spec, records, effects, name=one.spec.name)
     except ModelError as problem:
-        for each in made.values():
-            each.lines.append(f"{word}: {problem}")
+        one.lines.append(f"{word}: {problem}")
+        for mount, other in made.items():
+            if mount != owner:
+                other.lines.append(f"{word}: nothing added, as on {owner}")
         return
     one.spec = report.spec
     said = f"{', '.join(report.effects)}: {report.rmse_before_n:.1f} -> {report.rmse_after_n:.1f} N on held-back blocks"

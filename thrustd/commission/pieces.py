@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from thrustd.core.errors import RecordingError, UsageError
+from thrustd.core.signals import CATALOGUE
 from thrustd.installation.installation import Installation
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
@@ -15,6 +16,8 @@ EXTEND_HZ = 4.0  # weight and temperature act slowly: fewer samples say as much 
 BENCH_HZ = 20.0
 LEVEL_G = {"accel_x_g": 0.0, "accel_z_g": 1.0}  # a bench stands still
 DECK_NEEDS = ("n1_pct", "fuel_flow_kg_s")
+LEAST_N = 1000.0  # span of a bench: less is no load of a mount, or another unit
+LEAST_K = 5.0  # from the benches: a chamber that is no colder and no hotter tells nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +47,8 @@ def read_pieces(
     slow = [[_bench(path, EXTEND_HZ) for path in several] for several in (weight, chamber)]
     for record in slow[0]:
         _check_moves(record, "accel_z_g", 0.2, "--weight")
-    for record in slow[1]:
-        _check_moves(record, "temperature_degC", 0.0, "--chamber")
+    if slow[1]:
+        _check_chamber(slow[1], list(read.values()))
     return Pieces(records, slow[0], slow[1], list(flights))
 
 
@@ -68,6 +71,10 @@ def _bench(path: Path, rate_hz: float = BENCH_HZ) -> Recording:
     record = read_recording(path)
     for name in ("deformation_mm", "force_N"):
         record[name]
+    span_n = float(np.nanmax(record["force_N"]) - np.nanmin(record["force_N"]))
+    if not span_n > LEAST_N:
+        said = f"force_N spans {span_n:.3g} in {record.duration_s:.0f} s"
+        raise RecordingError(f"{record.name}: {said}; expected a mount loaded by {LEAST_N:g} N at least; is it kN?")
     level = {name: g for name, g in LEVEL_G.items() if name not in record}
     record = record.with_channels(**{name: np.full(len(record), g) for name, g in level.items()})
     return record.resample(rate_hz) if record.sample_hz > 1.5 * rate_hz else record
@@ -76,6 +83,16 @@ def _bench(path: Path, rate_hz: float = BENCH_HZ) -> Recording:
 def _check_moves(record: Recording, channel: str, least: float, option: str) -> None:
     if not np.nanstd(record[channel]) > least:
         raise RecordingError(f"{record.name}: {channel} hardly moves; expected a record for {option}")
+
+
+def _check_chamber(chamber: Sequence[Recording], benches: Sequence[Recording]) -> None:
+    name, at_rest = "temperature_degC", CATALOGUE["temperature_degC"].rest
+    rooms = [float(np.nanmedian(record[name])) for record in benches if name in record]
+    warm = np.concatenate([record[name] for record in chamber])
+    off_k = float(np.nanmax(np.abs(warm - (np.mean(rooms) if rooms else at_rest))))
+    if not off_k > LEAST_K:
+        names = ", ".join(record.name for record in chamber)
+        raise RecordingError(f"{names}: {name} stays within {off_k:.1f} K of the benches; expected {LEAST_K:g} K more")
 
 
 def _check_flight(path: Path) -> None:
