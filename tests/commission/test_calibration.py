@@ -11,13 +11,14 @@ from thrustd.commission.tether import fit_tether
 from thrustd.commission.zero import MountZero, recalibrate_by, with_zeros
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
-from thrustd.core.errors import ConfigError, ThrustdError
+from thrustd.core.errors import ConfigError, RecordingError, ThrustdError
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.model.calibrated import calibrated
 from thrustd.model.compile import compile_model
 from thrustd.mounts.start import at_rest, chords, resting_n
 from thrustd.records.files import read_recording
+from thrustd.records.recording import make_recording
 from thrustd.replay.columns import flight_columns
 from thrustd.replay.replay import open_installation
 from thrustd.sources.log_run import LogRun, run_paths
@@ -122,6 +123,36 @@ def test_a_calibrated_mount_gives_its_growth_back():
         assert resting_n(model, shown(0.5 - 30.0 * rate)) == pytest.approx(resting_n(bench, true(0.5)), abs=1.0)
 
 
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        (lambda time_s, force_n: (time_s, -force_n), "expected"),
+        (lambda time_s, force_n: (time_s + 8.0, force_n), "off the log's clock"),
+        (lambda time_s, force_n: (time_s, np.random.default_rng(0).permutation(force_n)), "expected"),
+        (lambda time_s, force_n: (time_s, np.nan * force_n), "less than 60 s"),
+    ],
+)
+def test_a_cell_that_is_not_of_this_run_tells_nothing_and_writes_nothing(run, changed, words):
+    flight, cell, installation = run
+    time_s, force_n = changed(cell.time_s, cell["force_N"])
+    with pytest.raises(RecordingError, match=words):
+        fit_tether(flight, make_recording("cell", {"time_s": time_s, "force_N": force_n}), installation)
+
+
+def test_a_hole_in_the_cells_record_is_not_bridged(run):
+    """Nothing is known of what it pulled meanwhile; a straight line over it was 2.5 kN RMS wrong."""
+    flight, cell, installation = run
+    whole, middle = fit_tether(flight, cell, installation), abs(cell.time_s - 250.0) < 50.0
+    silent = cell.with_channels(force_N=np.where(middle, np.nan, cell["force_N"]))
+    for record in (
+        silent,
+        make_recording("cell", {"time_s": cell.time_s[~middle], "force_N": cell["force_N"][~middle]}),
+    ):
+        found = fit_tether(flight, record, installation)
+        assert found.after_n < 1.5 * whole.after_n
+        assert found.gains["left_upper"][0] == pytest.approx(whole.gains["left_upper"][0], abs=0.005)
+
+
 def test_a_record_in_kilonewtons_is_one_line_and_writes_nothing(static_run, tmp_path, capsys):
     table = np.loadtxt(static_run.with_name("run-cell.csv"), delimiter=",", skiprows=1)
     table[:, 1] /= 1000
@@ -202,6 +233,9 @@ def test_a_curve_of_gauge_blocks_straightens_the_transducer(tmp_path, capsys):
         for row in rows:  # friction is asked for the reading; it does not see the curve
             row[:, 1:] = [true_mm if name == "deformation_mm" else 0.0 for name in plain.channels[1:]]
         assert abs(plain.simulate(rows[0])[0] - own.simulate(rows[1])[0]) < 10.0
+    known = ["--config", str(shipped("deploy/hil.toml", "config"))]
+    assert main([*(word.replace("left_upper", "upper_left") for word in command), *known]) == 2
+    assert "--mount upper_left: not in the configuration" in capsys.readouterr().err
     table[:, 2] *= 1000  # in um
     np.savetxt(tmp_path / "b.csv", table, delimiter=",", header="time_s,gauge_mm,deformation_mm", comments="")
     assert main(command) == 2

@@ -149,8 +149,13 @@ def _blocks(arguments: argparse.Namespace) -> int:
 
     if arguments.mount is None:
         raise UsageError("calibrate blocks: --mount is missing; expected the mount's name in the configuration")
+    if arguments.config is not None:
+        from thrustd.installation.installation import read_installation
+
+        read_installation(arguments.config).place(arguments.mount)  # is it there?
     curve = block_curve(read_recording(_only(arguments)))
-    _write(arguments, with_curve(_known_or_new(arguments), arguments.mount, curve))
+    known = _known(arguments) or _new(str(arguments.date or datetime.now(UTC).date()))
+    _write(arguments, with_curve(known, arguments.mount, curve))
     said = f"{arguments.mount}: {len(curve.read_mm)} blocks, {curve.true_mm[0]:g} to {curve.true_mm[-1]:g} mm"
     off = f"up to {1e3 * curve.largest_mm:.1f} um off a line, +- {1e3 * SIGMAS_95 * curve.std_mm:.1f} um"
     tell(arguments, {"mount": arguments.mount, "curve": curve}, lambda: print(f"{said}; {off}"))
@@ -186,9 +191,11 @@ def _print_tether(fit: Any) -> None:
         table.add_row(each.what, f"{each.value:.{digits}f}{unit}", f"+- {each.half_width:.{digits}f}", told)
     console().print(table)
     print(f"cell minus all mounts: {fit.before_n:.0f} -> {fit.after_n:.0f} N RMS; cell's clock {fit.lag_s:+.1f} s")
-    for name, force_n, *stds_n in fit.bands_n:
-        before, after = (f"{SIGMAS_95 * std_n:.0f}" for std_n in stds_n)
-        print(f"{name} at {force_n:.0f} N: +- {before} -> {after} N by gain and zero")
+    for name in fit.gains:
+        rows = [row[1:] for row in fit.bands_n if row[0] == name]
+        at = ", ".join(f"{force_n:.0f}" for force_n, *_ in rows)
+        before, after = (", ".join(f"{SIGMAS_95 * row[i]:.0f}" for row in rows) for i in (1, 2))
+        print(f"{name} at {at} N: +- {before} -> {after} N by gain and zero")
 
 
 def _drag(arguments: argparse.Namespace) -> int:
@@ -270,10 +277,6 @@ def _known(arguments: argparse.Namespace) -> "Calibration | None":
     return read_calibration(read_text(path), str(path)) if path.exists() else None
 
 
-def _known_or_new(arguments: argparse.Namespace) -> "Calibration":
-    return _known(arguments) or _new(str(arguments.date or datetime.now(UTC).date()))
-
-
 def _new(on: str) -> "Calibration":
     from thrustd.core.calibration import Calibration
 
@@ -286,4 +289,4 @@ def _write(arguments: argparse.Namespace, calibration: "Calibration") -> None:
     text = write_calibration(calibration)
     read_calibration(text, str(arguments.out))  # nothing is written that a flight would refuse
     write_whole(arguments.out, text)
-    note(f'written: {arguments.out} (in the configuration: calibration = "{arguments.out.name}")')
+    note(f'written: {arguments.out} (first line of the configuration: calibration = "{arguments.out.name}")')

@@ -45,6 +45,7 @@ LAGS_S = np.arange(-3.0, 3.01, 0.1)  # the cell's clock against the log's
 UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
 RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is another unit or another load path
 LEAST_S = 60.0
+HOLE = 5.0  # times the usual step of the cell's record
 BANDS_N = (1500.0, 3000.0, 5000.0)  # of a mount
 
 
@@ -120,7 +121,13 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
     lag, cell_n, solved = min(fits, key=lambda fit: fit[2].left_n)
     good = np.isfinite(cell_n) & np.isfinite(base_n)
     before_n = rms((cell_n - base_n)[good])
-    return _told(run, installation, solved, before_n, lag)
+    fit = _told(run, installation, solved, before_n, lag)
+    if lag in (trials[0][0], trials[-1][0]):
+        raise RecordingError(f"{cell.name}: fits best {lag:+.1f} s off the log's clock or farther; expected within 3 s")
+    if not any(one.told for one in fit.numbers if one.what.startswith("gain")):
+        left = f"{before_n:.0f} N RMS from the mounts, and tells no gain"
+        raise RecordingError(f"{cell.name}: {left}; expected the load cell of this run, pull +")
+    return fit
 
 
 def _design(run: Run) -> Floats:
@@ -153,9 +160,11 @@ def _prior(run: Run, installation: Installation) -> Floats:
 
 
 def _at(cell: Recording, at_s: Floats) -> Floats:
-    force_n = cell["force_N"]
-    good = np.isfinite(force_n)
-    return np.asarray(np.interp(at_s, cell.time_s[good], force_n[good], left=np.nan, right=np.nan))
+    """The cell at these times; NaN where it said nothing, nor around."""
+    read_n = np.interp(at_s, cell.time_s, cell["force_N"], left=np.nan, right=np.nan)
+    after = np.clip(np.searchsorted(cell.time_s, at_s), 1, len(cell) - 1)
+    hole = np.diff(cell.time_s)[after - 1] > HOLE * np.median(np.diff(cell.time_s))
+    return np.asarray(np.where(hole, np.nan, read_n))
 
 
 def _check_unit(cell: Recording, base_n: Floats, cell_n: Floats) -> None:
@@ -199,13 +208,15 @@ def _told(run: Run, installation: Installation, solved: _Solved, before_n: float
         k = n_e + n_m + i
         zeros[name] = float(mean[k]), sqrt(float(covariance[k, k]))
         e = run.engine_of[i]
-        grows, bow = float(mean[at + e]), float(mean[at + n_e + e])
-        lines[name] = Line(grows, sqrt(float(covariance[at + e, at + e])), run.reference_degc[i], bow, run.range_mm[i])
+        grows, bent_mm = float(mean[at + e]), float(mean[at + n_e + e])
+        grows_std = sqrt(float(covariance[at + e, at + e]))
+        lines[name] = Line(grows, grows_std, run.reference_degc[i], bent_mm, run.range_mm[i])
         wide = sqrt(float(row**2 @ prior**2))
         numbers.append(Fitted(f"gain {name}", "-", gains[name][0], SIGMAS_95 * gains[name][1], SIGMAS_95 * wide))
         numbers.append(Fitted(f"zero {name}", "um", 1e3 * zeros[name][0], 1960 * zeros[name][1], 1960 * prior[k]))
     for e, engine in enumerate(run.engines):
-        for k, what, unit in ((at + e, "growth of", "um/K"), (at + n_e + e, "bow of", "um")):
+        bow = [] if run.straight[e] else [(at + n_e + e, "bow of", "um")]
+        for k, what, unit in [(at + e, "growth of", "um/K"), *bow]:
             wide, left = 1e3 * SIGMAS_95 * prior[k], 1e3 * SIGMAS_95 * sqrt(float(covariance[k, k]))
             numbers.append(Fitted(f"{what} {engine}", unit, 1e3 * float(mean[k]), left, wide))
     numbers += [_share(run, e, mean, covariance, prior) for e in range(n_e) if run.engine_of.count(e) == 2]
