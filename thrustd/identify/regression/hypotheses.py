@@ -26,16 +26,7 @@ from thrustd.core.columns import Floats
 from thrustd.identify.first_state import simulated
 from thrustd.identify.regression import held
 from thrustd.identify.regression.even import before_even_curve, behind_even
-from thrustd.identify.regression.general import (
-    MOUNT,
-    Asked,
-    Kind,
-    anew,
-    fine,
-    general_shape,
-    holds_of,
-    records_of,
-)
+from thrustd.identify.regression.general import MOUNT, Asked, Kind, anew, fine, general_shape, holds_of, records_of
 from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse, with_spare
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.record import Record
@@ -171,12 +162,14 @@ def explained(
         if _better(rubber, general, WORTH_IT) is rubber:
             return _ordered(regress(segments, progress), segments, asked, progress)
         smooth = replace(competing, asked=replace(asked, friction=False))
-        if _better(without := smooth.general(), general) is without:
+        if _better(without := smooth.general(), general, WORTH_IT) is without:
             competing, general = smooth, without
     best = competing.searched(general)
     if (asked.f, asked.h) != ("line", "line"):
         line = competing.straight().searched()
-        best = _better(_better(line, competing.bent(line)), best)
+        bent = _better(line, competing.bent(line))
+        simple, other = sorted((bent, best), key=lambda trial: len(trial.found.point.pair_gain))
+        best = _better(simple, other)
     if asked.h in ("curve", "fine") and float(best.held.mean()) > MOSTLY:
         best = _even(competing, best)
     if len(best.found.point.pair_gain) and best.found.shape.h_straight_from != 0.0:
