@@ -76,6 +76,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:
         return 0
+    except OSError as problem:  # a name that is too long, a folder that may not be searched
+        where = f"{problem.filename}: " if problem.filename else ""
+        note(f"thrustd: {one_line(where + (problem.strerror or str(problem)))}")
+        return 2
     finally:
         gc.enable()  # a verb that failed while it loaded had it off
 

@@ -64,6 +64,12 @@ def test_a_model_whose_numbers_overflow_is_one_line(broken, capsys, place):
     assert "witness row" in refused(capsys, "check", broken / "aircraft.toml")
 
 
+@pytest.mark.parametrize("call", [("info",), ("check",), ("replay",), ("points",), ("compare", "left_upper.json")])
+def test_a_name_that_no_file_can_have_is_one_line(broken, capsys, monkeypatch, call):
+    monkeypatch.chdir(broken)
+    assert "File name too long" in refused(capsys, *call, "x" * 500 + ".csv")
+
+
 def test_replay_refuses_what_is_no_log(broken, capsys):
     out = broken / "out.mcap"
     (broken / "empty.mcap").write_bytes(b"")
