@@ -140,6 +140,7 @@ def test_an_output_that_follows_late_at_any_speed_is_found_and_flies():
     data = segments_of([make_recording("stack", {"time_s": 0.01 * np.arange(len(u)), **columns})])
     flown = structure_named("hw-pwl+prandtl-ishlinskii").fit(data, BlockFits(), None)
     assert errors_of(flown, data).rmse_n < 1.5 * sigma
+    assert any("exchanged" in said for said in flown.warnings)
 
 
 def test_few_modes_follow_what_many_do():

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import msgspec
+import numpy as np
 
 from thrustd.identify.regression.friction import effects_of
 from thrustd.identify.regression.hypotheses import resolved
@@ -35,7 +36,7 @@ def fitted_from(found: Solution, segments: Sequence[Segment], wanted: int | None
     def again(more: Sequence[Segment]) -> Fitted:
         return fitted_from(resolved(found, more), more, wanted)
 
-    fitted = of_spec(spec, round(determined(found)), never_excited(spec))
+    fitted = of_spec(spec, round(determined(found)), (*never_excited(spec), *lagging(found)))
     return replace(fitted, again=again)
 
 
@@ -45,6 +46,16 @@ def never_excited(spec: ModelSpec) -> tuple[str, ...]:
     if low <= UNSEEN * high:
         return ()
     return (f"force_N never goes below {low:.4g}; flight idle lies lower, where the model extrapolates",)
+
+
+def lagging(found: Solution) -> tuple[str, ...]:
+    """Said where no passive body can be behind the data: more comes out of its loops than goes in."""
+    if found.shape.passive or not np.any(found.point.stops):
+        return ()
+    return (
+        "the output follows the input late, however slowly it moves; the force of a passive body leads its deformation:"
+        " is this no mount, is one sign turned, or are the two exchanged?",
+    )
 
 
 STRUCTURES = (Structure(NAME, "HW-PWL with Prandtl-Ishlinskii friction", "beyond", _fit),)
