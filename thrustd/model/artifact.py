@@ -128,12 +128,22 @@ class LedgerEntry(Struct, frozen=True):
     parent_sha256: str = ""
 
 
+class Estimated(Struct, frozen=True):
+    """An effect among the numbers of a posterior: what these are counted from and in (see the regression's terms)."""
+
+    name: str
+    fixed: dict[str, float]
+    std: dict[str, float]
+    centre: dict[str, float] = {}
+    shapes: bool = True
+
+
 class Posterior(Struct, frozen=True):
-    """What the records said about the core and its friction: mean and information (inverse covariance) of every number.
+    """What the records said about the model: mean and information (inverse covariance) of every number.
 
     The numbers are those of the regression (`thrustd.identify.regression`), in units of output_scale: coefficients of
-    the input spline, gains of the lags, of pole pairs, coefficients of the output spline, offset, weights of the stops.
-    information: lower triangle, row by row.
+    the input spline, gains of the lags, of pole pairs, coefficients of the output spline, offset, weights of the stops,
+    then those of the effects, without dimension. information: lower triangle, row by row.
     """
 
     input_grid: tuple[float, float, int]  # low, high (mm), coefficients
@@ -150,6 +160,7 @@ class Posterior(Struct, frozen=True):
     hold: Literal["foh", "zoh"] = "foh"
     passive: bool = True
     finer_stops: int = 0  # than the usual ones
+    effects: list[Estimated] = []
 
 
 class ModelSpec(Struct, frozen=True):

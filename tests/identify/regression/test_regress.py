@@ -11,11 +11,12 @@ from scipy.signal import lfilter
 from thrustd.identify.first_state import begun_at
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.general import MOUNT
-from thrustd.identify.regression.hypotheses import explained
+from thrustd.identify.regression.hypotheses import explained, records_for
+from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import first_point, prepared, regress
-from thrustd.identify.regression.solve import bounded, noise_level
+from thrustd.identify.regression.solve import bounded, noise_level, prior_of
 from thrustd.identify.regression.sweep import columns, normal_equations, simulate
 from thrustd.identify.regression.terms import NUDGE, at_start
 from thrustd.identify.segments import Segment
@@ -170,6 +171,37 @@ def test_the_posterior_comes_back():
     assert np.allclose(point_of(stored).vector(shape), found.point.vector(found.shape)[:n])
     across = found.information[:n, n:] @ np.linalg.solve(found.information[n:, n:], found.information[n:, :n])
     assert np.allclose(information_of(stored), found.information[:n, :n] - across)
+
+
+def test_the_posterior_knows_what_its_record_would_lose():
+    """Also where friction grows by more and is less, and friction yields that did not."""
+    d, plain, _ = mount(10_000)
+    friction = mount(10_000, friction_n=150.0)[1] - plain
+    y = plain + (1 + 3.0 * np.abs(d)) * friction + NOISE_N * np.random.default_rng(3).standard_normal(len(d))
+    found = regress([segment(d, y)])
+    stored = kept(found, ["hysteresis"])
+    shape, point = shape_of(stored), point_of(stored)
+    assert np.allclose(information_of(stored), found.information)
+    [record] = records_for(found, [segment(d, y)])
+    told, groups = Known.of(shape, point.vector(shape), information_of(stored)), prior_of(shape, stored.strengths)
+
+    def cost(point):
+        """Of the record and of the priors of the groups."""
+        vector = point.vector(shape)
+        squares = normal_equations(shape, point, [record]).squares
+        return squares / found.noise_variance + float(vector @ groups @ vector)
+
+    for far in (
+        replace(point, stops=0.8 * point.stops, growth=1.4 * point.growth),
+        replace(point, f=0.97 * point.f),
+        replace(point, terms=point.terms + np.array([0.5, 0.0, 0.0])),
+    ):
+        vector = far.vector(shape)
+        assert told.cost(vector) == pytest.approx(cost(far) - cost(point), rel=0.01)
+        nudge = 1e-6 * np.random.default_rng(1).standard_normal(shape.n)
+        assert told.cost(vector - nudge) - told.cost(vector + nudge) == pytest.approx(
+            4.0 * told.downhill(vector) @ nudge, rel=1e-3
+        )
 
 
 def test_the_posterior_of_a_model_of_few_modes_is_the_same_model():

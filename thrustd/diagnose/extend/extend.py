@@ -165,7 +165,7 @@ def _written(
         structure=parent.structure,
         valid=_wider(parent.valid, core.valid),
         effects=effects,
-        posterior=kept(found),
+        posterior=kept(found, [effect.name for effect in effects]),
         provenance=dict(parent.provenance)
         | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records], "longest_train_s": longest_s},
         ledger=[*parent.ledger, entry],

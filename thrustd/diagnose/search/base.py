@@ -13,10 +13,12 @@ import numpy as np
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.first_state import level_before
+from thrustd.identify.regression.friction import effects_of
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, regress
 from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.table import FRICTION
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.identify.segments import DEFORMATION, Segment
@@ -62,12 +64,13 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
     """Prior of a joint regression on these segments; what the lags remember at their starts is part of it."""
     if bench and learnt(spec) is not None:
         raise ModelError(f"{spec.name}: it carries what its own bench said; expected a model without, or no --bench")
-    stored = kept(regress(bench)) if bench else learnt(spec)
+    stored = _told_by(regress(bench)) if bench else learnt(spec)
     if stored is not None:
         scale = stored.output_scale
         bare = shape_of(stored), point_of(stored), information_of(stored)
         noise, promised = (stored.noise_n / scale) ** 2, stored.rmse_n / scale
-        present = [effect for effect in spec.effects if effect.name != FRICTION]
+        estimated = {FRICTION, *(effect.name for effect in stored.effects)}
+        present = [effect for effect in spec.effects if effect.name not in estimated]
     else:
         core = msgspec.structs.replace(spec, effects=[], witness=None)
         every = -(-sum(map(len, segments)) // SEARCHED)
@@ -87,11 +90,15 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         terms += tuple(_state(k, point, shape.output_scale) for k in loaded)
     if not terms:
         return Base(shape, point, information, noise, promised)
-    count = sum(len(term.free) for term in terms)
-    wide = np.zeros((shape.n + count, shape.n + count))
+    full = replace(shape, terms=(*shape.terms, *terms))
+    wide = np.zeros((full.n, full.n))
     wide[: shape.n, : shape.n] = information
-    full = replace(shape, terms=terms)
-    return Base(full, replace(point, terms=np.zeros(count)), wide, noise, promised)
+    numbers = np.concatenate((point.terms, np.zeros(full.n - shape.n)))
+    return Base(full, replace(point, terms=numbers), wide, noise, promised)
+
+
+def _told_by(found: Solution) -> Posterior:
+    return kept(found, [effect.name for effect in effects_of(found)])
 
 
 def learnt(spec: ModelSpec) -> Posterior | None:
@@ -131,7 +138,7 @@ def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Poi
         shape, taus_s=np.exp(point.log_tau[kept]), radii=shape.radii if rubs else nothing, grows=shape.grows and rubs
     )
     stops = point.stops if rubs else nothing
-    found = replace(point, gain=point.gain[kept], log_tau=point.log_tau[kept], stops=stops, terms=nothing)
+    found = replace(point, gain=point.gain[kept], log_tau=point.log_tau[kept], stops=stops)
     return smaller, found, information[np.ix_(mask, mask)]
 
 

@@ -14,6 +14,7 @@ from scipy.stats import t as student
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
 from thrustd.diagnose.search.base import Base, is_state, thinned
+from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
@@ -82,7 +83,7 @@ def joint_fit(
         begin = start if start is not None else point.terms[before:]
         strengths |= {name: like.solution.precisions[name] for name in strengths if name in like.solution.precisions}
     point = replace(point, terms=np.concatenate((point.terms[:before], begin)))
-    prior = _prior(base, shape)
+    prior = prior_from(base, shape)
     revised: Sequence[Record] = records
     promised = base.noise_variance
     noise = promised if like is None or _near(like.solution.noise_variance, promised) else None
@@ -147,12 +148,12 @@ def _stateless(found: Solution) -> Solution:
     return replace(found, point=replace(found.point, terms=found.point.terms * mask))
 
 
-def _prior(base: Base, shape: Shape) -> tuple[Floats, Floats]:
-    """Mean and information of everything: the base's own, nothing about new terms beyond their sigma."""
+def prior_from(base: Base, shape: Shape) -> Known:
+    """What is known of everything: the base's own, nothing about new terms beyond their sigma."""
     n = base.shape.n
     mean, matrix = np.zeros(shape.n), np.zeros((shape.n, shape.n))
     mean[:n], matrix[:n, :n] = base.point.vector(base.shape), base.information
-    return mean, matrix
+    return Known.of(shape, mean, matrix)
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,11 +208,11 @@ def std_over(found: Solution, blocks: Blocks) -> Floats:
     return std
 
 
-def held_back(found: Solution, blocks: Blocks, prior: tuple[Floats, Floats]) -> Floats:
+def held_back(found: Solution, blocks: Blocks, prior: Known) -> Floats:
     """Mean square error (n_blocks,) of every block when its group is left out of the estimate."""
     vector = found.point.vector(found.shape)
-    matrix = prior_of(found.shape, found.precisions) + prior[1]
-    pull = prior_of(found.shape, found.precisions) @ vector + prior[1] @ (vector - prior[0])
+    groups = prior_of(found.shape, found.precisions)
+    matrix, pull = groups + prior.information(vector), groups @ vector - prior.downhill(vector)
     squares = held_back_squares(blocks, vector, matrix, pull, found.noise_variance, found.shape.positive())
     return squares / np.maximum(blocks.size, 1.0)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, joint_fit
+from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, joint_fit, prior_from
 from thrustd.diagnose.search.library import Rig, combined, free_curve, modulations
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import SPECTRUM
@@ -39,7 +39,8 @@ class Table:
     core: Blocks  # of the gradient alone
     width: int
     fit: Joint
-    base: Base
+    prior: Floats  # (p, p) information of the core, and how it pulls (p,)
+    pull: Floats
     records: Sequence[Record]
 
     def mse(self) -> float:
@@ -48,16 +49,12 @@ class Table:
 
     def squares(self, extra: Floats, positive: Flags) -> float:
         """Mean square on held-back blocks with further columns (n, k) of prior N(0, 1)."""
-        found, base = self.fit.solution, self.base
-        p, n = self.gradient.shape[1], base.shape.n
-        blocks = self._bordered(extra)
+        found, p = self.fit.solution, self.gradient.shape[1]
+        blocks, nothing = self._bordered(extra), np.zeros(extra.shape[1])
         prior = np.eye(p + extra.shape[1])
-        prior[:p, :p] = prior_of(found.shape, found.precisions)
-        prior[:n, :n] += base.information
-        vector = np.concatenate((found.point.vector(found.shape), np.zeros(extra.shape[1])))
-        away = vector.copy()
-        away[:n] -= base.point.vector(base.shape)
-        pull = prior @ away
+        prior[:p, :p] = self.prior
+        vector = np.concatenate((found.point.vector(found.shape), nothing))
+        pull = np.concatenate((self.pull, nothing))
         free = np.concatenate((found.shape.positive(), positive))
         noise = found.noise_variance / self.width
         squares = held_back_squares(blocks, vector, prior, pull, noise, free)
@@ -97,7 +94,10 @@ def table_of(base: Base, fit: Joint) -> Table:
     gradient, residual = np.concatenate(gradients), np.concatenate(residuals)
     block = np.arange(len(residual)) * BLOCKS // len(residual)
     parts = tuple(slice(a, b) for a, b in pairwise(np.searchsorted(block, np.arange(BLOCKS + 1))))
-    return Table(gradient, residual, parts, _blocks(gradient, residual, parts), width, fit, base, records)
+    vector, groups = point.vector(shape), prior_of(shape, fit.solution.precisions)
+    before = prior_from(base, shape)
+    prior, pull = groups + before.information(vector), groups @ vector - before.downhill(vector)
+    return Table(gradient, residual, parts, _blocks(gradient, residual, parts), width, fit, prior, pull, records)
 
 
 def _means(table: Floats, width: int) -> Floats:

@@ -1,6 +1,8 @@
 """A solution as the artifact keeps it, and back: what was learnt on the bench is the prior of the next record."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import compress
 
 import numpy as np
 
@@ -9,17 +11,25 @@ from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.stops import radii_of
-from thrustd.identify.regression.terms import split
-from thrustd.model.artifact import Posterior
+from thrustd.identify.regression.terms import Term, split
+from thrustd.model.artifact import Estimated, Posterior
+from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.effects.hysteresis_stops import GROWTH, USUAL, WEIGHTS
+from thrustd.model.stage import DEFORMATION
 
 
-def kept(found: Solution) -> Posterior:
-    """Mean and information of the base; effects, where poles may lie and each record began are integrated out."""
+def kept(found: Solution, effects: Sequence[str] = ()) -> Posterior:
+    """Mean and information of the core, and of those of these effects that read nothing but the deformation: what one
+    does the other could, and data tell their sum.
+
+    Other terms, where poles may lie and how each record began are integrated out.
+    """
     shape, where = found.shape, found.shape.parts()
+    beside = [term.effect.name in effects and set(term.effect.channels) <= {DEFORMATION} for term in shape.terms]
     own = np.arange(shape.n) < where["terms"].start
     own[where["log_tau"]] = own[where["log_pole"]] = False
+    own[where["terms"]] = np.repeat(beside, [len(term.free) for term in shape.terms])
     base = _over(found.information, own)
     grid, h_grid = shape.f_grid, shape.h_grid
     lower = base[np.tril_indices(len(base))]
@@ -38,7 +48,13 @@ def kept(found: Solution) -> Posterior:
         "zoh" if shape.hold == "zoh" else "foh",
         shape.passive,
         max(len(shape.radii) - len(USUAL), 0),
+        [_estimated(term) for term in compress(shape.terms, beside)],
     )
+
+
+def _estimated(term: Term) -> Estimated:
+    fixed, std, centre = ({name: float(x) for name, x in one.items()} for one in (term.fixed, term.std, term.centre))
+    return Estimated(term.effect.name, fixed, std, centre, term.shapes)
 
 
 def with_own_stops(found: Solution) -> Solution:
@@ -93,7 +109,8 @@ def _over(information: Floats, own: Flags) -> Floats:
 def shape_of(posterior: Posterior) -> Shape:
     """The fixed side; poles stay where the bench put them."""
     low, high, n = posterior.input_grid
-    others = n + len(posterior.tau_s) + 2 * len(posterior.log_pole) + 1
+    terms = tuple(Term(effect_named(e.name), e.fixed, e.std, e.centre, e.shapes, known=True) for e in posterior.effects)
+    others = sum(len(term.free) for term in terms) + n + len(posterior.tau_s) + 2 * len(posterior.log_pole) + 1
     others += posterior.output_grid[2] if posterior.output_grid else 0
     stops = len(USUAL) + posterior.finer_stops
     return Shape(
@@ -107,6 +124,7 @@ def shape_of(posterior: Posterior) -> Shape:
         posterior.hold,
         posterior.passive,
         grows=len(posterior.mean) > others + stops,
+        terms=terms,
     )
 
 

@@ -20,11 +20,10 @@ from scipy.optimize import nnls
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import ModelError
+from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Normal, normal_equations, simulate
-
-Prior = tuple[Floats, Floats]  # mean (n,), precision (n, n)
 
 WIDEST = {
     "gain": 1e-8,
@@ -71,22 +70,20 @@ class _Posterior:
     level: float  # the same of the residual
     middle: Floats  # (n,) means of the groups' priors
     groups: Floats  # (n, n) their precision
-    prior: Prior | None  # beside them
+    prior: Known | None  # beside them
 
     def cost(self, squares: float, vector: Floats) -> float:
         away = vector - self.middle
         cost = squares / self.s2 + float(away @ self.groups @ away)
-        if self.prior is not None:
-            cost += float((vector - self.prior[0]) @ self.prior[1] @ (vector - self.prior[0]))
-        return cost
+        return cost if self.prior is None else cost + self.prior.cost(vector)
 
-    def information(self, normal: Normal) -> Floats:
+    def information(self, normal: Normal, vector: Floats) -> Floats:
         information: Floats = normal.matrix / self.s2 + self.groups
-        return information if self.prior is None else information + self.prior[1]
+        return information if self.prior is None else information + self.prior.information(vector)
 
     def downhill(self, normal: Normal, vector: Floats) -> Floats:
         gradient: Floats = normal.right / self.s2 - self.groups @ (vector - self.middle)
-        return gradient if self.prior is None else gradient + self.prior[1] @ (self.prior[0] - vector)
+        return gradient if self.prior is None else gradient + self.prior.downhill(vector)
 
     def progress(self, fall: float) -> float:
         """What is such a fall of the cost under the noise that the residual shows, where s2 is told and is less."""
@@ -105,7 +102,7 @@ class _Step:
 class Given(NamedTuple):
     """What is known beside the groups' priors."""
 
-    prior: Prior | None = None  # of the whole vector
+    prior: Known | None = None  # of the whole vector
     noise_variance: float | None = None  # s2; None: it follows from the residual as that falls
     least: int = LEAST_ITERATIONS
     share: float = 0.0  # of the cost: a smaller fall is no progress
@@ -141,17 +138,16 @@ def solve(
         if step is None:
             break
         point, normal = step.point, step.normal
-        damping = step.damping / 10 if step.damping > LEAST else 0.0
-        strengths = _strengths(
-            shape, strengths, posterior().information(normal), step.free, point.vector(shape) - middle
-        )
+        damping, vector = step.damping / 10 if step.damping > LEAST else 0.0, point.vector(shape)
+        strengths = _strengths(shape, strengths, posterior().information(normal, vector), step.free, vector - middle)
         if progress is not None:
             progress(done, float(np.sqrt(normal.squares / _count(normal))))
         if done > given.least and cost - step.cost < progressed:
             break
-    now, free = posterior(), ~(shape.positive() & (point.vector(shape) <= 0.0))
+    now, vector = posterior(), point.vector(shape)
+    free, information = ~(shape.positive() & (vector <= 0.0)), now.information(normal, vector)
     mean_square = normal.squares / _count(normal)
-    return Solution(shape, point, strengths, now.s2, mean_square, now.information(normal), free, done, normal)
+    return Solution(shape, point, strengths, now.s2, mean_square, information, free, done, normal)
 
 
 def _step(
@@ -161,7 +157,8 @@ def _step(
 
     None: no way down, or none that promises a fall of the cost by `worth`.
     """
-    vector, information = point.vector(shape), now.information(normal)
+    vector = point.vector(shape)
+    information = now.information(normal, vector)
     cost, downhill = now.cost(normal.squares, vector), now.downhill(normal, vector)
     for _ in range(DAMPINGS):
         heavy = information + damping * np.diag(np.diag(normal.matrix)) / now.s2
@@ -216,7 +213,7 @@ def prior_of(shape: Shape, strengths: Mapping[str, float]) -> Floats:
         matrix[where, where] += 1e6 * line @ np.linalg.solve(line.T @ line, line.T)
     matrix[shape.parts()["growth"], shape.parts()["growth"]] += 1.0 / GROWTH_STD**2
     where = shape.parts()["terms"]
-    matrix[where, where] += np.eye(where.stop - where.start)
+    matrix[where, where] += np.diag([0.0 if term.known else 1.0 for term in shape.terms for _ in term.free])
     for name, own in shape.spectra().items():
         matrix[own, own] += (strengths.get(name, 1.0) - 1.0) * np.eye(own.stop - own.start)
     if shape.line:

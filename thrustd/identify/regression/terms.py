@@ -28,7 +28,8 @@ class Term:
     """One effect with what of it is estimated. `fixed`: parameters as they are or begin; `std`: of each amplitude, and
     of a shape that is known better than its card says.
 
-    `centre`: means of the amplitudes' priors where they are not neutral; `shapes`: whether shape parameters are free.
+    `centre`: means of the amplitudes' priors where they are not neutral; `shapes`: whether shape parameters are free;
+    `known`: whether earlier records told its numbers, which then have no N(0, 1) of their own.
     """
 
     effect: Effect
@@ -36,6 +37,7 @@ class Term:
     std: Mapping[str, float]
     centre: Mapping[str, float] = field(default_factory=dict)
     shapes: bool = True
+    known: bool = False
 
     @property
     def free(self) -> tuple[Parameter, ...]:

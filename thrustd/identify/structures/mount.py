@@ -30,7 +30,10 @@ def fitted_from(found: Solution, segments: Sequence[Segment], wanted: int | None
     """A solution as a structure's result, ready to go on with more data; `wanted`: segments of its tables."""
     spec, rubs = spec_of(found, segments, "mount", wanted), effects_of(found)
     spec = msgspec.structs.replace(
-        spec, effects=[*spec.effects, *rubs], structure=NAME if rubs else spec.structure, posterior=kept(found)
+        spec,
+        effects=[*spec.effects, *rubs],
+        structure=NAME if rubs else spec.structure,
+        posterior=kept(found, [e.name for e in rubs]),
     )
 
     def again(more: Sequence[Segment]) -> Fitted:
