@@ -47,6 +47,14 @@ def test_a_failure_is_named_in_words_with_its_shares():
     assert "% of the squared error in" in first.sentence
 
 
+def test_what_thrustd_said_itself_is_no_place_where_a_model_fails():
+    data = record()
+    rest_n = lfilter([1.0], [1.0, -0.999], np.random.default_rng(3).normal(size=len(data)))
+    off_n = np.where(rest_n > np.quantile(rest_n, 0.8), 150.0, 0.0)
+    off = data.with_channels(force_N=data["force_N"] + off_n, check_source_residual_n_left=rest_n)
+    assert not any("check_" in one.sentence for one in compare({"mount": mount()}, [off]).comparisons[0].where_it_fails)
+
+
 def test_an_even_error_fails_nowhere():
     rng = np.random.default_rng(0)
     force = np.linspace(0, 6000, 20_000)

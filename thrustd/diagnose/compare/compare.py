@@ -22,7 +22,7 @@ from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
 from thrustd.diagnose.compare.failures import Failure, where_it_fails
 from thrustd.diagnose.compare.first_look import first_look
-from thrustd.diagnose.compare.reference import BROCHURE, referenced, rest_remarks
+from thrustd.diagnose.compare.reference import BROCHURE, is_own_output, referenced, rest_remarks
 from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.records import shared
@@ -78,7 +78,7 @@ def _comparison(
     name: str, spec: ModelSpec, record: Recording, load_cell_std_n: float | None, against: str
 ) -> Comparison:
     needed = [channel for stage in model_stages(spec, 1.0) for channel in stage.channels]
-    usable = shared([record])
+    usable = [name for name in shared([record]) if not is_own_output(name)]
     segments = segments_of([record], dict.fromkeys([*needed, *usable]))
     reference_n = np.concatenate([s.force_n for s in segments])
     rested_n, model_n = (np.concatenate(runs) for runs in zip(*(free_runs(spec, s) for s in segments), strict=True))

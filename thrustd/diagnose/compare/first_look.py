@@ -104,7 +104,8 @@ def _tone(x: Floats, dt_s: float) -> float | None:
 def _channels(records: Sequence[Recording], where: str) -> tuple[str, ...]:
     """Channels that there are not, or that go together."""
     record = max(records, key=len)
-    names = [n for n in record.channels if n not in (DEFORMATION, FORCE) and not is_own_output(n) and moves(record[n])]
+    others = [n for n in record.channels if n != FORCE and not n.startswith(DEFORMATION) and not is_own_output(n)]
+    names = [name for name in others if moves(record[name])]
     if not names:
         return (f"{where}: no other column that moves: only effects of motion and time can be told",)
     step = max(1, len(record) // 20_000)

@@ -176,8 +176,7 @@ def several_flights(seen: Flown, base: Base, best: Weighed) -> list[str]:
         each = [(name, numbers[i]) for name, numbers in alone.items() if i < len(numbers)]
         said = ", ".join(f"{one.interval} ({name})" for name, one in each)
         found.append(
-            f"{all_say.effect}: {all_say.name} = {all_say.interval} {all_say.unit}"
-            f" from {len(each)} recordings; alone they say {said}"
+            f"{all_say.effect}: {all_say.name} = {all_say.interval} from {len(each)} recordings; alone they say {said}"
         )
     return found
 
@@ -210,7 +209,7 @@ def _may_hide(base: Base, found: Found) -> list[str]:
             most_n = per_sigma_n * (abs(float(one.numbers[0])) + SIGMAS_95 * float(one.std[0]))
             held[number.effect] = max(
                 held.get(number.effect, (0.0, "")),
-                (most_n, f"{number.effect} {number.interval} {number.unit}"),
+                (most_n, f"{number.effect} {number.interval}"),
             )
     lines = [f"{line} ({newtons(most_n)} N)" for most_n, line in sorted(held.values(), reverse=True)[:HIDDEN]]
     return [f"what may hide (95 %, each alone): {'; '.join(lines)}"] if lines else []

@@ -39,7 +39,8 @@ class ParameterEstimate:
         """95 %, two digits of its half width."""
         wide = self.half_width
         decimals = max(0, 1 - floor(log10(wide))) if wide > 0.0 else 3
-        return f"{self.value:.{decimals}f} +- {wide:.{decimals}f}"
+        unit = f" {self.unit}" if self.unit not in ("", "-") else ""
+        return f"{self.value:.{decimals}f} +- {wide:.{decimals}f}{unit}"
 
     @property
     def sentence(self) -> str:
