@@ -22,6 +22,7 @@ FLOWN = {
     ("fuel flow drifts 5 %/min", "cruise"),
     ("ADC clock 1 % slow", "cruise"),
     ("Mach freezes", "take-off roll"),
+    ("crosstalk of 15 % between the engines", "begin"),
     ("hostile: nacelle drag 0.04 m2", "begin"),
     ("hostile: zero -0.03 mm", "begin"),
 }
