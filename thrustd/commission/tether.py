@@ -122,11 +122,11 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
     good = np.isfinite(cell_n) & np.isfinite(base_n)
     before_n = rms((cell_n - base_n)[good])
     fit = _told(run, installation, solved, before_n, lag)
-    if lag in (trials[0][0], trials[-1][0]):
-        raise RecordingError(f"{cell.name}: fits best {lag:+.1f} s off the log's clock or farther; expected within 3 s")
-    if not any(one.told for one in fit.numbers if one.what.startswith("gain")):
-        left = f"{before_n:.0f} N RMS from the mounts, and tells no gain"
-        raise RecordingError(f"{cell.name}: {left}; expected the load cell of this run, pull +")
+    untold = not any(one.told for one in fit.numbers if one.what.startswith("gain"))
+    if untold or lag in (trials[0][0], trials[-1][0]):
+        said = "tells no gain" if untold else f"fits best {lag:+.1f} s off the log's clock or farther"
+        said += f", {fit.after_n:.0f} N RMS from the mounts"
+        raise RecordingError(f"{cell.name}: {said}; expected this run's load cell, pull +, its clock within 3 s")
     return fit
 
 
