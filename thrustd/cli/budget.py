@@ -18,6 +18,7 @@ def add_verbs(verbs: Verbs) -> None:
         "--at", type=float, nargs=2, required=True, metavar=("T0", "T1"), help="seconds since the log's first estimate"
     )
     budget.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
+    budget.add_argument("--picture", type=Path, metavar="PNG", help="draw the terms as bars")
     add_json(budget)
 
 
@@ -33,6 +34,10 @@ def budget_verb(arguments: argparse.Namespace) -> int:
     config = read_installation(arguments.config) if arguments.config else None
     log = LogRun(run_paths(arguments.log))
     found = budgets(log, open_installation(log, config), begin_s, end_s)
+    if arguments.picture:
+        from thrustd.commission.budget_picture import save
+
+        save(arguments.picture, f"{arguments.log.name}, {begin_s:g} to {end_s:g} s", found)
     if arguments.json:
         print_json({"at": [begin_s, end_s], "engines": found})
     else:
