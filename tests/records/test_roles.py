@@ -46,3 +46,8 @@ def test_one_column_has_one_role():
 
 def test_trust_is_said_of_a_recording():
     assert units_trusted(with_trusted_units(rig())) and not units_trusted(rig())
+
+
+def test_an_output_without_a_unit_is_called_by_its_column():
+    assert Roles("travel_cm", "force").unit == "(force)"
+    assert Roles("travel_cm", "Load [tonf]").unit == "tonf"

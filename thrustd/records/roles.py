@@ -37,8 +37,8 @@ class Roles(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Of the output, for people."""
-        return self.output_unit or "(unit not named)"
+        """Of the output, for people; the column in whose unit it is, where the name says none."""
+        return self.output_unit or f"({self.output})"
 
     def measured_in(self, unit: str) -> str:
         """A unit of an effect's parameter, in newtons and millimetres, as it is in this file."""
