@@ -51,3 +51,8 @@ def test_trust_is_said_of_a_recording():
 def test_an_output_without_a_unit_is_called_by_its_column():
     assert Roles("travel_cm", "force").unit == "(force)"
     assert Roles("travel_cm", "Load [tonf]").unit == "tonf"
+
+
+def test_units_of_parameters_are_those_of_the_columns():
+    assert Roles("travel_cm", "force").measured_in("N s/mm") == "(force) s/cm"
+    assert Roles().measured_in("N s/mm") == "N s/mm"

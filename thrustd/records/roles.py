@@ -44,7 +44,7 @@ class Roles(NamedTuple):
         """A unit of an effect's parameter, in newtons and millimetres, as it is in this file."""
         if self.own:
             return unit
-        named = {"N": self.output_unit or "output", "mm": self.input_unit or "input"}
+        named = {"N": self.unit, "mm": self.input_unit or f"({self.input})"}
         return re.sub(r"[^ /]+", lambda found: named.get(found[0], found[0]), unit)
 
     @property
