@@ -1,6 +1,7 @@
 """A twin's flight as it is on the wire, kept in columns so that a fault can be written into it from any moment on."""
 
 from collections.abc import Iterator
+from heapq import merge
 from struct import Struct
 from typing import NamedTuple
 
@@ -167,28 +168,27 @@ def _around(flight: Flight, time_s: Floats) -> Surroundings:
 
 
 def _edit_adc(flight: Flight, edit: Edit, events: list[Event], begin_ns: int) -> list[Event]:
-    places = [i for i, event in enumerate(events) if isinstance(event, Frame) and event.channel == "adc"]
-    times_ns = np.array([events[i].t_ns for i in places])
-    first = int(np.searchsorted(flight.wire.t_ns[flight.wire.kind == 1], begin_ns))
-    rows = flight.wire.adc[first : first + len(places)].copy()
+    """A fast crystal takes later samples into the same time, up to the last of the flight."""
+    of_adc, end_ns = flight.wire.kind == 1, events[-1].t_ns
+    until_ns = max(end_ns, begin_ns + round((end_ns - begin_ns) / (1.0 + edit.slow)))
+    first, last = np.searchsorted(flight.wire.t_ns[of_adc], (begin_ns, until_ns + 1)).tolist()
+    times_ns, rows = flight.wire.t_ns[of_adc][first:last], flight.wire.adc[first:last].copy()
     mm, time_s = np.asarray(rows[:, 2:] * COUNT_MM, np.float64), (times_ns - begin_ns) / S
-    if edit.mounts is not None:
-        said_mm = edit.mounts(time_s, mm, _around(flight, np.asarray(times_ns / S, np.float64)))
-        mm = np.where(time_s[:, None] < edit.lasts_s, said_mm, mm)
     if edit.slow:
         late_s = time_s * (1.0 + edit.slow)
         mm = np.stack([np.interp(late_s, time_s, column) for column in mm.T], axis=1)
-        times_ns = begin_ns + np.rint(late_s * S).astype(np.int64)
+        times_ns, time_s = begin_ns + np.rint(late_s * S).astype(np.int64), late_s
+    if edit.mounts is not None:
+        said_mm = edit.mounts(time_s, mm, _around(flight, np.asarray(times_ns / S, np.float64)))
+        mm = np.where(time_s[:, None] < edit.lasts_s, said_mm, mm)
     counts = np.clip(np.rint(mm / COUNT_MM), -COUNT_LIMIT - 1, COUNT_LIMIT)
     rows[:, 2:] = np.where(np.isnan(mm), CHANNEL_FAULT, counts).astype(np.int64)
     if edit.restarts:
         rows[:, :2] -= rows[0, :2]
-    end_ns = events[-1].t_ns
-    for place, t_ns, row in zip(places, times_ns.tolist(), rows, strict=True):
-        events[place] = _adc_frame(t_ns, row)
-    if not edit.slow:
-        return events
-    return sorted((event for event in events if event.t_ns <= end_ns), key=lambda event: event.t_ns)
+    frames = [_adc_frame(t_ns, row) for t_ns, row in zip(times_ns.tolist(), rows, strict=True)]
+    others = [event for event in events if not isinstance(event, Frame) or event.channel != "adc"]
+    end_ns = min(end_ns, frames[-1].t_ns)
+    return [event for event in merge(others, frames, key=lambda event: event.t_ns) if event.t_ns <= end_ns]
 
 
 def _edit_bus(flight: Flight, events: list[Event], ident: int, begin_ns: int, change: Changing, lasts_s: float) -> None:

@@ -21,6 +21,7 @@ FLOWN = {
     ("accel_x turns its sign", "cruise"),
     ("fuel flow drifts 5 %/min", "cruise"),
     ("ADC clock 1 % slow", "cruise"),
+    ("ADC clock 3 % fast", "cruise"),
     ("Mach freezes", "take-off roll"),
     ("crosstalk of 15 % between the engines", "begin"),
     ("hostile: nacelle drag 0.04 m2", "begin"),
@@ -59,6 +60,12 @@ def test_what_jumps_is_named_at_once_and_nobody_else(rows):
     jumps = [row for row in rows if row.fault in JUMPS]
     assert len(jumps) == len(JUMPS)
     assert all(row.named_s is not None and row.named_s <= 3.0 and not row.wrongly_excluded for row in jumps)
+
+
+def test_a_crystal_that_is_off_is_named_and_neither_a_sensor_nor_a_silent_wire(rows):
+    clocks = [row for row in rows if row.fault.startswith("ADC clock")]
+    assert [(row.first, row.wrongly_excluded) for row in clocks] == [("adc_clock rate", [])] * 2
+    assert all(row.named_s is not None and row.named_s < 5.0 and row.in_band_pct > 99.0 for row in clocks)
 
 
 def test_a_mach_number_that_freezes_in_the_roll_is_named_and_costs_no_thrust(rows):
