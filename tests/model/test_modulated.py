@@ -31,6 +31,23 @@ def test_it_fades_to_nothing_and_not_below():
     assert not by[N // 2 + 1 :].any()
 
 
+def test_the_channel_acts_late_and_not_in_proportion():
+    """A coil behind its voltage, and a magnet that saturates: a step of the channel lets the effect in by steps."""
+    step = np.where(np.arange(N) < N // 2, 0.0, 2.0)
+    plain = run("hysteresis", FRICTION, {"deformation_mm": D})
+    late = {"full_at": 2.0, "channel_late_s": 1.0, "channel_exponent": 0.5}
+    by = run("hysteresis by voltage_V", FRICTION | late, {"deformation_mm": D, "voltage_V": step})
+    since = (np.arange(N) - N // 2 + 1) * DT_S
+    share = np.sqrt(np.where(since > 0.0, 1.0 - np.exp(-since), 0.0))
+    np.testing.assert_allclose(by, share * plain, atol=1e-9)
+
+
+def test_a_channel_that_is_there_from_the_beginning_was_there_before():
+    late = FRICTION | {"full_at": 2.0, "channel_late_s": 5.0}
+    by = run("hysteresis by voltage_V", late, {"deformation_mm": D, "voltage_V": np.full(N, 2.0)})
+    np.testing.assert_allclose(by, run("hysteresis", FRICTION, {"deformation_mm": D}))
+
+
 def test_neutral_is_identity():
     effect = effect_named("viscous_damping by voltage_V")
     v = 5000.0 * D

@@ -1,10 +1,12 @@
 """An effect whose strength follows a channel: `hysteresis by voltage_V` is friction that grows with a voltage.
 
-    v_out = v + s (effect(v) - v),    s = max((channel - absent_at) / (full_at - absent_at), 0)
+    v_out = v + s (effect(v) - v),    s = max((late - absent_at) / (full_at - absent_at), 0)^channel_exponent,
+    channel_late_s late' + late = channel
 
 A damper with a coil, a joint whose preload is measured, a seal under pressure: the law is known, its size follows
 something that was recorded. `full_at` below `absent_at` is one that fades as the channel grows. The effect keeps its
-memory whatever s is, and its sign: what resists motion does so at every s. Left out: a channel that acts late.
+memory whatever s is, and its sign: what resists motion does so at every s. The channel acts late (the current of a coil
+behind its voltage, a seal that fills), and not in proportion (a magnet that saturates: exponent below 1).
 """
 
 from collections.abc import Mapping
@@ -19,22 +21,25 @@ from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
 
 BY = " by "
+LATE, POWER = "channel_late_s", "channel_exponent"
 ENDS = "absent_at", "full_at"  # values of the channel where nothing of it is there, where the amplitudes hold
 
 
 @jit
 def _inner(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    """Stands for the effect's own step."""
+    """Stands for the effect's own step, and for a start that sets nothing."""
     return v
 
 
 def _step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    share = max((u[0] - c[0]) * c[1], 0.0)
-    return v + share * (_inner(x, c[2:], u[1:], v) - v)
+    x[0] = u[0] + c[2] * (x[0] - u[0])
+    share = max((x[0] - c[0]) * c[1], 0.0) ** c[3]
+    return v + share * (_inner(x[1:], c[4:], u[1:], v) - v)
 
 
 def _initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    _inner(x, c[2:], u[1:], v)
+    x[0] = u[0]
+    _inner(x[1:], c[4:], u[1:], v)
 
 
 def modulated(effect: Effect, channel: str) -> Effect:
@@ -53,12 +58,15 @@ def _modulated(name: str, channel: str, effect: Effect) -> Effect:
             *effect.parameters,
             _end(ENDS[0], 0.0, "channel at which nothing of it is there"),
             _end(ENDS[1], 1.0, "channel at which the amplitudes hold"),
+            Parameter(LATE, "s", 0.0, 0.0, 100.0, (0.0,), "by which the channel acts late", amplitude=False),
+            Parameter(POWER, "", 1.0, 0.1, 10.0, (1.0,), "power of the channel", amplitude=False, e_folds=1.0),
         ),
         step=jit(_around(_step, effect.step)),
         prepare=partial(_prepare, effect),
-        initial=_around(_initial, effect.initial) if effect.initial is not None else None,
+        n_state=effect.n_state + 1,
+        initial=_around(_initial, effect.initial if effect.initial is not None else _inner),
         variant_of=f"{effect.word}{BY}{channel}" if effect.variant_of else "",
-        equation=f"{effect.equation}, times max(({channel} - a) / (b - a), 0)",
+        equation=f"{effect.equation}, times max(({channel} - a) / (b - a), 0)^n",
         lags=None,
         elements=None,
         ahead_s=None,
@@ -81,4 +89,10 @@ def _around(outer: Any, inner: Any) -> Any:
 def _prepare(effect: Effect, p: Mapping[str, float], dt_s: float) -> Floats:
     absent, full = (p[end] for end in ENDS)
     slope = 1.0 / (full - absent) if full != absent else 0.0
-    return np.concatenate(((absent, slope), effect.constants(p, dt_s)))
+    own = absent, slope, late_decay(p[LATE], dt_s), p[POWER]
+    return np.concatenate((own, effect.constants(p, dt_s)))
+
+
+def late_decay(late_s: float, dt_s: float) -> float:
+    """Of the channel's low-pass, a sample: 0 where it acts at once."""
+    return float(np.exp(-dt_s / late_s)) if late_s > 0.0 else 0.0

@@ -10,6 +10,7 @@ from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.model.artifact import ComplexMode, EffectSpec, LinearBlock
 from thrustd.model.compile import compile_model
+from thrustd.model.effects import effect_named
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +49,21 @@ def test_a_damper_whose_strength_follows_a_channel_is_named_and_added():
     report = extend(mount(), [measured], verdict)
     assert report.rmse_after_n < 1.1 * NOISE_N
     assert compile_model(report.spec, 1 / DT_S).channels.count("cabin_psi") == 1
+
+
+def test_a_channel_that_acts_late_is_told_with_its_lateness():
+    """The current of a coil follows its voltage: a law in proportion to the voltage as it is leaves half of it."""
+    data = record()
+    t = np.arange(len(data)) * DT_S
+    steps = np.random.default_rng(8).uniform(0.0, 2.0, 200)[(t / 30.0).astype(int)]
+    numbers = {"damping_n_s_mm": 800.0, "filter_s": 0.1, "full_at": 2.0, "channel_late_s": 6.0}
+    effect = effect_named("viscous_damping by voltage_V")
+    late = effect.stage(effect.neutral() | numbers, DT_S)
+    columns = {"deformation_mm": data["deformation_mm"], "voltage_V": steps}
+    data = data.with_channels(force_N=late.from_rest(columns, data["force_N"]), voltage_V=steps)
+    report = extend(mount(), [data], ["viscous_damping by voltage_V"])
+    assert report.rmse_after_n < 1.05 * NOISE_N
+    assert report.spec.effects[-1].parameters["channel_late_s"] == pytest.approx(6.0, rel=0.15)
 
 
 def test_a_large_bias_that_follows_two_channels_is_not_free_play():

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.reference import is_own_output
@@ -25,7 +26,7 @@ from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.expression import is_expression
-from thrustd.model.modulated import BY, ENDS, modulated
+from thrustd.model.modulated import BY, ENDS, LATE, late_decay, modulated
 from thrustd.model.stage import DEFORMATION, Floats, jit
 
 RATE_MM_S = 0.015  # of such a mount while it moves
@@ -33,6 +34,7 @@ TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the
 WIDE = 1e4  # the same where it is of a user's formula
 KNOTS = 6  # of a free curve
 RUBBER = "rubber"
+LATE_SAMPLES = 0, 3, 10, 30, 100  # where the lateness of a channel begins
 CONTAINED = ("hysteresis_prandtl_ishlinskii",)  # by `hysteresis_stops`
 
 
@@ -52,6 +54,7 @@ class Rig:
     rate: float  # mean, while it moves
     play: float  # around the deformation, which keeps its noise out
     ends: Mapping[str, tuple[float, float]]  # of every channel that a law can be in proportion to
+    late_s: tuple[float, ...]  # by which it may act late
 
 
 def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPriors) -> Rig:
@@ -74,6 +77,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         max(_rate(record, play_of(record.d)) for record in records),
         max(play_of(record.d) for record in records),
         {name: _ends(name, records) for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1},
+        tuple(samples * records[0].dt_s for samples in LATE_SAMPLES),
     )
 
 
@@ -106,8 +110,8 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
             raise ModelError(
                 f"{effect.name}: expected a column that moves, one of {', '.join(rig.ends) or 'none here'}"
             )
-        for term, values in itertools.product(terms_of(effect_named(law), rig), (ends, ends[::-1])):
-            yield replace(term, effect=effect, fixed={**term.fixed, **dict(zip(ENDS, values, strict=True))})
+        for term, values, late_s in itertools.product(terms_of(effect_named(law), rig), (ends, ends[::-1]), rig.late_s):
+            yield _by(term, effect, values, late_s)
         return
     std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
     if rig.reference_std is not None and any(p.name == "reference_degc" for p in effect.parameters):
@@ -179,11 +183,23 @@ def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
 
 def modulations(law: Term, rig: Rig, records: Sequence[Record]) -> Iterator[tuple[Term, list[Floats]]]:
     """A law in proportion to every channel, growing and fading with it, and the proportion (n,) on every record."""
-    for name, ends in rig.ends.items():
+    for (name, ends), late_s in itertools.product(rig.ends.items(), rig.late_s):
+        columns = [_late(record.channels[name], late_s, record.dt_s) for record in records]
         for absent, full in (ends, ends[::-1]) if ends[1] > ends[0] else ():
-            fixed = {**law.fixed, **dict(zip(ENDS, (absent, full), strict=True))}
-            share = [np.maximum((record.channels[name] - absent) / (full - absent), 0.0) for record in records]
-            yield replace(law, effect=modulated(law.effect, name), fixed=fixed), share
+            share = [np.maximum((column - absent) / (full - absent), 0.0) for column in columns]
+            yield _by(law, modulated(law.effect, name), (absent, full), late_s), share
+
+
+def _by(law: Term, effect: Effect, ends: tuple[float, ...], late_s: float) -> Term:
+    own = dict(zip((*ENDS, LATE), (*ends, late_s), strict=True))
+    return replace(law, effect=effect, fixed={**effect.neutral(), **law.fixed, **own})
+
+
+def _late(column: Floats, late_s: float, dt_s: float) -> Floats:
+    """As it acts: at rest before the record begins."""
+    decay = late_decay(late_s, dt_s)
+    found: Floats = lfilter([1.0 - decay], [1.0, -decay], column, zi=[decay * column[0]])[0]
+    return found
 
 
 @jit
