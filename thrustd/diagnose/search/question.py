@@ -57,7 +57,7 @@ class Question:
 def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Question:
     """Checked; RecordingError or ModelError in one line where the data cannot answer."""
     in_flight = given.against == BROCHURE  # where the curve and its memory stay as the bench left them
-    flies = calibrated(spec, given.mount, spec.name) if in_flight and given.mount is not None else spec
+    flies = calibrated(spec, given.mount, spec.name) if given.mount is not None else spec
     records = referenced(recordings, given.against, given.mount, given.deck, [flies])
     for record in records:
         check_recording(record, flies)
@@ -67,6 +67,8 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
         check_length(records, spec)
     also = [*BROCHURE_NEEDS, *read_beside(records, given.others)] if in_flight else []
     segments = stretches(flies, records, also)
+    if not in_flight and flies is not spec:
+        segments = [_as_on_the_bench(spec, flies, segment) for segment in segments]
     output = np.concatenate([simulate(spec, segment) for segment in segments])
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     bench = stretches(spec, given.bench) if given.bench else []
@@ -76,6 +78,11 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
         base = replace(base, own_mse=_own_mse(spec, segments) / base.scale**2)
     rows = records_of(base, spec, segments)
     return Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
+
+
+def _as_on_the_bench(spec: ModelSpec, flies: ModelSpec, segment: Segment) -> Segment:
+    """What the calibration of a mount makes of its model taken off the reference: the search is about the bench's."""
+    return replace(segment, force_n=segment.force_n - simulate(flies, segment) + simulate(spec, segment))
 
 
 def asked_for(effects: Sequence[Effect | str], recordings: Sequence[Recording]) -> list[Effect]:
