@@ -1,16 +1,22 @@
 """From an aircraft's records to a folder that flies, or one line and no folder."""
 
 import json
+from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
 from thrustd.__main__ import main
+from thrustd.bench.plan_test import BenchPlan, programme
+from thrustd.cli.files import read_models
+from thrustd.commission.commission import Commissioned, summary_lines
+from thrustd.commission.mount_models import THERMAL, Made, learn
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
-from thrustd.twin.bench import step_bench, weight_bench
+from thrustd.twin.bench import RIG, programme_bench, step_bench, weight_bench
 from thrustd.twin.mount import LOWER, UPPER
 
 
@@ -63,6 +69,24 @@ def test_what_is_missing_is_said_and_in_the_band(folder):
     assert "weight: what normal load does" not in page
     fusion = read_installation(folder / "hil.toml").config.fusion
     assert fusion["mount_stiffness_std"] == pytest.approx(np.hypot(0.003, 0.006), rel=1e-3)
+
+
+def test_a_chamber_that_teaches_nothing_is_said_on_the_terminal(tmp_path):
+    (spec,) = read_models([shipped("models/left-upper.json", "model")]).values()
+    bare = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name not in THERMAL], witness=None)
+    asked = make_recording("chamber", programme("steps", BenchPlan(hours=0.2, seed=64)))
+    cool = UPPER._replace(softening_per_k=0.0, expansion_mm_k=0.0)
+    rooms = [
+        programme_bench(asked, seed, cool, RIG._replace(room_degc=room_degc)).resample(10.0)
+        for seed, room_degc in ((64, -10.0), (65, 50.0))
+    ]
+    still = np.zeros(len(rooms[0]))
+    chamber = [replace(room, name=f"room {i}") for i, room in enumerate(rooms)]
+    chamber = [room.with_channels(accel_x_g=still, accel_z_g=still + 1.0) for room in chamber]
+    made = {"left_upper": Made(bare, 5.0, 6.0, ["bench"])}
+    learn(made, chamber, THERMAL, "temperature")
+    lines = summary_lines(Commissioned(tmp_path, tmp_path, made, [], (), [], 0.003))
+    assert [line for line in lines if line.startswith("left_upper: temperature: ") and "not added" in line]
 
 
 @pytest.mark.parametrize(

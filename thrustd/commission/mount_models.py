@@ -38,6 +38,7 @@ class Made:
     unseen_n: float  # on data not used
     benches: list[str]
     lines: list[str] = field(default_factory=list)
+    taught_nothing: list[str] = field(default_factory=list)  # by a record that was brought
 
 
 def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict[str, Made]:
@@ -60,7 +61,7 @@ def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict
     for records, effects, word in ((pieces.weight, WEIGHT, "weight"), (pieces.chamber, THERMAL, "temperature")):
         if records:
             told(at, word)
-            _learn(made, records, effects, word)
+            learn(made, records, effects, word)
             at += 1 / steps
     for mount, one in made.items():
         _hang(one, mount, installation)
@@ -77,7 +78,7 @@ def _identified(mount: str, records: Sequence[Recording]) -> Made:
     return one
 
 
-def _learn(made: dict[str, Made], records: Sequence[Recording], effects: Sequence[str], word: str) -> None:
+def learn(made: dict[str, Made], records: Sequence[Recording], effects: Sequence[str], word: str) -> None:
     """Estimate on the mount that the records are of, give to the others."""
     errors = {mount: _rms_n(one.spec, records) for mount, one in made.items()}
     owner = min(errors, key=lambda mount: errors[mount])
@@ -86,7 +87,8 @@ def _learn(made: dict[str, Made], records: Sequence[Recording], effects: Sequenc
     try:
         report = extend(one.spec, records, effects, name=one.spec.name)
     except ModelError as problem:
-        one.lines.append(f"{word}: {problem}")
+        one.taught_nothing.append(f"{word}: {problem}")
+        one.lines += one.taught_nothing[-1:]
         for mount, other in made.items():
             if mount != owner:
                 other.lines.append(f"{word}: nothing added, as on {owner}")
