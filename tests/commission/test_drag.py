@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from thrustd.__main__ import main
-from thrustd.commission.drag import fit_drag, with_drag
+from thrustd.commission.drag import fit_drag, with_drag, without_drag
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import Calibration, read_calibration, write_calibration
 from thrustd.core.errors import RecordingError
@@ -55,7 +55,7 @@ def test_idle_tells_the_drag_that_cruise_would_hide(installation):
     assert abs(hidden.m2 - TRUE_M2) < 3 * hidden.std_m2
 
 
-def test_the_file_is_flown_with_and_measured_again_nothing_is_left(installation):
+def test_the_file_is_flown_with_and_the_same_flight_again_says_the_same(installation):
     fit = fit_drag([flight()], installation)
     calibration = with_drag(Calibration(on="2026-01-01"), fit, installation.config, "2026-01-02")
     assert read_calibration(write_calibration(calibration), "c").drag == calibration.drag
@@ -68,9 +68,18 @@ def test_the_file_is_flown_with_and_measured_again_nothing_is_left(installation)
         if effect.name == "nacelle_drag"
     ]
     assert sum(areas) == pytest.approx(2 * fit.m2, abs=1e-4)  # of two engines
-    again = with_drag(calibration, fit_drag([flight(TRUE_M2 - fit.m2)], flown), installation.config, "2026-01-03")
-    assert again.drag.m2 == pytest.approx(TRUE_M2, abs=0.001)
-    assert again.drag.std_m2 == calibration.drag.std_m2  # the deck errs in every flight alike
+    again = fit_drag([flight()], flown)  # as if the file held nothing
+    assert with_drag(calibration, again, flown.config, "2026-01-02") == calibration
+
+
+def test_cruise_does_not_undo_what_idle_told(installation):
+    fit = fit_drag([flight()], installation)
+    flown = installation.calibrated_by(
+        write_calibration(with_drag(Calibration(on="2026-01-01"), fit, installation.config, "2026-01-02"))
+    )
+    cruise = fit_drag([flight(idle_s=0)], flown)
+    assert abs(cruise.m2 - TRUE_M2) < abs(fit_drag([flight(idle_s=0)], installation).m2 - TRUE_M2)
+    assert cruise.std_m2 == pytest.approx(fit.std_m2, rel=1e-3)  # the deck errs in every flight alike
 
 
 def test_pull_ups_tell_how_the_mounts_lean_and_models_take_it_off(installation):
@@ -99,11 +108,15 @@ def test_pull_ups_tell_how_the_mounts_lean_and_models_take_it_off(installation):
 
 
 def test_a_logs_columns_have_the_drag_of_the_file_in_them():
-    """Else it would be found again, and added, with every flight."""
+    """And `without_drag` takes them out: else a file's own drag and lean would be found again with every flight."""
     log = LogRun(run_paths(shipped("replay_logs/throttle-steps.mcap", "log")))
     place = open_installation(log, None)
-    dragging = place.calibrated_by('on = "2026-01-01"\ndrag = { on = "2026-01-01", m2 = 0.05, std_m2 = 0.01 }\n')
-    plain, more = (flight_columns(log, each) for each in (place, dragging))
+    dragging = place.calibrated_by(
+        'on = "2026-01-01"\ndrag = { on = "2026-01-01", m2 = 0.05, std_m2 = 0.01 }\n'
+        "[mount.left_upper]\nlean_deg = 1.0\n"
+    )
+    plain, more, without = (flight_columns(log, each) for each in (place, dragging, without_drag(dragging)))
+    assert all(np.array_equal(plain[name], without[name], equal_nan=True) for name in plain.channels)
     added_n = sum(more[f"model_N_left_{mount}"] - plain[f"model_N_left_{mount}"] for mount in ("upper", "lower"))
     good = np.isfinite(added_n) & np.isfinite(plain["dynamic_pressure_Pa"])
     assert good.sum() > 100 and np.ptp(plain["dynamic_pressure_Pa"][good]) > 500.0

@@ -1,6 +1,7 @@
 """Verbs of an aircraft's first days: commission, zero, calibrate."""
 
 import argparse
+from collections.abc import Callable
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -199,23 +200,22 @@ def _print_tether(fit: Any) -> None:
 
 
 def _drag(arguments: argparse.Namespace) -> int:
-    from thrustd.commission.drag import fit_drag, with_drag
+    from thrustd.commission.drag import fit_drag, with_drag, without_drag
 
-    read = [_flight(arguments, path) for path in arguments.files]
+    read = [_flight(arguments, path, without_drag) for path in arguments.files]
     _, installation, on = read[-1]
     fit = fit_drag([flight for flight, *_ in read], installation)
-    old = _known(arguments) or installation.calibration() or _new(on)
-    new = with_drag(old, fit, installation.config, on)
+    new = with_drag(installation.calibration() or _new(on), fit, installation.config, on)
     _write(arguments, new)
     if arguments.json:
         print_json({"date": on, "drag": new.drag, "fit": fit})
         return 0
     for one in fit.flights:
         where = f"{one.seconds:.0f} s at Mach {one.mach:.2f}, N1 {one.n1_pct:.0f} %"
-        print(f"{one.flight}: {one.m2:+.4f} +- {SIGMAS_95 * one.std_m2:.4f} m2 beyond the file's, {where}")
-        print(f"{one.flight}: mounts lean {_leans(one)} deg beyond the file's, nose up")
+        print(f"{one.flight}: {one.m2:+.4f} +- {SIGMAS_95 * one.std_m2:.4f} m2, {where}")
+        print(f"{one.flight}: mounts lean {_leans(one)} deg, nose up")
     if len(fit.flights) > 1:
-        print(f"{len(fit.flights)} flights together: mounts lean {_leans(fit)} deg beyond the file's")
+        print(f"{len(fit.flights)} flights together: mounts lean {_leans(fit)} deg")
     assert new.drag is not None
     print(f"drag of a nacelle: {new.drag.m2:.4f} +- {SIGMAS_95 * new.drag.std_m2:.4f} m2")
     return 0
@@ -248,8 +248,10 @@ def _only(arguments: argparse.Namespace) -> Path:
     return path
 
 
-def _flight(arguments: argparse.Namespace, path: Path) -> "tuple[Recording, Installation, str]":
-    """Columns of a log's events, its installation, its day."""
+def _flight(
+    arguments: argparse.Namespace, path: Path, seen_by: "Callable[[Installation], Installation] | None" = None
+) -> "tuple[Recording, Installation, str]":
+    """Columns of a log's events, its installation, its day; `seen_by`: the installation that they are read by."""
     from thrustd.installation.installation import read_installation
     from thrustd.replay.columns import flight_columns
     from thrustd.replay.replay import open_installation
@@ -263,7 +265,7 @@ def _flight(arguments: argparse.Namespace, path: Path) -> "tuple[Recording, Inst
 
         installation = installation.calibrated_by(write_calibration(known), str(arguments.out))
     with progress(f"read {path.name}") as advance:
-        flight = flight_columns(log, installation, advance)
+        flight = flight_columns(log, seen_by(installation) if seen_by else installation, advance)
     began_s = log.header.epoch_offset_ns * 1e-9 + float(flight.time_s[0])
     day = datetime.fromtimestamp(began_s if began_s > DAYS else datetime.now(UTC).timestamp(), UTC).date()
     return flight, installation, str(arguments.date or day)

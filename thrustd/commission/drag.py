@@ -10,6 +10,9 @@ Thirty seconds at flight idle, fast and steady, tell the most. Zeros and gains h
 
 Mounts whose axis leans against the engine's carry a part of its weight. What 1 g makes of it is in their zeros;
 pull-ups and push-overs show the rest: differences over LEAN_S, which no deck's slow error reaches.
+
+Flights are read as if the file held neither drag nor lean (`without_drag`); the drag that it holds is one more look
+with the same deck. So the same flights again say the same again.
 """
 
 from collections.abc import Sequence
@@ -18,7 +21,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from thrustd.core.calibration import Calibration, Drag, MountCalibration
+from thrustd.core.calibration import Calibration, Drag, MountCalibration, write_calibration
 from thrustd.core.columns import Floats
 from thrustd.core.config import Config
 from thrustd.core.errors import RecordingError
@@ -45,13 +48,13 @@ class FlightDrag:
     seconds: float
     mach: float
     n1_pct: float
-    lean_deg: list[float]  # by engine, what the calibration takes off already aside
+    lean_deg: list[float]  # by engine
     lean_std_deg: list[float]
 
 
 @dataclass(frozen=True, slots=True)
 class DragFit:
-    """Beyond what the calibration file takes off already."""
+    """What the flights say, and of the drag what the file said before."""
 
     m2: float
     std_m2: float
@@ -61,23 +64,32 @@ class DragFit:
 
 
 def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFit:
-    """`flights`: columns of `flight_columns`. RecordingError, one line, when they tell nothing, or no drag at all."""
+    """`flights`: columns of `flight_columns` by `without_drag(installation)`.
+
+    RecordingError, one line, when they tell nothing, or no drag at all.
+    """
     check_each_once(flights)
     found = [_flight_drag(flight.resample(1.0), installation) for flight in flights]
-    weights = np.array([one.std_m2**-2 for one in found])
-    told_m2 = float(weights @ [one.m2 for one in found] / weights.sum())
-    std_m2 = min(one.std_m2 for one in found)  # a deck's error at idle is in every flight
-    prior = installation.aircraft().installation.drag_m2
-    if told_m2 < -UNLIKELY * std_m2:
-        told = f"{told_m2:.3f} +- {SIGMAS_95 * std_m2:.3f} m2"
+    prior = without_drag(installation).aircraft().installation.drag_m2 ** -2
+    looks = [(one.m2, one.std_m2**-2) for one in found]
+    m2, known = _mean(looks), max(weight for _, weight in looks)  # a deck's error at idle is in every flight
+    if m2 < -UNLIKELY * known**-0.5:
+        told = f"{m2:.3f} +- {SIGMAS_95 * known**-0.5:.3f} m2"
         raise RecordingError(f"{flights[0].name}: {told}; expected a drag: are zeros and gains calibrated?")
-    part, known = prior**2 / (prior**2 + std_m2**2), installation.calibration()
-    left_m2 = float(np.sqrt(part)) * std_m2
-    if known is not None and known.drag is not None:  # by the same deck: no second look makes it better known
-        left_m2 = min(known.drag.std_m2, std_m2)
-    weights = np.array([one.lean_std_deg for one in found]) ** -2.0
-    lean_deg = np.sum(weights * [one.lean_deg for one in found], axis=0) / weights.sum(axis=0)
-    return DragFit(part * told_m2, left_m2, found, lean_deg.tolist(), (weights.sum(axis=0) ** -0.5).tolist())
+    before = calibration.drag if (calibration := installation.calibration()) is not None else None
+    if before is not None and (weight := before.std_m2**-2 - prior) > 0.0:
+        m2 = _mean([*looks, (before.m2 * before.std_m2**-2 / weight, weight)])
+        known = max(known, weight)
+    lean_deg, lean_std_deg = (np.array([getattr(one, name) for one in found]) for name in ("lean_deg", "lean_std_deg"))
+    weights = lean_std_deg**-2.0
+    leans = np.sum(weights * lean_deg, axis=0) / weights.sum(axis=0)
+    told_m2, std_m2 = m2 * known / (known + prior), (known + prior) ** -0.5
+    return DragFit(told_m2, std_m2, found, leans.tolist(), (weights.sum(axis=0) ** -0.5).tolist())
+
+
+def _mean(looks: Sequence[tuple[float, float]]) -> float:
+    """Of (value, weight)."""
+    return sum(value * weight for value, weight in looks) / sum(weight for _, weight in looks)
 
 
 def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
@@ -123,13 +135,21 @@ def _lean(off_n: Floats, more_n: Floats, q_pa: Floats) -> tuple[float, float]:
     return float(slopes[0]), float(covariance[0, 0] ** 0.5)
 
 
+def without_drag(installation: Installation) -> Installation:
+    """As if its calibration held nothing that flights said."""
+    known = installation.calibration()
+    if known is None:
+        return installation
+    level = {name: msgspec.structs.replace(mount, lean_deg=0.0) for name, mount in known.mount.items()}
+    return installation.calibrated_by(write_calibration(msgspec.structs.replace(known, drag=None, mount=level)))
+
+
 def with_drag(calibration: Calibration, fit: DragFit, config: Config, on: str) -> Calibration:
     """The file with the nacelles' drag, and how the mounts lean."""
     mounts = dict(calibration.mount)
     for each in config.mount:
         old = mounts.get(each.name, MountCalibration())
-        lean_deg = old.lean_deg + fit.lean_deg[config.aircraft.engines.index(each.engine)]
+        lean_deg = fit.lean_deg[config.aircraft.engines.index(each.engine)]
         mounts[each.name] = msgspec.structs.replace(old, lean_deg=round(lean_deg, 3))
-    before_m2 = calibration.drag.m2 if calibration.drag else 0.0
-    drag = Drag(on=on, m2=round(before_m2 + fit.m2, 5), std_m2=round(fit.std_m2, 5))
+    drag = Drag(on=on, m2=round(fit.m2, 5), std_m2=round(fit.std_m2, 5))
     return msgspec.structs.replace(calibration, on=on, drag=drag, mount=mounts)
