@@ -83,6 +83,10 @@ def a_flight(
     return make_recording(name, {"time_s": time_s, **columns})
 
 
+def without_inertia(spec: ModelSpec) -> ModelSpec:
+    return msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "axial_inertia"], witness=None)
+
+
 def given(deck: Deck) -> Given:
     return Given(against="brochure", mount=PLACE, deck=deck)
 
@@ -109,9 +113,17 @@ def test_a_log_of_eight_minutes_begun_in_mid_flight_says_what_it_can(
     short = a_flight(deck).rows(slice(int(HZ * begins_s), int(HZ * (begins_s + 480))))
     report = diagnose(spec, [short], given=given(deck))
     assert report.verdict == ("none",) and report.grade == "cannot be told"
-    bare = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "axial_inertia"], witness=None)
+    bare = without_inertia(spec)
     (mass,) = extend(bare, [short], ["axial_inertia"], given=given(deck)).parameters
     assert abs(mass.value - MASS_KG) < mass.half_width < MASS_KG / 2
+
+
+def test_a_log_that_began_before_its_wires_spoke_and_lost_them_for_a_while(deck: Deck, spec: ModelSpec) -> None:
+    flight = a_flight(deck)
+    silent = np.isin(np.arange(len(flight)), np.r_[0:150, 1400:1460, 2950:3000])
+    holes = flight.with_channels(**{n: np.where(silent, np.nan, column) for n, column in flight.channels.items()})
+    report = diagnose(without_inertia(spec), [holes], given=given(deck))
+    assert report.verdict == ("axial_inertia",) and not any("missing" in one.reason for one in report.not_judged)
 
 
 def test_what_the_rubber_remembers_is_the_benchs_to_tell(deck: Deck, spec: ModelSpec) -> None:
@@ -261,7 +273,7 @@ def test_a_model_is_judged_as_it_flies_and_written_as_its_bench_left_it(deck: De
         others=((lower._replace(drag_m2=drag_m2[lower]), other),),
     )
     assert diagnose(spec, [flight], given=known).verdict == ("none",)
-    bare = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "axial_inertia"], witness=None)
+    bare = without_inertia(spec)
     longer = extend(bare, [flight], ["axial_inertia"], given=known)
     assert abs(longer.parameters[0].value - MASS_KG) < longer.parameters[0].half_width
     assert "nacelle_drag" not in [effect.name for effect in longer.spec.effects]

@@ -110,7 +110,8 @@ def _channels(records: Sequence[Recording], where: str) -> tuple[str, ...]:
         return (f"{where}: no other column that moves: only effects of motion and time can be told",)
     step = max(1, len(record) // 20_000)
     table = {name: record[name][::step] for name in names[:MOST_CHANNELS]} | {"time_s": record.time_s[::step]}
-    pairs = [(abs(_correlation(table[a], table[b])), a, b) for a, b in combinations(table, 2)]
+    two = [(a, b) for a, b in combinations(table, 2) if not (a.startswith(f"{b}_") or b.startswith(f"{a}_"))]
+    pairs = [(abs(_correlation(table[a], table[b])), a, b) for a, b in two]
     found = sorted((pair for pair in pairs if pair[0] > TOGETHER), reverse=True)[:MOST_PAIRS]
     return tuple(f"{where}: {a} goes with {b} (correlation {r:.3f}): their effects look alike" for r, a, b in found)
 

@@ -17,7 +17,7 @@ from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.signals import CATALOGUE
-from thrustd.identify.segments import DEFORMATION, FORCE
+from thrustd.identify.segments import DEFORMATION, FORCE, bridged
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.records.flight_log import FLIGHT_LOG, REPLAY_FIRST
@@ -70,9 +70,16 @@ def referenced(
 ) -> list[Recording]:
     """Every recording as one mount sees it, with its reference as `force_N`; what it lacks for `specs` at rest."""
     check_each_once(recordings)
-    mounts = [as_mount(record, place) for record in recordings]
+    mounts = [_while_read(as_mount(record, place)) for record in recordings]
     found = [with_reference(record, against, place, deck) for record in mounts]
     return [r.with_channels(**{n: np.full(len(r), v) for n, v in unrecorded(r, specs).items()}) for r in found]
+
+
+def _while_read(record: Recording) -> Recording:
+    """Without what was recorded before the mount was first read, or while it was not: no channel is missed there."""
+    there = np.isfinite(bridged(record[DEFORMATION]))
+    kept = {name: column[there] for name, column in record.channels.items()}
+    return record if there.all() or not there.any() else replace(record, time_s=record.time_s[there], channels=kept)
 
 
 def unrecorded(record: Recording, specs: Iterable[ModelSpec]) -> dict[str, float]:
