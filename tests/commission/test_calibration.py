@@ -139,6 +139,16 @@ def test_a_cell_that_is_not_of_this_run_tells_nothing_and_writes_nothing(run, ch
         fit_tether(flight, make_recording("cell", {"time_s": time_s, "force_N": force_n}), installation)
 
 
+def test_an_engine_that_hangs_as_a_rigid_body_is_said_aloud(run):
+    flight, cell, installation = run
+    assert not fit_tether(flight, cell, installation).remarks
+    parts = {"upper": 0.36 / 0.46, "lower": 0.64 / 0.54}
+    shifted = {n: parts[n.split("_")[-1]] * c for n, c in flight.channels.items() if n.startswith("model_N")}
+    remarks = fit_tether(flight.with_channels(**shifted), cell, installation).remarks
+    assert [line.split(":")[0] for line in remarks] == ["left_upper", "right_upper"]
+    assert all("a rigid body (35 %)" in line and "mounts will disagree" in line for line in remarks)
+
+
 def test_a_hole_in_the_cells_record_is_not_bridged(run):
     """Nothing is known of what it pulled meanwhile; a straight line over it was 2.5 kN RMS wrong."""
     flight, cell, installation = run

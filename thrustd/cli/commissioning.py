@@ -197,6 +197,8 @@ def _print_tether(fit: Any) -> None:
         at = ", ".join(f"{force_n:.0f}" for force_n, *_ in rows)
         before, after = (", ".join(f"{SIGMAS_95 * row[i]:.0f}" for row in rows) for i in (1, 2))
         print(f"{name} at {at} N: +- {before} -> {after} N by gain and zero")
+    for line in fit.remarks:
+        print(f"warning: {line}")
 
 
 def _drag(arguments: argparse.Namespace) -> int:

@@ -33,6 +33,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import SIGMAS_95, rms
+from thrustd.core.statics import carried
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
 from thrustd.records.recording import Recording
@@ -47,6 +48,7 @@ RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is anothe
 LEAST_S = 60.0
 HOLE = 5.0  # times the usual step of the cell's record
 BANDS_N = (1500.0, 3000.0, 5000.0)  # of a mount
+SHARE, DISAGREE = "share of ", "in flight the mounts will disagree, and neither alone is right"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +70,13 @@ class Fitted:
 class TetherFit:
     gains: dict[str, tuple[float, float]]  # by mount: factor, sigma
     zeros_mm: dict[str, tuple[float, float]]  # by mount: what is left of its zero, sigma
-    lines: dict[str, "Line"]  # by mount
+    lines: dict[str, "Line"]
     numbers: list[Fitted]
     before_n: float  # RMS of cell minus models
     after_n: float
     lag_s: float
     bands_n: list[tuple[str, float, float, float]]  # mount, force, sigma before and after
+    remarks: list[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,10 +175,7 @@ def _check_unit(cell: Recording, base_n: Floats, cell_n: Floats) -> None:
     spans = [float(np.ptp(np.percentile(each[good], (1, 99)))) for each in (cell_n, base_n)]
     ratio = spans[0] / max(spans[1], 1e-9)
     if not RATIO[0] < ratio < RATIO[1]:
-        near = next(
-            (f" is it {unit}?" for unit, one in UNITS.items() if one / 1.5 < ratio < 1.5 * one),
-            "",
-        )
+        near = next((f" is it {unit}?" for unit, one in UNITS.items() if one / 1.5 < ratio < 1.5 * one), "")
         raise RecordingError(
             f"{cell.name}: force_N spans {spans[0]:.4g}, the models of all mounts {spans[1]:.4g} N;{near} expected N"
         )
@@ -220,7 +220,8 @@ def _told(run: Run, installation: Installation, solved: _Solved, before_n: float
             wide, left = 1e3 * SIGMAS_95 * prior[k], 1e3 * SIGMAS_95 * sqrt(float(covariance[k, k]))
             numbers.append(Fitted(f"{what} {engine}", unit, 1e3 * float(mean[k]), left, wide))
     numbers += [_share(run, e, mean, covariance, prior) for e in range(n_e) if run.engine_of.count(e) == 2]
-    return TetherFit(gains, zeros, lines, numbers, before_n, after_n, lag_s, _bands(run, installation, gains, zeros))
+    bands, remarks = _bands(run, installation, gains, zeros), _how_it_hangs(numbers, installation)
+    return TetherFit(gains, zeros, lines, numbers, before_n, after_n, lag_s, bands, remarks)
 
 
 def _share(run: Run, engine: int, mean: Floats, covariance: Floats, prior: Floats) -> Fitted:
@@ -233,7 +234,20 @@ def _share(run: Run, engine: int, mean: Floats, covariance: Floats, prior: Float
     row = np.zeros(len(mean))
     row[n_e + upper], row[n_e + lower] = a_now * b_now / (a_now + b_now) ** 2, -a_now * b_now / (a_now + b_now) ** 2
     spread, wide = sqrt(float(row @ covariance @ row)), sqrt(float(row**2 @ prior**2))
-    return Fitted(f"share of {run.mounts[upper]}", "-", a_now / (a_now + b_now), SIGMAS_95 * spread, SIGMAS_95 * wide)
+    return Fitted(f"{SHARE}{run.mounts[upper]}", "-", a_now / (a_now + b_now), SIGMAS_95 * spread, SIGMAS_95 * wide)
+
+
+def _how_it_hangs(numbers: list[Fitted], installation: Installation) -> list[str]:
+    """A line where the mounts share the load as under a rigid body: then they are loaded by the weight's couple too."""
+    fronts = [each.thrust_share for each in carried(installation.aircraft()) if each.thrust_share > 0.0]
+    shares = [(one.what.removeprefix(SHARE), one.value) for one in numbers if one.what.startswith(SHARE)]
+    found = []
+    for mount, share in shares if len(fronts) == 2 else []:
+        rigid, together = fronts[0] / sum(fronts), installation.place(mount).share
+        if abs(share - rigid) < abs(share - together):
+            said = f"{100 * share:.0f} % of its engine's load, as of a rigid body ({100 * rigid:.0f} %) rather than"
+            found.append(f"{mount}: {said} of mounts that move together ({100 * together:.0f} %): {DISAGREE}")
+    return found
 
 
 def _bands(
