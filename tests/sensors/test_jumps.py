@@ -160,6 +160,28 @@ def test_a_fuel_flow_that_rises_lets_no_thrust_fall():
     assert weighed(2500.0, jump_n, jump_n, fuelled_n=-800.0, rows=2)[onsets.MOUNTS_OFF] > 0.98
 
 
+def test_throttles_that_are_cut_again_and_again_are_no_fault_however_long_ago():
+    """Each cut moves mounts and fuel flow alike; between two cuts the thrust comes back slowly."""
+    rng, past, out = np.random.default_rng(0), no_past(1), np.zeros((onsets.N_HYPOTHESES, 3))
+    heard, thrust_n, worst = np.zeros(1, onsets.HEARD)[0], 5000.0, 0.0
+    for k in range(3000):
+        cut, row = k % 450 == 400, np.zeros(WIDTH)
+        moved_n = -3500.0 if cut else min(80.0, 5000.0 - thrust_n) if k % 450 < 200 else 0.0
+        thrust_n += moved_n
+        row[T_S], row[MACH], row[DECK_N], row[OWN_N : OWN_N + 2] = 0.4 * k, 0.3, 60.0 + 0.034 * thrust_n, 30.0
+        row[PER_FUEL_N], row[LOG_FLOW] = 1.5 * thrust_n, np.log(thrust_n / 30_000.0)
+        row[SAID : SAID + N_SOURCES] = said_of(thrust_n, np.zeros(N_SOURCES), rng)
+        row[SAID + FUEL_FLOW] += 0.0 if cut else 20.0 * moved_n  # it leads while the throttle opens
+        row[COUNTS : COUNTS + N_SOURCES], row[STEP_N] = 1.0, FASTEST_FALL_N_S * DT_S
+        row[MOUNT_RATE_N_S] = abs(moved_n)
+        row[JUMPED_N : JUMPED_N + 2] = moved_n * np.array((SHARE, 1 - SHARE)) if cut else 0.0
+        assert remember(past, 0, row, SHARE)
+        if k > 10 and k % 3 == 0:
+            evidence.weigh(past["rows"][0], int(past["n"][0]), SHARE, onsets.WELL, INSTALLED, heard, out)
+            worst = max(worst, out[onsets.MOUNTS_OFF, 0])
+    assert worst < 0.9
+
+
 def test_any_part_of_what_a_fuel_flow_moved_is_as_likely_and_nothing_beyond_it():
     rows, parts = np.zeros((3, WIDTH)), (SHARE, 1 - SHARE, 1.0, 1.0, 1.0)
     rows[:, T_S], rows[:, STEP_N], rows[:, COUNTS:OWN_N] = (2.0, 1.0, 0.0), 100.0, 1.0

@@ -20,7 +20,7 @@ import numpy as np
 from thrustd.core.columns import MOUNT_STATE, Floats, Integers
 from thrustd.core.jit import compiled, entry
 from thrustd.sensors.errors import Parts
-from thrustd.sensors.past import COUNTS, FUEL_FLOW, FUELLED_N, JUMPED_N, SAID, STEP_N, T_S
+from thrustd.sensors.past import FUELLED_N, JUMPED_N, STEP_N
 
 # idle to take-off thrust takes some 8 s; a cut is quicker than N1 is read
 FASTEST_RISE_N_S, FASTEST_FALL_N_S = 2000.0, 8000.0
@@ -93,12 +93,7 @@ def _noise(rows: Floats, m: int, parts: Parts) -> tuple[float, float, float, flo
     row earlier or later, and no mount showed: any part of it is as likely. Where the mounts moved further than the flow
     there is nothing left of it.
     """
-    own_n, newest, oldest, fuel = rows[m - 1, STEP_N], max(m - 2, 0), m, SAID + FUEL_FLOW
-    fuelled_n = float(np.sum(rows[newest : m + 1, FUELLED_N]))
-    if m + 1 < len(rows) and rows[m + 1, COUNTS + FUEL_FLOW] != 0.0 and rows[m + 1, T_S] < rows[m, T_S]:
-        oldest = m + 1  # a row that is there
-    if fuelled_n * (rows[newest, fuel] - rows[oldest, fuel]) < 0.0:
-        fuelled_n = 0.0
+    own_n, fuelled_n = rows[m - 1, STEP_N], rows[m - 1, FUELLED_N]
     one_n2, other_n2 = max(parts[0] * own_n, 1.0) ** 2, max(parts[1] * own_n, 1.0) ** 2
     return one_n2, other_n2, fuelled_n / 2.0, fuelled_n**2 / 12.0
 
