@@ -66,6 +66,15 @@ def test_a_roll_on_which_mach_stands_is_machs_fault_where_the_brochure_says_too_
     assert blamed(0.0, lambda _: 0.3, (), (30.0, 0.0, 0.0), watch).blamed is None
 
 
+def test_a_mach_number_that_leaves_is_known_when_the_brochure_shows_it():
+    """At first it has not yet moved any thrust, and the accelerometer is blamed."""
+    apart_n = [[0.0, 300.0], [0.0, 300.0]]
+    watch = blamed(0.3, lambda _: 0.03, apart_n, (40.0, 25.0, 0.0))
+    assert watch.blamed == ACCELERATION
+    apart_n[0][0] = apart_n[1][0] = -800.0
+    assert blamed(0.3, lambda _: 0.03, apart_n, (0.0, 1.0, 0.0), watch).blamed == MACH
+
+
 def test_an_accelerometer_that_invents_a_roll_is_at_fault_where_the_mounts_say_too_much():
     watch = blamed(0.3, lambda _: 0.0, ((900.0, 300.0), (700.0, 300.0)), (40.0, 25.0, 0.0))
     assert watch.blamed == ACCELERATION

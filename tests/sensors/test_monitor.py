@@ -217,6 +217,22 @@ def test_a_spool_that_stands_while_the_engine_accelerates_is_stuck():
     assert word == "n1_pct[0] stuck" and after_s < 2.0
 
 
+def test_engine_data_that_freeze_together_leave_the_mounts_of_a_throttle_up_believed():
+    """What they said while they rested spoke against the mounts; it is taken back when they are found to be stuck."""
+    frozen = {}
+
+    def freeze(read, since_s):
+        for name in ("fuel_flow_kg_s", "n1_pct", "n2_pct"):
+            read[name, 0] = frozen.setdefault(name, read[name, 0])
+        for i in (0, 1):
+            read["deformation_mm", i] += 0.4 * min(since_s / 4.0, 1.0)
+
+    words = [word for _, word in reports(freeze)]
+    assert {f"{name}[0] stuck" for name in frozen} <= set(words)
+    wrongly = [word for word in words if "stuck" not in word]
+    assert wrongly == ["mount[left] failed", "mount[left] failed over"]
+
+
 def test_a_jump_seen_as_two_half_jumps_is_an_offset():
     def jump(read, since_s):
         read["deformation_mm", 0] += 0.1 if since_s < 0.05 else 0.2

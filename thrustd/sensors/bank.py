@@ -27,7 +27,6 @@ from thrustd.sensors.past import (
     COMMON_N,
     COUNTS,
     DECK_N,
-    FUEL_FLOW,
     JUMPED_N,
     LOG_FLOW,
     MACH,
@@ -64,6 +63,7 @@ class _Memory(NamedTuple):
     jumps: Any  # JUMPS
     turn: Integers  # (1,)
     found: Integers
+    anew: Integers  # 1: what it was found by counts no longer
     hypotheses: Floats  # (n, N_HYPOTHESES, 3) P, SHIFT_N, STD_N
     heard: Any  # HEARD
     leading: Floats  # (n, 3) thrust and its sigma by the one that leads; what is uncorrected, N
@@ -96,7 +96,7 @@ class Bank:
         `installed`: see `errors`.
         """
         n = len(mounts)
-        self._past, self.found = no_past(n), np.zeros(n, np.int64)
+        self._past, self.found, self._anew = no_past(n), np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.rows = np.zeros((n, N_HYPOTHESES, 3))
         self.rows[:, WELL, P] = 1.0
         self.leading = np.full((n, 3), np.nan)
@@ -106,7 +106,7 @@ class Bank:
         self._jumps = no_jumps(n)
         self._follow = self._jumps, own, shares, spring_n_mm
         self._memory = _Memory(
-            self._past, self._jumps, self._turn, self.found, self.rows, np.zeros(n, HEARD), self.leading
+            self._past, self._jumps, self._turn, self.found, self._anew, self.rows, np.zeros(n, HEARD), self.leading
         )
         self._engines = _Engines(own, spools, judged, *air, shares, OFF, installed)
 
@@ -133,11 +133,13 @@ class Bank:
         mounts, brochure = self.rows[:, BROCHURE_OFF], self.rows[:, MOUNTS_OFF]
         return np.stack([mounts[:, SHIFT_N] - brochure[:, SHIFT_N], np.hypot(mounts[:, STD_N], brochure[:, STD_N])], 1)
 
-    def forget_brochure(self) -> None:
-        """Nobody knows since when the air data have been wrong."""
-        self._past["rows"][:, :, COUNTS + FUEL_FLOW : COUNTS + N_SOURCES] = 0.0
-        self._past["rows"][:, :, SAID + FUEL_FLOW : COUNTS] = 0.0
-        self.found[:] = WELL
+    def disbelieve(self, engine: int, sources: Sequence[int], since_s: float) -> None:
+        """What these have said since then counts no longer: whoever was found by it is weighed anew."""
+        rows = self._past["rows"][engine, : self._past["n"][engine]]
+        for source in sources:
+            lies = (rows[:, T_S] >= since_s) & (rows[:, COUNTS + source] != 0.0)
+            rows[lies, COUNTS + source] = rows[lies, SAID + source] = 0.0
+            self._anew[engine] |= lies.any()
 
     def snapshot(self) -> list[dict[str, Any]]:
         """By engine, plain numbers."""
@@ -269,9 +271,11 @@ def _look_at(
     if past[e].n < 2:
         return -1
     rows = past[e].rows[:]  # an array, as the copies of it: one machine code for both
-    weigh(rows, past[e].n, share, found[e], installed, memory.heard[e], out)
-    weigh_shared(memory.heard, e, found[e], out)
-    lead = _lead(found[e], out)
+    before = WELL if memory.anew[e] else found[e]
+    memory.anew[e] = 0
+    weigh(rows, past[e].n, share, before, installed, memory.heard[e], out)
+    weigh_shared(memory.heard, e, before, out)
+    lead = _lead(before, out)
     changed, found[e] = lead != found[e], lead
     if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * n:
         best = np.argmax(out[:, 0])  # though it was not found
@@ -286,7 +290,7 @@ _F, _ROW, _TABLE, _FLAGS = numba.float64, numba.float64[::1], numba.float64[:, :
 _I, _PLACES = numba.int64[::1], numba.int64[:, ::1]
 _RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
 _HEARD = numba.from_dtype(HEARD)[::1]
-_MEMORY = named(_Memory, *_RECORDS, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE)
+_MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE)
 _ENGINES = named(
     _Engines, _PLACES, _PLACES, numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE,
     vars(numba.types)["UniTuple"](_F, 4),

@@ -134,7 +134,7 @@ class Accelerometer:
             for sensor, at in self._taken
         ]
         contradict, blamed = balance_of(self._balance, *taken, dt_s), self.blamed
-        if contradict and blamed is None:
+        if contradict and blamed != MACH:  # one that leaves shows in the brochure only by and by
             is_mach = _accelerometer_odds(float(self._balance["more"].item()), apart_n()) < MACH_BLAMED
             self._balance["blamed"] = 2.0 if is_mach else 1.0
         elif not contradict and (blamed == ACCELERATION or taken[MACH_TAKEN] > FLYING_MACH):

@@ -3,9 +3,7 @@
 The pipeline calls it once per fused step, with the latest readings as they came, and leaves out what the verdict
 excludes:
 
-    raw = [deck.estimate(inputs_of(readings, e), e) for e in engines]
     verdict = monitor.step(MonitorInputs(readings, ...))
-    clean = [deck.estimate(inputs_of(readings without verdict.excluded, e), e) for e in engines]
     mounts = verdict.mounts[e]                       # engine e's mount force without the excluded ones
 
 Every sensor is watched by itself (`watches`); then what all sensors of an engine say is weighed under each hypothesis
@@ -16,7 +14,7 @@ Five kinds per sensor: `<kind>` in stuck, noisy, offset, drift, dead; `Fault.whe
 """
 
 from collections.abc import Sequence
-from math import hypot, isfinite, nan
+from math import hypot, inf, isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -193,18 +191,27 @@ class Monitor:
         if self._suspect:
             for row, sensors in zip(self._trusted, self._sources, strict=True):
                 row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_SOURCES]]
-            self._trusted[:, :2] &= self._watches.trusts(ACCELERATION)
-            self._trusted[:, 2:] &= all([self._watches.trusts(sensor) for sensor in AIR])
+            self._trusted[:, :FUEL_FLOW] &= self._watches.trusts(ACCELERATION)
+            self._trusted[:, FUEL_FLOW:] &= all([self._watches.trusts(sensor) for sensor in AIR])
+            for sensor in self._watches.newly("stuck", self._kinds):  # it has said nothing for as long as it rests
+                self._disbelieve(sensor, inputs.t_ns * 1e-9 - self._watches[sensor].resting_s)
         if self._accelerometer.blamed == MACH:
             self._trusted[:, FUEL_FLOW:] = False
-            if before != MACH:
-                self.bank.forget_brochure()
+            if before != MACH:  # nobody knows since when
+                self._disbelieve(MACH, -inf)
         changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._trusted)
         self._suspects.look(inputs.t_ns, self.bank.found, self.bank.rows)
         self._judged = self._judge()
         self._excluded = self._all_out()
         self._say_uncorrected()
         return changed
+
+    def _disbelieve(self, sensor: Sensor, since_s: float) -> None:
+        """What all sources that it speaks for have said since then."""
+        shared = {ACCELERATION: range(FUEL_FLOW), **dict.fromkeys(AIR, range(FUEL_FLOW, N_SOURCES))}
+        for engine, sensors in enumerate(self._sources):
+            mine = [i for i, other in enumerate(sensors[:N_SOURCES]) if other == sensor]
+            self.bank.disbelieve(engine, shared.get(sensor, mine), since_s)
 
     def _say_uncorrected(self) -> None:
         error_n = self._accelerometer.error_n

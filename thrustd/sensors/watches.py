@@ -39,6 +39,10 @@ class Watches:
         watched = self._of[sensor]
         return not (watched.kind or watched.doubted)
 
+    def newly(self, kind: str, known: Mapping[Sensor, str]) -> list[Sensor]:
+        """Who has this fault and is not `known` by it."""
+        return [sensor for sensor in self.sensors if self._of[sensor].kind == kind != known.get(sensor)]
+
     def leapt_alone(self, readings: Floats) -> frozenset[Sensor]:
         """Between two looks, further from where they were than they may jump: out before anything follows them.
 
