@@ -14,7 +14,7 @@ from thrustd.commission.commission import Commissioned, summary_lines
 from thrustd.commission.mount_models import THERMAL, Made, learn
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
-from thrustd.records.files import write_recording
+from thrustd.records.files import read_recording, write_recording
 from thrustd.records.recording import make_recording
 from thrustd.twin.bench import RIG, programme_bench, step_bench, weight_bench
 from thrustd.twin.mount import LOWER, UPPER
@@ -112,8 +112,11 @@ def test_flights_without_fuel_flow_and_records_that_do_not_move_are_refused_befo
     flight = make_recording("dry", {"time_s": time_s, "n1_pct_left": time_s, "mach": 0 * time_s})
     write_recording(flight, tmp_path / "dry.csv")
     dry, still = ["--flights", str(tmp_path / "dry.csv")], f"{records / 'upper'}.parquet"
+    upper = read_recording(records / "upper.parquet")
+    write_recording(upper.with_channels(temperature_degC=np.full(len(upper), 45.0)), tmp_path / "hot.parquet")
     weight, chamber = (["--weight", still], "hardly moves"), (["--chamber", still], "within 0.0 K of the benches")
-    for more, word in ((dry, "fuel_flow_kg_s"), weight, chamber):
+    hot = ["--chamber", str(tmp_path / "hot.parquet")], "45.0 throughout; expected a cold and a hot record"
+    for more, word in ((dry, "fuel_flow_kg_s"), weight, chamber, hot):
         assert main([*given(records, more=more), "-o", str(tmp_path / "out")]) == 2
         assert word in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

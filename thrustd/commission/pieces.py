@@ -8,6 +8,7 @@ import numpy as np
 
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.signals import CATALOGUE
+from thrustd.diagnose.search.candidates import moves
 from thrustd.installation.installation import Installation
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
@@ -90,8 +91,12 @@ def _check_chamber(chamber: Sequence[Recording], benches: Sequence[Recording]) -
     rooms = [float(np.nanmedian(record[name])) for record in benches if name in record]
     warm = np.concatenate([record[name] for record in chamber])
     off_k = float(np.nanmax(np.abs(warm - (np.mean(rooms) if rooms else at_rest))))
+    names = ", ".join(record.name for record in chamber)
+    if not moves(warm):
+        raise RecordingError(
+            f"{names}: {name} is {np.nanmedian(warm):.1f} throughout; expected a cold and a hot record"
+        )
     if not off_k > LEAST_K:
-        names = ", ".join(record.name for record in chamber)
         raise RecordingError(f"{names}: {name} stays within {off_k:.1f} K of the benches; expected {LEAST_K:g} K more")
 
 

@@ -6,10 +6,13 @@ import pytest
 from tests.diagnose.scene import inertia, mount, record
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.errors import ModelError, RecordingError, ThrustdError
+from thrustd.diagnose.compare.checks import check_channels
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.reference import as_mount, with_reference
 from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.candidates import judgeable
 from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.model.effects import effect_named
 
 BASE = record(n=6000)
 
@@ -47,6 +50,15 @@ def test_an_effect_already_present_is_refused():
 def test_a_constant_channel_is_refused():
     with pytest.raises(RecordingError, match="vibration_mm_s is constant"):
         extend(mount(), [BASE], ["payne"])
+
+
+def test_two_rooms_that_are_each_at_one_temperature_move_it():
+    rooms = [BASE.with_channels(temperature_degC=np.full(len(BASE), degc)) for degc in (10.0, 50.0)]
+    thermal = effect_named("thermal_stiffness")
+    check_channels(rooms, thermal)
+    assert judgeable([thermal], rooms, ())[0] == [thermal]
+    with pytest.raises(RecordingError, match="temperature_degC is constant"):
+        check_channels(rooms[:1], thermal)
 
 
 def test_a_missing_channel_is_refused():

@@ -177,7 +177,7 @@ def check_channels(records: Sequence[Recording], effect: Effect) -> None:
             if channel != "time_s" and not complete(record[channel]):
                 raise RecordingError(f"{record.name}: {channel}, which effect {effect.word} reads, has values missing")
     for channel in effect.channels:
-        if channel != "time_s" and not any(moves(record[channel]) for record in records):
+        if channel != "time_s" and not moves(np.concatenate([record[channel] for record in records])):
             names = ", ".join(record.name for record in records)
             value = _median(records[0][channel])
             raise RecordingError(

@@ -53,7 +53,7 @@ def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]
             continue
         if not all(channel in record for record in records):
             return f"channel {channel} is not in the data"
-        if not any(moves(record[channel]) for record in records):
+        if not moves(np.concatenate([record[channel] for record in records])):
             return f"channel {channel} never moves"
         if not all(complete(record[channel]) for record in records):
             return f"channel {channel} has values missing"
