@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 
 from thrustd.identify.first_state import begun_at
 from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.friction import law_of
 from thrustd.identify.regression.general import MOUNT
 from thrustd.identify.regression.hypotheses import explained, records_for
 from thrustd.identify.regression.known import Known
@@ -78,6 +79,33 @@ def test_a_mount_is_found_to_a_fraction_of_the_noise(friction_n):
     found = regress([segment(d, y)])
     assert np.sqrt(found.mean_square) * found.shape.output_scale == pytest.approx(NOISE_N, rel=0.02)
     assert unseen_error(found, friction_n=friction_n) < 0.35 * NOISE_N
+
+
+def stiff_spring(n, seed):
+    """A spring that hardens and does not relax, and two branches that the deformation stretches."""
+    d = mount(n, seed)[0]
+    force = 4500.0 * d + 4000.0 * d**3
+    for stiffness, tau_s in ((900.0, 0.7), (700.0, 40.0)):
+        keep = np.exp(-DT_S / tau_s)
+        ramp = (1 - keep) * tau_s / DT_S
+        before = np.concatenate(([0.0], d[:-1]))
+        force += stiffness * (d - lfilter([1.0], [1.0, -keep], (ramp - keep) * before + (1 - ramp) * d))
+    return d, force
+
+
+def test_a_spring_that_does_not_relax_beside_branches_that_do():
+    """The generalised Maxwell body with a nonlinear spring: one relaxation of the whole force cannot be both."""
+    d, force = stiff_spring(20_000, 0)
+    bench = [segment(d, force + NOISE_N * np.random.default_rng(5).standard_normal(len(d)))]
+    whole = regress(bench)
+    assert np.sqrt(whole.mean_square) * whole.shape.output_scale > 1.5 * NOISE_N
+    found = explained(bench)
+    other, unseen = stiff_spring(20_000, 7)
+    model = compile_model(fitted_from(found, bench).spec, 1 / DT_S)
+    from_rest = model.simulate(model.inputs({"deformation_mm": np.concatenate(([0.0], other))}))[1:]
+    assert np.sqrt(np.mean((from_rest - unseen) ** 2)) < 0.5 * NOISE_N
+    d, _, y = mount()
+    assert all(term.effect.name != "relaxation_maxwell" for term in explained([segment(d, y)]).shape.terms)
 
 
 def test_friction_that_is_not_there_switches_itself_off():
@@ -179,7 +207,7 @@ def test_the_posterior_knows_what_its_record_would_lose():
     friction = mount(10_000, friction_n=150.0)[1] - plain
     y = plain + (1 + 3.0 * np.abs(d)) * friction + NOISE_N * np.random.default_rng(3).standard_normal(len(d))
     found = regress([segment(d, y)])
-    stored = kept(found, ["hysteresis"])
+    stored = kept(found, [law_of(found.shape).name])
     shape, point = shape_of(stored), point_of(stored)
     assert np.allclose(information_of(stored), found.information)
     [record] = records_for(found, [segment(d, y)])
@@ -247,7 +275,13 @@ def test_friction_that_yields_is_found_in_any_unit_of_the_deformation(unit):
 
 @pytest.mark.parametrize(
     "names",
-    [(), ("hysteresis_stops", "thermal_stiffness"), ("thermal_expansion",), ("relaxation", "thermal_stiffness")],
+    [
+        (),
+        ("hysteresis_stops", "thermal_stiffness"),
+        ("thermal_expansion",),
+        ("relaxation", "thermal_stiffness"),
+        ("relaxation_maxwell", "thermal_stiffness"),
+    ],
 )
 def test_columns_that_a_record_keeps_are_those_of_a_run(names):
     """Of few samples that count: core, friction and effects that add, multiply or act on the deformation."""

@@ -13,7 +13,7 @@ import numpy as np
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.first_state import level_before
-from thrustd.identify.regression.friction import effects_of
+from thrustd.identify.regression.friction import effects_of, stretched
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, regress
@@ -85,9 +85,10 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
     terms = tuple(_present(effect) for effect in present)
-    if np.any(point.gain != 0.0):
+    memory = _memory(shape, point)
+    if memory:
         loaded = [k for k, segment in enumerate(segments) if not _stood_unloaded(segment, shape.output_scale)]
-        terms += tuple(_state(k, point, shape.output_scale) for k in loaded)
+        terms += tuple(_state(k, memory) for k in loaded)
     if not terms:
         return Base(shape, point, information, noise, promised)
     full = replace(shape, terms=(*shape.terms, *terms))
@@ -172,9 +173,15 @@ def _state_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v
 
 
-def _state(number: int, point: Point, scale: float) -> Term:
+def _memory(shape: Shape, point: Point) -> list[tuple[float, float]]:
+    """Time constants of all lags, s, and the force, N, by which each may be away from rest when a record begins."""
+    lags = zip(np.exp(point.log_tau), shape.output_scale * np.abs(point.gain), strict=True)
+    return [(float(tau), STATE * float(size)) for tau, size in (*lags, *stretched(shape, point)) if size > 0.0]
+
+
+def _state(number: int, memory: Sequence[tuple[float, float]]) -> Term:
     """The state of the relaxation when record `number` begins, beside rest: linear, one number per lag."""
-    taus = np.exp(point.log_tau)
+    taus = np.array([tau for tau, _ in memory])
     names = [f"lag_{i}" for i in range(len(taus))]
     effect = Effect(
         name=f"{STATE_OF}{number}",
@@ -189,8 +196,7 @@ def _state(number: int, point: Point, scale: float) -> Term:
         source="",
         separating_test="",
     )
-    sizes = {name: STATE * scale * abs(float(g)) for name, g in zip(names, point.gain, strict=True)}
-    return at_start(effect, sizes, {})
+    return at_start(effect, {name: size for name, (_, size) in zip(names, memory, strict=True)}, {})
 
 
 def is_state(term: Term) -> bool:

@@ -18,6 +18,7 @@ from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.record import Record
+from thrustd.identify.regression.regress import lags_of
 from thrustd.identify.regression.stops import at_rest, run_stops
 from thrustd.identify.regression.table import growth_of, travel_of
 from thrustd.identify.regression.terms import Term, at_start
@@ -55,6 +56,7 @@ class Rig:
     play: float  # around the deformation, which keeps its noise out
     ends: Mapping[str, tuple[float, float]]  # of every channel that a law can be in proportion to
     late_s: tuple[float, ...]  # by which it may act late
+    lags_s: tuple[float, float]  # fastest and slowest that a record can show
 
 
 def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPriors) -> Rig:
@@ -78,6 +80,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         max(play_of(record.d) for record in records),
         {name: _ends(name, records) for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1},
         tuple(samples * records[0].dt_s for samples in LATE_SAMPLES),
+        lags_of([len(record) * record.dt_s for record in records], records[0].dt_s),
     )
 
 
@@ -163,6 +166,8 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
     size = (WIDE if is_expression(effect.name) else rig.priors.over_typical) * abs(p.starts[0])
     if p.unit == "mm" or p.unit.startswith("mm/"):
         size *= order_of(rig.travel, TRAVEL_MM)
+    if p.unit == "N/mm":
+        size *= rig.force_factor / order_of(rig.travel, TRAVEL_MM)
     if p.unit == "N" or p.unit.startswith("N "):
         size *= rig.force_factor
     return size
@@ -170,6 +175,7 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
 
 def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
+    anchors |= dict(zip(("fastest_s", "slowest_s"), rig.lags_s, strict=True))
     anchors |= {"growth": rig.growth, "reference_degc": rig.reference_degc, "deadband_mm": rig.play}
     told = anchors.get(p.name)
     if told is not None:

@@ -1,23 +1,39 @@
-"""Friction that yields (Bouc-Wen) as a part of every mount, beside the stops: data without it leave it at nothing.
+"""What a mount may have beside curve, relaxation and stops: friction that yields, branches that no curve bends.
 
 Stops obey Masing's rule; real joints and fillers often do not: cycled gently they let go what they hold. One element
-whose force, and the deformation over which it turns over, are estimated with everything else says which it is.
+whose force, and the deformation over which it turns over, are estimated with everything else says which it is
+(Bouc-Wen or Berg, whichever follows the data better). Data without it leave it at nothing.
+A rubber that hardens may relax whole, hardening and all, or only in what its deformation stretches
+(`relaxation_maxwell`): between the two the data choose.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.identify.regression.curve import travel
+from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.table import FRICTION, WITHIN, std_of
 from thrustd.identify.regression.terms import Term, at_start, split
 from thrustd.model.artifact import EffectSpec
+from thrustd.model.effect import Effect
 from thrustd.model.effects.hysteresis import EFFECT
+from thrustd.model.effects.hysteresis_berg import EFFECT as BERG
+from thrustd.model.effects.relaxation_maxwell import EFFECT as BRANCHES
+from thrustd.model.effects.relaxation_maxwell import STIFFNESSES, ladder
 
-GROWS = (FRICTION, EFFECT.name)  # what `identify` finds by itself may be found once more, on top
+YIELDING = (EFFECT, BERG)
+GROWS = (
+    FRICTION,
+    *(law.name for law in YIELDING),
+    BRANCHES.name,
+)  # what `identify` finds by itself may be found once more, on top
 SIZE = 0.1  # of the output's spread: one sigma of the friction
 YIELD = 0.1  # of the travel: where the deformation of the turn begins, one sigma is a factor of e
+STIFFNESS = 0.1  # of the output's spread over the travel: one sigma of a branch, until the data tell their common size
 BEGIN = 0.1  # of its sigma: where the friction begins, so that the deformation of the turn can move
 NOISE = 1.5  # sigmas: where the play begins that keeps the tremble of a reading out of friction
 CALM, AT_CALM = 0.25, 0.3186  # share of Gaussian samples below so many sigmas
@@ -36,6 +52,35 @@ def yielding(d: Sequence[Floats], scale: float, play: float | None = None) -> Te
     return at_start(EFFECT, {"friction_n": SIZE * scale}, shape)
 
 
+def by_law(term: Term, law: Effect) -> Term:
+    """The element by another law."""
+    return replace(term, effect=law, fixed=law.neutral() | dict(term.fixed))
+
+
+def law_of(shape: Shape) -> Effect:
+    """By which the mount yields."""
+    return next(term.effect for term in shape.terms if term.effect in YIELDING)
+
+
+def branches_beside(shape: Shape) -> Term:
+    """The branches, over the time constants of the shape."""
+    size = STIFFNESS * shape.output_scale / travel(shape.f_grid)
+    ends = {"fastest_s": float(shape.taus_s[0]), "slowest_s": float(shape.taus_s[-1])}
+    return at_start(BRANCHES, dict.fromkeys(STIFFNESSES, size), ends)
+
+
+def has_branches(shape: Shape) -> bool:
+    return any(term.effect is BRANCHES for term in shape.terms)
+
+
+def stretched(shape: Shape, point: Point) -> list[tuple[float, float]]:
+    """Time constants of the branches, s, and the force, N, that the travel stretches each by."""
+    parts = zip(shape.terms, split(shape.terms, point.terms), strict=True)
+    found = [term.values(numbers) for term, numbers in parts if term.effect is BRANCHES]
+    mm = travel(shape.f_grid)
+    return [(float(tau), mm * p[k]) for p in found for tau, k in zip(ladder(p), STIFFNESSES, strict=True)]
+
+
 def effects_of(found: Solution) -> list[EffectSpec]:
     """What is beside the core as it flies; friction that is a tenth of the noise does not."""
     where = found.shape.parts()["terms"]
@@ -43,4 +88,4 @@ def effects_of(found: Solution) -> list[EffectSpec]:
     least = WITHIN * float(np.sqrt(found.mean_square)) * found.shape.output_scale
     parts = zip(terms, split(terms, numbers), split(terms, std_of(found)[where]), strict=True)
     told = [EffectSpec(term.effect.name, term.values(own), term.sigma(own, std)) for term, own, std in parts]
-    return [e for e in told if e.name != EFFECT.name or e.parameters["friction_n"] > least]
+    return [e for e in told if e.name not in [law.name for law in YIELDING] or e.parameters["friction_n"] > least]

@@ -1,6 +1,7 @@
 """Which regression: hypotheses compete on blocks of the data that were held back.
 
     rubber      no curve behind, gains of relaxation and friction >= 0 (`regress`)
+    beside      the same with branches that the deformation stretches, not the curve (`friction`)
     general     gains of either sign, a second curve h, records that begin anywhere; hysteresis follows late
     smooth      the same without hysteresis
     settled     they begin at rest; instead, where that flies better: no state at first is known in flight
@@ -31,14 +32,16 @@ from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import reduced
-from thrustd.identify.regression.regress import FIRST, begun_where, linear_point, regress
+from thrustd.identify.regression.regress import FIRST, begun_where, linear_point, regress, same_rubber, with_branches
 from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
 from thrustd.identify.regression.sweep import simulate
+from thrustd.identify.regression.table import WITHIN
 from thrustd.identify.segments import DEFORMATION, Segment, thinned
 
 CLEARLY = 1.0  # standard errors
 WORTH_IT = 0.95  # of the error of rubber, from which on something else is believed: physics holds on other records, too
+SEEN = (1.0 + WITHIN**2) ** -0.5  # of an error: what is a tenth of the noise does not fly
 MOST_PAIRS = 4
 MOSTLY = 0.25  # of the output's variance left: no curve that rises or falls is behind
 EVEN_PAIRS = (1, 2)  # of the straight model in front of an even curve; gains that it does not need vanish
@@ -75,8 +78,9 @@ class Field:
         return self.made[key]
 
     def rubber(self) -> Trial:
-        found = regress(self.visible, self.progress)
-        return self._judged(found)
+        plain = regress(self.visible, self.progress)
+        beside = with_branches(plain, self.visible, self.progress)
+        return _better(self._judged(plain), self._judged(beside), SEEN)
 
     def general(self, hold: Hold = "foh") -> Trial:
         shape, records = general_shape(self.visible, self.asked, self.asked.hold or hold)
@@ -160,7 +164,7 @@ def explained(
     if asked.friction:
         rubber, general = competing.rubber(), competing.general()
         if _better(rubber, general, WORTH_IT) is rubber:
-            return _ordered(regress(segments, progress), segments, asked, progress)
+            return _ordered(same_rubber(rubber.found, segments, progress), segments, asked, progress)
         smooth = replace(competing, asked=replace(asked, friction=False))
         if _better(without := smooth.general(), general, WORTH_IT) is without:
             competing, general = smooth, without
@@ -203,7 +207,7 @@ def _of_many(segments: Sequence[Segment], asked: Asked, progress: Progress | Non
     thin = thinned(segments, THINNED)
     found = explained(thin, fine(replace(asked, order=None)), progress, made, SETTLED)
     if found.shape.passive:
-        return _ordered(regress(segments, progress), segments, asked, progress)
+        return _ordered(same_rubber(found, segments, progress), segments, asked, progress)
     found = few_modes(found, thin, segments[0].dt_s, asked.order, progress)
     shape, point = finer(found, segments)
     if asked.order is None:

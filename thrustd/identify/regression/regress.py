@@ -10,6 +10,7 @@ a mount dissipates.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 
@@ -17,13 +18,22 @@ from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.identify.regression.curve import beyond
-from thrustd.identify.regression.friction import BEGIN, yielding
+from thrustd.identify.regression.friction import (
+    BEGIN,
+    YIELDING,
+    branches_beside,
+    by_law,
+    has_branches,
+    law_of,
+    yielding,
+)
 from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.stops import radii_of
 from thrustd.identify.regression.sweep import normal_equations, simulate
 from thrustd.identify.segments import DEFORMATION, Segment
+from thrustd.model.effect import Effect
 
 KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer data
 LAGS = 20
@@ -31,12 +41,15 @@ SLOWEST = 4.0  # times the longest record: slower is a constant
 FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "offset": 1.0, "begin": 1.0}
 RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
+SURE = float(np.log(20.0))  # of the likelihood, by which a law takes the place of the usual one: 95 %
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 
 @one_thread()
-def regress(segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
-    """The most probable mount. RecordingError when the data cannot tell anything."""
+def regress(
+    segments: Sequence[Segment], progress: Progress | None = None, laws: Sequence[Effect] = YIELDING
+) -> Solution:
+    """The most probable mount, yielding by the best of these laws. RecordingError when the data tell nothing."""
     shape, records = prepared(segments)
     plain = replace(shape, terms=())  # what yields would hide where a record begins
     found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
@@ -46,7 +59,31 @@ def regress(segments: Sequence[Segment], progress: Progress | None = None) -> So
         found, records = other, settled
     begun = [begun_where(found, record) for record in records]
     start = replace(found.point, terms=first_point(shape, records).terms)
-    return solve(shape, start, begun, found.precisions, progress=progress)
+    shapes = [replace(shape, terms=tuple(by_law(term, law) for term in shape.terms)) for law in laws]
+    trials = [solve(one, start, begun, found.precisions, progress=progress) for one in shapes]
+    counts = sum(len(record.known) for record in begun)
+    return reduce(lambda best, other: other if _surely(best, other, counts) else best, trials)
+
+
+def _surely(one: Solution, other: Solution, counts: int) -> bool:
+    """Whether these data, so many of which count, are clearly likelier by the other law."""
+    return counts * (one.mean_square - other.mean_square) > 2.0 * SURE * one.noise_variance
+
+
+@one_thread()
+def with_branches(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
+    """The same mount with branches beside the spring."""
+    shape = replace(found.shape, terms=(*found.shape.terms, branches_beside(found.shape)))
+    begin = np.full(len(shape.terms[-1].free), BEGIN)
+    point = replace(found.point, terms=np.concatenate((found.point.terms, begin)))
+    records = [begun_where(found, record) for record in prepared(segments)[1]]
+    return solve(shape, point, records, found.precisions, progress=progress)
+
+
+def same_rubber(rubber: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
+    """By the same law, with the same branches or without, on other data."""
+    found = regress(segments, progress, [law_of(rubber.shape)])
+    return with_branches(found, segments, progress) if has_branches(rubber.shape) else found
 
 
 def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
@@ -62,13 +99,18 @@ def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
     low, high = min(low, zero), max(high, zero)
     dt_s = min(segment.dt_s for segment in segments)
     longest_s = max(len(segment) * segment.dt_s for segment in segments)
-    taus_s = np.geomspace(2 * dt_s, max(SLOWEST * longest_s, 8 * dt_s), LAGS)
+    taus_s = np.geomspace(*lags_of([longest_s], dt_s), LAGS)
     knots = KNOTS * (2 if len(y) > MANY else 1)
     friction = yielding(d, scale)
     radii = radii_of(high - low, friction.fixed["deadband_mm"])
     shape = Shape(beyond(low, high, knots), zero, taus_s, radii, scale, grows=True, terms=(friction,))
     records = [Record(x, s.force_n / scale, s.dt_s, zero) for x, s in zip(d, segments, strict=True)]
     return shape, records
+
+
+def lags_of(lasts_s: Sequence[float], dt_s: float) -> tuple[float, float]:
+    """The fastest and the slowest time constant that records so long, sampled so, can tell."""
+    return 2 * dt_s, max(SLOWEST * max(lasts_s), 8 * dt_s)
 
 
 def first_point(shape: Shape, records: Sequence[Record]) -> Point:

@@ -24,6 +24,7 @@ from thrustd.identify.regression.terms import (
     added,
     branched_by,
     deformed,
+    inside,
     pushed,
     split,
     sprung,
@@ -113,6 +114,7 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[Indice
         rows[:, where["stops"]] = rubbed
         output = out + point.offset
         if whole is not None:
+            output = output + whole.inside[part]
             rows[:, where["terms"]] = whole.columns[part] + whole.turning[part] * output[:, None]
             if len(branched):
                 through = derivatives[:, first : shape.f_grid.n + n_lags] @ branched
@@ -130,6 +132,7 @@ class _Whole:
     """What the effects make of the known samples, in units of the output."""
 
     force: Floats  # (k,) that they add
+    inside: Floats  # (k,) that they add to the core, before gains
     gain: Floats  # (k,) by which they multiply the core
     columns: Floats  # (k, n_terms)
     turning: Floats  # (k, n_terms) to be multiplied by the core
@@ -138,17 +141,25 @@ class _Whole:
 def _with_terms(shape: Shape, point: Point, record: Record, seen: Seen) -> _Whole:
     known, parts = record.known, list(zip(shape.terms, split(shape.terms, point.terms), strict=True))
     size = len(known), len(point.terms)
-    found, at = _Whole(np.zeros(len(known)), gain_of(parts, seen, known), np.zeros(size), np.zeros(size)), 0
+    found, at = (
+        _Whole(np.zeros(len(known)), np.zeros(len(known)), gain_of(parts, seen, known), np.zeros(size), np.zeros(size)),
+        0,
+    )
     for term, own in parts:
         part = slice(at, at + len(own))
         at = part.stop
         if term.effect.site == "force":
             force, found.columns[:, part] = added(term, own, seen, known)
             found.force[:] += force
+        elif inside(term):
+            force, columns_of = added(term, own, seen, known)
+            found.columns[:, part] = found.gain[:, None] * columns_of
+            found.inside[:] += force
         elif term.effect.site == "gain":
             others = gain_of([(one, numbers) for one, numbers in parts if one is not term], seen, known)
             found.turning[:, part] = others[:, None] * turning(term, own, NUDGE, seen, known)
     found.force[:] /= shape.output_scale
+    found.inside[:] /= shape.output_scale
     found.columns[:] /= shape.output_scale
     sites = [term.effect.site for term in shape.terms for _ in term.free]
     touching = [i for i, site in enumerate(sites) if site in TOUCHES_CORE]
@@ -173,11 +184,15 @@ def gain_of(parts: Sequence[tuple[Term, Floats]], seen: Seen, places: Places) ->
 
 
 def _core_run(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
-    """Output of curves, relaxation and offset (n,)."""
+    """Output of curves, relaxation, offset and what effects add there (n,)."""
     core, out = core_of(shape, point, record.dt_s), np.empty(len(record))
     spring, _ = sprung(shape.terms, point.terms, seen)
     run(core, begun_at(shape, point, core, record, seen), seen.d, spring, out)
-    return out + point.offset
+    out += point.offset
+    for term, own in zip(shape.terms, split(shape.terms, point.terms), strict=True):
+        if inside(term):
+            out += pushed(term, own, seen, ALL) / shape.output_scale
+    return out
 
 
 def _friction(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:

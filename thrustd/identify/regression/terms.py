@@ -124,6 +124,11 @@ def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> tuple[Floats, 
     return spring, first
 
 
+def inside(term: Term) -> bool:
+    """Whether it adds to the force of the rubber, which gains multiply."""
+    return term.effect.site == "linear" and term.effect.lags is None
+
+
 def turned(term: Term, numbers: Floats, seen: Seen, places: Places) -> Floats:
     """Factor (k,) by which an effect multiplies the force at these samples: whatever that is."""
 
