@@ -4,7 +4,7 @@ from math import isnan, nan
 
 import pytest
 
-from thrustd.brochure.hand_over import HandOver, hand_over
+from thrustd.brochure.hand_over import BOUND, START_STD, HandOver, hand_over
 
 STEP_S = 0.1
 FUEL_N, N1_N = 3300.0, 3000.0  # N1's line is 10 % low on this engine
@@ -33,6 +33,14 @@ def test_steady_thrust_is_the_fuel_flows_and_gets_surer():
     _, (thrust_n, std_n) = steady()
     assert thrust_n == pytest.approx(FUEL_N, rel=0.005)
     assert std_n < first_std_n
+
+
+def test_no_more_is_learnt_of_a_fuel_flow_than_its_prior_allows():
+    """One that reads half as much again is somebody's fault, and no new normal."""
+    engine = Engine()
+    for _ in range(6000):
+        thrust_n, _ = engine.step(70.0, 0.0, fuel_n=1.5 * N1_N)
+    assert thrust_n == pytest.approx(N1_N * (1.0 + BOUND * START_STD))
 
 
 def test_a_fuel_flow_that_leads_in_a_slam_is_not_followed():
