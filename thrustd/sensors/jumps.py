@@ -20,7 +20,7 @@ import numpy as np
 from thrustd.core.columns import MOUNT_STATE, Floats, Integers
 from thrustd.core.jit import compiled, entry
 from thrustd.sensors.errors import Parts
-from thrustd.sensors.past import FUELLED_N, JUMPED_N, STEP_N
+from thrustd.sensors.past import FOLLOWED_N, JUMPED_N, STEP_N, fuelled_n
 
 # idle to take-off thrust takes some 8 s; a cut is quicker than N1 is read
 FASTEST_RISE_N_S, FASTEST_FALL_N_S = 2000.0, 8000.0
@@ -93,9 +93,10 @@ def _noise(rows: Floats, m: int, parts: Parts) -> tuple[float, float, float, flo
     row earlier or later, and no mount showed: any part of it is as likely. Where the mounts moved further than the flow
     there is nothing left of it.
     """
-    own_n, fuelled_n = rows[m - 1, STEP_N], rows[m - 1, FUELLED_N]
+    own_n, now_n, then_n = rows[m - 1, STEP_N], fuelled_n(rows, m), rows[m - 1, FOLLOWED_N]
+    moved_n = now_n if abs(now_n) > abs(then_n) else then_n
     one_n2, other_n2 = max(parts[0] * own_n, 1.0) ** 2, max(parts[1] * own_n, 1.0) ** 2
-    return one_n2, other_n2, fuelled_n / 2.0, fuelled_n**2 / 12.0
+    return one_n2, other_n2, moved_n / 2.0, moved_n**2 / 12.0
 
 
 @compiled

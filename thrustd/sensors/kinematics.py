@@ -6,12 +6,11 @@ A Kalman filter for V and b with Mach's airspeed as its measurement: in steady f
 10 s, beside 0.008 g of mounting. Slower than FLYING_MACH it is no airspeed yet: an aircraft that taxis or stands goes
 at 0 +- 10 m/s, for some 10 s at a time. What a turn adds (w q - v r) goes with |n_z - 1|, and is doubt for a while.
 More than FOUND sigmas of b, or of a speed that is no taxiing, is a fault of the accelerometer or of the Mach number;
-what is beyond one is in the band before that. The engines tell which: an accelerometer that shows too much makes the
-mounts' thrust too large, by no less than b times the engine's weight W while they hear it; an airspeed that is as much
-too low makes every brochure thrust too large, nobody knows by how much.
+what is beyond one is in the band before that. The engines tell which: an accelerometer that shows too much makes every
+mount's force too large, an airspeed that is as much too low makes every brochure thrust too large.
 
-    ln odds = sum over engines of ln Phi((s d - W |b|) / std) - ln Phi(-s d / std)
-    d: mounts' thrust minus the brochure's, s: +1 too much, -1 too little
+    s = +1: too much, -1: too little      ln odds = sum over engines of ln Phi(s d / std) - ln Phi(-s d / std)
+                                          d: mounts' thrust minus the brochure's
 Reference: Klein & Morelli, Aircraft System Identification, sec. 3.3 and 10.1 (kinematic consistency).
 """
 
@@ -104,17 +103,10 @@ def _balance(
 balance_of: Any = compiled(_balance)
 
 
-def _accelerometer_odds(more: float, felt_n: float, apart_n: Floats) -> float:
-    """ln of the odds that it is the accelerometer and not the Mach number; `apart_n` (n, 2): d and its sigma.
-
-    `felt_n`: what it would have done to each engine's mounts.
-    """
-
-    def log_phi(sigmas: float) -> float:
-        return log(max(0.5 * erfc(-sigmas / sqrt(2.0)), LEAST_PHI))
-
-    known = [(more * d_n, std_n) for d_n, std_n in apart_n.tolist() if isfinite(d_n) and std_n > 0.0]
-    return sum(log_phi((d_n - felt_n) / std_n) - log_phi(-d_n / std_n) for d_n, std_n in known)
+def _accelerometer_odds(more: float, apart_n: Floats) -> float:
+    """ln of the odds that it is the accelerometer and not the Mach number; `apart_n` (n, 2): d and its sigma."""
+    signs = [more * d_n / std_n for d_n, std_n in apart_n.tolist() if isfinite(d_n) and std_n > 0.0]
+    return sum(log(max(erfc(-x / sqrt(2.0)), LEAST_PHI)) - log(max(erfc(x / sqrt(2.0)), LEAST_PHI)) for x in signs)
 
 
 class Accelerometer:
@@ -131,14 +123,9 @@ class Accelerometer:
         return (None, ACCELERATION, MACH)[int(self._balance["blamed"].item())]
 
     def look(
-        self,
-        readings: Floats,
-        trusts: Callable[[Sensor], bool] | None,
-        dt_s: float,
-        apart_n: Callable[[], Floats],
-        heard: bool = True,
+        self, readings: Floats, trusts: Callable[[Sensor], bool] | None, dt_s: float, apart_n: Callable[[], Floats]
     ) -> None:
-        """`trusts`: what the sensors' own watches say; None: all is well. `heard`: the mounts hear the accelerometer.
+        """`trusts`: what the sensors' own watches say; None: all is well.
 
         `apart_n` is asked when they contradict each other: by engine mounts' thrust minus the brochure's, its sigma.
         """
@@ -147,10 +134,8 @@ class Accelerometer:
             for sensor, at in self._taken
         ]
         contradict, blamed = balance_of(self._balance, *taken, dt_s), self.blamed
-        if contradict and blamed != MACH:  # one that leaves shows in the brochure only by and by
-            more = self._balance["more"].item()
-            felt_g = max(more * self._balance["b"].item(), 0.0) if heard else 0.0
-            is_mach = _accelerometer_odds(more, self._weight_n * felt_g, apart_n()) < MACH_BLAMED
+        if contradict and blamed is None:
+            is_mach = _accelerometer_odds(float(self._balance["more"].item()), apart_n()) < MACH_BLAMED
             self._balance["blamed"] = 2.0 if is_mach else 1.0
         elif not contradict and (blamed == ACCELERATION or taken[MACH_TAKEN] > FLYING_MACH):
             self._balance["blamed"] = 0.0  # an airspeed that says nothing has not agreed

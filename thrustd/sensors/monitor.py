@@ -186,8 +186,7 @@ class Monitor:
             self._watches.acquit_jumps()
         self._judge_temperature(inputs.readings.item(self._altitude))
         before, trusts = self._accelerometer.blamed, self._watches.trusts if self._suspect else None
-        heard = ACCELERATION not in self._excluded
-        self._accelerometer.look(inputs.readings, trusts, dt_s, self.bank.apart_n, heard)
+        self._accelerometer.look(inputs.readings, trusts, dt_s, self.bank.apart_n)
         self._trusted[:] = True
         if self._suspect:
             for row, sensors in zip(self._trusted, self._sources, strict=True):

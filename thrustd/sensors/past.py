@@ -26,14 +26,14 @@ LEVEL_PART = 0.2  # low pass of the level whose rate is taken
 RATE_PART = 0.3  # sensor noise is no throttle movement: the rate rises over a few rows
 # one row: time, thrust level, its recent rate, those of fuel flow and mounts, Mach, dynamic pressure;
 # then by source what it said and whether it counts; sigmas of the mounts and the deck; since the row before, how far
-# each mount jumped, what a thrust moves within a step, what the fuel flow moved by about then that no mount showed (see
-# `jumps`);
+# each mount jumped, what a thrust moves within a step, what the fuel flow moved by that no mount showed (see `jumps`),
+# and that of the rows about it when they were the newest;
 # what the deck makes of the corrected fuel flow w: dF/d ln w, ln w
 T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH, PRESSURE_PA = range(7)
 SAID, COUNTS = 7, 7 + N_SOURCES
 OWN_N, COMMON_N, DECK_N = COUNTS + N_SOURCES, COUNTS + N_SOURCES + 2, COUNTS + N_SOURCES + 4
-JUMPED_N, STEP_N, FUELLED_N = DECK_N + 1, DECK_N + 3, DECK_N + 4
-PER_FUEL_N, LOG_FLOW = FUELLED_N + 1, FUELLED_N + 2
+JUMPED_N, STEP_N, FUELLED_N, FOLLOWED_N = DECK_N + 1, DECK_N + 3, DECK_N + 4, DECK_N + 5
+PER_FUEL_N, LOG_FLOW = FOLLOWED_N + 1, FOLLOWED_N + 2
 WIDTH = LOG_FLOW + 1
 
 PAST = np.dtype(
@@ -108,6 +108,43 @@ def _mount_rate_n_s(memory: Any, moved_n: float, dt_s: float) -> float:
 
 
 @compiled
+def fuelled_n(rows: Floats, m: int) -> float:
+    """What the fuel flow moved by about row m - 1 that no mount showed; one that rises lets no thrust fall."""
+    newest, oldest, fuel = max(m - 2, 0), m, SAID + FUEL_FLOW
+    moved_n = float(np.sum(rows[newest : m + 1, FUELLED_N]))
+    if m + 1 < len(rows) and rows[m + 1, COUNTS + FUEL_FLOW] != 0.0 and rows[m + 1, T_S] < rows[m, T_S]:
+        oldest = m + 1  # a row that is there
+    return 0.0 if moved_n * (rows[newest, fuel] - rows[oldest, fuel]) < 0.0 else moved_n
+
+
+@compiled
+def _keep(memory: Any, row: Floats) -> None:
+    """In front of all; without room the row goes that is missed least, and leaves its jumps to the next newer one.
+
+    A throttle that is cut and opened again leaves no trace of its fuel flow between rows that are minutes apart.
+    """
+    rows = memory.rows
+    for i in range(memory.n, 0, -1):
+        rows[i] = rows[i - 1]
+    rows[0] = row
+    memory.n += 1
+    for m in range(1, min(memory.n, 3)):
+        rows[m - 1, FOLLOWED_N] = fuelled_n(rows, m)
+    if memory.n > N_ROWS:
+        memory.n -= 1
+        missed = _least_missed(rows, N_ROWS + 1)
+        one_n, other_n = rows[missed - 1, STEP_N], rows[missed, STEP_N]
+        one, other = rows[missed - 1, JUMPED_N:STEP_N].any(), rows[missed, JUMPED_N:STEP_N].any()
+        rows[missed - 1, STEP_N] = hypot(one_n, other_n) if one and other else max(one_n, other_n)
+        one_n, other_n = rows[missed - 1, FOLLOWED_N], rows[missed, FOLLOWED_N]
+        rows[missed - 1, FOLLOWED_N] = (one_n if one else 0.0) + (other_n if other else 0.0)
+        rows[missed - 1, JUMPED_N:STEP_N] += rows[missed, JUMPED_N:STEP_N]
+        rows[missed - 1, FUELLED_N] += rows[missed, FUELLED_N]
+        for i in range(missed, N_ROWS):
+            rows[i] = rows[i + 1]
+
+
+@compiled
 def _smoothly_n(row: Floats, before: Floats) -> float:
     """What both mounts moved by from one row to the next, their jumps left out."""
     moved_n = 0.0
@@ -115,47 +152,6 @@ def _smoothly_n(row: Floats, before: Floats) -> float:
         if row[COUNTS + i] != 0.0 and before[COUNTS + i] != 0.0:
             moved_n += row[SAID + i] - before[SAID + i] - row[JUMPED_N + i]
     return moved_n
-
-
-@compiled
-def _fuel_n(row: Floats) -> float:
-    """The thrust by fuel flow; without it that of the others."""
-    return float(row[SAID + FUEL_FLOW] if row[COUNTS + FUEL_FLOW] != 0.0 else row[LEVEL_N])
-
-
-@compiled
-def _fuelled_n(rows: Floats, newest: int, oldest: int) -> float:
-    """What the fuel flow moved by between these rows that no mount showed; one that rises lets no thrust fall."""
-    flow_n = moved_n = _fuel_n(rows[newest]) - _fuel_n(rows[oldest])
-    for k in range(newest, oldest):
-        moved_n -= _smoothly_n(rows[k], rows[k + 1])
-    return moved_n if moved_n * flow_n > 0.0 else 0.0
-
-
-@compiled
-def _keep(memory: Any, row: Floats) -> None:
-    """In front of all; without room the row goes that is missed least, and leaves its jumps to the next newer one.
-
-    What moved the thrust when it jumped is known by the row before and the one after it, while they are there.
-    """
-    rows = memory.rows
-    for i in range(memory.n, 0, -1):
-        rows[i] = rows[i - 1]
-    rows[0] = row
-    memory.n += 1
-    for k in range(2):
-        rows[k, FUELLED_N] = _fuelled_n(rows, max(k - 1, 0), min(k + 2, memory.n - 1)) if k < memory.n - 1 else 0.0
-    if memory.n > N_ROWS:
-        memory.n -= 1
-        missed = _least_missed(rows, N_ROWS + 1)
-        one_n, other_n = rows[missed - 1, STEP_N], rows[missed, STEP_N]
-        one, other = rows[missed - 1, JUMPED_N:STEP_N].any(), rows[missed, JUMPED_N:STEP_N].any()
-        rows[missed - 1, STEP_N] = hypot(one_n, other_n) if one and other else max(one_n, other_n)
-        rows[missed - 1, JUMPED_N:STEP_N] += rows[missed, JUMPED_N:STEP_N]
-        one_n, other_n = rows[missed - 1, FUELLED_N], rows[missed, FUELLED_N]
-        rows[missed - 1, FUELLED_N] = (one_n if one else 0.0) + (other_n if other else 0.0)
-        for i in range(missed, N_ROWS):
-            rows[i] = rows[i + 1]
 
 
 @compiled
@@ -180,6 +176,7 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, thrusts_n, dt_s)
     fuelled_n = fuel_n - memory.lagged_n[N_SOURCES]
     if dt_s > 0.0 and isfinite(fuelled_n):
+        row[FUELLED_N] = fuelled_n - _smoothly_n(row, rows[0])
         jumped_n = abs(np.sum(row[JUMPED_N:STEP_N]) + np.sum(rows[0, JUMPED_N:STEP_N]))
         row[MOUNT_RATE_N_S] = abs(row[MOUNT_RATE_N_S]) + min(jumped_n, abs(fuelled_n))
     row[MOUNT_RATE_N_S] = _mount_rate_n_s(memory, row[MOUNT_RATE_N_S], dt_s)
