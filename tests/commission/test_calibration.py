@@ -146,7 +146,7 @@ def test_an_engine_that_hangs_as_a_rigid_body_is_said_aloud(run):
     shifted = {n: parts[n.split("_")[-1]] * c for n, c in flight.channels.items() if n.startswith("model_N")}
     remarks = fit_tether(flight.with_channels(**shifted), cell, installation).remarks
     assert [line.split(":")[0] for line in remarks] == ["left_upper", "right_upper"]
-    assert all("a rigid body (35 %)" in line and "mounts will disagree" in line for line in remarks)
+    assert all("a rigid body's 35 % against 46 %" in line and "expected rigid_body = true" in line for line in remarks)
 
 
 def test_a_hole_in_the_cells_record_is_not_bridged(run):

@@ -48,7 +48,7 @@ RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is anothe
 LEAST_S = 60.0
 HOLE = 5.0  # times the usual step of the cell's record
 BANDS_N = (1500.0, 3000.0, 5000.0)  # of a mount
-SHARE, DISAGREE = "share of ", "in flight the mounts will disagree, and neither alone is right"
+SHARE = "share of "
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,15 +238,17 @@ def _share(run: Run, engine: int, mean: Floats, covariance: Floats, prior: Float
 
 
 def _how_it_hangs(numbers: list[Fitted], installation: Installation) -> list[str]:
-    """A line where the mounts share the load as under a rigid body: then they are loaded by the weight's couple too."""
-    fronts = [each.thrust_share for each in carried(installation.aircraft()) if each.thrust_share > 0.0]
+    """A line where the mounts share the load otherwise than the aircraft's file says: as a rigid body, or together."""
+    aircraft = installation.aircraft()
+    fronts = [each.thrust_share for each in carried(aircraft) if each.thrust_share > 0.0]
     shares = [(one.what.removeprefix(SHARE), one.value) for one in numbers if one.what.startswith(SHARE)]
     found = []
     for mount, share in shares if len(fronts) == 2 else []:
-        rigid, together = fronts[0] / sum(fronts), installation.place(mount).share
-        if abs(share - rigid) < abs(share - together):
-            said = f"{100 * share:.0f} % of its engine's load, as of a rigid body ({100 * rigid:.0f} %) rather than"
-            found.append(f"{mount}: {said} of mounts that move together ({100 * together:.0f} %): {DISAGREE}")
+        rigid, together = fronts[0], aircraft.spring_n_mm[0] / sum(aircraft.spring_n_mm)
+        shows = abs(share - rigid) < abs(share - together)
+        if shows != aircraft.rigid_body:
+            parts = f"a rigid body's {100 * rigid:.0f} % against {100 * together:.0f} %: expected rigid_body = "
+            found.append(f"{mount}: {100 * share:.0f} % of its engine's load, {parts}{str(shows).lower()}")
     return found
 
 

@@ -86,7 +86,7 @@ def _zero(record: Recording, installation: Installation, number: int, model: Com
         return resting_n(model, row(mm))
 
     low, high = model.spec.valid.deformation_mm
-    ends = low - 0.2 * (high - low), high
+    ends = min(low, 0.0) - 0.2 * (high - low), high
     if not at_rest_n(ends[0]) < 0.0 < at_rest_n(ends[1]):
         return MountZero(mount.name, np.nan, np.nan, np.nan, "its model never shows 0 N: was it made for this mount?")
     loose_mm = float(brentq(at_rest_n, *ends))

@@ -11,8 +11,9 @@ from msgspec import Meta
 
 from thrustd.core.calibration import Calibration, MountCalibration
 from thrustd.core.config import Config, Section, read_toml
-from thrustd.core.errors import RecordingError
+from thrustd.core.errors import ConfigError, RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
+from thrustd.core.statics import carried
 
 DATA = "citation-ii.toml"  # for configurations that name none
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
@@ -113,6 +114,7 @@ class AircraftData(Section, frozen=True):
     engines: Annotated[int, Meta(ge=1, le=8)] = 2  # a polar needs the thrust of all
     engine_mass_std_kg: Annotated[float, Meta(ge=0)] = 0.0
     mounts: tuple[MountGeometry, ...] = ()  # of one engine, the front ones first; what they carry: `core.statics`
+    rigid_body: bool = False  # they carry that: a tethered run says so; else they move together and weight is no couple
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
     accelerometer_m: dict[str, tuple[float, float, float]] = msgspec.field(default_factory=dict)
     fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
@@ -120,7 +122,9 @@ class AircraftData(Section, frozen=True):
     installation: InstallationErrors = UNKNOWN
 
     def share(self, place: int, mounts: int) -> float:
-        """What mount `place` of an engine's `mounts` carries of its thrust: they move together."""
+        """What mount `place` of an engine's `mounts` carries of its thrust."""
+        if self.rigid_body:
+            return carried(self)[place].thrust_share
         springs = self.spring_n_mm[:mounts]
         return springs[place] / sum(springs)
 
@@ -135,11 +139,15 @@ class MountPlace(NamedTuple):
     calibration: MountCalibration = MountCalibration()
     drag_m2: float = 0.0  # its part of the nacelle's drag over dynamic pressure, as measured
     weight_n: float = 0.0  # its part of the engine's weight
+    couple_n: float = 0.0  # what the weight presses on it at 1 g, where its transducer is zero
 
 
 def read_aircraft(text: str, where: str) -> AircraftData:
     """Parse and check; ConfigError, one line that begins with `where`."""
-    return read_toml(text, AircraftData, where)
+    data = read_toml(text, AircraftData, where)
+    if data.rigid_body and len(data.mounts) < len(data.spring_n_mm):
+        raise ConfigError(f"{where}: rigid_body: expected mounts with at_mm and spring_n_mm")
+    return data
 
 
 def place_of(mount: str, config: Config, data: AircraftData, measured: Calibration | None = None) -> MountPlace:
@@ -147,8 +155,10 @@ def place_of(mount: str, config: Config, data: AircraftData, measured: Calibrati
     for i, known in enumerate(config.mount):
         if known.name == mount:
             mine = config.mounts_of(known.engine)
-            share = data.share(mine.index(i), len(mine))
+            number, share = mine.index(i), data.share(mine.index(i), len(mine))
             place = MountPlace(mount, known.engine, config.aircraft.engines.index(known.engine), share)
+            if data.rigid_body:
+                place = place._replace(couple_n=carried(data)[number].weight_n)
             if measured is None:
                 return place
             area_m2 = measured.drag.m2 if measured.drag else 0.0

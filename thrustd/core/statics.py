@@ -7,13 +7,15 @@ r: mount from the engine's centre of gravity (x forward, y inboard, z up), m; k:
 linear and have no stiffness against rotation; rubber stiffens under load, so a share is that of small loads.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from thrustd.core.aircraft import AircraftData
 from thrustd.core.columns import Floats
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
+
+if TYPE_CHECKING:
+    from thrustd.core.aircraft import AircraftData
 
 
 class Carried(NamedTuple):
@@ -25,7 +27,7 @@ class Carried(NamedTuple):
     weight_std_n: float  # by the engine's mass
 
 
-def carried(data: AircraftData) -> list[Carried]:
+def carried(data: "AircraftData") -> list[Carried]:
     """By mount of `data.mounts`, front ones first as in the file; empty where the file has no geometry."""
     places = data.mounts
     if not places:

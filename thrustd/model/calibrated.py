@@ -16,10 +16,14 @@ from thrustd.core.calibration import MountCalibration
 from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
+from thrustd.model.compile import curve_stage
 from thrustd.model.effect import Effect
 from thrustd.model.effects.engine_weight_shift import EFFECT as WEIGHT
 from thrustd.model.effects.nacelle_drag import EFFECT as DRAG
 from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
+
+GRID = 2001  # points of a curve that is searched
+NOTHING: Floats = np.empty(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +42,7 @@ class _Line:
 def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
     """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured."""
     mount = place.calibration
+    spec = _preloaded(spec, place.couple_n) if place.couple_n != 0.0 else spec
     if mount.read_mm:
         spec = _behind_curve(spec, mount, where)
     if mount.gain != 1.0:
@@ -49,14 +54,47 @@ def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
         )
     if place.drag_m2 != 0.0:
         spec = _more(spec, DRAG, drag_area_m2=place.drag_m2)
-    if mount.lean_deg != 0.0:
+    hidden_n = place.weight_n * sin(radians(mount.lean_deg)) - place.couple_n
+    if hidden_n != 0.0:
         (low_n, high_n), (low_mm, high_mm) = spec.valid.force_n, spec.valid.deformation_mm
-        leans_n = place.weight_n * sin(radians(mount.lean_deg))
-        spec = _more(spec, WEIGHT, shift_mm_g=leans_n * (high_mm - low_mm) / (high_n - low_n))
+        spec = _more(spec, WEIGHT, shift_mm_g=hidden_n * (high_mm - low_mm) / (high_n - low_n))
     if mount.expansion_mm_k == 0.0:
         return spec
     grows = {"expansion_mm_k": mount.expansion_mm_k, "reference_degc": mount.reference_degc}
     return msgspec.structs.replace(spec, effects=[EffectSpec(EXPANSION.name, grows), *spec.effects])
+
+
+def _preloaded(spec: ModelSpec, couple_n: float) -> ModelSpec:
+    """From where the weight holds the mount: force(r) = F(r + d) - F(d) with F(d) = F(0) + couple, at rest."""
+    if spec.linear.feedback is not None:
+        raise ModelError(f"{spec.name}: a fed-back block has no curve to begin on elsewhere; expected one without")
+    linear, (low, high) = spec.linear, spec.valid.deformation_mm
+    gain = linear.direct + sum(m.gain for m in linear.real_modes) + sum(m.gain_re for m in linear.complex_modes)
+    mm = np.linspace(low - high, high, GRID)
+    inner = _values(spec.input_curve, mm)
+    force_n = _values(spec.output_curve, gain * inner)
+    wanted_n = np.interp(0.0, mm, force_n) + couple_n
+    d_mm, v, f_n = (float(np.interp(wanted_n, force_n, column)) for column in (mm, inner, force_n))
+    valid = spec.valid
+    return msgspec.structs.replace(
+        spec,
+        input_curve=_moved(spec.input_curve, d_mm, v),
+        output_curve=_moved(spec.output_curve, gain * v, f_n),
+        valid=ValidRange((low - d_mm, high - d_mm), (valid.force_n[0] - f_n, valid.force_n[1] - f_n), valid.rate_mm_s),
+    )
+
+
+def _values(curve: Curve, x: Floats) -> Floats:
+    stage = curve_stage("", curve)
+    return np.array([stage.step(NOTHING, stage.c, NOTHING, each) for each in x.tolist()])
+
+
+def _moved(curve: Curve, x: float, y: float) -> Curve:
+    """The curve seen from one of its points."""
+    if isinstance(curve, PiecewiseLinear):
+        return PiecewiseLinear([each - x for each in curve.x], [each - y for each in curve.y])
+    first, *rest = curve.coefficients
+    return Polynomial(curve.centre - x, curve.scale, [first - y, *rest])
 
 
 def _more(spec: ModelSpec, effect: Effect, **added: float) -> ModelSpec:

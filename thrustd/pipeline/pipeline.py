@@ -80,7 +80,9 @@ class Pipeline:
         self._states = self._intake.states
         self._inputs = StepInputs(self._layout, self._hold, self._states)
         pairs = [[self._sources[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
-        self._monitor = Monitor(self._layout, parts.aircraft, [upper_share(pair[0], pair[-1]) for pair in pairs])
+        aircraft = parts.aircraft
+        shares = [aircraft.share(0, 2) if aircraft.rigid_body else upper_share(pair[0], pair[-1]) for pair in pairs]
+        self._monitor = Monitor(self._layout, aircraft, shares)
         self._filters = tuple(ThrustFilter(settings, e, 0.5 / config.steps.estimate_hz) for e in range(len(engines)))
         place, numbers = self._inputs.place, range(len(engines))
         self._brochures = tuple(BrochureSource(parts.deck, e, place) for e in numbers)

@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 from thrustd.core.columns import Floats
 from thrustd.records.recording import Recording
 from thrustd.twin.engine import Health, draw_health
-from thrustd.twin.installation import PLAIN, Knobs, carried_parts
+from thrustd.twin.installation import PLAIN, Knobs, carried_parts, loads
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics, MountState, advance, at_rest
 from thrustd.twin.sensors import Lvdt
 
@@ -61,7 +61,8 @@ def draw_airframe(seed: int, knobs: Knobs = PLAIN) -> Airframe:
 
 def thrust_shares_n(airframe: Airframe, thrust_n: Floats) -> Floats:
     """Thrust of the engines (2, n) -> each mount's share of it (4, n)."""
-    upper = np.array(airframe.upper_share)[:, None]
+    parts = [float(loads()[0, 0])] * len(ENGINES) if airframe.knobs.statics else airframe.upper_share
+    upper = np.array(parts)[:, None]
     return np.stack((upper * thrust_n, (1 - upper) * thrust_n), axis=1).reshape(4, -1)
 
 
