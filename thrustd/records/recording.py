@@ -123,16 +123,17 @@ class Recording:
             self.name, {TIME: self.time_s, **self.channels, **columns}, self.metadata, self.sha256, self.notes
         )
 
-    def resample(self, rate_hz: float, longest_s: float | None = None) -> "Recording":
-        """On a uniform grid from the first sample on: means of the bins going down, straight lines going up.
+    def resample(self, rate_hz: float, longest_s: float | None = None, begin_s: float | None = None) -> "Recording":
+        """On a uniform grid from the first sample (or begin_s) on: means of the bins going down, lines going up.
 
         What was not measured stays missing: values that a column lacks, and whatever is inside a step of time longer
         than `longest_s` (None: `GAP_FACTOR` of the grid's step, or of all but the longest tenth of the recording's).
         """
         if not rate_hz > 0:
             raise RecordingError(f"{self.name}: resample rate is {rate_hz:g} Hz; expected > 0")
-        count = int(np.floor(self.duration_s * rate_hz * (1 + 1e-12))) + 1
-        grid_s = self.time_s[0] + np.arange(count) / rate_hz
+        begin_s = float(self.time_s[0]) if begin_s is None else begin_s
+        count = int(np.floor((float(self.time_s[-1]) - begin_s) * rate_hz * (1 + 1e-12))) + 1
+        grid_s = begin_s + np.arange(count) / rate_hz
         take = Grid(self.time_s, grid_s, rate_hz, longest_s)
         return replace(self, time_s=grid_s, channels={name: take(column) for name, column in self.channels.items()})
 

@@ -70,8 +70,8 @@ def referenced(
 ) -> list[Recording]:
     """Every recording as one mount sees it, with its reference as `force_N`; what it lacks for `specs` at rest."""
     check_each_once(recordings)
-    mounts = [_while_read(as_mount(record, place)) for record in recordings]
-    found = [with_reference(record, against, place, deck) for record in mounts]
+    mounts = [as_mount(record, place) for record in recordings]
+    found = [_while_read(with_reference(record, against, place, deck)) for record in mounts]
     return [r.with_channels(**{n: np.full(len(r), v) for n, v in unrecorded(r, specs).items()}) for r in found]
 
 
