@@ -58,8 +58,8 @@ def test_both_mounts_say_what_they_carry_of_a_thrust(thrust_n):
 
 
 def test_more_weight_is_no_thrust():
-    read_mm = settled_mm(3000.0, 1.5) - settled_mm(0.0)  # a curve's mean slope stands for that under this load
-    for aircraft, least, most in ((RIGID, 0.0, 0.25), (INSTALLATION.aircraft(), 0.85, 1.2)):
+    read_mm = settled_mm(3000.0, 1.5) - settled_mm(0.0)
+    for aircraft, least, most in ((RIGID, 0.0, 0.05), (INSTALLATION.aircraft(), 0.85, 1.2)):
         moved_n = says_n(aircraft, read_mm, 1.5) - says_n(aircraft, settled_mm(3000.0) - settled_mm(0.0))
         assert np.all((least * 711.0 <= abs(moved_n)) & (abs(moved_n) < most * 711.0))  # half of 1423 N
 

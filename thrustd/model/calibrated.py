@@ -2,7 +2,8 @@
 
 Both curves are piecewise linear, so the composition is one again, exactly. What grows with temperature is the effect
 `thermal_expansion`, beside that of the bench. A mount that leans carries a part of the weight: it moves the reading by
-that over its secant stiffness (`engine_weight_shift`), since what 1 g makes of it is in its zero.
+that over its secant stiffness (`engine_weight_shift`), since what 1 g makes of it is in its zero. Of an engine that
+hangs as a rigid body (`core.statics`) the couple of 1 g is in that zero: the curve begins elsewhere.
 """
 
 from dataclasses import dataclass
@@ -21,8 +22,10 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects.engine_weight_shift import EFFECT as WEIGHT
 from thrustd.model.effects.nacelle_drag import EFFECT as DRAG
 from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
+from thrustd.model.expression import PREFIX
 
 GRID = 2001  # points of a curve that is searched
+COUPLE = f"{PREFIX}-couple_n * (accel_z_g - 1)"
 NOTHING: Floats = np.empty(0)
 
 
@@ -54,10 +57,10 @@ def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
         )
     if place.drag_m2 != 0.0:
         spec = _more(spec, DRAG, drag_area_m2=place.drag_m2)
-    hidden_n = place.weight_n * sin(radians(mount.lean_deg)) - place.couple_n
-    if hidden_n != 0.0:
+    if mount.lean_deg != 0.0:
         (low_n, high_n), (low_mm, high_mm) = spec.valid.force_n, spec.valid.deformation_mm
-        spec = _more(spec, WEIGHT, shift_mm_g=hidden_n * (high_mm - low_mm) / (high_n - low_n))
+        leans_n = place.weight_n * sin(radians(mount.lean_deg))
+        spec = _more(spec, WEIGHT, shift_mm_g=leans_n * (high_mm - low_mm) / (high_n - low_n))
     if mount.expansion_mm_k == 0.0:
         return spec
     grows = {"expansion_mm_k": mount.expansion_mm_k, "reference_degc": mount.reference_degc}
@@ -65,7 +68,7 @@ def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
 
 
 def _preloaded(spec: ModelSpec, couple_n: float) -> ModelSpec:
-    """From where the weight holds the mount: force(r) = F(r + d) - F(d) with F(d) = F(0) + couple, at rest."""
+    """Begun where the weight holds it: force(r) = F(r + d) - F(d) - couple (f_z - 1), F(d) = F(0) + couple at rest."""
     if spec.linear.feedback is not None:
         raise ModelError(f"{spec.name}: a fed-back block has no curve to begin on elsewhere; expected one without")
     linear, (low, high) = spec.linear, spec.valid.deformation_mm
@@ -81,6 +84,7 @@ def _preloaded(spec: ModelSpec, couple_n: float) -> ModelSpec:
         input_curve=_moved(spec.input_curve, d_mm, v),
         output_curve=_moved(spec.output_curve, gain * v, f_n),
         valid=ValidRange((low - d_mm, high - d_mm), (valid.force_n[0] - f_n, valid.force_n[1] - f_n), valid.rate_mm_s),
+        effects=[*spec.effects, EffectSpec(COUPLE, {"couple_n": couple_n})],
     )
 
 
