@@ -12,8 +12,11 @@ from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
 from thrustd.commission.commission import Commissioned, summary_lines
 from thrustd.commission.mount_models import THERMAL, Made, learn
+from thrustd.diagnose.extend.extend_report import ExtendReport
+from thrustd.identify.artifact import witness_rows
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
+from thrustd.model.artifact import EffectSpec
 from thrustd.records.files import read_recording, write_recording
 from thrustd.records.recording import make_recording
 from thrustd.twin.bench import RIG, programme_bench, step_bench, weight_bench
@@ -87,6 +90,23 @@ def test_a_chamber_that_teaches_nothing_is_said_on_the_terminal(tmp_path):
     learn(made, chamber, THERMAL, "temperature")
     lines = summary_lines(Commissioned(tmp_path, tmp_path, made, [], (), [], 0.003))
     assert [line for line in lines if line.startswith("left_upper: temperature: ") and "not added" in line]
+
+
+def test_a_mount_keeps_its_own_friction_when_another_one_is_weighed(monkeypatch):
+    """What `extend` finds of the owner's friction by another law is no effect of the weight."""
+    (spec,) = read_models([shipped("models/left-upper.json", "model")]).values()
+    bare = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "engine_weight"], witness=None)
+    bare = msgspec.structs.replace(bare, witness=witness_rows(bare, 10.0))
+    found = [EffectSpec("engine_weight", {"stiffening_1_n": 1e-5}), EffectSpec("hysteresis", {})]
+    longer = msgspec.structs.replace(bare, effects=[*bare.effects, *found])
+    report = ExtendReport(longer, ("engine_weight",), 20.0, 6.0, (), (), "N")
+    monkeypatch.setattr("thrustd.commission.mount_models.extend", lambda *_, **__: report)
+    made = {name: Made(bare, 5.0, 6.0, ["bench"]) for name in ("left_upper", "right_upper")}
+    weight = step_bench(0.05, 66, UPPER)
+    still = np.zeros(len(weight))
+    learn(made, [weight.with_channels(accel_x_g=still, accel_z_g=still + 1.0)], ("engine_weight",), "weight")
+    other = made["right_upper"] if made["left_upper"].spec is longer else made["left_upper"]
+    assert [e.name for e in other.spec.effects] == [*(e.name for e in bare.effects), "engine_weight"]
 
 
 @pytest.mark.parametrize(

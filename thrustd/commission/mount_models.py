@@ -22,6 +22,7 @@ from thrustd.diagnose.search.records import stretches
 from thrustd.identify.identify import identify
 from thrustd.installation.installation import Installation
 from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
 
 WEIGHT, THERMAL = ("engine_weight",), ("thermal_stiffness", "thermal_expansion")
@@ -96,7 +97,10 @@ def learn(made: dict[str, Made], records: Sequence[Recording], effects: Sequence
     one.spec = report.spec
     said = f"{', '.join(report.effects)}: {report.rmse_before_n:.1f} -> {report.rmse_after_n:.1f} N on held-back blocks"
     one.lines.append(f"{word}: {said} of {', '.join(record.name for record in records)}")
-    new = [effect for effect in report.spec.effects if effect.name not in known]
+    asked = [
+        effect for effect in report.spec.effects if effect_named(effect.name).word in effects
+    ]  # friction is its own
+    new = [effect for effect in asked if effect.name not in known]
     for mount, other in made.items():
         if mount != owner:
             other.spec = _given(other.spec, new)
