@@ -13,7 +13,7 @@ import numpy as np
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.first_state import level_before
-from thrustd.identify.regression.friction import effects_of, other_laws, stretched
+from thrustd.identify.regression.friction import effects_of, stretched
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, regress
@@ -84,7 +84,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         bare = shape_of(stored), point_of(stored), information_of(stored) * known
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
-    terms = (*(_present(effect) for effect in present), *other_laws(shape, point))
+    terms = tuple(_present(effect) for effect in present)
     memory = _memory(shape, point)
     if memory:
         loaded = [k for k, segment in enumerate(segments) if not _stood_unloaded(segment, shape.output_scale)]

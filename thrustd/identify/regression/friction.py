@@ -62,19 +62,6 @@ def law_of(shape: Shape) -> Effect:
     return next(term.effect for term in shape.terms if term.effect in YIELDING)
 
 
-def other_laws(shape: Shape, point: Point) -> list[Term]:
-    """What the mount's own friction may be by the laws that its bench did not choose, as large as it is: calm benches
-    do not say how friction lets go when it is cycled gently."""
-    yields = [(t, t.values(x)) for t, x in zip(shape.terms, split(shape.terms, point.terms), strict=True)]
-    own = [(term, values) for term, values in yields if term.effect in YIELDING]
-    size = shape.output_scale * float(point.stops.sum()) + sum(values["friction_n"] for _, values in own)
-    if not own or size <= 0.0:
-        return []
-    term, values = own[0]
-    shapes = {name: values[name] for name in ("yield_mm", "deadband_mm")}
-    return [at_start(law, {"friction_n": size}, shapes) for law in YIELDING if law is not term.effect]
-
-
 def branches_beside(shape: Shape) -> Term:
     """The branches, over the time constants of the shape."""
     size = STIFFNESS * shape.output_scale / travel(shape.f_grid)
