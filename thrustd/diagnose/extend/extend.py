@@ -26,6 +26,7 @@ from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import left
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
+from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import (
     advanced,
@@ -82,7 +83,7 @@ def extend(
     few = counted(base, rows, SEARCHED)
     nothing = joint_fit(*few, ())
     fit, tried = _fitted(*few, nothing, chosen, question.rig, progress)
-    fit = pruned(*few, nothing, fit, tried)
+    fit = plain(*few, pruned(*few, nothing, fit, tried), question.rig)
     same = rivals(fit, tried)
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)

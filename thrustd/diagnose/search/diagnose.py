@@ -27,6 +27,7 @@ from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, shows
 from thrustd.diagnose.search.joint import Joint, counted, told
 from thrustd.diagnose.search.library import combined
+from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import WORTH, Ranked, gained, rank, rivals
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
@@ -81,6 +82,7 @@ def diagnose(
     effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
     few = counted(base, rows, SEARCHED)
     ranked = rank(*few, effects, question.rig, progress)
+    ranked = replace(ranked, best=plain(*few, ranked.best, question.rig))
     verdict = judge(*few, ranked)
     energy = loop_energy(records)
     turned = [energy.sentence(records)] if energy.delivers and not given.against else []
