@@ -1,6 +1,7 @@
 """The budget is what the filter used, and its terms are those of the aircraft's file."""
 
 import json
+from math import hypot
 
 import pytest
 
@@ -21,6 +22,10 @@ def budget(capsys, *words):
     return json.loads(capsys.readouterr().out)["engines"]
 
 
+def installed(engine):
+    return {row["term"].removeprefix(INSTALLED): row["std_n"] for row in engine["rows"] if INSTALLED in row["term"]}
+
+
 def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_path, capsys):
     plain = budget(capsys, str(log), "--at", "130", "140")
     for engine in plain:
@@ -38,7 +43,8 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
         assert after["fused_n"] != before["fused_n"]
     aircraft = (folder / "citation-ii.toml").read_text()
     changes = (
-        ("zero_n = 200.0", "zero_n = 20.0"),
+        ("zero_n = 179.6", "zero_n = 18.0"),
+        ("temperature_n = 88.0", "temperature_n = 8.8"),
         ("scale = 0.03", "scale = 0.003"),
         ("drag_m2 = 0.04", "drag_m2 = 0.004"),
     )
@@ -48,14 +54,36 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
     (tmp_path / "hil.toml").write_text(text.replace(str(folder / "citation-ii.toml"), "known.toml"))
     known = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
     for before, after in zip(plain, known, strict=True):
-        was, now = (next(r for r in e["rows"] if r["term"] == INSTALLED)["std_n"] for e in (before, after))
-        assert now < 0.6 * was and after["fused_n"] < before["fused_n"]
+        was, now = (installed(engine) for engine in (before, after))
+        assert set(was) == {"zero", "temperature", "scale", "drag", "rest"} and min(was.values()) > 0.0
+        assert hypot(*now.values()) < 0.6 * hypot(*was.values()) and after["fused_n"] < before["fused_n"]
         assert after["mounts_n"] == pytest.approx(before["mounts_n"])  # of the bench
     (tmp_path / "known.toml").write_text(
         (folder / "citation-ii.toml").read_text().replace("density = 0.012", "density = 0.05")
     )
     other = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
     assert all(after["brochure_n"] > 1.2 * before["brochure_n"] for before, after in zip(plain, other, strict=True))
+
+
+def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how_large(tmp_path, capsys):
+    """The engine's thrust is that of the mount that is left over its part; the log's right upper LVDT goes dead."""
+    deaf = shipped("replay_logs/sensor-fails.mcap", "log")
+    folder = shipped("deploy/hil.toml", "config").parent
+    text = (folder / "hil.toml").read_text().replace("../models", str(folder.parent / "models"))
+    aircraft = (folder / "citation-ii.toml").read_text()
+    text = text.replace('"canaerospace.dbc"', f'"{folder / "canaerospace.dbc"}"').replace(
+        "citation-ii.toml", "own.toml"
+    )
+    (tmp_path / "hil.toml").write_text(text)
+    shares = {}
+    for share in (0.006, 0.03):
+        (tmp_path / "own.toml").write_text(aircraft.replace("share = 0.006", f"share = {share}"))
+        both, one = budget(capsys, str(deaf), "--at", "200", "210", "--config", str(tmp_path / "hil.toml"))
+        rows = {row["term"]: row["std_n"] for row in one["rows"] if row["source"] == "mounts"}
+        assert one["mounts_n"] == pytest.approx(one["filter_n"], rel=0.03)
+        assert next(row["std_n"] for row in both["rows"] if row["term"] == "share") == 0.0
+        shares[share] = rows["share"]
+    assert shares[0.006] > 10.0 and shares[0.03] == pytest.approx(5 * shares[0.006], rel=0.05)
 
 
 def test_a_window_where_nothing_was_estimated_is_one_line(log, capsys):

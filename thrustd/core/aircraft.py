@@ -88,9 +88,22 @@ class InstallationErrors(Section, frozen=True):
     scale: NotNegative  # of the transducers' line
     drag_m2: NotNegative  # what the mounts carry of the nacelle's drag, over dynamic pressure
     rest_n: NotNegative
+    temperature_n: NotNegative = 0.0  # growth between transducers and mounts; of older files: in zero_n
+    share: Annotated[float, Meta(gt=0, le=0.2)] = 0.006  # of the load that one mount carries
 
-    def sizes(self) -> tuple[float, float, float, float]:
-        return self.zero_n, self.scale, self.drag_m2, self.rest_n
+    def sizes(self) -> tuple[float, float, float, float, float]:
+        """Of a zero (warm or cold), a scale, a drag, the rest; of a share, which a sum does not need."""
+        return hypot(self.zero_n, self.temperature_n), self.scale, self.drag_m2, self.rest_n, self.share
+
+    def terms_n(self, thrust_n: float, pressure_pa: float) -> dict[str, float]:
+        """The same one by one, at a thrust and a dynamic pressure."""
+        return {
+            "zero": self.zero_n,
+            "temperature": self.temperature_n,
+            "scale": self.scale * abs(thrust_n),
+            "drag": self.drag_m2 * pressure_pa,
+            "rest": self.rest_n,
+        }
 
 
 UNKNOWN = InstallationErrors(zero_n=200.0, scale=0.03, drag_m2=0.04, rest_n=30.0)  # of files and logs that say nothing

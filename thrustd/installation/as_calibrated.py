@@ -1,7 +1,5 @@
 """What calibrations leave of the installation's errors that the aircraft's file allows for."""
 
-from math import hypot
-
 import msgspec
 
 from thrustd.core.aircraft import AircraftData
@@ -19,11 +17,10 @@ def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> Ai
         return aircraft
     mounts, known = list(calibration.mount.values()), aircraft.installation
     scale = max([mount.gain_std for mount in mounts if mount.gain_std is not None], default=known.scale)
-    zeros_mm = [
-        hypot(mount.zero_std_mm, WARMS_K * (mount.expansion_std_mm_k or EXPANSION_STD_MM_K))
-        for mount in mounts
-        if mount.zero_std_mm is not None
-    ]
-    zero_n = sum(aircraft.spring_n_mm) * max(zeros_mm, default=1.0)
-    left = msgspec.structs.replace(known, scale=min(known.scale, scale), zero_n=min(known.zero_n, zero_n))
+    zeros_mm = [mount.zero_std_mm for mount in mounts if mount.zero_std_mm is not None]
+    grows_mm = [WARMS_K * (mount.expansion_std_mm_k or EXPANSION_STD_MM_K) for mount in mounts]
+    zero_n, grown_n = (sum(aircraft.spring_n_mm) * max(each, default=1.0) for each in (zeros_mm, grows_mm))
+    left = msgspec.structs.replace(
+        known, scale=min(known.scale, scale), zero_n=min(known.zero_n, zero_n), temperature_n=grown_n
+    )
     return msgspec.structs.replace(aircraft, installation=left)

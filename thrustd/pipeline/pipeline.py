@@ -29,7 +29,7 @@ from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.smoother import Tape
 from thrustd.fusion.thrust_filter import ThrustFilter
 from thrustd.model.compile import CompiledModel
-from thrustd.mounts.source import upper_share
+from thrustd.mounts.source import COMMON, upper_share
 from thrustd.pipeline.fault_book import FaultBook
 from thrustd.pipeline.fault_status import FaultStatus
 from thrustd.pipeline.intake import Intake
@@ -121,8 +121,13 @@ class Pipeline:
         return outputs
 
     def terms_n(self) -> list[dict[str, float]]:
-        """By mount, the terms of its sigma at the last fused step."""
-        return [source.terms_n() for source in self._sources]
+        """By engine, the terms of its mounts' sigma at the last fused step."""
+        terms = [source.terms_n() for source in self._sources]
+        for i, one in enumerate(terms):
+            if ("deformation_mm", i) in self._excluded:
+                terms[i] = dict.fromkeys(one, nan)
+        mine = [[terms[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
+        return [self._monitor.combiner.terms_n(e, each, COMMON) for e, each in enumerate(mine)]
 
     def uncorrected_n(self) -> list[float]:
         """By engine, what its thrust may be wrong by because nobody corrected the installation, one sigma."""

@@ -293,7 +293,7 @@ _HEARD = numba.from_dtype(HEARD)[::1]
 _MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE)
 _ENGINES = named(
     _Engines, _PLACES, _PLACES, numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE,
-    vars(numba.types)["UniTuple"](_F, 4),
+    vars(numba.types)["UniTuple"](_F, 5),
 )  # fmt: skip
 _SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)
 _look: Any = entry(compiled(_look_at, _SIGNATURE))

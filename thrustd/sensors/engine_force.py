@@ -11,23 +11,23 @@ none. At idle F_upper / F says more of the transducers' zeros than of the share:
 what the models say: a minute at 5 kN.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite, nan, sqrt
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
+from thrustd.core.aircraft import UNKNOWN
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 
 MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN; idle says more of the transducers' zeros
 MAX_STEP_S = 1.0
-SHARE_STD = 0.006  # of one mount's part, when scaled from the other: 30 N of its own errors at 5 kN
 SHARE, WEIGHT_N2_S = range(2)  # the memory of one engine
 PUSH_TAU_S = 0.5
 NO_MOUNT = -1
-
+SHARE_TERM = "share"
 
 ENGINE_MOUNTS = np.dtype(  # one engine's mount source at one step
     [
@@ -54,6 +54,7 @@ class _Work(NamedTuple):
     mounts_of: Integers  # (n_engines, n) ends with NO_MOUNT
     lagged_mm: Floats  # (n_mounts,)
     stiffness_n_mm: float  # of an engine's mounts together
+    share_std: float  # of one mount's part, when scaled from the other
     out: Any  # (n_engines,) ENGINE_MOUNTS
 
 
@@ -61,7 +62,11 @@ class MountCombiner:
     """Keeps the slow load share of every engine."""
 
     def __init__(
-        self, mounts_of_engine: Sequence[Sequence[int]], spring_n_mm: Sequence[float], shares: Sequence[float] = ()
+        self,
+        mounts_of_engine: Sequence[Sequence[int]],
+        spring_n_mm: Sequence[float],
+        shares: Sequence[float] = (),
+        share_std: float = UNKNOWN.share,
     ) -> None:
         """By engine, its mounts: the upper one first; spring rates in that order; shares to start from, or they say."""
         stiffness_n_mm = sum(spring_n_mm)
@@ -72,7 +77,7 @@ class MountCombiner:
         self.mounts = mounts_table(mounts_of_engine)
         lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
         self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)
-        self._work = _Work(self.rows, self.mounts, lagged_mm, stiffness_n_mm, self._out)
+        self._work = _Work(self.rows, self.mounts, lagged_mm, stiffness_n_mm, share_std, self._out)
 
     def step(self, mounts: Any, trusted: Flags, dt_s: float) -> Any:
         """ENGINE_MOUNTS by engine, good until the next step.
@@ -81,6 +86,20 @@ class MountCombiner:
         """
         _combine(self._work, mounts, trusted, dt_s)
         return self._out
+
+    def terms_n(self, engine: int, of_mounts: Sequence[Mapping[str, float]], common: str) -> dict[str, float]:
+        """Terms of an engine's `std_n` at the last step from those of its mounts, N; `common`: to the same side in all.
+
+        NaN: of a mount that is not trusted.
+        """
+        said, heard = self._out[engine], [i for i, each in enumerate(of_mounts) if isfinite(each[common])]
+        if said["one_mount"]:
+            only = heard[0]
+            part = said["load_share"] if only == 0 else 1.0 - said["load_share"]
+            found = {name: float(value / part) for name, value in of_mounts[only].items()}
+            return found | {SHARE_TERM: float(self._work.share_std / part * abs(said["force_n"]))}
+        found = {name: sqrt(sum(each[name] ** 2 for each in of_mounts)) for name in of_mounts[0]}
+        return found | {common: sum(each[common] for each in of_mounts), SHARE_TERM: 0.0}  # a sum needs no share
 
     def snapshot(self) -> list[list[float]]:
         rows: list[list[float]] = self.rows.tolist()
@@ -122,7 +141,7 @@ def _push_n(stiffness_n_mm: float, moved_mm: Floats, upper: int, lower: int) -> 
 
 
 def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float) -> None:
-    rows, mounts_of, lagged_mm, stiffness_n_mm, out = work
+    rows, mounts_of, lagged_mm, stiffness_n_mm, share_std, out = work
     moved_mm = np.empty(len(lagged_mm))
     for i in range(len(lagged_mm)):
         measured_mm = mounts[i].deformation_mm
@@ -151,11 +170,13 @@ def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float) -> None:
             part = rows[e, SHARE] if only == upper else 1.0 - rows[e, SHARE]
             force_n = mounts[only].force_n / part
             engine.force_n, engine.one_mount = force_n, True
-            engine.std_n = sqrt((mounts[only].std_n / part) ** 2 + (SHARE_STD / part * force_n) ** 2)
+            engine.std_n = sqrt((mounts[only].std_n / part) ** 2 + (share_std / part * force_n) ** 2)
         engine.load_share = rows[e, SHARE]
 
 
 _TABLE, _ROW = numba.float64[:, ::1], numba.float64[::1]
-_WORK = named(_Work, _TABLE, numba.int64[:, ::1], _ROW, numba.float64, numba.from_dtype(ENGINE_MOUNTS)[::1])
+_WORK = named(
+    _Work, _TABLE, numba.int64[:, ::1], _ROW, numba.float64, numba.float64, numba.from_dtype(ENGINE_MOUNTS)[::1]
+)
 _TOLD = numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64
 _combine: Any = entry(compiled(_combine_all, numba.void(_WORK, *_TOLD), "numpy"))

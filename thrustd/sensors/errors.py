@@ -17,6 +17,7 @@ from math import exp, sqrt
 
 import numpy as np
 
+from thrustd.core.aircraft import UNKNOWN
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.past import (
@@ -39,14 +40,13 @@ from thrustd.sensors.past import (
 )  # fmt: skip
 
 Parts = tuple[float, float, float, float, float]
-Installed = tuple[float, float, float, float]  # zero N, scale -, drag m2, rest N: one sigma each, of an engine
-AS_ON_THE_BENCH = 0.0, 0.0, 0.0, 0.0
+Installed = tuple[float, float, float, float, float]  # zero N, scale -, drag m2, rest N, share of a mount -: sigmas
+AS_ON_THE_BENCH = 0.0, 0.0, 0.0, 0.0, UNKNOWN.share
 THRUST_N2 = 1e9  # prior variance of the thrust of a row: anything, and no thrust is likelier than another
 SILENT_N2 = 1e9
 # errors of all that is well; mounts' sigmas and the deck's come with the row
 REST_S, REACH_N = 600.0, 3000.0  # as the filter's: friction is another at another thrust
 ENGINE, ENGINE_S = 0.02, 7200.0  # of the thrust: engine against deck
-SHARE_STD = 0.006  # of the load that one mount carries
 # of ln w, by maximum likelihood from six recorded flights, each against the other engine's lines fitted without it
 APPETITE, LINE = 0.048, (0.024, 0.024)
 REACH, REACH_MACH = (
@@ -61,12 +61,12 @@ MOUNTS_LEAD_S = 0.7  # of theirs, against all of the brochure
 
 
 @compiled
-def _fill_pair(rows: Floats, a: int, b: int, block: Floats) -> None:
+def _fill_pair(rows: Floats, a: int, b: int, share: float, block: Floats) -> None:
     """Covariance (5, 5) of the errors that last, of two rows."""
     dt_s, moved_n = abs(rows[a, T_S] - rows[b, T_S]), abs(rows[a, LEVEL_N] - rows[b, LEVEL_N])
     rest = exp(-dt_s / REST_S - moved_n / REACH_N)
     level_a, level_b = abs(rows[a, LEVEL_N]), abs(rows[b, LEVEL_N])
-    shared_n2 = SHARE_STD**2 * level_a * level_b
+    shared_n2 = share**2 * level_a * level_b
     block[:] = 0.0
     for i in range(2):
         for j in range(2):
@@ -102,7 +102,7 @@ def _add_lag(rows: Floats, a: int, b: int, block: Floats) -> None:
 @compiled
 def installed_n2(rows: Floats, a: int, b: int, installed: Installed) -> float:
     """Covariance of what an installation does to both mounts of an engine in two rows."""
-    zero_n, scale, drag_m2, rest_n = installed
+    zero_n, scale, drag_m2, rest_n, _ = installed
     of_load_n2 = scale * scale * abs(rows[a, LEVEL_N] * rows[b, LEVEL_N])
     of_air_n2 = drag_m2 * drag_m2 * rows[a, PRESSURE_PA] * rows[b, PRESSURE_PA]
     return zero_n * zero_n + of_load_n2 + of_air_n2 + (rest_n * rest_n if a == b else 0.0)
@@ -114,7 +114,7 @@ def covariance(rows: Floats, n: int, parts: Parts, installed: Installed) -> Floa
     c, block = np.empty((n * N_SOURCES, n * N_SOURCES)), np.empty((N_SOURCES, N_SOURCES))
     for a in range(n):
         for b in range(a + 1):
-            _fill_pair(rows, a, b, block)
+            _fill_pair(rows, a, b, installed[4], block)
             _add_lag(rows, a, b, block)
             of_both_n2 = installed_n2(rows, a, b, installed)
             for i in range(2):

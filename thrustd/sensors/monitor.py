@@ -56,7 +56,8 @@ class Monitor:
     def __init__(self, layout: Layout, aircraft: AircraftData, shares: Sequence[float] = ()) -> None:
         """`shares`: see `MountCombiner`."""
         self._layout = layout
-        self._combiner = MountCombiner(layout.mounts_of_engine, aircraft.spring_n_mm, shares)
+        share_std = aircraft.installation.share
+        self.combiner = MountCombiner(layout.mounts_of_engine, aircraft.spring_n_mm, shares, share_std)
         self._sources: tuple[tuple[Sensor, ...], ...] = tuple(
             (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
             for engine, mounts in enumerate(layout.mounts_of_engine)
@@ -73,16 +74,16 @@ class Monitor:
         engines = range(len(layout.mounts_of_engine))
         spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])
         self.bank = Bank(
-            self._combiner.mounts,
+            self.combiner.mounts,
             spools,
             (place(("mach", 0)), place(("pressure_altitude_m", 0))),
-            self._combiner.shares,
+            self.combiner.shares,
             np.array((aircraft.spring_n_mm * 2)[:2]),
             aircraft.installation.sizes(),
         )
         self._trusted = np.ones((len(engines), N_SOURCES), np.bool_)
         self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]
-        self._sat_since_m = nan  # altitude where SAT last moved
+        self._sat_since_m = nan  # where SAT last moved
         self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
         self._sat_stuck = False
         self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
@@ -107,7 +108,7 @@ class Monitor:
             self._statuses = list(map(self._status, range(len(self._sources))))
         else:
             self._excluded |= self._watches.leapt_alone(inputs.readings)
-        mounts = self._combiner.step(inputs.mounts, self._trusted_mounts(), dt_s)
+        mounts = self.combiner.step(inputs.mounts, self._trusted_mounts(), dt_s)
         return MonitorVerdict(self._excluded, mounts, faults, self._statuses, changed)
 
     @property
@@ -123,7 +124,7 @@ class Monitor:
         """Everything a warm restart needs, JSON-able."""
         return {
             "t_ns": [self._t_ns, self._watched_ns],
-            "combiners": self._combiner.snapshot(),
+            "combiners": self.combiner.snapshot(),
             "bank": self.bank.snapshot(),
             "watches": self._watches.snapshot(),
             "kinds": _rows(self._kinds),
@@ -137,7 +138,7 @@ class Monitor:
         """Take over a snapshot, its times moved by `shift_ns`. False when it is none: throw this monitor away then."""
         try:
             self._t_ns, self._watched_ns = (t_ns + shift_ns for t_ns in map(int, state["t_ns"]))
-            self._combiner.restore(state["combiners"])
+            self.combiner.restore(state["combiners"])
             restored = self._watches.restore(state["watches"]) and self.bank.restore(state["bank"], shift_ns)
             self._kinds = {(str(name), int(i)): str(kind) for name, i, kind in state["kinds"]}
             self._failed = [str(kind) for kind in state["failed"]]
