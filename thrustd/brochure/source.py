@@ -14,6 +14,8 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import NUMBERS, DeckInputs, DeckNumbers, estimate
 from thrustd.brochure.hand_over import HandOver, hand_over
 from thrustd.brochure.rate import smooth_rate
+from thrustd.brochure.windmilling import windmill
+from thrustd.core.aircraft import Windmilling
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.fusion_inputs import INPUTS
@@ -26,6 +28,8 @@ ENGINE = np.dtype(
         *((name, np.float64) for name in ("n1_lagged_pct", "n2_lagged_pct", "n1_rate_pct_s", "std_n")),
         *((name, np.float64) for name in ("fuel_flow_n", "n1_n", "n2_n")),  # thrust by each
         *((name, np.float64) for name in ("per_fuel_n", "log_flow")),
+        *((name, np.float64) for name in ("off_m2", "off_std", "off_n")),  # of one that burns nothing: relative, N
+        ("unlit", np.bool_),
         ("outside", np.bool_),
         ("transient", np.bool_),
     ]
@@ -41,7 +45,9 @@ class _Work(NamedTuple):
 class BrochureSource:
     """Mutable; only what the hand-over has learnt outlives a restart."""
 
-    def __init__(self, deck: Deck, engine: int, place: Callable[[str, int], int]) -> None:
+    def __init__(
+        self, deck: Deck, engine: int, place: Callable[[str, int], int], windmilling: Windmilling | None = None
+    ) -> None:
         """`place` of a signal's reading among those that `look` is given."""
         self.hand_over = HandOver()
         self._engine = np.zeros(1, ENGINE)
@@ -50,6 +56,8 @@ class BrochureSource:
             self._engine[name] = place(signal, engine)
         for name, signal in (("mach", "mach"), ("altitude", "pressure_altitude_m"), ("temperature", "sat_degC")):
             self._engine[name] = place(signal, 0)
+        if windmilling is not None:
+            self._engine[["off_m2", "off_std"]] = windmilling.area_m2, windmilling.std
         self._work = _Work(self._engine, deck.numbers(engine), self.hand_over.row)
 
     def look(self, dt_s: float, readings: Floats, deck_n: Floats) -> None:
@@ -80,6 +88,7 @@ def _look_at(work: _Work, dt_s: float, readings: Floats, deck_n: Floats) -> None
     e = work.engine[0]
     e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
     _ask(e, work.deck, readings)
+    windmill(e, readings)
     deck_n[0], deck_n[1], deck_n[2], deck_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
     deck_n[4], deck_n[5] = e.per_fuel_n, e.log_flow
 
@@ -97,6 +106,9 @@ def _tell_filter(work: _Work, dt_s: float, readings: Floats, ages_s: Floats, few
     )
     t.brochure_age_s = max(ages_s[e.n1], ages_s[e.fuel_flow])
     t.brochure_extrapolating, t.transient = e.outside, e.transient
+    t.unlit, t.off_n, t.off_std_n = e.unlit, e.off_n, e.off_std * abs(e.off_n)
+    if e.unlit:
+        t.brochure_n, t.brochure_std_n, t.brochure_lag_n = t.off_n, t.off_std_n, 0.0
 
 
 _F, _ROW = numba.float64, numba.float64[::1]

@@ -109,6 +109,19 @@ class InstallationErrors(Section, frozen=True):
 UNKNOWN = InstallationErrors(zero_n=200.0, scale=0.03, drag_m2=0.04, rest_n=30.0)  # of files and logs that say nothing
 
 
+class Windmilling(Section, frozen=True):
+    """Of one engine that burns nothing in flight: `brochure.windmilling`; the file says where each number is from."""
+
+    nozzles_m2: Positive
+    speed_ratio: Annotated[float, Meta(gt=0, lt=1)]  # of the air in them over flight
+    std: NotNegative  # relative
+
+    @property
+    def area_m2(self) -> float:
+        """Over dynamic pressure, at low speed."""
+        return 2.0 * self.nozzles_m2 * self.speed_ratio * (1.0 - self.speed_ratio)
+
+
 class MountGeometry(Section, frozen=True):
     """Where a mount is and how stiff in three directions: x forward, y inboard, z up from the centre of gravity."""
 
@@ -131,6 +144,7 @@ class AircraftData(Section, frozen=True):
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
     accelerometer_m: dict[str, tuple[float, float, float]] = msgspec.field(default_factory=dict)
     fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
+    windmilling: Windmilling | None = None  # none: an engine that is off is said to have no thrust in flight, too
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
     installation: InstallationErrors = UNKNOWN
 

@@ -29,6 +29,9 @@ class FusionInputs(NamedTuple):
     mount_extrapolating: bool = False
     brochure_extrapolating: bool = False
     transient: bool = False
+    off_n: float = 0.0  # thrust of an engine that burns nothing: on the ground none
+    off_std_n: float = 0.0
+    unlit: bool = False  # it flies and burns nothing
     gap: bool = False
     one_mount: bool = False
     load_factor_stale: bool = False

@@ -105,19 +105,22 @@ def _take(m: Any, x: Floats, p: Floats) -> None:
 
 @compiled
 def _zero(m: Any, t: Any, s: Any) -> None:
-    """Once the engine is off there is no thrust. Before it ran for the first time what the mounts show is their zeros.
+    """Once the engine is off its thrust is known: none, or what the air does to one that windmills.
+
+    Before it ran for the first time, on the ground, what the mounts show is their zeros.
 
     What a flight leaves in their friction and creep is as large as a zero: nothing else calibrates it.
     """
-    turning = not t.n1_pct < s.engine_off_n1_pct  # NaN counts as turning
+    turning = not (t.n1_pct < s.engine_off_n1_pct or t.unlit)  # NaN counts as turning
     m.off_s = 0.0 if turning else m.off_s + m.dt_s
     m.off = m.off_s >= s.engine_off_after_s
-    m.calibrated_now = m.off and not m.calibrated and isfinite(t.mount_n)
+    stands = abs(t.off_n) <= s.engine_off_std_n
+    m.calibrated_now = m.off and stands and not m.calibrated and isfinite(t.mount_n)
     m.calibrated |= m.off or t.n1_pct >= s.engine_off_n1_pct
     if m.off:
         m.h[0] = 0.0
         m.h[0, THRUST] = 1.0
-        m.z, m.r, m.taken = 0.0, s.engine_off_std_n**2, True
+        m.z, m.r, m.taken = t.off_n, s.engine_off_std_n**2 + t.off_std_n**2, True
 
 
 @compiled
@@ -213,8 +216,9 @@ def _go_on(memory: Any, told: Any, settings: Any, x: Floats, p: Floats) -> None:
     if _moved(m, t, s):
         _follow_a_move(m, t, s, x, p)
     _bound(m, s, x)
-    if m.off:  # whatever the mounts show
-        x[THRUST, 0] = x[RATE, 0] = 0.0
+    if m.off:  # whatever the mounts show: in flight the drag of their nacelle, too
+        x[THRUST, 0], x[RATE, 0] = t.off_n, 0.0
+        p[THRUST, THRUST] = max(p[THRUST, THRUST], t.off_std_n**2)
     m.surprise_n_s = surprise_n_s(s, (m.mount_nu_n, m.mount_used), (m.last_nu_n, m.last_used))
 
 

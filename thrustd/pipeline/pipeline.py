@@ -85,7 +85,7 @@ class Pipeline:
         self._monitor = Monitor(self._layout, aircraft, shares)
         self._filters = tuple(ThrustFilter(settings, e, 0.5 / config.steps.estimate_hz) for e in range(len(engines)))
         place, numbers = self._inputs.place, range(len(engines))
-        self._brochures = tuple(BrochureSource(parts.deck, e, place) for e in numbers)
+        self._brochures = tuple(BrochureSource(parts.deck, e, place, aircraft.windmilling) for e in numbers)
         self._pressure_wanted = self._intake.is_wanted(("dynamic_pressure_Pa", 0))
         self._spools = [place("n1_pct", e) for e in numbers]
         self._air = place("mach", 0), place("pressure_altitude_m", 0)

@@ -9,6 +9,8 @@ with ambient delta and theta. The seven numbers were fitted once to the brochure
 static reference points (take-off 11 121 N at 0.177 kg/s, within 1.6 %); the corrected speed-fuel line is read off three
 recorded PH-LAB flights. Fan speed, not fuel, makes the thrust: in a slam the fuel flow leads it by a second.
 
+Below OFF_N1_PCT nothing burns: what flows loses DUCT_LOSS dynamic pressures of the nozzle on its way through.
+
 Every engine has its own `Health`: a bias of 2 to 4 % against that relation, a slow drift, a transient lead or lag, and
 its own appetite for fuel, drawn from a seed.
 """
@@ -21,6 +23,7 @@ from scipy.interpolate import PchipInterpolator
 from thrustd.core.atmosphere import (
     SEA_LEVEL_K,
     SEA_LEVEL_PA,
+    dynamic_pressure_pa,
     static_pressure_pa,
     total_pressure_ratio,
     total_temperature_ratio,
@@ -35,6 +38,7 @@ TAKE_OFF_N1_PCT = 98.0
 OFF_N1_PCT = 5.0  # below: no thrust worth the name
 THRUST_C = (-3454.5, 26061.7, -11316.6, -1476.9, 2645.8, -13214.0, 5616.8)  # N
 FUEL_REFERENCE_KG_S = 0.177
+NOZZLES_M2, DUCT_LOSS = 0.15, 1.0
 
 # corrected N1 [%], corrected fuel flow [g/s], corrected N2 [%], steady
 _STEADY = np.array(
@@ -90,6 +94,12 @@ def net_thrust_n(fuel_kg_s: Real, mach: Real, altitude_m: Real, static_k: Real) 
     return delta * (static + mach * (c4 + c5 * np.sqrt(p) + c6 * p) + c7 * mach * mach * p)
 
 
+def windmilling_n(mach: Floats, altitude_m: Floats) -> Floats:
+    """Net thrust (n,) of an engine that burns nothing: rho A V_j (V_j - V), V_j = V / sqrt(1 + loss)."""
+    slower = 1.0 / np.sqrt(1.0 + DUCT_LOSS)
+    return np.asarray(2.0 * dynamic_pressure_pa(mach, altitude_m) * NOZZLES_M2 * slower * (slower - 1.0))
+
+
 def steady_fuel_kg_s(n1_pct: Floats, mach: Floats, altitude_m: Floats, static_k: Floats) -> Floats:
     """Nominal fuel flow (n,) that holds a fan speed."""
     theta = total_temperature_ratio(mach, static_k)
@@ -127,7 +137,7 @@ def true_thrust_n(
     nominal_n = net_thrust_n(fuel_kg_s, mach, altitude_m, static_k)
     own = 1.0 + health.bias + health.drift_per_h * (time_s - time_s[0]) / 3600.0
     running = np.clip((n1_pct - OFF_N1_PCT) / OFF_N1_PCT, 0.0, 1.0)
-    return np.asarray(nominal_n * own * running)
+    return np.asarray(nominal_n * own * running + (1.0 - running) * windmilling_n(mach, altitude_m))
 
 
 def fuel_ratio(

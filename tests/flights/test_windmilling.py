@@ -1,0 +1,63 @@
+"""An engine that is shut down in flight windmills: its thrust is below nothing, and inside the band."""
+
+import numpy as np
+import pytest
+
+from tests.conftest import ROOT
+from thrustd.core.aircraft import Windmilling
+from thrustd.core.types import Estimate, Status
+from thrustd.installation.installation import read_installation
+from thrustd.twin.engine import windmilling_n
+from thrustd.twin.flight import Truth, fly, scripted_flight
+
+CUT_S, SECONDS, SEED = 200.0, 260.0, 22
+
+
+@pytest.fixture(scope="module", params=[3.0, 14.0])
+def estimates(request):
+    """Of the left engine, by time: (seconds, estimate, truth); N1 ends at the fixture's per cent."""
+    profile, airframe = scripted_flight(SECONDS, SEED)
+    time_s, n1 = profile.time_s, profile["n1_pct_left"]
+    cut = np.clip(time_s - CUT_S, 0.0, None)
+    fades = np.where(cut > 0.0, np.exp(-cut / 5.0), 1.0)
+    air = profile["mach"], profile["pressure_altitude_m"]
+    drag_n = windmilling_n(*air)
+    stopped = profile.with_channels(
+        n1_pct_left=request.param + (n1 - request.param) * fades,
+        n2_pct_left=profile["n2_pct_left"] * fades,
+        fuel_flow_kg_s_left=np.where(cut > 0.0, 0.0, profile["fuel_flow_kg_s_left"]),
+        thrust_N_left=np.where(
+            cut > 0.0, drag_n + (profile["thrust_N_left"] - drag_n) * fades**2, profile["thrust_N_left"]
+        ),
+    )
+    place = read_installation(ROOT / "deploy" / "hil.toml")
+    pipeline, truth, found = place.pipeline(), 0.0, []
+    for item in fly(stopped, airframe, place.parts().can_table, SEED):
+        if isinstance(item, Truth):
+            truth = item.value_n if item.name == "left" else truth
+        else:
+            found += [
+                (item.t_ns * 1e-9, one, truth)
+                for one in pipeline.feed(item)
+                if isinstance(one, Estimate) and one.engine == 0
+            ]
+    return found
+
+
+def test_its_drag_is_told_by_the_brochure_and_inside_the_band(estimates):
+    late = [(one, truth) for t_s, one, truth in estimates if t_s > CUT_S + 40.0]
+    assert len(late) > 100 and all(truth < -100.0 for _, truth in late)
+    assert all(Status.ENGINE_OFF & one.status and one.thrust_n < -50.0 for one, _ in late)
+    assert all(abs(one.thrust_n - truth) < 1.96 * one.thrust_std_n < 500.0 for one, truth in late)
+
+
+def test_on_the_ground_an_engine_that_is_off_has_no_thrust(estimates):
+    first = [one for t_s, one, _ in estimates if 5.0 < t_s < 10.0]
+    assert all(abs(one.thrust_n) < 0.1 and one.thrust_std_n < 15.0 for one in first if Status.ENGINE_OFF & one.status)
+    assert any(Status.ENGINE_OFF & one.status for one in first)
+
+
+def test_the_formula_gives_half_of_the_dynamic_pressure_at_most():
+    """What flows through the nozzles at half the speed loses most: 2 r (1 - r) is 1/2 there."""
+    assert Windmilling(nozzles_m2=1.0, speed_ratio=0.5, std=0.0).area_m2 == 0.5
+    assert Windmilling(nozzles_m2=0.14, speed_ratio=0.8, std=0.4).area_m2 == pytest.approx(0.0448)
