@@ -10,6 +10,7 @@ from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note
 from thrustd.core.errors import UsageError
 
 if TYPE_CHECKING:
+    from thrustd.core.statics import Carried, Left
     from thrustd.installation.installation import Installation
 
 LONGEST_LIVE_S = 3600.0
@@ -77,9 +78,20 @@ def _add_trust(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def check_verb(arguments: argparse.Namespace) -> int:
+def _print_statics(carried: "list[Carried]", lost: "list[Left]") -> None:
+    """What the front mounts carry, and what one of them does alone."""
     from thrustd.core.measures import SIGMAS_95
-    from thrustd.core.statics import carried
+
+    for each in carried:
+        one_g = f"{each.weight_n:+.0f} +- {SIGMAS_95 * each.weight_std_n:.0f} N at 1 g"
+        print(f"{each.mount} mount by rigid-body statics: {100 * each.thrust_share:.0f} % of thrust, {one_g}")
+    for one in lost:
+        held = f"{one.lost} mount lost: {one.mount} carries {100 * one.thrust_share:.0f} % of thrust; no mount holds"
+        print(f"{held} {one.thrust_turns_m:.2f} N m per N of it and {one.weight_turns_nm:.0f} N m of the weight")
+
+
+def check_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.core.statics import carried, left_over
     from thrustd.installation.installation import read_installation
     from thrustd.installation.signature import manifest
     from thrustd.sources.can_bus import CanBus
@@ -97,18 +109,18 @@ def check_verb(arguments: argparse.Namespace) -> int:
     CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
     SerialPort(adc.port, adc.baud, queue.put)
     hashes, statics = installation.hashes(), carried(installation.aircraft())
+    fronts = [each.mount for each in statics if each.thrust_share]
+    lost = [one for one in left_over(installation.aircraft()) if one.lost in fronts]
     found = _listen(arguments, installation) if arguments.live is not None else []
     if arguments.json:
-        said = {"statics": statics, "sha256": hashes, "warnings": uncorrected, "findings": found}
+        said = {"statics": statics, "lost": lost, "sha256": hashes, "warnings": uncorrected, "findings": found}
         print_json({"config": str(arguments.config), "ok": not found, **said})
         return int(bool(found))
     for name, digest in hashes.items():
         print(f"{digest[:16]}  {name}")
     for line in uncorrected:
         print(f"warning: {line}")
-    for each in (mount for mount in statics if mount.thrust_share):
-        one_g = f"{each.weight_n:+.0f} +- {SIGMAS_95 * each.weight_std_n:.0f} N at 1 g"
-        print(f"{each.mount} mount by rigid-body statics: {100 * each.thrust_share:.0f} % of thrust, {one_g}")
+    _print_statics([each for each in statics if each.mount in fronts], lost)
     for line in found:
         print(f"degraded: {line}")
     if found:

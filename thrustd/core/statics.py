@@ -5,6 +5,10 @@
 
 r: mount from the engine's centre of gravity (x forward, y inboard, z up), m; k: spring rates in x, y, z. Springs are
 linear and have no stiffness against rotation; rubber stiffens under load, so a share is that of small loads.
+
+Without one mount the engine may turn about the line through the others, which hold nothing about it:  K q = P has no
+solution. The forces f on the mounts that are left balance P but for a moment M about that line, B' f + M = P, which
+whatever else the engine touches has to take.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -44,12 +48,47 @@ def carried(data: "AircraftData") -> list[Carried]:
     return found
 
 
+class Left(NamedTuple):
+    """What one mount has to carry when another is lost, along the engine."""
+
+    lost: str
+    mount: str
+    thrust_share: float
+    thrust_turns_m: float  # moment about the line that nothing holds, per newton of thrust
+    weight_turns_nm: float  # the same of the weight at 1 g
+
+
+def left_over(data: "AircraftData") -> list[Left]:
+    """By lost mount, those that carry thrust then; empty where the file has no geometry."""
+    found = []
+    weight_n = data.engine_mass_kg * STANDARD_GRAVITY_M_S2
+    for lost in data.mounts if len(data.mounts) > 1 else ():
+        kept = [place for place in data.mounts if place is not lost]
+        held = np.array([place.spring_n_mm for place in kept]).ravel() > 0.0
+        shape = _shape(np.array([place.at_mm for place in kept]) / 1e3).reshape(-1, 6)[held]
+        free = np.linalg.svd(shape)[2][np.linalg.matrix_rank(shape) :]
+        turns = np.array([np.concatenate((np.zeros(3), one[3:])) / max(np.linalg.norm(one[3:]), 1e-9) for one in free])
+        rows = np.vstack((shape, turns.reshape(-1, 6))).T
+        pulls = np.zeros((6, 2))
+        pulls[0, 0], pulls[2, 1] = 1.0, -weight_n
+        forces = np.linalg.lstsq(rows, pulls, rcond=None)[0]
+        along = np.zeros(held.size)
+        along[held] = forces[: held.sum(), 0]
+        moment, weight = np.abs(forces[held.sum() :]).max(axis=0, initial=0.0).tolist()
+        shares = along.reshape(-1, 3)[:, 0].tolist()
+        found += [Left(lost.name, place.name, s, moment, weight) for place, s in zip(kept, shares, strict=True) if s]
+    return found
+
+
+def _shape(arms: Floats) -> Floats:
+    """B of every mount (n, 3, 6)."""
+    turned = [((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)) for x, y, z in arms.tolist()]
+    return np.stack([np.hstack((np.eye(3), np.array(each))) for each in turned])
+
+
 def _along(arms: Floats, rates: Floats, pull: Floats) -> Floats:
     """x force on every mount (n,) of a force at the centre of gravity."""
-    rows = []
-    for x, y, z in arms:
-        rows.append(np.hstack((np.eye(3), np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]))))
-    shape = np.stack(rows)
+    shape = _shape(arms)
     stiff = np.einsum("mik,mi,mil->kl", shape, rates, shape)
     load = np.concatenate((pull, np.zeros(3)))
     motion = np.linalg.solve(stiff, load)
