@@ -29,7 +29,7 @@ FLOWN = {
 }
 BROKEN = sorted({case.fault for case in WIRES})  # each once, at one of three moments
 FLOWN |= {(fault, MOMENTS[i % len(MOMENTS)]) for i, fault in enumerate(BROKEN)}
-JUMPS = {"both step +0.1 mm", "both halve", "one LVDT +0.1 mm"}
+JUMPS = {"both step +0.1 mm", "both halve", "one LVDT +0.1 mm", "accel_x turns its sign"}
 
 
 @pytest.fixture(scope="module")

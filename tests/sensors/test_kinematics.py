@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from thrustd.sensors.kinematics import ACCELERATION, MACH, TAKEN, Accelerometer, balance_of, no_balance
+from thrustd.sensors.kinematics import (
+    ACCELERATION,
+    LEAVES,
+    MACH,
+    TAKEN,
+    Accelerometer,
+    air_leaves,
+    balance_of,
+    no_balance,
+)
 
 DT_S, SOUND_M_S = 0.1, 331.3
 
@@ -74,3 +83,20 @@ def test_an_accelerometer_that_invents_a_roll_is_at_fault_where_the_mounts_say_t
 
 def test_a_roll_that_mach_shows_excludes_nobody():
     assert blamed(0.3, lambda mach: mach, ((-900.0, 300.0), (-700.0, 300.0))).blamed is None
+
+
+def test_air_data_leave_by_what_they_move_or_do_not_show_of_an_acceleration():
+    """Mach number after 10 s of 0.2 s each; one that rests on an aircraft that rests cannot have become wrong."""
+    places = np.arange(len(LEAVES))
+
+    def left(mach_s, f_x_g, pitch_deg=2.0, seconds=10.0):
+        air = np.array((0.0, np.nan, np.nan, 0.0))
+        for t_s in np.arange(0.0, seconds + 0.1, 0.2):
+            air_leaves(air, np.array((0.4 + mach_s * t_s, 3000.0, f_x_g, pitch_deg)), places, t_s)
+        return air[0]
+
+    level_g = np.sin(np.radians(2.0))
+    assert left(0.0, level_g) < 1e-6
+    assert left(-0.01, level_g) == pytest.approx(0.1)
+    assert left(0.0, level_g + 0.3) == pytest.approx(left(0.0, level_g - 0.3)) == pytest.approx(29.4 / 320.0, rel=0.01)
+    assert left(np.nan, 0.3) > 0.05 and left(0.0, np.nan) == pytest.approx(98.1 / 320.0, rel=0.01)

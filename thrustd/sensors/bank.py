@@ -22,8 +22,11 @@ from thrustd.fusion.mixture import SHIFT_N, STD_N, P
 from thrustd.sensors.errors import Installed
 from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
+from thrustd.sensors.kinematics import air_leaves
 from thrustd.sensors.onsets import BLED, BROCHURE_OFF, FUEL_OFF, HEARD, MOUNTS_OFF, N_HYPOTHESES, SCALE_OFF, WELL
 from thrustd.sensors.past import (
+    AIR_MACH,
+    ALONG_G,
     COMMON_N,
     COUNTS,
     DECK_N,
@@ -67,6 +70,7 @@ class _Memory(NamedTuple):
     hypotheses: Floats  # (n, N_HYPOTHESES, 3) P, SHIFT_N, STD_N
     heard: Any  # HEARD
     leading: Floats  # (n, 3) thrust and its sigma by the one that leads; what is uncorrected, N
+    air: Floats  # (4,) see `air_leaves`
 
 
 class _Engines(NamedTuple):
@@ -75,8 +79,7 @@ class _Engines(NamedTuple):
     mounts: Integers  # (n, 2)
     spools: Integers  # (n, 2)
     judged: Flags  # (n,) it has two mounts
-    mach: int
-    altitude: int
+    air: Integers  # places of Mach number, altitude, and what else `air_leaves` reads
     shares: Floats  # (n,)
     off: Floats  # (N_HYPOTHESES, N_SOURCES) 1: excluded
     installed: Installed
@@ -86,10 +89,10 @@ class Bank:
     """Mutable; `snapshot` / `restore` for the checkpoint."""
 
     def __init__(
-        self, mounts: Integers, spools: Integers, air: tuple[int, int], shares: Floats, spring_n_mm: Floats,
+        self, mounts: Integers, spools: Integers, air: Integers, shares: Floats, spring_n_mm: Floats,
         installed: Installed,
     ) -> None:  # fmt: skip
-        """By engine (n, 2) its mounts, the upper one first, -1 for none; places of N1 and N2, Mach and altitude.
+        """By engine (n, 2) its mounts, the upper one first, -1 for none; places of N1 and N2; `air`: see `_Engines`.
 
         `shares` (n,): of the upper mounts; `spring_n_mm` (2,): spring rates of an engine's mounts.
         An engine that has not two mounts has only the hypothesis that all is well.
@@ -101,14 +104,15 @@ class Bank:
         self.rows[:, WELL, P] = 1.0
         self.leading = np.full((n, 3), np.nan)
         self.leading[:, UNCORRECTED_N] = 0.0
-        self._turn = np.zeros(1, np.int64)
+        self._turn, self._air = np.zeros(1, np.int64), np.array((0.0, np.nan, np.nan, 0.0))
         judged, own = (mounts >= 0).sum(axis=1) == 2, np.ascontiguousarray(mounts[:, :2])
         self._jumps = no_jumps(n)
         self._follow = self._jumps, own, shares, spring_n_mm
         self._memory = _Memory(
-            self._past, self._jumps, self._turn, self.found, self._anew, self.rows, np.zeros(n, HEARD), self.leading
-        )
-        self._engines = _Engines(own, spools, judged, *air, shares, OFF, installed)
+            self._past, self._jumps, self._turn, self.found, self._anew, self.rows, np.zeros(n, HEARD), self.leading,
+            self._air,
+        )  # fmt: skip
+        self._engines = _Engines(own, spools, judged, air, shares, OFF, installed)
 
     def follow(self, states: Any, dt_s: float) -> None:
         """Call it at every fused step: what the mounts moved by since the last one, `dt_s` ago."""
@@ -144,39 +148,31 @@ class Bank:
     def snapshot(self) -> list[dict[str, Any]]:
         """By engine, plain numbers."""
         return [
-            {
-                "found": int(found),
-                "rows": past["rows"][: past["n"]].tolist(),
-                "rates": past["rate_n_s"].tolist(),
-            }
+            {"found": int(found), "rows": past["rows"][: past["n"]].tolist(), "rates": past["rate_n_s"].tolist()}
             for past, found in zip(self._past, self.found, strict=True)
         ]
 
     def restore(self, engines: Sequence[Any], shift_ns: int) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none."""
-        read = [
-            (
-                int(e["found"]),
-                np.array(e["rows"], np.float64).reshape(-1, WIDTH),
-                np.array(e["rates"], np.float64).reshape(3),
-            )
-            for e in engines
-        ]
+        tables = [np.array(e["rows"], np.float64).reshape(-1, WIDTH) for e in engines]
+        rates = [np.array(e["rates"], np.float64).reshape(3) for e in engines]
+        read = list(zip([int(e["found"]) for e in engines], tables, rates, strict=True))
         sane = len(read) == len(self.found) and all(
             0 <= found < N_HYPOTHESES
             and len(rows) < len(self._past["rows"][0])
             and np.isfinite(rows).all()
-            and np.isfinite(rates).all()
-            for found, rows, rates in read
+            and np.isfinite(last).all()
+            for found, rows, last in read
         )
         if sane:
             self._turn[0] = -1  # what nobody corrects is asked for at once
-            for e, (found, rows, rates) in enumerate(read):
+            for e, (found, rows, last) in enumerate(read):
                 rows[:, T_S] += shift_ns * 1e-9
-                self.found[e], self._past["n"][e], self._past["rate_n_s"][e] = found, len(rows), rates
+                self.found[e], self._past["n"][e], self._past["rate_n_s"][e] = found, len(rows), last
                 self._past["rows"][e, : len(rows)] = rows
                 if len(rows):
                     self.rows[e, WELL, P], self.rows[e, found, P] = 0.0, 1.0
+                    self._air[:] = max(self._air[0], rows[0, AIR_MACH]), rows[0, T_S], np.nan, rows[0, ALONG_G]
         return sane
 
 
@@ -184,7 +180,7 @@ class Bank:
 def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, deck_n: Floats, trusted: Flags) -> Floats:
     """What an engine's sources say now: (WIDTH,), see `past`; the time is left out."""
     row, mounts = np.zeros(WIDTH), engines.mounts
-    mach, altitude_m = readings[engines.mach], readings[engines.altitude]
+    mach, altitude_m = readings[engines.air[0]], readings[engines.air[1]]
     row[MACH], row[DECK_N] = mach if isfinite(mach) else 0.0, deck_n[e, 3]
     row[PRESSURE_PA] = 70_927.5 * row[MACH] ** 2 * exp(-(altitude_m if isfinite(altitude_m) else 0.0) / SCALE_HEIGHT_M)
     row[PER_FUEL_N], row[LOG_FLOW] = deck_n[e, 4], deck_n[e, 5]
@@ -260,11 +256,14 @@ def _look_at(
     past, found, turn, n = memory.past, memory.found, memory.turn, len(memory.found)
     turn[0] = (turn[0] + 1) % (EVERY_LOOKS * n * UNCORRECTED_EVERY)
     e = turn[0] // EVERY_LOOKS % n
-    if turn[0] % EVERY_LOOKS or not _runs(memory, engines, e, t_s, readings):
+    if turn[0] % EVERY_LOOKS:
+        return -1
+    air_leaves(memory.air, readings, engines.air, t_s)
+    if not _runs(memory, engines, e, t_s, readings):
         return -1
     share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
     row = _row(engines, memory.jumps[e], e, readings, states, deck_n, trusted)
-    row[T_S] = t_s
+    row[T_S], row[AIR_MACH], row[ALONG_G] = t_s, memory.air[0], memory.air[3]
     if not remember(past, e, row, share):
         return -1
     forget(memory.jumps[e])
@@ -290,9 +289,9 @@ _F, _ROW, _TABLE, _FLAGS = numba.float64, numba.float64[::1], numba.float64[:, :
 _I, _PLACES = numba.int64[::1], numba.int64[:, ::1]
 _RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
 _HEARD = numba.from_dtype(HEARD)[::1]
-_MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE)
+_MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE, _ROW)
 _ENGINES = named(
-    _Engines, _PLACES, _PLACES, numba.boolean[::1], numba.int64, numba.int64, _ROW, _TABLE,
+    _Engines, _PLACES, _PLACES, numba.boolean[::1], _I, _ROW, _TABLE,
     vars(numba.types)["UniTuple"](_F, 5),
 )  # fmt: skip
 _SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)

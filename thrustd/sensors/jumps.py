@@ -2,7 +2,7 @@
 
     moved = F - F_before         by mount, N
     jumped += moved              where the transducer, too, moved by more than the engine's part of `fastest dt`
-    could += clip(sum moved)     of both mounts: what the thrust may have moved by
+    could += clip(sum moved)     of both mounts: what the thrust may have moved by, where the transducers moved, too
 
 Both are counted from one row of the past to the next. An acceleration that jumps moves forces and no transducer.
 Of a sudden fault alone a row's jumps are one more reading (see `evidence`),
@@ -11,7 +11,7 @@ Of a sudden fault alone a row's jumps are one more reading (see `evidence`),
                                            t: 0 to what the fuel flow moved by besides, of both mounts
 """
 
-from math import erfc, exp, hypot, isfinite, log, pi, sqrt
+from math import erfc, exp, hypot, log, pi, sqrt
 from typing import Any
 
 import numba
@@ -25,6 +25,7 @@ from thrustd.sensors.past import FOLLOWED_N, JUMPED_N, STEP_N, fuelled_n
 # idle to take-off thrust takes some 8 s; a cut is quicker than N1 is read
 FASTEST_RISE_N_S, FASTEST_FALL_N_S = 2000.0, 8000.0
 LEAST_INSIDE = 1e-300
+HALF = 0.5  # of a force, by nominal springs
 JUMPS = np.dtype(  # of one engine since its last row
     [
         ("force_n", np.float64, 2),  # of the upper and the lower mount at the last step
@@ -51,7 +52,7 @@ def forget(jump: Any) -> None:
 
 def _follow_all(jumps: Any, mounts: Integers, shares: Floats, spring_n_mm: Floats, states: Any, dt_s: float) -> None:
     for e in range(len(jumps)):
-        jump, moved_n, before = jumps[e], 0.0, jumps[e].jumped_n.any()
+        jump, moved_n, shown_n, before = jumps[e], 0.0, 0.0, jumps[e].jumped_n.any()
         now = False
         jump.step_n = max(jump.step_n, FASTEST_FALL_N_S * dt_s)
         for i in range(2):
@@ -59,7 +60,7 @@ def _follow_all(jumps: Any, mounts: Integers, shares: Floats, spring_n_mm: Float
                 continue
             state, part = states[mounts[e, i]], shares[e] if i == 0 else 1.0 - shares[e]
             force_n, read_n = state.force_n - jump.force_n[i], state.deformation_mm - jump.deformation_mm[i]
-            moved_n += force_n
+            moved_n, shown_n = moved_n + force_n, shown_n + spring_n_mm[i] * read_n
             undone = jump.jumped_n[i] * force_n < 0.0  # by an acceleration that is read later than the mounts
             moved_both_n = abs(force_n) if undone else min(abs(force_n), spring_n_mm[i] * abs(read_n))
             if moved_both_n > part * FASTEST_FALL_N_S * dt_s:  # NaN is not
@@ -68,7 +69,7 @@ def _follow_all(jumps: Any, mounts: Integers, shares: Floats, spring_n_mm: Float
             jump.force_n[i], jump.deformation_mm[i] = state.force_n, state.deformation_mm
         if now and before:  # a thrust may have moved by as much in each of them
             jump.step_n = hypot(jump.step_n, FASTEST_FALL_N_S * dt_s)
-        if isfinite(moved_n):
+        if moved_n * shown_n > 0.0 and abs(shown_n) > HALF * abs(moved_n):  # NaN is not
             jump.could_n += min(max(moved_n, -FASTEST_FALL_N_S * dt_s), FASTEST_RISE_N_S * dt_s)
 
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Floats, Integers
 from thrustd.core.jit import compiled
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.sensors.monitor_inputs import Sensor
@@ -29,6 +29,7 @@ ACCELERATION: Sensor = ("accel_x_g", 0)
 MACH: Sensor = ("mach", 0)
 TAKEN: tuple[Sensor, ...] = (ACCELERATION, ("accel_z_g", 0), ("pitch_deg", 0), MACH, ("sat_degC", 0))
 MACH_TAKEN = TAKEN.index(MACH)
+LEAVES: tuple[Sensor, ...] = (MACH, ("pressure_altitude_m", 0), ACCELERATION, ("pitch_deg", 0))  # see `air_leaves`
 
 AIRSPEED_STD_M_S, TURBULENCE_M_S2 = 0.3, 0.02
 WANDER_G = 1e-3  # of b, per root of a second
@@ -39,7 +40,7 @@ FOUND, OVER, TOO_FAST = 5.0, 2.0, 3.0  # sigmas; a speed that readings have pull
 MACH_BLAMED = log(0.02)  # odds; else it is the accelerometer
 LEAST_PHI = 1e-12
 SETTLED_S, LASTS_S = 20.0, 4.0  # by then a Mach number or a pitch that drifts is known by its own watch
-SOUND_M_S = 20.0468  # of the root of the temperature
+SOUND_M_S, ABOUT_SOUND_M_S = 20.0468, 320.0  # of the root of the temperature; anywhere below 10 km
 BALANCE = np.dtype(
     [(name, np.float64) for name in ("v", "b", "p_vv", "p_vb", "p_bb", "turn", "since_s", "found", "excess_g", "odd_s")]
     + [("more", np.float64), ("blamed", np.float64)]
@@ -101,6 +102,20 @@ def _balance(
 
 
 balance_of: Any = compiled(_balance)
+
+
+@compiled
+def air_leaves(air: Floats, readings: Floats, places: Integers, t_s: float) -> None:
+    """Adds to `air` (so far; last time, Mach number, acceleration) by how much a Mach number may have become wrong.
+
+    By what it moved, or by what it did not show of an acceleration: of one that nobody measures, 1 g. `places`: LEAVES.
+    """
+    mach, f_x_g, pitch_deg = readings[places[0]], readings[places[2]], readings[places[3]]
+    dt_s, moved, along_g = t_s - air[1], abs(mach - air[2]), abs(f_x_g - sin(radians(pitch_deg)))
+    if dt_s > 0.0:  # NaN is not
+        air[0] += dt_s * STANDARD_GRAVITY_M_S2 * (along_g if isfinite(along_g) else 1.0) / ABOUT_SOUND_M_S
+        air[0] += moved if isfinite(moved) else 0.0
+    air[1], air[2], air[3] = t_s, mach, f_x_g if isfinite(f_x_g) else air[3]
 
 
 def _accelerometer_odds(more: float, apart_n: Floats) -> float:

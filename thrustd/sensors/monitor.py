@@ -24,7 +24,7 @@ from thrustd.core.columns import Flags
 from thrustd.core.types import Fault, Status
 from thrustd.sensors.bank import SOURCES_OFF, UNCORRECTED_N, Bank
 from thrustd.sensors.engine_force import MountCombiner
-from thrustd.sensors.kinematics import ACCELERATION, MACH, Accelerometer
+from thrustd.sensors.kinematics import ACCELERATION, LEAVES, MACH, Accelerometer
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
 from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF, SCALE_OFF
@@ -76,7 +76,7 @@ class Monitor:
         self.bank = Bank(
             self.combiner.mounts,
             spools,
-            (place(("mach", 0)), place(("pressure_altitude_m", 0))),
+            np.array([place(sensor) for sensor in LEAVES]),
             self.combiner.shares,
             np.array((aircraft.spring_n_mm * 2)[:2]),
             aircraft.installation.sizes(),
@@ -249,9 +249,11 @@ class Monitor:
         judged = self._judged
         if not (self._suspect or judged or self._kinds):
             return faults
-        nameable = set(judged) & {ACCELERATION, MACH, ("sat_degC", 0)}
+        nameable = set(judged) & {self._accelerometer.blamed, ("sat_degC", 0)}
         for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
-            if found not in (MOUNTS_OFF, SCALE_OFF, ACCELERATION_OFF):
+            if found == ACCELERATION_OFF:
+                nameable.add(ACCELERATION)
+            elif found not in (MOUNTS_OFF, SCALE_OFF):
                 nameable |= {self._sources[engine][source] for source in SOURCES_OFF[found]} & set(judged)
         for sensor in self._watches.sensors:
             kind, before = self._watches[sensor].kind, self._kinds.get(sensor, "")

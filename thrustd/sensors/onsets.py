@@ -19,7 +19,20 @@ from thrustd.core.jit import compiled
 from thrustd.sensors.errors import Parts
 from thrustd.sensors.fault_fit import Alone, Seen, Solved, answer, gradual, grow, room_for, solve
 from thrustd.sensors.jumps import see_jump, shaken
-from thrustd.sensors.past import FUEL_FLOW, JUMPED_N, LEVEL_N, LOWER, N1, N2, N_ROWS, N_SOURCES, T_S, UPPER
+from thrustd.sensors.past import (
+    AIR_MACH,
+    ALONG_G,
+    FUEL_FLOW,
+    JUMPED_N,
+    LEVEL_N,
+    LOWER,
+    N1,
+    N2,
+    N_ROWS,
+    N_SOURCES,
+    T_S,
+    UPPER,
+)  # fmt: skip
 
 WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF, BLED, SCALE_OFF = range(10)
 ACCELERATION_OFF, AIR_OFF = 10, 11  # of all engines: see `shared`
@@ -68,6 +81,7 @@ HEARD = np.dtype(  # what other engines need of one when it was weighed last; n 
     [
         ("n", np.int64),
         ("t_s", np.float64, N_ROWS),
+        ("own", np.float64, (2, N_ROWS)),  # of both shared faults, where the sensor was: see `shared`
         ("f", np.float64, (2, N_ROWS, N_ROWS)),  # as `Alone`, of both of LIKE
         ("g", np.float64, (2, N_ROWS)),
         ("u", np.float64, (2, N_ROWS)),
@@ -224,8 +238,9 @@ def of_scale(scene: Scene, scale: float, told: Told) -> None:
 @compiled
 def leave(scene: Scene, out: Floats, heard: Any) -> None:
     """For other engines; `out` (N_HYPOTHESES, 3): ln of the evidence of each that it has alone."""
-    n = heard.n = scene.n
-    heard.t_s[:n] = scene.rows[:n, T_S]
+    rows, n = scene.rows, scene.n
+    heard.n = n
+    heard.t_s[:n], heard.own[0, :n], heard.own[1, :n] = rows[:n, T_S], rows[:n, ALONG_G], rows[:n, AIR_MACH]
     for k in range(2):
         alone = alone_of(scene, pattern_of(LIKE[k], scene.parts))
         heard.f[k, :n, :n], heard.g[k, :n], heard.u[k, :n] = alone.f, alone.g, alone.u

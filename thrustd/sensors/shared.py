@@ -2,10 +2,11 @@
 
     y_e = H T_e + e_e + V_e b     of engine e, the same b [N] on each; the errors e of one are independent of another's
 
-So V' A V and V' z are those of every engine over its own rows, and b is smooth in time alone (see `fault_shape`):
+So V' A V and V' z are those of every engine over its own rows, and b is smooth (see `fault_shape`), in time or in what
+its sensor does:
 
-    the accelerometer    sudden or gradual: a step of 0.05 g is 180 N of an engine's weight at once
-    air data             gradual, over minutes or as quickly as air data change or stand while the aircraft accelerates;
+    the accelerometer    sudden or gradual over minutes; or as its reading goes, by an engine's weight
+    air data             gradual over minutes; or as the Mach number changes, or stands while the aircraft accelerates;
                          those that jump are known by their own watch
 
 Every engine leaves what the others need of it (`HEARD`). Weighed while an engine may not be well: a shared fault of
@@ -19,24 +20,26 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
+from thrustd.sensors.errors import REACH_MACH
 from thrustd.sensors.evidence import log_pushes, sum_up
 from thrustd.sensors.fault_fit import Alone, Seen, answer, gradual, grow, room_for, solve
 from thrustd.sensors.fault_shape import FAULT_S, smooth
 from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, LIKE, SIZES_N, STAYS, WELL
 from thrustd.sensors.positive import factor
 
-AIR_S = 20.0  # a Mach number that leaves by 0.035/s, as it may at most, takes 150 to 250 N/s along
+REACH_G = 1.4  # 3000 N of a fault go as an engine's weight, 3.7 kN for 1 g
 SHARED = 2e-3  # prior of each of the two within the rows, as of both mounts of an engine
 DOUBT = 0.05  # an engine that is less likely to have something is well
 
 
 @compiled
-def _together(heard: Any, e: int, k: int) -> tuple[Floats, Alone]:
-    """Times of all engines' rows, the newest first, and a fault in each of them alone; u is that of engine e."""
+def _together(heard: Any, e: int, k: int) -> tuple[Floats, Floats, Alone]:
+    """Times of all engines' rows, the newest first, where the sensor was, a fault in each; u is that of engine e."""
     size = 0
     for o in range(len(heard)):
         size += heard[o].n
-    t_s, engine, row, at = np.empty(size), np.empty(size, np.int64), np.empty(size, np.int64), np.zeros(size, np.int64)
+    t_s, own, at = np.empty(size), np.empty(size), np.zeros(len(heard), np.int64)
+    engine, row = np.empty(size, np.int64), np.empty(size, np.int64)
     alone = Alone(np.zeros((size, size)), np.empty(size), np.zeros(size))
     for i in range(size):
         newest = -1
@@ -46,23 +49,23 @@ def _together(heard: Any, e: int, k: int) -> tuple[Floats, Alone]:
         engine[i], row[i] = newest, at[newest]
         at[newest] += 1
         said = heard[newest]
-        t_s[i], alone.g[i] = said.t_s[row[i]], said.g[k, row[i]]
+        t_s[i], own[i], alone.g[i] = said.t_s[row[i]], said.own[k, row[i]], said.g[k, row[i]]
         if newest == e:
             alone.u[i] = said.u[k, row[i]]
         for j in range(i + 1):
             if engine[j] == newest:
                 alone.f[i, j] = alone.f[j, i] = said.f[k, row[i], row[j]]
-    return t_s, alone
+    return t_s, own, alone
 
 
 @compiled
-def _lasting(t_s: Floats, lasts_s: float) -> Floats:
-    """Lower factor (n, n) of how a fault at one time goes with itself at another."""
-    n = len(t_s)
+def _lasting(at: Floats, reach: float) -> Floats:
+    """Lower factor (n, n) of how a fault goes with itself from one time, or place of its sensor, to another."""
+    n = len(at)
     shape = np.zeros((n, n))
     for i in range(n):
         for j in range(i + 1):
-            shape[i, j] = smooth((t_s[j] - t_s[i]) / lasts_s)
+            shape[i, j] = smooth(abs(at[j] - at[i]) / reach)
         shape[i, i] += 1e-6
     factor(shape, n)
     return shape
@@ -72,22 +75,23 @@ def _lasting(t_s: Floats, lasts_s: float) -> Floats:
 def _weigh_one(heard: Any, e: int, which: int, well: Floats, row: Floats) -> None:
     """One of the two, by onset, size and way, prior included; see `sum_up`. `well`: what engine e says if it is."""
     k, of_air = which - ACCELERATION_OFF, which == AIR_OFF
-    t_s, alone = _together(heard, e, k)
+    t_s, own, alone = _together(heard, e, k)
     n, sizes = len(t_s), SIZES_N[LIKE[k] - 1]
     across, seen = np.empty(n), Seen(np.empty((n, n)), np.empty(n), np.empty(n), t_s)
-    room, logs, said, told = room_for(n), np.empty(4 * n), np.empty((4 * n, 2)), 0
-    for way in range(2 if of_air else 1):
-        shape = _lasting(t_s, AIR_S if way else FAULT_S)
+    room, logs, said, told = room_for(n), np.empty(6 * n), np.empty((6 * n, 2)), 0
+    ways = 4 if of_air else 6  # and sizes
+    for way in range(2):
+        shape = _lasting(own, REACH_MACH if of_air else REACH_G) if way else _lasting(t_s, FAULT_S)
         for m in range(1, n + 1):
             grow(shape, alone, m - 1, across, seen)
             for size in range(2):
                 solved = solve(sizes[size], m, seen, shape, room)
                 for slowly in range(2):
-                    if m == 1 if slowly else of_air or m == n:
+                    if m == 1 if slowly else of_air or way or m == n:
                         continue
                     ratio, moved_n, more_n2 = gradual(sizes[size], solved) if slowly else answer(solved, 0.0, 0.0)
                     said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
-                    logs[told] = ratio + log(SHARED / (4 * (n - 1))) + log_pushes(said[told, 0], said[told, 1])
+                    logs[told] = ratio + log(SHARED / (ways * (n - 1))) + log_pushes(said[told, 0], said[told, 1])
                     told += 1
     sum_up(logs[:told], said[:told], row)
 
