@@ -21,6 +21,7 @@ from thrustd.model.stage import DEFORMATION, Floats
 Places = NDArray[np.intp] | slice
 
 NUDGE = 1e-3  # of a number without dimension: step of the difference quotient
+APART = 0.3  # of such a number, to both sides: what reads through a play jumps, and its slope is that of a secant
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +190,9 @@ def added(term: Term, numbers: Floats, seen: Seen, places: Places) -> tuple[Floa
     table = np.empty((len(force), len(straight)))
     table[:, straight] = columns
     for i in np.flatnonzero(~straight):
-        there = term.values(numbers + NUDGE * np.eye(len(numbers))[i])
-        table[:, i] = (_run(term, there, seen, nothing, 0.0)[places] - force) / NUDGE
+        step = APART * np.eye(len(numbers))[i]
+        up, down = (_run(term, term.values(numbers + d), seen, nothing, 0.0)[places] for d in (step, -step))
+        table[:, i] = (up - down) / (2.0 * APART)
     return force, table
 
 
