@@ -19,7 +19,7 @@ from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import first_point, prepared, regress
 from thrustd.identify.regression.solve import bounded, noise_level, prior_of
 from thrustd.identify.regression.sweep import columns, normal_equations, simulate
-from thrustd.identify.regression.terms import NUDGE, at_start
+from thrustd.identify.regression.terms import APART, NUDGE, at_start
 from thrustd.identify.segments import Segment
 from thrustd.identify.sensitivity import residuals
 from thrustd.identify.structures.mount import fitted_from
@@ -152,14 +152,14 @@ def test_the_gradient_is_that_of_differences(options):
     normal = normal_equations(shape, point, records)
     base = simulate(shape, point, records[0])
     assert np.allclose(records[0].y - base, normal.residuals[0], atol=1e-10)
-    play = [p.name for p in shape.terms[0].free].index("deadband_mm") + shape.parts()["terms"].start
+    bends = shape.parts()["terms"].start + np.flatnonzero([not p.amplitude for p in shape.terms[0].free])
     for i in range(shape.n):
         step = np.zeros(shape.n)
-        step[i] = 1e-6
-        near = 1e-2 if i == play else 2e-3  # what a play keeps out changes by whole samples
-        moved = (simulate(shape, point.at(shape, vector + step), records[0]) - base) / 1e-6
-        assert float(moved @ normal.residuals[0]) == pytest.approx(normal.right[i], rel=near, abs=1e-3)
-        assert float(moved @ moved) == pytest.approx(normal.matrix[i, i], rel=near, abs=1e-6)
+        step[i] = APART if i in bends else 1e-6  # what a play keeps out changes by whole samples
+        ends = [simulate(shape, point.at(shape, vector + by), records[0]) for by in (step, -step)]
+        moved = (ends[0] - ends[1]) / (2.0 * step[i])
+        assert float(moved @ normal.residuals[0]) == pytest.approx(normal.right[i], rel=2e-3, abs=1e-3)
+        assert float(moved @ moved) == pytest.approx(normal.matrix[i, i], rel=2e-3, abs=1e-6)
 
 
 def test_the_artifact_is_the_regression_within_a_tenth_of_the_noise():
@@ -304,8 +304,11 @@ def test_columns_that_a_record_keeps_are_those_of_a_run(names):
                 assert same == pytest.approx(one, abs=1e-7)
     plain = simulate(shape, point, keeps)
     assert plain == pytest.approx(simulate(shape, point, runs), abs=1e-9)
-    for i in range(len(point.terms)):
-        moved = replace(point, terms=point.terms + NUDGE * np.eye(len(point.terms))[i])
-        column = (simulate(shape, moved, runs, runs.known) - plain[runs.known]) / NUDGE
+    shapes = [term.effect.site == "force" and not p.amplitude for term in shape.terms for p in term.free]
+    for i, by in enumerate(np.where(shapes, APART, NUDGE)):
+        step = by * np.eye(len(point.terms))[i]
+        ends = [step, -step if shapes[i] else 0.0 * step]
+        up, down = (simulate(shape, replace(point, terms=point.terms + d), runs, runs.known) for d in ends)
+        column = (up - down) / (2.0 * by if shapes[i] else by)
         rows = np.concatenate([rows.copy() for _, rows, _ in columns(shape, point, keeps)])
         assert rows[:, shape.parts()["terms"].start + i] == pytest.approx(column, abs=1e-4)

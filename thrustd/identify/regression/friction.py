@@ -35,7 +35,7 @@ SIZE = 0.1  # of the output's spread: one sigma of the friction
 YIELD = 0.1  # of the travel: where the deformation of the turn begins, one sigma is a factor of e
 STIFFNESS = 0.1  # of the output's spread over the travel: one sigma of a branch, until the data tell their common size
 BEGIN = 0.1  # of its sigma: where the friction begins, so that the deformation of the turn can move
-NOISE = 1.5  # sigmas: where the play begins that keeps the tremble of a reading out of friction
+NOISE = 3.0  # sigmas: where the play begins that keeps the tremble of a reading out of friction, nearly all of it
 CALM, AT_CALM = 0.25, 0.3186  # share of Gaussian samples below so many sigmas
 
 

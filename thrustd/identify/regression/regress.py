@@ -58,11 +58,23 @@ def regress(
     if other.mean_square < found.mean_square:
         found, records = other, settled
     begun = [begun_where(found, record) for record in records]
-    start = replace(found.point, terms=first_point(shape, records).terms)
-    shapes = [replace(shape, terms=tuple(by_law(term, law) for term in shape.terms)) for law in laws]
-    trials = [solve(one, start, begun, found.precisions, progress=progress) for one in shapes]
     counts = sum(len(record.known) for record in begun)
-    return reduce(lambda best, other: other if _surely(best, other, counts) else best, trials)
+
+    def best(trials: Sequence[Solution]) -> Solution:
+        return reduce(lambda one, other: other if _surely(one, other, counts) else one, trials)
+
+    begin = first_point(shape, records)
+    none = np.zeros(0)
+    stopless = replace(shape, radii=none, grows=False)
+    alone = [replace(stopless, terms=(by_law(shape.terms[0], law),)) for law in laws]
+    bare = replace(found.point, terms=begin.terms, stops=none, growth=none)
+    single = best([solve(one, bare, begun, found.precisions, progress=progress) for one in alone])
+    whole = replace(shape, terms=single.shape.terms)
+    starts = [
+        replace(single.point, stops=begin.stops, growth=begin.growth),
+        replace(found.point, terms=begin.terms),
+    ]
+    return best([solve(whole, start, begun, found.precisions, progress=progress) for start in starts])
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:

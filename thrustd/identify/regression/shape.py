@@ -95,6 +95,13 @@ class Shape:
         mask[self.parts()["terms"]] = positives(self.terms)
         return mask
 
+    def reach(self) -> Floats:
+        """How far each number may move in one step (n,): a shape by one sigma of its prior, there slopes change."""
+        reach = np.full(self.n, np.inf)
+        bends = [not p.amplitude for term in self.terms for p in term.free]
+        reach[self.parts()["terms"]] = np.where(bends, 1.0, np.inf)
+        return reach
+
     def prior_matrix(self, name: str) -> Floats:
         """Of one group, for precision 1."""
         size = self.sizes[name]

@@ -42,6 +42,7 @@ LONGEST = 64  # blocks of a record at least, for the level of slow errors
 DONE = 0.5  # fall of the cost, in units of one half sigma^2: less is no progress
 DONE_MOVING = 0.02  # where poles may move or a curve follows: valleys are long there
 LEAST_ITERATIONS = 3  # before it may stop: strengths of priors follow slowly at first
+HOLDS, BEYOND = 1e6, 1.01  # times its precision: what holds a number, and how well
 DAMPINGS, LEAST = 12, 1e-6  # how often a step is tried, and its first damping in units of the diagonal of J'J
 
 Progress = Callable[[int, float], None]
@@ -162,7 +163,7 @@ def _step(
     cost, downhill = now.cost(normal.squares, vector), now.downhill(normal, vector)
     for _ in range(DAMPINGS):
         heavy = information + damping * np.diag(np.diag(normal.matrix)) / now.s2
-        target, free = bounded(heavy, downhill + heavy @ vector, shape.positive())
+        target, free = _within_reach(heavy, downhill + heavy @ vector, shape, vector)
         step = target - vector
         if 2.0 * downhill @ step - step @ information @ step < worth:
             return None
@@ -175,6 +176,19 @@ def _step(
             return _Step(new, there or normal_equations(shape, new, records), free, new_cost, damping)
         damping = max(10 * damping, LEAST)
     return None
+
+
+def _within_reach(matrix: Floats, right: Floats, shape: Shape, vector: Floats) -> tuple[Floats, Flags]:
+    """The minimum, with every number that would move further than its reach held at the end of it."""
+    reach, matrix, right = shape.reach(), matrix.copy(), right.copy()
+    while True:
+        target, free = bounded(matrix, right, shape.positive())
+        far = np.flatnonzero(np.abs(target - vector) > BEYOND * reach)
+        if not len(far):
+            return target, free
+        held = HOLDS * np.abs(np.diag(matrix)[far]).max()
+        matrix[far, far] += held
+        right[far] += held * (vector[far] + np.sign(target - vector)[far] * reach[far])
 
 
 def _squares(shape: Shape, point: Point, records: Sequence[Record]) -> float:
