@@ -71,7 +71,7 @@ def test_friction_of_bouc_and_wen_does_not_forget_under_noise():
 def test_play_begins_above_the_noise_of_the_reading():
     rng = np.random.default_rng(0)
     moving = np.sin(np.linspace(0.0, 20.0, 20_000)) + 0.002 * rng.standard_normal(20_000)
-    assert play_of(moving) == pytest.approx(1.5 * 0.002, rel=0.05)
+    assert play_of(moving) == pytest.approx(3.0 * 0.002, rel=0.05)
     assert play_of(np.zeros(100)) == 0.0
 
 

@@ -196,7 +196,8 @@ def _state(number: int, memory: Sequence[tuple[float, float]]) -> Term:
         source="",
         separating_test="",
     )
-    return at_start(effect, {name: size for name, (_, size) in zip(names, memory, strict=True)}, {})
+    sizes = {name: size for name, (_, size) in zip(names, memory, strict=True)}
+    return replace(at_start(effect, sizes, {}), sized=True)
 
 
 def is_state(term: Term) -> bool:

@@ -64,7 +64,7 @@ class Shape:
         """Terms of many amplitudes, whose common size the data tell."""
         begin, found = self.parts()["terms"].start, {}
         for k, term in enumerate(self.terms):
-            if sum(p.amplitude for p in term.free) >= SPECTRUM and not term.known:
+            if sum(p.amplitude for p in term.free) >= SPECTRUM and not (term.known or term.sized):
                 found[f"term {k}"] = slice(begin, begin + len(term.free))
             begin += len(term.free)
         return found

@@ -30,7 +30,8 @@ class Term:
     of a shape that is known better than its card says.
 
     `centre`: means of the amplitudes' priors where they are not neutral; `shapes`: whether shape parameters are free;
-    `known`: whether earlier records told its numbers, which then have no N(0, 1) of their own.
+    `known`: whether earlier records told its numbers, which then have no N(0, 1) of their own; `sized`: whether physics
+    tells the sizes, and the data need not.
     """
 
     effect: Effect
@@ -39,6 +40,7 @@ class Term:
     centre: Mapping[str, float] = field(default_factory=dict)
     shapes: bool = True
     known: bool = False
+    sized: bool = False
 
     @property
     def free(self) -> tuple[Parameter, ...]:
