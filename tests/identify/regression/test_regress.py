@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from thrustd.identify.first_state import begun_at
+from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.friction import law_of
 from thrustd.identify.regression.general import MOUNT
@@ -17,7 +18,7 @@ from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import first_point, prepared, regress
-from thrustd.identify.regression.solve import bounded, noise_level, prior_of
+from thrustd.identify.regression.solve import noise_level, prior_of
 from thrustd.identify.regression.sweep import columns, normal_equations, simulate
 from thrustd.identify.regression.terms import APART, NUDGE, at_start
 from thrustd.identify.segments import Segment

@@ -14,11 +14,12 @@ from scipy.stats import t as student
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
 from thrustd.diagnose.search.base import Base, is_state, thinned
+from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.solve import Given, Solution, bounded, noise_level, prior_of, solve
+from thrustd.identify.regression.solve import Given, Solution, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term

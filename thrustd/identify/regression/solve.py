@@ -15,11 +15,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.optimize import nnls
+from scipy.linalg import cho_solve
 
 from thrustd.core.columns import Flags, Floats
-from thrustd.core.errors import ModelError
+from thrustd.identify.regression.bounds import factor, within_reach
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
@@ -42,7 +41,6 @@ LONGEST = 64  # blocks of a record at least, for the level of slow errors
 DONE = 0.5  # fall of the cost, in units of one half sigma^2: less is no progress
 DONE_MOVING = 0.02  # where poles may move or a curve follows: valleys are long there
 LEAST_ITERATIONS = 3  # before it may stop: strengths of priors follow slowly at first
-HOLDS, BEYOND = 1e6, 1.01  # times its precision: what holds a number, and how well
 DAMPINGS, LEAST = 12, 1e-6  # how often a step is tried, and its first damping in units of the diagonal of J'J
 
 Progress = Callable[[int, float], None]
@@ -163,7 +161,7 @@ def _step(
     cost, downhill = now.cost(normal.squares, vector), now.downhill(normal, vector)
     for _ in range(DAMPINGS):
         heavy = information + damping * np.diag(np.diag(normal.matrix)) / now.s2
-        target, free = _within_reach(heavy, downhill + heavy @ vector, shape, vector)
+        target, free = within_reach(heavy, downhill + heavy @ vector, shape.positive(), vector, shape.reach())
         step = target - vector
         if 2.0 * downhill @ step - step @ information @ step < worth:
             return None
@@ -176,19 +174,6 @@ def _step(
             return _Step(new, there or normal_equations(shape, new, records), free, new_cost, damping)
         damping = max(10 * damping, LEAST)
     return None
-
-
-def _within_reach(matrix: Floats, right: Floats, shape: Shape, vector: Floats) -> tuple[Floats, Flags]:
-    """The minimum, with every number that would move further than its reach held at the end of it."""
-    reach, matrix, right = shape.reach(), matrix.copy(), right.copy()
-    while True:
-        target, free = bounded(matrix, right, shape.positive())
-        far = np.flatnonzero(np.abs(target - vector) > BEYOND * reach)
-        if not len(far):
-            return target, free
-        held = HOLDS * np.abs(np.diag(matrix)[far]).max()
-        matrix[far, far] += held
-        right[far] += held * (vector[far] + np.sign(target - vector)[far] * reach[far])
 
 
 def _squares(shape: Shape, point: Point, records: Sequence[Record]) -> float:
@@ -259,37 +244,9 @@ def _strengths(
 
 def _inverse(matrix: Floats) -> Floats:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    inverse = cho_solve(_factor(matrix * np.outer(scale, scale)), np.eye(len(matrix)))
+    inverse = cho_solve(factor(matrix * np.outer(scale, scale)), np.eye(len(matrix)))
     result: Floats = inverse * np.outer(scale, scale)
     return result
-
-
-def _factor(matrix: Floats) -> tuple[Floats, bool]:
-    """Of a matrix that rounding may have left without its last digits of definiteness."""
-    for ridge in (0.0, 1e-11, 1e-9, 1e-7):
-        try:
-            found: tuple[Floats, bool] = cho_factor(matrix + ridge * np.eye(len(matrix)))
-        except np.linalg.LinAlgError:
-            continue
-        return found
-    raise ModelError("these data and this model do not determine a curve: no positive information; expected more data")
-
-
-def bounded(matrix: Floats, right: Floats, positive: Flags) -> tuple[Floats, Flags]:
-    """Minimum of t'At/2 - b't with t[positive] >= 0 (n,), and which of t are free: elimination, then NNLS."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    a, b = matrix * np.outer(scale, scale) + 1e-13 * np.eye(len(right)), right * scale
-    p, q = np.flatnonzero(positive), np.flatnonzero(~positive)
-    t = np.zeros(len(b))
-    factor = _factor(a[np.ix_(q, q)])
-    if len(p):
-        across = cho_solve(factor, a[np.ix_(q, p)])
-        schur = a[np.ix_(p, p)] - a[np.ix_(p, q)] @ across
-        left = b[p] - across.T @ b[q]
-        root = np.linalg.cholesky(schur + 1e-12 * np.eye(len(p)) * np.trace(schur) / len(p))
-        t[p] = nnls(root.T, solve_triangular(root, left, lower=True), maxiter=50 * len(p))[0]
-    t[q] = cho_solve(factor, b[q] - a[np.ix_(q, p)] @ t[p])
-    return t * scale, ~positive | (t > 0.0)
 
 
 def noise_level(residuals: Sequence[Floats]) -> float:
