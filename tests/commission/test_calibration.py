@@ -8,6 +8,7 @@ import pytest
 from thrustd.__main__ import main
 from thrustd.cli.files import read_models
 from thrustd.commission.tether import fit_tether
+from thrustd.commission.tether_run import friction_n
 from thrustd.commission.zero import MountZero, recalibrate_by, with_zeros
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
@@ -100,6 +101,32 @@ def test_what_friction_held_at_rest_is_found_once_the_mounts_have_moved(run):
         more_n = 1e3 * (held.zeros_mm[mount][0] - plain.zeros_mm[mount][0]) * slopes_n_um[mount]
         assert more_n == pytest.approx(25.0, abs=8.0)
         assert held.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.003)
+
+
+def test_friction_of_its_own_is_neither_gain_nor_zero(run):
+    """It adds while the load grows, and takes off while it falls."""
+    flight, cell, installation = run
+    columns, part = {}, 0.12
+    for mount, model in zip(MOUNTS, installation.parts().models, strict=True):
+        rubs_n = friction_n(model.spec, flight[f"deformation_mm_{mount}"], flight.sample_hz)
+        columns[f"model_N_{mount}"] = flight[f"model_N_{mount}"] + part * rubs_n
+    plain, more = (fit_tether(one, cell, installation) for one in (flight, flight.with_channels(**columns)))
+    for mount in MOUNTS:
+        assert more.frictions[mount] - plain.frictions[mount] == pytest.approx(-part, abs=0.03)
+        assert more.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.0015)
+        assert more.zeros_mm[mount][0] == pytest.approx(plain.zeros_mm[mount][0], abs=0.001)
+    assert more.after_n < 1.1 * plain.after_n
+
+
+def test_a_calibrated_mount_has_so_much_of_its_own_friction():
+    (spec,) = read_models([shipped("models/left-upper.json", "")]).values()
+    place = MountPlace("left_upper", "left", 0, 0.46, MountCalibration(friction=0.9))
+    up_and_down = np.concatenate((np.linspace(0.0, 0.8, 200), np.linspace(0.8, 0.1, 200)))
+    before_n, after_n = (friction_n(one, up_and_down, 10.0) for one in (spec, calibrated(spec, place, "")))
+    assert before_n[199] > 50.0 > -20.0 > before_n[-1]
+    assert after_n == pytest.approx(0.9 * before_n, abs=1e-6)
+    kept = Calibration(on="2026-01-01", mount={"left_upper": place.calibration})
+    assert read_calibration(write_calibration(kept), "").of("left_upper").friction == 0.9
 
 
 def test_a_zero_at_rest_hardly_moves_one_that_was_found_under_load():

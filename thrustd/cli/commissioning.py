@@ -164,7 +164,8 @@ def _blocks(arguments: argparse.Namespace) -> int:
 
 
 def _tether(arguments: argparse.Namespace) -> int:
-    from thrustd.commission.tether import fit_tether, with_tether
+    from thrustd.commission.tether import fit_tether
+    from thrustd.commission.tether_file import with_tether
     from thrustd.records.files import read_recording
 
     if arguments.cell is None:

@@ -1,10 +1,13 @@
 """A tethered static run: the aircraft pulls on one load cell, both engines' mounts are fitted to it together.
 
-    cell = sum over mounts of (1 + G_e + s_m) f_m - k_m (z_m + a_e (T_m - T_0) + 4 b_e u (1 - u)) + c
+    cell = sum over mounts of (1 + G_e + s_m) f_m + h_e p_m - k_m (z_m + a_e (T_m - T_0) + 4 b_e u (1 - u)) + c
 
 f_m   force of the mount's model; u its deformation over its range
 G_e   what the installation does to an engine's whole load (brackets, lines): prior 3 %
 s_m   one mount against its bench: prior `fusion.mount_stiffness_std`
+h_e   the mounts' own friction against that of their bench, p_m in the model: prior `fusion.mount_friction_std_n` each.
+      It adds while the load grows and takes off while it falls: what is left of it at idle looks like a zero, and
+      under load like a gain
 z_m   what is left of its transducer's zero under load: prior 17 um, because a reading at rest holds what friction kept
 a_e   growth between transducers and mounts with their temperature: prior 0.5 um/K; load and heat come together in such
       a run, so that without it the gain takes the heat's part, and is wrong in cold air
@@ -24,11 +27,10 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
 
 from thrustd.commission.tether_run import Run, columns, read_run
-from thrustd.core.calibration import HELD_STD_MM, Calibration, MountCalibration, Zero
+from thrustd.core.calibration import HELD_STD_MM, MountCalibration
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
@@ -40,7 +42,6 @@ from thrustd.records.recording import Recording
 
 ENGINE_STD, CELL_ZERO_N = 0.03, 50.0
 EXPANSION_STD_MM_K, BOW_STD_MM, STRAIGHT_MM = 5e-4, 0.01, 1e-6
-CURVE = np.linspace(0.0, 1.0, 9)  # of the range: knots of a bow
 SLOW_S = 60.0  # as long as a level is held: creep that a model misses lasts so long
 LAGS_S = np.arange(-3.0, 3.01, 0.1)  # the cell's clock against the log's
 UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
@@ -71,6 +72,7 @@ class TetherFit:
     gains: dict[str, tuple[float, float]]  # by mount: factor, sigma
     zeros_mm: dict[str, tuple[float, float]]  # by mount: what is left of its zero, sigma
     lines: dict[str, "Line"]
+    frictions: dict[str, float]  # by mount: factor
     numbers: list[Fitted]
     before_n: float  # RMS of cell minus models
     after_n: float
@@ -109,7 +111,8 @@ class _Solved(NamedTuple):
 def fit_tether(flight: Recording, cell: Recording, installation: Installation) -> TetherFit:
     """`flight`: columns of `flight_columns`; `cell`: time_s and force_N. RecordingError when they do not fit."""
     run = read_run(flight, installation)
-    design, prior = _design(run), _prior(run, installation)
+    design = _design(run)
+    prior = _prior(run, installation, design)
     base_n = np.where(run.counts, (run.force_n * run.runs).sum(axis=1), np.nan)
     known = _known(run, prior)
     trials = [(lag, _at(cell, flight.time_s + lag)) for lag in LAGS_S.tolist()]
@@ -152,14 +155,16 @@ def _known(run: Run, prior: Floats) -> _Known:
     return known
 
 
-def _prior(run: Run, installation: Installation) -> Floats:
+def _prior(run: Run, installation: Installation, design: Floats) -> Floats:
     """One sigma of every column's number."""
     settings = section(installation.config.fusion, FusionSettings, "fusion")
     zero = [HELD_STD_MM] * len(run.mounts)
     stiffness = [settings.mount_stiffness_std] * len(run.mounts)
     bow = [STRAIGHT_MM if straight else BOW_STD_MM for straight in run.straight]
     grows = [EXPANSION_STD_MM_K] * len(run.engines)
-    return np.array([ENGINE_STD] * len(run.engines) + stiffness + zero + grows + bow + [CELL_ZERO_N])
+    rubs_n = settings.mount_friction_std_n * np.sqrt(np.bincount(run.engine_of))
+    friction = rubs_n / np.maximum(np.nanmax(np.abs(design[:, -1 - len(run.engines) : -1]), axis=0), rubs_n)
+    return np.array([ENGINE_STD] * len(run.engines) + stiffness + zero + grows + bow + [*friction, CELL_ZERO_N])
 
 
 def _at(cell: Recording, at_s: Floats) -> Floats:
@@ -199,7 +204,7 @@ def _fit(design: Floats, known: _Known, wanted_n: Floats, rate_hz: float) -> tup
 def _told(run: Run, installation: Installation, solved: _Solved, before_n: float, lag_s: float) -> TetherFit:
     prior, mean, covariance, after_n = solved
     n_e, n_m = len(run.engines), len(run.mounts)
-    gains, zeros, lines, numbers = {}, {}, {}, []
+    gains, zeros, lines, frictions, numbers = {}, {}, {}, {}, []
     at = n_e + 2 * n_m
     for i, name in enumerate(run.mounts):
         row = np.zeros(len(mean))
@@ -210,18 +215,20 @@ def _told(run: Run, installation: Installation, solved: _Solved, before_n: float
         e = run.engine_of[i]
         grows, bent_mm = float(mean[at + e]), float(mean[at + n_e + e])
         grows_std = sqrt(float(covariance[at + e, at + e]))
+        frictions[name] = 1.0 + float(mean[at + 2 * n_e + e])
         lines[name] = Line(grows, grows_std, run.reference_degc[i], bent_mm, run.range_mm[i])
         wide = sqrt(float(row**2 @ prior**2))
         numbers.append(Fitted(f"gain {name}", "-", gains[name][0], SIGMAS_95 * gains[name][1], SIGMAS_95 * wide))
         numbers.append(Fitted(f"zero {name}", "um", 1e3 * zeros[name][0], 1960 * zeros[name][1], 1960 * prior[k]))
     for e, engine in enumerate(run.engines):
         bow = [] if run.straight[e] else [(at + n_e + e, "bow of", "um")]
-        for k, what, unit in [(at + e, "growth of", "um/K"), *bow]:
-            wide, left = 1e3 * SIGMAS_95 * prior[k], 1e3 * SIGMAS_95 * sqrt(float(covariance[k, k]))
-            numbers.append(Fitted(f"{what} {engine}", unit, 1e3 * float(mean[k]), left, wide))
+        for k, what, unit in [(at + e, "growth of", "um/K"), *bow, (at + 2 * n_e + e, "friction of", "-")]:
+            scale, base = (1.0, 1.0) if unit == "-" else (1e3, 0.0)
+            wide, left = scale * SIGMAS_95 * prior[k], scale * SIGMAS_95 * sqrt(float(covariance[k, k]))
+            numbers.append(Fitted(f"{what} {engine}", unit, base + scale * float(mean[k]), left, wide))
     numbers += [_share(run, e, mean, covariance, prior) for e in range(n_e) if run.engine_of.count(e) == 2]
     bands, remarks = _bands(run, installation, gains, zeros), _how_it_hangs(numbers, installation)
-    return TetherFit(gains, zeros, lines, numbers, before_n, after_n, lag_s, bands, remarks)
+    return TetherFit(gains, zeros, lines, frictions, numbers, before_n, after_n, lag_s, bands, remarks)
 
 
 def _share(run: Run, engine: int, mean: Floats, covariance: Floats, prior: Floats) -> Fitted:
@@ -270,31 +277,3 @@ def _bands(
             )
             rows.append((name, force_n, before, after))
     return rows
-
-
-def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibration:
-    """The file with the run's gains and zeros."""
-    mounts = dict(calibration.mount)
-    for name, (factor, gain_std) in fit.gains.items():
-        old = mounts.get(name, MountCalibration())
-        left_mm, std_mm = fit.zeros_mm[name]
-        zero = Zero(on=on, mm=round(old.zero_mm + left_mm, 6), std_mm=max(round(std_mm, 6), 1e-6))
-        line = fit.lines[name]
-        mounts[name] = msgspec.structs.replace(
-            old if old.read_mm else _bent(old, line),
-            gain=round(old.gain * factor, 6),
-            gain_std=round(gain_std, 6),
-            expansion_mm_k=round(old.expansion_mm_k + line.expansion_mm_k, 9),
-            expansion_std_mm_k=max(round(line.expansion_std_mm_k, 9), 1e-9),
-            reference_degc=round(line.reference_degc, 3),
-            zeros=(*(kept for kept in old.zeros if kept.on != on), zero),
-        )
-    return msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)
-
-
-def _bent(mount: MountCalibration, line: Line) -> MountCalibration:
-    """With the bow as a curve."""
-    read = line.range_mm * CURVE
-    true = read - line.bow_mm * 4.0 * CURVE * (1.0 - CURVE)
-    told = {"read_mm": read, "true_mm": true}
-    return msgspec.structs.replace(mount, **{name: tuple(np.round(mm, 6).tolist()) for name, mm in told.items()})

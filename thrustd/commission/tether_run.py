@@ -7,6 +7,7 @@ earlier load left in the friction is gone by then (a stop forgets after twice it
 from dataclasses import dataclass
 from math import hypot
 
+import msgspec
 import numpy as np
 
 from thrustd.core.calibration import Calibration
@@ -15,6 +16,9 @@ from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.calibrated import rubs, with_friction
+from thrustd.model.compile import compile_model
 from thrustd.model.region_error import cells
 from thrustd.mounts.start import at_rest, chords
 from thrustd.records.recording import Recording
@@ -22,6 +26,7 @@ from thrustd.records.recording import Recording
 LEAST_RANGE_N = 1000.0
 FIRST_S = 60.0  # whose median temperature is that of the zeros
 MOVED = 0.5  # of the largest force
+MORE = 0.1  # of the friction
 RUNDOWN_S = 20.0  # after shutdown: a turning engine pulls
 
 
@@ -40,6 +45,7 @@ class Run:
     model_std_n: list[float]  # by mount, without a load: error and friction
     warmer_k: Floats  # (n, mounts) than at first; 0 where no thermometer is
     bowed: Floats  # (n, mounts) 4 u (1 - u)
+    friction_n: Floats  # (n, mounts) of its model
     reference_degc: list[float]
     range_mm: list[float]
     straight: list[bool]  # by engine: gauge blocks have measured a curve
@@ -52,10 +58,10 @@ class Run:
 
 
 def columns(run: Run, rows: Flags) -> Floats:
-    """Columns of G (engines), s (mounts), z (mounts), a (engines), b (engines), of the mounts that carry in `rows`."""
+    """Columns of G (engines), s, z (mounts), a, b, h (engines), of the mounts that carry in `rows`."""
     force_n, slope = run.force_n * rows, -run.slope_n_mm * rows
     grown, bent = (run.by_engine(slope * column) for column in (run.warmer_k, run.bowed))
-    return np.column_stack((run.by_engine(force_n), force_n, slope, grown, bent))
+    return np.column_stack((run.by_engine(force_n), force_n, slope, grown, bent, run.by_engine(run.friction_n * rows)))
 
 
 def read_run(flight: Recording, installation: Installation) -> Run:
@@ -78,13 +84,31 @@ def read_run(flight: Recording, installation: Installation) -> Run:
     speeds = np.column_stack([flight[f"n1_pct_{engines[owner]}"] for owner in owners])
     runs, stopped, counts = _used(speeds, force_n, settings.engine_off_n1_pct, flight.sample_hz)
     u = shown_mm / ranges
+    rubbed = [friction_n(model.spec, mm, flight.sample_hz) for model, mm in zip(models, shown_mm.T, strict=True)]
     return Run(
         mounts=names, engines=engines, engine_of=owners, force_n=force_n, slope_n_mm=np.column_stack(slopes),
         runs=runs, stopped=stopped, counts=counts,
         model_std_n=[hypot(cells(model.spec.error)[2].item(0), settings.mount_friction_std_n) for model in models],
-        warmer_k=np.nan_to_num(warm - first), bowed=4.0 * u * (1.0 - u), reference_degc=first, range_mm=ranges,
+        warmer_k=np.nan_to_num(warm - first), bowed=4.0 * u * (1.0 - u), 
+        friction_n=np.column_stack(rubbed), reference_degc=first, range_mm=ranges,
         straight=[e in curved for e in range(len(engines))], rate_hz=flight.sample_hz,
     )  # fmt: skip
+
+
+def friction_n(spec: ModelSpec, shown_mm: Floats, rate_hz: float) -> Floats:
+    """What a model's friction adds (n,) along readings that begin at rest."""
+    good = np.isfinite(shown_mm)
+    row = np.arange(len(shown_mm))
+    mm = np.interp(row, row[good], shown_mm[good])
+    mm -= mm[0]
+    own = msgspec.structs.replace(spec, effects=[one for one in spec.effects if rubs(one)])
+    runs = []
+    for factor in (1.0, 1.0 + MORE):
+        model = compile_model(with_friction(own, factor), rate_hz)
+        inputs, out = np.tile(mm[:, None], (1, len(model.channels) - 1)), mm.copy()
+        model.run(model.start(np.zeros(len(model.channels))), inputs, out)
+        runs.append(out)
+    return np.asarray((runs[1] - runs[0]) / MORE)
 
 
 def _warm(flight: Recording, names: list[str]) -> tuple[Floats, list[float]]:

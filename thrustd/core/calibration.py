@@ -1,7 +1,7 @@
 """What was measured of the mounts where they are: zeros, transducers' curves, gains, hours. A dated file.
 
     reading r -> deformation  d = curve(r) - curve(zero) - a (T - T_0)      curve: gauge blocks, piecewise linear
-    force of the model        F -> gain F                         tethered static run
+    force of the model        F -> gain F,  its friction -> friction times as much     tethered static run
     thrust of the engine      F -> F + drag q + m g sin(lean) (f_z - 1)      flight: at idle, pull-ups
 
 `thrustd zero` and `thrustd calibrate` write it; a configuration names it (`calibration = "calibration.toml"`), `run`
@@ -40,6 +40,7 @@ class MountCalibration(Section, frozen=True):
     curve_std_mm: Std | None = None
     gain: Annotated[float, Meta(gt=0.5, lt=2)] = 1.0  # force in the aircraft over force of the model
     gain_std: Std | None = None
+    friction: Annotated[float, Meta(gt=0.3, lt=3)] = 1.0  # of its own over that of the model
     expansion_mm_k: Annotated[float, Meta(ge=-0.1, le=0.1)] = 0.0  # of the reading, per kelvin of the mount
     expansion_std_mm_k: Std | None = None
     reference_degc: Annotated[float, Meta(ge=-100, le=200)] = 20.0  # where the zero is
@@ -110,8 +111,8 @@ def write_calibration(calibration: Calibration) -> str:
         lines += [f"zeros = [{', '.join(rows)}]"] if rows else []
         lines += [f"{key} = {list(value)}" for key in ("read_mm", "true_mm") if (value := getattr(mount, key))]
         thermal = ("expansion_mm_k", "expansion_std_mm_k", "reference_degc") if mount.expansion_std_mm_k else ()
-        leans = ("lean_deg",) if mount.lean_deg else ()
-        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *leans, "service_h"):
+        more = [key for key, none in (("friction", 1.0), ("lean_deg", 0.0)) if getattr(mount, key) != none]
+        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *more, "service_h"):
             value = getattr(mount, key)
             lines += [f"{key} = {value!r}"] if value is not None else []
     return "\n".join(lines) + "\n"

@@ -19,7 +19,9 @@ from thrustd.core.errors import ModelError
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
 from thrustd.model.compile import curve_stage
 from thrustd.model.effect import Effect
+from thrustd.model.effects import effect_named
 from thrustd.model.effects.engine_weight_shift import EFFECT as WEIGHT
+from thrustd.model.effects.hysteresis import EFFECT as FRICTION
 from thrustd.model.effects.nacelle_drag import EFFECT as DRAG
 from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
 from thrustd.model.expression import PREFIX
@@ -45,6 +47,7 @@ class _Line:
 def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
     """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured."""
     mount = place.calibration
+    spec = with_friction(spec, mount.friction) if mount.friction != 1.0 else spec
     spec = _preloaded(spec, place.couple_n) if place.couple_n != 0.0 else spec
     if mount.read_mm:
         spec = _behind_curve(spec, mount, where)
@@ -65,6 +68,22 @@ def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
         return spec
     grows = {"expansion_mm_k": mount.expansion_mm_k, "reference_degc": mount.reference_degc}
     return msgspec.structs.replace(spec, effects=[EffectSpec(EXPANSION.name, grows), *spec.effects])
+
+
+def with_friction(spec: ModelSpec, factor: float) -> ModelSpec:
+    """With so much of its own friction."""
+    return msgspec.structs.replace(spec, effects=[_yields(one, factor) if rubs(one) else one for one in spec.effects])
+
+
+def rubs(present: EffectSpec) -> bool:
+    """Whether it is friction."""
+    return effect_named(present.name).word == FRICTION.word
+
+
+def _yields(present: EffectSpec, factor: float) -> EffectSpec:
+    forces = {p.name for p in effect_named(present.name).parameters if p.unit == "N"}
+    moved = {name: factor * value if name in forces else value for name, value in present.parameters.items()}
+    return msgspec.structs.replace(present, parameters=moved)
 
 
 def _preloaded(spec: ModelSpec, couple_n: float) -> ModelSpec:

@@ -1,0 +1,38 @@
+"""What a tethered run has told, as a calibration file."""
+
+import msgspec
+import numpy as np
+
+from thrustd.commission.tether import Line, TetherFit
+from thrustd.core.calibration import Calibration, MountCalibration, Zero
+
+CURVE = np.linspace(0.0, 1.0, 9)  # of the range: knots of a bow
+
+
+def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibration:
+    """The file with the run's gains and zeros."""
+    mounts = dict(calibration.mount)
+    for name, (factor, gain_std) in fit.gains.items():
+        old = mounts.get(name, MountCalibration())
+        left_mm, std_mm = fit.zeros_mm[name]
+        zero = Zero(on=on, mm=round(old.zero_mm + left_mm, 6), std_mm=max(round(std_mm, 6), 1e-6))
+        line = fit.lines[name]
+        mounts[name] = msgspec.structs.replace(
+            old if old.read_mm else _bent(old, line),
+            gain=round(old.gain * factor, 6),
+            gain_std=round(gain_std, 6),
+            friction=round(old.friction * fit.frictions[name], 4),
+            expansion_mm_k=round(old.expansion_mm_k + line.expansion_mm_k, 9),
+            expansion_std_mm_k=max(round(line.expansion_std_mm_k, 9), 1e-9),
+            reference_degc=round(line.reference_degc, 3),
+            zeros=(*(kept for kept in old.zeros if kept.on != on), zero),
+        )
+    return msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)
+
+
+def _bent(mount: MountCalibration, line: Line) -> MountCalibration:
+    """With the bow as a curve."""
+    read = line.range_mm * CURVE
+    true = read - line.bow_mm * 4.0 * CURVE * (1.0 - CURVE)
+    told = {"read_mm": read, "true_mm": true}
+    return msgspec.structs.replace(mount, **{name: tuple(np.round(mm, 6).tolist()) for name, mm in told.items()})
