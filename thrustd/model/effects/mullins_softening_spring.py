@@ -32,7 +32,7 @@ EFFECT = Effect(
     site="spring",
     channels=WHOLE.channels,
     parameters=(
-        *WHOLE.parameters,
+        *(p for p in WHOLE.parameters if p.name != "beta"),
         Parameter(
             "exponent",
             "-",
