@@ -3,10 +3,12 @@
 import json
 from math import hypot
 
+import numpy as np
 import pytest
 
 from thrustd.__main__ import main
-from thrustd.commission.budget import INSTALLED
+from thrustd.commission.budget import INSTALLED, SYSTEMATIC, WINDMILLS, Row, _budget
+from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.shipped import shipped
 
 
@@ -84,6 +86,17 @@ def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how
         assert next(row["std_n"] for row in both["rows"] if row["term"] == "share") == 0.0
         shares[share] = rows["share"]
     assert shares[0.006] > 10.0 and shares[0.03] == pytest.approx(5 * shares[0.006], rel=0.05)
+
+
+def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_added_up():
+    """What nobody knows of it is no term: no warning of an empty mean."""
+    told = np.full((5, 5), np.nan)
+    told[:, 0], told[:, 1], told[:, 3], told[:, 4] = -200.0, 130.0, 80.0, 1.0
+    rows = [Row("mounts", "zero", SYSTEMATIC, 12.0)]
+    found = _budget("left", rows, told, [Row("fused", f"{INSTALLED}zero", SYSTEMATIC, 100.0)], FusionSettings())
+    assert [(row.term, row.std_n) for row in found.rows if row.source == "brochure"] == [(WINDMILLS, 80.0)]
+    assert hypot(80.0, 100.0, found.rows[-1].std_n) == pytest.approx(found.fused_n) == 130.0
+    assert found.thrust_n == -200.0 and found.filter_n == 0.0
 
 
 def test_a_window_where_nothing_was_estimated_is_one_line(log, capsys):

@@ -21,7 +21,7 @@ from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import UsageError
-from thrustd.core.types import Estimate, Output, Reading
+from thrustd.core.types import Estimate, Output, Reading, Status
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
 from thrustd.pipeline.pipeline import Pipeline
@@ -33,6 +33,7 @@ INSTALLED = "installation, "
 UNPROVED = "throttle moved, other hypotheses"
 INERTIA = "inertia (noise of the acceleration)"
 AIR = "mach", "pressure_altitude_m"
+WINDMILLS = "windmilling, it burns nothing"
 ALWAYS = "creep", SHARE_TERM  # told though they are nothing
 
 
@@ -83,7 +84,8 @@ class _Seen:
             self.installed.append(pipeline.uncorrected_n())
             self.pressure_pa.append(dynamic_pressure_pa(*(self.air.get(name, 0.0) for name in AIR)))
             for row, said in zip(self.told, found, strict=True):
-                row.append((said.thrust_n, said.thrust_std_n, said.mount_std_n, said.brochure_std_n))
+                off = float(bool(said.status & Status.ENGINE_OFF))
+                row.append((said.thrust_n, said.thrust_std_n, said.mount_std_n, said.brochure_std_n, off))
 
 
 def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: float) -> list[Budget]:
@@ -109,11 +111,11 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
     found = []
     for e, engine in enumerate(config.aircraft.engines):
         told = np.array(seen.told[e])
-        each = np.sqrt(np.nanmean(table[:, e] ** 2, axis=0)).tolist()
+        each = np.sqrt(_means(table[:, e] ** 2)).tolist()
         mounts = [
             Row("mounts", name, SYSTEMATIC, n) for name, n in zip(names, each, strict=True) if n > 0 or name in ALWAYS
         ]
-        terms = installation.aircraft().installation.terms_n(float(np.nanmean(told[:, 0])), pressure_pa)
+        terms = installation.aircraft().installation.terms_n(_means(told)[0], pressure_pa)
         found.append(_budget(engine, mounts, told, _scaled(terms, installed_n[e]), settings))
     return found
 
@@ -128,16 +130,26 @@ def _scaled(terms: dict[str, float], together_n: float) -> list[Row]:
 
 
 def _budget(engine: str, mounts: list[Row], told: Floats, installed: list[Row], settings: FusionSettings) -> Budget:
-    """`told` (n, 4): thrust, its sigma, the mounts', the deck's."""
+    """`told` (n, 5): thrust, its sigma, the mounts', the brochure's; 1 while the engine is off."""
+    thrust_n, fused_n, filter_n, brochure_std_n, off = _means(told)
     rows, mounts_n = list(mounts), hypot(*(row.std_n for row in mounts))
     rows.append(Row("mounts", INERTIA, RANDOM, settings.mount_noise_std_n))
-    mean = np.nanmean(told, axis=0)
-    bias_n = min(settings.brochure_bias_std * abs(float(mean[0])), float(mean[3]))
-    rows.append(Row("brochure", "engine against deck", SYSTEMATIC, bias_n))
-    rows.append(Row("brochure", "deck's shape and fit", SYSTEMATIC, sqrt(float(mean[3]) ** 2 - bias_n**2)))
-    rows.append(Row("brochure", "noise of fuel flow and N1", RANDOM, settings.brochure_noise_std_n))
+    bias_n = min(settings.brochure_bias_std * abs(thrust_n), brochure_std_n)
+    if off == 1.0:
+        rows.append(Row("brochure", WINDMILLS, SYSTEMATIC, brochure_std_n))
+    else:
+        rows.append(Row("brochure", "engine against deck", SYSTEMATIC, bias_n))
+        rows.append(Row("brochure", "deck's shape and fit", SYSTEMATIC, sqrt(brochure_std_n**2 - bias_n**2)))
+        rows.append(Row("brochure", "noise of fuel flow and N1", RANDOM, settings.brochure_noise_std_n))
     brochure_n = hypot(*(row.std_n for row in rows if row.source == "brochure"))
-    both_n = 1 / sqrt(1 / max(mounts_n, 1e-9) ** 2 + 1 / max(brochure_n, 1e-9) ** 2)
-    rest_n = sqrt(max(float(mean[1]) ** 2 - both_n**2 - sum(row.std_n**2 for row in installed), 0.0))
+    parts = [n for n in (mounts_n, brochure_n) if n > 0.0]
+    both_n = brochure_n if off == 1.0 or not parts else sum(n**-2 for n in parts) ** -0.5
+    rest_n = sqrt(max(fused_n**2 - both_n**2 - sum(row.std_n**2 for row in installed), 0.0))
     rows += [*installed, Row("fused", UNPROVED, SYSTEMATIC, rest_n)]
-    return Budget(engine, float(mean[0]), rows, mounts_n, float(mean[2]), brochure_n, float(mean[1]))
+    return Budget(engine, thrust_n, rows, mounts_n, filter_n, brochure_n, fused_n)
+
+
+def _means(told: Floats) -> list[float]:
+    """Of each column what is known; 0 of one that nobody knows."""
+    known = np.isfinite(told)
+    return (np.where(known, told, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)).tolist()
