@@ -118,6 +118,16 @@ def test_friction_of_its_own_is_neither_gain_nor_zero(run):
     assert more.after_n < 1.1 * plain.after_n
 
 
+def test_a_clock_that_is_off_by_less_than_is_looked_for_is_no_friction(run):
+    flight, cell, installation = run
+    late = make_recording("cell", {"time_s": cell.time_s + 0.04, "force_N": cell["force_N"]})
+    plain, shifted = (fit_tether(flight, one, installation) for one in (cell, late))
+    for mount in MOUNTS:
+        assert shifted.frictions[mount] == pytest.approx(plain.frictions[mount], abs=0.005)
+        assert shifted.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.0005)
+    assert shifted.after_n < 20.0
+
+
 def test_a_calibrated_mount_has_so_much_of_its_own_friction():
     (spec,) = read_models([shipped("models/left-upper.json", "")]).values()
     place = MountPlace("left_upper", "left", 0, 0.46, MountCalibration(friction=0.9))

@@ -1,6 +1,7 @@
 """A tethered static run: the aircraft pulls on one load cell, both engines' mounts are fitted to it together.
 
-    cell = sum over mounts of (1 + G_e + s_m) f_m + h_e p_m - k_m (z_m + a_e (T_m - T_0) + 4 b_e u (1 - u)) + c
+    cell = sum over mounts of (1 + G_e + s_m) f_m + h_e p_m - k_m (z_m + a_e (T_m - T_0) + 4 b_e u (1 - u))
+           + c + d dF/dt
 
 f_m   force of the mount's model; u its deformation over its range
 G_e   what the installation does to an engine's whole load (brackets, lines): prior 3 %
@@ -13,6 +14,7 @@ a_e   growth between transducers and mounts with their temperature: prior 0.5 um
       a run, so that without it the gain takes the heat's part, and is wrong in cold air
 b_e   bow of the transducers' lines: prior 10 um, 0 where gauge blocks have measured it
 c     zero of the cell with the wheels' friction: prior 50 N
+d     the cell's clock within a step of those it is looked for at, d dF/dt: else friction takes its part
 
 k_m   slope of the model at rest, where the mount stands (`tether_run`)
 
@@ -43,7 +45,8 @@ from thrustd.records.recording import Recording
 ENGINE_STD, CELL_ZERO_N = 0.03, 50.0
 EXPANSION_STD_MM_K, BOW_STD_MM, STRAIGHT_MM = 5e-4, 0.01, 1e-6
 SLOW_S = 60.0  # as long as a level is held: creep that a model misses lasts so long
-LAGS_S = np.arange(-3.0, 3.01, 0.1)  # the cell's clock against the log's
+LAG_STEP_S = 0.1
+LAGS_S = np.arange(-3.0, 3.01, LAG_STEP_S)  # the cell's clock against the log's
 UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
 RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is another unit or another load path
 LEAST_S = 60.0
@@ -137,8 +140,9 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
 
 
 def _design(run: Run) -> Floats:
-    """Columns of `columns`, and c."""
-    return np.column_stack((columns(run, run.runs), np.ones(len(run.force_n))))
+    """Columns of `columns`, c and d."""
+    moves_n_s = np.gradient(np.nansum(run.force_n * run.runs, axis=1)) * run.rate_hz
+    return np.column_stack((columns(run, run.runs), np.ones(len(run.force_n)), moves_n_s))
 
 
 def _known(run: Run, prior: Floats) -> _Known:
@@ -149,7 +153,7 @@ def _known(run: Run, prior: Floats) -> _Known:
         if rows.any():
             alone = np.zeros_like(run.runs)
             alone[rows, i] = True
-            row = np.append(np.nansum(columns(run, alone), axis=0) / rows.sum(), 0.0) / std_n
+            row = np.append(np.nansum(columns(run, alone), axis=0) / rows.sum(), (0.0, 0.0)) / std_n
             known.matrix[:] += np.outer(row, row)
             known.vector[:] -= row * run.force_n[rows, i].mean() / std_n
     return known
@@ -163,8 +167,10 @@ def _prior(run: Run, installation: Installation, design: Floats) -> Floats:
     bow = [STRAIGHT_MM if straight else BOW_STD_MM for straight in run.straight]
     grows = [EXPANSION_STD_MM_K] * len(run.engines)
     rubs_n = settings.mount_friction_std_n * np.sqrt(np.bincount(run.engine_of))
-    friction = rubs_n / np.maximum(np.nanmax(np.abs(design[:, -1 - len(run.engines) : -1]), axis=0), rubs_n)
-    return np.array([ENGINE_STD] * len(run.engines) + stiffness + zero + grows + bow + [*friction, CELL_ZERO_N])
+    friction = rubs_n / np.maximum(np.nanmax(np.abs(design[:, -2 - len(run.engines) : -2]), axis=0), rubs_n)
+    return np.array(
+        [ENGINE_STD] * len(run.engines) + stiffness + zero + grows + bow + [*friction, CELL_ZERO_N, LAG_STEP_S]
+    )
 
 
 def _at(cell: Recording, at_s: Floats) -> Floats:
