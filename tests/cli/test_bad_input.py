@@ -32,6 +32,13 @@ def test_a_good_aircraft_is_ready(good, capsys):
     assert '"ok":true' in capsys.readouterr().out
 
 
+def test_an_aircraft_whose_sensors_are_not_heard_is_not_ready(broken, capsys):
+    assert main(["check", str(broken / "aircraft.toml"), "--live", "0.4"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert sum(line.startswith("degraded: ") for line in lines) >= 2  # each engine, and the port that is not there
+    assert ": not ready: " in lines[-1] and not any("ready to fly" in line for line in lines)
+
+
 @pytest.mark.parametrize(
     ("file", "old", "new", "words"),
     [

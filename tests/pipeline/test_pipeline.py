@@ -179,7 +179,7 @@ def test_short_gaps_are_stepped_through(aircraft):
     assert end[1] == pytest.approx(end[0], abs=2)
 
 
-@pytest.mark.parametrize("slow", [-0.03, 0.003, 0.01])
+@pytest.mark.parametrize("slow", [-0.05, -0.03, 0.003, 0.01, 0.05])
 def test_a_crystal_that_is_off_by_more_than_half_a_per_cent_is_named_and_no_sensor_is(aircraft, slow):
     late = lambda event: event.channel == "adc" if isinstance(event, Frame) else False  # noqa: E731
     events = [event._replace(t_ns=S + round((event.t_ns - S) * (1 + slow))) if late(event) else event
