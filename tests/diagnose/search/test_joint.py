@@ -11,7 +11,7 @@ from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.base import SEARCHED, base_of, records_of
 from thrustd.diagnose.search.diagnose import diagnose
-from thrustd.diagnose.search.joint import counted, joint_fit, told
+from thrustd.diagnose.search.joint import block_equations, counted, joint_fit, std_over, told
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.ranking import begin_at, look
@@ -193,3 +193,18 @@ def test_a_fit_passes_through_the_record_no_more_often_than_it_gains(monkeypatch
         monkeypatch.setattr(import_module(f"thrustd.identify.regression.{module}"), attribute, counted_run)
     joint_fit(base, rows, (term,), np.array(begin_at(term)))
     assert len(passes) <= 4 and not runs
+
+
+def test_an_error_that_lasts_a_third_of_the_record_widens_the_intervals():
+    """A load cell that drifts pulls at the same numbers for twenty minutes: as many blocks say it as one."""
+    question = asked(mount(), [record([EffectSpec("sensor_scale", {"scale_error": 0.02})])], NOTHING)
+    term = next(iter(terms_of(effect_named("sensor_scale"), question.rig)))
+    found = joint_fit(question.base, question.rows, [term])
+    blocks = block_equations(found.solution.shape, found.solution.point, found.records)
+    pull = 30.0 * blocks.right[:, found.new].std()
+    size, std = len(blocks.size), []
+    for pattern in (np.arange(size) % 3, np.arange(size) * 3 // size):  # by turns, and each third of the record alike
+        scores = np.zeros_like(blocks.right)
+        scores[:, found.new] = pull * (pattern - 1.0)[:, None]
+        std.append(std_over(found.solution, replace(blocks, right=scores))[found.new][0])
+    assert std[1] > 8.0 * std[0], std

@@ -25,7 +25,7 @@ from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term
 
 BLOCKS = 48  # of equal length over all records
-TOGETHER = 1, 2, 4, 8  # blocks whose scores are summed before they are compared
+TOGETHER = 1, 2, 4, 8, 16  # blocks whose scores are summed before they are compared: up to a third of the records
 UPPER = 0.975  # of the distribution: 95 % intervals
 FOLDS = 6  # groups of blocks held back in turn
 BEGIN = 0.02  # of its prior's sigma: where an amplitude begins, so that its shape can move
