@@ -1,6 +1,6 @@
 """Stiffness that follows the temperature late: rubber warms minutes after the air that is measured.
 
-    force = core force * (1 + stiffness_1_k * (T_m - reference_degc))
+    force = core force * (1 + y + bend y^2 / 2),    y = stiffness_1_k * (T_m - reference_degc)
 
 A variant of `thermal_stiffness` with T_m, the two nodes of heat, of `thermal_expansion_late`. Begins as warm as its
 sensor. Left out: heating from within.
@@ -18,11 +18,12 @@ from thrustd.model.stage import Floats, jit
 
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    return v * (1.0 + c[0] * (warmed(x, c[2:], u) - c[1]))
+    y = c[0] * (warmed(x, c[3:], u) - c[1])
+    return v * (1.0 + y + 0.5 * c[2] * y * y)
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-    return np.array([p["stiffness_1_k"], p["reference_degc"], *nodes(p, dt_s)])
+    return np.array([p["stiffness_1_k"], p["reference_degc"], p["bend"], *nodes(p, dt_s)])
 
 
 EFFECT = Effect(
@@ -34,7 +35,7 @@ EFFECT = Effect(
     step=step,
     prepare=prepare,
     n_state=2,
-    equation="F = F_core (1 + k (T_m - T_ref)),  T_m of two nodes that warm after T",
+    equation="F = F_core (1 + y + b y^2 / 2),  y = k (T_m - T_ref),  T_m of two nodes that warm after T",
     source="Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
     separating_test="a step of temperature at constant force of 5 kN: read the time until the force has settled",
     initial=begin_as_warm,

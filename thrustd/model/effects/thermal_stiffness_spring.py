@@ -15,6 +15,6 @@ EFFECT = replace(
     name="thermal_stiffness_spring",
     title="stiffness of the spring that follows the temperature late",
     site="spring",
-    equation="w = f(x) (1 + k (T_m - T_ref)),  T_m of two nodes that warm after T",
+    equation="w = f(x) (1 + y + b y^2 / 2),  y = k (T_m - T_ref),  T_m of two nodes that warm after T",
     variant_of="thermal_stiffness",
 )
