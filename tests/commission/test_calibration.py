@@ -7,7 +7,7 @@ import pytest
 
 from thrustd.__main__ import main
 from thrustd.cli.files import read_models
-from thrustd.commission.tether import fit_tether
+from thrustd.commission.tether import as_blocks_scatter, fit_tether
 from thrustd.commission.tether_run import friction_n
 from thrustd.commission.zero import MountZero, recalibrate_by, with_zeros
 from thrustd.core.aircraft import MountPlace
@@ -126,6 +126,15 @@ def test_a_clock_that_is_off_by_less_than_is_looked_for_is_no_friction(run):
         assert shifted.frictions[mount] == pytest.approx(plain.frictions[mount], abs=0.005)
         assert shifted.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.0005)
     assert shifted.after_n < 20.0
+
+
+def test_numbers_are_as_unsure_as_blocks_of_the_run_disagree():
+    """Noise that is white leaves the covariance; one of four levels' length says by how much too sure it was."""
+    rng, covariance = np.random.default_rng(3), np.eye(1) / 4000.0
+    white = rng.standard_normal((4000, 1))
+    lasting = np.repeat(rng.standard_normal(20), 200)[:, None]
+    assert as_blocks_scatter(covariance, white, 50)[0, 0] < 1.6 * covariance[0, 0]
+    assert as_blocks_scatter(covariance, lasting, 50)[0, 0] > 50.0 * covariance[0, 0]
 
 
 def test_a_calibrated_mount_has_so_much_of_its_own_friction():

@@ -204,7 +204,21 @@ def _fit(design: Floats, known: _Known, wanted_n: Floats, rate_hz: float) -> tup
         left = y - a @ mean
         blocks = left[: len(left) // n_slow * n_slow].reshape(-1, n_slow).mean(axis=1)
         variance = max(float(np.var(left)), n_slow * float(np.mean(blocks**2)), 1.0)
-    return mean, covariance, rms(left)
+    return mean, as_blocks_scatter(covariance, a * left[:, None] / variance, n_slow), rms(left)
+
+
+def as_blocks_scatter(covariance: Floats, scores: Floats, n_slow: int) -> Floats:
+    """As unsure as blocks of the run disagree, where that is more: friction and creep of another shape last for levels.
+
+    Scores of what is left, summed over one to four levels (White, Econometrica 50 (1982) 1; Kuensch, Ann. Statist. 17
+    (1989) 1217).
+    """
+    std = np.sqrt(np.diag(covariance))
+    wider = std.copy()
+    for n in (n_slow, 2 * n_slow, 4 * n_slow):
+        moved = np.add.reduceat(scores, np.arange(0, len(scores), n)) @ covariance
+        wider = np.maximum(wider, np.sqrt(np.sum(moved**2, axis=0)))
+    return np.asarray(covariance * np.outer(wider / std, wider / std))
 
 
 def _told(run: Run, installation: Installation, solved: _Solved, before_n: float, lag_s: float) -> TetherFit:
