@@ -66,3 +66,20 @@ def test_of_a_state_and_its_opposite_behind_an_even_curve_the_right_one_is_found
     y = clean + 0.2 * rng.standard_normal(len(clean))
     later = Segment("even", 0.5, 0.02, {"deformation_mm": u[25:]}, y)
     assert np.abs(simulated(simulate, later, simulate(later)) - clean).max() < 0.2
+
+
+@pytest.mark.parametrize("seed", [0, 2, 5])
+def test_what_a_model_gets_wrong_for_minutes_is_no_past(seed):
+    """Stairs from rest, a model with branches of up to an hour, errors that last for half a stretch."""
+    u = np.interp(np.arange(600), np.arange(0, 600, 75), np.repeat(np.arange(4.0), 2))
+    errs = lfilter([0.01], [1.0, -0.97], np.random.default_rng(seed).standard_normal(600))
+
+    def simulate(segment):
+        d = segment.inputs["deformation_mm"]
+        decays = np.exp(-2.0 / np.array([10.0, 100.0, 3600.0]))
+        return 3.0 * d - sum(lfilter([0.0, 1 - a], [1.0, -a], d, zi=[d[0]])[0] for a in decays) / 3
+
+    stairs = Segment("stairs", 0.0, 2.0, {"deformation_mm": u}, u)
+    measured = Segment("stairs", 0.0, 2.0, {"deformation_mm": u}, simulate(stairs) + errs)
+    left = measured.force_n - simulated(simulate, measured, simulate(measured))
+    assert np.std(left) < 1.1 * np.std(errs)

@@ -6,8 +6,9 @@ before, so that is what is estimated: an input before the first sample, at rest 
 others, held for 1, 2, 4, ... samples. It suits every structure, with hysteresis or without; no state has to be known.
 
 Gauss-Newton with finite differences; levels stay near what the record reaches, for rubber never forgets its largest
-load, and the residual of the rest of the record is its noise. The start at rest stays unless the stretch is
-followed clearly better.
+load, and the residual of the rest of the record is its noise. The start at rest stays unless what the stretch gains is
+worth the levels (BIC), in noise as it is over a whole stretch of what either start leaves: a model that is wrong for
+minutes would else be given a past, which a slow branch carries through all of the record.
 
 At rest means settled at the first sample, or unloaded until then, whichever the stretch speaks for: a bench record
 often begins when the load does (`level_before`).
@@ -34,7 +35,6 @@ REACH = 0.25  # of the input's range: so far beyond it may the past have been
 STEP = 1e-3  # of the input's range
 SETTLING = 0.05  # of a segment that starts at rest: that is a guess
 MEDIAN_SQUARE = 0.455  # of Gaussian noise of mean square 1
-CLEARLY = 0.8  # of the stretch's sum of squares, from which on a start at rest is given up
 
 
 UNLOADED = 0.0
@@ -147,13 +147,23 @@ def _levels(simulate: Simulate, segment: Segment, rested: Floats) -> Floats | No
         if cost > noise * good.sum():  # worse than the rest: behind an even curve a state and its opposite look alike
             others = [_searched(residual, begin, begins[0], (low, high), noise) for begin in begins[1:]]
             found, cost = min([(found, cost), *others], key=lambda end: end[1])
-    return found if cost < CLEARLY * float(np.nansum(rested[:n] ** 2)) else None
+        begun = segment.force_n - _after(simulate, segment, found, held)
+        noise = min(_lasting_square(missed[n:], n) for missed in (rested, begun) if np.isfinite(missed[n:]).any())
+    gained = float(np.nansum(rested[:n] ** 2)) - cost
+    return found if gained > len(held) * np.log(good.sum()) * noise else None
 
 
 def _usual_square(missed: Floats) -> float:
     """Mean square of the part that is followed: a wrong start may be wrong for half of a record."""
     squares = missed**2
     return min(float(np.nanmean(squares)), float(np.nanmedian(squares)) / MEDIAN_SQUARE)
+
+
+def _lasting_square(missed: Floats, n: int) -> float:
+    """Mean square of white noise whose mean over n samples would be as large."""
+    known = missed[np.isfinite(missed)]
+    means = known[: len(known) // n * n].reshape(-1, n).mean(axis=1)
+    return max(_usual_square(known), n * _usual_square(means) if len(means) else 0.0)
 
 
 def _searched(

@@ -43,6 +43,13 @@ def test_beside_a_large_effect_a_small_one_is_believed_when_it_explains_the_rest
     assert (step is not None) == believed
 
 
+def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_stead():
+    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2)
+    large, more = fit(3.0), fit(1.5, ("law", "other"))
+    assert advanced(CELL, fit(100.0, ()), large, [more]) is None
+    assert advanced(cubic, fit(100.0, ()), large, [more]) is not None
+
+
 def test_more_than_noise_is_said_before_it_is_much():
     assert [(shows(fit(x), CELL), far_above(fit(x), CELL)) for x in (1.2, 1.3, 2.1)] == [
         (False, False), (True, False), (True, True),

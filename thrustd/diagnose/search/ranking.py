@@ -11,7 +11,7 @@ import numpy as np
 
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.floor import at_floor, far_above
+from thrustd.diagnose.search.floor import at_floor, far_above, left
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, numbers_of, unlikely, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
@@ -134,7 +134,7 @@ def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) ->
     A model that is no mount is judged by a mount's core in its stead: what is worse than the model gains nothing. A
     small effect beside a large one may be what the large one's law missed, unless it explains the rest to the floor.
     """
-    known = LAW * (nothing.mse - best.mse)  # what the laws found so far may leave by not holding exactly
+    known = LAW * (left(nothing, base) - best.mse)  # what the laws found so far may leave by not holding exactly
     better = [
         fit
         for fit in grown
