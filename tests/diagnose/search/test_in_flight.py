@@ -204,7 +204,7 @@ def test_the_couple_of_the_weight_is_a_law_beside_the_stiffening_that_the_model_
 ) -> None:
     flight = a_flight(deck, couple_n_g=-1420.0)
     report = diagnose(spec, [flight], given=given(deck))
-    assert report.verdict == ("engine_weight",) and report.candidates[0].name == "engine_weight_shift"
+    assert report.verdict == ("engine_weight",) and report.candidates[0].name == "engine_weight_couple"
     longer = extend(spec, [flight], ["engine_weight"], given=given(deck))
     assert longer.rmse_after_n < 0.3 * longer.rmse_before_n
 

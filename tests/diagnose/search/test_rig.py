@@ -94,5 +94,7 @@ def test_a_core_that_warms_behind_its_surface_is_no_second_effect():
     numbers = {p.name: p for p in report.candidates[0].parameters}
     for name in ("stiffness_1_k", "reference_degc"):
         assert numbers[name].value == pytest.approx(hidden.parameters[name], abs=3 * numbers[name].std)
-    lags_s = sorted(numbers[name].value for name in ("surface_s", "lag_s"))  # one behind the other: in either order
-    assert lags_s == pytest.approx([60.0, 150.0], rel=0.2)
+    late_s = numbers["surface_s"].value + numbers["lag_s"].value * (
+        1.0 if "surface_share" in numbers else np.pi**2 / 12
+    )
+    assert late_s == pytest.approx(60.0 + 150.0, rel=0.05)  # on average, by two nodes or by a body

@@ -91,3 +91,15 @@ def test_a_model_of_another_kind_is_judged_by_its_own_error():
     assert report.rmse_before_n == pytest.approx(NOISE_N, rel=0.05)
     with pytest.raises(ModelError, match="not added"):
         extend(ringing, [data], ["hysteresis_coulomb"])
+
+
+def test_a_bias_along_a_product_is_not_several_laws_that_read_one_of_its_channels():
+    data = record()
+    t, level = np.arange(len(data)) * DT_S, np.sqrt(data["deformation_mm"] / 1.1)
+    n1_pct = 30.0 + 60.0 * level + 0.5 * np.sin(2 * np.pi * t / 47.0)
+    vibration_mm_s = 9.0 + 4.0 * np.sin(2 * np.pi * t / 110.0) + 2.0 * np.sin(2 * np.pi * t / 37.0)
+    reading = data["deformation_mm"] + 0.04 * np.tanh((n1_pct * vibration_mm_s / 1000.0 - 0.7) / 0.15)
+    channels = {"deformation_mm": reading, "n1_pct": n1_pct, "vibration_mm_s": vibration_mm_s}
+    report = diagnose(mount(), [data.with_channels(**channels)])
+    assert report.verdict == ("unknown",)
+    assert sorted(report.depends_on[0].channel.split(" * ")) == ["n1_pct", "vibration_mm_s"]

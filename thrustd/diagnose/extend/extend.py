@@ -7,6 +7,7 @@ seen is learnt here.
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -26,6 +27,7 @@ from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import left
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
+from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import (
@@ -81,8 +83,13 @@ def extend(
     for effect in chosen:
         check_channels(records, effect)
     few = counted(base, rows, SEARCHED)
-    nothing = joint_fit(*few, ())
-    fit, tried = _fitted(*few, nothing, chosen, question.rig, progress)
+
+    def search(known: Base) -> tuple[Joint, Joint, list[Joint]]:
+        nothing = joint_fit(known, few[1], ())
+        return nothing, *_fitted(known, few[1], nothing, chosen, question.rig, progress)
+
+    known, (nothing, fit, tried) = by_past(*few, segments, search, lambda found: found[1])
+    few, base = (known, few[1]), replace(known, noise_variance=base.noise_variance)
     fit = plain(*few, pruned(*few, nothing, fit, tried), question.rig)
     same = rivals(fit, tried)
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)

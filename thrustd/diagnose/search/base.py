@@ -32,10 +32,7 @@ FRICTIONLESS = 1e-3  # of the output's spread: friction that flies with no model
 STATE_OF = "seconds since start "
 NEVER_S = 1e15
 STATE = 0.3  # of the output's spread: what a lag may be away from rest when a record begins
-STILL_S, UNLOADED = (
-    30.0,
-    0.02,
-)  # a record that begins so long at less of that spread begins at rest, as `plan-test` asks
+BEGUN_S, UNLOADED = 1.0, 0.02  # a record whose first second is below so much of that spread begins unloaded
 OWN = Roles()
 UNSURE = 0.02  # of the output's spread: error of a model that promises none
 KNOWN = 0.1  # of its size: an effect that carries no sigma
@@ -61,7 +58,7 @@ class Base:
 
 
 def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segment] = ()) -> Base:
-    """Prior of a joint regression on these segments; what the lags remember at their starts is part of it."""
+    """Prior of a joint regression on these segments; what lags remember where one begins under load is part of it."""
     if bench and learnt(spec) is not None:
         raise ModelError(f"{spec.name}: it carries what its own bench said; expected a model without, or no --bench")
     stored = _told_by(regress(bench)) if bench else learnt(spec)
@@ -84,18 +81,26 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         bare = shape_of(stored), point_of(stored), information_of(stored) * known
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
-    terms = tuple(_present(effect) for effect in present)
-    memory = _memory(shape, point)
-    if memory:
-        loaded = [k for k, segment in enumerate(segments) if not _stood_unloaded(segment, shape.output_scale)]
-        terms += tuple(_state(k, memory) for k in loaded)
-    if not terms:
-        return Base(shape, point, information, noise, promised)
+    loaded = [k for k, segment in enumerate(segments) if not begins_unloaded(segment, shape.output_scale)]
+    terms = [*map(_present, present), *_states(shape, point, loaded)]
+    return _beside(Base(shape, point, information, noise, promised), terms)
+
+
+def remembering(base: Base, segments: Sequence[Segment]) -> Base | None:
+    """The same where a mount that begins unloaded may remember a load from before; None where nothing can remember."""
+    unloaded = [k for k, segment in enumerate(segments) if begins_unloaded(segment, base.scale)]
+    terms = _states(base.shape, base.point, unloaded)
+    return _beside(base, terms) if terms else None
+
+
+def _beside(base: Base, terms: Sequence[Term]) -> Base:
+    """With more terms, of which nothing is known beyond their sigmas."""
+    shape = base.shape
     full = replace(shape, terms=(*shape.terms, *terms))
     wide = np.zeros((full.n, full.n))
-    wide[: shape.n, : shape.n] = information
-    numbers = np.concatenate((point.terms, np.zeros(full.n - shape.n)))
-    return Base(full, replace(point, terms=numbers), wide, noise, promised)
+    wide[: shape.n, : shape.n] = base.information
+    numbers = np.concatenate((base.point.terms, np.zeros(full.n - shape.n)))
+    return replace(base, shape=full, point=replace(base.point, terms=numbers), information=wide)
 
 
 def _told_by(found: Solution) -> Posterior:
@@ -155,12 +160,11 @@ def _present(spec: EffectSpec) -> Term:
     return Term(effect, values, std, centre={name: values[name] for name in std}, shapes=False)
 
 
-def _stood_unloaded(segment: Segment, scale: float) -> bool:
-    """Whether no second of the record's beginning was loaded: then its lags remember nothing, and no number says so."""
-    second = max(round(1.0 / segment.dt_s), 1)
-    count = min(round(STILL_S / segment.dt_s), len(segment)) // second
-    first = segment.force_n[: count * second].reshape(-1, second)
-    return bool(len(first) and np.all(np.abs(first.mean(axis=1)) < UNLOADED * scale))
+def begins_unloaded(segment: Segment, scale: float) -> bool:
+    """Whether it begins without load, as `plan-test` asks: then its lags remember nothing, unless data say so."""
+    first = segment.force_n[: max(round(BEGUN_S / segment.dt_s), 1)]
+    known = first[np.isfinite(first)]
+    return bool(len(known) and abs(float(known.mean())) < UNLOADED * scale)
 
 
 @jit
@@ -173,10 +177,11 @@ def _state_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v
 
 
-def _memory(shape: Shape, point: Point) -> list[tuple[float, float]]:
-    """Time constants of all lags, s, and the force, N, by which each may be away from rest when a record begins."""
+def _states(shape: Shape, point: Point, records: Sequence[int]) -> list[Term]:
+    """What the lags remember when these records begin, beside rest: by lag, its share of the force."""
     lags = zip(np.exp(point.log_tau), shape.output_scale * np.abs(point.gain), strict=True)
-    return [(float(tau), STATE * float(size)) for tau, size in (*lags, *stretched(shape, point)) if size > 0.0]
+    memory = [(float(tau), STATE * float(size)) for tau, size in (*lags, *stretched(shape, point)) if size > 0.0]
+    return [_state(number, memory) for number in records] if memory else []
 
 
 def _state(number: int, memory: Sequence[tuple[float, float]]) -> Term:

@@ -27,6 +27,7 @@ from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, shows
 from thrustd.diagnose.search.joint import Joint, counted, told
 from thrustd.diagnose.search.library import combined
+from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import WORTH, Ranked, gained, rank, rivals
@@ -76,14 +77,12 @@ def diagnose(
         from thrustd.diagnose.search.in_flight import diagnosed_in_flight  # it compiles what flies: seconds
 
         return diagnosed_in_flight(name or spec.name, spec, question, given, extra, progress)
-    records, base, rows = question.records, question.base, question.rows
+    records, rows = question.records, question.rows
     present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
     possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
     effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
-    few = counted(base, rows, SEARCHED)
-    ranked = rank(*few, effects, question.rig, progress)
-    ranked = replace(ranked, best=plain(*few, ranked.best, question.rig))
-    verdict = judge(*few, ranked)
+    question, ranked, verdict = _searched(question, effects, progress)
+    base = question.base
     energy = loop_energy(records)
     turned = [energy.sentence(records)] if energy.delivers and not given.against else []
     if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
@@ -98,13 +97,28 @@ def diagnose(
     return report
 
 
+def _searched(
+    question: Question, effects: Sequence[Effect], progress: Progress | None
+) -> tuple[Question, Ranked, Verdict]:
+    """On few samples, from rest or where the mount remembers: the question is then asked with what it remembers."""
+    few, rows = counted(question.base, question.rows, SEARCHED)
+
+    def search(known: Base) -> Ranked:
+        return rank(known, rows, effects, question.rig, progress)
+
+    known, ranked = by_past(few, rows, question.segments, search, lambda ranked: ranked.best)
+    ranked = replace(ranked, best=plain(known, rows, ranked.best, question.rig))
+    base = replace(known, noise_variance=question.base.noise_variance)
+    return replace(question, base=base), ranked, judge(known, rows, ranked)
+
+
 def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     """The best set, `none`, or `unknown` where one free curve does better than every law."""
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     words = best.words or ("none",)
     laws = [term.effect for term in best.terms if BY not in term.effect.name]
     own = {channel for law in laws for channel in law.channels}
-    curves = [c for c in ranked.curves if not set(c.parts) & own]
+    curves = [c for c in ranked.curves if not set(c.parts) <= own]
     several = len(best.terms) > 1 or (best.terms and not laws)
     alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it

@@ -36,7 +36,13 @@ WIDE = 1e4  # the same where it is of a user's formula
 KNOTS = 6  # of a free curve
 RUBBER = "rubber"
 LATE_SAMPLES = 0, 3, 10, 30, 100  # where the lateness of a channel begins
-CONTAINED = ("hysteresis_prandtl_ishlinskii",)  # by `hysteresis_stops`
+CONTAINED = (
+    "hysteresis_prandtl_ishlinskii",  # by `hysteresis_stops`
+    "thermal_expansion_body",  # nearly, by two nodes of heat: `plain` chooses between them
+    "thermal_stiffness_body",
+    "thermal_stiffness_body_spring",
+    "mullins_softening_ratio",  # by `mullins_softening_relative`
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +106,7 @@ def _ends(name: str, records: Sequence[Record]) -> tuple[float, float]:
 
 
 def laws(effects: Iterable[Effect]) -> list[Effect]:
-    """Without those that another contains: stops of free weights are every sum of stops."""
+    """Without those that another contains."""
     return [effect for effect in effects if effect.name not in CONTAINED]
 
 
