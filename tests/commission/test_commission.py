@@ -142,6 +142,21 @@ def test_flights_without_fuel_flow_and_records_that_do_not_move_are_refused_befo
     assert not (tmp_path / "out").exists()
 
 
+def test_flights_that_make_no_deck_are_refused_before_the_mounts_are_identified(records, tmp_path, capsys, monkeypatch):
+    def never(*_):
+        raise AssertionError("minutes of work before a mistake is told that shows in seconds")
+
+    monkeypatch.setattr("thrustd.commission.commission.mount_models", never)
+    time_s = np.arange(0.0, 60.0, 0.1)
+    flat = {"mach": 0.3, "pressure_altitude_m": 1e3, "sat_degC": 5.0, "n1_pct_left": 80.0, "fuel_flow_kg_s_left": 0.1}
+    flight = make_recording("flight", {"time_s": time_s} | {name: np.full(len(time_s), v) for name, v in flat.items()})
+    write_recording(flight, tmp_path / "flight.csv")
+    twice = ["--flights", *[str(tmp_path / "flight.csv")] * 2]
+    assert main([*given(records, more=twice), "-o", str(tmp_path / "out")]) == 2
+    assert "the same recording" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["flight.csv"]
+
+
 def test_a_folder_that_cannot_be_made_is_told_before_any_work(tmp_path, capsys):
     (tmp_path / "file").write_text("x")
     bench = ["--bench", "upper=nothing.csv", "lower=nothing.csv"]
