@@ -1,6 +1,7 @@
 """From an aircraft's records to a folder that flies, or one line and no folder."""
 
 import json
+import re
 from dataclasses import replace
 
 import msgspec
@@ -12,6 +13,7 @@ from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
 from thrustd.commission.commission import Commissioned, summary_lines
 from thrustd.commission.mount_models import THERMAL, Made, learn
+from thrustd.commission.report import _effects
 from thrustd.diagnose.extend.extend_report import ExtendReport
 from thrustd.identify.artifact import witness_rows
 from thrustd.installation.installation import read_installation
@@ -72,6 +74,16 @@ def test_what_is_missing_is_said_and_in_the_band(folder):
     assert "weight: what normal load does" not in page
     fusion = read_installation(folder / "hil.toml").config.fusion
     assert fusion["mount_stiffness_std"] == pytest.approx(np.hypot(0.003, 0.006), rel=1e-3)
+
+
+def test_the_report_gives_no_sigma_to_what_was_given():
+    (spec,) = read_models([shipped("models/left-upper.json", "model")]).values()
+    held = EffectSpec("engine_weight_shift", {"stretch_1_g": 0.01}, std={"stretch_1_g": 1e-8})
+    found = EffectSpec("thermal_stiffness", {"stiffness_1_k": -2e-4}, std={"stiffness_1_k": 3e-6})
+    given = {"given": ["engine_weight_shift.stretch_1_g = 0.01"]}
+    one = Made(msgspec.structs.replace(spec, effects=[held, found], provenance=given), 5.0, 6.0, ["bench"])
+    shown = re.findall(r"(given|3e-06|1e-08)</td>", _effects({"left_upper": one}))
+    assert shown == ["given", "3e-06"]
 
 
 def test_a_chamber_that_teaches_nothing_is_said_on_the_terminal(tmp_path):
