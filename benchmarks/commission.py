@@ -123,6 +123,7 @@ def aircraft(folder: Path, seed: int, hours: float, minutes: float) -> dict[str,
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--aircraft", type=int, default=3, metavar="N")
+    parser.add_argument("--first", type=int, default=FIRST_SEED, metavar="SEED", help="number of the first one")
     parser.add_argument("--hours", type=float, default=HOURS, help="of bench per mount")
     parser.add_argument("--minutes", type=float, default=MINUTES, help="of flight")
     parser.add_argument("--folder", type=Path, default=Path("out/commission"), help="where it goes on")
@@ -131,7 +132,7 @@ def main() -> None:
         "aircraft", "commission, s", *COLUMNS, title="RMSE of the fused thrust, N, left and right; truth inside, %"
     )
     errors: list[list[float]] = [[] for _ in COLUMNS]
-    for seed in range(FIRST_SEED, FIRST_SEED + given.aircraft):
+    for seed in range(given.first, given.first + given.aircraft):
         found = aircraft(given.folder / str(seed), seed, given.hours, given.minutes)
         words = ["; ".join(f"{rmse:.0f}, {inside:.1f} %" for rmse, inside in each) for each in found["scores"]]
         shown.add_row(str(seed), f"{found['seconds']:.0f}", *words)

@@ -28,6 +28,11 @@ def installed(engine):
     return {row["term"].removeprefix(INSTALLED): row["std_n"] for row in engine["rows"] if INSTALLED in row["term"]}
 
 
+def test_a_window_behind_the_end_is_told_how_long_the_flight_is(log, capsys):
+    assert main(["budget", str(log), "--at", "500", "600"]) == 2
+    assert "nothing was estimated there, only until 180 s" in capsys.readouterr().err
+
+
 def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_path, capsys):
     plain = budget(capsys, str(log), "--at", "130", "140")
     for engine in plain:

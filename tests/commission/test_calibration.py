@@ -232,6 +232,13 @@ def test_what_is_no_zero_is_refused_aloud(tmp_path, capsys):
     faults = said(capsys)["faults"]
     assert faults["right_upper zero_refused"] == 1 and faults["left zero"] == 1
     assert not any("zero_refused" in name for name in faults if "right_upper" not in name)
+    both = "zero_mm=0.0,0.0,0.09,0.09"
+    assert main(["simulate", "--minutes", "0.5", "--seed", "3", "--knob", both, "-o", str(log)]) == 0
+    capsys.readouterr()
+    assert main(["replay", str(log)]) == 0
+    (taken, refused) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("zeros ")]
+    assert taken.endswith(": left")  # no engine is called calibrated of which no mount was
+    assert refused.startswith("zeros refused") and refused.endswith(": right_lower, right_upper")
 
 
 def test_a_log_that_begins_with_engines_running_has_no_zeros(static_run, tmp_path, capsys):

@@ -1,6 +1,7 @@
 """From an aircraft's records to a folder that flies, or one line and no folder."""
 
 import json
+import re
 from dataclasses import replace
 
 import msgspec
@@ -12,6 +13,7 @@ from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
 from thrustd.commission.commission import Commissioned, summary_lines
 from thrustd.commission.mount_models import THERMAL, Made, learn
+from thrustd.commission.report import _effects
 from thrustd.diagnose.extend.extend_report import ExtendReport
 from thrustd.identify.artifact import witness_rows
 from thrustd.installation.installation import read_installation
@@ -74,6 +76,16 @@ def test_what_is_missing_is_said_and_in_the_band(folder):
     assert fusion["mount_stiffness_std"] == pytest.approx(np.hypot(0.003, 0.006), rel=1e-3)
 
 
+def test_the_report_gives_no_sigma_to_what_was_given():
+    (spec,) = read_models([shipped("models/left-upper.json", "model")]).values()
+    held = EffectSpec("engine_weight_shift", {"stretch_1_g": 0.01}, std={"stretch_1_g": 1e-8})
+    found = EffectSpec("thermal_stiffness", {"stiffness_1_k": -2e-4}, std={"stiffness_1_k": 3e-6})
+    given = {"given": ["engine_weight_shift.stretch_1_g = 0.01"]}
+    one = Made(msgspec.structs.replace(spec, effects=[held, found], provenance=given), 5.0, 6.0, ["bench"])
+    shown = re.findall(r"(given|3e-06|1e-08)</td>", _effects({"left_upper": one}))
+    assert shown == ["given", "3e-06"]
+
+
 def test_a_chamber_that_teaches_nothing_is_said_on_the_terminal(tmp_path):
     (spec,) = read_models([shipped("models/left-upper.json", "model")]).values()
     bare = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name not in THERMAL], witness=None)
@@ -115,7 +127,7 @@ def test_a_mount_keeps_its_own_friction_when_another_one_is_weighed(monkeypatch)
         ({"upper": "lower", "lower": "upper"}, "each other's"),
         ({"upper": "upper", "lower": "upper"}, "two of the same place"),
         ({"upper": "weight", "lower": "nothing"}, "nothing.parquet"),
-        ({"upper": "turned"}, "N/mm, expected about 5079"),
+        ({"upper": "turned"}, "is the sign of force_N or deformation_mm turned?"),
         ({"upper": "kilonewtons"}, "is it kN?"),
         ({"upper": "still"}, "force_N spans"),
     ],
@@ -140,6 +152,21 @@ def test_flights_without_fuel_flow_and_records_that_do_not_move_are_refused_befo
         assert main([*given(records, more=more), "-o", str(tmp_path / "out")]) == 2
         assert word in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_flights_that_make_no_deck_are_refused_before_the_mounts_are_identified(records, tmp_path, capsys, monkeypatch):
+    def never(*_):
+        raise AssertionError("minutes of work before a mistake is told that shows in seconds")
+
+    monkeypatch.setattr("thrustd.commission.commission.mount_models", never)
+    time_s = np.arange(0.0, 60.0, 0.1)
+    flat = {"mach": 0.3, "pressure_altitude_m": 1e3, "sat_degC": 5.0, "n1_pct_left": 80.0, "fuel_flow_kg_s_left": 0.1}
+    flight = make_recording("flight", {"time_s": time_s} | {name: np.full(len(time_s), v) for name, v in flat.items()})
+    write_recording(flight, tmp_path / "flight.csv")
+    twice = ["--flights", *[str(tmp_path / "flight.csv")] * 2]
+    assert main([*given(records, more=twice), "-o", str(tmp_path / "out")]) == 2
+    assert "the same recording" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["flight.csv"]
 
 
 def test_a_folder_that_cannot_be_made_is_told_before_any_work(tmp_path, capsys):

@@ -97,6 +97,7 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
         known = seen.first_ns >= 0
         if known and (batch.t_ns.item(-1) - seen.first_ns) * 1e-9 < begin_s:
             pipeline.take(batch)  # all at once: nobody asks for its terms
+            seen.last_s = (batch.t_ns.item(-1) - seen.first_ns) * 1e-9
             continue
         for event in batch.events():
             seen.take(pipeline.feed(event), pipeline, begin_s, end_s)

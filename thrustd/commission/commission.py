@@ -1,6 +1,6 @@
 """From an aircraft's records to a folder that flies: models, deck, configuration, report. Whole or not at all.
 
-    bench -> identify -> weight -> temperature -> mass -> compile -> check          flights -> deck
+    flights -> deck        bench -> identify -> weight -> temperature -> mass -> compile -> check
 
 What is missing is said with what it costs, and the cost goes into the band: `fusion.mount_stiffness_std` of the
 folder's configuration is the root of the sum of squares of the default and of every missing piece.
@@ -58,17 +58,19 @@ def commission(
     """`config`: the aircraft's configuration that `installation` was read from; `out`: a folder that is not there."""
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UsageError(f"{out}: already exists; expected the name of a new or empty folder")
-    made = mount_models(pieces, installation, lambda share, what: told(0.9 * share, what))
     missing = _missing(pieces)
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
         folder = Path(draft) / out.name
-        told(0.92, "deck")
-        rows, remarks = _write(folder, pieces, installation, made)
+        told(0.0, "deck")  # first: a flight that cannot be used shows in seconds, the mounts take minutes
+        rows, remarks = _write(folder, pieces, installation)
         settings = section(installation.config.fusion, FusionSettings, str(config))
         std = hypot(settings.mount_stiffness_std, *(piece.std for piece in missing))
         target = folder / config.name
-        target.write_text(_configured(config.read_text(), installation, made, std, config))
+        target.write_text(_configured(config.read_text(), installation, std, config))
+        made = mount_models(pieces, installation, lambda share, what: told(0.05 + 0.9 * share, what))
+        for mount, one in made.items():
+            (folder / "models" / f"{mount}.json").write_text(write_model(one.spec))
         told(0.97, "check")
         read_installation(target).pipeline()
         if out.exists():
@@ -93,13 +95,9 @@ def _missing(pieces: Pieces) -> list[Missing]:
     return found
 
 
-def _write(
-    folder: Path, pieces: Pieces, installation: Installation, made: dict[str, Made]
-) -> tuple[list[dict[str, object]], tuple[str, ...]]:
-    """Every file but the configuration; -> what the deck's fit said."""
+def _write(folder: Path, pieces: Pieces, installation: Installation) -> tuple[list[dict[str, object]], tuple[str, ...]]:
+    """Every file but the configuration and the models; -> what the deck's fit said."""
     (folder / "models").mkdir(parents=True)
-    for mount, one in made.items():
-        (folder / "models" / f"{mount}.json").write_text(write_model(one.spec))
     names = installation.config
     for name in (names.can.dbc, names.aircraft.data):
         if name is not None:
@@ -116,7 +114,7 @@ def _write(
     return list(report_lines(fit)), tuple(fit.remarks)
 
 
-def _configured(text: str, installation: Installation, made: dict[str, Made], std: float, where: Path) -> str:
+def _configured(text: str, installation: Installation, std: float, where: Path) -> str:
     """The configuration with the folder's own names and sigma in it, its comments kept; ConfigError if that fails."""
     config = installation.config
     own = {"deck": "deck.json", "dbc": Path(config.can.dbc).name}
@@ -133,11 +131,11 @@ def _configured(text: str, installation: Installation, made: dict[str, Made], st
         text = re.sub(r"(?m)^[ \t]*mount_stiffness_std.*$", line, text)
     else:
         text = re.sub(r"(?m)^\[fusion\].*$", lambda m: f"{m[0]}\n{line}", text)
-    _check(text, installation, made, where)
+    _check(text, installation, where)
     return text
 
 
-def _check(text: str, installation: Installation, made: dict[str, Made], where: Path) -> None:
+def _check(text: str, installation: Installation, where: Path) -> None:
     """Every name is in place, everything else as it was."""
     from thrustd.core.config import read_config
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from thrustd.commission.commission import Commissioned
 from thrustd.commission.mount_models import Made
+from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.sinks.html_page import head, section, sentences, table
 from thrustd.sinks.whole_file import write_whole
 
@@ -48,13 +49,21 @@ def _span(limits: Sequence[float]) -> str:
 
 def _effects(mounts: dict[str, Made]) -> str:
     rows = [
-        (f"{mount}: {effect.name}", name, f"{value:.4g}", f"{effect.std[name]:.2g}" if name in effect.std else "given")
+        (f"{mount}: {effect.name}", name, f"{value:.4g}", _sigma(one.spec, effect, name))
         for mount, one in mounts.items()
         for effect in one.spec.effects
         if not effect.name.startswith("hysteresis")
         for name, value in effect.parameters.items()
     ]
     return section("Effects", table(("Mount and effect", "parameter", "value", "one sigma"), rows))
+
+
+def _sigma(spec: ModelSpec, effect: EffectSpec, name: str) -> str:
+    """`given`: no record of this mount told it; a later fit that held it gives it a sigma of nothing."""
+    given = spec.provenance.get("given", [])
+    assert isinstance(given, list)
+    held = any(str(line).startswith(f"{effect.name}.{name} = ") for line in given)
+    return "given" if held or name not in effect.std else f"{effect.std[name]:.2g}"
 
 
 def _deck(rows: Sequence[dict[str, object]], remarks: Sequence[str]) -> str:

@@ -219,7 +219,6 @@ class Pipeline:
             estimates.append(thrust_filter.step(self._told_of[e], weighed))
             outputs.append(estimates[e])
             if thrust_filter.calibrates:
-                self._report(Fault(t_ns, self._layout.engine_names[e], "zero"), outputs)
                 self._calibrate(e, t_ns, outputs)
         outputs.extend([_new(MountOutput, (t_ns, i, *said)) for i, said in enumerate(self._mounts_said.tolist())])
         if t_ns - self._checked_ns >= CHECK_EVERY_NS:
@@ -266,9 +265,13 @@ class Pipeline:
             self._intake.trust(verdict.excluded)
 
     def _calibrate(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
-        for mount in self._layout.mounts_of_engine[engine]:
-            if ("deformation_mm", mount) not in self._excluded and not self._sources[mount].calibrate():
-                self._report(Fault(t_ns, self._layout.mount_names[mount], "zero_refused"), outputs)
+        mounts = self._layout.mounts_of_engine[engine]
+        heard = [mount for mount in mounts if ("deformation_mm", mount) not in self._excluded]
+        refused = [mount for mount in heard if not self._sources[mount].calibrate()]
+        if len(refused) < len(heard):
+            self._report(Fault(t_ns, self._layout.engine_names[engine], "zero"), outputs)
+        for mount in refused:
+            self._report(Fault(t_ns, self._layout.mount_names[mount], "zero_refused"), outputs)
 
     def _tell(self, t_ns: int, dt_s: float, verdict: MonitorVerdict) -> None:
         """What the filters are told, a row of INPUTS each."""

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 
 ZERO = " zero"  # kind of an event that goes the way of faults and is none
+REFUSED = " zero_refused"
 
 
 def print_summary(summary: "ReplaySummary", screen: "Console") -> None:
@@ -34,6 +35,9 @@ def print_summary(summary: "ReplaySummary", screen: "Console") -> None:
     zeros = [what.removesuffix(ZERO) for what in summary.faults if what.endswith(ZERO)]
     if zeros:
         screen.print(f"zeros of the transducers calibrated before the engine start: {', '.join(zeros)}")
+    refused = [what.removesuffix(REFUSED) for what in summary.faults if what.endswith(REFUSED)]
+    if refused:
+        screen.print(f"zeros refused before the engine start, more than a zero can be: {', '.join(refused)}")
     faults = ", ".join(f"{what} x{n}" for what, n in summary.faults.items() if not what.endswith(ZERO)) or "none"
     screen.print(f"faults: {faults}")
 
