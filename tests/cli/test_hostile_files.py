@@ -1,5 +1,6 @@
 """Files made to hurt: one line, exit status 2, in bounded time and memory, whatever they are."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -74,6 +75,20 @@ def test_a_checkpoint_may_not_be_a_pipe_and_costs_only_the_warm_start(tmp_path: 
     assert found.refused
     assert "it is a pipe, expected a file: starting cold" in found.word
     assert read_checkpoint(Path("/dev/zero"), {}, Clocks("", 0, 0), 10).refused
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".npz", ".mat", ".mcap"])
+def test_a_file_that_may_not_be_read_is_not_called_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    (tmp_path / f"a{suffix}").write_bytes(bytes(200))
+
+    def refuse(*_: object, **__: object) -> None:  # to root, who may run this, chmod means nothing
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(RecordingError, match=f"a{suffix}: cannot be read: Permission denied"):
+        read_recording(tmp_path / f"a{suffix}")
 
 
 def test_a_plain_file_has_a_largest_size(tmp_path: Path) -> None:
