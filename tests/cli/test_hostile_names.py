@@ -25,6 +25,15 @@ def test_a_file_of_such_a_name_is_asked_to_be_renamed(tmp_path, monkeypatch, cap
     assert os.listdir(tmp_path) == [name]
 
 
+@pytest.mark.parametrize("verb", ["info", "replay --json"])
+@pytest.mark.parametrize("name", [f"{HOSTILE}.mcap", os.fsdecode(b"\xff.mcap")], ids=["escape", "no UTF-8"])
+def test_nor_does_a_log_in_a_folder_have_such_a_name(tmp_path, capsys, verb, name):
+    (tmp_path / name).write_bytes((ROOT / "replay_logs" / "throttle-steps.mcap").read_bytes())
+    line = refused(capsys, *verb.split(), tmp_path)
+    assert "its name holds control characters or is not UTF-8" in line
+    assert line.isprintable()
+
+
 def test_a_model_says_what_it_likes_of_itself_in_plain_text(tmp_path, capsys):
     spec = json.loads((ROOT / "models" / "left-upper.json").read_text())
     spec["name"] = HOSTILE
