@@ -25,7 +25,7 @@ from thrustd.cli import (
     status,
     workbench,
 )
-from thrustd.cli.files import check_outputs
+from thrustd.cli.files import check_outputs, check_text
 from thrustd.cli.verb import Parser, note
 from thrustd.core.errors import ThrustdError, one_line
 
@@ -64,6 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as it is under nohup
             signal.signal(signal.SIGHUP, _terminated)
     try:
+        check_text(sys.argv[1:] if arguments is None else arguments)
         chosen = parser().parse_args(arguments)
         check_outputs(vars(chosen))
         status: int = chosen.verb(chosen)

@@ -1,5 +1,6 @@
 """Files made to hurt: one line, exit status 2, in bounded time and memory, whatever they are."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -36,10 +37,14 @@ sys.exit(main(sys.argv[2:]))
 """
 
 
-def refused_in_bounds(*arguments: object) -> str:
+def in_bounds(*arguments: object) -> subprocess.CompletedProcess[str]:
     """A verb in a process with little memory and little time."""
     command = [sys.executable, "-c", LIMITED, str(MEMORY_BYTES), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+
+
+def refused_in_bounds(*arguments: object) -> str:
+    done = in_bounds(*arguments)
     lines = done.stderr.splitlines()
     assert (done.returncode, done.stdout, len(lines)) == (2, "", 1), done.stderr[-2000:]
     return lines[0]
@@ -70,6 +75,20 @@ def test_a_checkpoint_may_not_be_a_pipe_and_costs_only_the_warm_start(tmp_path: 
     assert found.refused
     assert "it is a pipe, expected a file: starting cold" in found.word
     assert read_checkpoint(Path("/dev/zero"), {}, Clocks("", 0, 0), 10).refused
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".npz", ".mat", ".mcap"])
+def test_a_file_that_may_not_be_read_is_not_called_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    (tmp_path / f"a{suffix}").write_bytes(bytes(200))
+
+    def refuse(*_: object, **__: object) -> None:  # to root, who may run this, chmod means nothing
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(RecordingError, match=f"a{suffix}: cannot be read: Permission denied"):
+        read_recording(tmp_path / f"a{suffix}")
 
 
 def test_a_plain_file_has_a_largest_size(tmp_path: Path) -> None:
@@ -183,6 +202,22 @@ def test_a_matlab_file_or_a_table_that_unpacks_to_all_memory_is_refused(tmp_path
         assert (tmp_path / name).stat().st_size < 1e6
         assert f"{name}: " in (line := refused_in_bounds("info", tmp_path / name))
         assert "that unpack to 536870912" in line
+
+
+def test_texts_of_a_table_are_left_out_unread(tmp_path: Path) -> None:
+    text = pa.DictionaryArray.from_arrays(np.zeros(1000, np.int32), pa.array(["x" * 10_000_000]))  # 10 GB, unpacked
+    table = pa.table({"time_s": np.arange(1000.0), "force_N": np.arange(1000.0), "remark": text})
+    parquet.write_table(table, tmp_path / "a.parquet", store_schema=False)
+    assert (tmp_path / "a.parquet").stat().st_size < 1e6
+    done = in_bounds("info", tmp_path / "a.parquet")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "remark: string column left out" in done.stdout
+
+
+def test_a_column_that_comes_twice_is_named(tmp_path: Path) -> None:
+    parquet.write_table(pa.Table.from_arrays([pa.array([1.0])] * 2, names=["time_s"] * 2), tmp_path / "a.parquet")
+    with pytest.raises(RecordingError, match=r"a.parquet: column 'time_s' appears twice; expected once"):
+        read_recording(tmp_path / "a.parquet")
 
 
 @pytest.mark.parametrize("metadata", ["{", "[1]", '{"a": 1}', "nonsense", '{"a": ' * 2000])

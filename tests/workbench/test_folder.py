@@ -1,6 +1,7 @@
 """Names, sessions, undo, exercises: what is in files."""
 
 import json
+import os
 
 import msgspec
 import pytest
@@ -32,6 +33,17 @@ def test_only_models_are_models(folder):
     assert folder.models() == ["broken.json", "model.json"]
     problems = {card.name: card.problem for card in model_cards(folder)}
     assert problems["model.json"] == "" and "broken.json" in problems["broken.json"]
+
+
+@pytest.mark.parametrize(
+    "name", ["\x1b[31mx.csv", "a\nb.csv", os.fsdecode(b"\xff.csv"), "a\\b.csv", "x" * 210 + ".csv"]
+)
+def test_a_file_of_a_name_that_cannot_be_shown_spoils_no_page(folder, name):
+    for path in (folder.root / name, folder.root / "inner" / name, folder.root / "good.csv"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("time_s,force_N\n0,1\n1,2\n")
+    assert folder.recordings() == ["good.csv"]
+    assert [folder.path(each) for each in folder.recordings()] == [folder.root / "good.csv"]
 
 
 def test_session_survives_nonsense_and_missing_files(folder):

@@ -6,7 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
-from thrustd.core.errors import UsageError
+from thrustd.core.errors import UsageError, printable
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
 
@@ -14,6 +14,15 @@ if TYPE_CHECKING:
     from thrustd.model.artifact import ModelSpec
 
 OUTPUTS = "out", "smooth", "picture", "table", "c", "report"  # arguments that name a file to write
+
+
+def check_text(arguments: Sequence[str]) -> None:
+    """Before anything else: names that no terminal can show, and half of the libraries cannot open, are refused."""
+    for text in arguments:
+        if printable(text) != text or "\n" in text:
+            raise UsageError(
+                f"{text!r}: holds control characters or is not UTF-8; expected plain text: rename the file"
+            )
 
 
 def check_outputs(arguments: Mapping[str, Any]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, tell
-from thrustd.core.errors import UsageError
+from thrustd.core.errors import UsageError, printable
 
 if TYPE_CHECKING:
     from thrustd.core.statics import Carried, Left
@@ -117,7 +117,7 @@ def check_verb(arguments: argparse.Namespace) -> int:
         print_json({"config": str(arguments.config), "ok": not found, **said})
         return int(bool(found))
     for name, digest in hashes.items():
-        print(f"{digest[:16]}  {name}")
+        print(f"{digest[:16]}  {printable(name)}")
     for line in uncorrected:
         print(f"warning: {line}")
     _print_statics([each for each in statics if each.mount in fronts], lost)

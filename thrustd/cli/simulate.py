@@ -164,8 +164,8 @@ def _bench(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.bench is not None and arguments.programme is not None:
         raise UsageError("--bench and --programme: expected one of them")
 
-    if not 0.01 <= arguments.hours <= 1000:
-        raise UsageError(f"--hours {arguments.hours:g}: expected 0.01 to 1000")
+    if not 0.01 <= arguments.hours <= bench.MOST_HOURS:
+        raise UsageError(f"--hours {arguments.hours:g}: expected 0.01 to {bench.MOST_HOURS:g}")
     if not -60 <= arguments.room <= 100:
         raise UsageError(f"--room {arguments.room:g}: expected -60 to 100 degC")
     makers: dict[str, Callable[..., Any]] = {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import msgspec
 
-from thrustd.core.errors import UsageError
+from thrustd.core.errors import UsageError, printable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -89,7 +89,7 @@ def console() -> "Console":
 
 def note(text: str) -> None:
     """A remark for the user: standard error, so that standard output stays clean."""
-    sys.stderr.write(text + "\n")
+    sys.stderr.write(printable(text) + "\n")
 
 
 @contextmanager
@@ -103,7 +103,7 @@ def progress(label: str) -> Iterator[Advance]:
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     bar = Progress(*columns, console=Console(stderr=True))
-    task = bar.add_task(label, total=1.0)
+    task = bar.add_task(printable(label), total=1.0)
 
     def advance(fraction: float) -> None:
         bar.update(task, completed=fraction)

@@ -22,7 +22,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.installation.shipped import aircraft_data, read_deck
 from thrustd.records.files import read_recording
-from thrustd.records.recording import Recording, make_recording
+from thrustd.records.recording import MOST_FLIGHT_S, Recording, make_recording
 
 AIR = "mach", "pressure_altitude_m", "sat_degC"
 SECOND_HZ = 1.0
@@ -78,7 +78,7 @@ def read_flight(path: Path | str, deck: Path | None = None, aircraft: Path | Non
     if "raw events" in " ".join(record.notes):
         record = _replayed(path)
     engines = tuple(name.removeprefix("n1_pct_") for name in record.channels if name.startswith("n1_pct_"))
-    _check(record, engines)
+    _check(record.at_most(MOST_FLIGHT_S), engines)
     fused = all(f"estimate_thrust_n_{engine}" in record for engine in engines)
     if fused:
         return Flight(_named(record, engines), engines, fused)

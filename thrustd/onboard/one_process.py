@@ -14,6 +14,7 @@ from struct import Struct
 from thrustd.core.errors import UsageError
 
 PEER = Struct("3i")  # struct ucred: process, user, group
+ASKED = 4096  # questions that are heard: none is ever accepted, and each keeps its place
 
 
 @contextmanager
@@ -27,7 +28,7 @@ def only_one(config: Path) -> Iterator[None]:
             raise UsageError(
                 f"{config}: flown by {_owner(name)} already, expected one process per configuration"
             ) from None
-        claim.listen(1)  # so that a second process can ask who we are
+        claim.listen(ASKED)  # so that a second process can ask who we are
         yield
 
 

@@ -80,6 +80,10 @@ def write_recording(record: Recording, path: Path | str) -> None:
 
 def _check_size(path: Path) -> None:
     size = file_bytes(path, RecordingError)
+    try:
+        path.open("rb").close()  # a reader that may not look inside would call it damaged
+    except OSError as problem:
+        raise RecordingError(f"{path}: cannot be read: {problem.strerror}") from None
     if size == 0:
         raise RecordingError(f"{path.name}: is empty")
     if size > MAX_FILE_BYTES:

@@ -55,9 +55,14 @@ def check_columns(count: int, name: str) -> None:
         raise RecordingError(f"{name}: {count} columns; expected one per channel, at most {MOST_COLUMNS}")
 
 
+def most_expanded(packed_bytes: int) -> int:
+    """What so many bytes of measured data may unpack to."""
+    return max(MOST_EXPANSION * packed_bytes, ALWAYS_BYTES)
+
+
 def check_expanded(packed_bytes: int, expanded_bytes: int, name: str) -> None:
     """RecordingError when a compressed file is to fill memory: measured data shrink to a tenth at best."""
-    limit = max(MOST_EXPANSION * packed_bytes, ALWAYS_BYTES)
+    limit = most_expanded(packed_bytes)
     if expanded_bytes > limit:
         raise RecordingError(
             f"{name}: {packed_bytes} bytes that unpack to {expanded_bytes}; expected at most {limit} of measured data"

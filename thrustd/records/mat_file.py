@@ -1,6 +1,7 @@
 """MATLAB v5 files: a vector per channel, in a structure or not, or the `flightdata` of a PH-LAB FTIS export."""
 
 import math
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +9,12 @@ import numpy as np
 from scipy.io import loadmat, savemat, whosmat
 
 from thrustd.core.errors import RecordingError
-from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_expanded, vectors
+from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_expanded, most_expanded, vectors
+from thrustd.records.mat_tags import HEAD_BYTES, check_elements
 from thrustd.records.phlab import from_ph_lab
 from thrustd.records.recording import TIME, Recording
+
+VERSION_5 = 1
 
 
 def read_mat(path: Path) -> Loaded:
@@ -27,6 +31,7 @@ def _variables(path: Path) -> dict[str, Any]:
     try:
         numbers = sum(math.prod(shape) for _, shape, _ in whosmat(path))
         check_expanded(path.stat().st_size, NUMBER_BYTES * numbers, path.name)
+        _check_tags(path)
         variables: dict[str, Any] = loadmat(path, squeeze_me=True, struct_as_record=False)
     except RecordingError:
         raise
@@ -37,6 +42,16 @@ def _variables(path: Path) -> dict[str, Any]:
             f"{path.name}: not a readable MATLAB v5 file: {' '.join(str(error).split())[:160]}"
         ) from error
     return variables
+
+
+def _check_tags(path: Path) -> None:
+    """ValueError on tags that would crash scipy's reader."""
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+        if len(head) < HEAD_BYTES or 0 in head[:4] or head[125 if head[126:127] == b"I" else 124] != VERSION_5:
+            return  # of another version: scipy says which, and reads the fourth without compiled code
+        content = memoryview(mmap(file.fileno(), 0, access=ACCESS_READ))
+        check_elements(content, most_expanded(len(content)))
 
 
 def write_mat(record: Recording, path: Path) -> None:

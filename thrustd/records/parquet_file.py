@@ -7,7 +7,6 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
 
-from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_columns, check_expanded, read_metadata
 from thrustd.records.recording import TIME, Recording, signal_of
@@ -16,30 +15,38 @@ METADATA_KEY = b"thrustd.metadata"
 
 
 def read_parquet(path: Path) -> Loaded:
+    """Columns of numbers alone are unpacked: a kilobyte of lists or texts may stand for all memory."""
     try:
-        about = parquet.read_metadata(path)
-        check_columns(about.num_columns, path.name)
-        check_expanded(path.stat().st_size, NUMBER_BYTES * about.num_rows * about.num_columns, path.name)
-        table = parquet.read_table(path)
-        names = table.column_names
+        with parquet.ParquetFile(path, pre_buffer=True) as file:
+            names, notes = _numbers(file, path)
+            table = file.read(columns=names)
+            text = (file.schema_arrow.metadata or {}).get(METADATA_KEY)
+        columns = {name: np.asarray(table.column(name).to_numpy(), dtype=np.float64) for name in names}
     except RecordingError:
         raise
     except Exception as error:  # damage shows as ArrowInvalid, OSError, UnicodeDecodeError, MemoryError ...
         said = " ".join(str(error).split())[:160] or type(error).__name__
         raise RecordingError(f"{path.name}: not a readable Parquet file: {said}") from error
-    columns: dict[str, Floats] = {}
+    return Loaded(columns, read_metadata(text, path.name) if text else {}, notes)
+
+
+def _numbers(file: parquet.ParquetFile, path: Path) -> tuple[list[str], tuple[str, ...]]:
+    """Names of the columns of numbers, and a word on each of the others."""
+    about, schema = file.metadata, file.schema_arrow
+    check_columns(about.num_columns, path.name)
+    check_expanded(path.stat().st_size, NUMBER_BYTES * about.num_rows * about.num_columns, path.name)
+    names: list[str] = []
     notes: list[str] = []
-    for name, column in zip(names, table.columns, strict=True):
-        if name in columns:
-            raise RecordingError(f"{path.name}: column {name!r} appears twice; expected once")
-        if _numeric(column.type):
-            columns[name] = np.asarray(column.to_numpy(), dtype=np.float64)
-        elif signal_of(name):
-            raise RecordingError(f"{path.name}: {name} holds {column.type}; expected numbers")
+    for field in schema:
+        if schema.names.count(field.name) > 1:
+            raise RecordingError(f"{path.name}: column {field.name!r} appears twice; expected once")
+        if _numeric(field.type):
+            names.append(field.name)
+        elif signal_of(field.name):
+            raise RecordingError(f"{path.name}: {field.name} holds {field.type}; expected numbers")
         else:
-            notes.append(f"{name}: {column.type} column left out")
-    text = (table.schema.metadata or {}).get(METADATA_KEY)
-    return Loaded(columns, read_metadata(text, path.name) if text else {}, tuple(notes))
+            notes.append(f"{field.name}: {field.type} column left out")
+    return names, tuple(notes)
 
 
 def write_parquet(record: Recording, path: Path) -> None:

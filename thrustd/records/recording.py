@@ -28,6 +28,8 @@ MOST_MISSING = 8  # channels that get a line each
 OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
 MOST_CHANNELS = 40  # of a recording's table
 MOST_LISTED = 12  # names in a complaint
+MOST_VALUES = 500_000_000  # of a recording on a grid: 4 GB in memory
+MOST_FLIGHT_S = 360_000.0  # 100 h: no flight is longer
 SUFFIX_UNITS = {  # unit suffixes of columns outside the catalogue
     unit: unit for unit in (
         "N", "kN", "tonf", "kgf", "lbf", "V", "A", "mm", "cm", "um", "g", "Pa", "kPa", "MPa", "hPa", "mbar", "bar",
@@ -123,6 +125,16 @@ class Recording:
             self.name, {TIME: self.time_s, **self.channels, **columns}, self.metadata, self.sha256, self.notes
         )
 
+    def at_most(self, longest_s: float) -> "Recording":
+        """Itself; RecordingError where its time goes on for longer, as that of a clock that jumped does."""
+        if self.duration_s > longest_s:
+            after = int(np.argmax(np.diff(self.time_s)))
+            raise RecordingError(
+                f"{self.name}: {self.duration_s:g} s long, {np.diff(self.time_s)[after]:g} s of it behind data row "
+                f"{after + 1}; expected at most {longest_s:g} s"
+            )
+        return self
+
     def resample(self, rate_hz: float, longest_s: float | None = None, begin_s: float | None = None) -> "Recording":
         """On a uniform grid from the first sample (or begin_s) on: means of the bins going down, lines going up.
 
@@ -132,7 +144,13 @@ class Recording:
         if not rate_hz > 0:
             raise RecordingError(f"{self.name}: resample rate is {rate_hz:g} Hz; expected > 0")
         begin_s = float(self.time_s[0]) if begin_s is None else begin_s
-        count = int(np.floor((float(self.time_s[-1]) - begin_s) * rate_hz * (1 + 1e-12))) + 1
+        rows = np.floor((float(self.time_s[-1]) - begin_s) * rate_hz * (1 + 1e-12)) + 1
+        if not rows * (1 + len(self.channels)) <= MOST_VALUES:
+            raise RecordingError(
+                f"{self.name}: {self.duration_s:g} s at {rate_hz:g} Hz, that is {rows:.3g} rows; "
+                f"expected 1 row and more, at most {MOST_VALUES:.0e} values in all"
+            )
+        count = int(rows)
         grid_s = begin_s + np.arange(count) / rate_hz
         take = Grid(self.time_s, grid_s, rate_hz, longest_s)
         return replace(self, time_s=grid_s, channels={name: take(column) for name, column in self.channels.items()})
@@ -203,6 +221,12 @@ def _check_time(name: str, time_s: Floats) -> None:
     bad = np.flatnonzero(~np.isfinite(time_s))
     if len(bad):
         raise RecordingError(f"{name}: time_s is {time_s[bad[0]]} in data row {bad[0] + 1}; expected a number")
+    low_s, high_s = CATALOGUE[TIME].low, CATALOGUE[TIME].high
+    far = np.flatnonzero((time_s < low_s) | (time_s > high_s))
+    if len(far):
+        raise RecordingError(
+            f"{name}: time_s = {time_s[far[0]]:g} in data row {far[0] + 1}; expected seconds, {low_s:g} to {high_s:g}"
+        )
     back = np.flatnonzero(np.diff(time_s) <= 0)
     if len(back):
         row = int(back[0]) + 1

@@ -18,11 +18,18 @@ def run_paths(path: Path) -> list[Path]:
         found = sorted(path.glob("*.mcap"))
         if not found:
             raise LogError(f"{path}: no *.mcap in this folder, expected the files of one run")
-        return found
+        return _plain(found)
     header = LogFile(path).header
     if not header.run or header.part > 0:
         return [path]
-    return [path, *(other for other in sorted(path.parent.glob("*.mcap")) if _continues(other, header))]
+    return _plain([path, *(other for other in sorted(path.parent.glob("*.mcap")) if _continues(other, header))])
+
+
+def _plain(paths: list[Path]) -> list[Path]:
+    for path in paths:
+        if not path.name.isprintable():
+            raise LogError(f"{path}: its name holds control characters or is not UTF-8; expected plain text: rename it")
+    return paths
 
 
 def _continues(path: Path, first: LogHeader) -> bool:

@@ -19,6 +19,7 @@ from thrustd.twin.sensors import LOAD_CELL_STD_N, Lvdt, load_cell_reading, lvdt_
 
 BLOCK = 1 << 20  # samples simulated at once: memory stays small over 37 h
 DAY_S = 86400.0
+MOST_HOURS = 1000.0  # of a record
 
 
 class Rig(NamedTuple):
@@ -68,6 +69,7 @@ def programme_bench(programme: Recording, seed: int, mount: MountPhysics = UPPER
     """A programme for a rig (`plan-test`): its force and, where it has one, its normal load, interpolated."""
     if "force_N" not in programme:
         raise RecordingError(f"{programme.name}: no force_N to command; expected a programme of `thrustd plan-test`")
+    programme.at_most(MOST_HOURS * 3600.0)
     at_s = np.arange(round(programme.duration_s * rig.sample_hz) + 1) / rig.sample_hz + programme.time_s[0]
     columns = {
         name: np.interp(at_s, programme.time_s, programme[name])

@@ -17,7 +17,7 @@ from scipy.interpolate import PchipInterpolator
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.types import Event, Frame
-from thrustd.records.recording import Recording
+from thrustd.records.recording import MOST_FLIGHT_S, Recording
 from thrustd.sinks.mcap_log import new_log
 from thrustd.twin.aircraft import as_flown, scripted
 from thrustd.twin.airframe import (
@@ -101,7 +101,7 @@ def recorded_flight(
 ) -> tuple[Recording, Airframe]:
     """Profile and airframe of a flight along a real recording, or from the start of its engines on."""
     airframe = draw_airframe(seed, knobs)
-    return as_flown(record, airframe.healths, engine_start), airframe
+    return as_flown(record.at_most(MOST_FLIGHT_S), airframe.healths, engine_start), airframe
 
 
 def fly(

@@ -51,9 +51,7 @@ class Folder:
 
     def new_path(self, name: str) -> Path:
         """Where a file of that name belongs; UsageError for a name that is not plain or leads outside."""
-        parts = name.split("/")
-        plain = all(part and not part.startswith(".") and part.isprintable() and "\\" not in part for part in parts)
-        if not plain or len(parts) > 2 or len(name) > MAX_NAME:
+        if not _is_plain(name):
             raise UsageError(f"{name[:MAX_NAME]!r}: not a file of the folder; expected a plain name")
         path = (self.root / name).resolve()
         if not path.is_relative_to(self.root):
@@ -164,8 +162,9 @@ class Folder:
                 yield path
 
     def _is_ours(self, path: Path) -> bool:
-        known = path.suffix.lower() in (*RECORDING_TYPES, MODEL_TYPE)
-        return known and not path.name.startswith(".") and path.is_file() and path.resolve().is_relative_to(self.root)
+        """What every page may ask for: files of other names are not shown, for none could be opened."""
+        known = path.suffix.lower() in (*RECORDING_TYPES, MODEL_TYPE) and _is_plain(self.name(path))
+        return known and path.is_file() and path.resolve().is_relative_to(self.root)
 
     def _is_model(self, name: str) -> bool:
         path = self.root / name
@@ -173,6 +172,13 @@ class Folder:
             return False
         with path.open("rb") as file:
             return SCHEMA.encode() in file.read(400)
+
+
+def _is_plain(name: str) -> bool:
+    """Of a file in the folder or in one of its folders, shown and sent as it is."""
+    parts = name.split("/")
+    plain = all(part and not part.startswith(".") and part.isprintable() and "\\" not in part for part in parts)
+    return plain and len(parts) <= 2 and len(name) <= MAX_NAME
 
 
 class ModelCard(msgspec.Struct, frozen=True):

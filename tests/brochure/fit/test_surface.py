@@ -1,5 +1,7 @@
 """The thrust surface: generalises over sets left out, real pairs when they are at hand; wrong rows are left out."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -54,3 +56,16 @@ def test_a_missing_column_is_named(tmp_path):
     path.write_text("altitude_m,mach\n1000,0.3\n")
     with pytest.raises(RecordingError, match=r"^pairs.csv: no column 'deltaT_K'"):
         read_pairs(path)
+
+
+@pytest.mark.parametrize("content", ["", "altitude_m", "\n"])
+def test_a_file_without_pairs_is_one_line(tmp_path, content):
+    (tmp_path / "pairs.csv").write_text(content)
+    with pytest.raises(RecordingError, match=r"^pairs.csv: "):
+        read_pairs(tmp_path / "pairs.csv")
+
+
+def test_pairs_do_not_come_from_a_pipe(tmp_path):
+    os.mkfifo(tmp_path / "pairs.csv")
+    with pytest.raises(RecordingError, match="it is a pipe, expected a file"):
+        read_pairs(tmp_path / "pairs.csv")

@@ -6,8 +6,9 @@ the weight of their own doubt. Pairs that the first fits miss by more than 3 % a
 that belong to another input). The band of validity comes from leaving out one set of pairs at a time.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ from thrustd.core.atmosphere import ZERO_CELSIUS_K, isa_k, stagnation
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import rms
+from thrustd.records.files import load
 
 SCALE_KG_S = 0.1
 SPEED_DEGREE = 3
@@ -64,21 +66,17 @@ COLUMNS = (
 
 def read_pairs(path: Path) -> Pairs:
     """Rows of `brochure_pairs.csv`: altitude_m, mach, deltaT_K (static minus ISA), fuel flow and thrust, set."""
-    try:
-        rows: npt.NDArray[Any] = np.genfromtxt(path, delimiter=",", names=True, dtype=np.float64, ndmin=1)
-    except (OSError, ValueError) as error:
-        raise RecordingError(f"{path.name}: cannot be read as pairs: {str(error).splitlines()[0]}") from None
-    names = rows.dtype.names or ()
+    rows = load(path).columns
     for name in COLUMNS:
-        if name not in names:
-            raise RecordingError(f"{path.name}: no column {name!r}; it has {', '.join(names)}")
+        if name not in rows:
+            raise RecordingError(f"{path.name}: no column {name!r}; it has {', '.join(rows)}")
         bad = np.flatnonzero(~np.isfinite(rows[name]))
         if len(bad):
             raise RecordingError(f"{path.name}: {name} in data row {bad[0] + 1} is not a number")
     return Pairs(*np.concatenate([_one_engine(rows, side) for side in ("left", "right")], axis=1))
 
 
-def _one_engine(rows: npt.NDArray[Any], side: str) -> Floats:
+def _one_engine(rows: Mapping[str, Floats], side: str) -> Floats:
     altitude, mach = rows["altitude_m"], rows["mach"]
     isa_degc = isa_k(altitude) - ZERO_CELSIUS_K
     ratios = [total_ratios(*row) for row in zip(mach, altitude, isa_degc + rows["deltaT_K"], strict=True)]
