@@ -1,4 +1,4 @@
-"""A body that heat has to be conducted into, beside the closed solution of a slab (Carslaw & Jaeger 3.4)."""
+"""A body that heat has to be conducted into, beside the closed solution of a slab (Carslaw & Jaeger, ch. 3)."""
 
 import numpy as np
 import pytest

@@ -1,13 +1,17 @@
 """The laws of a set with as few shapes as the data tell."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
+import numpy as np
+
+from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit, numbers_of
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.ranking import untold
 from thrustd.identify.regression.record import Record
-from thrustd.identify.regression.terms import Term
+from thrustd.identify.regression.terms import Term, split
 from thrustd.model.effect import Effect
 from thrustd.model.effects import shelf
 
@@ -20,12 +24,23 @@ def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint
     """
     for i, term in enumerate(best.terms):
         for law in _simpler(term):
-            trials = [
-                joint_fit(base, records, (*best.terms[:i], one, *best.terms[i + 1 :])) for one in terms_of(law, rig)
-            ]
-            trial = min(trials, key=lambda fit: fit.mse)
+            begun = split(best.terms, best.solution.point.terms[base.shape.sizes["terms"] :])
+            fewer, start = _begun(next(terms_of(law, rig)), best.terms[i].values(begun[i]))
+            terms = (*best.terms[:i], fewer, *best.terms[i + 1 :])
+            trial = joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
             best = trial if numbers_of(trial) <= numbers_of(best) and untold(best, [trial]) else best
     return best
+
+
+def _begun(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:
+    """A term whose shapes begin where another law of the same names ended, and its numbers there."""
+    here = {p.name: values[p.name] for p in term.free if not p.amplitude and p.spread == 0.0 and p.name in values}
+    begun, start = replace(term, fixed={**term.fixed, **here}), []
+    neutral = begun.values(np.zeros(len(begun.free)))
+    for p in begun.free:
+        away = values.get(p.name, neutral[p.name]) - neutral[p.name]
+        start.append(away / (begun.std.get(p.name) or p.spread) if p.name not in here and away else 0.0)
+    return begun, np.array(start)
 
 
 def _simpler(term: Term) -> Iterator[Effect]:

@@ -4,7 +4,7 @@
     surface = lag(T, surface_s),    T_m = sum_n w_n lag(surface, lag_s / (2 n + 1)^2),    w_n = 8 / (pi (2 n + 1))^2
 
 A variant of `thermal_expansion`: T_m is the mean temperature of a slab with faces as warm as its surface (Carslaw &
-Jaeger, Conduction of Heat in Solids, 2nd ed., 3.4), which warms after its sensor. Two numbers where the two nodes of
+Jaeger, Conduction of Heat in Solids, 2nd ed., ch. 3), which warms after its sensor. Two numbers where the two nodes of
 `thermal_expansion_late` take three: between 200 s and 600 s in series, or a single lag, and this they differ by at most
 1.3 % of what comes late; where a record does not tell the two, this one is surer of what a longer one will show.
 Modes from the fifth on are as fast as the surface. Begins as warm as its sensor. Left out: heating from within.
@@ -70,7 +70,7 @@ EFFECT = Effect(
     prepare=prepare,
     n_state=1 + MODES,
     equation="x = x_read - a (T_m - T_ref),  T_m the mean of a slab whose faces warm after T",
-    source="Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed., 3.4",
+    source="Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed., ch. 3",
     separating_test="a step of temperature at constant force: read how the shift comes, fast at first, then slowly",
     initial=begin_as_warm,
     variant_of="thermal_expansion",

@@ -36,7 +36,7 @@ EFFECT = Effect(
     prepare=prepare,
     n_state=1 + MODES,
     equation="F = F_core (1 + y + b y^2 / 2),  y = k (T_m - T_ref),  T_m the mean of a slab whose faces warm after T",
-    source="Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed., 3.4",
+    source="Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed., ch. 3",
     separating_test="a step of temperature at constant force of 5 kN: read how the force settles, fast, then slowly",
     initial=begin_as_warm,
     variant_of="thermal_stiffness",
