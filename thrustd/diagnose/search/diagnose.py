@@ -30,7 +30,7 @@ from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
-from thrustd.diagnose.search.ranking import WORTH, Ranked, gained, rank, rivals
+from thrustd.diagnose.search.ranking import WORTH, Ranked, gained, rank, rivals, stands
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
@@ -87,10 +87,7 @@ def diagnose(
     turned = [energy.sentence(records)] if energy.delivers and not given.against else []
     if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
         verdict = Verdict(("unknown",), ranked.nothing, ())
-    alike, same = look_alikes(verdict.fit, ranked.fits), tuple(rivals(verdict.fit, ranked.fits))
-    nothing = told(base, rows, ranked.nothing)
-    best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
-    ranked, verdict = replace(ranked, nothing=nothing), replace(verdict, fit=best, alike=alike, rivals=same)
+    ranked, verdict = _told(base, rows, ranked, verdict)
     report = _report(name or spec.name, question, ranked, verdict, not_judged, turned, beside)
     if progress is not None:
         progress(1.0, "done")
@@ -110,6 +107,17 @@ def _searched(
     ranked = replace(ranked, best=plain(known, rows, ranked.best, question.rig))
     base = replace(known, noise_variance=question.base.noise_variance)
     return replace(question, base=base), ranked, judge(known, rows, ranked)
+
+
+def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) -> tuple[Ranked, Verdict]:
+    """By as many samples as a report is made of, with what is not told from it."""
+    nothing = told(base, rows, ranked.nothing)
+    ranked = replace(ranked, nothing=nothing)
+    best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
+    if not stands(nothing, best) and not far_above(nothing, base):  # what few samples seemed to say
+        return ranked, Verdict(("none",), nothing, ())
+    alike, same = look_alikes(verdict.fit, ranked.fits), tuple(rivals(verdict.fit, ranked.fits))
+    return ranked, replace(verdict, fit=best, alike=alike, rivals=same)
 
 
 def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:

@@ -6,9 +6,9 @@ A record allows to look ahead, a flight does not.
 from dataclasses import replace
 
 import msgspec
-import numpy as np
 
 from thrustd.identify.segments import Segment
+from thrustd.model.ahead import ahead
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import model_stages
 from thrustd.model.effects import effect_named
@@ -30,8 +30,8 @@ def put_back(segment: Segment, late_s: float) -> Segment:
     """The segment with its deformation at the time it belongs to."""
     if late_s == 0.0:
         return segment
-    reading, t = segment.inputs["deformation_mm"], np.arange(len(segment)) * segment.dt_s
-    return replace(segment, inputs=dict(segment.inputs) | {"deformation_mm": np.interp(t + late_s, t, reading)})
+    reading = ahead(segment.inputs["deformation_mm"], late_s / segment.dt_s)
+    return replace(segment, inputs=dict(segment.inputs) | {"deformation_mm": reading})
 
 
 def simulate(spec: ModelSpec, segment: Segment) -> Floats:

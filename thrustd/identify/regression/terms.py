@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thrustd.model.ahead import ahead
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.expression import PREFIX
 from thrustd.model.stage import DEFORMATION, Floats
@@ -107,8 +108,7 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Seen:
             continue
         values = term.values(own)
         if term.effect.ahead_s is not None:  # a record allows to look ahead, which a flight does not
-            index = np.arange(len(v), dtype=float)
-            v = np.interp(index + term.effect.ahead_s(values) / seen.dt_s, index, v)
+            v = ahead(v, term.effect.ahead_s(values) / seen.dt_s)
         else:
             v = _run(term, values, seen, v, seen.before)
     return seen if v is seen.d else seen.at(v)
