@@ -30,7 +30,7 @@ from thrustd.diagnose.search.library import combined
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
-from thrustd.diagnose.search.ranking import WORTH, Ranked, gained, rank, rivals, stands
+from thrustd.diagnose.search.ranking import WORTH, Ranked, curve_says_it, gained, rank, rivals, stands
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
@@ -103,7 +103,10 @@ def _searched(
     def search(known: Base) -> Ranked:
         return rank(known, rows, effects, question.rig, progress)
 
-    known, ranked = by_past(few, rows, question.segments, search, lambda ranked: ranked.best)
+    def said(ranked: Ranked) -> bool:
+        return curve_says_it(few, ranked.best, ranked.curves)
+
+    known, ranked = by_past(few, rows, question.segments, search, lambda ranked: ranked.best, said)
     ranked = replace(ranked, best=plain(known, rows, ranked.best, question.rig))
     base = replace(known, noise_variance=question.base.noise_variance)
     return replace(question, base=base), ranked, judge(known, rows, ranked)

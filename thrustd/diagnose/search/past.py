@@ -27,11 +27,15 @@ def by_past(
     segments: Sequence[Segment],
     search: Callable[[Base], Found],
     best_of: Callable[[Found], Joint],
+    said: Callable[[Found], bool] = lambda found: False,
 ) -> tuple[Base, Found]:
-    """What a search finds from rest, or where the mount remembers, and the base that it was found from."""
+    """What a search finds from rest, or where the mount remembers, and the base that it was found from.
+
+    `said`: whether what was found needs no memory, though no effect explains it.
+    """
     rested = search(base)
     best, other = best_of(rested), remembering(base, segments)
-    if other is None or (at_floor(best, base) and not best.terms):
+    if other is None or said(rested) or (at_floor(best, base) and not best.terms):
         return base, rested
     if at_floor(best, base):
         alone = joint_fit(other, rows, ())

@@ -11,7 +11,7 @@ import numpy as np
 
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.floor import at_floor, far_above, left
+from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, numbers_of, unlikely, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
@@ -100,7 +100,7 @@ def rank(
             break
         best, beam = step
     best = pruned(base, records, nothing, best, fits)
-    if far_above(best, base) and not _strange(curves, looks.terms):
+    if far_above(best, base) and not _strange(curves, looks.terms) and not curve_says_it(base, best, curves):
         more = following(base, records, best, looks.looked, rig)
         fits += more
         best = pruned(base, records, nothing, more[-1], fits) if more else best
@@ -172,6 +172,11 @@ def _strange(curves: Sequence[Followed], terms: Sequence[Term]) -> bool:
     """Whether one curve of a channel that no law reads explains everything: several laws would say it worse."""
     read = {channel for term in terms for channel in term.effect.channels}
     return any(curve.whole and not set(curve.parts) & read for curve in curves)
+
+
+def curve_says_it(base: Base, best: Joint, curves: Sequence[Followed]) -> bool:
+    """Whether one free curve leaves hardly more than noise where all laws leave much: no further law is looked for."""
+    return far_above(best, base) and any(curve.mse < (SHOWS * floor_of(best, base)) ** 2 for curve in curves)
 
 
 def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequence[Looked], rig: Rig) -> list[Joint]:
