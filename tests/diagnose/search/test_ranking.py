@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from thrustd.diagnose.search.ranking import fewest, gained, rivals
+from thrustd.diagnose.search import ranking
+from thrustd.diagnose.search.ranking import fewest, gained, pruned, rivals, settled
 
 RNG = np.random.default_rng(3)
 COMMON = RNG.normal(size=48)
@@ -42,3 +43,25 @@ def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():
     best, alike, worse, unsure = by("m", 1.0), by("m_spring", 1.01), by("m_late", 1.2), by("m_lag", 1.2, 1.0)
     found = rivals(best, [best, alike, worse, unsure, by("m", 1.005), by("r", 1.0)])
     assert [one is alike for one in found] == [True]
+
+
+def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimated(monkeypatch):
+    """It had been estimated beside others only: the look for its best law found it nowhere, and ended in a traceback."""
+    both = tuple(SimpleNamespace(effect=SimpleNamespace(name=name, word=name)) for name in ("m", "r"))
+    leaves = {(): 1.0, ("m",): 0.8, ("r",): 0.9, ("m", "r"): 0.8}
+
+    def estimate(base, records, terms, *_):
+        fit = _fit("", leaves[tuple(term.effect.name for term in terms)], 0.0)
+        fit.terms, fit.words = tuple(terms), tuple(term.effect.name for term in terms)
+        return fit
+
+    monkeypatch.setattr(ranking, "joint_fit", estimate)
+    monkeypatch.setattr(ranking, "numbers_of", lambda fit: 1)
+    monkeypatch.setattr(ranking, "unlikely", lambda fit, noise: fit.mse)
+    nothing, pair = estimate(None, (), ()), estimate(None, (), both)
+    pair.solution = nothing.solution = SimpleNamespace(noise_variance=1.0)
+    fits = [nothing, pair]
+    alone = pruned(None, (), nothing, pair, fits)
+    alone.solution = pair.solution
+    assert alone.words == ("m",)
+    assert settled(None, (), SimpleNamespace(looked=[]), fits, alone) is alone

@@ -278,20 +278,29 @@ def stands(nothing: Joint, fit: Joint) -> bool:
     return not fit.terms or gained(nothing, fit)
 
 
-def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, fits: Sequence[Joint]) -> Joint:
+def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, fits: list[Joint]) -> Joint:
     """Without the members that the others explain as well, as long as these are told from nothing.
 
-    `fits`: sets that have been estimated, by which the same law from the same start is known.
+    `fits`: sets that have been estimated, by which the same law from the same start is known; it grows.
     """
-    known = {frozenset(map(id, fit.terms)): fit for fit in fits}
     while len(best.terms) > 1:
         rests = [[term for term in best.terms if term is not left_out] for left_out in best.terms]
-        fewer = [known.get(frozenset(map(id, rest))) or joint_fit(base, records, rest) for rest in rests]
+        fewer = [_estimated(base, records, rest, fits) for rest in rests]
         smaller = min((fit for fit in fewer if stands(nothing, fit)), key=lambda fit: fit.mse, default=best)
         if smaller is best or gained(smaller, best):
             break
         best = smaller
     return best
+
+
+def _estimated(base: Base, records: Sequence[Record], terms: Sequence[Term], fits: list[Joint]) -> Joint:
+    """A set that has been estimated, or is now and joins them."""
+    members = set(map(id, terms))
+    known = [fit for fit in fits if set(map(id, fit.terms)) == members]
+    if known:
+        return known[0]
+    fits.append(joint_fit(base, records, terms))
+    return fits[-1]
 
 
 def _tell(progress: Progress | None, size: int, what: str) -> None:
