@@ -46,7 +46,7 @@ def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():
 
 
 def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimated(monkeypatch):
-    """It had been estimated beside others only: the look for its best law found it nowhere, and ended in a traceback."""
+    """Estimated beside others only, it was found nowhere by the look for its best law: a traceback."""
     both = tuple(SimpleNamespace(effect=SimpleNamespace(name=name, word=name)) for name in ("m", "r"))
     leaves = {(): 1.0, ("m",): 0.8, ("r",): 0.9, ("m", "r"): 0.8}
 

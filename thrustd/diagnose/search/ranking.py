@@ -95,8 +95,7 @@ def rank(
             curves = _curves(base, records, looks)
             if _strange(curves, looks.terms):
                 break
-        step = advanced(base, nothing, best, grown)
-        if step is None:
+        if (step := advanced(base, nothing, best, grown)) is None:
             break
         best, beam = step
     best = pruned(base, records, nothing, best, fits)
@@ -188,8 +187,7 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
         grown = [
             joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one), best) for one in leading(seen)
         ]
-        better = [fit for fit in grown if gained(best, fit)]
-        if not better:
+        if not (better := [fit for fit in grown if gained(best, fit)]):
             break
         best = simplest(better)
         found.append(best)
@@ -279,10 +277,7 @@ def stands(nothing: Joint, fit: Joint) -> bool:
 
 
 def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, fits: list[Joint]) -> Joint:
-    """Without the members that the others explain as well, as long as these are told from nothing.
-
-    `fits`: sets that have been estimated, by which the same law from the same start is known; it grows.
-    """
+    """Without the members that the others explain as well, told from nothing; what it estimates joins `fits`."""
     while len(best.terms) > 1:
         rests = [[term for term in best.terms if term is not left_out] for left_out in best.terms]
         fewer = [_estimated(base, records, rest, fits) for rest in rests]
@@ -295,12 +290,9 @@ def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, f
 
 def _estimated(base: Base, records: Sequence[Record], terms: Sequence[Term], fits: list[Joint]) -> Joint:
     """A set that has been estimated, or is now and joins them."""
-    members = set(map(id, terms))
-    known = [fit for fit in fits if set(map(id, fit.terms)) == members]
-    if known:
-        return known[0]
-    fits.append(joint_fit(base, records, terms))
-    return fits[-1]
+    if not any({*map(id, fit.terms)} == {*map(id, terms)} for fit in fits):
+        fits.append(joint_fit(base, records, terms))
+    return next(fit for fit in fits if {*map(id, fit.terms)} == {*map(id, terms)})
 
 
 def _tell(progress: Progress | None, size: int, what: str) -> None:

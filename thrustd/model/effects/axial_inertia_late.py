@@ -2,8 +2,8 @@
 
     thrust share = mount force + mass_kg * g0 * lag(accel_x_g),    lag: first-order, late_s
 
-The accelerometer rides in the fuselage, the engine on a pylon that bends; what damps the pylon makes the engine follow a
-change by and by. A variant of `axial_inertia`, which it is for a stiff pylon. Begins with both at one acceleration.
+The accelerometer rides in the fuselage, the engine on a pylon that bends; what damps the pylon makes the engine follow
+a change by and by. A variant of `axial_inertia`, which it is for a stiff pylon. Begins with both at one acceleration.
 Left out: ringing of the pylon, faster than the samples of a flight recorder.
 """
 
