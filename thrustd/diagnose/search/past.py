@@ -1,9 +1,8 @@
 """What a mount may remember from before its record: one hypothesis, not a freedom of all of them.
 
-A record that begins without load began at rest. Only where that leaves something, of which a memory alone or beside the
-effects that were found explains a part, is the search made once more with every lag free to remember an earlier load;
-and only what held-back blocks then say clearly, or the evidence where both explain everything, speaks for it: free
-memories are many numbers, and beside them a gain of 1 % is none.
+A record that begins without load began at rest. Only where that leaves something is the search made once more with
+every lag free to remember an earlier load, and only what held-back blocks then say clearly, or the evidence where both
+explain everything, speaks for it: free memories are many numbers, and beside them a gain of 1 % is none.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,9 +42,6 @@ def by_past(
         if not at_floor(alone, other) or surprise(other, alone, best) > surprise(base, best, best):
             return base, rested
         return other, search(other)
-    without = joint_fit(base, rows, ()), best
-    if not any(gained(one, joint_fit(other, rows, one.terms)) for one in without):
-        return base, rested
     found = search(other)
     return (other, found) if gained(best, best_of(found)) else (base, rested)
 
