@@ -22,7 +22,7 @@ from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.config import Config, section
 from thrustd.core.signals import RUNS_PCT
-from thrustd.core.types import Event, Fault, MountOutput, Output
+from thrustd.core.types import Event, Fault, MountOutput, Output, Terms
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.mixture import Weighed
 from thrustd.fusion.settings import FusionSettings, check_settings
@@ -90,6 +90,7 @@ class Pipeline:
         self._spools = [place("n1_pct", e) for e in numbers]
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         dynamic_pressure_pa(0.0, 0.0)  # compiled now, not in flight
+        self._terms(0)  # the same
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
         self._deck_n = np.zeros((len(engines), 6))  # see `BrochureSource.look`
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
@@ -119,19 +120,6 @@ class Pipeline:
             else:
                 self._fuse(due, outputs)
         return outputs
-
-    def terms_n(self) -> list[dict[str, float]]:
-        """By engine, the terms of its mounts' sigma at the last fused step."""
-        terms = [source.terms_n() for source in self._sources]
-        for i, one in enumerate(terms):
-            if ("deformation_mm", i) in self._excluded:
-                terms[i] = dict.fromkeys(one, nan)
-        mine = [[terms[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
-        return [self._monitor.combiner.terms_n(e, each, COMMON) for e, each in enumerate(mine)]
-
-    def uncorrected_n(self) -> list[float]:
-        """By engine, what its thrust may be wrong by because nobody corrected the installation, one sigma."""
-        return [self._monitor.uncorrected_n(e) for e in range(len(self._filters))]
 
     def quiet_until_ns(self) -> int:
         """Frames that arrive before this complete no fused step: whoever feeds may hand them over with later ones.
@@ -225,7 +213,16 @@ class Pipeline:
             self._checked_ns = t_ns
             self._check_clock(t_ns, outputs)
             outputs.extend(cross_checks(estimates))
+            outputs.extend(self._terms(t_ns))
         outputs.extend(self._book.due(t_ns))
+
+    def _terms(self, t_ns: int) -> list[Terms]:
+        combine, mine = self._monitor.combiner.terms_n, self._layout.mounts_of_engine
+        of_mounts = [[self._sources[i].terms_n() for i in mounts] for mounts in mine]
+        uncorrected_n = map(self._monitor.uncorrected_n, range(len(mine)))
+        return [
+            Terms(t_ns, e, **combine(e, of_mounts[e], COMMON), installation_n=n) for e, n in enumerate(uncorrected_n)
+        ]
 
     def _check_clock(self, t_ns: int, outputs: list[Output]) -> None:
         off = abs(self._intake.clock_rate) > CLOCK_OFF

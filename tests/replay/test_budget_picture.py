@@ -5,8 +5,8 @@ from itertools import pairwise
 
 from matplotlib.figure import Figure
 
-from thrustd.commission.budget import RANDOM, SYSTEMATIC, Budget, Row
-from thrustd.commission.budget_picture import draw, picture, save
+from thrustd.replay.budget import RANDOM, SYSTEMATIC, Budget, Row
+from thrustd.replay.budget_picture import draw, picture, save
 
 ROWS = [
     Row("mounts", "zero", SYSTEMATIC, 22.4),

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from thrustd.__main__ import main
-from thrustd.commission.budget import INSTALLED, SYSTEMATIC, WINDMILLS, Row, _budget
+from thrustd.replay.budget import INSTALLED, TERMS, WINDMILLS, Band, Told, budget_of
+from thrustd.core.aircraft import InstallationErrors
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.shipped import shipped
 
@@ -95,17 +96,18 @@ def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how
 
 def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_added_up():
     """What nobody knows of it is no term: no warning of an empty mean."""
-    told = np.full((5, 5), np.nan)
-    told[:, 0], told[:, 1], told[:, 3], told[:, 4] = -200.0, 130.0, 80.0, 1.0
-    rows = [Row("mounts", "zero", SYSTEMATIC, 12.0)]
-    found = _budget("left", rows, told, [Row("fused", f"{INSTALLED}zero", SYSTEMATIC, 100.0)], FusionSettings())
+    here = np.ones(5)
+    told = Told(-200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, np.full((5, 9), np.nan))
+    told.terms_n[:, list(TERMS).index("installation_n")] = 100.0
+    band = Band(FusionSettings(), InstallationErrors(zero_n=50.0, scale=0.0, drag_m2=0.0, rest_n=0.0))
+    found = budget_of("left", told, band)
     assert [(row.term, row.std_n) for row in found.rows if row.source == "brochure"] == [(WINDMILLS, 80.0)]
     assert hypot(80.0, 100.0, found.rows[-1].std_n) == pytest.approx(found.fused_n) == 130.0
     assert found.thrust_n == -200.0 and found.filter_n == 0.0
 
 
 def test_a_window_where_nothing_was_estimated_is_one_line(log, capsys):
-    for at in (("900", "950"), ("20", "10")):
+    for at in (("900", "950"), ("20", "10"), ("20", "21")):
         assert main(["budget", str(log), "--at", *at]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert line.startswith("thrustd: --at")

@@ -7,34 +7,46 @@
     fused      the filter's own sigma; in it what nobody corrected of the installation ([installation] of the aircraft's
                file, or what its calibration left), each term as far as the brochure does not bound all of them
 
-The terms come from the pipeline itself at every fused step of the window: what is printed is what was used. A
-systematic term does not average out over the window; a random one is that of one fused step.
+The terms come from the pipeline itself, once a second (`core.types.Terms`, in every log): what is printed is what was
+used. A systematic term does not average out over the window; a random one is that of one fused step.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import hypot, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
+from thrustd.core.aircraft import InstallationErrors
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import UsageError
-from thrustd.core.types import Estimate, Output, Reading, Status
+from thrustd.core.types import Estimate, Reading, Status, Terms
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
-from thrustd.pipeline.pipeline import Pipeline
-from thrustd.sensors.engine_force import SHARE_TERM
 from thrustd.sources.log_run import LogRun
 
 SYSTEMATIC, RANDOM = "systematic", "random"
+TERMS = {  # of `core.types.Terms`, in words
+    "calibration_n": "calibration (model on held-out data)",
+    "zero_n": "zero",
+    "stiffness_n": "stiffness",
+    "friction_n": "friction",
+    "beyond_n": "beyond the identified range",
+    "creep_n": "creep",
+    "start_n": "start, unmeasured channels",
+    "share_n": "share",
+    "installation_n": "installation",
+}
+INSTALLATION = "installation_n"
 INSTALLED = "installation, "
 UNPROVED = "throttle moved, other hypotheses"
 INERTIA = "inertia (noise of the acceleration)"
 AIR = "mach", "pressure_altitude_m"
 WINDMILLS = "windmilling, it burns nothing"
-ALWAYS = "creep", SHARE_TERM  # told though they are nothing
+ALWAYS = "creep_n", "share_n"  # told though they are nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,65 +72,68 @@ class Budget:
     fused_n: float  # the filter's own sigma
 
 
-@dataclass(slots=True)
-class _Seen:
-    """What was collected in the window."""
+class Band(NamedTuple):
+    """What a flight's installation says of its band."""
 
-    told: list[list[tuple[float, ...]]]  # by engine
-    terms: list[list[list[float]]] = field(default_factory=list)  # steps, engines, terms
-    installed: list[list[float]] = field(default_factory=list)  # steps, engines
-    air: dict[str, float] = field(default_factory=dict)  # as read last
-    pressure_pa: list[float] = field(default_factory=list)
-    first_ns: int = -1
-    last_s: float = 0.0
+    settings: FusionSettings
+    installed: InstallationErrors
 
-    def take(self, outputs: Sequence[Output], pipeline: Pipeline, begin_s: float, end_s: float) -> None:
-        self.air |= {one.signal: one.value for one in outputs if isinstance(one, Reading)}
-        found = [one for one in outputs if isinstance(one, Estimate)]
-        if not found:
-            return
-        self.first_ns = found[0].t_ns if self.first_ns < 0 else self.first_ns
-        self.last_s = (found[0].t_ns - self.first_ns) * 1e-9
-        if begin_s <= self.last_s < end_s:
-            self.terms.append([list(each.values()) for each in pipeline.terms_n()])
-            self.installed.append(pipeline.uncorrected_n())
-            self.pressure_pa.append(dynamic_pressure_pa(*(self.air.get(name, 0.0) for name in AIR)))
-            for row, said in zip(self.told, found, strict=True):
-                off = float(bool(said.status & Status.ENGINE_OFF))
-                row.append((said.thrust_n, said.thrust_std_n, said.mount_std_n, said.brochure_std_n, off))
+
+class Told(NamedTuple):
+    """Of one engine at some fused steps: what estimate and `Terms` said, each (n,)."""
+
+    thrust_n: Floats
+    thrust_std_n: Floats
+    mount_std_n: Floats
+    brochure_std_n: Floats
+    off: Floats  # 1 while the engine is off
+    pressure_pa: Floats  # dynamic
+    terms_n: Floats  # (n, len(TERMS))
+
+
+def band_of(installation: Installation) -> Band:
+    settings = section(installation.config.fusion, FusionSettings, "fusion")
+    return Band(settings, installation.aircraft().installation)
 
 
 def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: float) -> list[Budget]:
     """One per engine; seconds since the log's first estimate. UsageError when nothing was estimated there."""
-    pipeline = installation.pipeline()
-    config = installation.config
-    seen = _Seen([[] for _ in config.aircraft.engines])
+    pipeline, engines = installation.pipeline(), installation.config.aircraft.engines
+    told: list[list[tuple[float, ...]]] = [[] for _ in engines]
+    said, air, first_ns, last_s = dict[int, Estimate](), dict.fromkeys(AIR, 0.0), -1, 0.0
     for batch in log.batches():
-        known = seen.first_ns >= 0
-        if known and (batch.t_ns.item(-1) - seen.first_ns) * 1e-9 < begin_s:
-            pipeline.take(batch)  # all at once: nobody asks for its terms
-            seen.last_s = (batch.t_ns.item(-1) - seen.first_ns) * 1e-9
-            continue
-        for event in batch.events():
-            seen.take(pipeline.feed(event), pipeline, begin_s, end_s)
-        if seen.last_s >= end_s:
+        for output in pipeline.take(batch):
+            if isinstance(output, Reading):
+                air[output.signal] = output.value
+            elif isinstance(output, Estimate):
+                said[output.engine] = output
+                first_ns = output.t_ns if first_ns < 0 else first_ns
+                last_s = (output.t_ns - first_ns) * 1e-9
+            elif isinstance(output, Terms) and begin_s <= last_s < end_s:
+                now = said[output.engine]
+                stds = now.thrust_n, now.thrust_std_n, now.mount_std_n, now.brochure_std_n
+                off = float(bool(now.status & Status.ENGINE_OFF))
+                pressure_pa = dynamic_pressure_pa(*(air[name] for name in AIR))
+                told[output.engine].append((*stds, off, pressure_pa, *output[2:]))
+        if last_s >= end_s:
             break
-    if not seen.terms:
-        raise UsageError(f"--at {begin_s:g} {end_s:g}: nothing was estimated there, only until {seen.last_s:.0f} s")
-    names, table = list(pipeline.terms_n()[0]), np.array(seen.terms)
-    settings = section(config.fusion, FusionSettings, "fusion")
-    installed_n = np.sqrt(np.mean(np.square(seen.installed), axis=0)).tolist()
-    pressure_pa = float(np.mean(np.nan_to_num(seen.pressure_pa)))
-    found = []
-    for e, engine in enumerate(config.aircraft.engines):
-        told = np.array(seen.told[e])
-        each = np.sqrt(_means(table[:, e] ** 2)).tolist()
-        mounts = [
-            Row("mounts", name, SYSTEMATIC, n) for name, n in zip(names, each, strict=True) if n > 0 or name in ALWAYS
-        ]
-        terms = installation.aircraft().installation.terms_n(_means(told)[0], pressure_pa)
-        found.append(_budget(engine, mounts, told, _scaled(terms, installed_n[e]), settings))
-    return found
+    if not told[0]:
+        raise UsageError(f"--at {begin_s:g} {end_s:g}: nothing was estimated there, only until {last_s:.0f} s")
+    tables, band = map(np.array, told), band_of(installation)
+    return [
+        budget_of(engine, Told(*table[:, :6].T, table[:, 6:]), band)
+        for engine, table in zip(engines, tables, strict=True)
+    ]
+
+
+def budget_of(engine: str, told: Told, band: Band) -> Budget:
+    """Root mean squares of the terms; of what estimates say the mean."""
+    *stds, pressure_pa = _means(np.column_stack(told[:6]))
+    known = dict(zip(TERMS, np.sqrt(_means(told.terms_n**2)).tolist(), strict=True))
+    installed_n = known.pop(INSTALLATION)
+    rows = [Row("mounts", TERMS[name], SYSTEMATIC, n) for name, n in known.items() if n > 0 or name in ALWAYS]
+    terms = band.installed.terms_n(stds[0], pressure_pa)
+    return _budget(engine, rows, stds, _scaled(terms, installed_n), band.settings)
 
 
 def _scaled(terms: dict[str, float], together_n: float) -> list[Row]:
@@ -130,9 +145,11 @@ def _scaled(terms: dict[str, float], together_n: float) -> list[Row]:
     ]
 
 
-def _budget(engine: str, mounts: list[Row], told: Floats, installed: list[Row], settings: FusionSettings) -> Budget:
-    """`told` (n, 5): thrust, its sigma, the mounts', the brochure's; 1 while the engine is off."""
-    thrust_n, fused_n, filter_n, brochure_std_n, off = _means(told)
+def _budget(
+    engine: str, mounts: list[Row], stds: Sequence[float], installed: list[Row], settings: FusionSettings
+) -> Budget:
+    """`stds`: thrust, its sigma, the mounts', the brochure's; 1 while the engine is off."""
+    thrust_n, fused_n, filter_n, brochure_std_n, off = stds
     rows, mounts_n = list(mounts), hypot(*(row.std_n for row in mounts))
     rows.append(Row("mounts", INERTIA, RANDOM, settings.mount_noise_std_n))
     bias_n = min(settings.brochure_bias_std * abs(thrust_n), brochure_std_n)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from thrustd.commission.budget import RANDOM, Budget
+from thrustd.replay.budget import RANDOM, Budget
 from thrustd.core.measures import SIGMAS_95
 from thrustd.replay.picture import GREEN, ORANGE, SKY
 from thrustd.sinks.whole_file import whole_file
