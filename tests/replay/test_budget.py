@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from thrustd.__main__ import main
-from thrustd.replay.budget import INSTALLED, TERMS, WINDMILLS, Band, Told, budget_of
 from thrustd.core.aircraft import InstallationErrors
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.shipped import shipped
+from thrustd.replay.budget import INSTALLED, TERMS, WINDMILLS, Band, Told, budget_of
 
 
 @pytest.fixture(scope="module")

@@ -25,8 +25,8 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def budget_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.replay.budget import budgets
     from thrustd.installation.installation import read_installation
+    from thrustd.replay.budget import budgets
     from thrustd.replay.replay import open_installation
     from thrustd.sources.log_run import LogRun, run_paths
 

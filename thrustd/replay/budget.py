@@ -71,6 +71,15 @@ class Budget:
     brochure_n: float
     fused_n: float  # the filter's own sigma
 
+    def of(self, source: str) -> list[Row]:
+        """Its terms, the largest first."""
+        return sorted((row for row in self.rows if row.source == source), key=lambda row: -row.std_n)
+
+    @property
+    def sums(self) -> dict[str, float]:
+        """By source, all of it together."""
+        return {"mounts": self.mounts_n, "brochure": self.brochure_n, "fused": self.fused_n}
+
 
 class Band(NamedTuple):
     """What a flight's installation says of its band."""
@@ -121,7 +130,7 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
         raise UsageError(f"--at {begin_s:g} {end_s:g}: nothing was estimated there, only until {last_s:.0f} s")
     tables, band = map(np.array, told), band_of(installation)
     return [
-        budget_of(engine, Told(*table[:, :6].T, table[:, 6:]), band)
+        budget_of(engine, Told._make((*table[:, :6].T, table[:, 6:])), band)
         for engine, table in zip(engines, tables, strict=True)
     ]
 
