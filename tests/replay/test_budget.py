@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from thrustd.__main__ import main
-from thrustd.core.aircraft import InstallationErrors
 from thrustd.fusion.settings import FusionSettings
+from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.replay.budget import INSTALLED, TERMS, WINDMILLS, Band, Told, budget_of
 
@@ -97,10 +97,12 @@ def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how
 def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_added_up():
     """What nobody knows of it is no term: no warning of an empty mean."""
     here = np.ones(5)
-    told = Told(-200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, np.full((5, 9), np.nan))
+    nothing = np.full((5, 9), np.nan)
+    told = Told(-200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, 0.0 * here, nothing)
     told.terms_n[:, list(TERMS).index("installation_n")] = 100.0
-    band = Band(FusionSettings(), InstallationErrors(zero_n=50.0, scale=0.0, drag_m2=0.0, rest_n=0.0))
+    band = Band(FusionSettings(), read_installation(shipped("deploy/hil.toml", "config")).aircraft())
     found = budget_of("left", told, band)
+    assert hypot(*(row.std_n for row in found.rows if INSTALLED in row.term)) == pytest.approx(100.0)
     assert [(row.term, row.std_n) for row in found.rows if row.source == "brochure"] == [(WINDMILLS, 80.0)]
     assert hypot(80.0, 100.0, found.rows[-1].std_n) == pytest.approx(found.fused_n) == 130.0
     assert found.thrust_n == -200.0 and found.filter_n == 0.0

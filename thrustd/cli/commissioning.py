@@ -208,7 +208,7 @@ def _drag(arguments: argparse.Namespace) -> int:
     read = [_flight(arguments, path, without_drag) for path in arguments.files]
     _, installation, on = read[-1]
     fit = fit_drag([flight for flight, *_ in read], installation)
-    new = with_drag(installation.calibration() or _new(on), fit, installation.config, on)
+    new = with_drag(installation.calibration() or _new(on), fit, installation, on)
     _write(arguments, new)
     if arguments.json:
         print_json({"date": on, "drag": new.drag, "fit": fit})

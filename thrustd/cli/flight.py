@@ -91,6 +91,7 @@ def _print_statics(carried: "list[Carried]", lost: "list[Left]") -> None:
 
 
 def check_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.core.measures import SIGMAS_95
     from thrustd.core.statics import carried, left_over
     from thrustd.installation.installation import read_installation
     from thrustd.installation.signature import manifest
@@ -108,12 +109,20 @@ def check_verb(arguments: argparse.Namespace) -> int:
     where = f"{installation.where}: can"
     CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
     SerialPort(adc.port, adc.baud, queue.put)
-    hashes, statics = installation.hashes(), carried(installation.aircraft())
+    aircraft, hashes = installation.aircraft(), installation.hashes()
+    statics, cants = carried(aircraft), aircraft.cant
     fronts = [each.mount for each in statics if each.thrust_share]
-    lost = [one for one in left_over(installation.aircraft()) if one.lost in fronts]
+    lost = [one for one in left_over(aircraft) if one.lost in fronts]
     found = _listen(arguments, installation) if arguments.live is not None else []
     if arguments.json:
-        said = {"statics": statics, "lost": lost, "sha256": hashes, "warnings": uncorrected, "findings": found}
+        said = {
+            "statics": statics,
+            "lost": lost,
+            "cant": cants,
+            "sha256": hashes,
+            "warnings": uncorrected,
+            "findings": found,
+        }
         print_json({"config": str(arguments.config), "ok": not found, **said})
         return int(bool(found))
     for name, digest in hashes.items():
@@ -121,6 +130,8 @@ def check_verb(arguments: argparse.Namespace) -> int:
     for line in uncorrected:
         print(f"warning: {line}")
     _print_statics([each for each in statics if each.mount in fronts], lost)
+    for name, cant in cants.items():
+        print(f"{name}: leans {cant.deg:+.2f} +- {SIGMAS_95 * cant.std_deg:.2f} deg, nose up")
     for line in found:
         print(f"degraded: {line}")
     if found:

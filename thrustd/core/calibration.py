@@ -44,8 +44,14 @@ class MountCalibration(Section, frozen=True):
     expansion_mm_k: Annotated[float, Meta(ge=-0.1, le=0.1)] = 0.0  # of the reading, per kelvin of the mount
     expansion_std_mm_k: Std | None = None
     reference_degc: Annotated[float, Meta(ge=-100, le=200)] = 20.0  # where the zero is
-    lean_deg: Annotated[float, Meta(ge=-20, le=20)] = 0.0  # of its axis, nose up against the engine's
+    lean_deg: Annotated[float, Meta(ge=-20, le=20)] = 0.0  # of its axis, nose up against the engine's; all of it
+    lean_std_deg: Annotated[float, Meta(gt=0, le=20)] | None = None
     service_h: Annotated[float, Meta(ge=0, le=1e6)] = 0.0  # with its engine running, before the next flight
+
+    @property
+    def leans(self) -> bool:
+        """Somebody has measured how."""
+        return self.lean_std_deg is not None or self.lean_deg != 0.0
 
     @property
     def zero_mm(self) -> float:
@@ -112,7 +118,7 @@ def write_calibration(calibration: Calibration) -> str:
         lines += [f"{key} = {list(value)}" for key in ("read_mm", "true_mm") if (value := getattr(mount, key))]
         thermal = ("expansion_mm_k", "expansion_std_mm_k", "reference_degc") if mount.expansion_std_mm_k else ()
         more = [key for key, none in (("friction", 1.0), ("lean_deg", 0.0)) if getattr(mount, key) != none]
-        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *more, "service_h"):
+        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *more, "lean_std_deg", "service_h"):
             value = getattr(mount, key)
             lines += [f"{key} = {value!r}"] if value is not None else []
     return "\n".join(lines) + "\n"

@@ -1,8 +1,11 @@
-"""What calibrations leave of the installation's errors that the aircraft's file allows for."""
+"""What calibrations leave of the installation's errors that the aircraft's file allows for.
+
+A lean that a flight told replaces the cant that the aircraft's file has: it is all of the lean, the cant was its prior.
+"""
 
 import msgspec
 
-from thrustd.core.aircraft import AircraftData
+from thrustd.core.aircraft import AircraftData, Cant
 from thrustd.core.calibration import Calibration
 
 WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its zero is, one sigma; where not measured
@@ -13,6 +16,9 @@ def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> Ai
     if calibration is not None and calibration.drag is not None:
         left = msgspec.structs.replace(aircraft.installation, drag_m2=calibration.drag.std_m2)
         aircraft = msgspec.structs.replace(aircraft, installation=left)
+    if calibration is not None:
+        told = {m: Cant(deg=c.lean_deg, std_deg=c.lean_std_deg or 0.0) for m, c in calibration.mount.items() if c.leans}
+        aircraft = msgspec.structs.replace(aircraft, cant=aircraft.cant | told)
     if calibration is None or calibration.tethered is None:
         return aircraft
     mounts, known = list(calibration.mount.values()), aircraft.installation

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.core.aircraft import InstallationErrors
+from thrustd.core.aircraft import AircraftData
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
@@ -44,7 +44,7 @@ INSTALLATION = "installation_n"
 INSTALLED = "installation, "
 UNPROVED = "throttle moved, other hypotheses"
 INERTIA = "inertia (noise of the acceleration)"
-AIR = "mach", "pressure_altitude_m"
+AIR, LOAD = ("mach", "pressure_altitude_m"), "accel_z_g"
 WINDMILLS = "windmilling, it burns nothing"
 ALWAYS = "creep_n", "share_n"  # told though they are nothing
 
@@ -85,7 +85,7 @@ class Band(NamedTuple):
     """What a flight's installation says of its band."""
 
     settings: FusionSettings
-    installed: InstallationErrors
+    aircraft: AircraftData
 
 
 class Told(NamedTuple):
@@ -97,19 +97,20 @@ class Told(NamedTuple):
     brochure_std_n: Floats
     off: Floats  # 1 while the engine is off
     pressure_pa: Floats  # dynamic
+    more_g: Floats  # load factor beyond 1
     terms_n: Floats  # (n, len(TERMS))
 
 
 def band_of(installation: Installation) -> Band:
     settings = section(installation.config.fusion, FusionSettings, "fusion")
-    return Band(settings, installation.aircraft().installation)
+    return Band(settings, installation.aircraft())
 
 
 def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: float) -> list[Budget]:
     """One per engine; seconds since the log's first estimate. UsageError when nothing was estimated there."""
     pipeline, engines = installation.pipeline(), installation.config.aircraft.engines
     told: list[list[tuple[float, ...]]] = [[] for _ in engines]
-    said, air, first_ns, last_s = dict[int, Estimate](), dict.fromkeys(AIR, 0.0), -1, 0.0
+    said, air, first_ns, last_s = dict[int, Estimate](), {**dict.fromkeys(AIR, 0.0), LOAD: 1.0}, -1, 0.0
     for batch in log.batches():
         for output in pipeline.take(batch):
             if isinstance(output, Reading):
@@ -123,25 +124,25 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
                 stds = now.thrust_n, now.thrust_std_n, now.mount_std_n, now.brochure_std_n
                 off = float(bool(now.status & Status.ENGINE_OFF))
                 pressure_pa = dynamic_pressure_pa(*(air[name] for name in AIR))
-                told[output.engine].append((*stds, off, pressure_pa, *output[2:]))
+                told[output.engine].append((*stds, off, pressure_pa, air[LOAD] - 1.0, *output[2:]))
         if last_s >= end_s:
             break
     if not told[0]:
         raise UsageError(f"--at {begin_s:g} {end_s:g}: nothing was estimated there, only until {last_s:.0f} s")
     tables, band = map(np.array, told), band_of(installation)
     return [
-        budget_of(engine, Told._make((*table[:, :6].T, table[:, 6:])), band)
+        budget_of(engine, Told._make((*table[:, :7].T, table[:, 7:])), band)
         for engine, table in zip(engines, tables, strict=True)
     ]
 
 
 def budget_of(engine: str, told: Told, band: Band) -> Budget:
     """Root mean squares of the terms; of what estimates say the mean."""
-    *stds, pressure_pa = _means(np.column_stack(told[:6]))
+    *stds, pressure_pa, more_g2 = _means(np.column_stack((*told[:6], told.more_g**2)))
     known = dict(zip(TERMS, np.sqrt(_means(told.terms_n**2)).tolist(), strict=True))
     installed_n = known.pop(INSTALLATION)
     rows = [Row("mounts", TERMS[name], SYSTEMATIC, n) for name, n in known.items() if n > 0 or name in ALWAYS]
-    terms = band.installed.terms_n(stds[0], pressure_pa)
+    terms = band.aircraft.terms_n(stds[0], pressure_pa, sqrt(more_g2))
     return _budget(engine, rows, stds, _scaled(terms, installed_n), band.settings)
 
 
