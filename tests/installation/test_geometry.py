@@ -47,9 +47,8 @@ def test_the_centre_of_gravity_is_where_places_are_counted_from(axis):
     """Moved by 20 mm it does what mounts moved by as much the other way do."""
     cg_mm = [0.0, 0.0, 0.0]
     cg_mm[axis] = 20.0
-    rigid = changed(RIGID)
-    line = f"centre_of_gravity_mm = {cg_mm}\n".encode()
-    moved = Installation(HIL.config, {**rigid.files, FILE: line + rigid.files[FILE]}, "test")
+    key, rigid = "centre_of_gravity_mm = ", changed(RIGID)
+    moved = changed(RIGID, (f"{key}[0.0, 0.0, 0.0]", f"{key}{cg_mm}"))
     assert moved.model(HIL.config.mount[0]) != rigid.model(HIL.config.mount[0])
     places = [msgspec.structs.replace(each, at_mm=tuple(at - cg for at, cg in zip(each.at_mm, cg_mm, strict=True)))
               for each in rigid.aircraft().mounts]  # fmt: skip
