@@ -94,12 +94,13 @@ def check_verb(arguments: argparse.Namespace) -> int:
     from thrustd.core.measures import SIGMAS_95
     from thrustd.core.statics import carried, left_over
     from thrustd.installation.installation import read_installation
+    from thrustd.installation.shipped import own_or_shipped
     from thrustd.installation.signature import manifest
     from thrustd.sources.can_bus import CanBus
     from thrustd.sources.merge import EventQueue
     from thrustd.sources.serial_port import SerialPort
 
-    installation = read_installation(arguments.config, arguments.trust)
+    installation = read_installation(own_or_shipped(arguments.config, "config"), arguments.trust)
     installation.pipeline()
     if arguments.manifest:
         sys.stdout.write(manifest(installation.hashes()).decode())
