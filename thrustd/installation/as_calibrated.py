@@ -1,4 +1,4 @@
-"""What calibrations leave of the installation's errors that the aircraft's file allows for.
+"""The aircraft's file in an installation: its mounts by their names, and what calibrations leave of its errors.
 
 A lean that a flight told replaces the cant that the aircraft's file has: it is all of the lean, the cant was its prior.
 """
@@ -7,8 +7,21 @@ import msgspec
 
 from thrustd.core.aircraft import AircraftData, Cant
 from thrustd.core.calibration import Calibration
+from thrustd.core.config import Config
+from thrustd.core.errors import ConfigError
 
 WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its zero is, one sigma; where not measured
+
+
+def placed(aircraft: AircraftData, config: Config, where: str) -> AircraftData:
+    """With the cant of every mount by its own name; ConfigError where the file names what the configuration has not."""
+    engines = config.aircraft.engines
+    owners = [*engines, *(mount.name for mount in config.mount)]
+    for key, names, known in (("cant", aircraft.cant, owners), ("accelerometer_m", aircraft.accelerometer_m, engines)):
+        if unknown := sorted(set(names) - set(known)):
+            raise ConfigError(f"{where}: {key}.{unknown[0]}: expected one of {', '.join(known)}")
+    found = {mount.name: aircraft.cant_of(mount.name, mount.engine) for mount in config.mount}
+    return msgspec.structs.replace(aircraft, cant={name: cant for name, cant in found.items() if cant is not None})
 
 
 def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:

@@ -19,7 +19,7 @@ from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
-from thrustd.installation.as_calibrated import as_calibrated
+from thrustd.installation.as_calibrated import as_calibrated, placed
 from thrustd.installation.shipped import shipped
 from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
@@ -120,20 +120,7 @@ class Installation:
             raise ConfigError(
                 f"{self._place(name)}: spring_n_mm: {given} numbers, expected one for each of {most} mounts"
             )
-        return as_calibrated(self._placed(aircraft, self._place(name)), self.calibration())
-
-    def _placed(self, aircraft: AircraftData, where: str) -> AircraftData:
-        """With the cant of every mount by its own name."""
-        config, engines = self.config, self.config.aircraft.engines
-        owners = [*engines, *(mount.name for mount in config.mount)]
-        for key, names, known in (
-            ("cant", aircraft.cant, owners),
-            ("accelerometer_m", aircraft.accelerometer_m, engines),
-        ):
-            for unknown in set(names) - set(known):
-                raise ConfigError(f"{where}: {key}.{unknown}: expected one of {', '.join(known)}")
-        found = {mount.name: aircraft.cant_of(mount.name, mount.engine) for mount in config.mount}
-        return msgspec.structs.replace(aircraft, cant={name: cant for name, cant in found.items() if cant is not None})
+        return as_calibrated(placed(aircraft, self.config, self._place(name)), self.calibration())
 
     def uncorrected(self) -> list[str]:
         """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""

@@ -80,7 +80,6 @@ class Monitor:
             self.combiner.shares,
             np.array((aircraft.spring_n_mm * 2)[:2]),
             aircraft.installed(),
-            place(("accel_z_g", 0)),
         )
         self._trusted = np.ones((len(engines), N_SOURCES), np.bool_)
         self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]
