@@ -12,6 +12,8 @@ from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.replay.budget import INSTALLED, TERMS, WINDMILLS, Band, Told, budget_of
 
+FUEL = TERMS["fuel_n"]
+
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
@@ -70,7 +72,11 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
         (folder / "citation-ii.toml").read_text().replace("density = 0.012", "density = 0.05")
     )
     other = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
-    assert all(after["brochure_n"] > 1.2 * before["brochure_n"] for before, after in zip(plain, other, strict=True))
+    for before, after in zip(plain, other, strict=True):
+        assert after["brochure_n"] > 1.2 * before["brochure_n"] and after["fused_n"] > before["fused_n"]
+        was, now = ({row["term"]: row["std_n"] for row in engine["rows"]} for engine in (before, after))
+        assert now[FUEL] == pytest.approx(was[FUEL] * hypot(0.05, 0.003) / hypot(0.012, 0.003), rel=0.01)
+        assert now["deck's shape and fit"] == pytest.approx(was["deck's shape and fit"], rel=0.1)
 
 
 def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how_large(tmp_path, capsys):
@@ -97,7 +103,7 @@ def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how
 def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_added_up():
     """What nobody knows of it is no term: no warning of an empty mean."""
     here = np.ones(5)
-    nothing = np.full((5, 9), np.nan)
+    nothing = np.full((5, len(TERMS)), np.nan)
     told = Told(-200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, 0.0 * here, nothing)
     told.terms_n[:, list(TERMS).index("installation_n")] = 100.0
     band = Band(FusionSettings(), read_installation(shipped("deploy/hil.toml", "config")).aircraft())

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from thrustd.installation.installation import Installation
     from thrustd.records.recording import Recording
 
+WEEK_DAYS = 7
 DAYS = datetime(2000, 1, 1, tzinfo=UTC).timestamp()  # a clock before that was never set
 
 
@@ -116,6 +117,7 @@ def commission_verb(arguments: argparse.Namespace) -> int:
 
 
 def zero_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.recalibrate import walks
     from thrustd.commission.zero import with_zeros, zeros
 
     flight, installation, on = _flight(arguments, arguments.log)
@@ -135,8 +137,9 @@ def zero_verb(arguments: argparse.Namespace) -> int:
             if not each.refused and abs(kept_mm - each.zero_mm) > 1e-6:
                 said += f"; the file keeps {1e3 * kept_mm:+.1f} um, found under load"
             print(f"{each.mount}: {said}")
-        if calibration.recalibrate_by is not None:
-            print(f"recalibrate by {calibration.recalibrate_by}: the zeros walk away")
+        for walk in walks(calibration):
+            rate, half = WEEK_DAYS * 1e3 * walk.mm_day, WEEK_DAYS * 1e3 * walk.half_mm_day
+            print(f"{walk.mount} walks {rate:+.1f} +- {half:.1f} um a week: recalibrate by {walk.by}")
     return 1 if refused else 0
 
 

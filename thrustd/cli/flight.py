@@ -3,6 +3,7 @@
 import argparse
 import gc
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,6 +80,17 @@ def _add_trust(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _overdue(installation: "Installation") -> list[str]:
+    """That the zeros were to be measured before today."""
+    calibration, today = installation.calibration(), str(datetime.now(UTC).date())
+    if calibration is None or calibration.recalibrate_by is None or calibration.recalibrate_by > today:
+        return []
+    name = installation.config.calibration
+    return [
+        f"{name}: recalibrate by {calibration.recalibrate_by}, and it is {today}: thrustd zero says which zero walks"
+    ]
+
+
 def _hangs(aircraft: "AircraftData") -> dict[str, Any]:
     """What the mounts carry, what a front one does when the other is lost, how they lean."""
     from thrustd.core.statics import carried, left_over
@@ -115,7 +127,7 @@ def check_verb(arguments: argparse.Namespace) -> int:
     if arguments.manifest:
         sys.stdout.write(manifest(installation.hashes()).decode())
         return 0
-    uncorrected = installation.uncorrected()
+    warnings = [*installation.uncorrected(), *_overdue(installation)]
     can, adc, queue = installation.config.can, installation.config.adc, EventQueue()
     where = f"{installation.where}: can"
     CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
@@ -123,12 +135,12 @@ def check_verb(arguments: argparse.Namespace) -> int:
     hashes, hangs = installation.hashes(), _hangs(installation.aircraft())
     found = _listen(arguments, installation) if arguments.live is not None else []
     if arguments.json:
-        said = {**hangs, "sha256": hashes, "warnings": uncorrected, "findings": found}
+        said = {**hangs, "sha256": hashes, "warnings": warnings, "findings": found}
         print_json({"config": str(arguments.config), "ok": not found, **said})
         return int(bool(found))
     for name, digest in hashes.items():
         print(f"{digest[:16]}  {printable(name)}")
-    for line in uncorrected:
+    for line in warnings:
         print(f"warning: {line}")
     _print_hangs(**hangs)
     for line in found:

@@ -18,6 +18,7 @@ from thrustd.core.config import Section, read_toml
 from thrustd.core.errors import ConfigError
 
 LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
+DRIFTED_MM = 0.01  # of a zero since it was measured: 50 N on a mount of 5 kN/mm, as far as a band holds it
 HELD_STD_MM = LARGEST_ZERO_MM / 3.0  # one sigma of what friction holds of an earlier load, seen at rest
 Day = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]  # ISO 8601
 Std = Annotated[float, Meta(gt=0, le=10)]
@@ -29,6 +30,16 @@ class Zero(Section, frozen=True):
     on: Day
     mm: Annotated[float, Meta(ge=-100, le=100)]  # what the transducer showed beyond what the model says of no thrust
     std_mm: Std
+    seen_mm: Annotated[float, Meta(ge=-100, le=100)] | None = None  # at rest, where `mm` was found under load
+    seen_std_mm: Std | None = None
+
+    @property
+    def at_rest_mm(self) -> float:
+        return self.mm if self.seen_mm is None else self.seen_mm
+
+    @property
+    def at_rest_std_mm(self) -> float:
+        return self.std_mm if self.seen_std_mm is None else self.seen_std_mm
 
 
 class MountCalibration(Section, frozen=True):
@@ -78,7 +89,7 @@ class Calibration(Section, frozen=True):
     runs: tuple[str, ...] = ()  # whose hours are counted
     tethered: Day | None = None
     drag: Drag | None = None
-    recalibrate_by: Day | None = None  # when the trend of some zero leaves what the band allows
+    recalibrate_by: Day | None = None  # when the trend of some zero has moved it by DRIFTED_MM
 
     def of(self, mount: str) -> MountCalibration:
         return self.mount.get(mount, MountCalibration())
@@ -104,6 +115,11 @@ def _check(mount: MountCalibration, where: str) -> None:
         raise ConfigError(f"{where}.zeros: {largest.mm} mm, expected at most {most_mm:g} mm: more is no zero")
 
 
+def _row(zero: Zero) -> str:
+    seen = "" if zero.seen_mm is None else f", seen_mm = {zero.seen_mm:.6f}, seen_std_mm = {zero.at_rest_std_mm:.6f}"
+    return f'{{ on = "{zero.on}", mm = {zero.mm:.6f}, std_mm = {zero.std_mm:.6f}{seen} }}'
+
+
 def write_calibration(calibration: Calibration) -> str:
     """The text of the file."""
     lines = ["# Written by `thrustd zero` and `thrustd calibrate`.", f'on = "{calibration.on}"']
@@ -113,8 +129,7 @@ def write_calibration(calibration: Calibration) -> str:
     lines += [f"runs = {list(calibration.runs)}".replace("'", '"')] if calibration.runs else []
     for name, mount in calibration.mount.items():
         lines += ["", f"[mount.{name}]"]
-        rows = [f'{{ on = "{zero.on}", mm = {zero.mm:.6f}, std_mm = {zero.std_mm:.6f} }}' for zero in mount.zeros]
-        lines += [f"zeros = [{', '.join(rows)}]"] if rows else []
+        lines += [f"zeros = [{', '.join(map(_row, mount.zeros))}]"] if mount.zeros else []
         lines += [f"{key} = {list(value)}" for key in ("read_mm", "true_mm") if (value := getattr(mount, key))]
         thermal = ("expansion_mm_k", "expansion_std_mm_k", "reference_degc") if mount.expansion_std_mm_k else ()
         more = [key for key, none in (("friction", 1.0), ("lean_deg", 0.0)) if getattr(mount, key) != none]

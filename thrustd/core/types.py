@@ -124,7 +124,8 @@ class CrossCheck(NamedTuple):
 class Terms(NamedTuple):
     """What the thrust of one engine may be wrong by at one fused step, term by term: one sigma each.
 
-    The mounts' terms; NaN while none is trusted. What deck and filter add, the estimate and the configuration tell.
+    The mounts' terms, NaN while none is trusted, and the fuel's part of the brochure's sigma. What deck and filter add
+    besides, the estimate and the configuration tell.
     """
 
     t_ns: int
@@ -138,6 +139,7 @@ class Terms(NamedTuple):
     start_n: float  # load before the start, channels that are not measured: of both mounts to the same side
     share_n: float  # of the one mount that is left
     installation_n: float  # what nobody corrected of the installation, as far as the brochure does not bound it
+    fuel_n: float  # density and heating value of the fuel on board: in the brochure's sigma
 
 
 Event = Frame | Tick | Fault  # a source's own faults (unplugged, overrun) are logged and replayed like bytes

@@ -9,7 +9,7 @@ from thrustd.core.errors import ThrustdError
 from thrustd.core.types import Status
 from thrustd.records.flight_log import open_flight_log
 from thrustd.records.recording import Recording
-from thrustd.replay.budget import AIR, LOAD, TERMS, Band, Budget, Told, band_of, budget_of
+from thrustd.replay.budget import AIR, INSTALLATION, LOAD, TERMS, Band, Budget, Told, band_of, budget_of
 from thrustd.replay.replay import open_installation
 
 TOLD = "thrust_N", "thrust_std_N", "estimate_mount_std_n", "brochure_std_N"
@@ -29,7 +29,8 @@ def band_in(path: Path) -> Band | None:
 def budget_in(part: Recording, engine: str, band: Band) -> Budget | None:
     """Over a part of a flight that is once a second; None where nothing told the terms."""
     names = [f"terms_{name}_{engine}" for name in TERMS]
-    if not (names[-1] in part and np.isfinite(part[names[-1]]).any()):
+    told = f"terms_{INSTALLATION}_{engine}"
+    if not (all(name in part for name in names) and np.isfinite(part[told]).any()):
         return None
     off = np.nan_to_num(part[f"status_{engine}"]).astype(np.int64) & int(Status.ENGINE_OFF) != 0
     pressure_pa = [dynamic_pressure_pa(*row) for row in zip(*(part[name].tolist() for name in AIR), strict=True)]

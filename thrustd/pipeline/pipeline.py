@@ -90,9 +90,8 @@ class Pipeline:
         self._spools = [place("n1_pct", e) for e in numbers]
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         dynamic_pressure_pa(0.0, 0.0)  # compiled now, not in flight
-        self._terms(0)  # the same
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
-        self._deck_n = np.zeros((len(engines), 6))  # see `BrochureSource.look`
+        self._deck_n, self._fuel_std = np.zeros((len(engines), 6)), aircraft.fuel.heat  # see `BrochureSource.look`
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
         self._told_of = [self._told[e : e + 1] for e in numbers]
         self._mounts_said = self._states.view(np.float64).reshape(len(self._states), -1)[:, :3]  # as MountOutput has it
@@ -106,6 +105,7 @@ class Pipeline:
         self._book = FaultBook()
         self._troubles = FaultStatus(len(engines), engines_of(config))
         self._wires = Wires(wires_of(config, self._hold.slots))
+        self._terms(0)  # compiled now, too
 
     def feed(self, event: Event) -> Sequence[Output]:
         """`take` for one event."""
@@ -219,10 +219,9 @@ class Pipeline:
     def _terms(self, t_ns: int) -> list[Terms]:
         combine, mine = self._monitor.combiner.terms_n, self._layout.mounts_of_engine
         of_mounts = [[self._sources[i].terms_n() for i in mounts] for mounts in mine]
-        uncorrected_n = map(self._monitor.uncorrected_n, range(len(mine)))
-        return [
-            Terms(t_ns, e, **combine(e, of_mounts[e], COMMON), installation_n=n) for e, n in enumerate(uncorrected_n)
-        ]
+        fuels_n = (self._fuel_std * abs(self._deck_n[:, 4])).tolist()
+        others = [{"installation_n": self._monitor.uncorrected_n(e), "fuel_n": n} for e, n in enumerate(fuels_n)]
+        return [Terms(t_ns, e, **combine(e, of_mounts[e], COMMON), **other) for e, other in enumerate(others)]
 
     def _check_clock(self, t_ns: int, outputs: list[Output]) -> None:
         off = abs(self._intake.clock_rate) > CLOCK_OFF

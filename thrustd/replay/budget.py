@@ -3,7 +3,8 @@
     mounts     sigma_F^2 = sum over mounts and terms of sigma_i^2          what the filter is told of the mounts' source
                a term that both mounts have to the same side: (sigma_upper + sigma_lower)^2
                share: of the one mount that is trusted, where the other one is lost; both together need none
-    brochure   sigma^2   = (bias T)^2 + noise^2                            of the deck's source, as the filter takes it
+    brochure   sigma^2   = (bias T)^2 + fuel^2 + shape^2 + noise^2         of the deck's source, as the filter takes it
+               fuel: density and heating value on board, by dF / d ln w of the deck
     fused      the filter's own sigma; in it what nobody corrected of the installation ([installation] of the aircraft's
                file, or what its calibration left), each term as far as the brochure does not bound all of them
 
@@ -39,8 +40,9 @@ TERMS = {  # of `core.types.Terms`, in words
     "start_n": "start, unmeasured channels",
     "share_n": "share",
     "installation_n": "installation",
+    "fuel_n": "fuel: density, heating value",
 }
-INSTALLATION = "installation_n"
+INSTALLATION, FUEL = "installation_n", "fuel_n"
 INSTALLED = "installation, "
 UNPROVED = "throttle moved, other hypotheses"
 INERTIA = "inertia (noise of the acceleration)"
@@ -140,10 +142,10 @@ def budget_of(engine: str, told: Told, band: Band) -> Budget:
     """Root mean squares of the terms; of what estimates say the mean."""
     *stds, pressure_pa, more_g2 = _means(np.column_stack((*told[:6], told.more_g**2)))
     known = dict(zip(TERMS, np.sqrt(_means(told.terms_n**2)).tolist(), strict=True))
-    installed_n = known.pop(INSTALLATION)
+    installed_n, fuel_n = known.pop(INSTALLATION), known.pop(FUEL)
     rows = [Row("mounts", TERMS[name], SYSTEMATIC, n) for name, n in known.items() if n > 0 or name in ALWAYS]
     terms = band.aircraft.terms_n(stds[0], pressure_pa, sqrt(more_g2))
-    return _budget(engine, rows, stds, _scaled(terms, installed_n), band.settings)
+    return _budget(engine, rows, stds, fuel_n, _scaled(terms, installed_n), band.settings)
 
 
 def _scaled(terms: dict[str, float], together_n: float) -> list[Row]:
@@ -156,7 +158,7 @@ def _scaled(terms: dict[str, float], together_n: float) -> list[Row]:
 
 
 def _budget(
-    engine: str, mounts: list[Row], stds: Sequence[float], installed: list[Row], settings: FusionSettings
+    engine: str, mounts: list[Row], stds: Sequence[float], fuel_n: float, installed: list[Row], settings: FusionSettings
 ) -> Budget:
     """`stds`: thrust, its sigma, the mounts', the brochure's; 1 while the engine is off."""
     thrust_n, fused_n, filter_n, brochure_std_n, off = stds
@@ -167,7 +169,10 @@ def _budget(
         rows.append(Row("brochure", WINDMILLS, SYSTEMATIC, brochure_std_n))
     else:
         rows.append(Row("brochure", "engine against deck", SYSTEMATIC, bias_n))
-        rows.append(Row("brochure", "deck's shape and fit", SYSTEMATIC, sqrt(brochure_std_n**2 - bias_n**2)))
+        fuel_n = min(fuel_n, sqrt(brochure_std_n**2 - bias_n**2))
+        shape_n = sqrt(max(brochure_std_n**2 - bias_n**2 - fuel_n**2, 0.0))
+        rows.append(Row("brochure", TERMS[FUEL], SYSTEMATIC, fuel_n))
+        rows.append(Row("brochure", "deck's shape and fit", SYSTEMATIC, shape_n))
         rows.append(Row("brochure", "noise of fuel flow and N1", RANDOM, settings.brochure_noise_std_n))
     brochure_n = hypot(*(row.std_n for row in rows if row.source == "brochure"))
     parts = [n for n in (mounts_n, brochure_n) if n > 0.0]

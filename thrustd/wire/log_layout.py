@@ -112,6 +112,7 @@ class TermsMessage(msgspec.Struct, frozen=True):
     start_n: float
     share_n: float
     installation_n: float
+    fuel_n: float
 
 
 class ReadingMessage(msgspec.Struct, frozen=True):
