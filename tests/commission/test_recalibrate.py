@@ -12,6 +12,7 @@ from thrustd.commission.tether import Line, TetherFit
 from thrustd.commission.tether_file import with_tether
 from thrustd.commission.zero import MountZero, with_zeros
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
+from thrustd.core.errors import ConfigError
 from thrustd.installation.shipped import shipped
 
 FIRST = date(2026, 1, 1)
@@ -58,14 +59,31 @@ def test_zeros_that_stay_are_seldom_said_to_walk_however_often_one_looks(scatter
 def test_after_a_tethered_run_what_is_seen_at_rest_still_walks():
     """The zero that is flown is hardly moved by looks at rest; the trend is that of the looks."""
     mount = MountCalibration(zeros=(Zero(on="2026-01-01", mm=0.007, std_mm=0.001),), gain_std=0.003)
-    calibration = Calibration(on="2026-01-01", mount={"left_upper": mount})
-    for week in range(1, 7):
+    calibration = Calibration(on="2026-01-01", tethered="2026-01-01", mount={"left_upper": mount})
+    for week in range(7):
         found = [MountZero("left_upper", 0.012 + 0.004 * week, STD_MM, 0.0)]
         calibration = with_zeros(calibration, found, str(FIRST + timedelta(days=7 * week)))
     kept = calibration.of("left_upper").zeros
     assert kept[-1].mm < 0.009 and kept[-1].at_rest_mm == pytest.approx(0.036)
     assert read_calibration(write_calibration(calibration), "c") == calibration
-    assert calibration.recalibrate_by is not None and calibration.recalibrate_by < "2026-03-01"
+    (walk,) = walks(calibration)
+    assert walk.again == "tethered run" and str(walk.by) == calibration.on  # it has walked 24 um, none was taken off
+
+
+def test_an_older_log_that_is_looked_at_later_is_no_newer_zero():
+    calibration = looked((0, 7, 14), (0.0, 0.001, 0.0))
+    after = with_zeros(calibration, [MountZero("left_upper", 0.004, STD_MM, 0.0)], "2025-12-24")
+    looks = after.of("left_upper").zeros
+    assert [look.on for look in looks] == sorted(look.on for look in looks) and looks[0].on == "2025-12-24"
+    assert after.on == calibration.on and after.of("left_upper").zero_mm == 0.0
+    with pytest.raises(ConfigError, match="expected the oldest first"):
+        read_calibration(write_calibration(turned(after)), "c")
+
+
+def turned(calibration):
+    mount = calibration.of("left_upper")
+    mount = msgspec.structs.replace(mount, zeros=mount.zeros[::-1])
+    return msgspec.structs.replace(calibration, mount={"left_upper": mount})
 
 
 def test_a_tethered_run_keeps_what_was_seen_that_day_and_the_date_goes_on_from_it():

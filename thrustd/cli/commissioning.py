@@ -133,13 +133,14 @@ def zero_verb(arguments: argparse.Namespace) -> int:
             said = f"refused: {each.refused}" if each.refused else ""
             wide = f"{1e3 * each.zero_mm:+.1f} +- {1e3 * SIGMAS_95 * each.std_mm:.1f} um"
             said = said or f"{wide}, {each.before_n:+.0f} N until now"
-            kept_mm = calibration.of(each.mount).zero_mm
-            if not each.refused and abs(kept_mm - each.zero_mm) > 1e-6:
-                said += f"; the file keeps {1e3 * kept_mm:+.1f} um, found under load"
+            newest = calibration.of(each.mount).zeros[-1:]
+            if not each.refused and abs(newest[0].mm - each.zero_mm) > 1e-6:
+                why = "found under load" if newest[0].on == on else f"of {newest[0].on}"
+                said += f"; the file keeps {1e3 * newest[0].mm:+.1f} um, {why}"
             print(f"{each.mount}: {said}")
         for walk in walks(calibration):
             rate, half = WEEK_DAYS * 1e3 * walk.mm_day, WEEK_DAYS * 1e3 * walk.half_mm_day
-            print(f"{walk.mount} walks {rate:+.1f} +- {half:.1f} um a week: recalibrate by {walk.by}")
+            print(f"{walk.mount} walks {rate:+.1f} +- {half:.1f} um a week: {walk.again} again by {walk.by}")
     return 1 if refused else 0
 
 

@@ -87,7 +87,7 @@ def _overdue(installation: "Installation") -> list[str]:
         return []
     name = installation.config.calibration
     return [
-        f"{name}: recalibrate by {calibration.recalibrate_by}, and it is {today}: thrustd zero says which zero walks"
+        f"{name}: recalibrate by {calibration.recalibrate_by}, and it is {today}: thrustd zero says which mount walks"
     ]
 
 

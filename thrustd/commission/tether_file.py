@@ -29,7 +29,7 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibratio
             expansion_mm_k=round(old.expansion_mm_k + line.expansion_mm_k, 9),
             expansion_std_mm_k=max(round(line.expansion_std_mm_k, 9), 1e-9),
             reference_degc=round(line.reference_degc, 3),
-            zeros=(*(kept for kept in old.zeros if kept.on != on), zero),
+            zeros=(*(kept for kept in old.zeros if kept.on < on), zero),  # later ones were beside other numbers
         )
     changed = msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)
     return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))

@@ -158,9 +158,9 @@ def with_zeros(known: Calibration | None, found: list[MountZero], on: str) -> Ca
             if mount.gain_std is not None and mount.zeros:
                 kept_mm, std_mm = _beside(mount.zeros[-1], each)
                 zero = Zero(on=on, mm=round(kept_mm, 6), std_mm=_std(std_mm), seen_mm=zero.mm, seen_std_mm=zero.std_mm)
-            before = [kept for kept in mount.zeros if kept.on != on]
-            mounts[each.mount] = msgspec.structs.replace(mount, zeros=(*before, zero)[-KEPT:])
-    changed = msgspec.structs.replace(old, on=on, mount=mounts)
+            looks = sorted([*(kept for kept in mount.zeros if kept.on != on), zero], key=lambda look: look.on)
+            mounts[each.mount] = msgspec.structs.replace(mount, zeros=tuple(looks[-KEPT:]))
+    changed = msgspec.structs.replace(old, on=max(on, old.on), mount=mounts)
     return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
 
 

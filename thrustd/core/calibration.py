@@ -109,6 +109,8 @@ def _check(mount: MountCalibration, where: str) -> None:
     for name, values in (("read_mm", mount.read_mm), ("true_mm", mount.true_mm)):
         if any(later <= earlier for earlier, later in pairwise(values)):
             raise ConfigError(f"{where}.{name}: {values}, expected increasing values")
+    if any(later.on <= earlier.on for earlier, later in pairwise(mount.zeros)):
+        raise ConfigError(f"{where}.zeros: on {', '.join(zero.on for zero in mount.zeros)}; expected the oldest first")
     most_mm = LARGEST_ZERO_MM + (0.0 if mount.gain_std is None else 3.0 * HELD_STD_MM)  # found under load
     if any(abs(zero.mm) > most_mm for zero in mount.zeros):
         largest = max(mount.zeros, key=lambda zero: abs(zero.mm))
