@@ -3,7 +3,8 @@
 Per aircraft: bench, weight and chamber records of other mounts as `plan-test` asks for them, `commission`, zero,
 tethered run, a first flight for the nacelles' drag (a recorded one, where it is at hand), and a flight. It is flown
 twice: as its benches know it, and with the hostile knobs of the same seed, which nobody modelled. Every aircraft
-keeps its files and its `result.json` in the folder: an ended run goes on there.
+keeps its files and its `result.json` in the folder, with the version that made them: an ended run of this version goes
+on there, what another one left is refused.
 """
 
 import argparse
@@ -19,6 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import PH_LAB
+from benchmarks.made_with import Way, keep, kept_of, way_of
 from thrustd.__main__ import main as thrustd
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.installation.shipped import shipped
@@ -65,18 +67,19 @@ def records(folder: Path, seed: int, hours: float) -> list[str]:
     return ["--bench", f"upper={upper}", f"lower={lower}", "--weight", weight, "--chamber", cold, hot]
 
 
-def made(folder: Path, seed: int, hours: float) -> tuple[Path, float]:
+def made(folder: Path, seed: int, hours: float, way: Way) -> tuple[Path, float]:
     """The commissioned configuration, and seconds of processor time that `commission` took."""
     out = folder / "aircraft"
-    kept = folder / "seconds.json"
-    if not kept.exists():
+    kept = folder / "commissioned.json"
+    before = kept_of(kept, way)
+    if before is None:
         given = records(folder, seed, hours)
         began = time.process_time()
         said("commission", *given, "--aircraft", str(shipped("deploy/hil.toml", "config")), "-o", str(out))
         text = (out / "hil.toml").read_text().replace("estimate_hz = 10.0", f"estimate_hz = {FUSED_HZ}")
         (out / "hil.toml").write_text(text)
-        kept.write_text(json.dumps(time.process_time() - began))
-    return out / "hil.toml", json.loads(kept.read_text())
+        before = keep(kept, way, {"seconds": time.process_time() - began})
+    return out / "hil.toml", before["seconds"]
 
 
 def flown(config: Path, log: Path) -> list[list[float]]:
@@ -110,14 +113,16 @@ def scored(config: Path, seed: int, kind: str, minutes: float) -> list[list[list
 
 
 def aircraft(folder: Path, seed: int, hours: float, minutes: float) -> dict[str, Any]:
-    """What came of one aircraft, flown now or before."""
-    kept = folder / "result.json"
-    if not kept.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        config, seconds = made(folder, seed, hours)
-        both = [scored(config, seed, kind, minutes) for kind in ("plain", "hostile")]
-        kept.write_text(json.dumps({"seconds": seconds, "scores": [*both[0], *both[1]]}))
-    return dict(json.loads(kept.read_text()))
+    """What came of one aircraft, flown now or before by this version; SystemExit where another one left something."""
+    kept, way = folder / "result.json", way_of(hours=hours)
+    whole = way | {"minutes": minutes, "stages": list(STAGES)}
+    before = kept_of(kept, whole)
+    if before is not None:
+        return before
+    folder.mkdir(parents=True, exist_ok=True)
+    config, seconds = made(folder, seed, hours, way)
+    both = [scored(config, seed, kind, minutes) for kind in ("plain", "hostile")]
+    return keep(kept, whole, {"seconds": seconds, "scores": [*both[0], *both[1]]})
 
 
 def main() -> None:

@@ -1,8 +1,12 @@
 """The verbs find what comes with thrustd from any folder, in a checkout and installed; or say what to pass."""
 
+import json
+import re
 import shutil
+import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -10,8 +14,10 @@ import thrustd
 from tests.brochure.fit.test_deck_fit import flight
 from tests.conftest import ROOT
 from thrustd.__main__ import main
-from thrustd.installation.shipped import DECK, HIL
+from thrustd.installation.shipped import DECK, HIL, MODELS
 from thrustd.sources.mcap_log import LogFile
+
+CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 
 
 @pytest.fixture
@@ -49,6 +55,29 @@ def test_a_deck_is_fitted_from_any_folder_and_not_over_its_base(tmp_path, monkey
 def test_installed_it_finds_them_beside_the_interpreter(installed):
     assert main(["simulate", "--minutes", "0.1", "-o", "flight.mcap"]) == 0
     assert (installed / DECK).read_text() == (ROOT / DECK).read_text()
+
+
+@pytest.mark.skipif(CC is None, reason="no C compiler here")
+def test_installed_the_page_about_c_works_in_an_empty_folder(installed):
+    """Every command of it, as it stands there."""
+    page = (ROOT / "docs" / "c.md").read_text()
+    compile_line, build_line = re.findall(r"^    ((?:thrustd compile|cc) .*)$", page, re.MULTILINE)
+    assert main(compile_line.split()[1:]) == 0
+    Path("fly.c").write_text(re.search(r"```c\n(.*?)```", page, re.DOTALL)[1])
+    said = subprocess.run(
+        build_line.replace("cc ", f"{CC} ", 1), shell=True, check=True, capture_output=True, text=True
+    )
+    assert f"{build_line}\n    {said.stdout}" in page
+
+
+def test_installed_models_and_configurations_are_found_by_the_names_that_pages_print(installed, capsys):
+    assert main(["check", "deploy/ph-lab.toml", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["ok"]
+    for name in MODELS:
+        assert main(["compile", name, "--rate", "100"]) == 0
+    Path("models").mkdir()
+    Path(MODELS[0]).write_text("{}")  # one's own comes first
+    assert main(["compile", MODELS[0], "--rate", "100"]) == 2
 
 
 @pytest.mark.parametrize(

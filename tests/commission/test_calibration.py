@@ -9,7 +9,7 @@ from thrustd.__main__ import main
 from thrustd.cli.files import read_models
 from thrustd.commission.tether import as_blocks_scatter, fit_tether
 from thrustd.commission.tether_run import friction_n
-from thrustd.commission.zero import MountZero, recalibrate_by, with_zeros
+from thrustd.commission.zero import MountZero, with_zeros
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
 from thrustd.core.errors import ConfigError, RecordingError, ThrustdError
@@ -331,12 +331,3 @@ def test_the_file_is_read_as_it_was_written_and_refuses_what_no_mount_has():
     assert read_calibration(loaded, "c").of("x").zero_mm == 0.07  # found under load: friction held the rest
     with pytest.raises(ThrustdError, match=r"mount\.nobody: expected one of left_upper"):
         with_calibration(None, Calibration(on="2026-01-01", mount={"nobody": mount})).parts()
-
-
-def test_a_zero_that_walks_away_has_a_date():
-    def after(rate_um_day):
-        zeros = [Zero(on=f"2026-01-{day:02d}", mm=0.001 * rate_um_day * day, std_mm=0.001) for day in (1, 8, 15, 22)]
-        return recalibrate_by(Calibration(on="2026-01-22", mount={"left_upper": MountCalibration(zeros=tuple(zeros))}))
-
-    assert after(0.0) is None
-    assert "2026-01-25" < after(1.0) < "2026-02-20"  # 28 um to go at 1 um a day, two sigma faster

@@ -12,7 +12,8 @@ from thrustd.__main__ import main
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
 from thrustd.commission.commission import Commissioned, summary_lines
-from thrustd.commission.mount_models import THERMAL, Made, learn
+from thrustd.commission.mount_models import THERMAL, Made, learn, mount_models
+from thrustd.commission.pieces import Pieces
 from thrustd.commission.report import _effects
 from thrustd.diagnose.extend.extend_report import ExtendReport
 from thrustd.identify.artifact import witness_rows
@@ -66,6 +67,45 @@ def test_the_folder_flies_and_replays(folder, capsys):
     assert main(["replay", str(log), "--json"]) == 0
     scores = json.loads(capsys.readouterr().out)["scores"]
     assert max(scores[engine]["fused"]["rmse_n"] for engine in ("left", "right")) < 120.0
+
+
+def test_mounts_of_one_bench_are_one_model(folder, records):
+    """The weight record is of one upper mount; left and right still fly the same numbers."""
+    specs = {path.stem: msgspec.json.decode(path.read_bytes()) for path in sorted((folder / "models").glob("*.json"))}
+    for place in ("upper", "lower"):
+        left, right = (specs[f"{side}_{place}"] for side in ("left", "right"))
+        assert left.pop("name") != right.pop("name")
+        assert left == right
+    assert specs["left_upper"]["effects"] != specs["left_lower"]["effects"]
+
+
+def test_a_mount_with_a_bench_more_is_not_the_one_without(monkeypatch):
+    """Which benches a model is of is all of them, not the first."""
+    hil = read_installation(shipped("deploy/hil.toml", "config"))
+    benches = [make_recording(f"{name}.parquet", {"time_s": np.arange(3.0)}) for name in "abc"]
+    bench = {
+        "left_upper": benches[:2],
+        "left_lower": benches[2:],
+        "right_upper": benches[:1],
+        "right_lower": benches[2:],
+    }
+
+    def identified(mount, records):
+        spec = next(hil.bench_model(one) for one in hil.config.mount if one.name == mount)
+        return Made(spec, 1.0, 2.0, [record.name for record in records], [f"identified as {mount}"])
+
+    monkeypatch.setattr("thrustd.commission.mount_models._identified", identified)
+    monkeypatch.setattr("thrustd.commission.mount_models._hang", lambda *_: None)  # these hang already
+    made = mount_models(Pieces(bench, [], [], []), hil, lambda *_: None)
+    assert list(made) == list(bench)
+    assert {mount: one.benches for mount, one in made.items()} == {
+        mount: [record.name for record in records] for mount, records in bench.items()
+    }
+    assert {mount: one.lines[0] for mount, one in made.items()} == {
+        "left_upper": "identified as left_upper", "right_upper": "identified as right_upper",
+        "left_lower": "identified as left_lower", "right_lower": "identified as left_lower",
+    }  # fmt: skip
+    assert made["right_lower"].spec.name == "right-lower"
 
 
 def test_what_is_missing_is_said_and_in_the_band(folder):

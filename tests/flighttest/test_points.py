@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.cli.test_bad_input import refused
-from tests.conftest import PH_LAB
+from tests.conftest import PH_LAB, ROOT
 from tests.flighttest.scene import BIAS_STD_N, CHANGE_S, ENGINES, HOLD_S, correlated, made_flight
 from thrustd.__main__ import main
 from thrustd.core.measures import SIGMAS_95
@@ -189,3 +189,30 @@ def test_points_of_a_recorded_flight_agree_with_its_data_sheet():
         for engine in ENGINES:
             name = f"thrust_N_{engine}"
             assert same[0].values[name].mean == pytest.approx(point.values[name].mean, rel=0.01)
+
+
+def test_the_report_draws_the_terms_of_the_band_at_every_point(tmp_path, capsys):
+    """A raw log and its estimates say the same, what `thrustd budget` says there."""
+    raw, marks, page = ROOT / "replay_logs" / "throttle-steps.mcap", tmp_path / "marks.csv", tmp_path / "points.html"
+    marks.write_text("start_s,end_s,name\n62,90,low\n140,170,high\n")
+    estimates = tmp_path / "estimates.mcap"
+    assert main(["replay", str(raw), "-o", str(estimates)]) == 0
+    capsys.readouterr()
+    found = []
+    for log in (raw, estimates):
+        assert main(["points", str(log), "--marks", str(marks), "--report", str(page), "--json"]) == 0
+        found.append([point["budgets"] for point in json.loads(capsys.readouterr().out)["points"]])
+    assert found[0] == found[1] and [len(each) for each in found[0]] == [2, 2]
+    assert main(["budget", str(raw), "--at", "140", "170", "--json"]) == 0
+    for drawn, printed in zip(found[0][1], json.loads(capsys.readouterr().out)["engines"], strict=True):
+        assert drawn["thrust_n"] == pytest.approx(printed["thrust_n"], rel=0.01)
+        for mine, theirs in zip(drawn["rows"], printed["rows"], strict=True):
+            assert mine["term"] == theirs["term"] and mine["std_n"] == pytest.approx(theirs["std_n"], rel=0.02, abs=0.1)
+    text = page.read_text()
+    assert text.count("<img") == 2 and "Budget: what the band is made of" in text
+    assert "left engine, largest term of the band of the mounts: stiffness (2 of 2 points)" in text
+
+
+def test_estimates_without_terms_say_what_to_do(log, capsys):
+    assert main(["points", str(log)]) == 0
+    assert "terms of the band: not in this log" in capsys.readouterr().out.replace("\n", " ")

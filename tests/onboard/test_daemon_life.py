@@ -79,7 +79,8 @@ def test_health_counts_what_flies(life):
     assert status["events_total"]["adc"] > 100
     assert status["events_total"]["can"] > 500
     assert status["estimates_total"]["left"] > 100
-    assert status["latency_seconds_count"] == sum(status["estimates_total"].values())
+    later = status["latency_seconds_count"] - sum(status["estimates_total"].values())
+    assert 0 <= later < 20  # the page is written while it flies: latencies after estimates
     assert status["recording"] == 1
     assert status["checkpoint_age_seconds"] < 10
     assert status["log_free_bytes"] > 0

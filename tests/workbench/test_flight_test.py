@@ -1,7 +1,10 @@
 """Questions of a flight test, asked of a running workbench: the command line's tables, a picture for both schemes."""
 
+import shutil
+
 import pytest
 
+from tests.conftest import ROOT
 from tests.flighttest.scene import made_flight
 from tests.workbench.served import workbench
 from thrustd.records.files import write_recording
@@ -29,6 +32,21 @@ def test_a_question_is_answered_with_table_picture_and_csv(served, question, tit
     for name in ("-light.svg", "-dark.svg", ".csv"):
         status, _, content = served.ask("GET", f"api/reports/{answer['files']}{name}")
         assert status == 200 and (content[:5] in (b"<?xml", b'"flig', b'"of",') or not table["rows"])
+    assert answer["more"] == []  # nothing told the terms of its band
+
+
+def test_of_a_log_the_terms_of_the_band_are_drawn_as_well(served):
+    shutil.copy(ROOT / "replay_logs" / "throttle-steps.mcap", served.folder / "flown.mcap")
+    (served.folder / "marks.csv").write_text("start_s,end_s,name\n140,170,high\n")
+    job = served.order(
+        "flighttest", question="points", recordings=["flown.mcap"], marks=str(served.folder / "marks.csv")
+    )
+    assert job["state"] == "done", job["error"]
+    answer = served.get(f"api/reports/{job['result']['report']}")
+    assert answer["more"] == ["Budget: what the band is made of"]
+    for scheme in ("light", "dark"):
+        status, _, content = served.ask("GET", f"api/reports/{answer['files']}-0-{scheme}.svg")
+        assert status == 200 and content.startswith(b"<?xml")
 
 
 def test_a_polar_needs_a_mass_and_says_so_in_one_line(served):

@@ -7,6 +7,8 @@ from typing import Any
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json
 from thrustd.core.errors import UsageError
 
+LEAST_S = 2.0  # of a window: terms are told once a second
+
 
 def add_verbs(verbs: Verbs) -> None:
     budget = add_verb(
@@ -23,19 +25,19 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def budget_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.commission.budget import budgets
     from thrustd.installation.installation import read_installation
+    from thrustd.replay.budget import budgets
     from thrustd.replay.replay import open_installation
     from thrustd.sources.log_run import LogRun, run_paths
 
     begin_s, end_s = arguments.at
-    if not 0 <= begin_s < end_s:
-        raise UsageError(f"--at {begin_s:g} {end_s:g}: expected two times, the later one second")
+    if not 0 <= begin_s <= end_s - LEAST_S:
+        raise UsageError(f"--at {begin_s:g} {end_s:g}: expected two times, the later one second, {LEAST_S:g} s apart")
     config = read_installation(arguments.config) if arguments.config else None
     log = LogRun(run_paths(arguments.log))
     found = budgets(log, open_installation(log, config), begin_s, end_s)
     if arguments.picture:
-        from thrustd.commission.budget_picture import save
+        from thrustd.replay.budget_picture import save
 
         save(arguments.picture, f"{arguments.log.name}, {begin_s:g} to {end_s:g} s", found)
     if arguments.json:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from thrustd.installation.installation import Installation
     from thrustd.records.recording import Recording
 
+WEEK_DAYS = 7
 DAYS = datetime(2000, 1, 1, tzinfo=UTC).timestamp()  # a clock before that was never set
 
 
@@ -116,6 +117,7 @@ def commission_verb(arguments: argparse.Namespace) -> int:
 
 
 def zero_verb(arguments: argparse.Namespace) -> int:
+    from thrustd.commission.recalibrate import walks
     from thrustd.commission.zero import with_zeros, zeros
 
     flight, installation, on = _flight(arguments, arguments.log)
@@ -128,15 +130,16 @@ def zero_verb(arguments: argparse.Namespace) -> int:
         print_json({"date": str(on), "zeros": found, "recalibrate_by": calibration.recalibrate_by})
     else:
         for each in found:
-            said = f"refused: {each.refused}" if each.refused else ""
             wide = f"{1e3 * each.zero_mm:+.1f} +- {1e3 * SIGMAS_95 * each.std_mm:.1f} um"
-            said = said or f"{wide}, {each.before_n:+.0f} N until now"
-            kept_mm = calibration.of(each.mount).zero_mm
-            if not each.refused and abs(kept_mm - each.zero_mm) > 1e-6:
-                said += f"; the file keeps {1e3 * kept_mm:+.1f} um, found under load"
+            said = f"refused: {each.refused}" if each.refused else f"{wide}, {each.before_n:+.0f} N until now"
+            newest = calibration.of(each.mount).zeros[-1:]
+            if not each.refused and abs(newest[0].mm - each.zero_mm) > 1e-6:
+                why = "found under load" if newest[0].on == on else f"of {newest[0].on}"
+                said += f"; the file keeps {1e3 * newest[0].mm:+.1f} um, {why}"
             print(f"{each.mount}: {said}")
-        if calibration.recalibrate_by is not None:
-            print(f"recalibrate by {calibration.recalibrate_by}: the zeros walk away")
+        for walk in walks(calibration):
+            rate, half = WEEK_DAYS * 1e3 * walk.mm_day, WEEK_DAYS * 1e3 * walk.half_mm_day
+            print(f"{walk.mount} walks {rate:+.1f} +- {half:.1f} um a week: {walk.again} again by {walk.by}")
     return 1 if refused else 0
 
 
@@ -208,7 +211,7 @@ def _drag(arguments: argparse.Namespace) -> int:
     read = [_flight(arguments, path, without_drag) for path in arguments.files]
     _, installation, on = read[-1]
     fit = fit_drag([flight for flight, *_ in read], installation)
-    new = with_drag(installation.calibration() or _new(on), fit, installation.config, on)
+    new = with_drag(installation.calibration() or _new(on), fit, installation, on)
     _write(arguments, new)
     if arguments.json:
         print_json({"date": on, "drag": new.drag, "fit": fit})

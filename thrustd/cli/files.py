@@ -87,10 +87,11 @@ def split_models(files: Sequence[Path]) -> tuple[list[Path], list[Path]]:
 
 def read_models(paths: Sequence[Path]) -> dict[str, "ModelSpec"]:
     """Models by file name without suffix; a name given twice gets its folder in front."""
+    from thrustd.installation.shipped import own_or_shipped
     from thrustd.model.compile import read_proven_model
 
     specs = {}
-    for path in paths:
+    for path in (own_or_shipped(path, "model") for path in paths):
         name = path.stem if path.stem not in specs else str(path.with_suffix(""))
         specs[name] = read_proven_model(read_text(path), str(path))
     return specs

@@ -83,7 +83,7 @@ def _tell_health(rows: "list[Row]", arguments: argparse.Namespace) -> None:
 def _job(arguments: argparse.Namespace) -> "Job":
     from thrustd.fleet.fleet import CompareJob, IdentifyJob, ReplayJob
     from thrustd.flighttest.health import HealthJob
-    from thrustd.installation.shipped import read_deck
+    from thrustd.installation.shipped import own_or_shipped, read_deck
 
     out = str(arguments.out.absolute()) if arguments.out is not None else ""
     if arguments.job == "replay":
@@ -94,8 +94,9 @@ def _job(arguments: argparse.Namespace) -> "Job":
     if arguments.job == "compare":
         if not arguments.model:
             raise UsageError("thrustd fleet compare: --model is missing; expected at least one model artifact")
-        read_models(arguments.model)  # what is wrong with one is said once, before any work
-        return CompareJob(tuple(str(model.absolute()) for model in arguments.model))
+        models = [own_or_shipped(path, "--model") for path in arguments.model]
+        read_models(models)  # what is wrong with one is said once, before any work
+        return CompareJob(tuple(str(model.absolute()) for model in models))
     if not out:
         raise UsageError("thrustd fleet identify: --out is missing; expected the folder for the models")
     return IdentifyJob(out, tuple(arguments.structure) or ("hw-pwl",))

@@ -3,13 +3,15 @@
 import argparse
 import gc
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, tell
 from thrustd.core.errors import UsageError, printable
 
 if TYPE_CHECKING:
+    from thrustd.core.aircraft import AircraftData, Cant
     from thrustd.core.statics import Carried, Left
     from thrustd.installation.installation import Installation
 
@@ -78,49 +80,69 @@ def _add_trust(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _print_statics(carried: "list[Carried]", lost: "list[Left]") -> None:
-    """What the front mounts carry, and what one of them does alone."""
+def _overdue(installation: "Installation") -> list[str]:
+    """That the zeros were to be measured before today."""
+    calibration, today = installation.calibration(), str(datetime.now(UTC).date())
+    if calibration is None or calibration.recalibrate_by is None or calibration.recalibrate_by > today:
+        return []
+    name = installation.config.calibration
+    return [
+        f"{name}: recalibrate by {calibration.recalibrate_by}, and it is {today}: thrustd zero says which mount walks"
+    ]
+
+
+def _hangs(aircraft: "AircraftData") -> dict[str, Any]:
+    """What the mounts carry, what a front one does when the other is lost, how they lean."""
+    from thrustd.core.statics import carried, left_over
+
+    statics = carried(aircraft)
+    fronts = [each.mount for each in statics if each.thrust_share]
+    lost = [one for one in left_over(aircraft) if one.lost in fronts]
+    return {"statics": statics, "lost": lost, "cant": aircraft.cant}
+
+
+def _print_hangs(statics: "list[Carried]", lost: "list[Left]", cant: "dict[str, Cant]") -> None:
     from thrustd.core.measures import SIGMAS_95
 
-    for each in carried:
+    for each in (each for each in statics if each.thrust_share):
         one_g = f"{each.weight_n:+.0f} +- {SIGMAS_95 * each.weight_std_n:.0f} N at 1 g"
         print(f"{each.mount} mount by rigid-body statics: {100 * each.thrust_share:.0f} % of thrust, {one_g}")
     for one in lost:
         held = f"{one.lost} mount lost: {one.mount} carries {100 * one.thrust_share:.0f} % of thrust; no mount holds"
         print(f"{held} {one.thrust_turns_m:.2f} N m per N of it and {one.weight_turns_nm:.0f} N m of the weight")
+    for mount, leans in cant.items():
+        print(f"{mount}: leans {leans.deg:+.2f} +- {SIGMAS_95 * leans.std_deg:.2f} deg, nose up")
 
 
 def check_verb(arguments: argparse.Namespace) -> int:
-    from thrustd.core.statics import carried, left_over
     from thrustd.installation.installation import read_installation
+    from thrustd.installation.shipped import own_or_shipped
     from thrustd.installation.signature import manifest
     from thrustd.sources.can_bus import CanBus
     from thrustd.sources.merge import EventQueue
     from thrustd.sources.serial_port import SerialPort
 
-    installation = read_installation(arguments.config, arguments.trust)
+    installation = read_installation(own_or_shipped(arguments.config, "config"), arguments.trust)
     installation.pipeline()
     if arguments.manifest:
         sys.stdout.write(manifest(installation.hashes()).decode())
         return 0
-    uncorrected = installation.uncorrected()
+    warnings = [*installation.uncorrected(), *_overdue(installation)]
     can, adc, queue = installation.config.can, installation.config.adc, EventQueue()
     where = f"{installation.where}: can"
     CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
     SerialPort(adc.port, adc.baud, queue.put)
-    hashes, statics = installation.hashes(), carried(installation.aircraft())
-    fronts = [each.mount for each in statics if each.thrust_share]
-    lost = [one for one in left_over(installation.aircraft()) if one.lost in fronts]
+    hashes, hangs = installation.hashes(), _hangs(installation.aircraft())
     found = _listen(arguments, installation) if arguments.live is not None else []
     if arguments.json:
-        said = {"statics": statics, "lost": lost, "sha256": hashes, "warnings": uncorrected, "findings": found}
+        said = {**hangs, "sha256": hashes, "warnings": warnings, "findings": found}
         print_json({"config": str(arguments.config), "ok": not found, **said})
         return int(bool(found))
     for name, digest in hashes.items():
         print(f"{digest[:16]}  {printable(name)}")
-    for line in uncorrected:
+    for line in warnings:
         print(f"warning: {line}")
-    _print_statics([each for each in statics if each.mount in fronts], lost)
+    _print_hangs(**hangs)
     for line in found:
         print(f"degraded: {line}")
     if found:

@@ -1,1 +1,1 @@
-"""From rig to flight: zeros and gains on the aircraft, the band's budget, an aircraft's folder from its records."""
+"""From rig to flight: zeros and gains on the aircraft, an aircraft's folder from its records."""

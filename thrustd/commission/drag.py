@@ -11,6 +11,9 @@ Thirty seconds at flight idle, fast and steady, tell the most. Zeros and gains h
 Mounts whose axis leans against the engine's carry a part of its weight. What 1 g makes of it is in their zeros;
 pull-ups and push-overs show the rest: differences over LEAN_S, which no deck's slow error reaches.
 
+The aircraft's file may say how they lean (`cant`), and its sigma: that is where the search begins, else at 0 +-
+LEAN_STD_DEG. What is written is all of the lean and replaces that cant.
+
 Flights are read as if the file held neither drag nor lean (`without_drag`); the drag that it holds is one more look
 with the same deck. So the same flights again say the same again.
 """
@@ -23,7 +26,6 @@ import numpy as np
 
 from thrustd.core.calibration import Calibration, Drag, MountCalibration, write_calibration
 from thrustd.core.columns import Floats
-from thrustd.core.config import Config
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
@@ -34,7 +36,8 @@ from thrustd.records.recording import Recording
 
 BEST, LEAST_S = 1.25, 20.0
 FLYING_MACH, STEADY_PCT_S = 0.18, 0.5
-LEAN_S, LEAN_STD_DEG, DRAG_STD_M2 = 5, 3.0, 0.1  # differences over so long; priors
+LEAN_S, LEAN_STD_DEG, DRAG_STD_M2 = 5, 3.0, 0.1  # differences over so long; priors where the aircraft's file has none
+LEAST_STD_DEG = 0.01
 UNLIKELY = 3.0  # sigmas below no drag: something else is wrong
 
 
@@ -81,10 +84,25 @@ def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFi
         m2 = _mean([*looks, (before.m2 * before.std_m2**-2 / weight, weight)])
         known = max(known, weight)
     lean_deg, lean_std_deg = (np.array([getattr(one, name) for one in found]) for name in ("lean_deg", "lean_std_deg"))
-    weights = lean_std_deg**-2.0
-    leans = np.sum(weights * lean_deg, axis=0) / weights.sum(axis=0)
+    cant_deg, cant_std_deg = _cants(installation)
+    weights, assumed = lean_std_deg**-2.0, cant_std_deg**-2.0  # the prior is in every flight's
+    together = weights.sum(axis=0) - (len(found) - 1) * assumed
+    leans = cant_deg + np.sum(weights * (lean_deg - cant_deg), axis=0) / together
     told_m2, std_m2 = m2 * known / (known + prior), (known + prior) ** -0.5
-    return DragFit(told_m2, std_m2, found, leans.tolist(), (weights.sum(axis=0) ** -0.5).tolist())
+    return DragFit(told_m2, std_m2, found, leans.tolist(), (together**-0.5).tolist())
+
+
+def _cants(installation: Installation) -> tuple[Floats, Floats]:
+    """By engine: what the aircraft's file says of its mounts' axes, and one sigma, deg."""
+    level, engines = without_drag(installation), installation.config.aircraft.engines
+    aircraft, rows = level.aircraft(), []
+    for engine in engines:
+        mine = [level.place(installation.config.mount[i].name) for i in level.config.mounts_of(engine)]
+        known = [cant for place in mine if (cant := aircraft.cant_of(place.mount, engine)) is not None]
+        std_deg = max((cant.std_deg for cant in known), default=LEAN_STD_DEG)
+        rows.append((sum(place.share * place.lean_deg for place in mine), max(std_deg, LEAST_STD_DEG)))
+    cant_deg, cant_std_deg = np.array(rows).T
+    return cant_deg, cant_std_deg
 
 
 def _mean(looks: Sequence[tuple[float, float]]) -> float:
@@ -103,7 +121,10 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     flies = (flight["mach"] > FLYING_MACH) & (moves < STEADY_PCT_S) & np.isfinite(off_n).all(axis=0)
     load_g = flight.channels.get("accel_z_g", np.ones(len(flight)))
     more_n = installation.aircraft().engine_mass_kg * STANDARD_GRAVITY_M_S2 * np.nan_to_num(load_g - 1.0)
-    leans = [_lean(np.where(flies, each, np.nan), more_n, q_pa) for each in off_n]
+    cant_deg, cant_std_deg = _cants(installation)
+    priors = np.radians(cant_std_deg).tolist()
+    seen = zip(off_n, priors, strict=True)
+    leans = [_lean(np.where(flies, each, np.nan), more_n, q_pa, prior) for each, prior in seen]
     with np.errstate(invalid="ignore", divide="ignore"):
         std_n = np.mean(
             [np.hypot(std, more_n * lean[1]) for (_, std, *_), lean in zip(decks, leans, strict=True)], axis=0
@@ -115,11 +136,12 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     n1_pct = float(np.mean([flight[f"n1_pct_{engine}"][used].mean() for engine in engines]))
     level_n = np.mean([each - lean[0] * more_n for each, lean in zip(off_n, leans, strict=True)], axis=0)
     m2, std_m2 = float(np.mean(level_n[used] / q_pa[used])), float(np.mean(doubt[used]))
-    degrees = np.degrees(leans).T.tolist()
-    return FlightDrag(flight.name, m2, std_m2, float(used.sum()), float(flight["mach"][used].mean()), n1_pct, *degrees)
+    more_deg, std_deg = np.degrees(leans).T
+    seconds, mach = float(used.sum()), float(flight["mach"][used].mean())
+    return FlightDrag(flight.name, m2, std_m2, seconds, mach, n1_pct, (cant_deg + more_deg).tolist(), std_deg.tolist())
 
 
-def _lean(off_n: Floats, more_n: Floats, q_pa: Floats) -> tuple[float, float]:
+def _lean(off_n: Floats, more_n: Floats, q_pa: Floats, prior_rad: float) -> tuple[float, float]:
     """(slope of `off_n` over `more_n`, its sigma), all once a second, rad.
 
     Who pulls up is fast and who pushes over is slow: drag, or a deck's error over Mach number, changes with it.
@@ -127,7 +149,7 @@ def _lean(off_n: Floats, more_n: Floats, q_pa: Floats) -> tuple[float, float]:
     y, x, q = (each[LEAN_S:] - each[:-LEAN_S] for each in (off_n, more_n, q_pa))
     good = np.isfinite(y + x + q)
     columns, noise = np.column_stack((x, q))[good], 1.0
-    prior = np.diag([np.radians(LEAN_STD_DEG) ** -2.0, DRAG_STD_M2**-2.0])
+    prior = np.diag([prior_rad**-2.0, DRAG_STD_M2**-2.0])
     for _ in range(3):  # differences of a second and the next share their noise
         covariance = np.linalg.inv(columns.T @ columns / noise + prior)
         slopes = covariance @ (columns.T @ y[good]) / noise
@@ -136,20 +158,25 @@ def _lean(off_n: Floats, more_n: Floats, q_pa: Floats) -> tuple[float, float]:
 
 
 def without_drag(installation: Installation) -> Installation:
-    """As if its calibration held nothing that flights said."""
+    """As if its calibration held nothing that flights said: mounts lean as the aircraft's file has it."""
     known = installation.calibration()
     if known is None:
         return installation
-    level = {name: msgspec.structs.replace(mount, lean_deg=0.0) for name, mount in known.mount.items()}
+    level = {
+        name: msgspec.structs.replace(mount, lean_deg=0.0, lean_std_deg=None) for name, mount in known.mount.items()
+    }
     return installation.calibrated_by(write_calibration(msgspec.structs.replace(known, drag=None, mount=level)))
 
 
-def with_drag(calibration: Calibration, fit: DragFit, config: Config, on: str) -> Calibration:
-    """The file with the nacelles' drag, and how the mounts lean."""
-    mounts = dict(calibration.mount)
+def with_drag(calibration: Calibration, fit: DragFit, installation: Installation, on: str) -> Calibration:
+    """The file with the nacelles' drag, and how the mounts lean: all of it, the aircraft file's cant is in it."""
+    mounts, config = dict(calibration.mount), installation.config
+    level, more_deg = without_drag(installation), np.array(fit.lean_deg) - _cants(installation)[0]
     for each in config.mount:
         old = mounts.get(each.name, MountCalibration())
-        lean_deg = fit.lean_deg[config.aircraft.engines.index(each.engine)]
-        mounts[each.name] = msgspec.structs.replace(old, lean_deg=round(lean_deg, 3))
+        engine = config.aircraft.engines.index(each.engine)
+        lean_deg = level.place(each.name).lean_deg + more_deg.item(engine)
+        told = {"lean_deg": round(lean_deg, 3), "lean_std_deg": round(fit.lean_std_deg[engine], 3)}
+        mounts[each.name] = msgspec.structs.replace(old, **told)
     drag = Drag(on=on, m2=round(fit.m2, 5), std_m2=round(fit.std_m2, 5))
     return msgspec.structs.replace(calibration, on=on, drag=drag, mount=mounts)

@@ -1,11 +1,12 @@
 """From benches to the models of all mounts: identified, then what weight, temperature and mass do to them.
 
-A weight or chamber record is of one mount. It goes to the model that it fits best; what is estimated there is given to
-the others, which are of the same rubber. Nothing is looked for that no record moves.
+Mounts whose benches are the same records have one model. A weight or chamber record is of one mount. It goes to the
+model that it fits best; what is estimated there is given to the others, which are of the same rubber. Nothing is
+looked for that no record moves.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import msgspec
 import numpy as np
@@ -27,6 +28,7 @@ from thrustd.records.recording import Recording
 
 WEIGHT, THERMAL = ("engine_weight",), ("thermal_stiffness", "thermal_expansion")
 MOMENTS = ("forward_kg_m", "right_kg_m", "down_kg_m")  # of `lever_arm`
+AND = ", "
 Told = Callable[[float, str], None]  # share done, what is under way
 
 
@@ -43,30 +45,31 @@ class Made:
 
 
 def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict[str, Made]:
-    """By mount; mounts that share their benches share the work."""
-    made: dict[str, Made] = {}
-    steps = (
-        len({id(records[0]) for records in pieces.bench.values()}) + len(pieces.weight[:1]) + len(pieces.chamber[:1])
-    )
-    done: dict[int, Made] = {}
+    """By mount; mounts of the same benches are one model: no record tells one of them from the other."""
+    alike: dict[tuple[int, ...], list[str]] = {}
     for mount, records in pieces.bench.items():
-        key = id(records[0])
-        if key not in done:
-            told(len(done) / steps, f"identify {mount}")
-            done[key] = _identified(mount, records)
-        one = done[key]
-        spec = msgspec.structs.replace(one.spec, name=mount.replace("_", "-"))
-        made[mount] = Made(spec, one.train_n, one.unseen_n, one.benches)
-    check_places({mount: one.spec for mount, one in made.items()}, installation)
-    at = len(done) / steps
+        alike.setdefault(tuple(map(id, records)), []).append(mount)
+    steps = len(alike) + len(pieces.weight[:1]) + len(pieces.chamber[:1])
+    made: dict[str, Made] = {}  # by the mounts that it is of
+    for mounts in alike.values():
+        told(len(made) / steps, f"identify {mounts[0]}")
+        made[AND.join(mounts)] = _identified(mounts[0], pieces.bench[mounts[0]])
+    check_places({mount: one.spec for mounts, one in made.items() for mount in mounts.split(AND)}, installation)
+    at = len(made) / steps
     for records, effects, word in ((pieces.weight, WEIGHT, "weight"), (pieces.chamber, THERMAL, "temperature")):
         if records:
             told(at, word)
             learn(made, records, effects, word)
             at += 1 / steps
-    for mount, one in made.items():
+    found = {mount: _copy(made[AND.join(mounts)], mount) for mounts in alike.values() for mount in mounts}
+    for mount, one in found.items():
         _hang(one, mount, installation)
-    return made
+    return {mount: found[mount] for mount in pieces.bench}
+
+
+def _copy(one: Made, mount: str) -> Made:
+    spec = msgspec.structs.replace(one.spec, name=mount.replace("_", "-"))
+    return replace(one, spec=spec, lines=list(one.lines), taught_nothing=list(one.taught_nothing))
 
 
 def _identified(mount: str, records: Sequence[Recording]) -> Made:

@@ -3,6 +3,7 @@
 import msgspec
 import numpy as np
 
+from thrustd.commission.recalibrate import recalibrate_by
 from thrustd.commission.tether import Line, TetherFit
 from thrustd.core.calibration import Calibration, MountCalibration, Zero
 
@@ -16,6 +17,9 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibratio
         old = mounts.get(name, MountCalibration())
         left_mm, std_mm = fit.zeros_mm[name]
         zero = Zero(on=on, mm=round(old.zero_mm + left_mm, 6), std_mm=max(round(std_mm, 6), 1e-6))
+        for same_day in (kept for kept in old.zeros if kept.on == on):  # what it showed at rest before the run
+            seen = {"seen_mm": same_day.at_rest_mm, "seen_std_mm": same_day.at_rest_std_mm}
+            zero = msgspec.structs.replace(zero, **seen)
         line = fit.lines[name]
         mounts[name] = msgspec.structs.replace(
             old if old.read_mm else _bent(old, line),
@@ -25,9 +29,10 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibratio
             expansion_mm_k=round(old.expansion_mm_k + line.expansion_mm_k, 9),
             expansion_std_mm_k=max(round(line.expansion_std_mm_k, 9), 1e-9),
             reference_degc=round(line.reference_degc, 3),
-            zeros=(*(kept for kept in old.zeros if kept.on != on), zero),
+            zeros=(*(kept for kept in old.zeros if kept.on < on), zero),  # later ones were beside other numbers
         )
-    return msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)
+    changed = msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)
+    return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
 
 
 def _bent(mount: MountCalibration, line: Line) -> MountCalibration:

@@ -8,13 +8,13 @@ of means of a second, which is where slow noise shows.
 """
 
 from dataclasses import dataclass
-from datetime import date, timedelta
 from math import hypot, sqrt
 
 import msgspec
 import numpy as np
 from scipy.optimize import brentq
 
+from thrustd.commission.recalibrate import recalibrate_by
 from thrustd.core.aircraft import place_of
 from thrustd.core.calibration import HELD_STD_MM, LARGEST_ZERO_MM, Calibration, MountCalibration, Zero
 from thrustd.core.columns import Floats
@@ -154,39 +154,21 @@ def with_zeros(known: Calibration | None, found: list[MountZero], on: str) -> Ca
     for each in found:
         if not each.refused:
             mount = mounts.get(each.mount, MountCalibration())
-            zero_mm, std_mm = _beside(mount, each)
-            zero = Zero(on=on, mm=round(zero_mm, 6), std_mm=max(round(std_mm, 6), 1e-6))
-            before = [kept for kept in mount.zeros if kept.on != on]
-            mounts[each.mount] = msgspec.structs.replace(mount, zeros=(*before, zero)[-KEPT:])
-    changed = msgspec.structs.replace(old, on=on, mount=mounts)
+            zero = Zero(on=on, mm=round(each.zero_mm, 6), std_mm=_std(each.std_mm))
+            if mount.gain_std is not None and mount.zeros:
+                kept_mm, std_mm = _beside(mount.zeros[-1], each)
+                zero = Zero(on=on, mm=round(kept_mm, 6), std_mm=_std(std_mm), seen_mm=zero.mm, seen_std_mm=zero.std_mm)
+            looks = sorted([*(kept for kept in mount.zeros if kept.on != on), zero], key=lambda look: look.on)
+            mounts[each.mount] = msgspec.structs.replace(mount, zeros=tuple(looks[-KEPT:]))
+    changed = msgspec.structs.replace(old, on=max(on, old.on), mount=mounts)
     return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
 
 
-def _beside(mount: MountCalibration, found: MountZero) -> tuple[float, float]:
+def _beside(known: Zero, found: MountZero) -> tuple[float, float]:
     """What it is and its sigma: a zero found under load is hardly moved by one at rest, where friction holds more."""
-    if mount.gain_std is None or not mount.zeros:
-        return found.zero_mm, found.std_mm
-    known = mount.zeros[-1]
     gain = known.std_mm**2 / (known.std_mm**2 + found.std_mm**2 + HELD_STD_MM**2)
     return known.mm + gain * (found.zero_mm - known.mm), sqrt(1.0 - gain) * known.std_mm
 
 
-def recalibrate_by(calibration: Calibration) -> str | None:
-    """When the trend of the zeros of some mount, with two sigma, has used up its largest zero; None: no trend shows."""
-    dates = [day for mount in calibration.mount.values() if (day := _leaves(mount.zeros)) is not None]
-    return str(min(dates)) if dates else None
-
-
-def _leaves(found: tuple[Zero, ...]) -> date | None:
-    if len(found) < 3 or found[-1].on == found[0].on:
-        return None
-    dates = [date.fromisoformat(zero.on) for zero in found]
-    days = np.array([(day - dates[0]).days for day in dates], float)
-    mm, weight = np.array([zero.mm for zero in found]), 1 / np.array([zero.std_mm for zero in found])
-    line, covariance = np.polyfit(days, mm, 1, w=weight, cov="unscaled")
-    rate = float(line[0])
-    if abs(rate) < 2 * sqrt(covariance[0, 0]):
-        return None
-    fastest = abs(rate) + 2 * sqrt(covariance[0, 0])
-    left = max(LARGEST_ZERO_MM - abs(mm[-1]), 0.0) / fastest
-    return dates[-1] + timedelta(days=min(int(left), 36500))
+def _std(mm: float) -> float:
+    return max(round(mm, 6), 1e-6)

@@ -3,7 +3,7 @@
 `deploy/citation-ii.toml` is one, every number with its origin. Another type is another file.
 """
 
-from math import hypot, inf
+from math import hypot, inf, radians
 from typing import Annotated, NamedTuple
 
 import msgspec
@@ -96,7 +96,7 @@ class InstallationErrors(Section, frozen=True):
         return hypot(self.zero_n, self.temperature_n), self.scale, self.drag_m2, self.rest_n, self.share
 
     def terms_n(self, thrust_n: float, pressure_pa: float) -> dict[str, float]:
-        """The same one by one, at a thrust and a dynamic pressure."""
+        """All but the share one by one, at a thrust and a dynamic pressure."""
         return {
             "zero": self.zero_n,
             "temperature": self.temperature_n,
@@ -122,6 +122,13 @@ class Windmilling(Section, frozen=True):
         return 2.0 * self.nozzles_m2 * self.speed_ratio * (1.0 - self.speed_ratio)
 
 
+class Cant(Section, frozen=True):
+    """How the axis of mounts leans against that of their engine."""
+
+    deg: Annotated[float, Meta(ge=-20, le=20)]  # nose up +
+    std_deg: Annotated[float, Meta(ge=0, le=20)]  # one sigma
+
+
 class MountGeometry(Section, frozen=True):
     """Where a mount is and how stiff in three directions: x forward, y inboard, z up from the centre of gravity."""
 
@@ -140,7 +147,9 @@ class AircraftData(Section, frozen=True):
     engines: Annotated[int, Meta(ge=1, le=8)] = 2  # a polar needs the thrust of all
     engine_mass_std_kg: Annotated[float, Meta(ge=0)] = 0.0
     mounts: tuple[MountGeometry, ...] = ()  # of one engine, the front ones first; what they carry: `core.statics`
+    centre_of_gravity_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of an engine, in the axes of mounts.at_mm
     rigid_body: bool = False  # they carry that: a tethered run says so; else they move together and weight is no couple
+    cant: dict[str, Cant] = msgspec.field(default_factory=dict)  # by mount of the configuration, or by engine
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
     accelerometer_m: dict[str, tuple[float, float, float]] = msgspec.field(default_factory=dict)
     fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
@@ -155,6 +164,24 @@ class AircraftData(Section, frozen=True):
         springs = self.spring_n_mm[:mounts]
         return springs[place] / sum(springs)
 
+    def cant_of(self, mount: str, engine: str) -> Cant | None:
+        """Of a mount of the configuration; None: the file says nothing of it."""
+        return self.cant.get(mount, self.cant.get(engine))
+
+    def installed(self) -> tuple[float, float, float, float, float, float]:
+        """What an installation may do, see `InstallationErrors.sizes`; then a cant, N per g beyond 1."""
+        return *self.installation.sizes(), self.cant_n_g()
+
+    def cant_n_g(self) -> float:
+        """Of an engine's weight, what nobody knows whether its mounts carry it, one sigma."""
+        std_deg = max((each.std_deg for each in self.cant.values()), default=0.0)
+        return self.engine_mass_kg * STANDARD_GRAVITY_M_S2 * radians(std_deg)
+
+    def terms_n(self, thrust_n: float, pressure_pa: float, more_g: float) -> dict[str, float]:
+        """What an installation may do, term by term; `more_g`: of load factor beyond 1."""
+        of_cant = {"cant": self.cant_n_g() * abs(more_g)} if self.cant else {}
+        return self.installation.terms_n(thrust_n, pressure_pa) | of_cant
+
 
 class MountPlace(NamedTuple):
     """Where a mount is, what it carries, and what was measured of it there."""
@@ -166,6 +193,7 @@ class MountPlace(NamedTuple):
     calibration: MountCalibration = MountCalibration()
     drag_m2: float = 0.0  # its part of the nacelle's drag over dynamic pressure, as measured
     weight_n: float = 0.0  # its part of the engine's weight
+    lean_deg: float = 0.0  # of its axis, nose up against the engine's
     couple_n: float = 0.0  # what the weight presses on it at 1 g, where its transducer is zero
 
 
@@ -183,13 +211,15 @@ def place_of(mount: str, config: Config, data: AircraftData, measured: Calibrati
         if known.name == mount:
             mine = config.mounts_of(known.engine)
             number, share = mine.index(i), data.share(mine.index(i), len(mine))
+            weight_n = share * data.engine_mass_kg * STANDARD_GRAVITY_M_S2
             place = MountPlace(mount, known.engine, config.aircraft.engines.index(known.engine), share)
+            if (cant := data.cant_of(mount, known.engine)) is not None:
+                place = place._replace(weight_n=weight_n, lean_deg=cant.deg)
             if data.rigid_body:
                 place = place._replace(couple_n=carried(data)[number].weight_n)
             if measured is None:
                 return place
             area_m2 = measured.drag.m2 if measured.drag else 0.0
-            weight_n = share * data.engine_mass_kg * STANDARD_GRAVITY_M_S2
-            return place._replace(calibration=measured.of(mount), drag_m2=share * area_m2, weight_n=weight_n)
+            return place._replace(calibration=measured.of(mount), drag_m2=share * area_m2)
     names = ", ".join(known.name for known in config.mount)
     raise RecordingError(f"--mount {mount}: not in the configuration, expected one of {names}")

@@ -18,6 +18,7 @@ from thrustd.core.config import Section, read_toml
 from thrustd.core.errors import ConfigError
 
 LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
+DRIFTED_MM = 0.01  # of a zero since it was measured: 50 N on a mount of 5 kN/mm, as far as a band holds it
 HELD_STD_MM = LARGEST_ZERO_MM / 3.0  # one sigma of what friction holds of an earlier load, seen at rest
 Day = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]  # ISO 8601
 Std = Annotated[float, Meta(gt=0, le=10)]
@@ -29,6 +30,16 @@ class Zero(Section, frozen=True):
     on: Day
     mm: Annotated[float, Meta(ge=-100, le=100)]  # what the transducer showed beyond what the model says of no thrust
     std_mm: Std
+    seen_mm: Annotated[float, Meta(ge=-100, le=100)] | None = None  # at rest, where `mm` was found under load
+    seen_std_mm: Std | None = None
+
+    @property
+    def at_rest_mm(self) -> float:
+        return self.mm if self.seen_mm is None else self.seen_mm
+
+    @property
+    def at_rest_std_mm(self) -> float:
+        return self.std_mm if self.seen_std_mm is None else self.seen_std_mm
 
 
 class MountCalibration(Section, frozen=True):
@@ -44,8 +55,14 @@ class MountCalibration(Section, frozen=True):
     expansion_mm_k: Annotated[float, Meta(ge=-0.1, le=0.1)] = 0.0  # of the reading, per kelvin of the mount
     expansion_std_mm_k: Std | None = None
     reference_degc: Annotated[float, Meta(ge=-100, le=200)] = 20.0  # where the zero is
-    lean_deg: Annotated[float, Meta(ge=-20, le=20)] = 0.0  # of its axis, nose up against the engine's
+    lean_deg: Annotated[float, Meta(ge=-20, le=20)] = 0.0  # of its axis, nose up against the engine's; all of it
+    lean_std_deg: Annotated[float, Meta(gt=0, le=20)] | None = None
     service_h: Annotated[float, Meta(ge=0, le=1e6)] = 0.0  # with its engine running, before the next flight
+
+    @property
+    def leans(self) -> bool:
+        """Somebody has measured how."""
+        return self.lean_std_deg is not None or self.lean_deg != 0.0
 
     @property
     def zero_mm(self) -> float:
@@ -72,7 +89,7 @@ class Calibration(Section, frozen=True):
     runs: tuple[str, ...] = ()  # whose hours are counted
     tethered: Day | None = None
     drag: Drag | None = None
-    recalibrate_by: Day | None = None  # when the trend of some zero leaves what the band allows
+    recalibrate_by: Day | None = None  # when the trend of some zero has moved it by DRIFTED_MM
 
     def of(self, mount: str) -> MountCalibration:
         return self.mount.get(mount, MountCalibration())
@@ -92,10 +109,17 @@ def _check(mount: MountCalibration, where: str) -> None:
     for name, values in (("read_mm", mount.read_mm), ("true_mm", mount.true_mm)):
         if any(later <= earlier for earlier, later in pairwise(values)):
             raise ConfigError(f"{where}.{name}: {values}, expected increasing values")
+    if any(later.on <= earlier.on for earlier, later in pairwise(mount.zeros)):
+        raise ConfigError(f"{where}.zeros: on {', '.join(zero.on for zero in mount.zeros)}; expected the oldest first")
     most_mm = LARGEST_ZERO_MM + (0.0 if mount.gain_std is None else 3.0 * HELD_STD_MM)  # found under load
     if any(abs(zero.mm) > most_mm for zero in mount.zeros):
         largest = max(mount.zeros, key=lambda zero: abs(zero.mm))
         raise ConfigError(f"{where}.zeros: {largest.mm} mm, expected at most {most_mm:g} mm: more is no zero")
+
+
+def _row(zero: Zero) -> str:
+    seen = "" if zero.seen_mm is None else f", seen_mm = {zero.seen_mm:.6f}, seen_std_mm = {zero.at_rest_std_mm:.6f}"
+    return f'{{ on = "{zero.on}", mm = {zero.mm:.6f}, std_mm = {zero.std_mm:.6f}{seen} }}'
 
 
 def write_calibration(calibration: Calibration) -> str:
@@ -107,12 +131,11 @@ def write_calibration(calibration: Calibration) -> str:
     lines += [f"runs = {list(calibration.runs)}".replace("'", '"')] if calibration.runs else []
     for name, mount in calibration.mount.items():
         lines += ["", f"[mount.{name}]"]
-        rows = [f'{{ on = "{zero.on}", mm = {zero.mm:.6f}, std_mm = {zero.std_mm:.6f} }}' for zero in mount.zeros]
-        lines += [f"zeros = [{', '.join(rows)}]"] if rows else []
+        lines += [f"zeros = [{', '.join(map(_row, mount.zeros))}]"] if mount.zeros else []
         lines += [f"{key} = {list(value)}" for key in ("read_mm", "true_mm") if (value := getattr(mount, key))]
         thermal = ("expansion_mm_k", "expansion_std_mm_k", "reference_degc") if mount.expansion_std_mm_k else ()
         more = [key for key, none in (("friction", 1.0), ("lean_deg", 0.0)) if getattr(mount, key) != none]
-        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *more, "service_h"):
+        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *more, "lean_std_deg", "service_h"):
             value = getattr(mount, key)
             lines += [f"{key} = {value!r}"] if value is not None else []
     return "\n".join(lines) + "\n"

@@ -3,14 +3,16 @@
     K q = P,      K = sum over mounts of B' diag(k) B,   B = [I, -(r x)]      q: 3 displacements, 3 small rotations
     carried = k_x times the x displacement of the mount
 
-r: mount from the engine's centre of gravity (x forward, y inboard, z up), m; k: spring rates in x, y, z. Springs are
-linear and have no stiffness against rotation; rubber stiffens under load, so a share is that of small loads.
+r: mount from the engine's centre of gravity, at_mm - centre_of_gravity_mm (x forward, y inboard, z up), m; k: spring
+rates in x, y, z. Springs are linear and have no stiffness against rotation; rubber stiffens under load, so a share is
+that of small loads.
 
 Without one mount the engine may turn about the line through the others, which hold nothing about it:  K q = P has no
 solution. The forces f on the mounts that are left balance P but for a moment M about that line, B' f + M = P, which
 whatever else the engine touches has to take.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,7 +21,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 
 if TYPE_CHECKING:
-    from thrustd.core.aircraft import AircraftData
+    from thrustd.core.aircraft import AircraftData, MountGeometry
 
 
 class Carried(NamedTuple):
@@ -36,7 +38,7 @@ def carried(data: "AircraftData") -> list[Carried]:
     places = data.mounts
     if not places:
         return []
-    arms = np.array([place.at_mm for place in places]) / 1e3
+    arms = _arms_m(data, places)
     rates = np.array([place.spring_n_mm for place in places]) * 1e3
     weight_n = data.engine_mass_kg * STANDARD_GRAVITY_M_S2
     thrust, weight = (_along(arms, rates, np.array(pull)) for pull in ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
@@ -65,7 +67,7 @@ def left_over(data: "AircraftData") -> list[Left]:
     for lost in data.mounts if len(data.mounts) > 1 else ():
         kept = [place for place in data.mounts if place is not lost]
         held = np.array([place.spring_n_mm for place in kept]).ravel() > 0.0
-        shape = _shape(np.array([place.at_mm for place in kept]) / 1e3).reshape(-1, 6)[held]
+        shape = _shape(_arms_m(data, kept)).reshape(-1, 6)[held]
         free = np.linalg.svd(shape)[2][np.linalg.matrix_rank(shape) :]
         turns = np.array([np.concatenate((np.zeros(3), one[3:])) / max(np.linalg.norm(one[3:]), 1e-9) for one in free])
         rows = np.vstack((shape, turns.reshape(-1, 6))).T
@@ -78,6 +80,11 @@ def left_over(data: "AircraftData") -> list[Left]:
         shares = along.reshape(-1, 3)[:, 0].tolist()
         found += [Left(lost.name, place.name, s, moment, weight) for place, s in zip(kept, shares, strict=True) if s]
     return found
+
+
+def _arms_m(data: "AircraftData", places: "Sequence[MountGeometry]") -> Floats:
+    """From the centre of gravity (n, 3)."""
+    return (np.array([place.at_mm for place in places]) - np.array(data.centre_of_gravity_mm)) / 1e3
 
 
 def _shape(arms: Floats) -> Floats:

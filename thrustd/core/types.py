@@ -1,6 +1,7 @@
 """The nouns that travel through thrustd. All immutable, the unit in the name, times in integer nanoseconds.
 
-Events go into the pipeline (`Frame`, `Tick`); outputs come out (`Reading`, `MountOutput`, `Estimate`, `Fault`).
+Events go into the pipeline (`Frame`, `Tick`); outputs come out (`Reading`, `MountOutput`, `Estimate`, `CrossCheck`,
+`Terms`, `Fault`).
 """
 
 from collections.abc import Callable
@@ -120,5 +121,26 @@ class CrossCheck(NamedTuple):
     asymmetry_n: float  # fused thrust minus the other engines' mean; NaN of a single engine
 
 
+class Terms(NamedTuple):
+    """What the thrust of one engine may be wrong by at one fused step, term by term: one sigma each.
+
+    The mounts' terms, NaN while none is trusted, and the fuel's part of the brochure's sigma. What deck and filter add
+    besides, the estimate and the configuration tell.
+    """
+
+    t_ns: int
+    engine: int
+    calibration_n: float  # the model on held-out data
+    zero_n: float
+    stiffness_n: float
+    friction_n: float
+    beyond_n: float  # outside the identified range
+    creep_n: float
+    start_n: float  # load before the start, channels that are not measured: of both mounts to the same side
+    share_n: float  # of the one mount that is left
+    installation_n: float  # what nobody corrected of the installation, as far as the brochure does not bound it
+    fuel_n: float  # density and heating value of the fuel on board: in the brochure's sigma
+
+
 Event = Frame | Tick | Fault  # a source's own faults (unplugged, overrun) are logged and replayed like bytes
-Output = Reading | MountOutput | Estimate | CrossCheck | Fault
+Output = Reading | MountOutput | Estimate | CrossCheck | Terms | Fault

@@ -1,7 +1,7 @@
 """What a use of thrust found, as every front shows it: tables, sentences, one figure, a page, a frame."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -45,6 +45,7 @@ class Answer(Shown):
     tables: Sequence[Columns]
     lines: Sequence[str]
     draw: "Callable[[], Figure]"
+    more: "Mapping[str, Callable[[], Figure]]" = field(default_factory=dict)  # further pictures by title
 
     def to_pandas(self) -> "pd.DataFrame":
         """A row per point, event or series; `NAME_u95` is the 95 % uncertainty of the mean `NAME`."""
@@ -65,4 +66,5 @@ class Answer(Shown):
         """HTML with tables, sentences and picture, whole or not at all."""
         parts = [head(self.title, self.words), *(section(each.title, table(*each[1:])) for each in self.tables)]
         parts += [sentences(self.lines), section("Picture", drawing(self.draw(), self.title))]
+        parts += [section(title, drawing(draw(), title)) for title, draw in self.more.items()]
         write_whole(path, "".join(parts))

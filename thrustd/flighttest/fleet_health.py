@@ -27,6 +27,7 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from thrustd.core.atmosphere import SEA_LEVEL_PA, static_pressure_pa
+from thrustd.core.calibration import DRIFTED_MM
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import SIGMAS_95
@@ -35,7 +36,6 @@ from thrustd.records.rows import Row
 
 UNITS = {"load_share": "-", "zero_mm": "mm"}  # of a quantity's values; of the others %
 QUANTITIES = {"thrust_at_n1_pct": 0.5, "fuel_at_n1_pct": 1.0, "n2_at_n1_pct": 1.0, "load_share": 0.003}  # least change
-ZERO_LIMIT_MM = 0.01  # 50 N on a mount of 5 kN/mm
 SHARE_LIMIT = 0.005  # of the upper mount, 1 % of its stiffness
 SLOPES = 0.04, 0.1, 0.2  # of the least change, in a flight: prior sigmas of wear, equally likely
 STARTS = 0.3, 0.3, 25.0  # noise and e, %, z, N: where the search for their sizes begins
@@ -253,7 +253,7 @@ def _mounts(rows: Sequence[Row], files: list[str], hours: Floats, begun: dict[st
         values = np.array([by_file.get(file, np.nan) for file in files], dtype=np.float64)
         if np.isfinite(values).any():
             one = _health(mount, "zero_mm", hours, values - np.nanmean(values), 0.002)
-            found.append(_dated(one, ZERO_LIMIT_MM, begun, files))
+            found.append(_dated(one, DRIFTED_MM, begun, files))
     return found
 
 

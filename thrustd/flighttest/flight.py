@@ -20,12 +20,15 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
+from thrustd.flighttest.terms import band_in
 from thrustd.installation.shipped import aircraft_data, read_deck
 from thrustd.records.files import read_recording
 from thrustd.records.recording import MOST_FLIGHT_S, Recording, make_recording
+from thrustd.replay.budget import Band
 
 AIR = "mach", "pressure_altitude_m", "sat_degC"
 SECOND_HZ = 1.0
+LOG = ".mcap"
 ESTIMATE = {
     "thrust_N": "estimate_thrust_n", "thrust_std_N": "estimate_thrust_std_n", "mount_N": "estimate_mount_n",
     "brochure_N": "estimate_brochure_n", "brochure_std_N": "estimate_brochure_std_n", "status": "estimate_status",
@@ -39,6 +42,7 @@ class Flight(NamedTuple):
     record: Recording
     engines: tuple[str, ...]
     fused: bool
+    band: Band | None = None  # what its installation says of the terms of its band, where it tells them
 
     @property
     def name(self) -> str:
@@ -75,13 +79,14 @@ def read_flight(path: Path | str, deck: Path | None = None, aircraft: Path | Non
     """
     path = Path(path)
     record = read_recording(path, digest=False)
+    band = band_in(path) if path.suffix.lower() == LOG else None
     if "raw events" in " ".join(record.notes):
         record = _replayed(path)
     engines = tuple(name.removeprefix("n1_pct_") for name in record.channels if name.startswith("n1_pct_"))
     _check(record.at_most(MOST_FLIGHT_S), engines)
     fused = all(f"estimate_thrust_n_{engine}" in record for engine in engines)
     if fused:
-        return Flight(_named(record, engines), engines, fused)
+        return Flight(_named(record, engines), engines, fused, band)
     burning = read_deck(deck).burning(aircraft_data(aircraft).fuel.thrust)
     return Flight(_by_deck(record, engines, burning), engines, fused)
 

@@ -18,10 +18,12 @@ from thrustd.core.columns import Floats
 from thrustd.core.steady import SteadyLimits
 from thrustd.core.types import Status
 from thrustd.flighttest.flight import Flight
+from thrustd.flighttest.terms import budget_in
 from thrustd.flighttest.uncertainty import Mean, mean_of
 from thrustd.flighttest.windows import Window, spans, steady_windows, watched, windows_by
 from thrustd.records.recording import Recording
 from thrustd.records.rows import Row
+from thrustd.replay.budget import Budget
 
 AIRCRAFT = "mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_z_g", "pitch_deg", "aoa_deg"
 NEEDED = "thrust_N", "fuel_flow_kg_s"  # of an engine, beside what has to be steady
@@ -42,6 +44,7 @@ class Point(msgspec.Struct, frozen=True):
     spans: dict[str, float]  # largest minus smallest in the window, by channel
     values: dict[str, Mean]  # by channel, engine's name behind it
     status: dict[str, list[str]]  # by engine: bits that were on for a tenth of the time or more
+    budgets: list[Budget] = []  # by engine, the terms of its band; empty: the log does not tell them
 
     @property
     def steady(self) -> bool:
@@ -110,7 +113,18 @@ def _point(flight: Flight, window: Window, allowed: dict[str, float], fuel_std: 
     missing = flight._replace(record=part).missing_s(name for name in needed if name in part)
     outside_s = round(window.end_s - window.start_s) - len(part)
     missing |= {"samples": outside_s} if outside_s > 1 else {}  # a mark that begins before the log, or ends after it
-    return Point(window.name, window.start_s, window.end_s, moved, missing, found, values, status)
+    terms = [budget_in(part, engine, flight.band) for engine in flight.engines] if flight.band else []
+    return Point(
+        window.name,
+        window.start_s,
+        window.end_s,
+        moved,
+        missing,
+        found,
+        values,
+        status,
+        [each for each in terms if each is not None],
+    )
 
 
 def _engine(part: Recording, engine: str, fuel_std: float) -> dict[str, Mean]:

@@ -1,5 +1,7 @@
 """Test points as a table, a picture and a page."""
 
+from collections import Counter
+from collections.abc import Sequence
 from functools import partial
 from math import nan
 from typing import TYPE_CHECKING
@@ -8,6 +10,7 @@ from thrustd.flighttest.answer import CHANGED, COLOURS, Answer, Columns, said
 from thrustd.flighttest.flight import Flight, absent
 from thrustd.flighttest.points import Point, TestPoints
 from thrustd.flighttest.windows import Window, limits_said, overlaps
+from thrustd.replay.budget_picture import points_picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,6 +21,11 @@ WORDS = (
     "delta_t and root of theta_t of the total state. r/s: random, samples that repeat one another counted once; "
     "systematic, the same in the whole window: the thrust's own band, meter and density of the fuel ([fuel] of "
     "the aircraft's file). Other sensors' systematic part is not known."
+)
+SOURCES = {"mounts": "the mounts", "brochure": "the brochure", "fused": "what is in the fused thrust besides"}
+BUDGET = "Budget: what the band is made of"
+UNTOLD = (
+    "terms of the band: not in this log; replay the raw one (thrustd replay LOG -o OUT.mcap) and give its estimates"
 )
 STEADY = "#56b4e9"
 HEADS = ("point", "from\ns", "for\ns", "Mach", "alt\nm", "engine", "F\nN", "r/s\nN", "Wf\ng/s", "r/s\ng/s",
@@ -55,7 +63,29 @@ def answer(flight: Flight, found: TestPoints) -> Answer:
     if found.missing_s:
         lines.append(f"of the flight: {absent(found.missing_s)}: no steady window is found there")
     table = Columns("Points", HEADS, table_rows(found))
-    return Answer(found, f"Test points of {found.flight}", WORDS, [table], lines, partial(figure, flight, found))
+    title, told = f"Test points of {found.flight}", [point for point in found.points if point.budgets]
+    lines += largest(told) if told else [UNTOLD] if found.thrust == "fused" else []
+    more = {BUDGET: partial(budget_figure, found.flight, told)} if told else {}
+    return Answer(found, title, WORDS, [table], lines, partial(figure, flight, found), more)
+
+
+def largest(points: Sequence[Point]) -> list[str]:
+    """Which term of each source is the largest, engine by engine: a sentence each."""
+    lines = []
+    for each in zip(*(point.budgets for point in points), strict=True):
+        parts = []
+        for source in SOURCES:
+            rows = [of_source[0] for one in each if (of_source := one.of(source))]
+            counts = Counter(row.term for row in rows).most_common()
+            told = ", ".join(f"{term} ({n} of {len(rows)} points)" for term, n in counts)
+            parts += [f"of {SOURCES[source]}: {told}"] if rows else []
+        lines.append(f"{each[0].engine} engine, largest term of the band {'; '.join(parts)}")
+    return lines
+
+
+def budget_figure(flight: str, points: Sequence[Point]) -> "Figure":
+    named = [(f"{point.name}{'' if point.steady else '*'}", point.budgets) for point in points]
+    return points_picture(f"{flight}: terms of the band at every test point", named)
 
 
 def figure(flight: Flight, found: TestPoints) -> "Figure":

@@ -1,11 +1,27 @@
-"""What calibrations leave of the installation's errors that the aircraft's file allows for."""
+"""The aircraft's file in an installation: its mounts by their names, and what calibrations leave of its errors.
+
+A lean that a flight told replaces the cant that the aircraft's file has: it is all of the lean, the cant was its prior.
+"""
 
 import msgspec
 
-from thrustd.core.aircraft import AircraftData
+from thrustd.core.aircraft import AircraftData, Cant
 from thrustd.core.calibration import Calibration
+from thrustd.core.config import Config
+from thrustd.core.errors import ConfigError
 
 WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its zero is, one sigma; where not measured
+
+
+def placed(aircraft: AircraftData, config: Config, where: str) -> AircraftData:
+    """With the cant of every mount by its own name; ConfigError where the file names what the configuration has not."""
+    engines = config.aircraft.engines
+    owners = [*engines, *(mount.name for mount in config.mount)]
+    for key, names, known in (("cant", aircraft.cant, owners), ("accelerometer_m", aircraft.accelerometer_m, engines)):
+        if unknown := sorted(set(names) - set(known)):
+            raise ConfigError(f"{where}: {key}.{unknown[0]}: expected one of {', '.join(known)}")
+    found = {mount.name: aircraft.cant_of(mount.name, mount.engine) for mount in config.mount}
+    return msgspec.structs.replace(aircraft, cant={name: cant for name, cant in found.items() if cant is not None})
 
 
 def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:
@@ -13,6 +29,9 @@ def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> Ai
     if calibration is not None and calibration.drag is not None:
         left = msgspec.structs.replace(aircraft.installation, drag_m2=calibration.drag.std_m2)
         aircraft = msgspec.structs.replace(aircraft, installation=left)
+    if calibration is not None:
+        told = {m: Cant(deg=c.lean_deg, std_deg=c.lean_std_deg or 0.0) for m, c in calibration.mount.items() if c.leans}
+        aircraft = msgspec.structs.replace(aircraft, cant=aircraft.cant | told)
     if calibration is None or calibration.tethered is None:
         return aircraft
     mounts, known = list(calibration.mount.values()), aircraft.installation

@@ -19,7 +19,7 @@ from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
-from thrustd.installation.as_calibrated import as_calibrated
+from thrustd.installation.as_calibrated import as_calibrated, placed
 from thrustd.installation.shipped import shipped
 from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
@@ -120,7 +120,7 @@ class Installation:
             raise ConfigError(
                 f"{self._place(name)}: spring_n_mm: {given} numbers, expected one for each of {most} mounts"
             )
-        return as_calibrated(aircraft, self.calibration())
+        return as_calibrated(placed(aircraft, self.config, self._place(name)), self.calibration())
 
     def uncorrected(self) -> list[str]:
         """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""

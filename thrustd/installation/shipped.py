@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 AIRCRAFT, CONFIGURATION, HIL = "deploy/citation-ii.toml", "deploy/ph-lab.toml", "deploy/hil.toml"
 DECK = "models/brochure/jt15d-4.json"
+MODELS = tuple(f"models/{side}-{place}.json" for side in ("left", "right") for place in ("upper", "lower"))
 
 
 def shipped(name: str, option: str) -> Path:
@@ -27,9 +28,12 @@ def shipped(name: str, option: str) -> Path:
 
 def given_or_shipped(given: Path | None, default: str, option: str) -> Path:
     """A file of one's own; else the shipped one: `default`, or by its name in a checkout, from any folder."""
-    if given is None:
-        return shipped(default, option)
-    known = not given.exists() and str(given) in (AIRCRAFT, CONFIGURATION, HIL, DECK)
+    return shipped(default, option) if given is None else own_or_shipped(given, option)
+
+
+def own_or_shipped(given: Path, option: str) -> Path:
+    """A file of one's own; else, by its name in a checkout, the one that comes with thrustd."""
+    known = not given.exists() and str(given) in (AIRCRAFT, CONFIGURATION, HIL, DECK, *MODELS)
     return shipped(str(given), option) if known else given
 
 

@@ -1,9 +1,10 @@
 """A model as one calibrated mount has it: the transducer's curve before its input curve, the gain behind its output.
 
 Both curves are piecewise linear, so the composition is one again, exactly. What grows with temperature is the effect
-`thermal_expansion`, beside that of the bench. A mount that leans carries a part of the weight: it moves the reading by
-that over its secant stiffness (`engine_weight_shift`), since what 1 g makes of it is in its zero. Of an engine that
-hangs as a rigid body (`core.statics`) the couple of 1 g is in that zero: the curve begins elsewhere.
+`thermal_expansion`, beside that of the bench. What the weight presses on a mount at 1 g is in its zero: the couple of
+an engine that hangs as a rigid body (`core.statics`), and of a mount that leans nose up by a, -m g sin(a). What the
+load factor adds is taken off, and the curve of a rigid body begins where the couple holds it. Left out: where a lean
+holds it, 3 N of an engine at 3 kN and 10 N at 6 kN per degree, which a tethered run takes for gain.
 """
 
 from dataclasses import dataclass
@@ -20,14 +21,13 @@ from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, PiecewiseLinear
 from thrustd.model.compile import curve_stage
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
-from thrustd.model.effects.engine_weight_shift import EFFECT as WEIGHT
 from thrustd.model.effects.hysteresis import EFFECT as FRICTION
 from thrustd.model.effects.nacelle_drag import EFFECT as DRAG
 from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
 from thrustd.model.expression import PREFIX
 
 GRID = 2001  # points of a curve that is searched
-COUPLE = f"{PREFIX}-couple_n * (accel_z_g - 1)"
+PRESSED = f"{PREFIX}-presses_n * (accel_z_g - 1)"
 NOTHING: Floats = np.empty(0)
 
 
@@ -48,7 +48,7 @@ def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
     """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured."""
     mount = place.calibration
     spec = with_friction(spec, mount.friction) if mount.friction != 1.0 else spec
-    spec = _preloaded(spec, place.couple_n) if place.couple_n != 0.0 else spec
+    spec = _under_weight(spec, place)
     if mount.read_mm:
         spec = _behind_curve(spec, mount, where)
     if mount.gain != 1.0:
@@ -60,10 +60,6 @@ def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
         )
     if place.drag_m2 != 0.0:
         spec = _more(spec, DRAG, drag_area_m2=place.drag_m2)
-    if mount.lean_deg != 0.0:
-        (low_n, high_n), (low_mm, high_mm) = spec.valid.force_n, spec.valid.deformation_mm
-        leans_n = place.weight_n * sin(radians(mount.lean_deg))
-        spec = _more(spec, WEIGHT, shift_mm_g=leans_n * (high_mm - low_mm) / (high_n - low_n))
     if mount.expansion_mm_k == 0.0:
         return spec
     grows = {"expansion_mm_k": mount.expansion_mm_k, "reference_degc": mount.reference_degc}
@@ -86,8 +82,17 @@ def _yields(present: EffectSpec, factor: float) -> EffectSpec:
     return msgspec.structs.replace(present, parameters=moved)
 
 
+def _under_weight(spec: ModelSpec, place: MountPlace) -> ModelSpec:
+    """With what the load factor makes of the force that the weight presses at 1 g."""
+    presses_n = place.couple_n - place.weight_n * sin(radians(place.lean_deg))
+    if presses_n == 0.0:
+        return spec
+    spec = _preloaded(spec, place.couple_n) if place.couple_n != 0.0 else spec
+    return msgspec.structs.replace(spec, effects=[*spec.effects, EffectSpec(PRESSED, {"presses_n": presses_n})])
+
+
 def _preloaded(spec: ModelSpec, couple_n: float) -> ModelSpec:
-    """Begun where the weight holds it: force(r) = F(r + d) - F(d) - couple (f_z - 1), F(d) = F(0) + couple at rest."""
+    """Begun where the couple holds it: force(r) = F(r + d) - F(d),  F(d) = F(0) + couple at rest."""
     if spec.linear.feedback is not None:
         raise ModelError(f"{spec.name}: a fed-back block has no curve to begin on elsewhere; expected one without")
     linear, (low, high) = spec.linear, spec.valid.deformation_mm
@@ -103,7 +108,6 @@ def _preloaded(spec: ModelSpec, couple_n: float) -> ModelSpec:
         input_curve=_moved(spec.input_curve, d_mm, v),
         output_curve=_moved(spec.output_curve, gain * v, f_n),
         valid=ValidRange((low - d_mm, high - d_mm), (valid.force_n[0] - f_n, valid.force_n[1] - f_n), valid.rate_mm_s),
-        effects=[*spec.effects, EffectSpec(COUPLE, {"couple_n": couple_n})],
     )
 
 

@@ -22,7 +22,7 @@ from thrustd.mounts.step import MEANS, TERMS, Cells, Held, Samples, add, fuse, t
 from thrustd.sync.grid import Grid
 
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
-COMMON = "start, unmeasured channels"  # of a term that both mounts of an engine have to the same side
+COMMON = "start_n"  # of `core.types.Terms`: the one that both mounts of an engine have to the same side
 ZERO_SIGMAS = 3.0  # more is no zero
 JUST_S = 2.0  # found so lately: what is known by now was known then
 LEAST_SHARE = 0.2  # of one of two mounts
@@ -119,7 +119,7 @@ class MountSource:
         known = dict(zip(TERMS, terms_n(means, model_n, float(state["deformation_mm"]), force_n), strict=True))
         common_n = float(state["common_n"])
         rest_n2 = float(state["std_n"]) ** 2 - common_n**2 - sum(value**2 for value in known.values())
-        return known | {"creep": sqrt(max(rest_n2, 0.0)), COMMON: common_n}
+        return known | {"creep_n": sqrt(max(rest_n2, 0.0)), COMMON: common_n}
 
     def calibrate(self) -> bool:
         """The engine stands and has not run: what the mount's transducer shows is its zero.

@@ -23,7 +23,7 @@ from thrustd.sync.memory import MOUNT
 
 EXTRAPOLATION_STD = 0.2  # outside the identified range the local stiffness is trusted to 20 %
 HELD_TAU_S = 1.0
-TERMS = ("calibration (model on held-out data)", "zero", "stiffness", "friction", "beyond the identified range")
+TERMS = "calibration_n", "zero_n", "stiffness_n", "friction_n", "beyond_n"  # of `core.types.Terms`
 CHORDS = 8  # of the model's curve, over its range: shorter ones show the segments that it is made of
 
 MEANS = np.dtype(

@@ -22,7 +22,7 @@ from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.config import Config, section
 from thrustd.core.signals import RUNS_PCT
-from thrustd.core.types import Event, Fault, MountOutput, Output
+from thrustd.core.types import Event, Fault, MountOutput, Output, Terms
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.mixture import Weighed
 from thrustd.fusion.settings import FusionSettings, check_settings
@@ -91,7 +91,7 @@ class Pipeline:
         self._air = place("mach", 0), place("pressure_altitude_m", 0)
         dynamic_pressure_pa(0.0, 0.0)  # compiled now, not in flight
         self._loads = np.array([place("accel_x_g", 0), place("accel_z_g", 0)])
-        self._deck_n = np.zeros((len(engines), 6))  # see `BrochureSource.look`
+        self._deck_n, self._fuel_std = np.zeros((len(engines), 6)), aircraft.fuel.heat  # see `BrochureSource.look`
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
         self._told_of = [self._told[e : e + 1] for e in numbers]
         self._mounts_said = self._states.view(np.float64).reshape(len(self._states), -1)[:, :3]  # as MountOutput has it
@@ -105,6 +105,7 @@ class Pipeline:
         self._book = FaultBook()
         self._troubles = FaultStatus(len(engines), engines_of(config))
         self._wires = Wires(wires_of(config, self._hold.slots))
+        self._terms(0)  # compiled now, too
 
     def feed(self, event: Event) -> Sequence[Output]:
         """`take` for one event."""
@@ -119,19 +120,6 @@ class Pipeline:
             else:
                 self._fuse(due, outputs)
         return outputs
-
-    def terms_n(self) -> list[dict[str, float]]:
-        """By engine, the terms of its mounts' sigma at the last fused step."""
-        terms = [source.terms_n() for source in self._sources]
-        for i, one in enumerate(terms):
-            if ("deformation_mm", i) in self._excluded:
-                terms[i] = dict.fromkeys(one, nan)
-        mine = [[terms[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
-        return [self._monitor.combiner.terms_n(e, each, COMMON) for e, each in enumerate(mine)]
-
-    def uncorrected_n(self) -> list[float]:
-        """By engine, what its thrust may be wrong by because nobody corrected the installation, one sigma."""
-        return [self._monitor.uncorrected_n(e) for e in range(len(self._filters))]
 
     def quiet_until_ns(self) -> int:
         """Frames that arrive before this complete no fused step: whoever feeds may hand them over with later ones.
@@ -225,7 +213,15 @@ class Pipeline:
             self._checked_ns = t_ns
             self._check_clock(t_ns, outputs)
             outputs.extend(cross_checks(estimates))
+            outputs.extend(self._terms(t_ns))
         outputs.extend(self._book.due(t_ns))
+
+    def _terms(self, t_ns: int) -> list[Terms]:
+        combine, mine = self._monitor.combiner.terms_n, self._layout.mounts_of_engine
+        of_mounts = [[self._sources[i].terms_n() for i in mounts] for mounts in mine]
+        fuels_n = (self._fuel_std * abs(self._deck_n[:, 4])).tolist()
+        others = [{"installation_n": self._monitor.uncorrected_n(e), "fuel_n": n} for e, n in enumerate(fuels_n)]
+        return [Terms(t_ns, e, **combine(e, of_mounts[e], COMMON), **other) for e, other in enumerate(others)]
 
     def _check_clock(self, t_ns: int, outputs: list[Output]) -> None:
         off = abs(self._intake.clock_rate) > CLOCK_OFF

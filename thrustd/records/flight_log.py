@@ -7,6 +7,7 @@ else is held from its last value before. Names:
     /mount/left_upper deformation_mm deformation_mm_left_upper        other fields: mount_force_n_left_upper, ...
     /reading/n1_pct/left value       n1_pct_left
     /check/left asymmetry_n          check_asymmetry_n_left
+    /terms/left zero_n               terms_zero_n_left
     /truth/left, /truth/left_upper   thrust_N_left, force_N_left_upper: the reference
 
 A log that was cut off is read up to its last whole chunk; of a damaged one `--salvage` reads what is whole.

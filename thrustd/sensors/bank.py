@@ -33,6 +33,7 @@ from thrustd.sensors.past import (
     JUMPED_N,
     LOG_FLOW,
     MACH,
+    MORE_G,
     MOUNT_RATE_N_S,
     N_SOURCES,
     OWN_N,
@@ -79,7 +80,7 @@ class _Engines(NamedTuple):
     mounts: Integers  # (n, 2)
     spools: Integers  # (n, 2)
     judged: Flags  # (n,) it has two mounts
-    air: Integers  # places of Mach number, altitude, and what else `air_leaves` reads
+    air: Integers  # places of Mach number, altitude, what else `air_leaves` reads, load factor: LEAVES
     shares: Floats  # (n,)
     off: Floats  # (N_HYPOTHESES, N_SOURCES) 1: excluded
     installed: Installed
@@ -183,6 +184,7 @@ def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, de
     mach, altitude_m = readings[engines.air[0]], readings[engines.air[1]]
     row[MACH], row[DECK_N] = mach if isfinite(mach) else 0.0, deck_n[e, 3]
     row[PRESSURE_PA] = 70_927.5 * row[MACH] ** 2 * exp(-(altitude_m if isfinite(altitude_m) else 0.0) / SCALE_HEIGHT_M)
+    row[MORE_G] = readings[engines.air[4]] - 1.0 if isfinite(readings[engines.air[4]]) else 0.0
     row[PER_FUEL_N], row[LOG_FLOW] = deck_n[e, 4], deck_n[e, 5]
     if not isfinite(row[DECK_N] + row[LOG_FLOW]):  # nobody asks the deck
         row[DECK_N], row[PER_FUEL_N], row[LOG_FLOW] = 200.0, 5000.0, -2.5
@@ -290,10 +292,8 @@ _I, _PLACES = numba.int64[::1], numba.int64[:, ::1]
 _RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
 _HEARD = numba.from_dtype(HEARD)[::1]
 _MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE, _ROW)
-_ENGINES = named(
-    _Engines, _PLACES, _PLACES, numba.boolean[::1], _I, _ROW, _TABLE,
-    vars(numba.types)["UniTuple"](_F, 5),
-)  # fmt: skip
+_INSTALLED = vars(numba.types)["UniTuple"](_F, 6)
+_ENGINES = named(_Engines, _PLACES, _PLACES, numba.boolean[::1], _I, _ROW, _TABLE, _INSTALLED)
 _SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)
 _look: Any = entry(compiled(_look_at, _SIGNATURE))
 assert len(SOURCES_OFF) == N_HYPOTHESES and SOURCES_OFF[BROCHURE_OFF] and SOURCES_OFF[MOUNTS_OFF]

@@ -27,7 +27,7 @@ MAX_STEP_S = 1.0
 SHARE, WEIGHT_N2_S = range(2)  # the memory of one engine
 PUSH_TAU_S = 0.5
 NO_MOUNT = -1
-SHARE_TERM = "share"
+SHARE_TERM = "share_n"  # of `core.types.Terms`
 
 ENGINE_MOUNTS = np.dtype(  # one engine's mount source at one step
     [
@@ -35,6 +35,7 @@ ENGINE_MOUNTS = np.dtype(  # one engine's mount source at one step
         ("std_n", np.float64),
         ("load_share", np.float64),  # upper mount's part, slow average, -
         ("push_n", np.float64),  # what both mounts were moved by within half a second; 0: they do not say the same
+        ("only", np.int64),  # the mount that is used alone, or NO_MOUNT
         ("one_mount", np.bool_),
     ],
     align=True,
@@ -90,11 +91,13 @@ class MountCombiner:
     def terms_n(self, engine: int, of_mounts: Sequence[Mapping[str, float]], common: str) -> dict[str, float]:
         """Terms of an engine's `std_n` at the last step from those of its mounts, N; `common`: to the same side in all.
 
-        NaN: of a mount that is not trusted.
+        NaN: no mount is trusted.
         """
-        said, heard = self._out[engine], [i for i, each in enumerate(of_mounts) if isfinite(each[common])]
+        said = self._out[engine]
+        if not isfinite(said["force_n"]):
+            return dict.fromkeys((*of_mounts[0], SHARE_TERM), nan)
         if said["one_mount"]:
-            only = heard[0]
+            only = self.mounts[engine].tolist().index(said["only"])
             part = said["load_share"] if only == 0 else 1.0 - said["load_share"]
             found = {name: float(value / part) for name, value in of_mounts[only].items()}
             return found | {SHARE_TERM: float(self._work.share_std / part * abs(said["force_n"]))}
@@ -159,7 +162,7 @@ def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float) -> None:
                     only = i if only == NO_MOUNT else only
         engine, upper, lower = out[e], mounts_of[e, 0], mounts_of[e, 1]
         engine.force_n = engine.std_n = nan
-        engine.one_mount, engine.push_n = False, 0.0
+        engine.one_mount, engine.only, engine.push_n = False, NO_MOUNT, 0.0
         if n_usable == n and n > 0:
             engine.force_n, engine.std_n = _both(mounts, mounts_of[e, :n])
             if n == 2 and engine.force_n > 0.0:
@@ -169,7 +172,7 @@ def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float) -> None:
         elif n_usable > 0:
             part = rows[e, SHARE] if only == upper else 1.0 - rows[e, SHARE]
             force_n = mounts[only].force_n / part
-            engine.force_n, engine.one_mount = force_n, True
+            engine.force_n, engine.one_mount, engine.only = force_n, True, only
             engine.std_n = sqrt((mounts[only].std_n / part) ** 2 + (share_std / part * force_n) ** 2)
         engine.load_share = rows[e, SHARE]
 

@@ -6,9 +6,9 @@
     lag       of a thrust that moves; a fuel flow that leads it; mounts that see a cut before any spool is read
 
 Each is a Gaussian process, exp(-time / its own - travel / its reach), with its prior sigma: nothing is learnt beyond.
-What no bench shows of an installation acts on both mounts alike: a zero (or a cant), a scale, the drag of a nacelle.
+What no bench shows of an installation acts on both mounts alike: a zero, a scale, the drag of a nacelle, a cant.
 
-    a(r1, r2) = zero^2 + scale^2 F1 F2 + drag^2 q1 q2 + rest^2 [r1 = r2]
+    a(r1, r2) = zero^2 + scale^2 F1 F2 + drag^2 q1 q2 + cant^2 (f_z1 - 1)(f_z2 - 1) + rest^2 [r1 = r2]
 
 Sizes: docs/fusion.md, those of the installation: the aircraft's file.
 """
@@ -29,6 +29,7 @@ from thrustd.sensors.past import (
     LEVEL_N,
     LOG_FLOW,
     MACH,
+    MORE_G,
     MOUNT_RATE_N_S,
     N1,
     N_SOURCES,
@@ -40,8 +41,9 @@ from thrustd.sensors.past import (
 )  # fmt: skip
 
 Parts = tuple[float, float, float, float, float]
-Installed = tuple[float, float, float, float, float]  # zero N, scale -, drag m2, rest N, share of a mount -: sigmas
-AS_ON_THE_BENCH = 0.0, 0.0, 0.0, 0.0, UNKNOWN.share
+# sigmas: zero N, scale -, drag m2, rest N, share of a mount -, cant N/g
+Installed = tuple[float, float, float, float, float, float]
+AS_ON_THE_BENCH = 0.0, 0.0, 0.0, 0.0, UNKNOWN.share, 0.0
 THRUST_N2 = 1e9  # prior variance of the thrust of a row: anything, and no thrust is likelier than another
 SILENT_N2 = 1e9
 # errors of all that is well; mounts' sigmas and the deck's come with the row
@@ -102,10 +104,11 @@ def _add_lag(rows: Floats, a: int, b: int, block: Floats) -> None:
 @compiled
 def installed_n2(rows: Floats, a: int, b: int, installed: Installed) -> float:
     """Covariance of what an installation does to both mounts of an engine in two rows."""
-    zero_n, scale, drag_m2, rest_n, _ = installed
+    zero_n, scale, drag_m2, rest_n, _, cant_n_g = installed
     of_load_n2 = scale * scale * abs(rows[a, LEVEL_N] * rows[b, LEVEL_N])
     of_air_n2 = drag_m2 * drag_m2 * rows[a, PRESSURE_PA] * rows[b, PRESSURE_PA]
-    return zero_n * zero_n + of_load_n2 + of_air_n2 + (rest_n * rest_n if a == b else 0.0)
+    of_weight_n2 = cant_n_g * cant_n_g * rows[a, MORE_G] * rows[b, MORE_G]
+    return zero_n * zero_n + of_load_n2 + of_air_n2 + of_weight_n2 + (rest_n * rest_n if a == b else 0.0)
 
 
 @compiled

@@ -50,7 +50,7 @@ LEAST_N = -200.0  # ram drag of 10 kg/s at flight idle, less what is left of the
 @compiled
 def _solve(rows: Floats, n: int, parts: Parts, share: float, out: Floats) -> tuple[Floats, Floats, Floats]:
     """All is well: A, z = A y and A c; its thrust and variance go into `out`."""
-    a, size = inverse(covariance(rows, n, parts, (0.0, 0.0, 0.0, 0.0, share))), n * N_SOURCES
+    a, size = inverse(covariance(rows, n, parts, (0.0, 0.0, 0.0, 0.0, share, 0.0))), n * N_SOURCES
     z, ac, to_n2 = np.zeros(size), np.zeros(size), np.zeros(N_SOURCES)
     for s in range(N_SOURCES):
         to_n2[s] = parts[s] * THRUST_N2 if rows[0, COUNTS + s] != 0.0 else 0.0

@@ -29,7 +29,8 @@ ACCELERATION: Sensor = ("accel_x_g", 0)
 MACH: Sensor = ("mach", 0)
 TAKEN: tuple[Sensor, ...] = (ACCELERATION, ("accel_z_g", 0), ("pitch_deg", 0), MACH, ("sat_degC", 0))
 MACH_TAKEN = TAKEN.index(MACH)
-LEAVES: tuple[Sensor, ...] = (MACH, ("pressure_altitude_m", 0), ACCELERATION, ("pitch_deg", 0))  # see `air_leaves`
+# see `air_leaves`; it does not read the last one
+LEAVES: tuple[Sensor, ...] = (MACH, ("pressure_altitude_m", 0), ACCELERATION, ("pitch_deg", 0), ("accel_z_g", 0))
 
 AIRSPEED_STD_M_S, TURBULENCE_M_S2 = 0.3, 0.02
 WANDER_G = 1e-3  # of b, per root of a second

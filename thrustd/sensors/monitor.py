@@ -79,7 +79,7 @@ class Monitor:
             np.array([place(sensor) for sensor in LEAVES]),
             self.combiner.shares,
             np.array((aircraft.spring_n_mm * 2)[:2]),
-            aircraft.installation.sizes(),
+            aircraft.installed(),
         )
         self._trusted = np.ones((len(engines), N_SOURCES), np.bool_)
         self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]

@@ -29,14 +29,16 @@ RATE_PART = 0.3  # sensor noise is no throttle movement: the rate rises over a f
 # each mount jumped, what a thrust moves within a step, what the fuel flow moved by that no mount showed (see `jumps`),
 # and that of the rows about it when they were the newest;
 # what the deck makes of the corrected fuel flow w: dF/d ln w, ln w;
-# what the accelerometer shows; how far the Mach number changed, or stood while it accelerated, all added up
+# what the accelerometer shows; how far the Mach number changed, or stood while it accelerated, all added up;
+# load factor beyond 1 g
 T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH, PRESSURE_PA = range(7)
 SAID, COUNTS = 7, 7 + N_SOURCES
 OWN_N, COMMON_N, DECK_N = COUNTS + N_SOURCES, COUNTS + N_SOURCES + 2, COUNTS + N_SOURCES + 4
 JUMPED_N, STEP_N, FUELLED_N, FOLLOWED_N = DECK_N + 1, DECK_N + 3, DECK_N + 4, DECK_N + 5
 PER_FUEL_N, LOG_FLOW = FOLLOWED_N + 1, FOLLOWED_N + 2
 ALONG_G, AIR_MACH = LOG_FLOW + 1, LOG_FLOW + 2
-WIDTH = AIR_MACH + 1
+MORE_G = AIR_MACH + 1
+WIDTH = MORE_G + 1
 
 PAST = np.dtype(
     [

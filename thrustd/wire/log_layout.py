@@ -3,7 +3,7 @@
     /raw                          events as they came, encoding of `event_batch`; replay reads nothing else
     /estimate/<engine>            Estimate        /mount/<mount>    MountOutput
     /reading/<signal>[/<owner>]   Reading         /check/<engine>   CrossCheck
-    /fault                        Fault
+    /terms/<engine>               Terms           /fault            Fault
     /truth/<engine or mount>      what a simulated flight really did
 
 Outputs are JSON objects with a JSON schema, the unit in the field name, so that Foxglove and PlotJuggler plot them as
@@ -18,7 +18,7 @@ import msgspec
 
 from thrustd.core.errors import LogError
 from thrustd.core.signals import CATALOGUE
-from thrustd.core.types import CrossCheck, Estimate, Fault, MountOutput, Output, Reading, Status
+from thrustd.core.types import CrossCheck, Estimate, Fault, MountOutput, Output, Reading, Status, Terms
 
 RAW_TOPIC = "/raw"
 FAULT_TOPIC = "/fault"
@@ -100,6 +100,21 @@ class CrossCheckMessage(msgspec.Struct, frozen=True):
     asymmetry_n: float
 
 
+class TermsMessage(msgspec.Struct, frozen=True):
+    t_ns: int
+    engine: int
+    calibration_n: float
+    zero_n: float
+    stiffness_n: float
+    friction_n: float
+    beyond_n: float
+    creep_n: float
+    start_n: float
+    share_n: float
+    installation_n: float
+    fuel_n: float
+
+
 class ReadingMessage(msgspec.Struct, frozen=True):
     t_ns: int
     value: float
@@ -166,6 +181,8 @@ class Topics:
                 return TopicKind(f"/mount/{_name(self._mounts, output.mount)}", MountMessage)
             case CrossCheck():
                 return TopicKind(f"/check/{_name(self._engines, output.engine)}", CrossCheckMessage)
+            case Terms():
+                return TopicKind(f"/terms/{_name(self._engines, output.engine)}", TermsMessage)
             case Reading():
                 return TopicKind(self._reading_topic(output), ReadingMessage)
             case Fault():
@@ -181,6 +198,8 @@ class Topics:
             return self._encode(EstimateMessage(*output, self._words(output.status)))
         if isinstance(output, CrossCheck):
             return self._encode(CrossCheckMessage(*output))
+        if isinstance(output, Terms):
+            return self._encode(TermsMessage(*output))
         return self._encode(FaultMessage(*output))
 
     def fixed(self) -> list[TopicKind]:
@@ -188,7 +207,8 @@ class Topics:
         engines = [TopicKind(f"/estimate/{name}", EstimateMessage) for name in self._engines]
         mounts = [TopicKind(f"/mount/{name}", MountMessage) for name in self._mounts]
         checks = [TopicKind(f"/check/{name}", CrossCheckMessage) for name in self._engines]
-        return [*engines, *mounts, *checks, TopicKind(FAULT_TOPIC, FaultMessage)]
+        terms = [TopicKind(f"/terms/{name}", TermsMessage) for name in self._engines]
+        return [*engines, *mounts, *checks, *terms, TopicKind(FAULT_TOPIC, FaultMessage)]
 
     def of_truth(self, name: str) -> TopicKind:
         """Where the true thrust of an engine or the true force on a mount belongs."""

@@ -1,10 +1,10 @@
 """Questions of a flight test, as the page asks them: tables and sentences as on the terminal, the same picture."""
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from matplotlib import style
 
@@ -16,6 +16,9 @@ from thrustd.records.rows import write_rows
 from thrustd.sinks.whole_file import whole_file
 from thrustd.workbench.folder import Folder
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 def ask_flight_test(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """What the command line prints, as JSON; its picture for light and dark pages, its rows as CSV."""
@@ -26,7 +29,9 @@ def ask_flight_test(folder: Folder, arguments: Mapping[str, Any], progress: Prog
     reports.mkdir(parents=True, exist_ok=True)
     number = secrets.token_hex(8)
     for scheme in ("light", "dark"):
-        _draw(answer, reports / f"{number}-{scheme}.svg", scheme == "dark")
+        _draw(answer.draw, reports / f"{number}-{scheme}.svg", scheme == "dark")
+        for place, draw in enumerate(answer.more.values()):
+            _draw(draw, reports / f"{number}-{place}-{scheme}.svg", scheme == "dark")
     write_rows(answer.found.rows(), reports / f"{number}.csv")
     tables = [table._asdict() for table in answer.tables]
     return {
@@ -34,6 +39,7 @@ def ask_flight_test(folder: Folder, arguments: Mapping[str, Any], progress: Prog
         "words": answer.words,
         "lines": list(answer.lines),
         "tables": tables,
+        "more": list(answer.more),
         "files": number,
     }
 
@@ -49,6 +55,6 @@ def _answer(folder: Folder, arguments: Mapping[str, Any], progress: Progress) ->
     return questions.transients(paths[0]) if question == "transients" else questions.points(paths[0], marks=marks)
 
 
-def _draw(answer: Answer, path: Path, dark: bool) -> None:
+def _draw(draw: "Callable[[], Figure]", path: Path, dark: bool) -> None:
     with style.context("dark_background") if dark else nullcontext(), whole_file(path) as part:
-        answer.draw().savefig(part, format="svg", transparent=True)
+        draw().savefig(part, format="svg", transparent=True)

@@ -6,6 +6,7 @@ import pytest
 from thrustd.core.aircraft import MountPlace
 from thrustd.diagnose.compare.reference import as_mount, is_own_output, with_reference
 from thrustd.records.recording import make_recording
+from thrustd.wire.log_layout import FAULT_TOPIC, Topics
 
 PLACE = MountPlace("left_upper", "left", 0, 0.46)
 TIME_S = np.arange(200) / 5.0
@@ -29,3 +30,12 @@ def test_air_data_give_the_dynamic_pressure_that_drag_needs():
 def test_what_thrustd_says_itself_explains_nothing():
     own = ("estimate_thrust_n_left", "mount_force_n_left_upper", "check_asymmetry_n_left", "thrust_N_left")
     assert all(map(is_own_output, own)) and not any(map(is_own_output, ("mach", "force_N", "n1_pct", "time_s")))
+
+
+def test_every_output_topic_of_a_log_is_an_own_output():
+    """One that is added later is no explanation of a mount either."""
+    topics = [place.topic for place in Topics(("left",), ("left_upper",)).fixed() if place.topic != FAULT_TOPIC]
+    assert len(topics) >= 4
+    for topic in topics:
+        kind, owner = topic.strip("/").split("/")
+        assert is_own_output(f"{kind}_anything_n_{owner}"), topic

@@ -27,7 +27,8 @@ from thrustd.records.recording import TIME, Recording
 
 THRUST = "thrust_N"
 BROCHURE = "brochure"
-OWN_OUTPUTS = ("estimate_", "mount_", "check_", "model_N", "thrust_N", "force_N_")  # of a flight log; its truth, too
+# of a flight log; its truth, too
+OWN_OUTPUTS = ("estimate_", "mount_", "check_", "terms_", "model_N", "thrust_N", "force_N_")
 BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
 BROCHURE_NEEDS = ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC")
 _BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")

@@ -199,19 +199,18 @@ export function flightTest(root) {
           h("p.faint", answer.words),
         ),
       ),
-      panel(
-        "Picture",
-        [
-          h(
-            "span.push",
-            h("a", { href: `api/reports/${answer.files}-light.svg`, download: `${ui.question}.svg` }, "SVG"),
-          ),
-        ],
-        h("div.flush", h("img.drawing", { alt: answer.title, src: `api/reports/${answer.files}-${scheme}.svg` })),
-      ),
+      picture("Picture", answer.files, scheme),
+      ...(answer.more ?? []).map((title, i) => picture(title, `${answer.files}-${i}`, scheme)),
       ...others.map((one) => panel(one.title, [], grid(one))),
     );
   }
+
+  const picture = (title, files, scheme) =>
+    panel(
+      title,
+      [h("span.push", h("a", { href: `api/reports/${files}-light.svg`, download: `${ui.question}.svg` }, "SVG"))],
+      h("div.flush", h("img.drawing", { alt: title, src: `api/reports/${files}-${scheme}.svg` })),
+    );
 
   const grid = ({ heads, rows }) =>
     h(

@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 from thrustd.__main__ import main
-from thrustd.commission.budget import INSTALLED, SYSTEMATIC, WINDMILLS, Row, _budget
 from thrustd.fusion.settings import FusionSettings
+from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
+from thrustd.replay.budget import INSTALLED, TERMS, WINDMILLS, Band, Told, budget_of
+
+FUEL = TERMS["fuel_n"]
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +72,11 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
         (folder / "citation-ii.toml").read_text().replace("density = 0.012", "density = 0.05")
     )
     other = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
-    assert all(after["brochure_n"] > 1.2 * before["brochure_n"] for before, after in zip(plain, other, strict=True))
+    for before, after in zip(plain, other, strict=True):
+        assert after["brochure_n"] > 1.2 * before["brochure_n"] and after["fused_n"] > before["fused_n"]
+        was, now = ({row["term"]: row["std_n"] for row in engine["rows"]} for engine in (before, after))
+        assert now[FUEL] == pytest.approx(was[FUEL] * hypot(0.05, 0.003) / hypot(0.012, 0.003), rel=0.01)
+        assert now["deck's shape and fit"] == pytest.approx(was["deck's shape and fit"], rel=0.1)
 
 
 def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how_large(tmp_path, capsys):
@@ -95,17 +102,20 @@ def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how
 
 def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_added_up():
     """What nobody knows of it is no term: no warning of an empty mean."""
-    told = np.full((5, 5), np.nan)
-    told[:, 0], told[:, 1], told[:, 3], told[:, 4] = -200.0, 130.0, 80.0, 1.0
-    rows = [Row("mounts", "zero", SYSTEMATIC, 12.0)]
-    found = _budget("left", rows, told, [Row("fused", f"{INSTALLED}zero", SYSTEMATIC, 100.0)], FusionSettings())
+    here = np.ones(5)
+    nothing = np.full((5, len(TERMS)), np.nan)
+    told = Told(-200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, 0.0 * here, nothing)
+    told.terms_n[:, list(TERMS).index("installation_n")] = 100.0
+    band = Band(FusionSettings(), read_installation(shipped("deploy/hil.toml", "config")).aircraft())
+    found = budget_of("left", told, band)
+    assert hypot(*(row.std_n for row in found.rows if INSTALLED in row.term)) == pytest.approx(100.0)
     assert [(row.term, row.std_n) for row in found.rows if row.source == "brochure"] == [(WINDMILLS, 80.0)]
     assert hypot(80.0, 100.0, found.rows[-1].std_n) == pytest.approx(found.fused_n) == 130.0
     assert found.thrust_n == -200.0 and found.filter_n == 0.0
 
 
 def test_a_window_where_nothing_was_estimated_is_one_line(log, capsys):
-    for at in (("900", "950"), ("20", "10")):
+    for at in (("900", "950"), ("20", "10"), ("20", "21")):
         assert main(["budget", str(log), "--at", *at]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert line.startswith("thrustd: --at")
