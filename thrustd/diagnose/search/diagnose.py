@@ -26,7 +26,7 @@ from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseRep
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, shows
 from thrustd.diagnose.search.joint import Joint, counted, told
-from thrustd.diagnose.search.library import combined
+from thrustd.diagnose.search.library import column_of
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
@@ -261,7 +261,7 @@ def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Depende
     before = base.scale * float(np.sqrt(verdict.fit.mse))
     found = []
     for one in verdict.channels:
-        column = np.concatenate([combined(record.channels)[one.channel][0] for record in rows])
+        column = np.concatenate([column_of(one.channel, one.parts, record.channels) for record in rows])
         after = base.scale * float(np.sqrt(max(verdict.fit.mse - one.removed, 0.0)))
         found.append(drawn(one.channel, _thin(column[good]), _thin(missed[good]), before, after))
     return found

@@ -84,7 +84,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         growth_of(base.point) if len(base.shape.radii) else None,
         max(_rate(record, play_of(record.d)) for record in records),
         max(play_of(record.d) for record in records),
-        {name: _ends(name, records) for name, (_, parts) in combined(records[0].channels).items() if len(parts) == 1},
+        {name: _ends(name, records) for name, parts in combined(records[0].channels).items() if len(parts) == 1},
         tuple(samples * records[0].dt_s for samples in LATE_SAMPLES),
         lags_of([len(record) * record.dt_s for record in records], records[0].dt_s),
     )
@@ -252,18 +252,27 @@ def free_curve(channel: str, column: Floats, sigma: float, *, gain: bool = False
     return at_start(effect, dict.fromkeys(names, sigma), {})
 
 
+MINUS = " - "
 OWN = ("deformation_mm", "force_N", "time_s")  # what the model reads itself; the clock stands for whatever went on
 
 
-def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[Floats, tuple[str, ...]]]:
+def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[str, ...]]:
     """Every moving channel, and differences and products of two, with the channels that each is made of."""
-    single = {name: column for name, column in channels.items() if _strange(name) and moves(column)}
-    found: dict[str, tuple[Floats, tuple[str, ...]]] = {name: (column, (name,)) for name, column in single.items()}
-    for (a, x), (b, y) in itertools.combinations(single.items(), 2):
+    single = [name for name, column in channels.items() if _strange(name) and moves(column)]
+    found: dict[str, tuple[str, ...]] = {name: (name,) for name in single}
+    for a, b in itertools.combinations(single, 2):
         if _unit(a) == _unit(b):
-            found[f"{b} - {a}"] = (y - x, (a, b))
-        found[f"{a} * {b}"] = (x * y, (a, b))
+            found[f"{b}{MINUS}{a}"] = (a, b)
+        found[f"{a} * {b}"] = (a, b)
     return found
+
+
+def column_of(name: str, parts: Sequence[str], channels: Mapping[str, Floats]) -> Floats:
+    """One of `combined`, from the channels that it is made of."""
+    first, *other = (channels[part] for part in parts)
+    if not other:
+        return first
+    return other[0] - first if MINUS in name else first * other[0]
 
 
 def _strange(name: str) -> bool:

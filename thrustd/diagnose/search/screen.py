@@ -13,7 +13,7 @@ import numpy as np
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, joint_fit, prior_from
-from thrustd.diagnose.search.library import Rig, combined, free_curve, modulations
+from thrustd.diagnose.search.library import Rig, column_of, combined, free_curve, modulations
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import prior_of
@@ -223,17 +223,16 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
 
     The influence of a bias is taken as the local slope of the force: no run per curve.
     """
-    names = combined(table.records[0].channels)
     plain, before = [core + beside for core, beside in _parts(table)], table.mse()
     slope = [_slope(table, record, out, sigma_mm) for record, out in zip(table.records, plain, strict=True)]
+    known = [{name: column[record.known] for name, column in record.channels.items()} for record in table.records]
     found = []
-    for name, (_, parts) in names.items():
-        columns_of = [combined(record.channels)[name][0] for record in table.records]
+    for name, parts in combined(table.records[0].channels).items():
+        columns_of = [column_of(name, parts, channels) for channels in known]
         term = free_curve(name, np.concatenate(columns_of), sigma_mm)
         if term is None:
             continue
-        pairs = zip(table.records, columns_of, strict=True)
-        hats = [_hats(term, column[record.known]) for record, column in pairs]
+        hats = [_hats(term, column) for column in columns_of]
         none = np.zeros(len(term.free), bool)
         bias, gain = (
             table.squares(
@@ -263,7 +262,7 @@ def estimated(
     for one in sorted(leading, key=lambda one: len(one.parts)):
         if any(other.whole for other in found):
             break
-        columns_of = [combined(record.channels)[one.channel][0] for record in records]
+        columns_of = [column_of(one.channel, one.parts, record.channels) for record in records]
         seen = [
             replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
             for record, column in zip(records, columns_of, strict=True)
