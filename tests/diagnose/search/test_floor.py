@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from thrustd.diagnose.search.diagnose import Verdict, grade_of
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, shows
 from thrustd.diagnose.search.ranking import advanced
 
@@ -13,9 +14,10 @@ UNEXPLAINED = 0.01
 
 def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
     fit = SimpleNamespace(plateau=0.001, mse=(1.02 * UNEXPLAINED) ** 2, terms=("law",))
-    cell = SimpleNamespace(promised=0.004)
+    cell = SimpleNamespace(promised=0.004, own_plateau=np.inf)
     assert floor_of(fit, cell) == 0.001 and not at_floor(fit, cell)
-    assert floor_of(fit, SimpleNamespace(promised=0.0005)) == 0.0005
+    assert floor_of(fit, SimpleNamespace(promised=0.0005, own_plateau=np.inf)) == 0.0005
+    assert floor_of(fit, SimpleNamespace(promised=0.004, own_plateau=0.0007)) == 0.0007  # a mount's core leaves more
     assert at_floor(SimpleNamespace(plateau=0.001, mse=0.00104**2, terms=("law",)), cell)
 
 
@@ -33,7 +35,7 @@ def fit(rms, words=("law",)):
     )
 
 
-CELL = SimpleNamespace(promised=1.0, own_mse=np.inf)
+CELL = SimpleNamespace(promised=1.0, own_mse=np.inf, own_plateau=np.inf)
 
 
 @pytest.mark.parametrize(("left", "believed"), [(1.02, True), (1.3, False), (9.0, False)])
@@ -44,7 +46,7 @@ def test_beside_a_large_effect_a_small_one_is_believed_when_it_explains_the_rest
 
 
 def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_stead():
-    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2)
+    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2, own_plateau=np.inf)
     large, more = fit(3.0), fit(1.5, ("law", "other"))
     assert advanced(CELL, fit(100.0, ()), large, [more]) is None
     assert advanced(cubic, fit(100.0, ()), large, [more]) is not None
@@ -54,3 +56,8 @@ def test_more_than_noise_is_said_before_it_is_much():
     assert [(shows(fit(x), CELL), far_above(fit(x), CELL)) for x in (1.2, 1.3, 2.1)] == [
         (False, False), (True, False), (True, True),
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("left", "grade"), [(1.02, "strong"), (1.2, "weak")])
+def test_nothing_is_missing_for_sure_only_at_the_floor(left, grade):
+    assert grade_of(CELL, Verdict(("none",), fit(left, ()), ())) == grade

@@ -89,6 +89,7 @@ def test_a_model_of_another_kind_is_judged_by_its_own_error():
     report = diagnose(ringing, [data])
     assert report.verdict == ("none",)
     assert report.rmse_before_n == pytest.approx(NOISE_N, rel=0.05)
+    assert report.grade == "strong"
     with pytest.raises(ModelError, match="not added"):
         extend(ringing, [data], ["hysteresis_coulomb"])
 

@@ -51,10 +51,16 @@ class Base:
     roles: Roles = OWN  # what the file calls and measures input and output in
     calibration: float = 0.0  # one sigma of the transducer's scale: no amplitude is known better
     own_mse: float = np.inf  # of the model itself on these records, its core as it is
+    own_plateau: float = np.inf  # and the fast end of what it leaves, see `plateau`
 
     @property
     def scale(self) -> float:
         return self.shape.output_scale
+
+
+def plateau(residuals: Sequence[Floats]) -> float:
+    """Level of a residual's spectrum at its fast end, as an rms: the noise of the instruments alone."""
+    return float(np.sqrt(np.nanmean(np.concatenate([np.diff(each) for each in residuals]) ** 2) / 2.0))
 
 
 def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segment] = ()) -> Base:

@@ -168,14 +168,14 @@ def _report(
         scale * float(np.sqrt(left(verdict.fit, base))),
         scale * floor,
         base.promised is not None,
-        _grade(base, verdict),
+        grade_of(base, verdict),
         more_left(base, verdict),
         explained(question, ranked) if beside else None,
         base.roles.unit,
     )
 
 
-def _grade(base: Base, verdict: Verdict) -> str:
+def grade_of(base: Base, verdict: Verdict) -> str:
     """strong: no other set comes near; cannot be told: another does as well; weak: more is left."""
     if verdict.alike:
         return "cannot be told"
@@ -184,8 +184,9 @@ def _grade(base: Base, verdict: Verdict) -> str:
 
 
 def more_left(base: Base, verdict: Verdict) -> bool:
-    """Whether something else is missing too: the rest follows a channel, or is much."""
-    return bool(verdict.channels) or shows(verdict.fit, base)
+    """Whether something else is missing too: the rest follows a channel, is much, or no effect was said to leave it."""
+    nothing = verdict.words == ("none",) and not at_floor(verdict.fit, base)
+    return bool(verdict.channels) or nothing or shows(verdict.fit, base)
 
 
 def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
@@ -258,8 +259,7 @@ def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Depende
     """Pictures of what the rest follows."""
     missed = np.concatenate(verdict.fit.solution.normal.residuals) * base.scale
     good = np.isfinite(missed)
-    before = base.scale * float(np.sqrt(verdict.fit.mse))
-    found = []
+    before, found = base.scale * float(np.sqrt(verdict.fit.mse)), []
     for one in verdict.channels:
         column = np.concatenate([column_of(one.channel, one.parts, record.channels) for record in rows])
         after = base.scale * float(np.sqrt(max(verdict.fit.mse - one.removed, 0.0)))

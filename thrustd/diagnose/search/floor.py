@@ -32,4 +32,4 @@ def shows(fit: Joint, base: Base) -> bool:
 
 def floor_of(fit: Joint, base: Base) -> float:
     """Rms that nothing could go below: the residual's fast end, or what identification left."""
-    return min(fit.plateau, base.promised if base.promised is not None else np.inf)
+    return min(fit.plateau, base.own_plateau, base.promised if base.promised is not None else np.inf)

@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
-from thrustd.diagnose.search.base import Base, is_state, thinned
+from thrustd.diagnose.search.base import Base, is_state, plateau, thinned
 from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
@@ -54,9 +54,8 @@ class Joint:
 
     @property
     def plateau(self) -> float:
-        """Level of the residual's spectrum at its fast end, as an rms: the noise of the instruments alone."""
-        steps = np.concatenate([np.diff(r) for r in self.solution.normal.residuals])
-        return float(np.sqrt(np.nanmean(steps**2) / 2.0))
+        """See `base.plateau`."""
+        return plateau(self.solution.normal.residuals)
 
     @property
     def new(self) -> slice:
@@ -226,12 +225,12 @@ def held_back_squares(
     whole, right = blocks.matrix.sum(axis=0), blocks.right.sum(axis=0)
     for fold in range(FOLDS):
         mine = held_out_groups(len(squares), FOLDS) == fold
-        information = (whole - blocks.matrix[mine].sum(axis=0)) / noise + prior
-        gradient = (right - blocks.right[mine].sum(axis=0)) / noise - pull
+        matrix, towards = blocks.matrix[mine], blocks.right[mine]
+        information = (whole - matrix.sum(axis=0)) / noise + prior
+        gradient = (right - towards.sum(axis=0)) / noise - pull
         new, _ = bounded(information, gradient + information @ vector, positive)
         step = new - vector
-        for b in np.flatnonzero(mine):
-            squares[b] = blocks.squares[b] - 2 * step @ blocks.right[b] + step @ blocks.matrix[b] @ step
+        squares[mine] = blocks.squares[mine] - 2 * towards @ step + matrix @ step @ step
     return np.maximum(squares, 0.0)
 
 

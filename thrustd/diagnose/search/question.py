@@ -7,11 +7,12 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
+from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, referenced
 from thrustd.diagnose.search.aboard import read_beside
-from thrustd.diagnose.search.base import Base, base_of, learnt, records_of
+from thrustd.diagnose.search.base import Base, base_of, learnt, plateau, records_of
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
 from thrustd.diagnose.search.records import stretches
@@ -75,7 +76,9 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     priors = given.rig or shipped_rig()
     base = replace(base_of(spec, segments, bench), roles=roles_of(records), calibration=priors.calibration)
     if learnt(spec) is None and not given.bench:
-        base = replace(base, own_mse=_own_mse(spec, segments) / base.scale**2)
+        missed = _own_residuals(spec, segments)
+        own_mse = float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2
+        base = replace(base, own_mse=own_mse, own_plateau=plateau(missed) / base.scale)
     rows = records_of(base, spec, segments)
     return Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
 
@@ -91,7 +94,6 @@ def asked_for(effects: Sequence[Effect | str], recordings: Sequence[Recording]) 
     return [effect_named(effect, columns) if isinstance(effect, str) else effect for effect in effects]
 
 
-def _own_mse(spec: ModelSpec, segments: Sequence[Segment]) -> float:
-    """Mean square error of the model as it is, behind a first stretch that shows the state."""
-    missed = [(s.force_n - free_runs(spec, s)[1])[stretch_of(s) :] for s in segments]
-    return float(np.nanmean(np.concatenate(missed) ** 2))
+def _own_residuals(spec: ModelSpec, segments: Sequence[Segment]) -> list[Floats]:
+    """What the model as it is leaves, behind a first stretch that shows the state."""
+    return [(s.force_n - free_runs(spec, s)[1])[stretch_of(s) :] for s in segments]
