@@ -5,7 +5,7 @@ import pytest
 
 from tests.conftest import small_aircraft
 from thrustd.core.types import Estimate, Fault, Reading, Status
-from thrustd.onboard.preflight import findings, standing
+from thrustd.onboard.preflight import findings, needed, standing
 
 ENGINES = "left", "right"
 PITCH_DEG = 1.5
@@ -65,6 +65,27 @@ def test_an_engine_whose_sources_disagree_or_that_nobody_hears_is_not_ready():
     disagree = estimate(0, Status.DISAGREE | Status.TRANSIENT)
     assert findings(heard(STANDING, disagree), ENGINES) == ["left: disagree"]
     assert findings([estimate(0)], ENGINES) == ["right: no estimate"]
+
+
+def test_a_wire_that_errs_again_and_again_is_said_and_its_first_bytes_are_not():
+    cut = Fault(0, "adc", "damaged")
+    contested = [Fault(t_s * 1_000_000_000, "can[Mach]", "contested") for t_s in range(5)]
+    lines = findings(heard(STANDING, cut, *contested), ENGINES)
+    assert [line.split(": ")[:2] for line in lines] == [["can[Mach]", "contested"]]
+
+
+@pytest.mark.parametrize("sensor", [("n1_pct", 0), ("mach", 0), ("pitch_deg", 0), ("fuel_flow_kg_s", 1)])
+def test_a_sensor_that_never_spoke_is_said(sensor):
+    spoken = {**dict.fromkeys(needed(small_aircraft()), 0.0), **STANDING}
+    assert sensor in spoken
+    assert findings(heard(spoken), ENGINES, needed(small_aircraft())) == []
+    silent = {other: value for other, value in spoken.items() if other != sensor}
+    assert findings(heard(silent), ENGINES, needed(small_aircraft())) == [f"{sensor[0]}[{sensor[1]}]: no reading"]
+
+
+def test_what_an_engine_lacks_that_runs_is_said():
+    assert findings(heard(STANDING, estimate(0, Status.BROCHURE_LOST)), ENGINES) == ["left: brochure lost"]
+    assert findings(heard(STANDING, estimate(0, Status.BROCHURE_LOST | Status.ENGINE_OFF)), ENGINES) == []
 
 
 def test_wires_that_are_silent_are_heard(tmp_path):

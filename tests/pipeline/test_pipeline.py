@@ -189,6 +189,18 @@ def test_a_crystal_that_is_off_by_more_than_half_a_per_cent_is_named_and_no_sens
     assert said == ([("adc_clock", "rate")] if abs(slow) > 0.005 else [])
 
 
+@pytest.mark.parametrize("slow", [-0.3, -0.08, 0.08, 0.3])
+def test_a_crystal_that_is_too_far_off_to_be_followed_is_named_too(aircraft, slow):
+    late = lambda event: event.channel == "adc" if isinstance(event, Frame) else False  # noqa: E731
+    events = [event._replace(t_ns=S + round((event.t_ns - S) * (1 + slow))) if late(event) else event
+              for event in flight(aircraft, 40, **WINDMILLING)]  # fmt: skip
+    end_s = 40 * (1 + min(slow, 0.0)) - 1
+    outputs = fly(aircraft, sorted((event for event in events if event.t_ns < end_s * S), key=lambda event: event.t_ns))
+    said = {(fault.where, fault.kind) for fault in of(outputs, Fault) if fault.active}
+    assert ("adc_clock", "rate") in said
+    assert said <= {("adc_clock", "rate"), ("adc", "silent")}  # no sensor
+
+
 def test_long_gaps_restart_the_linear_block_and_widen_the_band(aircraft):
     two_levels = lambda t: (0.2 if t < 20 else 0.6,) * 4  # noqa: E731
     outputs = of(

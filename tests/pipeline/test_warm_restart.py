@@ -114,6 +114,13 @@ def test_a_throttle_moved_during_the_pause_excludes_no_sensor(flown):
     assert not kinds & {"offset", "drift", "stuck", "noisy", "dead"}
 
 
+def test_who_is_at_fault_is_said_again_to_those_who_hear_the_new_process():
+    _, snapshot, later = interrupted(lambda t_s: (0.2 + 0.3 * (t_s > 20.0), 0.2, 0.2, 0.2), **WINDMILLING)
+    assert snapshot["monitor"]["kinds"] == [["deformation_mm", 0, "offset"]]
+    said = [(fault.where, fault.kind) for fault in of(fed(restarted(snapshot), later[:500]), Fault) if fault.active]
+    assert said.count((AIRCRAFT.config.mount[0].name, "offset")) == 1
+
+
 def test_another_boot_only_moves_the_clock(flown):
     _, snapshot, later = flown
     shift_ns = -30 * S

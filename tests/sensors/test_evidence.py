@@ -32,11 +32,14 @@ def said_of(thrust_n, fault, rng):
     return healthy + fault + rng.normal(0, 5.0, N_SOURCES)
 
 
-def flown(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=()):
-    """What is remembered, every 0.4 s; `fault_of` the time -> (5,)."""
+def flown(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=(), pause_s=(np.inf, np.inf)):
+    """What is remembered, every 0.4 s; `fault_of` the time -> (5,). After a pause another process goes on."""
     rng, past = np.random.default_rng(0), no_past(1)
     for k in range(round(seconds / 0.4)):
         t_s, row = 0.4 * k, np.zeros(WIDTH)
+        if pause_s[0] <= t_s < pause_s[1]:
+            past["lagged_n"] = np.nan  # no checkpoint has it
+            continue
         row[T_S], row[MACH], row[DECK_N] = t_s, 0.3, 60.0 + 0.034 * thrust_of(t_s)
         row[PER_FUEL_N], row[LOG_FLOW] = 1.5 * thrust_of(t_s), np.log(thrust_of(t_s) / 30_000.0)  # near enough
         row[SAID : SAID + N_SOURCES] = said_of(thrust_of(t_s), np.array(fault_of(t_s)), rng)
@@ -95,6 +98,17 @@ def test_both_mounts_that_drift_are_in_the_band_from_three_sigma_of_the_deck_on_
 def test_a_source_that_is_silent_says_nothing():
     rows = weighed(lambda t_s: (0, 0, 9e3, 0, 0) if t_s > 100 else [0.0] * 5, 200.0, silent=(2,))
     assert rows[-1, onsets.WELL, 0] > 0.7
+
+
+def test_a_fuel_flow_that_leads_a_throttle_moved_in_a_pause_is_left_alone():
+    def thrust_n(t_s):
+        return 700.0 + 1400.0 * min(max(t_s - 300.0, 0.0), 7.0)
+
+    def lead(t_s):
+        return [0.0, 0.0, 0.25 * thrust_n(t_s) if t_s > 300.0 else 0.0, 0.0, 0.0]
+
+    rows = weighed(lead, 310.0, thrust_n, pause_s=(300.0, 306.0))
+    assert rows[-4:, onsets.FUEL_OFF, 0].max() < 0.5
 
 
 def test_air_that_is_bled_is_no_fault_of_the_fuel_flow():

@@ -252,3 +252,17 @@ def test_what_jumps_between_two_looks_is_out_at_once(sensor):
     assert verdict.excluded == {sensor}
     verdict = monitor.step(monitor_inputs(50, cruise(50, rng)))
     assert not verdict.excluded
+
+
+@pytest.mark.parametrize(("says", "kept"), [(nan, True), (0.0, False)])
+def test_an_engine_that_nobody_hears_has_not_stopped(says, kept):
+    monitor, rng = Monitor(LAYOUT, CITATION, SHARES), np.random.default_rng(0)
+    for k in range(400):
+        read = {}
+        for name in ALL:
+            parts = SENSORS.get(name) or OTHERS.get(name[0]) or next(p for n, p in SENSORS.items() if n[0] == name[0])
+            read[name] = parts[0] + parts[1] * rng.normal()
+        if k >= 350:
+            read |= {(spool, e): says for spool in ("n1_pct", "n2_pct") for e in (0, 1)}
+        monitor.step(monitor_inputs(k, read))
+    assert [bool(engine["rows"]) for engine in monitor.snapshot()["bank"]] == [kept, kept]

@@ -1,9 +1,13 @@
 """What the journal says of faults: once each, and never in the way."""
 
+import sys
+from errno import EIO
 from threading import Event as Flag
 
+import pytest
+
 from thrustd.core.types import Fault
-from thrustd.sinks.journal import MOST_WAITING, OVER_NS, Journal
+from thrustd.sinks.journal import MOST_WAITING, OVER_NS, Journal, say
 
 
 def told(faults):
@@ -44,3 +48,17 @@ def test_a_terminal_that_takes_nothing_holds_up_nobody():
     stuck.set()
     journal.close()
     assert 0 < len(lines) <= MOST_WAITING + 1
+
+
+class Gone:
+    def __init__(self, error):
+        self._error = error
+
+    def write(self, _):
+        raise self._error
+
+
+@pytest.mark.parametrize("stream", [None, Gone(BrokenPipeError()), Gone(OSError(EIO, "hung up")), Gone(ValueError())])
+def test_nobody_has_to_be_there_to_read_it(monkeypatch, stream):
+    monkeypatch.setattr(sys, "stderr", stream)
+    say("a word")

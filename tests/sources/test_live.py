@@ -213,6 +213,21 @@ def test_what_we_send_reaches_the_bus() -> None:
     assert (received[1].arbitration_id, bytes(received[1].data)) == (1850, b"\1\2")
 
 
+@pytest.mark.parametrize("error", [can.CanOperationError("full"), OSError(errno.EBADF, "gone"), TypeError("closed")])
+def test_whatever_a_driver_raises_on_sending_is_an_oserror(monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise error
+
+    source = CanBus("virtual", uuid.uuid4().hex, 1_000_000, EventQueue().put)
+    source.start()
+    await_open(source)
+    monkeypatch.setattr("can.interfaces.virtual.VirtualBus.send", refuse)
+    with pytest.raises(OSError):
+        source.send(1850, b"\1")
+    monkeypatch.undo()
+    source.stop()
+
+
 class BrokenBus:
     """A driver on its worst day: every `recv` raises, then error frames, then silence."""
 

@@ -155,12 +155,13 @@ def check_verb(arguments: argparse.Namespace) -> int:
 
 def _listen(arguments: argparse.Namespace, installation: "Installation") -> list[str]:
     from thrustd.onboard.one_process import only_one
-    from thrustd.onboard.preflight import findings, hear
+    from thrustd.onboard.preflight import findings, hear, needed
 
     if not 0.0 < arguments.live <= LONGEST_LIVE_S:
         raise UsageError(f"--live {arguments.live:g}: expected seconds above 0, {LONGEST_LIVE_S:g} at most")
     with only_one(arguments.config):
-        return findings(hear(installation, arguments.live), installation.config.aircraft.engines)
+        engines = installation.config.aircraft.engines
+        return findings(hear(installation, arguments.live), engines, needed(installation))
 
 
 def replay_verb(arguments: argparse.Namespace) -> int:

@@ -1,18 +1,22 @@
 """Before a flight: what the sensors say of each other on the ground, heard for some seconds on the real wires.
 
-    always      nothing that was reported goes on; every engine has its mounts, and its brochure when it runs
+    always      nothing that was reported goes on or comes again and again; what an estimate needs was heard;
+                every engine has its mounts, and its brochure when it runs
     standing    Mach < 0.05, N1 < 5 %:     f_x = sin theta,  f_z = cos theta,  TAT = SAT,  no fuel burns
 
 While an engine runs the bank of hypotheses weighs its sensors as in flight.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from math import cos, isfinite, nan, radians, sin
 from threading import Event as Flag
 
 from thrustd.core.faults import FAULT_KINDS, UNTIL_OVER
+from thrustd.core.signals import CATALOGUE
 from thrustd.core.types import Estimate, Fault, Output, Reading, Status
 from thrustd.installation.installation import Installation
+from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS, Sensor
 from thrustd.sources.can_bus import CanBus
 from thrustd.sources.merge import EventQueue, merged
 from thrustd.sources.serial_port import SerialPort
@@ -23,7 +27,9 @@ STANDING_MACH, OFF_N1_PCT = 0.05, 5.0
 ACCELERATION_G = 0.05  # five times what an accelerometer and a pitch are mounted to
 STAGNATION_K, IDLE_FUEL_KG_S = 3.0, 0.01
 ONCE = ("zero_refused",)  # said once, and true for the flight
+AGAIN = 3  # reports of one trouble, a second apart at least: the first bytes of a wire are often cut
 BITS = Status.MOUNT_LOST | Status.MOUNT_FAILED | Status.BROCHURE_FAILED | Status.DISAGREE
+NEEDED = (*ENGINE_SIGNALS, "mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_z_g", "pitch_deg")
 
 
 def hear(installation: Installation, seconds: float) -> Iterator[Output]:
@@ -40,10 +46,19 @@ def hear(installation: Installation, seconds: float) -> Iterator[Output]:
             stop.set()
 
 
-def findings(outputs: Iterable[Output], engines: Sequence[str]) -> list[str]:
-    """What speaks against a flight, a line each; none: ready."""
-    latest: dict[tuple[str, int], float] = {}
-    lasting: dict[tuple[str, str], None] = {}
+def needed(installation: Installation) -> list[Sensor]:
+    """What the bus of this aircraft has to bring, of what its table knows."""
+    config, parts = installation.config, installation.parts()
+    there = {"aircraft": 1, "engine": len(config.aircraft.engines), "mount": len(config.mount)}
+    wanted = {*NEEDED, *(channel for model in parts.models for channel in model.channels)}
+    fields = [field for message in parts.can_table.messages.values() for field in message.fields]
+    return [(f.signal, f.index) for f in fields if f.signal in wanted and f.index < there[CATALOGUE[f.signal].scope]]
+
+
+def findings(outputs: Iterable[Output], engines: Sequence[str], needed: Iterable[Sensor] = ()) -> list[str]:
+    """What speaks against a flight, a line each; none: ready. `needed`: see there."""
+    latest: dict[Sensor, float] = {}
+    reports: Counter[tuple[str, str]] = Counter()
     status: dict[int, int] = {}
     for output in outputs:
         if isinstance(output, Reading):
@@ -51,16 +66,24 @@ def findings(outputs: Iterable[Output], engines: Sequence[str]) -> list[str]:
         elif isinstance(output, Estimate):
             status[output.engine] = output.status
         elif isinstance(output, Fault) and not output.active:
-            lasting.pop((output.where, output.kind), None)
-        elif isinstance(output, Fault) and (FAULT_KINDS[output.kind].shows_s == UNTIL_OVER or output.kind in ONCE):
-            lasting[output.where, output.kind] = None
-    found = [f"{where}: {kind}: {FAULT_KINDS[kind].meaning}" for where, kind in lasting]
+            reports.pop((output.where, output.kind), None)
+        elif isinstance(output, Fault) and output.kind != "zero":
+            reports[output.where, output.kind] += 1
+    found = [f"{where}: {kind}: {FAULT_KINDS[kind].meaning}" for (where, kind), times in reports.items()
+             if FAULT_KINDS[kind].shows_s == UNTIL_OVER or kind in ONCE or times >= AGAIN]  # fmt: skip
+    if latest:  # else the wire is said
+        found += [f"{signal}[{index}]: no reading" for signal, index in needed if (signal, index) not in latest]
     for number, name in enumerate(engines):
-        bits = Status(status.get(number, 0)) & BITS
-        found += [f"{name}: {str(bit.name).lower().replace('_', ' ')}" for bit in bits]
-        if number not in status:
-            found.append(f"{name}: no estimate")
+        found += [f"{name}: {word}" for word in _troubles(status.get(number))]
     return [*found, *standing(latest, len(engines))]
+
+
+def _troubles(status: int | None) -> list[str]:
+    """What the last estimate of an engine says against it, in words."""
+    if status is None:
+        return ["no estimate"]
+    asked = BITS if status & Status.ENGINE_OFF else BITS | Status.BROCHURE_LOST
+    return [str(bit.name).lower().replace("_", " ") for bit in Status(status) & asked]
 
 
 def standing(latest: dict[tuple[str, int], float], engines: int) -> list[str]:

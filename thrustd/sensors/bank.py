@@ -201,10 +201,10 @@ def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, de
 
 @compiled
 def _fastest_pct(readings: Floats, spools: Integers) -> float:
-    """Of an engine's spools; 0 when nobody says."""
-    fastest_pct = 0.0
+    """Of an engine's spools; NaN when nobody says."""
+    fastest_pct = nan
     for spool in spools:
-        if readings[spool] > fastest_pct:  # NaN is not
+        if isfinite(readings[spool]) and not readings[spool] <= fastest_pct:
             fastest_pct = readings[spool]
     return fastest_pct
 
@@ -228,12 +228,13 @@ def _lead(found: int, out: Floats) -> int:
 def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats) -> bool:
     """Long enough that its deck says something; else what is uncorrected is said here."""
     past, fastest_pct = memory.past[e], _fastest_pct(readings, engines.spools[e])
-    if not fastest_pct > TURNING_N1_PCT:
+    turns = fastest_pct > TURNING_N1_PCT  # one that nobody hears for a while has not stopped: what is known stays
+    if fastest_pct <= TURNING_N1_PCT:
         past.n, past.since_s = 0, nan
         past.rate_n_s[:] = 0.0
-    elif not isfinite(past.since_s):
+    elif turns and not isfinite(past.since_s):
         past.since_s = t_s
-    if engines.judged[e] and t_s - past.since_s >= STARTED_S:
+    if turns and engines.judged[e] and t_s - past.since_s >= STARTED_S:
         return True
     installed = engines.installed
     memory.heard[e].n = 0

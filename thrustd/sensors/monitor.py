@@ -84,15 +84,14 @@ class Monitor:
         self._trusted = np.ones((len(engines), N_SOURCES), np.bool_)
         self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]
         self._sat_since_m = nan  # where SAT last moved
-        self._suspect = False  # some sensor's own watch has a fault or a jump in doubt
-        self._sat_stuck = False
+        self._suspect = self._sat_stuck = False  # some sensor's own watch has a fault or a jump in doubt; SAT
+        self._untold = False  # what a process before this one reported
         self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
         self._statuses, self._uncorrected_n = [0 for _ in engines], [0.0 for _ in engines]  # as of the last look
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._failed = [""] * len(layout.mounts_of_engine)  # faults of thrust sources that were reported
         self._suspects = Suspects(self.bank.found)
-        self._excluded, self._judged = NOBODY, list[Sensor]()
-        self._t_ns = self._watched_ns = -1
+        self._excluded, self._judged, self._t_ns, self._watched_ns = NOBODY, list[Sensor](), -1, -1
 
     def step(self, inputs: MonitorInputs) -> MonitorVerdict:
         """Call once per fused step; the tests run every 0.1 s, the mounts are combined every time."""
@@ -127,7 +126,7 @@ class Monitor:
             "combiners": self.combiner.snapshot(),
             "bank": self.bank.snapshot(),
             "watches": self._watches.snapshot(),
-            "kinds": _rows(self._kinds),
+            "kinds": [[*sensor, kind] for sensor, kind in self._kinds.items()],
             "failed": self._failed,
             "excluded": sorted(map(list, self._excluded)),
             "balance": self._accelerometer.snapshot(),
@@ -151,7 +150,7 @@ class Monitor:
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._excluded}
         restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *WHOLE_OFF.values()}
         self._watches.forget_last_values()
-        self._suspects = Suspects(self.bank.found)
+        self._suspects, self._untold = Suspects(self.bank.found), True
         self._judged = self._judge()
         self._say_uncorrected()
         self._statuses = list(map(self._status, range(len(self._sources))))
@@ -245,8 +244,7 @@ class Monitor:
             self._sat_stuck = True
 
     def _changes(self, t_ns: int) -> list[Fault]:
-        faults = self._whole_changes(t_ns)
-        judged = self._judged
+        faults, judged = self._whole_changes(t_ns), self._judged
         if not (self._suspect or judged or self._kinds):
             return faults
         nameable = set(judged) & {self._accelerometer.blamed, ("sat_degC", 0)}
@@ -275,7 +273,7 @@ class Monitor:
         return "offset" if watch.jumped_lately else resting
 
     def _whole_changes(self, t_ns: int) -> list[Fault]:
-        faults: list[Fault] = []
+        faults, self._untold = self._standing(t_ns) if self._untold else [], False
         for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
             whole, before = WHOLE_OFF.get(found, ""), self._failed[engine]
             if whole == before:
@@ -291,10 +289,12 @@ class Monitor:
             self._failed[engine] = whole
         return faults
 
+    def _standing(self, t_ns: int) -> list[Fault]:
+        """What was reported and goes on."""
+        failed = zip(self._failed, self._layout.engine_names, strict=True)
+        wholes = [Fault(t_ns, f"{whole}[{name}]", "failed") for whole, name in failed if whole]
+        return [*wholes, *(Fault(t_ns, self._where(sensor), kind) for sensor, kind in self._kinds.items())]
+
     def _where(self, sensor: Sensor) -> str:
         name, index = sensor
         return self._layout.mount_names[index] if name == "deformation_mm" else f"{name}[{index}]"
-
-
-def _rows(words: dict[Sensor, str]) -> list[list[Any]]:
-    return [[*sensor, word] for sensor, word in words.items()]

@@ -5,6 +5,7 @@ A thread of its own writes them: a terminal or journal that takes nothing holds 
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from queue import SimpleQueue
 from threading import Thread
 
@@ -17,8 +18,9 @@ JOIN_S = 1.0
 
 
 def say(words: str) -> None:
-    """One line on standard error, as systemd's journal and a terminal show it."""
-    sys.stderr.write(f"thrustd: {words}\n")
+    """One line on standard error, as systemd's journal and a terminal show it; nobody has to be there to read it."""
+    with suppress(AttributeError, OSError, ValueError):  # never open (None), its reader or terminal gone, closed
+        sys.stderr.write(f"thrustd: {words}\n")
 
 
 class Journal:

@@ -78,7 +78,7 @@ class CanBus:
         message = can.Message(arbitration_id=ident & ~EXTENDED_BIT, data=data, is_extended_id=extended)
         try:
             bus.send(message, timeout=0)
-        except can.CanError as error:
+        except Exception as error:  # drivers raise what they like, and this is the loop's own thread
             raise OSError(str(error)) from None
 
     def _run(self) -> None:

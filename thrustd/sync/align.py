@@ -27,7 +27,8 @@ from thrustd.core.jit import compiled, entry, named
 from thrustd.sync.memory import CLOCK, GRID, HELD, MOUNT
 
 CRYSTAL_TOLERANCE = 100e-6  # two crystals drift apart by less than this, s/s
-WORST_CRYSTAL = 0.06  # one that is broken; more is no clock
+WORST_CRYSTAL = 0.06  # one that is broken and still followed; more is no clock
+WORST_RATE = 0.5  # more is a reader that catches up, or the wrong configuration: the decoder says that
 RATE_WINDOW_NS = 1_000_000_000  # a reader that stalls is on time once in a window
 SAME_RATE = 2e-3  # two windows say so one after the other
 SILENT_AFTER_STEPS = 2.5  # no ADC sample for so many fused steps: ticks take over
@@ -60,8 +61,10 @@ def _rate_clock(clock: Any, device_ns: int, delay_ns: int) -> None:
     elif base_ns > 0:
         rate, before = (clock.least[1] - clock.anchor[1]) / base_ns, clock.last_rate
         clock.anchor[0], clock.anchor[1], clock.last_rate = clock.least[0], clock.least[1], rate
-        if abs(rate) < WORST_CRYSTAL and abs(rate - before) < SAME_RATE:
-            clock.rate = rate if abs(rate) > 3.0 * CRYSTAL_TOLERANCE else 0.0
+        if abs(rate) < WORST_RATE and abs(rate - before) < SAME_RATE:
+            clock.found_rate = rate if abs(rate) > 3.0 * CRYSTAL_TOLERANCE else 0.0
+            if abs(rate) < WORST_CRYSTAL:
+                clock.rate = clock.found_rate
         if clock.rate != 0.0:
             clock.offset_ns = clock.least[1] + int((device_ns - clock.least[0]) * clock.rate)
 
@@ -72,7 +75,7 @@ def _map_clock(memory: Any, arrival_ns: int, device_time_us: int) -> int:
     delay_ns = arrival_ns - device_ns
     if not clock.known or device_ns < clock.device_ns:
         clock.known, clock.offset_ns, clock.rate, clock.window_ns, clock.anchor[0] = 1, delay_ns, 0.0, 0, 0
-        clock.last_rate = WORST_CRYSTAL
+        clock.last_rate, clock.found_rate = WORST_RATE, 0.0
     else:
         drift_ns = int((device_ns - clock.device_ns) * (CRYSTAL_TOLERANCE + clock.rate))
         clock.offset_ns = min(clock.offset_ns + drift_ns, delay_ns)

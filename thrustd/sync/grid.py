@@ -50,7 +50,7 @@ class Grid:
     @property
     def clock_rate(self) -> float:
         """By which our clock runs faster than the ADC's crystal, s/s; 0 while two healthy ones differ as much."""
-        return float(self._clock["rate"].item())
+        return float(self._clock["found_rate"].item())
 
     def begin(self) -> None:
         """Before the first `align` over a batch."""

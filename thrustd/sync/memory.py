@@ -9,6 +9,7 @@ CLOCK = np.dtype(
         ("offset_ns", np.int64),
         ("rate", np.float64),  # by which our clock runs faster than the ADC's crystal, s/s
         ("last_rate", np.float64),  # by the last two windows
+        ("found_rate", np.float64),  # as often as two of these agree; `rate` is that of a clock
         ("window_ns", np.int64),  # device time when this window began
         ("least", np.int64, 2),  # device time and delay of its sample that was least late
         ("anchor", np.int64, 2),  # the same of an earlier window; device time 0: there is none
