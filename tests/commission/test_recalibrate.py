@@ -80,6 +80,15 @@ def test_an_older_log_that_is_looked_at_later_is_no_newer_zero():
         read_calibration(write_calibration(turned(after)), "c")
 
 
+@pytest.mark.parametrize("day", ["2026-02-29", "2026-13-01", "2026-04-31", "0000-01-01"])
+def test_a_day_that_no_calendar_has_is_one_line(day):
+    text = write_calibration(looked((0, 7, 14), (0.0, 0.001, 0.0)))
+    leap = text.replace(str(FIRST), "2024-02-29")
+    assert read_calibration(leap, "c").of("left_upper").zeros[0].on == "2024-02-29"
+    with pytest.raises(ConfigError, match=r"^c: .*zeros\[0\]\.on"):
+        read_calibration(text.replace(str(FIRST), day), "c")
+
+
 def turned(calibration):
     mount = calibration.of("left_upper")
     mount = msgspec.structs.replace(mount, zeros=mount.zeros[::-1])

@@ -46,6 +46,33 @@ def test_other_files_are_refused_in_one_line(text, words):
     assert "\n" not in str(refused.value)
 
 
+REAR = '    { name = "rear", at_mm = [-390.1, -367.5, 33.5], spring_n_mm = [0.0, 875.0, 875.0] },\n'
+UPPER_X, LOWER_X = "spring_n_mm = [5079.0, 1646.0", "spring_n_mm = [5954.0, 1926.0"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (REAR, "", "mounts: upper, lower leave an engine free to move"),
+        (UPPER_X, "spring_n_mm = [0.0, 0.0", "expected those of spring_n_mm"),
+        ("\nmounts = [\n", f"\nmounts = [\n{REAR}", "expected those of spring_n_mm"),  # the rear one first
+        (UPPER_X, "spring_n_mm = [6079.0, 1646.0", "in this order"),  # upper and lower in each other's place
+        (UPPER_X, "spring_n_mm = [nan, 1646.0", "mounts"),
+        (UPPER_X, "spring_n_mm = [-5079.0, 1646.0", "mounts"),
+        (LOWER_X, "spring_n_mm = [inf, 1926.0", "mounts"),
+        ("at_mm = [263.9,", "at_mm = [nan,", "mounts"),
+        ("centre_of_gravity_mm = [0.0,", "centre_of_gravity_mm = [nan,", "centre_of_gravity_mm"),
+        ("# accelerometer_m = { left = [2.0,", "accelerometer_m = { left = [nan,", "accelerometer_m"),
+    ],
+)
+def test_a_geometry_that_no_engine_has_is_refused_in_one_line(old, new, words):
+    text = (ROOT / "deploy" / "citation-ii.toml").read_text()
+    assert text.count(old) == 1
+    with pytest.raises(ConfigError, match=words) as refused:
+        read_aircraft(text.replace(old, new), "other.toml")
+    assert "\n" not in str(refused.value)
+
+
 def test_data_that_lack_what_the_installation_has_are_refused(aircraft):
     """A spring rate for every mount of an engine, limits for every sensor."""
     text = aircraft.files["citation-ii.toml"].decode()

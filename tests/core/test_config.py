@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import msgspec
 import pytest
 
 from tests.conftest import ROOT, small_aircraft
@@ -38,6 +39,8 @@ def test_the_shipped_configurations_are_read():
         ("adc_channel = 3", "adc_channel = 2", ("mount[3].adc_channel", "2", "twice")),
         ("adc_channel = 3", "adc_channel = 7", ("mount[3].adc_channel", "7", "0 to 3")),
         ("scale_mm = 2.9802322387695312e-07", "scale_mm = 0", ("mount[0].scale_mm", "0")),
+        ('engine = "right"', 'engine = "left"', ("engine 'left' has 4 mounts", "expected 1 or 2")),
+        ('engines = ["left", "right"]', 'engines = ["left", "right", "tail"]', ("engine 'tail' has 0 mounts",)),
         ("estimate_hz = 50.0", "estimate_hz = 100.0\nbridge_gap_ms = 9e9", ("steps.bridge_gap_ms", "<= 2000")),
         ("[aircraft]", "[aircraft", ("not TOML",)),
         ('name = "test"', 'name = ""', ("aircraft.name",)),
@@ -86,6 +89,13 @@ def test_a_model_that_corrects_no_load_factor_is_said():
     lines = dataclasses.replace(aircraft, files=bench).uncorrected()
     assert len(lines) == 4
     assert "left_upper: left_upper.json has no axial_inertia and no engine_weight" in lines[0]
+
+
+def test_an_engine_of_which_one_mount_has_no_transducer_is_said():
+    aircraft = small_aircraft()
+    left = msgspec.structs.replace(aircraft.config, mount=[*aircraft.config.mount[:1], *aircraft.config.mount[2:]])
+    (line,) = dataclasses.replace(aircraft, config=left).uncorrected()
+    assert line.startswith("left: one mount, spring_n_mm of the aircraft's file has 2")
 
 
 @pytest.mark.parametrize(

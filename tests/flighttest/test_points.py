@@ -213,6 +213,17 @@ def test_the_report_draws_the_terms_of_the_band_at_every_point(tmp_path, capsys)
     assert "left engine, largest term of the band of the mounts: stiffness (2 of 2 points)" in text
 
 
+def test_only_engines_with_estimates_are_asked_where_the_bus_tells_of_another(tmp_path):
+    """One engine has transducers; fan speeds of both are in its log."""
+    made = made_flight()
+    columns = {name: each for name, each in made.channels.items() if not name.startswith("estimate_") or "left" in name}
+    path = tmp_path / "one.npz"
+    np.savez(path, time_s=made.time_s, **columns)
+    flight = read_flight(path)
+    assert flight.engines == ("left",) and flight.fused
+    assert find_points(flight).points[0].values["thrust_N_left"].mean == pytest.approx(2250.0, abs=20.0)
+
+
 def test_estimates_without_terms_say_what_to_do(log, capsys):
     assert main(["points", str(log)]) == 0
     assert "terms of the band: not in this log" in capsys.readouterr().out.replace("\n", " ")

@@ -3,6 +3,7 @@
 `deploy/citation-ii.toml` is one, every number with its origin. Another type is another file.
 """
 
+from collections.abc import Sequence
 from math import hypot, inf, radians
 from typing import Annotated, NamedTuple
 
@@ -13,11 +14,12 @@ from thrustd.core.calibration import Calibration, MountCalibration
 from thrustd.core.config import Config, Section, read_toml
 from thrustd.core.errors import ConfigError, RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
-from thrustd.core.statics import carried
+from thrustd.core.statics import carried, held
 
 DATA = "citation-ii.toml"  # for configurations that name none
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NotNegative = Annotated[float, Meta(ge=0, le=1e6)]
+Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
 
 
 class SensorLimits(Section, frozen=True):
@@ -133,8 +135,8 @@ class MountGeometry(Section, frozen=True):
     """Where a mount is and how stiff in three directions: x forward, y inboard, z up from the centre of gravity."""
 
     name: str
-    at_mm: tuple[float, float, float]
-    spring_n_mm: tuple[float, float, float]
+    at_mm: tuple[Place, Place, Place]
+    spring_n_mm: tuple[NotNegative, NotNegative, NotNegative]
 
 
 class AircraftData(Section, frozen=True):
@@ -147,11 +149,11 @@ class AircraftData(Section, frozen=True):
     engines: Annotated[int, Meta(ge=1, le=8)] = 2  # a polar needs the thrust of all
     engine_mass_std_kg: Annotated[float, Meta(ge=0)] = 0.0
     mounts: tuple[MountGeometry, ...] = ()  # of one engine, the front ones first; what they carry: `core.statics`
-    centre_of_gravity_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of an engine, in the axes of mounts.at_mm
+    centre_of_gravity_mm: tuple[Place, Place, Place] = (0.0, 0.0, 0.0)  # of an engine, in the axes of mounts.at_mm
     rigid_body: bool = False  # they carry that: a tethered run says so; else they move together and weight is no couple
     cant: dict[str, Cant] = msgspec.field(default_factory=dict)  # by mount of the configuration, or by engine
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
-    accelerometer_m: dict[str, tuple[float, float, float]] = msgspec.field(default_factory=dict)
+    accelerometer_m: dict[str, tuple[Place, Place, Place]] = msgspec.field(default_factory=dict)
     fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
     windmilling: Windmilling | None = None  # none: an engine that is off is said to have no thrust in flight, too
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
@@ -202,7 +204,24 @@ def read_aircraft(text: str, where: str) -> AircraftData:
     data = read_toml(text, AircraftData, where)
     if data.rigid_body and len(data.mounts) < len(data.spring_n_mm):
         raise ConfigError(f"{where}: rigid_body: expected mounts with at_mm and spring_n_mm")
+    if data.mounts:
+        _check_geometry(data, where)
     return data
+
+
+def _check_geometry(data: AircraftData, where: str) -> None:
+    """What statics can answer: the engine cannot move freely, and its mounts are those of spring_n_mm."""
+    named = ", ".join(mount.name for mount in data.mounts)
+    if not held(data):
+        raise ConfigError(f"{where}: mounts: {named} leave an engine free to move, expected all that hold it")
+    along = [mount.spring_n_mm[0] for mount in data.mounts[: len(data.spring_n_mm)]]
+    if min(along) <= 0.0 or _order(along) != _order(data.spring_n_mm):
+        expected = f"expected those of spring_n_mm = {data.spring_n_mm} first, in this order"
+        raise ConfigError(f"{where}: mounts: {named} with {along} N/mm along x: {expected}")
+
+
+def _order(rates: Sequence[float]) -> list[int]:
+    return sorted(range(len(rates)), key=rates.__getitem__)
 
 
 def place_of(mount: str, config: Config, data: AircraftData, measured: Calibration | None = None) -> MountPlace:

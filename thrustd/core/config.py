@@ -236,8 +236,8 @@ def _check(config: Config, where: str) -> None:
         if mount.scale_mm == 0:
             raise ConfigError(f"{where}: mount[{i}].scale_mm = 0: expected mm per count, e.g. 5 mm / 2^24 = 2.98e-7")
     for engine in config.aircraft.engines:
-        if len(config.mounts_of(engine)) > 2:
-            raise ConfigError(f"{where}: engine {engine!r} has more than 2 mounts, expected 1 or 2")
+        if (mounts := len(config.mounts_of(engine))) not in (1, 2):
+            raise ConfigError(f"{where}: engine {engine!r} has {mounts} mounts, expected 1 or 2")
     _check_rates(config, where)
 
 

@@ -50,6 +50,12 @@ def carried(data: "AircraftData") -> list[Carried]:
     return found
 
 
+def held(data: "AircraftData") -> bool:
+    """Whether the mounts leave an engine no motion."""
+    stiff = np.array([place.spring_n_mm for place in data.mounts]).ravel() > 0.0
+    return int(np.linalg.matrix_rank(_shape(_arms_m(data, data.mounts)).reshape(-1, 6)[stiff])) == 6
+
+
 class Left(NamedTuple):
     """What one mount has to carry when another is lost, along the engine."""
 

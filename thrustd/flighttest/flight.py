@@ -84,11 +84,11 @@ def read_flight(path: Path | str, deck: Path | None = None, aircraft: Path | Non
         record = _replayed(path)
     engines = tuple(name.removeprefix("n1_pct_") for name in record.channels if name.startswith("n1_pct_"))
     _check(record.at_most(MOST_FLIGHT_S), engines)
-    fused = all(f"estimate_thrust_n_{engine}" in record for engine in engines)
-    if fused:
-        return Flight(_named(record, engines), engines, fused, band)
+    estimated = tuple(engine for engine in engines if f"estimate_thrust_n_{engine}" in record)
+    if estimated:  # the bus may tell of further engines, which carry no transducers
+        return Flight(_named(record, estimated), estimated, True, band)
     burning = read_deck(deck).burning(aircraft_data(aircraft).fuel.thrust)
-    return Flight(_by_deck(record, engines, burning), engines, fused)
+    return Flight(_by_deck(record, engines, burning), engines, fused=False)
 
 
 def _replayed(path: Path) -> Recording:

@@ -123,8 +123,10 @@ class Installation:
         return as_calibrated(placed(aircraft, self.config, self._place(name)), self.calibration())
 
     def uncorrected(self) -> list[str]:
-        """A line for each mount whose model leaves a load factor uncorrected that acts on every mount in flight."""
-        lines = []
+        """A line for each mount whose model leaves a load factor uncorrected, or which is without the other one."""
+        held, engines = len(self.aircraft().spring_n_mm), self.config.aircraft.engines
+        said = f"one mount, spring_n_mm of the aircraft's file has {held}: its force counts as all of the thrust"
+        lines = [f"{engine}: {said}" for engine in engines if len(self.config.mounts_of(engine)) < held]
         for mount in self.config.mount:
             spec = read_model(self.files[mount.model], self._place(mount.model))
             words = {effect_named(effect.name).word for effect in spec.effects}
