@@ -5,7 +5,7 @@ import pytest
 
 from tests.conftest import small_aircraft
 from thrustd.core.types import Estimate, Fault, Reading, Status
-from thrustd.onboard.preflight import findings, needed, standing
+from thrustd.onboard.preflight import findings, needed, on_ground
 
 ENGINES = "left", "right"
 PITCH_DEG = 1.5
@@ -33,20 +33,34 @@ def test_a_whole_aircraft_on_the_ground_is_ready():
     assert findings(heard(STANDING), ENGINES) == []
 
 
+@pytest.mark.parametrize("n1_pct", [0.0, 48.0])
 @pytest.mark.parametrize(
     ("sensor", "off"),
     [(("accel_x_g", 0), 0.1), (("accel_z_g", 0), -0.1), (("pitch_deg", 0), 6.0), (("tat_degC", 0), 10.0),
-     (("fuel_flow_kg_s", 1), 0.05)],
+     (("sat_degC", 0), 20.0)],
 )  # fmt: skip
-def test_sensors_that_contradict_each_other_on_the_ground_are_said(sensor, off):
-    [line] = findings(heard({**STANDING, sensor: STANDING[sensor] + off}), ENGINES)
+def test_sensors_that_contradict_each_other_on_the_ground_are_said(sensor, off, n1_pct):
+    running = {("n1_pct", e): n1_pct for e in (0, 1)}
+    [line] = findings(heard({**STANDING, **running, sensor: STANDING[sensor] + off}), ENGINES)
     assert "expected within" in line
 
 
-def test_an_aircraft_that_moves_or_runs_is_not_judged_as_if_it_stood():
+@pytest.mark.parametrize(("signal", "reads"), [("fuel_flow_kg_s", 0.05), ("n2_pct", 30.0)])
+def test_an_engine_that_is_off_burns_nothing_and_turns_no_spool(signal, reads):
+    other = {("n1_pct", 0): 48.0, ("n2_pct", 0): 55.0, ("fuel_flow_kg_s", 0): 0.05}
+    assert on_ground({**STANDING, **other}, 2) == []
+    [line] = on_ground({**STANDING, **other, (signal, 1): reads}, 2)
+    assert line.startswith(f"{signal}[1]: off by {reads:g}")
+
+
+def test_an_aircraft_that_moves_is_not_judged_as_if_it_stood():
     wrong = {**STANDING, ("accel_x_g", 0): 0.3, ("tat_degC", 0): 40.0}
-    assert standing({**wrong, ("mach", 0): 0.3}, 2) == []
-    assert standing({**wrong, ("n1_pct", 0): 40.0}, 2) == []
+    assert on_ground({**wrong, ("mach", 0): 0.3}, 2) == []
+
+
+def test_brakes_that_were_pushed_for_a_moment_are_no_contradiction():
+    braked = [Reading(k, "accel_x_g", 0, -0.2 if k < 3 else STANDING["accel_x_g", 0]) for k in range(10)]
+    assert findings(heard(STANDING, *braked), ENGINES) == []
 
 
 def test_what_was_reported_and_goes_on_is_said_and_what_is_over_is_not():
