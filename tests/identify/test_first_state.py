@@ -83,3 +83,22 @@ def test_what_a_model_gets_wrong_for_minutes_is_no_past(seed):
     measured = Segment("stairs", 0.0, 2.0, {"deformation_mm": u}, simulate(stairs) + errs)
     left = measured.force_n - simulated(simulate, measured, simulate(measured))
     assert np.std(left) < 1.1 * np.std(errs)
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_a_past_that_the_rest_of_the_record_confirms_is_believed_though_errors_last(seed):
+    """Stairs from a load that was held long before, a model with a branch of an hour, errors that last for a while."""
+    u = np.interp(np.arange(3000), np.arange(0, 3000, 75), np.repeat(np.tile(np.arange(4.0), 5), 2))
+    errs = lfilter([0.02], [1.0, -0.999], np.random.default_rng(seed).standard_normal(3000))
+    a = np.exp(-2.0 / 3600.0)
+
+    def simulate(segment):
+        d = segment.inputs["deformation_mm"]
+        return 3.0 * d - lfilter([0.0, 1 - a], [1.0, -a], d, zi=[d[0]])[0]
+
+    whole = Segment("stairs", 0.0, 2.0, {"deformation_mm": np.concatenate((np.full(3000, 3.0), u))}, np.zeros(6000))
+    later = Segment("stairs", 0.0, 2.0, {"deformation_mm": u}, simulate(whole)[3000:] + errs)
+    from_rest = simulate(later)
+    assert np.std(later.force_n - from_rest) > 2.0 * np.std(errs)
+    left = later.force_n - simulated(simulate, later, from_rest)
+    assert np.std(left) < 1.1 * np.std(errs)

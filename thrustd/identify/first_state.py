@@ -7,8 +7,8 @@ others, held for 1, 2, 4, ... samples. It suits every structure, with hysteresis
 
 Gauss-Newton with finite differences; levels stay near what the record reaches, for rubber never forgets its largest
 load, and the residual of the rest of the record is its noise. The start at rest stays unless what the stretch gains is
-worth the levels (BIC), in noise as it is over a whole stretch of what either start leaves: a model that is wrong for
-minutes would else be given a past, which a slow branch carries through all of the record.
+worth the levels (BIC) and the rest of the record, which they were not fitted to, does not lose it again: a model that
+is wrong for minutes would else be given a past, which a slow branch carries through all of the record.
 
 At rest means settled at the first sample, or unloaded until then, whichever the stretch speaks for: a bench record
 often begins when the load does (`level_before`).
@@ -148,22 +148,14 @@ def _levels(simulate: Simulate, segment: Segment, rested: Floats) -> Floats | No
             others = [_searched(residual, begin, begins[0], (low, high), noise) for begin in begins[1:]]
             found, cost = min([(found, cost), *others], key=lambda end: end[1])
         begun = segment.force_n - _after(simulate, segment, found, held)
-        noise = min(_lasting_square(missed[n:], n) for missed in (rested, begun) if np.isfinite(missed[n:]).any())
-    gained = float(np.nansum(rested[:n] ** 2)) - cost
-    return found if gained > len(held) * np.log(good.sum()) * noise else None
+        gained = [float(np.nansum(rested[:m] ** 2) - np.nansum(begun[:m] ** 2)) for m in (n, len(begun))]
+    return found if min(gained) > len(held) * np.log(good.sum()) * noise else None
 
 
 def _usual_square(missed: Floats) -> float:
     """Mean square of the part that is followed: a wrong start may be wrong for half of a record."""
     squares = missed**2
     return min(float(np.nanmean(squares)), float(np.nanmedian(squares)) / MEDIAN_SQUARE)
-
-
-def _lasting_square(missed: Floats, n: int) -> float:
-    """Mean square of white noise whose mean over n samples would be as large."""
-    known = missed[np.isfinite(missed)]
-    means = known[: len(known) // n * n].reshape(-1, n).mean(axis=1)
-    return max(_usual_square(known), n * _usual_square(means) if len(means) else 0.0)
 
 
 def _searched(
