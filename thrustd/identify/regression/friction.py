@@ -2,7 +2,7 @@
 
 Stops obey Masing's rule; real joints and fillers often do not: cycled gently they let go what they hold. One element
 whose force, and the deformation over which it turns over, are estimated with everything else says which it is
-(Bouc-Wen or Berg, whichever follows the data better). Data without it leave it at nothing.
+(Bouc-Wen, Berg, or one behind a free play, whichever follows the data better). Data without it leave it at nothing.
 A rubber that hardens may relax whole, hardening and all, or only in what its deformation stretches
 (`relaxation_maxwell`): between the two the data choose.
 """
@@ -21,17 +21,19 @@ from thrustd.identify.regression.terms import Term, at_start, split
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects.hysteresis import EFFECT
+from thrustd.model.effects.hysteresis_backlash import EFFECT as BACKLASH
 from thrustd.model.effects.hysteresis_berg import EFFECT as BERG
 from thrustd.model.effects.relaxation_maxwell import EFFECT as BRANCHES
 from thrustd.model.effects.relaxation_maxwell import STIFFNESSES, ladder
 
-YIELDING = (EFFECT, BERG)
+YIELDING = (EFFECT, BERG, BACKLASH)
 GROWS = (
     FRICTION,
     *(law.name for law in YIELDING),
     BRANCHES.name,
 )  # what `identify` finds by itself may be found once more, on top
 SIZE = 0.1  # of the output's spread: one sigma of the friction
+PLAY = 0.5  # of the deformation of the turn: where a play begins that is crossed without force
 YIELD = 0.1  # of the travel: where the deformation of the turn begins, one sigma is a factor of e
 STIFFNESS = 0.1  # of the output's spread over the travel: one sigma of a branch, until the data tell their common size
 BEGIN = 0.1  # of its sigma: where the friction begins, so that the deformation of the turn can move
@@ -53,8 +55,15 @@ def yielding(d: Sequence[Floats], scale: float, play: float | None = None) -> Te
 
 
 def by_law(term: Term, law: Effect) -> Term:
-    """The element by another law."""
-    return replace(term, effect=law, fixed=law.neutral() | dict(term.fixed))
+    """The element by another law, whose shapes begin where that of the turn does."""
+    turn = term.fixed["yield_mm"]
+    fixed = {"yield_mm": turn, "deadband_mm": term.fixed["deadband_mm"], "play_mm": PLAY * turn}
+    return replace(term, effect=law, fixed={name: fixed.get(name, value) for name, value in law.neutral().items()})
+
+
+def begun(terms: Sequence[Term]) -> Floats:
+    """Numbers of terms that begin: their shapes as they are."""
+    return np.array([BEGIN if p.amplitude else 0.0 for term in terms for p in term.free], float)
 
 
 def law_of(shape: Shape) -> Effect:

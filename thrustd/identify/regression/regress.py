@@ -21,6 +21,7 @@ from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.friction import (
     BEGIN,
     YIELDING,
+    begun,
     branches_beside,
     by_law,
     has_branches,
@@ -57,8 +58,11 @@ def regress(
     other = solve(plain, found.point, settled, FIRST, progress=progress)
     if other.mean_square < found.mean_square:
         found, records = other, settled
-    begun = [begun_where(found, record) for record in records]
-    counts = sum(len(record.known) for record in begun)
+    records = [begun_where(found, record) for record in records]
+    counts = sum(len(record.known) for record in records)
+
+    def tried(shape: Shape, point: Point) -> Solution:
+        return solve(shape, point, records, found.precisions, progress=progress)
 
     def best(trials: Sequence[Solution]) -> Solution:
         return reduce(lambda one, other: other if _surely(one, other, counts) else one, trials)
@@ -67,14 +71,14 @@ def regress(
     none = np.zeros(0)
     stopless = replace(shape, radii=none, grows=False)
     alone = [replace(stopless, terms=(by_law(shape.terms[0], law),)) for law in laws]
-    bare = replace(found.point, terms=begin.terms, stops=none, growth=none)
-    single = best([solve(one, bare, begun, found.precisions, progress=progress) for one in alone])
+    bare = replace(found.point, stops=none, growth=none)
+    single = best([tried(one, replace(bare, terms=begun(one.terms))) for one in alone])
     whole = replace(shape, terms=single.shape.terms)
     starts = [
         replace(single.point, stops=begin.stops, growth=begin.growth),
-        replace(found.point, terms=begin.terms),
+        replace(found.point, terms=begun(whole.terms)),
     ]
-    return best([solve(whole, start, begun, found.precisions, progress=progress) for start in starts])
+    return best([tried(whole, start) for start in starts])
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:
@@ -143,7 +147,7 @@ def first_point(shape: Shape, records: Sequence[Record]) -> Point:
         nothing(shape.h_grid.n if shape.h_grid else 0),
         float(offset),
         nothing(len(shape.radii)),
-        np.array([BEGIN if p.amplitude else 0.0 for term in shape.terms for p in term.free], float),
+        begun(shape.terms),
         nothing(shape.sizes["growth"]),
         nothing(shape.sizes["begin"]),
     )

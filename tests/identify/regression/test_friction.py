@@ -1,0 +1,40 @@
+"""Which law the own friction of a mount obeys, and what a model of it is worth on another record."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfiltfilt
+
+from tests.model.effects.test_hysteresis_backlash import damper
+from thrustd.core.measures import rms
+from thrustd.identify.regression.friction import law_of
+from thrustd.identify.regression.regress import regress
+from thrustd.identify.segments import Segment
+from thrustd.identify.structures.mount import fitted_from
+from thrustd.model.compile import compile_model
+from thrustd.model.effects.hysteresis_backlash import EFFECT as BACKLASH
+
+DT_S, NOISE_N, READS_MM = 0.01, 8.0, 0.005
+
+
+def moved(seed: int, n: int = 6000) -> np.ndarray:
+    """Random motion below 1.5 Hz, sigma 10 mm."""
+    low = butter(2, 1.5, fs=1 / DT_S, output="sos")
+    x = sosfiltfilt(low, np.random.default_rng(seed).normal(size=n))
+    return 10.0 * (x - x[0]) / np.std(x)
+
+
+@pytest.mark.parametrize(("yield_mm", "play_mm"), [(2.0, 1.5), (8.0, 3.0)])
+def test_a_friction_damper_with_loose_joints_is_found_to_its_noise(yield_mm, play_mm):
+    rng = np.random.default_rng(5)
+    x, other = moved(1), moved(2)
+    force, expected = damper(x, 800.0, yield_mm, play_mm), damper(other, 800.0, yield_mm, play_mm)
+    segment = Segment("bench", 0.0, DT_S, {"deformation_mm": x + READS_MM * rng.normal(size=len(x))},
+                      force + NOISE_N * rng.normal(size=len(x)))  # fmt: skip
+    found = regress([segment])
+    model = compile_model(fitted_from(found, [segment]).spec, 1 / DT_S)
+    [law] = [effect for effect in model.spec.effects if effect.name == BACKLASH.name]
+    missed = model.simulate(model.inputs({"deformation_mm": other})) - expected
+    assert law_of(found.shape) is BACKLASH
+    assert law.parameters["friction_n"] == pytest.approx(800.0, rel=0.02)
+    assert law.parameters["play_mm"] == pytest.approx(play_mm, rel=0.02)
+    assert rms(missed) < 0.2 * NOISE_N
