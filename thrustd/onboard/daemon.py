@@ -166,7 +166,8 @@ def open_sinks(
     sinks: list[Any] = []
     if config.can_out is not None:
         table = installation.can_table(ICD_OUTPUT_ROWS)
-        sinks.append(CanTx(table, config.can_out.node_id, config.can_out.rate_hz, bus.send, put))
+        node_id, rate_hz = config.can_out.node_id, config.can_out.rate_hz
+        sinks.append(CanTx(table, node_id, rate_hz, config.steps.estimate_hz, bus.send, put))
     sinks.append(counts)  # how late an estimate is out: behind the bus, before the rest
     recorder = None
     folder = log_folder_of(shell, log_folder)
