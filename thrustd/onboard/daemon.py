@@ -61,7 +61,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
     """Run until a signal of ENDS; `base`: the folder that relative names in the configuration start from."""
     config = installation.config
     queue, counts, service = EventQueue(), HealthCounts(), ServiceManager()
-    with ExitStack() as opened, stop_on_signal() as stop:
+    with stop_on_signal() as stop, ExitStack() as opened:  # a second signal does not break off the end of the log
         shell = Shell(installation, base, queue, opened)
         pipeline, start = start_pipeline(shell)
         ask_for(config.realtime, say)  # before any thread: one that waits for the processor may hold the interpreter
