@@ -53,3 +53,7 @@ def test_a_sensor_that_is_back_where_it_was_is_trusted_again(fault):
 )
 def test_a_jump_that_was_not_undone_stays_a_fault(fault):
     assert kinds([*calm(CALM_STEPS), *fault])[-1] == "offset"
+
+
+def test_a_jump_in_doubt_that_is_undone_behind_a_gap_accuses_nobody():
+    assert not any(kinds([*calm(CALM_STEPS), *[0.0] * 5, nan, nan, *[0.0] * 3, *calm(100)]))

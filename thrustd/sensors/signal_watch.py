@@ -133,7 +133,7 @@ def _miss(row: Floats) -> None:
     row[MISSING] += STEP_S
     row[N_VALUES] = row[N_BENDS] = 0.0
     _set(row, DEAD if row[SEEN] != 0.0 and row[MISSING] >= DEAD_S else row[KIND])
-    if row[KIND] != OFFSET:  # else the way back may lie in the gap
+    if row[KIND] == DEAD:  # else the way back may lie in the gap
         row[JUMP] = 0.0
 
 
