@@ -27,7 +27,9 @@ def test_the_shipped_configurations_are_read():
         ("channels = 4", "channels = 4\nspeed = 3", ("adc.speed: no such key", "port, sample_hz, channels, baud")),
         ("adc_channel = 3", "adc_channel = 3\nscale = 3", ("mount[3].scale: no such key", "scale_mm")),
         ("[aircraft]", "[live_view]\nporrt = 1\n\n[aircraft]", ("live_view.porrt: no such key", "host, port")),
-        ("[aircraft]", '[live_view]\nhost = ""\n\n[aircraft]', ("live_view.host", ">= 1")),
+        ("[aircraft]", '[live_view]\nhost = ""\n\n[aircraft]', ("live_view.host = ''", "{1,253}")),
+        ("[aircraft]", '[live_view]\nhost = "a\\u0000"\n\n[aircraft]', ("live_view.host = 'a\\x00'", "{1,253}")),
+        ('port = "loop://"', 'port = ""', ("adc.port = ''", ">= 1")),
         ("[aircraft]", "[live_view]\n[health]\nport = 8765\n[aircraft]", ("live_view.port = 8765", "health.port")),
         ("[adc]", "[[adc]]", ("adc = a list", "object")),
         ("estimate_hz = 50.0", "estimate_hz = 30.0", ("steps.estimate_hz = 30", "33.3333 comes nearest")),
@@ -58,6 +60,15 @@ def test_an_impossible_configuration_is_refused(old, new, words):
     assert "\n" not in message
     for word in words:
         assert word in message
+
+
+@pytest.mark.parametrize("key", ["n1_100_pct_rpm", "n2_100_pct_rpm", "fuel_density_kg_l"])
+@pytest.mark.parametrize("value", ["0.0", "-0.8", "nan", "inf"])
+def test_an_engine_or_fuel_that_cannot_be_is_refused_before_anything_is_divided_by_it(key, value):
+    aircraft = small_aircraft()
+    impossible = dataclasses.replace(aircraft, config=read_config(f"{GOOD}\n[can.units]\n{key} = {value}\n", "x"))
+    with pytest.raises(ConfigError, match=rf"can\.units: {key} = .*: Expected `float` "):
+        impossible.parts()
 
 
 def test_a_line_too_slow_for_the_adc_is_refused():

@@ -4,6 +4,8 @@ import os
 import resource
 import signal
 import socket
+import subprocess
+from contextlib import suppress
 
 from tests.hil.test_hil import PATIENCE_S, ServiceManager, start
 from tests.onboard.rig import Daemon, reliable_aircraft
@@ -66,6 +68,24 @@ def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tm
     said = f"thrustd: {link}: flown by process {daemon.process.pid} already, expected one process per configuration\n"
     assert (second.returncode, refused.decode()) == (2, said)
     assert daemon.process.returncode == 0, errors
+    [log] = (tmp_path / "logs").glob("*.mcap")
+    file = LogFile(log)
+    assert len(list(file.events())) > 10
+    assert not file.cut
+
+
+def test_a_signal_that_is_sent_again_and_again_ends_no_log_half_written(tmp_path):
+    config = reliable_aircraft(tmp_path)
+    with ServiceManager(tmp_path / "notify") as manager:
+        daemon = Daemon(config, manager)
+        try:
+            daemon.beats(2)
+            while daemon.process.poll() is None:
+                daemon.process.send_signal(signal.SIGINT)
+                with suppress(subprocess.TimeoutExpired):
+                    daemon.process.wait(timeout=0.001)
+        finally:
+            daemon.close()
     [log] = (tmp_path / "logs").glob("*.mcap")
     file = LogFile(log)
     assert len(list(file.events())) > 10

@@ -23,7 +23,7 @@ def estimate(t_ns: int, engine: int, thrust_n: float = 5000.0, status: int = 0) 
 
 def test_thrust_and_its_deviation_go_out_at_the_rate() -> None:
     sent: list[tuple[int, bytes]] = []
-    tx = CanTx(TABLE, 42, 10.0, lambda *message: sent.append(message), list[Fault]().append)
+    tx = CanTx(TABLE, 42, 10.0, 50.0, lambda *message: sent.append(message), list[Fault]().append)
     for step in range(100):
         for engine in (0, 1):
             tx.write_output(estimate(step * 20_000_000, engine, 5000.0 + engine))
@@ -38,15 +38,24 @@ def test_thrust_and_its_deviation_go_out_at_the_rate() -> None:
 @pytest.mark.parametrize("rate_hz", [6.4, 10.0, 20.0])
 def test_the_rate_is_kept_by_steps_that_jitter(rate_hz: float) -> None:
     rng, sent = np.random.default_rng(1), list[tuple[int, bytes]]()
-    tx = CanTx(TABLE, 42, rate_hz, lambda *message: sent.append(message), list[Fault]().append)
+    tx = CanTx(TABLE, 42, rate_hz, 50.0, lambda *message: sent.append(message), list[Fault]().append)
     for step in range(5000):  # 100 s
         tx.write_output(estimate(step * 20_000_000 + int(rng.integers(0, 15_000_000)), 0))
     assert len(sent) / 3 == pytest.approx(100.0 * rate_hz, abs=2)
 
 
+@pytest.mark.parametrize("crystal", [1.0, 1.0 + 1e-4, 1.0 - 1e-4])
+def test_at_the_rate_of_the_estimates_every_estimate_is_sent(crystal: float) -> None:
+    rng, sent = np.random.default_rng(1), list[tuple[int, bytes]]()
+    tx = CanTx(TABLE, 42, 10.0, 10.0, lambda *message: sent.append(message), list[Fault]().append)
+    for step in range(20_000):  # 2000 s: a crystal that is off by 1e-4 leaves the schedule by two periods
+        tx.write_output(estimate(round(step * 1e8 * crystal) + int(rng.integers(-400_000, 400_000)), 0))
+    assert len(sent) / 3 >= 19_998
+
+
 def test_nothing_is_sent_before_a_thrust_is_found_and_a_clock_that_goes_back_silences_nobody() -> None:
     sent: list[tuple[int, bytes]] = []
-    tx = CanTx(TABLE, 42, 10.0, lambda *message: sent.append(message), list[Fault]().append)
+    tx = CanTx(TABLE, 42, 10.0, 50.0, lambda *message: sent.append(message), list[Fault]().append)
     tx.write_output(estimate(0, 0, 0.0, int(Status.CONVERGING)))
     assert not sent
     tx.write_output(estimate(10**9, 0))
@@ -72,7 +81,7 @@ def test_failures_are_counted_and_told_in_bunches() -> None:
     def refuse(ident: int, data: bytes) -> None:
         raise OSError("bus off")
 
-    tx = CanTx(TABLE, 42, 10.0, refuse, faults.append)
+    tx = CanTx(TABLE, 42, 10.0, 10.0, refuse, faults.append)
     for step in range(25):
         tx.write_output(estimate(step * 100_000_000, 0))
     assert {(fault.where, fault.kind) for fault in faults} == {("can_out", "not_sent")}
@@ -82,7 +91,7 @@ def test_failures_are_counted_and_told_in_bunches() -> None:
 
 def test_what_is_no_number_is_not_sent() -> None:
     sent: list[tuple[int, bytes]] = []
-    tx = CanTx(TABLE, 42, 10.0, lambda *message: sent.append(message), list[Fault]().append)
+    tx = CanTx(TABLE, 42, 10.0, 50.0, lambda *message: sent.append(message), list[Fault]().append)
     tx.write_output(estimate(0, 0, nan))
     tx.write_output(estimate(10**9, 0, 1e300))
     tx.write_output(estimate(2 * 10**9, 7))

@@ -52,7 +52,7 @@ class Mount(Section, frozen=True):
 class Adc(Section, frozen=True):
     """The serial ADC."""
 
-    port: str  # device path or any pyserial URL
+    port: Annotated[str, Meta(min_length=1)]  # device path or any pyserial URL
     sample_hz: Annotated[float, Meta(ge=10, le=10_000)]  # frames per second; another rate is a fault
     channels: Annotated[int, Meta(ge=1, le=8)]  # counts per frame
     baud: Count = 921_600  # bits per second
@@ -117,7 +117,7 @@ class Realtime(Section, frozen=True):
 class LiveView(Section, frozen=True):
     """WebSocket server for Foxglove."""
 
-    host: Annotated[str, Meta(min_length=1)] = "127.0.0.1"  # address to listen on
+    host: Annotated[str, Meta(pattern=r"^[^\x00-\x1f\x7f-\x9f]{1,253}$")] = "127.0.0.1"  # address to listen on
     port: Port = 8765  # of the WebSocket
     origins: tuple[str, ...] = ("https://app.foxglove.dev",)  # pages that may read along; what is no page always may
 

@@ -61,7 +61,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
     """Run until a signal of ENDS; `base`: the folder that relative names in the configuration start from."""
     config = installation.config
     queue, counts, service = EventQueue(), HealthCounts(), ServiceManager()
-    with ExitStack() as opened, stop_on_signal() as stop:
+    with stop_on_signal() as stop, ExitStack() as opened:  # a second signal does not break off the end of the log
         shell = Shell(installation, base, queue, opened)
         pipeline, start = start_pipeline(shell)
         ask_for(config.realtime, say)  # before any thread: one that waits for the processor may hold the interpreter
@@ -166,7 +166,8 @@ def open_sinks(
     sinks: list[Any] = []
     if config.can_out is not None:
         table = installation.can_table(ICD_OUTPUT_ROWS)
-        sinks.append(CanTx(table, config.can_out.node_id, config.can_out.rate_hz, bus.send, put))
+        node_id, rate_hz = config.can_out.node_id, config.can_out.rate_hz
+        sinks.append(CanTx(table, node_id, rate_hz, config.steps.estimate_hz, bus.send, put))
     sinks.append(counts)  # how late an estimate is out: behind the bus, before the rest
     recorder = None
     folder = log_folder_of(shell, log_folder)

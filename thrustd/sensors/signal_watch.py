@@ -131,8 +131,10 @@ def _set(row: Floats, symptom: float) -> None:
 @compiled
 def _miss(row: Floats) -> None:
     row[MISSING] += STEP_S
-    row[N_VALUES] = row[N_BENDS] = row[JUMP] = 0.0
+    row[N_VALUES] = row[N_BENDS] = 0.0
     _set(row, DEAD if row[SEEN] != 0.0 and row[MISSING] >= DEAD_S else row[KIND])
+    if row[KIND] == DEAD:  # else the way back may lie in the gap
+        row[JUMP] = 0.0
 
 
 @compiled
@@ -150,7 +152,7 @@ def _watch_rest(row: Floats, value: float, active: bool) -> None:
 def _watch_jump(row: Floats, value: float, limit: float) -> None:
     row[SINCE_JUMP] += STEP_S
     row[JUMPS] = max(row[JUMPS] - STEP_S / JUMP_FADES_S, 0.0)
-    if row[N_VALUES] == 0:
+    if row[N_VALUES] == 0 and row[JUMP] == 0.0:
         return
     step = value - row[LAST]
     if (
@@ -161,8 +163,9 @@ def _watch_jump(row: Floats, value: float, limit: float) -> None:
     row[JUMPS] += 1.0
     if row[JUMP] == 0.0:
         row[JUMP], row[FROM] = step, row[LAST]
-    elif row[JUMP] * step < 0 and abs(step) > 0.6 * abs(row[JUMP]):
-        row[JUMP] = 0.0  # back where it came from
+    else:  # all jumps together: the way back may be several, or go too far first
+        left = row[JUMP] + step
+        row[JUMP] = 0.0 if abs(left) <= max(0.4 * abs(row[JUMP]), limit) else left
 
 
 @compiled

@@ -1,7 +1,8 @@
 """Estimates out on the bus: net thrust, its standard deviation and its status per engine, ICD ids 1850 to 1855.
 
-The three go together, `rate_hz` times a second by a schedule of due times: an estimate that comes a little early waits
-for no whole period, so the rate is kept however the steps jitter. Nothing is sent before a thrust has been found.
+The three go together, `rate_hz` times a second by a schedule of due times: of the estimates the one that is nearest to
+its due time is sent, so the rate is kept however the steps jitter, also where it is that of the estimates. Nothing is
+sent before a thrust has been found.
 """
 
 from collections.abc import Callable
@@ -25,11 +26,13 @@ class CanTx:
         table: CanTable,
         node_id: int,
         rate_hz: float,
+        estimate_hz: float,
         send: Callable[[int, bytes], None],
         report: Callable[[Fault], None],
     ) -> None:
         self._encoder = CanEncoder(table, node_id)
         self._period_ns = round(1e9 / rate_hz)
+        self._early_ns = round(0.5e9 / estimate_hz)  # the next estimate would be further from its due time
         self._send = send
         self._report = report
         self._due_ns: dict[int, int] = {}  # per engine
@@ -52,10 +55,12 @@ class CanTx:
             if estimate.status & Status.CONVERGING:
                 return False
             due_ns = t_ns
-        if t_ns < due_ns <= t_ns + self._period_ns:
+        early_ns = due_ns - t_ns
+        if self._early_ns < early_ns <= self._period_ns:
             return False
-        late = (t_ns - due_ns) // self._period_ns  # a pause is not made up for; a clock that went back begins anew
-        self._due_ns[estimate.engine] = (due_ns if late >= 0 else t_ns) + (max(late, 0) + 1) * self._period_ns
+        if abs(early_ns) > self._period_ns:  # a pause is not made up for; a clock that went back begins anew
+            due_ns = t_ns
+        self._due_ns[estimate.engine] = due_ns + self._period_ns
         return True
 
     def close(self) -> None:

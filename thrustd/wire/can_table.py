@@ -14,10 +14,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import isfinite
 from struct import Struct
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import cantools
 import msgspec
+from msgspec import Meta
 
 from thrustd.core.errors import ConfigError
 from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
@@ -29,6 +30,8 @@ MAX_DBC_BYTES = 4_000_000
 KELVIN_AT_0_DEGC = 273.15
 POUND_KG = 0.45359237
 FOOT_M = 0.3048
+Rpm = Annotated[float, Meta(ge=100, le=1e6)]
+Density = Annotated[float, Meta(ge=0.1, le=2.0)]
 
 
 class CanRow(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -42,9 +45,9 @@ class CanRow(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class CanUnits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What the conversion of units needs to know about the engine and its fuel."""
 
-    n1_100_pct_rpm: float = 15904.0  # JT15D-4
-    n2_100_pct_rpm: float = 32760.0  # JT15D-4
-    fuel_density_kg_l: float = 0.804  # typical Jet A-1 at 15 degC; ASTM D1655 allows 0.775 to 0.840
+    n1_100_pct_rpm: Rpm = 15904.0  # JT15D-4
+    n2_100_pct_rpm: Rpm = 32760.0  # JT15D-4
+    fuel_density_kg_l: Density = 0.804  # typical Jet A-1 at 15 degC; ASTM D1655 allows 0.775 to 0.840
 
 
 class Bits(NamedTuple):

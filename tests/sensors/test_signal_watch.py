@@ -1,0 +1,59 @@
+"""One sensor alone: a jump is undone by the way back, whatever it looks like, and by nothing else."""
+
+from math import nan
+
+import numpy as np
+import pytest
+
+from thrustd.core.aircraft import SensorLimits
+from thrustd.sensors.signal_watch import SignalWatch, fresh_rows, limit_rows, watch
+
+LIMITS = SensorLimits(jump=0.5, noise=0.3, stuck_s=10.0, rate=1.0, low=-3.0, high=5.0)
+CALM_STEPS, SENSORS = 50, 6
+RNG = np.random.default_rng(1)
+
+
+def calm(steps, value=1.0):
+    return list(value + 0.01 * RNG.standard_normal(steps))
+
+
+def kinds(values):
+    """What is said after each value at 10 Hz."""
+    rows, limits = fresh_rows(SENSORS), limit_rows([LIMITS] * SENSORS)
+    said = []
+    for value in values:
+        watch(rows, limits, np.full(SENSORS, value), 1, 1)
+        said.append(SignalWatch(rows[-1]).kind)
+    return said
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        [4.0] * 15,
+        [3.0] * 30 + [2.0],  # the way back between two looks: two half jumps
+        [4.0] * 15 + [2.5] * 15,
+        [4.0] * 15 + [-2.0] * 15,
+        [0.0] * 15 + [nan] * 2 + [0.0] * 10,
+        [0.0] * 15 + [nan] * 2,
+        list(RNG.uniform(-2.0, 4.0, 30)),
+    ],
+    ids=["jump", "half jumps", "steps", "too far", "gap", "back in the gap", "loose contact"],
+)
+def test_a_sensor_that_is_back_where_it_was_is_trusted_again(fault):
+    said = kinds([*calm(CALM_STEPS), *fault, *calm(100)])
+    assert any(said)
+    assert said[-1] == ""
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [calm(300, 2.5), [*calm(15, 2.5), nan, nan, *calm(300, 2.5)], list(np.linspace(2.5, 1.0, 300))],
+    ids=["stays", "gap", "the others come to it"],
+)
+def test_a_jump_that_was_not_undone_stays_a_fault(fault):
+    assert kinds([*calm(CALM_STEPS), *fault])[-1] == "offset"
+
+
+def test_a_jump_in_doubt_that_is_undone_behind_a_gap_accuses_nobody():
+    assert not any(kinds([*calm(CALM_STEPS), *[0.0] * 5, nan, nan, *[0.0] * 3, *calm(100)]))
