@@ -47,8 +47,8 @@ def settings_row(settings: FusionSettings) -> Any:
 
 
 def check_settings(settings: FusionSettings, where: str) -> None:
-    """Every number finite and above zero, else a ConfigError that names the key."""
+    """Every number of a size that can be meant, else a ConfigError that names the key."""
     for name in settings.__struct_fields__:
         value = getattr(settings, name)
-        if not 0.0 < value < 1e9:
-            raise ConfigError(f"{where}: fusion.{name} = {value}: expected a positive number")
+        if not 1e-9 < value < 1e9:
+            raise ConfigError(f"{where}: fusion.{name} = {value}: expected 1e-9 to 1e9")
