@@ -7,7 +7,9 @@ import pytest
 
 from thrustd.__main__ import main
 from thrustd.cli.files import read_models
+from thrustd.commission.gauge_blocks import block_curve
 from thrustd.commission.tether import as_blocks_scatter, fit_tether
+from thrustd.commission.tether_file import with_tether
 from thrustd.commission.tether_run import friction_n
 from thrustd.commission.zero import MountZero, with_zeros
 from thrustd.core.aircraft import MountPlace
@@ -185,6 +187,15 @@ def test_a_cell_that_is_not_of_this_run_tells_nothing_and_writes_nothing(run, ch
         fit_tether(flight, make_recording("cell", {"time_s": time_s, "force_N": force_n}), installation)
 
 
+@pytest.mark.parametrize("share", [0.6, 1.3])
+def test_a_cell_that_feels_a_part_of_the_pull_is_refused(run, share):
+    """A second rope beside it, or a scale that is off: 0.61 and 1.33 were written as gains."""
+    flight, cell, installation = run
+    fit = fit_tether(flight, cell.with_channels(force_N=1.02 * share * cell["force_N"]), installation)
+    with pytest.raises(RecordingError, match=r"tethered run: gain of \w+ \d.\d+, expected 0.85 to 1.15: is the cell"):
+        with_tether(Calibration(on="2026-01-01"), fit, "2026-01-02")
+
+
 def test_an_engine_that_hangs_as_a_rigid_body_is_said_aloud(run):
     flight, cell, installation = run
     assert not fit_tether(flight, cell, installation).remarks
@@ -296,6 +307,9 @@ def test_a_curve_of_gauge_blocks_straightens_the_transducer(tmp_path, capsys):
         for row in rows:  # friction is asked for the reading; it does not see the curve
             row[:, 1:] = [true_mm if name == "deformation_mm" else 0.0 for name in plain.channels[1:]]
         assert abs(plain.simulate(rows[0])[0] - own.simulate(rows[1])[0]) < 10.0
+    once = make_recording("b", {"time_s": table[::5, 0], "gauge_mm": table[::5, 2], "deformation_mm": table[::5, 1]})
+    with pytest.raises(RecordingError, match="are they swapped"):
+        block_curve(once)
     known = ["--config", str(shipped("deploy/hil.toml", "config"))]
     assert main([*(word.replace("left_upper", "upper_left") for word in command), *known]) == 2
     assert "--mount upper_left: not in the configuration" in capsys.readouterr().err

@@ -11,10 +11,11 @@ import pytest
 from thrustd.__main__ import main
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
-from thrustd.commission.commission import Commissioned, summary_lines
+from thrustd.commission.commission import Commissioned, _kept, summary_lines
 from thrustd.commission.mount_models import THERMAL, Made, learn, mount_models
 from thrustd.commission.pieces import Pieces
-from thrustd.commission.report import _effects
+from thrustd.commission.report import _effects, write_report
+from thrustd.core.calibration import Calibration, MountCalibration, Zero, write_calibration
 from thrustd.diagnose.extend.extend_report import ExtendReport
 from thrustd.identify.artifact import witness_rows
 from thrustd.installation.installation import read_installation
@@ -142,6 +143,23 @@ def test_a_chamber_that_teaches_nothing_is_said_on_the_terminal(tmp_path):
     learn(made, chamber, THERMAL, "temperature")
     lines = summary_lines(Commissioned(tmp_path, tmp_path, made, [], (), [], 0.003))
     assert [line for line in lines if line.startswith("left_upper: temperature: ") and "not added" in line]
+
+
+def test_gains_that_were_measured_with_the_bases_models_are_said(tmp_path):
+    """They are relative to a model's force, with a sigma of their own: on other models they mean nothing."""
+    base = read_installation(shipped("deploy/hil.toml", "config"))
+    zeroed, gain = (
+        MountCalibration(zeros=(Zero("2026-01-01", 0.01, 0.002),)),
+        MountCalibration(gain=1.02, gain_std=0.002),
+    )
+    for mount, said in ((zeroed, ""), (gain, "calibrate tether again")):
+        known = Calibration(on="2026-01-01", mount={"left_upper": mount})
+        kept = _kept(base.calibrated_by(write_calibration(known)))
+        assert (said in kept) if said else not kept
+        done = Commissioned(tmp_path, tmp_path, {}, [], (), [], 0.003, kept)
+        assert [line for line in summary_lines(done) if line.startswith("kept: ")] == [f"kept: {kept}"] * bool(said)
+        write_report(done)
+        assert ("Kept: " in (tmp_path / "report.html").read_text()) == bool(said)
 
 
 def test_a_mount_keeps_its_own_friction_when_another_one_is_weighed(monkeypatch):

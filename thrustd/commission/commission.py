@@ -50,6 +50,7 @@ class Commissioned:
     remarks: tuple[str, ...]
     missing: list[Missing]
     stiffness_std: float
+    kept: str = ""  # what came from the base and belongs to its models
 
 
 def commission(
@@ -77,7 +78,7 @@ def commission(
             out.rmdir()
         shutil.move(folder, out)
     told(1.0, "done")
-    return Commissioned(out, out / config.name, made, rows, remarks, missing, std)
+    return Commissioned(out, out / config.name, made, rows, remarks, missing, std, _kept(installation))
 
 
 def _missing(pieces: Pieces) -> list[Missing]:
@@ -93,6 +94,14 @@ def _missing(pieces: Pieces) -> list[Missing]:
         cost = f"the deck of the base, within {100 * DECK_STD:g} % of an engine (its band says so)"
         found.append(Missing("two flights: these engines' own deck", cost, 0.0))
     return found
+
+
+def _kept(installation: Installation) -> str:
+    known = installation.calibration()
+    if known is None or all(mount.gain_std is None for mount in known.mount.values()):
+        return ""
+    name = Path(str(installation.config.calibration)).name
+    return f"{name} of {known.on}: its gains, zeros and friction belong to the base's models; calibrate tether again"
 
 
 def _write(folder: Path, pieces: Pieces, installation: Installation) -> tuple[list[dict[str, object]], tuple[str, ...]]:
@@ -155,4 +164,5 @@ def summary_lines(done: Commissioned) -> Sequence[str]:
     ]
     lines += [f"{mount}: {line}" for mount, one in done.mounts.items() for line in one.taught_nothing]
     lines += [f"missing: {piece.piece}; costs {piece.costs}" for piece in done.missing]
+    lines += [f"kept: {done.kept}"] if done.kept else []
     return lines

@@ -11,11 +11,13 @@ import msgspec
 import numpy as np
 
 from thrustd.core.calibration import Calibration, MountCalibration
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording
 
 BLOCK_STD_MM = 0.0003  # grade 1 of ISO 3650 up to 10 mm, and the contact
 SLOPE = (0.8, 1.25)  # of reading over block; another one is another unit or another transducer
+WHOLE_MM, BLOCK_MM = 0.001, 0.0002  # blocks come in whole micrometres; how far one is off: ISO 3650, grade 1
 GAUGE, READING = "gauge_mm", "deformation_mm"
 
 
@@ -42,10 +44,18 @@ def block_curve(record: Recording) -> BlockCurve:
     slope = float((knots[-1] - knots[0]) / (blocks[-1] - blocks[0]))
     if not SLOPE[0] < slope < SLOPE[1]:
         raise RecordingError(f"{record.name}: {slope:.3g} of {READING} per mm of {GAUGE}, expected about 1: was it mm?")
+    if _whole(knots, 1e-6) and not _whole(blocks, BLOCK_MM):
+        raise RecordingError(
+            f"{record.name}: {READING} comes in whole micrometres, {GAUGE} does not: are they swapped?"
+        )
     scatter = [float(np.var(group, ddof=1)) for group in groups if len(group) > 1]
     std = hypot(sqrt(float(np.mean(scatter))) if scatter else BLOCK_STD_MM, BLOCK_STD_MM)
     off = knots - blocks - np.mean(knots - blocks)
     return BlockCurve(tuple(knots.tolist()), tuple(blocks.tolist()), std, float(np.max(np.abs(off))))
+
+
+def _whole(mm: Floats, within_mm: float) -> bool:
+    return bool(np.all(np.abs(mm - WHOLE_MM * np.round(mm / WHOLE_MM)) < within_mm))
 
 
 def with_curve(calibration: Calibration, mount: str, curve: BlockCurve) -> Calibration:

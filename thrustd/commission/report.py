@@ -76,6 +76,7 @@ def _deck(rows: Sequence[dict[str, object]], remarks: Sequence[str]) -> str:
 def _missing(done: Commissioned) -> str:
     rows = [(piece.piece, piece.costs, f"{100 * piece.std:.2f}") for piece in done.missing]
     band = f"Stiffness sigma in the band: {100 * done.stiffness_std:.2f} % of a mount's force."
+    kept = [f"Kept: {done.kept}."] if done.kept else []
     none = [] if rows else ["Nothing was left out."]
     shown = table(("Not brought", "costs", "in the band, % of force"), rows) if rows else ""
-    return section("Left out", shown, sentences([*none, band]))
+    return section("Left out", shown, sentences([*none, band, *kept]))

@@ -4,15 +4,18 @@ import msgspec
 import numpy as np
 
 from thrustd.commission.recalibrate import recalibrate_by
-from thrustd.commission.tether import Line, TetherFit
+from thrustd.commission.tether import ENGINE_STD, Line, TetherFit
 from thrustd.core.calibration import Calibration, MountCalibration, Zero
+from thrustd.core.errors import RecordingError
 
+FAR = 5.0  # sigmas of what an installation does: a gain out there is the cell's or the rope's
 CURVE = np.linspace(0.0, 1.0, 9)  # of the range: knots of a bow
 
 
 def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibration:
-    """The file with the run's gains and zeros."""
+    """The file with the run's gains and zeros; RecordingError when no installation does what they say."""
     mounts = dict(calibration.mount)
+    _check_gains({name: calibration.of(name).gain * factor for name, (factor, _) in fit.gains.items()})
     for name, (factor, gain_std) in fit.gains.items():
         old = mounts.get(name, MountCalibration())
         left_mm, std_mm = fit.zeros_mm[name]
@@ -33,6 +36,14 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibratio
         )
     changed = msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)
     return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
+
+
+def _check_gains(gains: dict[str, float]) -> None:
+    name = max(gains, key=lambda each: abs(gains[each] - 1.0))
+    if abs(gains[name] - 1.0) > FAR * ENGINE_STD:
+        limits = f"expected {1 - FAR * ENGINE_STD:.2f} to {1 + FAR * ENGINE_STD:.2f}"
+        asked = "is the cell calibrated, does all of the pull go through it, and is the model this mount's?"
+        raise RecordingError(f"tethered run: gain of {name} {gains[name]:.3f}, {limits}: {asked}")
 
 
 def _bent(mount: MountCalibration, line: Line) -> MountCalibration:

@@ -48,6 +48,7 @@ UNPROVED = "throttle moved, other hypotheses"
 INERTIA = "inertia (noise of the acceleration)"
 AIR, LOAD = ("mach", "pressure_altitude_m"), "accel_z_g"
 WINDMILLS = "windmilling, it burns nothing"
+END_S = 2.0  # a window may end so long after the last estimate
 ALWAYS = "creep_n", "share_n"  # told though they are nothing
 
 
@@ -109,7 +110,7 @@ def band_of(installation: Installation) -> Band:
 
 
 def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: float) -> list[Budget]:
-    """One per engine; seconds since the log's first estimate. UsageError when nothing was estimated there."""
+    """One per engine; seconds since the log's first estimate. UsageError when it has not all of them."""
     pipeline, engines = installation.pipeline(), installation.config.aircraft.engines
     told: list[list[tuple[float, ...]]] = [[] for _ in engines]
     said, air, first_ns, last_s = dict[int, Estimate](), {**dict.fromkeys(AIR, 0.0), LOAD: 1.0}, -1, 0.0
@@ -129,8 +130,9 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
                 told[output.engine].append((*stds, off, pressure_pa, air[LOAD] - 1.0, *output[2:]))
         if last_s >= end_s:
             break
-    if not told[0]:
-        raise UsageError(f"--at {begin_s:g} {end_s:g}: nothing was estimated there, only until {last_s:.0f} s")
+    if not told[0] or last_s < end_s - END_S:
+        what = "nothing was estimated there" if not told[0] else "not all of it was estimated"
+        raise UsageError(f"--at {begin_s:g} {end_s:g}: {what}, only until {last_s:.0f} s")
     tables, band = map(np.array, told), band_of(installation)
     return [
         budget_of(engine, Told._make((*table[:, :7].T, table[:, 7:])), band)
