@@ -18,8 +18,10 @@ def flight():
     return make_recording("flight", columns)
 
 
-def test_an_estimate_of_the_whole_engine_is_compared_by_the_mounts_share():
-    record = with_reference(as_mount(flight(), PLACE), "estimate_thrust_n_left", PLACE)
+@pytest.mark.parametrize("of_engine", ["estimate_thrust_n_left", "estimate_brochure_n_left", "estimate_mount_n_left"])
+def test_an_estimate_of_the_whole_engine_is_compared_by_the_mounts_share(of_engine):
+    whole = flight().with_channels(**{of_engine: 1000.0 + TIME_S})
+    record = with_reference(as_mount(whole, PLACE), of_engine, PLACE)
     np.testing.assert_allclose(record["force_N"], 0.46 * (1000.0 + TIME_S))
 
 

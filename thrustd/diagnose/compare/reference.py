@@ -28,7 +28,8 @@ from thrustd.records.recording import TIME, Recording
 THRUST = "thrust_N"
 BROCHURE = "brochure"
 # of a flight log; its truth, too
-OWN_OUTPUTS = ("estimate_", "mount_", "check_", "terms_", "model_N", "thrust_N", "force_N_")
+ESTIMATE = "estimate_"  # every one of a log is of a whole engine
+OWN_OUTPUTS = (ESTIMATE, "mount_", "check_", "terms_", "model_N", "thrust_N", "force_N_")
 BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
 BROCHURE_NEEDS = ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC")
 _BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")
@@ -114,8 +115,8 @@ def with_reference(
     if against == BROCHURE:
         return record.with_channels(**{FORCE: _share(record, place) * _brochure_n(record, deck, place)})
     if against and against != FORCE:
-        factor = _share(record, place) if "thrust" in against.lower() else 1.0  # of a whole engine
-        return record.with_channels(**{FORCE: factor * record[against]})
+        of_engine = "thrust" in against.lower() or against.startswith(ESTIMATE)
+        return record.with_channels(**{FORCE: (_share(record, place) if of_engine else 1.0) * record[against]})
     if FORCE in record:
         return record
     if THRUST in record:
