@@ -12,7 +12,7 @@ from threading import Thread
 from typing import Generic, TypeVar
 
 from thrustd.core.types import Fault
-from thrustd.sinks.whole_file import sync_folder
+from thrustd.sinks.whole_file import refuse_device, sync_folder
 
 IDLE_S = 1.0
 JOIN_S = 5.0
@@ -81,6 +81,7 @@ class LatestFile(Generic[Value]):
 
 def replace_file(path: Path, content: bytes) -> None:
     """`content` under `path`, whole or not at all, on the disk when this returns. OSError goes through."""
+    refuse_device(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
     with part.open("wb") as stream:

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from errno import EINVAL
 from pathlib import Path
 
 from thrustd.core.errors import ThrustdError, UsageError
@@ -13,6 +14,7 @@ def whole_file(path: Path, error: type[ThrustdError] = UsageError) -> Iterator[P
     """The name to write to; becomes `path` when the block ends well, else nothing is left. An OSError is an `error`."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
+        refuse_device(path)
         yield part
         os.replace(part, path)
     except OSError as problem:
@@ -25,6 +27,12 @@ def write_whole(path: Path, content: str | bytes, error: type[ThrustdError] = Us
     """`content`, text as UTF-8, under `path`."""
     with whole_file(path, error) as part:
         part.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def refuse_device(path: Path) -> None:
+    """A device, a pipe or a socket is never replaced by a file: root could. OSError."""
+    if path.exists() and not (path.is_file() or path.is_dir()):  # a folder refuses by itself
+        raise OSError(EINVAL, "it is a device, expected a file")
 
 
 def sync_folder(folder: Path) -> None:
