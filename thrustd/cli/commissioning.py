@@ -96,7 +96,6 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
 def commission_verb(arguments: argparse.Namespace) -> int:
     from thrustd.commission.commission import commission, summary_lines
     from thrustd.commission.pieces import read_pieces
-    from thrustd.commission.report import write_report
     from thrustd.installation.installation import read_installation
 
     config = given_or_shipped(arguments.aircraft, CONFIGURATION, "--aircraft")
@@ -105,7 +104,6 @@ def commission_verb(arguments: argparse.Namespace) -> int:
     with progress("commission") as advance:
         pieces = read_pieces(*given, installation)
         done = commission(pieces, installation, config, arguments.out, lambda share, what: advance(share))
-    write_report(done)
     if arguments.json:
         mounts = {name: {"unseen_n": one.unseen_n, "notes": one.lines} for name, one in done.mounts.items()}
         missing = [piece.piece for piece in done.missing]
@@ -177,7 +175,7 @@ def _tether(arguments: argparse.Namespace) -> int:
     flight, installation, on = _flight(arguments, _only(arguments))
     fit = fit_tether(flight, cell, installation)
     old = _known(arguments) or installation.calibration() or _new(on)
-    _write(arguments, with_tether(old, fit, on))
+    _write(arguments, with_tether(old, fit, on, cell.name))
     if arguments.json:
         print_json({"date": str(on), "fit": fit})
         return 0
