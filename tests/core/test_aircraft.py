@@ -63,7 +63,19 @@ UPPER_X, LOWER_X = "spring_n_mm = [5079.0, 1646.0", "spring_n_mm = [5954.0, 1926
         ("at_mm = [263.9,", "at_mm = [nan,", "mounts"),
         ("centre_of_gravity_mm = [0.0,", "centre_of_gravity_mm = [nan,", "centre_of_gravity_mm"),
         ("# accelerometer_m = { left = [2.0,", "accelerometer_m = { left = [nan,", "accelerometer_m"),
-        ("# accelerometer_m = { left = [2.0,", "accelerometer_m = { left = [2000.0,", "accelerometer_m"),  # mm
+        (
+            "# accelerometer_m = { left = [2.0,",
+            "accelerometer_m = { left = [2000.0,",
+            r"accelerometer_m.left\[0\] = 2000",
+        ),
+        (
+            "# cant = { left = { deg = 0.0,",
+            "cant = { left = { deg = 45.0,",
+            "cant.left.deg = 45.0: Expected `float` <= 20.0",
+        ),
+        ("# cant = { left = { deg = 0.0,", "cant = { left = { dig = 1.0,", "cant.left"),
+        ("mach = { jump = 0.02,", "mach = { jump = 0.0,", "limits.mach.jump = 0.0: Expected `float` > 0.0"),
+        ("mach = { jump = 0.02,", "mach = { jmp = 0.02,", "limits.mach.jmp: no such key, expected one of jump, noise"),
         ('name = "lower"', 'name = "upper"', "mounts: upper, upper, rear: expected every name once"),
         (
             "rigid_body = false\ncentre_of_gravity_mm = [0.0, 0.0, 0.0]",
