@@ -87,10 +87,15 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", type=file_type(".toml"), required=True, help="calibration file to write or update"
     )
     parser.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
-    parser.add_argument(
-        "--date", type=date.fromisoformat, help="date of the measurement (default: the log's, else today)"
-    )
+    parser.add_argument("--date", type=_day, help="date of the measurement (default: the log's, else today)")
     add_json(parser)
+
+
+def _day(text: str) -> date:
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text}: expected a day of the calendar, year-month-day") from None
 
 
 def commission_verb(arguments: argparse.Namespace) -> int:
@@ -191,7 +196,7 @@ def _print_tether(fit: Any) -> None:
         digits = {"um": 1, "um/K": 2}.get(each.unit, 4)
         told = "yes" if each.told else "no, its prior"
         unit = "" if each.unit == "-" else f" {each.unit}"
-        table.add_row(each.what, f"{each.value:.{digits}f}{unit}", f"+- {each.half_width:.{digits}f}", told)
+        table.add_row(each.what, f"{each.value:.{digits}f}{unit}", f"+- {each.half_width:.{digits}f}{unit}", told)
     console().print(table)
     print(f"cell minus all mounts: {fit.before_n:.0f} -> {fit.after_n:.0f} N RMS; cell's clock {fit.lag_s:+.1f} s")
     for name in fit.gains:
