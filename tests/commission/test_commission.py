@@ -256,7 +256,11 @@ def test_a_folder_that_cannot_be_made_is_told_before_any_work(tmp_path, capsys):
     assert "cannot be written" in line and "expected a folder" in line
 
 
-def test_a_folder_that_is_there_is_left_alone(records, tmp_path, capsys):
+def test_a_folder_that_is_there_is_left_alone(records, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("thrustd.commission.commission.mount_models", lambda *_: {})  # told before that work
+    (tmp_path / "link").symlink_to(tmp_path)
+    assert main([*given(records), "-o", str(tmp_path / "link")]) == 2
+    (tmp_path / "link").unlink()
     (tmp_path / "mine.txt").write_text("x")
     assert main([*given(records), "-o", str(tmp_path)]) == 2
     assert "already exists" in capsys.readouterr().err

@@ -34,7 +34,7 @@ def commission(
     pieces: Pieces, installation: Installation, config: Path, out: Path, told: Callable[[float, str], None]
 ) -> Commissioned:
     """`config`: the aircraft's configuration that `installation` was read from; `out`: a folder that is not there."""
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+    if out.is_symlink() or (out.exists() and (not out.is_dir() or any(out.iterdir()))):
         raise UsageError(f"{out}: already exists; expected the name of a new or empty folder")
     missing = _missing(pieces)
     out.parent.mkdir(parents=True, exist_ok=True)
