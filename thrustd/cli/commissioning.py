@@ -2,11 +2,11 @@
 
 import argparse
 from collections.abc import Callable
-from datetime import UTC, date, datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, tell
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, day, file_type, note, print_json, progress, tell
 from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.installation.shipped import CONFIGURATION, given_or_shipped
@@ -87,15 +87,8 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", type=file_type(".toml"), required=True, help="calibration file to write or update"
     )
     parser.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
-    parser.add_argument("--date", type=_day, help="date of the measurement (default: the log's, else today)")
+    parser.add_argument("--date", type=day, help="date of the measurement (default: the log's, else today)")
     add_json(parser)
-
-
-def _day(text: str) -> date:
-    try:
-        return date.fromisoformat(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text}: expected a day of the calendar, year-month-day") from None
 
 
 def commission_verb(arguments: argparse.Namespace) -> int:
@@ -276,8 +269,8 @@ def _flight(
     with progress(f"read {path.name}") as advance:
         flight = flight_columns(log, seen_by(installation) if seen_by else installation, advance)
     began_s = log.header.epoch_offset_ns * 1e-9 + float(flight.time_s[0])
-    day = datetime.fromtimestamp(began_s if began_s > DAYS else datetime.now(UTC).timestamp(), UTC).date()
-    return flight, installation, str(arguments.date or day)
+    began = datetime.fromtimestamp(began_s if began_s > DAYS else datetime.now(UTC).timestamp(), UTC).date()
+    return flight, installation, str(arguments.date or began)
 
 
 def _known(arguments: argparse.Namespace) -> "Calibration | None":
