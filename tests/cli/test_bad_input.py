@@ -165,6 +165,7 @@ def test_simulate_refuses_what_cannot_be(tmp_path, capsys):
     assert ".mcap" in refused(capsys, "simulate", "-o", tmp_path / "flight.csv")
     assert "--hours" in refused(capsys, "simulate", "--bench", "sine", "--hours", "nan", "-o", tmp_path / "bench.csv")
     assert "--minutes" in refused(capsys, "simulate", "--hil", "deploy/hil.toml", "--minutes", "0")
+    assert "--recording" in refused(capsys, "simulate", "--tethered", "--recording", "f.npz", "-o", tmp_path / "f.mcap")
     assert list(tmp_path.iterdir()) == []
 
 

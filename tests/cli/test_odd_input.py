@@ -54,6 +54,7 @@ def here(tmp_path, monkeypatch):
         ("fleet compare b.csv --model gone.json -o x.parquet", "gone.json: cannot be read"),
         ("fleet replay b.csv -o x.csv", "expected a name that ends in .parquet"),
         ("workbench gone", "gone: expected a folder"),
+        (f"zero {FLIGHT} --date 2026-02-30 -o c.toml", "--date: 2026-02-30: expected a day of the calendar"),
     ],
 )
 def test_one_line_before_any_work(here, capsys, call, words):

@@ -192,8 +192,8 @@ def test_a_cell_that_feels_a_part_of_the_pull_is_refused(run, share):
     """A second rope beside it, or a scale that is off: 0.61 and 1.33 were written as gains."""
     flight, cell, installation = run
     fit = fit_tether(flight, cell.with_channels(force_N=1.02 * share * cell["force_N"]), installation)
-    with pytest.raises(RecordingError, match=r"tethered run: gain of \w+ \d.\d+, expected 0.85 to 1.15: is the cell"):
-        with_tether(Calibration(on="2026-01-01"), fit, "2026-01-02")
+    with pytest.raises(RecordingError, match=r"^cell.csv: gain of \w+ \d.\d+, expected 0.85 to 1.15: is the cell"):
+        with_tether(Calibration(on="2026-01-01"), fit, "2026-01-02", "cell.csv")
 
 
 def test_an_engine_that_hangs_as_a_rigid_body_is_said_aloud(run):

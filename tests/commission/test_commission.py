@@ -11,10 +11,10 @@ import pytest
 from thrustd.__main__ import main
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
-from thrustd.commission.commission import Commissioned, _kept, summary_lines
+from thrustd.commission.commission import Commissioned, _kept, commission, summary_lines
 from thrustd.commission.mount_models import THERMAL, Made, learn, mount_models
 from thrustd.commission.pieces import Pieces
-from thrustd.commission.report import _effects, write_report
+from thrustd.commission.report import _effects, report_page
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, write_calibration
 from thrustd.diagnose.extend.extend_report import ExtendReport
 from thrustd.identify.artifact import witness_rows
@@ -125,6 +125,7 @@ def test_the_report_gives_no_sigma_to_what_was_given():
     one = Made(msgspec.structs.replace(spec, effects=[held, found], provenance=given), 5.0, 6.0, ["bench"])
     shown = re.findall(r"(given|3e-06|1e-08)</td>", _effects({"left_upper": one}))
     assert shown == ["given", "3e-06"]
+    assert "engine_weight<" in _effects({"left_upper": one}) and "shift" not in _effects({"left_upper": one})
 
 
 def test_a_chamber_that_teaches_nothing_is_said_on_the_terminal(tmp_path):
@@ -158,8 +159,7 @@ def test_gains_that_were_measured_with_the_bases_models_are_said(tmp_path):
         assert (said in kept) if said else not kept
         done = Commissioned(tmp_path, tmp_path, {}, [], (), [], 0.003, kept)
         assert [line for line in summary_lines(done) if line.startswith("kept: ")] == [f"kept: {kept}"] * bool(said)
-        write_report(done)
-        assert ("Kept: " in (tmp_path / "report.html").read_text()) == bool(said)
+        assert ("Kept: " in report_page(done)) == bool(said)
 
 
 def test_a_mount_keeps_its_own_friction_when_another_one_is_weighed(monkeypatch):
@@ -227,6 +227,27 @@ def test_flights_that_make_no_deck_are_refused_before_the_mounts_are_identified(
     assert [path.name for path in tmp_path.iterdir()] == ["flight.csv"]
 
 
+def test_a_bench_without_a_file_is_said_by_its_option(capsys):
+    for given in ("upper=", "upper=a.csv,"):
+        assert main(["commission", "--bench", given, "-o", "out"]) == 2
+        assert f"--bench {given}: expected MOUNT=FILE" in capsys.readouterr().err
+
+
+def test_who_interrupts_the_report_finds_no_folder(tmp_path, monkeypatch):
+    config = shipped("deploy/hil.toml", "config")
+    hil = read_installation(config)
+    made = {one.name: Made(hil.bench_model(one), 1.0, 2.0, []) for one in hil.config.mount}
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("thrustd.commission.commission.mount_models", lambda *_: made)
+    monkeypatch.setattr("thrustd.commission.commission.report_page", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        commission(Pieces({}, [], [], []), hil, config, tmp_path / "aircraft", lambda *_: None)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_folder_that_cannot_be_made_is_told_before_any_work(tmp_path, capsys):
     (tmp_path / "file").write_text("x")
     bench = ["--bench", "upper=nothing.csv", "lower=nothing.csv"]
@@ -235,7 +256,11 @@ def test_a_folder_that_cannot_be_made_is_told_before_any_work(tmp_path, capsys):
     assert "cannot be written" in line and "expected a folder" in line
 
 
-def test_a_folder_that_is_there_is_left_alone(records, tmp_path, capsys):
+def test_a_folder_that_is_there_is_left_alone(records, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("thrustd.commission.commission.mount_models", lambda *_: {})  # told before that work
+    (tmp_path / "link").symlink_to(tmp_path)
+    assert main([*given(records), "-o", str(tmp_path / "link")]) == 2
+    (tmp_path / "link").unlink()
     (tmp_path / "mine.txt").write_text("x")
     assert main([*given(records), "-o", str(tmp_path)]) == 2
     assert "already exists" in capsys.readouterr().err

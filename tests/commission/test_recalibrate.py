@@ -103,7 +103,7 @@ def test_a_tethered_run_keeps_what_was_seen_that_day_and_the_date_goes_on_from_i
     fit = TetherFit(gains={"left_upper": (1.0, 0.003)}, zeros_mm={"left_upper": (-0.004, 0.001)},
                     frictions={"left_upper": 1.0}, lines={"left_upper": line}, numbers=[], before_n=0.0, after_n=0.0,
                     lag_s=0.0, bands_n=[], remarks=[])  # fmt: skip
-    after = with_tether(walked, fit, walked.on)
+    after = with_tether(walked, fit, walked.on, "cell")
     last = after.of("left_upper").zeros[-1]
     assert last.mm == pytest.approx(0.017) and last.at_rest_mm == pytest.approx(0.021)
     assert after.recalibrate_by == walked.recalibrate_by

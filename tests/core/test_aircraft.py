@@ -63,6 +63,25 @@ UPPER_X, LOWER_X = "spring_n_mm = [5079.0, 1646.0", "spring_n_mm = [5954.0, 1926
         ("at_mm = [263.9,", "at_mm = [nan,", "mounts"),
         ("centre_of_gravity_mm = [0.0,", "centre_of_gravity_mm = [nan,", "centre_of_gravity_mm"),
         ("# accelerometer_m = { left = [2.0,", "accelerometer_m = { left = [nan,", "accelerometer_m"),
+        (
+            "# accelerometer_m = { left = [2.0,",
+            "accelerometer_m = { left = [2000.0,",
+            r"accelerometer_m.left\[0\] = 2000",
+        ),
+        (
+            "# cant = { left = { deg = 0.0,",
+            "cant = { left = { deg = 45.0,",
+            "cant.left.deg = 45.0: Expected `float` <= 20.0",
+        ),
+        ("# cant = { left = { deg = 0.0,", "cant = { left = { dig = 1.0,", "cant.left"),
+        ("mach = { jump = 0.02,", "mach = { jump = 0.0,", "limits.mach.jump = 0.0: Expected `float` > 0.0"),
+        ("mach = { jump = 0.02,", "mach = { jmp = 0.02,", "limits.mach.jmp: no such key, expected one of jump, noise"),
+        ('name = "lower"', 'name = "upper"', "mounts: upper, upper, rear: expected every name once"),
+        (
+            "rigid_body = false\ncentre_of_gravity_mm = [0.0, 0.0, 0.0]",
+            "rigid_body = true\ncentre_of_gravity_mm = [0.0, 0.0, 3000.0]",
+            "would carry 494 % and -394 % of a thrust",
+        ),
     ],
 )
 def test_a_geometry_that_no_engine_has_is_refused_in_one_line(old, new, words):

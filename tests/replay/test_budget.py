@@ -36,6 +36,8 @@ def test_a_window_behind_the_end_is_told_how_long_the_flight_is(log, capsys):
     assert "nothing was estimated there, only until 180 s" in capsys.readouterr().err
     assert main(["budget", str(log), "--at", "160", "220"]) == 2  # it would be called the mean over a minute
     assert "not all of it was estimated, only until 180 s" in capsys.readouterr().err
+    assert main(["budget", str(log), "--at", "160", "160.5"]) == 2
+    assert "--at 160 160.5: expected T0 not below 0 and T1 at least 2 s behind it" in capsys.readouterr().err
 
 
 def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_path, capsys):

@@ -1,5 +1,6 @@
 """Simulated flights: what is on the wire decodes to what the twin did."""
 
+import json
 from collections import defaultdict
 from pathlib import Path
 
@@ -7,9 +8,10 @@ import numpy as np
 import pytest
 
 from tests.wire.one_by_one import AdcSample, adc_items, can_items
+from thrustd.__main__ import main
 from thrustd.core.errors import RecordingError
 from thrustd.core.types import Fault, Frame, Reading, Tick
-from thrustd.records.files import read_recording
+from thrustd.records.files import read_recording, write_recording
 from thrustd.records.recording import make_recording
 from thrustd.sources.mcap_log import LogFile
 from thrustd.twin.aircraft import as_flown
@@ -202,6 +204,14 @@ def test_engines_are_started_in_front_of_a_recording():
             assert (started[name][:others] == 0.0).all()
             assert started[name][front - 100] == pytest.approx(plain[name][0], rel=1e-3)
     assert (np.abs(np.diff(started["n1_pct_left"])) < 0.5).all()
+
+
+@pytest.mark.parametrize(("more", "minutes"), [((), 1.0), (("--minutes", "0.5"), 0.5), (("--minutes", "3"), 1.0)])
+def test_a_recording_is_flown_for_as_long_as_was_asked_for(tmp_path, capsys, more, minutes):
+    write_recording(idling(), tmp_path / "idling.csv")
+    log = str(tmp_path / "flight.mcap")
+    assert main(["simulate", "--recording", str(tmp_path / "idling.csv"), *more, "--json", "-o", log]) == 0
+    assert json.loads(capsys.readouterr().out)["minutes"] == pytest.approx(minutes, abs=0.01)
 
 
 def test_mounts_that_have_flown_do_not_come_back_to_where_they_were_new():

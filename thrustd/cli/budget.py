@@ -32,7 +32,8 @@ def budget_verb(arguments: argparse.Namespace) -> int:
 
     begin_s, end_s = arguments.at
     if not 0 <= begin_s <= end_s - LEAST_S:
-        raise UsageError(f"--at {begin_s:g} {end_s:g}: expected two times, the later one second, {LEAST_S:g} s apart")
+        expected = f"expected T0 not below 0 and T1 at least {LEAST_S:g} s behind it"
+        raise UsageError(f"--at {begin_s:g} {end_s:g}: {expected}")
     config = read_installation(arguments.config) if arguments.config else None
     log = LogRun(run_paths(arguments.log))
     found = budgets(log, open_installation(log, config), begin_s, end_s)

@@ -2,11 +2,11 @@
 
 import argparse
 from collections.abc import Callable
-from datetime import UTC, date, datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, tell
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, day, file_type, note, print_json, progress, tell
 from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
 from thrustd.installation.shipped import CONFIGURATION, given_or_shipped
@@ -87,16 +87,13 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", type=file_type(".toml"), required=True, help="calibration file to write or update"
     )
     parser.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
-    parser.add_argument(
-        "--date", type=date.fromisoformat, help="date of the measurement (default: the log's, else today)"
-    )
+    parser.add_argument("--date", type=day, help="date of the measurement (default: the log's, else today)")
     add_json(parser)
 
 
 def commission_verb(arguments: argparse.Namespace) -> int:
     from thrustd.commission.commission import commission, summary_lines
     from thrustd.commission.pieces import read_pieces
-    from thrustd.commission.report import write_report
     from thrustd.installation.installation import read_installation
 
     config = given_or_shipped(arguments.aircraft, CONFIGURATION, "--aircraft")
@@ -105,7 +102,6 @@ def commission_verb(arguments: argparse.Namespace) -> int:
     with progress("commission") as advance:
         pieces = read_pieces(*given, installation)
         done = commission(pieces, installation, config, arguments.out, lambda share, what: advance(share))
-    write_report(done)
     if arguments.json:
         mounts = {name: {"unseen_n": one.unseen_n, "notes": one.lines} for name, one in done.mounts.items()}
         missing = [piece.piece for piece in done.missing]
@@ -177,7 +173,7 @@ def _tether(arguments: argparse.Namespace) -> int:
     flight, installation, on = _flight(arguments, _only(arguments))
     fit = fit_tether(flight, cell, installation)
     old = _known(arguments) or installation.calibration() or _new(on)
-    _write(arguments, with_tether(old, fit, on))
+    _write(arguments, with_tether(old, fit, on, cell.name))
     if arguments.json:
         print_json({"date": str(on), "fit": fit})
         return 0
@@ -193,7 +189,7 @@ def _print_tether(fit: Any) -> None:
         digits = {"um": 1, "um/K": 2}.get(each.unit, 4)
         told = "yes" if each.told else "no, its prior"
         unit = "" if each.unit == "-" else f" {each.unit}"
-        table.add_row(each.what, f"{each.value:.{digits}f}{unit}", f"+- {each.half_width:.{digits}f}", told)
+        table.add_row(each.what, f"{each.value:.{digits}f}{unit}", f"+- {each.half_width:.{digits}f}{unit}", told)
     console().print(table)
     print(f"cell minus all mounts: {fit.before_n:.0f} -> {fit.after_n:.0f} N RMS; cell's clock {fit.lag_s:+.1f} s")
     for name in fit.gains:
@@ -273,8 +269,8 @@ def _flight(
     with progress(f"read {path.name}") as advance:
         flight = flight_columns(log, seen_by(installation) if seen_by else installation, advance)
     began_s = log.header.epoch_offset_ns * 1e-9 + float(flight.time_s[0])
-    day = datetime.fromtimestamp(began_s if began_s > DAYS else datetime.now(UTC).timestamp(), UTC).date()
-    return flight, installation, str(arguments.date or day)
+    began = datetime.fromtimestamp(began_s if began_s > DAYS else datetime.now(UTC).timestamp(), UTC).date()
+    return flight, installation, str(arguments.date or began)
 
 
 def _known(arguments: argparse.Namespace) -> "Calibration | None":

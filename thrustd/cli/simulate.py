@@ -26,11 +26,12 @@ def add_verbs(verbs: Verbs) -> None:
     )
     parser.add_argument("--config", type=Path, help=f"installation to simulate (default: the shipped {HIL})")
     parser.add_argument(
-        "--minutes", type=float, default=10.0, help="length of a scripted flight in minutes (default 10)"
+        "--minutes", type=float, help="length of the flight in minutes (default: 10, or all of the recording)"
     )
-    parser.add_argument("--recording", type=Path, help="fly this recording instead of a scripted flight")
+    made = parser.add_mutually_exclusive_group()
+    made.add_argument("--recording", type=Path, help="fly this recording instead of a scripted flight")
     parser.add_argument("--engine-start", action="store_true", help="with --recording: put an engine start in front")
-    parser.add_argument(
+    made.add_argument(
         "--tethered",
         action="store_true",
         help="static run against a load cell, whose record goes beside the log as NAME-cell.csv",
@@ -43,14 +44,14 @@ def add_verbs(verbs: Verbs) -> None:
         "--knob", action="append", default=[], metavar="NAME=VALUE",
         help="set one error that the models do not know, e.g. drag_m2=0.04; may be repeated",
     )  # fmt: skip
-    _add_bench(parser)
+    _add_bench(parser, made)
     _add_wires(parser)
     add_json(parser)
 
 
-def _add_bench(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
-    parser.add_argument(
+def _add_bench(parser: argparse.ArgumentParser, made: Any) -> None:
+    made.add_argument("--bench", choices=BENCH_KINDS, help="make a bench record instead of a flight")
+    made.add_argument(
         "--programme", type=Path, metavar="CSV", help="make a bench record of this programme (from plan-test)"
     )
     parser.add_argument("--hours", type=float, default=8.0, help="length of the bench record in hours (default 8)")
@@ -58,7 +59,7 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--room", type=float, default=20.0, metavar="DEGC", help="temperature of the bench (default 20)"
     )
-    parser.add_argument(
+    made.add_argument(
         "--hide",
         metavar="EFFECT[,EFFECT]",
         help="make a bench record without these effects, a measured and a held-out record with them",
@@ -95,14 +96,17 @@ def _profile(arguments: argparse.Namespace) -> tuple[Any, Any]:
     from thrustd.records.files import read_recording
     from thrustd.twin.flight import recorded_flight, scripted_flight
 
-    knobs = _knobs(arguments)
+    knobs, minutes = _knobs(arguments), arguments.minutes
+    if minutes is not None and not 0.1 <= minutes <= 6000:
+        raise UsageError(f"--minutes {minutes:g}: expected 0.1 to 6000")
     if arguments.recording is not None:
-        return recorded_flight(read_recording(arguments.recording), arguments.seed, arguments.engine_start, knobs)
+        record = read_recording(arguments.recording)
+        if minutes is not None:
+            record = record.window(float(record.time_s[0]), float(record.time_s[0]) + 60.0 * minutes)
+        return recorded_flight(record, arguments.seed, arguments.engine_start, knobs)
     if arguments.engine_start:
         raise UsageError("--engine-start: expected with --recording; a scripted flight starts its engines itself")
-    if not 0.1 <= arguments.minutes <= 6000:
-        raise UsageError(f"--minutes {arguments.minutes:g}: expected 0.1 to 6000")
-    return scripted_flight(arguments.minutes * 60.0, arguments.seed, knobs)
+    return scripted_flight(60.0 * (10.0 if minutes is None else minutes), arguments.seed, knobs)
 
 
 def _knobs(arguments: argparse.Namespace) -> Any:
@@ -160,9 +164,6 @@ def _bench(arguments: argparse.Namespace) -> dict[str, Any]:
     from thrustd.records.files import read_recording, write_recording
     from thrustd.twin import bench
     from thrustd.twin.mount import LOWER, UPPER
-
-    if arguments.bench is not None and arguments.programme is not None:
-        raise UsageError("--bench and --programme: expected one of them")
 
     if not 0.01 <= arguments.hours <= bench.MOST_HOURS:
         raise UsageError(f"--hours {arguments.hours:g}: expected 0.01 to {bench.MOST_HOURS:g}")

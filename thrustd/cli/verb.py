@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -57,6 +58,14 @@ def file_type(suffix: str) -> Callable[[str], Path]:
         return Path(text)
 
     return file_name
+
+
+def day(text: str) -> date:
+    """For an argument that dates a measurement."""
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text}: expected a day of the calendar, year-month-day") from None
 
 
 def seed(text: str) -> int:

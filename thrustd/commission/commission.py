@@ -10,15 +10,15 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
 
 import msgspec
 
 from thrustd.brochure.fit.deck_fit import fit_deck_file, report_lines
-from thrustd.commission.mount_models import Made, mount_models
+from thrustd.commission.mount_models import mount_models
 from thrustd.commission.pieces import Pieces
+from thrustd.commission.report import Commissioned, Missing, report_page
 from thrustd.core.config import section
 from thrustd.core.errors import ConfigError, UsageError
 from thrustd.fusion.settings import FusionSettings
@@ -30,34 +30,11 @@ WEIGHT_STD, THERMAL_STD = 0.005, 0.006  # 1.5 g without the weight's stiffening;
 DECK_STD = 0.02
 
 
-@dataclass(frozen=True, slots=True)
-class Missing:
-    """A piece that was not brought."""
-
-    piece: str
-    costs: str
-    std: float  # of the force, relative, one sigma
-
-
-@dataclass(frozen=True, slots=True)
-class Commissioned:
-    """What is in the folder."""
-
-    folder: Path
-    config: Path
-    mounts: dict[str, Made]
-    deck_rows: list[dict[str, object]]
-    remarks: tuple[str, ...]
-    missing: list[Missing]
-    stiffness_std: float
-    kept: str = ""  # what came from the base and belongs to its models
-
-
 def commission(
     pieces: Pieces, installation: Installation, config: Path, out: Path, told: Callable[[float, str], None]
 ) -> Commissioned:
     """`config`: the aircraft's configuration that `installation` was read from; `out`: a folder that is not there."""
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+    if out.is_symlink() or (out.exists() and (not out.is_dir() or any(out.iterdir()))):
         raise UsageError(f"{out}: already exists; expected the name of a new or empty folder")
     missing = _missing(pieces)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -74,11 +51,14 @@ def commission(
             (folder / "models" / f"{mount}.json").write_text(write_model(one.spec))
         told(0.97, "check")
         read_installation(target).pipeline()
+        kept = _kept(installation)
+        done = Commissioned(out, out / config.name, made, rows, remarks, missing, std, kept)
+        (folder / "report.html").write_text(report_page(done), encoding="utf-8")
         if out.exists():
             out.rmdir()
         shutil.move(folder, out)
     told(1.0, "done")
-    return Commissioned(out, out / config.name, made, rows, remarks, missing, std, _kept(installation))
+    return done
 
 
 def _missing(pieces: Pieces) -> list[Missing]:

@@ -132,4 +132,4 @@ def _hang(one: Made, mount: str, installation: Installation) -> None:
         one.lines.append(
             f"accelerometer: {', '.join(f'{each:g}' for each in arm_m)} m forward, right, down of the engine"
         )
-    one.lines.append(f"mass: {mass_kg:.1f} of {aircraft.engine_mass_kg:g} kg, as its spring rate says")
+    one.lines.append(f"mass: {mass_kg:.1f} of {aircraft.engine_mass_kg:g} kg, its share of a thrust")

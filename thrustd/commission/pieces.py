@@ -57,9 +57,9 @@ def _paths(bench: Sequence[str], mounts: Sequence[str]) -> dict[str, list[Path]]
     """PLACE=FILE, files of one place with commas: by mount; `upper` stands for every mount whose name ends so."""
     found: dict[str, list[Path]] = {}
     for given in bench:
-        place, equals, names = given.partition("=")
+        place, _, names = given.partition("=")
         mine = [mount for mount in mounts if mount == place or mount.endswith(f"_{place}")]
-        if not equals or not mine:
+        if not mine or not all(names.split(",")):
             raise UsageError(f"--bench {given}: expected MOUNT=FILE with a mount of {', '.join(mounts)}, or its ending")
         for mount in mine:
             found.setdefault(mount, []).extend(Path(name) for name in names.split(","))

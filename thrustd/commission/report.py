@@ -1,12 +1,13 @@
 """The report of `commission`: every model, its error on data not used, what was left out and what it costs."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
-from thrustd.commission.commission import Commissioned
 from thrustd.commission.mount_models import Made
 from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.effects import effect_named
 from thrustd.sinks.html_page import head, section, sentences, table
-from thrustd.sinks.whole_file import write_whole
 
 WORDS = (
     "Free runs: a model sees deformation and channels, never the force. Errors are RMS on data that nothing was fitted "
@@ -20,8 +21,31 @@ NEXT = (
 )
 
 
-def write_report(done: Commissioned) -> None:
-    """report.html in the folder."""
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """A piece that was not brought."""
+
+    piece: str
+    costs: str
+    std: float  # of the force, relative, one sigma
+
+
+@dataclass(frozen=True, slots=True)
+class Commissioned:
+    """What is in the folder."""
+
+    folder: Path
+    config: Path
+    mounts: dict[str, Made]
+    deck_rows: list[dict[str, object]]
+    remarks: tuple[str, ...]
+    missing: list[Missing]
+    stiffness_std: float
+    kept: str = ""  # what came from the base and belongs to its models
+
+
+def report_page(done: Commissioned) -> str:
+    """HTML."""
     parts = [head(f"{done.folder.name}: commissioned", WORDS), _models(done.mounts), _effects(done.mounts)]
     parts += [_deck(done.deck_rows, done.remarks), _missing(done)]
     parts += [
@@ -32,7 +56,7 @@ def write_report(done: Commissioned) -> None:
     ]
     said = (line.format(config=done.config, folder=done.folder) for line in NEXT)
     parts += [section("What is next", sentences(said))]
-    write_whole(done.folder / "report.html", "".join(parts))
+    return "".join(parts)
 
 
 def _models(mounts: dict[str, Made]) -> str:
@@ -49,10 +73,10 @@ def _span(limits: Sequence[float]) -> str:
 
 def _effects(mounts: dict[str, Made]) -> str:
     rows = [
-        (f"{mount}: {effect.name}", name, f"{value:.4g}", _sigma(one.spec, effect, name))
+        (f"{mount}: {effect_named(effect.name).word}", name, f"{value:.4g}", _sigma(one.spec, effect, name))
         for mount, one in mounts.items()
         for effect in one.spec.effects
-        if not effect.name.startswith("hysteresis")
+        if effect_named(effect.name).word != "hysteresis"
         for name, value in effect.parameters.items()
     ]
     return section("Effects", table(("Mount and effect", "parameter", "value", "one sigma"), rows))

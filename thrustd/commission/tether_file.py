@@ -12,10 +12,10 @@ FAR = 5.0  # sigmas of what an installation does: a gain out there is the cell's
 CURVE = np.linspace(0.0, 1.0, 9)  # of the range: knots of a bow
 
 
-def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibration:
-    """The file with the run's gains and zeros; RecordingError when no installation does what they say."""
+def with_tether(calibration: Calibration, fit: TetherFit, on: str, cell: str) -> Calibration:
+    """The file with the run's gains and zeros; RecordingError, of `cell`, when no installation does what they say."""
     mounts = dict(calibration.mount)
-    _check_gains({name: calibration.of(name).gain * factor for name, (factor, _) in fit.gains.items()})
+    _check_gains({name: calibration.of(name).gain * factor for name, (factor, _) in fit.gains.items()}, cell)
     for name, (factor, gain_std) in fit.gains.items():
         old = mounts.get(name, MountCalibration())
         left_mm, std_mm = fit.zeros_mm[name]
@@ -38,12 +38,12 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str) -> Calibratio
     return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
 
 
-def _check_gains(gains: dict[str, float]) -> None:
+def _check_gains(gains: dict[str, float], cell: str) -> None:
     name = max(gains, key=lambda each: abs(gains[each] - 1.0))
     if abs(gains[name] - 1.0) > FAR * ENGINE_STD:
         limits = f"expected {1 - FAR * ENGINE_STD:.2f} to {1 + FAR * ENGINE_STD:.2f}"
         asked = "is the cell calibrated, does all of the pull go through it, and is the model this mount's?"
-        raise RecordingError(f"tethered run: gain of {name} {gains[name]:.3f}, {limits}: {asked}")
+        raise RecordingError(f"{cell}: gain of {name} {gains[name]:.3f}, {limits}: {asked}")
 
 
 def _bent(mount: MountCalibration, line: Line) -> MountCalibration:

@@ -20,6 +20,7 @@ DATA = "citation-ii.toml"  # for configurations that name none
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NotNegative = Annotated[float, Meta(ge=0, le=1e6)]
 Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
+Arm = Annotated[float, Meta(ge=-20, le=20)]  # m: farther away is another unit
 
 
 class SensorLimits(Section, frozen=True):
@@ -153,7 +154,7 @@ class AircraftData(Section, frozen=True):
     rigid_body: bool = False  # they carry that: a tethered run says so; else they move together and weight is no couple
     cant: dict[str, Cant] = msgspec.field(default_factory=dict)  # by mount of the configuration, or by engine
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
-    accelerometer_m: dict[str, tuple[Place, Place, Place]] = msgspec.field(default_factory=dict)
+    accelerometer_m: dict[str, tuple[Arm, Arm, Arm]] = msgspec.field(default_factory=dict)
     fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
     windmilling: Windmilling | None = None  # none: an engine that is off is said to have no thrust in flight, too
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
@@ -218,6 +219,13 @@ def _check_geometry(data: AircraftData, where: str) -> None:
     if min(along) <= 0.0 or _order(along) != _order(data.spring_n_mm):
         expected = f"expected those of spring_n_mm = {data.spring_n_mm} first, in this order"
         raise ConfigError(f"{where}: mounts: {named} with {along} N/mm along x: {expected}")
+    if len({mount.name for mount in data.mounts}) < len(data.mounts):
+        raise ConfigError(f"{where}: mounts: {named}: expected every name once")
+    shares = [each.thrust_share for each in carried(data)][: len(along)]
+    if data.rigid_body and min(shares) <= 0.0:
+        said = " and ".join(f"{100 * share:.0f} %" for share in shares)
+        asked = "expected a part of it on each: centre_of_gravity_mm or at_mm is off"
+        raise ConfigError(f"{where}: rigid_body: its front mounts would carry {said} of a thrust; {asked}")
 
 
 def _order(rates: Sequence[float]) -> list[int]:

@@ -7,6 +7,7 @@ Every part receives its own section. Sections whose meaning belongs to a part on
 import re
 import tomllib
 from collections.abc import Sequence
+from copy import deepcopy
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -188,8 +189,11 @@ def _with_value(table: Any, kind: type, problem: str) -> str:
     """msgspec's "Expected ... - at `$.adc.port`" with the offending value, or with the keys that there are."""
     message, _, path = problem.partition(" - at `$")
     path = path.rstrip("`").lstrip(".")
-    value, parts = table, [part for part in path.replace("[", ".").replace("]", "").split(".") if part]
+    value = table
     try:
+        if "[...]" in path:
+            path = path.replace("[...]", f".{_refused_key(table, kind, path)}")
+        parts = [part for part in path.replace("[", ".").replace("]", "").split(".") if part]
         for part in parts:
             value = value[int(part)] if isinstance(value, list) else value[part]
     except (KeyError, IndexError, ValueError, TypeError):
@@ -200,6 +204,22 @@ def _with_value(table: Any, kind: type, problem: str) -> str:
     return f"{path or 'the top level'} = {_short(value)}: {message}"
 
 
+def _refused_key(table: Any, kind: type, path: str) -> str:
+    """Which of a table's own names stands for `[...]` in `path`: without it the fault is gone."""
+    holder = table = deepcopy(table)
+    for part in path.partition("[...]")[0].split("."):
+        holder = holder[part]
+    for key in [*holder]:
+        del holder[key]
+        try:
+            msgspec.convert(table, kind)
+        except msgspec.ValidationError as problem:
+            if path in str(problem):
+                continue
+        return str(key)
+    raise KeyError(path)
+
+
 def _keys(kind: Any, parts: Sequence[str]) -> tuple[str, ...]:
     """Of the table that `parts` lead to from a struct."""
     named: Any = inspect.type_info(kind)
@@ -208,6 +228,8 @@ def _keys(kind: Any, parts: Sequence[str]) -> tuple[str, ...]:
             named = next(each for each in named.types if isinstance(each, inspect.StructType))
         if part and isinstance(named, inspect.ListType):
             named = named.item_type
+        elif part and isinstance(named, inspect.DictType):
+            named = named.value_type
         elif part:
             named = next(field.type for field in named.fields if field.name == part)
     return tuple(field.encode_name for field in named.fields)
