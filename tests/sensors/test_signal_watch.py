@@ -61,6 +61,11 @@ def test_a_sensor_that_scattered_while_the_aircraft_went_elsewhere_is_trusted_th
     assert kinds([*calm(CALM_STEPS), *RNG.uniform(-8.0, 8.0, 300), *calm(100, 3.0)])[-1] == ""
 
 
+def test_a_sensor_that_came_and_went_while_the_aircraft_went_elsewhere_is_trusted_there():
+    """Too seldom to be noise, and no jump since shows where it should be."""
+    assert kinds([*calm(CALM_STEPS), *[0.0] * 8, 4.0, *[0.0] * 9, 2.0, *[0.0] * 9, *calm(100, 3.0)])[-1] == ""
+
+
 @pytest.mark.parametrize(
     "fault",
     [calm(300, 2.5), [*calm(15, 2.5), nan, nan, *calm(300, 2.5)], list(np.linspace(2.5, 1.0, 300))],

@@ -34,7 +34,9 @@ KINDS = ("", "dead", "stuck", "noisy", "offset", "drift")
 HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(KINDS)))
 # the memory of one sensor, a row of numbers; JUMP is the size of the jump in doubt or confirmed, FROM the value before,
 # JUMPS how many there were, fading
-KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS = range(13)
+(
+    KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS,
+) = range(14)  # fmt: skip
 VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
 BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
 WIDTH = LAST_BEND + 1
@@ -157,6 +159,7 @@ def _watch_rest(row: Floats, value: float, active: bool) -> None:
 @compiled
 def _watch_jump(row: Floats, value: float, limit: float, confirm_s: float) -> None:
     row[SINCE_JUMP] += STEP_S
+    row[SINCE_FROM] += STEP_S
     row[JUMPS] = max(row[JUMPS] - STEP_S / JUMP_FADES_S, 0.0)
     if row[N_VALUES] == 0 and row[JUMP] == 0.0:
         return
@@ -165,7 +168,7 @@ def _watch_jump(row: Floats, value: float, limit: float, confirm_s: float) -> No
     rested = row[SINCE_JUMP] > 1.5 * STEP_S  # one that scatters comes by its old place, too
     was_back = rested and row[JUMP] == 0.0 and abs(row[LAST] - row[FROM]) <= limit
     if was_back or row[SINCE_JUMP] >= confirm_s:
-        row[FROM] = row[LAST] - row[JUMP]
+        row[FROM], row[SINCE_FROM] = row[LAST] - row[JUMP], STEP_S
     row[SINCE_JUMP] = 0.0
     row[JUMPS] = min(row[JUMPS], NOISY_JUMPS) + 1.0  # what is noisy gets no noisier
     left = value - row[FROM]  # of all jumps together: the way back may be several, or go too far first
@@ -192,14 +195,15 @@ def _confirm_s(limits: Floats) -> float:
 
 
 @compiled
-def _offset(row: Floats, value: float, confirm_s: float) -> bool:
+def _offset(row: Floats, value: float, limit: float, confirm_s: float) -> bool:
     if row[JUMP] == 0.0:
         return False
     if row[KIND] == OFFSET:
         return True
     if row[SINCE_JUMP] < confirm_s:
         return False
-    if abs(value - row[FROM]) > 0.5 * abs(row[JUMP]):
+    could = limit * (row[SINCE_FROM] - row[SINCE_JUMP]) / STEP_S  # what the aircraft may have done meanwhile
+    if abs(value - row[FROM]) > 0.5 * abs(row[JUMP]) and abs(row[JUMP]) > could:
         return True
     row[JUMP] = 0.0
     return False
@@ -236,7 +240,7 @@ def _symptom(row: Floats, limits: Floats, value: float, active: bool, longest_re
         return STUCK
     if _is_noisy(row, limits[NOISE_LIMIT]) if isfinite(limits[NOISE_LIMIT]) else row[JUMPS] >= NOISY_JUMPS:
         return NOISY
-    if _offset(row, value, _confirm_s(limits)):
+    if _offset(row, value, limits[JUMP_LIMIT], _confirm_s(limits)):
         return OFFSET
     judging = row[JUMP] != 0.0 or row[JUMPS] > 1.0  # an offset or noise: not known yet which
     if not judging and (_drifts(row, limits[RATE_LIMIT]) or not limits[LOW] <= value <= limits[HIGH]):
