@@ -2,7 +2,8 @@
 
 Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go together: who rests alone lies; who jumps
 alone is weighed in `bank`, for a fuel flow leads its spools. A larger jump is doubted at once (the sensor is left out)
-and judged CONFIRM_S later: if the signal stays where it jumped to, it is an offset; if it came back it was a spike.
+and judged CONFIRM_S later: if the signal stays where it jumped to, it is an offset; if it came back it was a spike, or
+if the aircraft may have gone there meanwhile. What was dead, stuck or noisy is trusted where it comes to rest.
 Noise is the median of |second difference| over 2 s, which one jump cannot lift. A sensor that is read once a second
 rests in between: three jumps within some seconds are its noise, and a jump of it is judged later.
 """
@@ -33,10 +34,8 @@ SHORTEST_STUCK_S = 6.0
 KINDS = ("", "dead", "stuck", "noisy", "offset", "drift")
 HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(KINDS)))
 # the memory of one sensor, a row of numbers; JUMP is the size of the jump in doubt or confirmed, FROM the value before,
-# JUMPS how many there were, fading
-(
-    KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS,
-) = range(14)  # fmt: skip
+# AWAY how long ago that was, JUMPS how many there were, fading
+KIND, SEEN, CALM, MISSING, JUMP, FROM, AWAY, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS = range(14)
 VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
 BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
 WIDTH = LAST_BEND + 1
@@ -159,7 +158,7 @@ def _watch_rest(row: Floats, value: float, active: bool) -> None:
 @compiled
 def _watch_jump(row: Floats, value: float, limit: float, confirm_s: float) -> None:
     row[SINCE_JUMP] += STEP_S
-    row[SINCE_FROM] += STEP_S
+    row[AWAY] += STEP_S
     row[JUMPS] = max(row[JUMPS] - STEP_S / JUMP_FADES_S, 0.0)
     if row[N_VALUES] == 0 and row[JUMP] == 0.0:
         return
@@ -168,7 +167,7 @@ def _watch_jump(row: Floats, value: float, limit: float, confirm_s: float) -> No
     rested = row[SINCE_JUMP] > 1.5 * STEP_S  # one that scatters comes by its old place, too
     was_back = rested and row[JUMP] == 0.0 and abs(row[LAST] - row[FROM]) <= limit
     if was_back or row[SINCE_JUMP] >= confirm_s:
-        row[FROM], row[SINCE_FROM] = row[LAST] - row[JUMP], STEP_S
+        row[FROM], row[AWAY] = row[LAST] - row[JUMP], STEP_S
     row[SINCE_JUMP] = 0.0
     row[JUMPS] = min(row[JUMPS], NOISY_JUMPS) + 1.0  # what is noisy gets no noisier
     left = value - row[FROM]  # of all jumps together: the way back may be several, or go too far first
@@ -196,13 +195,11 @@ def _confirm_s(limits: Floats) -> float:
 
 @compiled
 def _offset(row: Floats, value: float, limit: float, confirm_s: float) -> bool:
-    if row[JUMP] == 0.0:
-        return False
-    if row[KIND] == OFFSET:
-        return True
+    if row[JUMP] == 0.0 or row[KIND] == OFFSET:
+        return row[JUMP] != 0.0
     if row[SINCE_JUMP] < confirm_s:
         return False
-    could = limit * (row[SINCE_FROM] - row[SINCE_JUMP]) / STEP_S  # what the aircraft may have done meanwhile
+    could = limit * (row[AWAY] - row[SINCE_JUMP]) / STEP_S  # what the aircraft may have done meanwhile
     if abs(value - row[FROM]) > 0.5 * abs(row[JUMP]) and abs(row[JUMP]) > could:
         return True
     row[JUMP] = 0.0
