@@ -4,7 +4,7 @@
 # link. It is switched only when the new one has read this aircraft's configuration, and back when it does not start.
 # DESTDIR=somewhere tries it elsewhere.
 set -euo pipefail
-wheel=$(realpath "$1")
+wheel=$(realpath -e "${1:?expected a wheel: deploy/install.sh dist/thrustd-VERSION-py3-none-any.whl}")
 here=$(dirname "$(realpath "$0")")
 . "$here/switch.sh"
 

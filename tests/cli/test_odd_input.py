@@ -99,3 +99,20 @@ sys.exit(main(["replay", sys.argv[2], "-o", "out.mcap"]))
     assert done.returncode == (130 if number == signal.SIGINT else 143)
     assert "Traceback" not in done.stderr
     assert sorted(here.iterdir()) == before
+
+
+def test_interrupted_while_the_verbs_load_it_ends_in_one_line():
+    """Whichever module is loaded when the signal comes."""
+    child = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Pressed:
+    def find_spec(self, name, *_):
+        if name == "thrustd.cli":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Pressed())
+from thrustd.__main__ import main
+sys.exit(main(["--version"]))
+"""
+    done = subprocess.run([sys.executable, "-c", child], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (130, "thrustd: interrupted\n")

@@ -193,3 +193,12 @@ def test_the_configuration_of_the_aircraft_is_whole_and_never_overwritten(comput
     config.write_text("# ours\n")
     assert computer.install().returncode == 0
     assert config.read_text() == "# ours\n"
+
+
+@pytest.mark.parametrize(("arguments", "says"), [([], "expected a wheel"), (["no.whl"], "no.whl: No such file")])
+def test_without_a_wheel_nothing_is_built(computer, arguments, says):
+    done = computer.run("install.sh", *arguments)
+    assert done.returncode != 0
+    assert says in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not computer.home.exists()

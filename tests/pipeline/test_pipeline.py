@@ -145,6 +145,14 @@ def test_a_wire_that_goes_is_said_once_and_not_each_of_its_signals(aircraft, wir
     assert not any(e.status & Status.LINK_LOST for e in of(outputs, Estimate) if e.t_ns > 14 * S)
 
 
+def test_a_bus_that_repeats_every_message_is_one_trouble(aircraft):
+    repeats = lambda e: isinstance(e, Frame) and e.channel == "can"  # noqa: E731
+    outputs = fly(aircraft, (e for event in flight(aircraft, 5) for e in [event] * (1 + repeats(event))))
+    troubles = [f for f in of(outputs, Fault) if f.where.startswith("can")]
+    assert {(f.where, f.kind) for f in troubles} == {("can", "late")}
+    assert sum(f.count for f in troubles) > 400
+
+
 def test_a_signal_that_stays_away_when_its_wire_is_back_is_said_then(aircraft):
     def gone(e):
         return isinstance(e, Frame) and e.channel == "can" and 6 * S < e.t_ns < (99 if e.ident == 500 else 8) * S

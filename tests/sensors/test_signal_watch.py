@@ -1,9 +1,10 @@
 """One sensor alone: a jump is undone by the way back, whatever it looks like, and by nothing else."""
 
-from math import nan
+from math import inf, nan
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from thrustd.core.aircraft import SensorLimits
 from thrustd.sensors.signal_watch import SignalWatch, fresh_rows, limit_rows, watch
@@ -17,9 +18,9 @@ def calm(steps, value=1.0):
     return list(value + 0.01 * RNG.standard_normal(steps))
 
 
-def kinds(values):
+def kinds(values, limits=LIMITS):
     """What is said after each value at 10 Hz."""
-    rows, limits = fresh_rows(SENSORS), limit_rows([LIMITS] * SENSORS)
+    rows, limits = fresh_rows(SENSORS), limit_rows([limits] * SENSORS)
     said = []
     for value in values:
         watch(rows, limits, np.full(SENSORS, value), 1, 1)
@@ -44,6 +45,25 @@ def test_a_sensor_that_is_back_where_it_was_is_trusted_again(fault):
     said = kinds([*calm(CALM_STEPS), *fault, *calm(100)])
     assert any(said)
     assert said[-1] == ""
+
+
+@pytest.mark.parametrize("steps", [4, 7, 13, 30, 300])
+@pytest.mark.parametrize("noise", [LIMITS.noise, inf], ids=["read often", "read seldom"])
+def test_a_sensor_that_scattered_is_trusted_within_ten_seconds_of_rest(steps, noise):
+    limits = replace(LIMITS, noise=noise)
+    for seed in range(20):
+        scatter = list(np.random.default_rng(seed).uniform(-8.0, 8.0, steps))
+        said = kinds([*calm(CALM_STEPS), *scatter, *calm(100)], limits)
+        assert said[-1] == "", seed
+
+
+def test_a_sensor_that_scattered_while_the_aircraft_went_elsewhere_is_trusted_there():
+    assert kinds([*calm(CALM_STEPS), *RNG.uniform(-8.0, 8.0, 300), *calm(100, 3.0)])[-1] == ""
+
+
+def test_a_sensor_that_came_and_went_while_the_aircraft_went_elsewhere_is_trusted_there():
+    """Too seldom to be noise, and no jump since shows where it should be."""
+    assert kinds([*calm(CALM_STEPS), *[0.0] * 8, 4.0, *[0.0] * 9, 2.0, *[0.0] * 9, *calm(100, 3.0)])[-1] == ""
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ FAULT_KINDS: dict[str, FaultKind] = {
         Status.ENGINE_OFF, of_engine=True,
     ),
     "zero_refused": FaultKind(
-        "before the first engine start a mount read more than a zero can be; it flies without a calibrated zero",
+        "before the first engine start a mount showed nothing, or more than a zero can be; it flies without a zero",
         Status.SENSOR_EXCLUDED, 10.0, of_engine=False,
     ),
     # the machine

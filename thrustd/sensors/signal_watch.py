@@ -2,7 +2,8 @@
 
 Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go together: who rests alone lies; who jumps
 alone is weighed in `bank`, for a fuel flow leads its spools. A larger jump is doubted at once (the sensor is left out)
-and judged CONFIRM_S later: if the signal stays where it jumped to, it is an offset; if it came back it was a spike.
+and judged CONFIRM_S later: if the signal stays where it jumped to, it is an offset; if it came back it was a spike, or
+if the aircraft may have gone there meanwhile. What was dead, stuck or noisy is trusted where it comes to rest.
 Noise is the median of |second difference| over 2 s, which one jump cannot lift. A sensor that is read once a second
 rests in between: three jumps within some seconds are its noise, and a jump of it is judged later.
 """
@@ -33,8 +34,8 @@ SHORTEST_STUCK_S = 6.0
 KINDS = ("", "dead", "stuck", "noisy", "offset", "drift")
 HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(KINDS)))
 # the memory of one sensor, a row of numbers; JUMP is the size of the jump in doubt or confirmed, FROM the value before,
-# JUMPS how many there were, fading
-KIND, SEEN, CALM, MISSING, JUMP, FROM, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS = range(13)
+# AWAY how long ago that was, JUMPS how many there were, fading
+KIND, SEEN, CALM, MISSING, JUMP, FROM, AWAY, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS = range(14)
 VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
 BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
 WIDTH = LAST_BEND + 1
@@ -129,12 +130,18 @@ def _set(row: Floats, symptom: float) -> None:
 
 
 @compiled
+def _forget_where(row: Floats) -> None:
+    """One that comes back to life, or to rest, is where the others are, not where it was."""
+    if row[KIND] == DEAD or row[KIND] == STUCK or row[KIND] == NOISY:
+        row[JUMP] = 0.0
+
+
+@compiled
 def _miss(row: Floats) -> None:
     row[MISSING] += STEP_S
     row[N_VALUES] = row[N_BENDS] = 0.0
     _set(row, DEAD if row[SEEN] != 0.0 and row[MISSING] >= DEAD_S else row[KIND])
-    if row[KIND] == DEAD:  # else the way back may lie in the gap
-        row[JUMP] = 0.0
+    _forget_where(row)
 
 
 @compiled
@@ -149,23 +156,22 @@ def _watch_rest(row: Floats, value: float, active: bool) -> None:
 
 
 @compiled
-def _watch_jump(row: Floats, value: float, limit: float) -> None:
+def _watch_jump(row: Floats, value: float, limit: float, confirm_s: float) -> None:
     row[SINCE_JUMP] += STEP_S
+    row[AWAY] += STEP_S
     row[JUMPS] = max(row[JUMPS] - STEP_S / JUMP_FADES_S, 0.0)
     if row[N_VALUES] == 0 and row[JUMP] == 0.0:
         return
-    step = value - row[LAST]
-    if (
-        abs(step) <= limit or row[KIND] == STUCK
-    ):  # one that comes back to life is where the others are, not where it was
+    if abs(value - row[LAST]) <= limit:
         return
+    rested = row[SINCE_JUMP] > 1.5 * STEP_S  # one that scatters comes by its old place, too
+    was_back = rested and row[JUMP] == 0.0 and abs(row[LAST] - row[FROM]) <= limit
+    if was_back or row[SINCE_JUMP] >= confirm_s:
+        row[FROM], row[AWAY] = row[LAST] - row[JUMP], STEP_S
     row[SINCE_JUMP] = 0.0
-    row[JUMPS] += 1.0
-    if row[JUMP] == 0.0:
-        row[JUMP], row[FROM] = step, row[LAST]
-    else:  # all jumps together: the way back may be several, or go too far first
-        left = row[JUMP] + step
-        row[JUMP] = 0.0 if abs(left) <= max(0.4 * abs(row[JUMP]), limit) else left
+    row[JUMPS] = min(row[JUMPS], NOISY_JUMPS) + 1.0  # what is noisy gets no noisier
+    left = value - row[FROM]  # of all jumps together: the way back may be several, or go too far first
+    row[JUMP] = 0.0 if abs(left) <= max(0.4 * abs(row[JUMP]), limit) else left
 
 
 @compiled
@@ -183,14 +189,18 @@ def _append(row: Floats, value: float) -> None:
 
 
 @compiled
-def _offset(row: Floats, value: float, confirm_s: float) -> bool:
-    if row[JUMP] == 0.0:
-        return False
-    if row[KIND] == OFFSET:
-        return True
+def _confirm_s(limits: Floats) -> float:
+    return CONFIRM_S if isfinite(limits[NOISE_LIMIT]) else SELDOM_CONFIRM_S
+
+
+@compiled
+def _offset(row: Floats, value: float, limit: float, confirm_s: float) -> bool:
+    if row[JUMP] == 0.0 or row[KIND] == OFFSET:
+        return row[JUMP] != 0.0
     if row[SINCE_JUMP] < confirm_s:
         return False
-    if abs(value - row[FROM]) > 0.5 * abs(row[JUMP]):
+    could = limit * (row[AWAY] - row[SINCE_JUMP]) / STEP_S  # what the aircraft may have done meanwhile
+    if abs(value - row[FROM]) > 0.5 * abs(row[JUMP]) and abs(row[JUMP]) > could:
         return True
     row[JUMP] = 0.0
     return False
@@ -225,14 +235,12 @@ def _drifts(row: Floats, rate_limit: float) -> bool:
 def _symptom(row: Floats, limits: Floats, value: float, active: bool, longest_rest_s: float) -> float:
     if active and row[RESTING] >= _stuck_s(row, longest_rest_s):
         return STUCK
-    often = isfinite(limits[NOISE_LIMIT])
-    if _is_noisy(row, limits[NOISE_LIMIT]) if often else row[JUMPS] >= NOISY_JUMPS:
+    if _is_noisy(row, limits[NOISE_LIMIT]) if isfinite(limits[NOISE_LIMIT]) else row[JUMPS] >= NOISY_JUMPS:
         return NOISY
-    if _offset(row, value, CONFIRM_S if often else SELDOM_CONFIRM_S):
+    if _offset(row, value, limits[JUMP_LIMIT], _confirm_s(limits)):
         return OFFSET
     judging = row[JUMP] != 0.0 or row[JUMPS] > 1.0  # an offset or noise: not known yet which
-    drifts = _drifts(row, limits[RATE_LIMIT]) and (often or not judging)
-    if drifts or (not judging and not limits[LOW] <= value <= limits[HIGH]):
+    if not judging and (_drifts(row, limits[RATE_LIMIT]) or not limits[LOW] <= value <= limits[HIGH]):
         return OFFSET if _jumped_lately(row) else DRIFT
     return HEALTHY
 
@@ -269,10 +277,11 @@ def _watch(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engine
         row, value = rows[i], values[i]
         if isfinite(value):
             row[SEEN], row[MISSING] = 1.0, 0.0
-            _watch_jump(row, value, limits[i, JUMP_LIMIT])
+            _watch_jump(row, value, limits[i, JUMP_LIMIT], _confirm_s(limits[i]))
             _watch_rest(row, value, active[i])
             _append(row, value)
             _set(row, _symptom(row, limits[i], value, active[i], rest_s[i]))
+            _forget_where(row)
         else:
             _miss(row)
         suspect |= row[KIND] != HEALTHY or row[JUMP] != 0.0

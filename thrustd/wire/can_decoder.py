@@ -54,7 +54,7 @@ class CanDecoder:
         messages = sorted(table.messages.values(), key=lambda message: message.ident)
         slots = dict.fromkeys((field.signal, field.index) for message in messages for field in message.fields)
         self.slots = tuple(slots)  # signal and index of every reading
-        self._fault_places = [f"{where}[{message.name}]" for message in messages]
+        self._where, self._fault_places = where, [f"{where}[{message.name}]" for message in messages]
         places, rows = {slot: place for place, slot in enumerate(slots)}, list[tuple[float, ...]]()
         lines = np.zeros(len(messages), _LINE)
         all_legal = np.zeros((len(messages), CODE_MASK + 1), np.bool_)
@@ -95,7 +95,8 @@ class CanDecoder:
         if kind == _NOT_FINITE:
             signal, index = self.slots[place]
             return Fault(t_ns, f"{signal}[{index}]", KINDS[kind - 1])
-        return Fault(t_ns, self._fault_places[place], KINDS[kind - 1], count=count)
+        where = self._where if kind == _LATE else self._fault_places[place]  # what comes twice, a bus repeats
+        return Fault(t_ns, where, KINDS[kind - 1], count=count)
 
 
 @compiled
