@@ -55,7 +55,7 @@ EFFECT = Effect(
         FRICTION_N,
         Parameter("yield_mm", "mm", neutral=0.03, low=1e-9, high=1e9, starts=(0.01, 0.03, 0.1, 0.3),
                   meaning="deformation over which the loop turns over", amplitude=False),
-        Parameter("gamma", "-", neutral=0.5, low=-0.9, high=0.9, starts=(0.3,),
+        Parameter("gamma", "-", neutral=0.5, low=-0.9, high=0.9, starts=(0.3, -0.5),
                   meaning="Bouc-Wen's gamma, where beta + |gamma| = 1", amplitude=False, spread=0.2),
         Parameter("exponent", "-", neutral=1.0, low=0.3, high=8.0, starts=(1.5,),
                   meaning="Bouc-Wen's n: how suddenly it lets go", amplitude=False, e_folds=1.5),
