@@ -107,9 +107,10 @@ class CompareReport:
             if not c.where_it_fails:
                 console.print("  nowhere in particular: the error is spread as evenly as the time")
             if c.rmse_from_rest_n > PAST * c.rmse_n:
+                rested = newtons(c.rmse_from_rest_n, unit=c.roles.output_unit)
                 console.print(
-                    f"  begun at rest it leaves {newtons(c.rmse_from_rest_n, unit=c.roles.output_unit)}: the rest is laid"
-                    " to what the mount went through before the recording, which an effect that lasts looks like too"
+                    f"  begun at rest it leaves {rested}: the difference is laid to what the mount went through before"
+                    " the recording, which an effect that lasts looks like too"
                 )
             if c.rmse_in_flight_n != c.rmse_from_rest_n:
                 console.print(
