@@ -12,12 +12,14 @@ from thrustd.diagnose.compare.before_after import before_after_pictures
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.failures import where_it_fails
 from thrustd.diagnose.compare.motion import motion_of
+from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.picture_data import spectrum_of
 from thrustd.diagnose.compare.pictures import comparison_pictures, in_unit
 from thrustd.diagnose.compare.regions import errors_by_region, regions_of
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
 from thrustd.records.roles import Roles
+from thrustd.records.shown import as_text
 
 
 def test_a_right_model_leaves_the_noise():
@@ -170,8 +172,10 @@ def test_what_was_before_the_recording_is_no_error_of_the_model():
     slow = mount(gains=(0.05, 0.12), taus_s=(0.4, 60.0))
     model = compile_model(slow, 1 / DT_S)
     force = model.simulate(model.inputs({"time_s": whole.time_s, **whole.channels}))[2000:]
-    c = compare({"mount": slow}, [late.with_channels(force_N=force)]).comparisons[0]
+    report = compare({"mount": slow}, [late.with_channels(force_N=force)])
+    (c,) = report.comparisons
     assert c.rmse_n < 0.3 * c.rmse_from_rest_n
+    assert f"begun at rest it leaves {newtons(c.rmse_from_rest_n, unit='N')}" in as_text(report.print)
 
 
 def test_places_of_failure_go_with_the_load_of_another_kind_of_rubber():

@@ -30,6 +30,7 @@ def fit(rms, words=("law",)):
         terms=words and (SimpleNamespace(free=()),) * len(words),
         words=words,
         new=slice(0, 0),
+        shown=True,
         solution=SimpleNamespace(shape=None, point=nothing, noise_variance=1.0),
         **left,
     )

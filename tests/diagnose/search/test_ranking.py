@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from thrustd.diagnose.search import ranking
-from thrustd.diagnose.search.ranking import fewest, gained, pruned, rivals, settled
+from thrustd.diagnose.search.ranking import advanced, fewest, gained, pruned, rivals, settled, stands
 
 RNG = np.random.default_rng(3)
 COMMON = RNG.normal(size=48)
@@ -14,7 +14,8 @@ COMMON = RNG.normal(size=48)
 def _fit(words: str, level: float, scatter: float) -> SimpleNamespace:
     """Leaves `level` on average, block by block differently by `scatter`."""
     block_mse = level + scatter * (COMMON - COMMON.mean())
-    return SimpleNamespace(terms=tuple(words), block_mse=block_mse, block_size=np.ones(48), mse=float(block_mse.mean()))
+    mse = float(block_mse.mean())
+    return SimpleNamespace(terms=tuple(words), block_mse=block_mse, block_size=np.ones(48), mse=mse, shown=True)
 
 
 def test_a_member_that_alone_is_not_told_from_nothing_is_no_verdict():
@@ -31,6 +32,15 @@ def test_the_smaller_set_that_is_told_from_nothing_is_named():
     nothing, alone, pair = _fit("", 1.0, 0.0), _fit("m", 0.805, 0.03), _fit("mr", 0.8, 0.03)
     assert gained(nothing, alone)
     assert fewest([nothing, alone, pair], pair) is alone
+
+
+def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_verdict():
+    """Blocks that follow one another share a drift, and agree on whatever follows it."""
+    nothing, drifted, more = _fit("", 1.0, 0.0), _fit("m", 0.9, 0.01), _fit("mr", 0.8, 0.01)
+    drifted.shown = more.shown = False
+    assert gained(nothing, drifted) and not stands(nothing, drifted)
+    cell = SimpleNamespace(own_mse=np.inf, promised=0.5, own_plateau=np.inf)
+    assert advanced(cell, nothing, nothing, [drifted, more]) is None
 
 
 def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():

@@ -22,6 +22,7 @@ from thrustd.model.artifact import LedgerEntry
 from thrustd.records.roles import Roles
 
 ERROR = "measured minus model"
+PAST = 1.1  # times: from rest it leaves so much more, which is said
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,12 @@ class CompareReport:
                 console.print(f"  {i}. {failure.sentence}")
             if not c.where_it_fails:
                 console.print("  nowhere in particular: the error is spread as evenly as the time")
+            if c.rmse_from_rest_n > PAST * c.rmse_n:
+                rested = newtons(c.rmse_from_rest_n, unit=c.roles.output_unit)
+                console.print(
+                    f"  begun at rest it leaves {rested}: the difference is laid to what the mount went through before"
+                    " the recording, which an effect that lasts looks like too"
+                )
             if c.rmse_in_flight_n != c.rmse_from_rest_n:
                 console.print(
                     f"  its reading is late, and put back to its time here: in flight that is extrapolated, RMSE"

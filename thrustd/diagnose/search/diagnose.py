@@ -245,7 +245,7 @@ def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:
     found, own = [], [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
     for fit in fits:
         told = any(gained(fit, one) for one in own)
-        if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and not told:
+        if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and fit.shown and not told:
             found.append("+".join(fit.words))
     return tuple(dict.fromkeys(found))
 

@@ -18,11 +18,11 @@ from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
-from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.shape import SPECTRUM, Point, Shape
 from thrustd.identify.regression.solve import Given, Solution, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.table import std_of
-from thrustd.identify.regression.terms import Term
+from thrustd.identify.regression.terms import Term, split
 
 BLOCKS = 48  # of equal length over all records
 TOGETHER = 1, 2, 4, 8, 16  # blocks whose scores are summed before they are compared: up to a third of the records
@@ -34,6 +34,7 @@ SMOOTH = 1e-6  # roughness of a curve that is as good as straight
 REVISIONS = 4  # of where records begin and of the noise
 TOLD = 120_000  # samples that count in the fits that are reported
 PRIOR = 0.5  # of its prior's sigma: a shape less certain than this is the prior's
+SURE = 3.0  # standard errors from nothing: what is told from chance
 WORSE = 1.3  # times the bench's noise, or as much less: from there on the noise is that of these records
 
 
@@ -66,6 +67,17 @@ class Joint:
     @property
     def words(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(term.effect.word for term in self.terms))
+
+    @property
+    def shown(self) -> bool:
+        """Whether an amplitude of every new term is told from nothing, by errors that may last (`std_over`).
+
+        Blocks that follow one another share what drifts, and agree on a fit to it. The elements of a spectrum, of
+        which none says much alone, are judged by the blocks.
+        """
+        sizes = self.solution.point.vector(self.solution.shape)[self.new]
+        parts = zip(self.terms, split(self.terms, sizes), split(self.terms, self.std[self.new]), strict=True)
+        return all(_shown(term, size, std) for term, size, std in parts)
 
 
 def joint_fit(
@@ -101,6 +113,11 @@ def joint_fit(
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std_over(found, blocks))
+
+
+def _shown(term: Term, size: Floats, std: Floats) -> bool:
+    amplitude = np.array([p.amplitude for p in term.free], bool)
+    return amplitude.sum() >= SPECTRUM or bool(np.any(np.abs(size[amplitude]) > SURE * std[amplitude]))
 
 
 def _near(level: float, promised: float) -> bool:

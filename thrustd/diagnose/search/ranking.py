@@ -12,7 +12,7 @@ import numpy as np
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left
-from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, numbers_of, unlikely, unmoved
+from thrustd.diagnose.search.joint import BEGIN, SURE, Joint, joint_fit, numbers_of, unlikely, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
     Followed,
@@ -35,7 +35,6 @@ MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
 TRIED = 3  # candidates estimated whole per set
 EXACTLY = 1e-300  # nothing is divided by nothing
-SURE = 3.0  # standard errors over blocks by which a gain has to be told from chance
 WORTH = 0.03  # of the squared error: less is not worth an effect
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
@@ -138,6 +137,7 @@ def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) ->
         fit
         for fit in grown
         if gained(best, fit)
+        and fit.shown
         and fit.mse < base.own_mse
         and (known < best.mse - fit.mse or (at_floor(fit, base) and fit.mse < best.mse - fit.mse))
     ]
@@ -158,7 +158,7 @@ def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Join
         for one in leading(same)
         if one.term.effect.name not in tried
     ]
-    return simplest([fit for fit in fits if fit.words == best.words])
+    return simplest([fit for fit in fits if fit.words == best.words and (fit.shown or fit is best)])
 
 
 def _curves(base: Base, records: Sequence[Record], looks: Looks) -> list[Followed]:
@@ -187,7 +187,7 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
         grown = [
             joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one), best) for one in leading(seen)
         ]
-        if not (better := [fit for fit in grown if gained(best, fit)]):
+        if not (better := [fit for fit in grown if fit.shown and gained(best, fit)]):
             break
         best = simplest(better)
         found.append(best)
@@ -272,8 +272,8 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
 
 
 def stands(nothing: Joint, fit: Joint) -> bool:
-    """Whether a set can be a verdict: nothing, or more than nothing explains."""
-    return not fit.terms or gained(nothing, fit)
+    """Whether a set can be a verdict: nothing, or more than nothing explains, each of its effects told from nothing."""
+    return not fit.terms or (fit.shown and gained(nothing, fit))
 
 
 def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, fits: list[Joint]) -> Joint:
