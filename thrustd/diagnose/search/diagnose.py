@@ -137,10 +137,10 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     if at_floor(best, base):
         return Verdict(words, best, ())
     above, table = left(best, base) - floor, table_of(base, best)
-    before = table.mse()
-    rest = [c for c in followed(table, curve_sigma(records)) if before - c.mse > FOLLOWS * above]
+    rest = [c for c in followed(table, curve_sigma(records)) if table.mse() - c.mse > FOLLOWS * above]
     strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
-    if (not best.terms and far_above(best, base)) or (above > FAINT * floor and (strange or (not best.terms and rest))):
+    much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
+    if (not best.terms and far_above(best, base)) or (much and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])
     return Verdict(words, best, tuple(rest)[:3])
 
