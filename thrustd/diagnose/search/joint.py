@@ -18,7 +18,7 @@ from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
-from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.shape import SPECTRUM, Point, Shape
 from thrustd.identify.regression.solve import Given, Solution, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.table import std_of
@@ -72,7 +72,8 @@ class Joint:
     def shown(self) -> bool:
         """Whether an amplitude of every new term is told from nothing, by errors that may last (`std_over`).
 
-        Blocks that follow one another share what drifts, and agree on a fit to it.
+        Blocks that follow one another share what drifts, and agree on a fit to it. The elements of a spectrum, of
+        which none says much alone, are judged by the blocks.
         """
         sizes = self.solution.point.vector(self.solution.shape)[self.new]
         parts = zip(self.terms, split(self.terms, sizes), split(self.terms, self.std[self.new]), strict=True)
@@ -116,7 +117,7 @@ def joint_fit(
 
 def _shown(term: Term, size: Floats, std: Floats) -> bool:
     amplitude = np.array([p.amplitude for p in term.free], bool)
-    return bool(np.any(np.abs(size[amplitude]) > SURE * std[amplitude]))
+    return amplitude.sum() >= SPECTRUM or bool(np.any(np.abs(size[amplitude]) > SURE * std[amplitude]))
 
 
 def _near(level: float, promised: float) -> bool:
