@@ -76,9 +76,17 @@ def _bench(path: Path, rate_hz: float = BENCH_HZ) -> Recording:
     if not span_n > LEAST_N:
         said = f"force_N spans {span_n:.3g} in {record.duration_s:.0f} s"
         raise RecordingError(f"{record.name}: {said}; expected a mount loaded by {LEAST_N:g} N at least; is it kN?")
+    if _falls(record):
+        said = "force_N falls where deformation_mm grows; expected a mount that resists"
+        raise RecordingError(f"{record.name}: {said}; is the sign of force_N or deformation_mm turned?")
     level = {name: g for name, g in LEVEL_G.items() if name not in record}
     record = record.with_channels(**{name: np.full(len(record), g) for name, g in level.items()})
     return record.resample(rate_hz) if record.sample_hz > 1.5 * rate_hz else record
+
+
+def _falls(record: Recording) -> bool:
+    both = np.array([record["deformation_mm"], record["force_N"]])
+    return bool(np.cov(both[:, np.isfinite(both).all(axis=0)])[0, 1] < 0.0)
 
 
 def _check_moves(record: Recording, channel: str, least: float, option: str) -> None:

@@ -126,7 +126,6 @@ def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) 
 def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     """The best set, `none`, or `unknown` where one free curve does better than every law."""
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
-    words = best.words or ("none",)
     laws = [term.effect for term in best.terms if BY not in term.effect.name]
     own = {channel for law in laws for channel in law.channels}
     curves = [c for c in ranked.curves if not set(c.parts) <= own]
@@ -135,14 +134,15 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     if several and alone:  # one curve instead of several laws, or of one in proportion to it
         return Verdict(("unknown",), ranked.nothing, tuple(alone)[:3])
     if at_floor(best, base):
-        return Verdict(words, best, ())
+        return Verdict(best.words or ("none",), best, ())
     above, table = left(best, base) - floor, table_of(base, best)
     before = table.mse()
     rest = [c for c in followed(table, curve_sigma(records)) if before - c.mse > FOLLOWS * above]
     strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
-    if (not best.terms and far_above(best, base)) or (above > FAINT * floor and (strange or (not best.terms and rest))):
+    much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
+    if (not best.terms and far_above(best, base)) or (much and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])
-    return Verdict(words, best, tuple(rest)[:3])
+    return Verdict(best.words or ("none",), best, tuple(rest)[:3])
 
 
 def _report(

@@ -23,6 +23,7 @@ from thrustd.identify.regression.solve import Given, Solution, noise_level, prio
 from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term, split
+from thrustd.model.modulated import BY
 
 BLOCKS = 48  # of equal length over all records
 TOGETHER = 1, 2, 4, 8, 16  # blocks whose scores are summed before they are compared: up to a third of the records
@@ -73,7 +74,7 @@ class Joint:
         """Whether an amplitude of every new term is told from nothing, by errors that may last (`std_over`).
 
         Blocks that follow one another share what drifts, and agree on a fit to it. The elements of a spectrum, of
-        which none says much alone, are judged by the blocks.
+        which none says much alone, are judged by the blocks; in proportion to a channel they claim more than to exist.
         """
         sizes = self.solution.point.vector(self.solution.shape)[self.new]
         parts = zip(self.terms, split(self.terms, sizes), split(self.terms, self.std[self.new]), strict=True)
@@ -117,7 +118,8 @@ def joint_fit(
 
 def _shown(term: Term, size: Floats, std: Floats) -> bool:
     amplitude = np.array([p.amplitude for p in term.free], bool)
-    return amplitude.sum() >= SPECTRUM or bool(np.any(np.abs(size[amplitude]) > SURE * std[amplitude]))
+    spectrum = amplitude.sum() >= SPECTRUM and BY not in term.effect.name
+    return spectrum or bool(np.any(np.abs(size[amplitude]) > SURE * std[amplitude]))
 
 
 def _near(level: float, promised: float) -> bool:

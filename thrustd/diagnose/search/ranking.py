@@ -183,7 +183,7 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
     resisting = [term for term in singles(looked) if (term.effect.site, *term.effect.channels) == RESISTS]
     found: list[Joint] = []
     while len(found) < MOST and far_above(best, base):
-        seen = screened_modulations(table_of(base, best), resisting, rig, best.words)
+        seen = screened_modulations(table_of(base, best), resisting, rig)
         grown = [
             joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one), best) for one in leading(seen)
         ]

@@ -131,14 +131,14 @@ def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
     return sorted(found, key=lambda looked: looked.mse)
 
 
-def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig, without: Sequence[str]) -> list[Looked]:
+def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[Looked]:
     """These laws, which act on the force, in proportion to every channel; best first. One run a law."""
     plain, before = _parts(table), table.mse()
-    found = []
+    there, found = {term.effect.word for term in table.fit.solution.shape.terms}, []
     for law in laws:
         whole, positive = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool)
         for term, share in modulations(law, rig, table.records):
-            if term.effect.word not in without:
+            if term.effect.word not in there:
                 known = [s[record.known, None] for s, record in zip(share, table.records, strict=True)]
                 thin = [_means(s * c, table.width) for s, c in zip(known, whole, strict=True)]
                 found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))
