@@ -21,7 +21,6 @@ from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import SPECTRUM, Point, Shape
 from thrustd.identify.regression.solve import Given, Solution, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import columns
-from thrustd.identify.regression.table import std_of
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.modulated import BY
 
@@ -49,6 +48,7 @@ class Joint:
     block_mse: Floats  # (n_blocks,) held back
     block_size: Floats  # (n_blocks,) samples
     std: Floats  # (n,) one sigma of every number of the solution
+    alone: Floats  # (n,) the same, were the shapes of the new terms known
 
     @property
     def mse(self) -> float:
@@ -75,10 +75,12 @@ class Joint:
 
         Blocks that follow one another share what drifts, and agree on a fit to it. The elements of a spectrum, of
         which none says much alone, are judged by the blocks; in proportion to a channel they claim more than to exist.
+        A shape that trades with its amplitude leaves neither told: such a law shows were its shape known, by as many
+        times more as the data chose the shape themselves.
         """
-        sizes = self.solution.point.vector(self.solution.shape)[self.new]
-        parts = zip(self.terms, split(self.terms, sizes), split(self.terms, self.std[self.new]), strict=True)
-        return all(_shown(term, size, std) for term, size, std in parts)
+        numbers = self.solution.point.vector(self.solution.shape), self.std, self.alone
+        parts = zip(self.terms, *(split(self.terms, each[self.new]) for each in numbers), strict=True)
+        return all(_shown(*part) for part in parts)
 
 
 def joint_fit(
@@ -113,13 +115,15 @@ def joint_fit(
         noise = own
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
-    return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std_over(found, blocks))
+    std, alone = std_over(found, blocks), std_over(found, blocks, _shapes(found.shape, len(terms)))
+    return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone)
 
 
-def _shown(term: Term, size: Floats, std: Floats) -> bool:
+def _shown(term: Term, size: Floats, std: Floats, alone: Floats) -> bool:
     amplitude = np.array([p.amplitude for p in term.free], bool)
     spectrum = amplitude.sum() >= SPECTRUM and BY not in term.effect.name
-    return spectrum or bool(np.any(np.abs(size[amplitude]) > SURE * std[amplitude]))
+    least = np.minimum(SURE * std, SURE**2 * alone)
+    return spectrum or bool(np.any(np.abs(size[amplitude]) > least[amplitude]))
 
 
 def _near(level: float, promised: float) -> bool:
@@ -204,21 +208,33 @@ def block_equations(shape: Shape, point: Point, records: Sequence[Record], n_blo
     return found
 
 
-def std_over(found: Solution, blocks: Blocks) -> Floats:
+def _shapes(shape: Shape, new: int) -> Flags:
+    """Which numbers (n,) are shapes of the last `new` terms."""
+    found = np.zeros(shape.n, bool)
+    last = shape.parts()["terms"].stop
+    own = [not p.amplitude for term in shape.terms[len(shape.terms) - new :] for p in term.free]
+    found[last - len(own) : last] = own
+    return found
+
+
+def std_over(found: Solution, blocks: Blocks, held: Flags | None = None) -> Floats:
     """One sigma (n,): the posterior's, or what the blocks disagree by where that is more; 0 where a bound holds.
+
+    held: numbers that are as they are, as if they were known.
 
     Scores of blocks of time scatter by all that the noise of the likelihood leaves out: errors that last, laws that
     do not hold exactly (White, Econometrica 50 (1982) 1; blocks: Kuensch, Ann. Statist. 17 (1989) 1217). What drifts
     for longer than a block shows in several of them together.
     """
-    free = found.free
+    free = found.free if held is None else found.free & ~held
     scores = (blocks.right / found.noise_variance)[:, free]
     scores = scores - scores.mean(axis=0)
     scale = 1.0 / np.sqrt(np.diag(found.information)[free])
     unit = found.information[np.ix_(free, free)] * np.outer(scale, scale)
     inverse = np.linalg.pinv(unit, rcond=1e-13, hermitian=True)
     moved = (scores * scale) @ inverse * scale
-    std = std_of(found)
+    std = np.zeros(len(free))
+    std[free] = scale * np.sqrt(np.maximum(np.diag(inverse), 0.0))
     for width in TOGETHER:
         groups = moved.reshape(-1, width, moved.shape[1]).sum(axis=1)
         count = len(groups)
