@@ -41,6 +41,11 @@ FRICTION_N = Parameter(
     meaning="friction force, half the width of the loop", expected="positive; 30 to 150 N: 1 to 2 % of full load",
 )  # fmt: skip
 
+YIELD_MM = Parameter(
+    "yield_mm", "mm", neutral=0.03, low=1e-9, high=1e9, starts=(0.01, 0.03, 0.1, 0.3), amplitude=False,
+    meaning="deformation over which the loop turns over",
+)  # fmt: skip
+
 DEADBAND_MM = Parameter(
     "deadband_mm", "mm", neutral=0.0, low=0.0, high=1e9, starts=(0.0005,), amplitude=False, e_folds=2.0,
     meaning="play around the reading that keeps its noise out",
@@ -53,8 +58,7 @@ EFFECT = Effect(
     channels=("deformation_mm",),
     parameters=(
         FRICTION_N,
-        Parameter("yield_mm", "mm", neutral=0.03, low=1e-9, high=1e9, starts=(0.01, 0.03, 0.1, 0.3),
-                  meaning="deformation over which the loop turns over", amplitude=False),
+        YIELD_MM,
         DEADBAND_MM,
     ),
     step=step,

@@ -13,7 +13,7 @@ the element hardens as far as the data go: it is held at TOP. Positive friction_
 import math
 
 from thrustd.model.effect import Effect, Parameter, begin_at_channel
-from thrustd.model.effects.hysteresis import DEADBAND_MM, FRICTION_N
+from thrustd.model.effects.hysteresis import DEADBAND_MM, FRICTION_N, YIELD_MM
 from thrustd.model.stage import Floats, jit
 
 FINE = 0.1  # of yield_mm, one step of the integration
@@ -53,8 +53,7 @@ EFFECT = Effect(
     channels=("deformation_mm",),
     parameters=(
         FRICTION_N,
-        Parameter("yield_mm", "mm", neutral=0.03, low=1e-9, high=1e9, starts=(0.01, 0.03, 0.1, 0.3),
-                  meaning="deformation over which the loop turns over", amplitude=False),
+        YIELD_MM,
         Parameter("gamma", "-", neutral=0.5, low=-0.9, high=0.9, starts=(0.3, -0.5),
                   meaning="Bouc-Wen's gamma, where beta + |gamma| = 1", amplitude=False, spread=0.2),
         Parameter("exponent", "-", neutral=1.0, low=0.3, high=8.0, starts=(1.5,),
