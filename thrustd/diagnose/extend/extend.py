@@ -23,6 +23,7 @@ from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import SEARCHED, Base
+from thrustd.diagnose.search.better import gained, rivals, simplest
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import left
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
@@ -30,17 +31,7 @@ from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
-from thrustd.diagnose.search.ranking import (
-    advanced,
-    begin_of,
-    gained,
-    grown_from,
-    leading,
-    look,
-    pruned,
-    rivals,
-    simplest,
-)
+from thrustd.diagnose.search.ranking import advanced, begin_of, grown_from, leading, look, pruned
 from thrustd.diagnose.search.screen import screened, table_of
 from thrustd.diagnose.search.told import estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
@@ -55,7 +46,6 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
 
-TOLD = 2.0  # sigmas from nothing that one amplitude has to be
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
 
 
@@ -132,16 +122,9 @@ def _fitted(
     return best, all_tried
 
 
-def _shown(fit: Joint) -> bool:
-    """Whether the data tell any amplitude of the new effects from nothing."""
-    size, std = fit.solution.point.vector(fit.solution.shape)[fit.new], fit.std[fit.new]
-    amplitudes = np.array([p.amplitude for term in fit.terms for p in term.free], bool)
-    return bool(np.any(np.abs(size[amplitudes]) > TOLD * std[amplitudes]))
-
-
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, base: Base) -> None:
     least = left(nothing, base)
-    if fit.mse > (1.0 - LEAST) * least or not (_shown(fit) or gained(nothing, fit, LEAST)):
+    if fit.mse > (1.0 - LEAST) * least or not (fit.shown or gained(nothing, fit, LEAST)):
         was, after = (base.scale * float(np.sqrt(mse)) for mse in (least, fit.mse))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added:"

@@ -20,6 +20,7 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
+from thrustd.diagnose.search.better import WORTH, look_alikes, rivals, stands
 from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
@@ -30,7 +31,7 @@ from thrustd.diagnose.search.library import column_of
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import plain
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
-from thrustd.diagnose.search.ranking import WORTH, Ranked, curve_says_it, gained, rank, rivals, stands
+from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
 from thrustd.diagnose.search.told import estimates_of
 from thrustd.identify.regression.friction import GROWS
@@ -238,16 +239,6 @@ def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
         f" better in {int(np.count_nonzero(fall > 0))} of {len(fall)} blocks"
         + (", looking ahead in the record; in flight it can only be extrapolated" if effect.ahead_s else "")
     )
-
-
-def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:
-    """Other sets of no more members that held-back blocks do not tell from the best, by any law of its effects."""
-    found, own = [], [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
-    for fit in fits:
-        told = any(gained(fit, one) for one in own)
-        if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and fit.shown and not told:
-            found.append("+".join(fit.words))
-    return tuple(dict.fromkeys(found))
 
 
 def _named(record: Recording) -> list[str]:

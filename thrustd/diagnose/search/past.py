@@ -11,9 +11,9 @@ from typing import TypeVar
 import numpy as np
 
 from thrustd.diagnose.search.base import Base, remembering
+from thrustd.diagnose.search.better import gained
 from thrustd.diagnose.search.floor import at_floor
 from thrustd.diagnose.search.joint import Joint, joint_fit, prior_from
-from thrustd.diagnose.search.ranking import gained
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.solve import prior_of
 from thrustd.identify.segments import Segment

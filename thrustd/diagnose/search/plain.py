@@ -7,9 +7,9 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.better import untold
 from thrustd.diagnose.search.joint import Joint, joint_fit, numbers_of
 from thrustd.diagnose.search.library import Rig, terms_of
-from thrustd.diagnose.search.ranking import untold
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.effect import Effect

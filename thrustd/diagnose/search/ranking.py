@@ -11,8 +11,9 @@ import numpy as np
 
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.better import fewest, gained, simplest, stands
 from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left
-from thrustd.diagnose.search.joint import BEGIN, SURE, Joint, joint_fit, numbers_of, unlikely, unmoved
+from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
     Followed,
@@ -34,10 +35,7 @@ from thrustd.model.stage import DEFORMATION, Floats
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
 TRIED = 3  # candidates estimated whole per set
-EXACTLY = 1e-300  # nothing is divided by nothing
-WORTH = 0.03  # of the squared error: less is not worth an effect
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
-NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
@@ -195,36 +193,14 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
 
 
 def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
-    """The sets that are grown further: the best, and those that leave least of the others."""
-    return [best, *(fit for fit in sorted(fits, key=lambda fit: fit.mse) if fit is not best)][:BEAM]
+    """The sets that are grown further: the best, and those that leave least of the others, each of other effects.
 
-
-def simplest(fits: Sequence[Joint]) -> Joint:
-    """With the fewest numbers, and the likeliest, of those that held-back blocks do not tell from the best."""
-    best = min(fits, key=lambda fit: fit.mse)
-    return min(untold(best, fits), key=lambda fit: (numbers_of(fit), unlikely(fit, best.solution.noise_variance)))
-
-
-def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
-    """Those that held-back blocks do not tell from the best."""
-    return [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best)]
-
-
-def rivals(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
-    """Sets of the same effects by other laws that held-back blocks do not tell from the best."""
-
-    def laws_of(fit: Joint) -> set[str]:
-        return {term.effect.name for term in fit.terms}
-
-    same = [fit for fit in fits if set(fit.words) == set(best.words) and laws_of(fit) != laws_of(best)]
-    return untold(best, same)
-
-
-def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
-    """The smallest set that held-back blocks do not tell from the best: nothing is named that need not be there."""
-    nothing = next(fit for fit in fits if not fit.terms)
-    alike = [fit for fit in fits if len(fit.terms) < len(best.terms) and not gained(fit, best) and stands(nothing, fit)]
-    return min(alike, key=lambda fit: (len(fit.terms), fit.mse)) if alike else best
+    Beside another effect an effect's law may be another: two laws of one would hide what the beam is there for.
+    """
+    found: dict[frozenset[str], Joint] = {}
+    for fit in (best, *sorted(fits, key=lambda fit: fit.mse)):
+        found.setdefault(frozenset(fit.words), fit)
+    return list(found.values())[:BEAM]
 
 
 def leading(looked: Sequence[Looked], least: float = SAYS) -> list[Looked]:
@@ -257,23 +233,6 @@ def begin_of(base: Base, member: Joint, one: Looked) -> Floats:
 def begin_at(term: Term) -> list[float]:
     """Nearly neutral amplitudes, a tenth of typical, and shapes at their starts."""
     return [min(BEGIN, 0.1 * abs(p.starts[0]) / term.std[p.name]) if p.amplitude else 0.0 for p in term.free]
-
-
-def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
-    """Whether a larger set leaves clearly less on held-back blocks: in sum, or block by block as a ratio.
-
-    Where a record moves now and then the sum is that of a few blocks, whatever was found; the ratio is of all that
-    move.
-    """
-    fall = (before.block_mse - after.block_mse) * before.block_size
-    ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
-    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in (fall, ratio)) * np.sqrt(len(fall))
-    return bool(before.mse - after.mse > worth * after.mse and sure > SURE)
-
-
-def stands(nothing: Joint, fit: Joint) -> bool:
-    """Whether a set can be a verdict: nothing, or more than nothing explains, each of its effects told from nothing."""
-    return not fit.terms or (fit.shown and gained(nothing, fit))
 
 
 def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, fits: list[Joint]) -> Joint:

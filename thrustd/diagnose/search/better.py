@@ -1,0 +1,66 @@
+"""Which of two sets of effects is better, on blocks of time held back."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
+
+WORTH = 0.03  # of the squared error: less is not worth an effect
+NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
+EXACTLY = 1e-300  # nothing is divided by nothing
+
+
+def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
+    """Whether a larger set leaves clearly less on held-back blocks: in sum, or block by block as a ratio.
+
+    Where a record moves now and then the sum is that of a few blocks, whatever was found; the ratio is of all that
+    move.
+    """
+    fall = (before.block_mse - after.block_mse) * before.block_size
+    ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
+    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in (fall, ratio)) * np.sqrt(len(fall))
+    return bool(before.mse - after.mse > worth * after.mse and sure > SURE)
+
+
+def stands(nothing: Joint, fit: Joint) -> bool:
+    """Whether a set can be a verdict: nothing, or more than nothing explains, each of its effects told from nothing."""
+    return not fit.terms or (fit.shown and gained(nothing, fit))
+
+
+def simplest(fits: Sequence[Joint]) -> Joint:
+    """With the fewest numbers, and the likeliest, of those that held-back blocks do not tell from the best."""
+    best = min(fits, key=lambda fit: fit.mse)
+    return min(untold(best, fits), key=lambda fit: (numbers_of(fit), unlikely(fit, best.solution.noise_variance)))
+
+
+def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
+    """Those that held-back blocks do not tell from the best."""
+    return [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best)]
+
+
+def rivals(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
+    """Sets of the same effects by other laws that held-back blocks do not tell from the best."""
+
+    def laws_of(fit: Joint) -> set[str]:
+        return {term.effect.name for term in fit.terms}
+
+    same = [fit for fit in fits if set(fit.words) == set(best.words) and laws_of(fit) != laws_of(best)]
+    return untold(best, same)
+
+
+def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:
+    """Other sets of no more members that held-back blocks do not tell from the best, by any law of its effects."""
+    found, own = [], [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
+    for fit in fits:
+        told = any(gained(fit, one) for one in own)
+        if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and fit.shown and not told:
+            found.append("+".join(fit.words))
+    return tuple(dict.fromkeys(found))
+
+
+def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
+    """The smallest set that held-back blocks do not tell from the best: nothing is named that need not be there."""
+    nothing = next(fit for fit in fits if not fit.terms)
+    alike = [fit for fit in fits if len(fit.terms) < len(best.terms) and not gained(fit, best) and stands(nothing, fit)]
+    return min(alike, key=lambda fit: (len(fit.terms), fit.mse)) if alike else best
