@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from thrustd.diagnose.search import ranking
+from thrustd.diagnose.search import better, ranking
 from thrustd.diagnose.search.better import fewest, gained, rivals, stands
 from thrustd.diagnose.search.ranking import advanced, carried, pruned, settled
 
@@ -78,8 +78,8 @@ def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimat
         return fit
 
     monkeypatch.setattr(ranking, "joint_fit", estimate)
-    monkeypatch.setattr(ranking, "numbers_of", lambda fit: 1)
-    monkeypatch.setattr(ranking, "unlikely", lambda fit, noise: fit.mse)
+    monkeypatch.setattr(better, "numbers_of", lambda fit: 1)
+    monkeypatch.setattr(better, "unlikely", lambda fit, noise: fit.mse)
     nothing, pair = estimate(None, (), ()), estimate(None, (), both)
     pair.solution = nothing.solution = SimpleNamespace(noise_variance=1.0)
     fits = [nothing, pair]
