@@ -44,15 +44,16 @@ def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_ver
     assert advanced(cell, nothing, nothing, [drifted, more]) is None
 
 
-def test_sets_that_are_grown_further_are_of_other_effects():
+def test_of_the_sets_that_are_grown_further_one_is_of_other_effects():
     """Two laws of friction filled the beam, and inertia, beside which friction has another law, was not grown from."""
     stops, skewed, inertia, play = (
         _fit(word, mse, 0.0) for word, mse in zip("hhmp", (1.0, 1.1, 1.2, 1.3), strict=True)
     )
     for fit in (stops, skewed, inertia, play):
         fit.words = fit.terms
-    assert carried(stops, [inertia, play, skewed, stops]) == [stops, inertia]
-    assert carried(skewed, [stops, skewed]) == [skewed]
+    assert carried(stops, [inertia, play, skewed, stops]) == [stops, skewed, inertia]
+    assert carried(stops, [inertia, play, stops]) == [stops, inertia]
+    assert carried(skewed, [stops, skewed]) == [skewed, stops]
 
 
 def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():

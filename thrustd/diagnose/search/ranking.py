@@ -193,14 +193,13 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
 
 
 def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
-    """The sets that are grown further: the best, and those that leave least of the others, each of other effects.
+    """The sets that are grown further: the best, those that leave least of the others, and one of other effects.
 
     Beside another effect an effect's law may be another: two laws of one would hide what the beam is there for.
     """
-    found: dict[frozenset[str], Joint] = {}
-    for fit in (best, *sorted(fits, key=lambda fit: fit.mse)):
-        found.setdefault(frozenset(fit.words), fit)
-    return list(found.values())[:BEAM]
+    order = [best, *(fit for fit in sorted(fits, key=lambda fit: fit.mse) if fit is not best)]
+    apart = [fit for fit in order if set(fit.words) != set(best.words)]
+    return [*order[:BEAM], *(fit for fit in apart[:1] if not any(fit is one for one in order[:BEAM]))]
 
 
 def leading(looked: Sequence[Looked], least: float = SAYS) -> list[Looked]:
