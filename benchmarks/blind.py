@@ -32,7 +32,7 @@ from thrustd.diagnose.search.diagnose_report import DiagnoseReport
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.recording import Recording
-from thrustd.twin.disturbance import DISTURBANCES
+from thrustd.twin.disturbance import DISTURBANCES, MULLINS_BETA
 from thrustd.twin.hide import Case, hidden_case
 
 EFFECTS = sorted(DISTURBANCES)
@@ -80,8 +80,12 @@ def twin_truth(hidden: Case) -> dict[str, float]:
     truth = {f"{e}.{p}": v for e, values in hidden.truth["parameters"].items() for p, v in values.items()}
     if "hysteresis.yield_mm" in truth:
         truth["hysteresis.yield_mm"] *= DAHL_YIELD
+    x, mount = hidden.measured["deformation_mm"], hidden.truth["mount"]
+    if "mullins_softening.softening" in truth:
+        stored_n_mm = float(np.max(mount["stiffness_n_mm"] * x**2 / 2 + mount["cubic_n_mm3"] * x**4 / 4))
+        reach_n_mm = truth["mullins_softening.energy_n_mm"] + MULLINS_BETA * stored_n_mm
+        truth["mullins_softening.softening"] *= float(np.tanh(stored_n_mm / reach_n_mm))
     if "engine_weight.stiffening_1_n" in truth:
-        x, mount = hidden.measured["deformation_mm"], hidden.truth["mount"]
         force_n = mount["stiffness_n_mm"] * x + mount["cubic_n_mm3"] * x**3
         steeper_n = force_n + 2 * mount["cubic_n_mm3"] * x**3  # x times the slope of the force
         truth["engine_weight.stiffening_1_n"] *= float(np.sum(steeper_n * force_n) / np.sum(force_n**2))

@@ -18,6 +18,7 @@ from thrustd.twin.environment import HYDRAULIC_BAR, ROOM_DEG_C, Channels
 from thrustd.twin.mount import Kernel, MountPhysics, MountState, advance, at_rest, prepare, step
 
 MOUNT_WEIGHT_N = 1081.0  # half of the 2162 N of the front mounts at 1 g, thesis eq. 4.5
+MULLINS_BETA = 0.1  # by how much slower the virgin rubber comes back at large energies
 PLAY_MM = 0.002  # travel in which a joint moves through its gap
 CREEP_START_S = 60.0
 CREEP_LAGS_S = np.geomspace(6.0, 6e6, 61)
@@ -166,7 +167,7 @@ def _softened_run(
         x = state.scalar[0]
         energy = 0.5 * kernel.k1 * x * x + 0.25 * kernel.k3 * x**4
         top = max(top, energy)
-        eta[n] = 1.0 - softening * np.tanh((top - energy) / (scale + 0.1 * top))
+        eta[n] = 1.0 - softening * np.tanh((top - energy) / (scale + MULLINS_BETA * top))
         step(kernel, state, load_n[n] / eta[n])
 
 

@@ -57,15 +57,17 @@ def test_of_the_sets_that_are_grown_further_one_is_of_other_effects():
 
 
 def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():
-    def by(law: str, level: float, scatter: float = 0.0) -> SimpleNamespace:
+    def by(law: str, level: float, scatter: float = 0.0, start: float = 1.0) -> SimpleNamespace:
         fit = _fit("m", level, scatter)
-        fit.terms = (SimpleNamespace(effect=SimpleNamespace(name=law)),)
+        fit.terms = (SimpleNamespace(effect=SimpleNamespace(name=law), fixed={"settling_h": start}),)
         fit.words = (law.partition("_")[0],)
         return fit
 
     best, alike, worse, unsure = by("m", 1.0), by("m_spring", 1.01), by("m_late", 1.2), by("m_lag", 1.2, 1.0)
     found = rivals(best, [best, alike, worse, unsure, by("m", 1.005), by("r", 1.0)])
     assert [one is alike for one in found] == [True]
+    elsewhere = by("m", 1.01, start=1000.0)
+    assert rivals(best, [best, elsewhere]) == [elsewhere]
 
 
 def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimated(monkeypatch):

@@ -16,7 +16,7 @@ import numpy as np
 
 from thrustd.core.blas import one_thread
 from thrustd.core.errors import ModelError
-from thrustd.core.measures import rms
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.checks import check_channels, check_new
 from thrustd.diagnose.compare.reference import BROCHURE
@@ -29,7 +29,7 @@ from thrustd.diagnose.search.floor import left
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.past import by_past
-from thrustd.diagnose.search.plain import plain
+from thrustd.diagnose.search.plain import elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import advanced, begin_of, grown_from, leading, look, pruned
 from thrustd.diagnose.search.screen import screened, table_of
@@ -81,7 +81,7 @@ def extend(
     known, (nothing, fit, tried) = by_past(*few, segments, search, lambda found: found[1])
     few, base = (known, few[1]), replace(known, noise_variance=base.noise_variance)
     fit = plain(*few, pruned(*few, nothing, fit, tried), question.rig)
-    same = rivals(fit, tried)
+    same = rivals(fit, [*tried, *elsewhere(*few, fit, question.rig)])
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)
     _tell(progress, 0.9, "artifact")
@@ -122,9 +122,19 @@ def _fitted(
     return best, all_tried
 
 
+def _told(fit: Joint) -> bool:
+    """Whether the 95 % interval of any new amplitude leaves out nothing.
+
+    The search chooses among many and asks more (`Joint.shown`); here the user has chosen.
+    """
+    size, std = fit.solution.point.vector(fit.solution.shape)[fit.new], fit.std[fit.new]
+    amplitudes = np.array([p.amplitude for term in fit.terms for p in term.free], bool)
+    return bool(np.any(np.abs(size[amplitudes]) > SIGMAS_95 * std[amplitudes]))
+
+
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, base: Base) -> None:
     least = left(nothing, base)
-    if fit.mse > (1.0 - LEAST) * least or not (fit.shown or gained(nothing, fit, LEAST)):
+    if fit.mse > (1.0 - LEAST) * least or not (_told(fit) or gained(nothing, fit, LEAST)):
         was, after = (base.scale * float(np.sqrt(mse)) for mse in (least, fit.mse))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added:"

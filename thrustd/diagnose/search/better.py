@@ -40,13 +40,13 @@ def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
 
 
 def rivals(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
-    """Sets of the same effects by other laws that held-back blocks do not tell from the best."""
-
-    def laws_of(fit: Joint) -> set[str]:
-        return {term.effect.name for term in fit.terms}
-
-    same = [fit for fit in fits if set(fit.words) == set(best.words) and laws_of(fit) != laws_of(best)]
+    """Sets of the same effects by other laws, or other starts, that held-back blocks do not tell from the best."""
+    same = [fit for fit in fits if set(fit.words) == set(best.words) and _laws(fit) != _laws(best)]
     return untold(best, same)
+
+
+def _laws(fit: Joint) -> set[tuple[str, frozenset[tuple[str, float]]]]:
+    return {(term.effect.name, frozenset(term.fixed.items())) for term in fit.terms}
 
 
 def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, s
 from thrustd.diagnose.search.joint import Joint, counted, told
 from thrustd.diagnose.search.library import column_of
 from thrustd.diagnose.search.past import by_past
-from thrustd.diagnose.search.plain import plain
+from thrustd.diagnose.search.plain import elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
@@ -55,7 +55,7 @@ class Verdict:
     fit: Joint
     channels: tuple[Followed, ...]  # what the rest follows, best first
     alike: tuple[str, ...] = ()  # sets that are not told from it
-    rivals: tuple[Joint, ...] = ()  # the same effects by other laws
+    rivals: tuple[Joint, ...] = ()  # the same effects by other laws or from other starts
 
 
 @one_thread()
@@ -108,7 +108,8 @@ def _searched(
         return curve_says_it(few, ranked.best, ranked.curves)
 
     known, ranked = by_past(few, rows, question.segments, search, lambda ranked: ranked.best, said)
-    ranked = replace(ranked, best=plain(known, rows, ranked.best, question.rig))
+    best = plain(known, rows, ranked.best, question.rig)
+    ranked = replace(ranked, best=best, fits=(*ranked.fits, *elsewhere(known, rows, best, question.rig)))
     base = replace(known, noise_variance=question.base.noise_variance)
     return replace(question, base=base), ranked, judge(known, rows, ranked)
 

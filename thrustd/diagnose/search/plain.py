@@ -1,4 +1,4 @@
-"""The laws of a set with as few shapes as the data tell."""
+"""The laws of a set with as few shapes as the data tell, and where shapes that they do not tell could be instead."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -7,8 +7,8 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import untold
-from thrustd.diagnose.search.joint import Joint, joint_fit, numbers_of
+from thrustd.diagnose.search.better import gained
+from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
@@ -28,8 +28,30 @@ def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint
             fewer, start = _begun(next(terms_of(law, rig)), best.terms[i].values(begun[i]))
             terms = (*best.terms[:i], fewer, *best.terms[i + 1 :])
             trial = joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
-            best = trial if numbers_of(trial) <= numbers_of(best) and untold(best, [trial]) else best
+            best = trial if numbers_of(trial) <= numbers_of(best) and not gained(trial, best, 0.0) else best
     return best
+
+
+def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> list[Joint]:
+    """The same laws with each shape that these data do not tell at its other starts.
+
+    What is not told there leaves the amplitude as much less known: how fast a rubber ages at first depends on how soon
+    it has settled.
+    """
+    begun = split(best.terms, best.solution.point.terms[base.shape.sizes["terms"] :])
+    sure = split(best.terms, best.std[best.new])
+    found = []
+    for i, term in enumerate(best.terms):
+        known = {p.name for p, std in zip(term.free, sure[i], strict=True) if p.amplitude or std < PRIOR}
+        for other in terms_of(term.effect, rig):
+            if all(other.fixed[name] == term.fixed[name] for name in term.fixed if name not in known):
+                continue
+            there = {p.name: other.fixed[p.name] for p in term.free if p.name not in known}
+            moved = replace(term, fixed={**term.fixed, **there})
+            start = np.array([0.0 if p.name in there else v for p, v in zip(term.free, begun[i], strict=True)])
+            terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
+            found.append(joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best))
+    return found
 
 
 def _begun(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:

@@ -84,8 +84,9 @@ def specs_of(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
 def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[ParameterEstimate]:
     """The numbers of the new effects; elements of friction that carry nothing are left out.
 
-    rivals: fits of the same effects by other laws, which the data do not tell from this one. What these disagree by is
-    part of what is not known of an amplitude, as if every law were as likely (Draper, J. R. Stat. Soc. B 57 (1995) 45).
+    rivals: fits of the same effects by other laws or from other starts, which the data do not tell from this one. What
+    these disagree by is part of what is not known of an amplitude, as if every one were as likely (Draper, J. R. Stat.
+    Soc. B 57 (1995) 45).
     """
     others = [{term.effect.word: spec.parameters for term, spec in _new(base, rival)} for rival in rivals]
     return [
