@@ -69,9 +69,17 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
     known = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
     for before, after in zip(plain, known, strict=True):
         was, now = (installed(engine) for engine in (before, after))
-        assert set(was) == {"zero", "temperature", "scale", "drag", "rest"} and min(was.values()) > 0.0
+        assert set(was) == {"zero", "temperature", "scale", "drag", "rest", "mass"} and min(was.values()) > 0.0
         assert hypot(*now.values()) < 0.6 * hypot(*was.values()) and after["fused_n"] < before["fused_n"]
         assert after["mounts_n"] == pytest.approx(before["mounts_n"])  # of the bench
+    vague = (folder / "citation-ii.toml").read_text().replace("engine_mass_std_kg = 4.0", "engine_mass_std_kg = 60.0")
+    (tmp_path / "known.toml").write_text(vague)
+    heavy = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
+    for before, after in zip(plain, heavy, strict=True):
+        was, now = (installed(engine) for engine in (before, after))
+        assert now["mass"] == pytest.approx(15.0 * was["mass"], rel=0.01) and was["mass"] > 5.0  # 0.2 g of climb
+        assert after["fused_n"] > before["fused_n"] + 10.0
+        assert after["thrust_n"] == pytest.approx(before["thrust_n"], abs=1.0)
     (tmp_path / "known.toml").write_text(
         (folder / "citation-ii.toml").read_text().replace("density = 0.012", "density = 0.05")
     )
@@ -108,7 +116,9 @@ def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_adde
     """What nobody knows of it is no term: no warning of an empty mean."""
     here = np.ones(5)
     nothing = np.full((5, len(TERMS)), np.nan)
-    told = Told(-200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, 0.0 * here, nothing)
+    told = Told(
+        -200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, 0.0 * here, 0.0 * here, nothing
+    )
     told.terms_n[:, list(TERMS).index("installation_n")] = 100.0
     band = Band(FusionSettings(), read_installation(shipped("deploy/hil.toml", "config")).aircraft())
     found = budget_of("left", told, band)
