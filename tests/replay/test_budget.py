@@ -5,12 +5,14 @@ from math import hypot
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from thrustd.__main__ import main
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.replay.budget import INSTALLED, TERMS, WINDMILLS, Band, Told, budget_of
+from thrustd.replay.budget_picture import draw
 
 FUEL = TERMS["fuel_n"]
 
@@ -112,6 +114,19 @@ def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how
     assert shares[0.006] > 10.0 and shares[0.03] == pytest.approx(5 * shares[0.006], rel=0.05)
 
 
+@pytest.mark.parametrize(("lost", "kept"), [("mounts", "brochure"), ("brochure", "mounts")])
+def test_a_source_that_was_not_used_has_no_terms(lost, kept):
+    here = np.ones(5)
+    stds = {"mounts": 22.0 * here, "brochure": 250.0 * here, lost: np.nan * here}
+    terms = np.full((5, len(TERMS)), np.nan if lost == "mounts" else 8.0)
+    known = 4000.0 * here, 300.0 * here, stds["mounts"], stds["brochure"], *[0.0 * here] * 4, terms
+    band = Band(FusionSettings(), read_installation(shipped("deploy/hil.toml", "config")).aircraft())
+    found = budget_of("left", Told(*known), band)
+    assert found.of(lost) == [] and found.sums[lost] == 0.0
+    assert {row.kind for row in found.of(kept)} == {"systematic", "random"}
+    assert draw(Figure().subplots(), found) is None
+
+
 def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_added_up():
     """What nobody knows of it is no term: no warning of an empty mean."""
     here = np.ones(5)
@@ -123,6 +138,7 @@ def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_adde
     band = Band(FusionSettings(), read_installation(shipped("deploy/hil.toml", "config")).aircraft())
     found = budget_of("left", told, band)
     assert hypot(*(row.std_n for row in found.rows if INSTALLED in row.term)) == pytest.approx(100.0)
+    assert found.of("mounts") == []
     assert [(row.term, row.std_n) for row in found.rows if row.source == "brochure"] == [(WINDMILLS, 80.0)]
     assert hypot(80.0, 100.0, found.rows[-1].std_n) == pytest.approx(found.fused_n) == 130.0
     assert found.thrust_n == -200.0 and found.filter_n == 0.0

@@ -5,6 +5,7 @@
                share: of the one mount that is trusted, where the other one is lost; both together need none
     brochure   sigma^2   = (bias T)^2 + fuel^2 + shape^2 + noise^2         of the deck's source, as the filter takes it
                fuel: density and heating value on board, by dF / d ln w of the deck
+               a source that was not used in the window has no terms
     fused      the filter's own sigma; in it what nobody corrected of the installation ([installation] of the aircraft's
                file, or what its calibration left), each term as far as the brochure does not bound all of them
 
@@ -166,12 +167,14 @@ def _budget(
 ) -> Budget:
     """`stds`: thrust, its sigma, the mounts', the brochure's; 1 while the engine is off."""
     thrust_n, fused_n, filter_n, brochure_std_n, off = stds
-    rows, mounts_n = list(mounts), hypot(*(row.std_n for row in mounts))
-    rows.append(Row("mounts", INERTIA, RANDOM, settings.mount_noise_std_n))
+    rows: list[Row] = []
+    if filter_n > 0.0:  # else no mount was trusted
+        rows += [*mounts, Row("mounts", INERTIA, RANDOM, settings.mount_noise_std_n)]
+    mounts_n = hypot(*(row.std_n for row in rows if row.kind == SYSTEMATIC))
     bias_n = min(settings.brochure_bias_std * abs(thrust_n), brochure_std_n)
     if off == 1.0:
         rows.append(Row("brochure", WINDMILLS, SYSTEMATIC, brochure_std_n))
-    else:
+    elif brochure_std_n > 0.0:  # else nobody asked the deck
         rows.append(Row("brochure", "engine against deck", SYSTEMATIC, bias_n))
         fuel_n = min(fuel_n, sqrt(brochure_std_n**2 - bias_n**2))
         shape_n = sqrt(max(brochure_std_n**2 - bias_n**2 - fuel_n**2, 0.0))
