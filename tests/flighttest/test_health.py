@@ -1,6 +1,7 @@
 """Health over flights: a loss is named with its engine, a healthy fleet is not, conditions are no change."""
 
 import json
+from datetime import UTC, datetime
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -113,7 +114,17 @@ def test_a_mount_says_by_when_it_has_to_be_calibrated():
     zero = next(one for one in found.health if one.quantity == "zero_mm")
     # 4 um in 20 flights of 1.5 h: 10 um in 75 h, that is 50 days at a flight a day
     assert zero.recalibrate_in_h == pytest.approx(75.0, rel=0.1)
-    assert (zero.recalibrate_utc_s - 1e9) / 86400 == pytest.approx(47.5, rel=0.1)
+    assert (zero.recalibrate_utc_s - 1e9) / 86400 == pytest.approx(zero.recalibrate_in_h / 1.5)
+
+
+def test_the_date_is_that_of_the_present_use_however_few_the_flights():
+    """Use counts between two beginnings: the last flight is not in it. A flight a day, 1.5 h each."""
+    found = fleet_health(rows_of_fleet(2, flights=FEWEST, zero_um=4.0))
+    zero = next(one for one in found.health if one.quantity == "zero_mm")
+    assert (zero.recalibrate_utc_s - 1e9) / 86400 == pytest.approx(zero.recalibrate_in_h / 1.5)
+    (said,) = [line for line in lines(found) if line.startswith("left_upper, zero: recalibrate by ")]
+    date = datetime.fromtimestamp(zero.recalibrate_utc_s, UTC)
+    assert said.endswith(f" h of flight after the first, {date:%Y-%m-%d} at the present use")
 
 
 def test_rows_of_a_flight(tmp_path):
