@@ -24,6 +24,7 @@ SPOKEN = {
     "n2_at_n1_pct": "N2 at equal N1", "load_share": "upper mount's share", "zero_mm": "zero",
 }  # fmt: skip
 ACROSS = 4  # drawings in a row
+SHORT_H = 10.0  # told to a tenth
 
 
 def table_rows(found: FleetHealth) -> list[list[str]]:
@@ -48,7 +49,8 @@ def lines(found: FleetHealth) -> list[str]:
         said.append(f"no mounts in {without} of {_flights(len(found.flights))}: nothing measures the thrust there")
     for one in found.health:
         if isfinite(one.recalibrate_in_h):
-            by = f"{one.recalibrate_in_h:.0f} h of flight after the first{_date(one)}"
+            hours = one.recalibrate_in_h
+            by = f"{hours:.{int(hours < SHORT_H)}f} h of flight after the first{_date(one)}"
             said.append(f"{one.of}, {SPOKEN[one.quantity]}: recalibrate by {by}")
     return said
 
