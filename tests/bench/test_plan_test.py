@@ -37,6 +37,18 @@ def test_a_programme_is_the_same_for_the_same_seed():
     assert not np.array_equal(programme("steps", HOUR)["force_N"], other)
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_steps_hold_both_ends_and_every_part_of_the_range_as_often(seed):
+    plan = BenchPlan(hours=4.0, low_n=-1500.0, seed=seed)
+    force_n = programme("steps", plan)["force_N"][BEGIN:]
+    for end_n in (-1500.0, 9000.0):
+        assert 0.04 < np.mean(force_n == end_n) < 0.17
+    parts = np.histogram(force_n, np.linspace(-1500.0, 9000.0, 11))[0] / len(force_n)
+    assert parts.min() > 0.04 and parts.max() < 0.17
+    load_g = programme("weight", BenchPlan(hours=4.0, seed=seed))["accel_z_g"][BEGIN:]
+    assert np.mean(load_g == 0.0) > 0.04 and np.mean(load_g == 3.0) > 0.04
+
+
 def test_the_multisine_has_power_in_its_band_only():
     force_n = programme("multisine", HOUR)["force_N"][BEGIN:]
     power = np.abs(np.fft.rfft((force_n - force_n.mean()) * np.hanning(len(force_n)))) ** 2

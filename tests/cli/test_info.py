@@ -1,5 +1,7 @@
 """`thrustd info` says what a JSON file is, and `check` says what is no configuration."""
 
+import json
+
 import msgspec
 import pytest
 
@@ -67,6 +69,14 @@ def test_a_file_without_a_known_time_is_described_and_its_time_may_be_named(tmp_
         assert told["sample_hz"] == pytest.approx(hertz) and told["channels"]["Load [kN]"] == "kN"
     assert main(["info", str(path), "--rate", "-1"]) == 2
     assert "above 0" in capsys.readouterr().err
+
+
+def test_an_effect_has_the_word_of_all_reports_and_its_own_law_in_brackets(capsys):
+    assert main(["info", str(MODEL)]) == 0
+    said = capsys.readouterr().out
+    assert "  hysteresis (hysteresis_stops)  travel_mm = " in said and "  axial_inertia  mass_kg = 171.7" in said
+    assert main(["info", str(MODEL), "--json"]) == 0
+    assert "hysteresis_stops" in json.loads(capsys.readouterr().out)["effects"]  # what `--effect` and files take
 
 
 @pytest.mark.parametrize(("path", "words"), [(MODEL, "a mount model, read by"), (DECK, "a brochure deck, read by")])

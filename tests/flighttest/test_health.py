@@ -1,6 +1,7 @@
 """Health over flights: a loss is named with its engine, a healthy fleet is not, conditions are no change."""
 
 import json
+from datetime import UTC, datetime
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -9,14 +10,20 @@ import pytest
 from tests.flighttest.scene import ENGINES, made_flight
 from thrustd.__main__ import main
 from thrustd.api.flights import health
+from thrustd.core.calibration import Calibration, MountCalibration, Zero, write_calibration
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.flighttest.fleet_health import fleet_health
 from thrustd.flighttest.fleet_report import figure, lines
 from thrustd.flighttest.flight import read_flight
-from thrustd.flighttest.health import health_rows
+from thrustd.flighttest.health import _mounts, health_rows, taken_mm
 from thrustd.flighttest.trend import FEWEST, hours_to, judge
-from thrustd.installation.shipped import read_deck
+from thrustd.installation.installation import CONFIG, installation_from_files, read_installation
+from thrustd.installation.shipped import read_deck, shipped
 from thrustd.records.files import write_recording
+from thrustd.twin.airframe import draw_airframe
+from thrustd.twin.flight import scripted_flight, write_flight
+from thrustd.twin.installation import PLAIN
+from thrustd.wire.can_frames import ICD_INPUT_ROWS
 
 HOURS = np.arange(1.0, 31.0)
 
@@ -113,7 +120,17 @@ def test_a_mount_says_by_when_it_has_to_be_calibrated():
     zero = next(one for one in found.health if one.quantity == "zero_mm")
     # 4 um in 20 flights of 1.5 h: 10 um in 75 h, that is 50 days at a flight a day
     assert zero.recalibrate_in_h == pytest.approx(75.0, rel=0.1)
-    assert (zero.recalibrate_utc_s - 1e9) / 86400 == pytest.approx(47.5, rel=0.1)
+    assert (zero.recalibrate_utc_s - 1e9) / 86400 == pytest.approx(zero.recalibrate_in_h / 1.5)
+
+
+def test_the_date_is_that_of_the_present_use_however_few_the_flights():
+    """Use counts between two beginnings: the last flight is not in it. A flight a day, 1.5 h each."""
+    found = fleet_health(rows_of_fleet(2, flights=FEWEST, zero_um=4.0))
+    zero = next(one for one in found.health if one.quantity == "zero_mm")
+    assert (zero.recalibrate_utc_s - 1e9) / 86400 == pytest.approx(zero.recalibrate_in_h / 1.5)
+    (said,) = [line for line in lines(found) if line.startswith("left_upper, zero: recalibrate by ")]
+    date = datetime.fromtimestamp(zero.recalibrate_utc_s, UTC)
+    assert said.endswith(f" h of flight after the first, {date:%Y-%m-%d} at the present use")
 
 
 def test_rows_of_a_flight(tmp_path):
@@ -196,3 +213,25 @@ def test_the_verb(tmp_path, capsys):
     assert "Health over 2 flights" in page.read_text()
     errors = [row["error"] for row in pq.read_table(table).to_pylist() if row["error"]]
     assert len(errors) == 1 and "no steady window" in errors[0]
+
+
+@pytest.mark.parametrize("calibrated_um", [None, 5.0])
+def test_a_mounts_zero_is_what_its_transducer_shows_whatever_was_taken_off_it(tmp_path, calibrated_um):
+    """A run takes a part of it off its own samples after three seconds, a calibration file all of what it holds."""
+    installation, seen = read_installation(shipped("deploy/hil.toml", "config")), []
+    if calibrated_um is not None:
+        zero = Zero(on="2026-01-01", mm=1e-3 * calibrated_um, std_mm=0.001)
+        file = Calibration(on="2026-01-01", mount={"left_upper": MountCalibration(zeros=(zero,))})
+        named = b'calibration = "calibration.toml"\n' + installation.files[CONFIG]
+        more = {CONFIG: named, "calibration.toml": write_calibration(file).encode()}
+        installation = installation_from_files({**installation.files, **more}, "test")
+    profile, _ = scripted_flight(15.0, 4)
+    table = installation.can_table(ICD_INPUT_ROWS)
+    for zero_mm in (0.0, 0.008):
+        path = tmp_path / f"{zero_mm}.mcap"
+        airframe = draw_airframe(4, PLAIN._replace(zero_mm=(zero_mm, 0.0, 0.0, 0.0)))
+        write_flight(path, profile, airframe, table, installation.log_header(), 4)
+        zeros_mm = {row["of"]: row["zero_mm"] for row in _mounts(read_flight(path).per_second(), taken_mm(path))}
+        seen.append(zeros_mm["left_upper"])
+        assert taken_mm(path)["left_upper"] == pytest.approx(1e-3 * (calibrated_um or 0.0))
+    assert seen[1] - seen[0] == pytest.approx(0.008, abs=2e-4)

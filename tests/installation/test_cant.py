@@ -88,7 +88,7 @@ def test_its_sigma_is_in_the_band_where_the_load_factor_is_not_one():
     plain, leaning = HIL.aircraft().installed(), with_cant(BOTH).aircraft().installed()
     assert installed_n2(rows, 0, 0, leaning) == pytest.approx(installed_n2(rows, 0, 0, plain) + (0.8 * std_n_g) ** 2)
     assert installed_n2(rows, 0, 1, leaning) < installed_n2(rows, 0, 1, plain)  # a push-over errs the other way
-    level, pulled = (with_cant(BOTH).aircraft().terms_n(4000.0, 5000.0, more_g) for more_g in (0.0, 0.8))
+    level, pulled = (with_cant(BOTH).aircraft().terms_n(4000.0, 5000.0, more_g, 0.1) for more_g in (0.0, 0.8))
     assert level["cant"] == 0.0 and pulled["cant"] == pytest.approx(0.8 * std_n_g)
     measured = "[mount.{}]\nlean_deg = 1.0\nlean_std_deg = 0.05\n"
     text = 'on = "2026-01-01"\n' + "".join(measured.format(mount.name) for mount in HIL.config.mount)

@@ -1,13 +1,19 @@
 """Every number of an engine's geometry is a key of the aircraft's file, and turning it turns what flies or is said."""
 
 import msgspec
+import numpy as np
 import pytest
 
 from thrustd.commission.mount_models import Made, _hang
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.core.statics import carried, left_over
 from thrustd.identify.artifact import witness_rows
+from thrustd.installation.as_calibrated import as_estimated
 from thrustd.installation.installation import Installation, read_installation
 from thrustd.installation.shipped import shipped
+from thrustd.model.artifact import EffectSpec
+from thrustd.sensors.errors import installed_n2
+from thrustd.sensors.past import ALONG_G, WIDTH
 
 HIL = read_installation(shipped("deploy/hil.toml", "config"))
 FILE = "citation-ii.toml"
@@ -63,7 +69,37 @@ def test_mass_and_its_sigma():
     plain, more, less_sure = (carried(each.aircraft())[0] for each in (HIL, heavy, vague))
     assert more.weight_n == pytest.approx(plain.weight_n * 400.0 / 373.0)
     assert less_sure.weight_std_n == pytest.approx(2.0 * plain.weight_std_n)
+    assert less_sure_n_g(vague) == pytest.approx([2.0 * each for each in less_sure_n_g(HIL)])
     assert hung(heavy)["axial_inertia"]["mass_kg"] == pytest.approx(400.0 * 5079.0 / (5079.0 + 5954.0), abs=0.1)
+
+
+def less_sure_n_g(installation: Installation) -> list[float]:
+    """Of the inertia, of the couple of a rigid body."""
+    rigid = msgspec.structs.replace(installation.aircraft(), rigid_body=True)
+    return [installation.aircraft().installed().inertia_n_g, rigid.installed().couple_n_g]
+
+
+def test_what_is_unsure_of_the_mass_is_in_the_band_as_the_specific_force_goes_and_of_one_mount_as_its_couple():
+    installed = HIL.aircraft().installed()
+    assert installed.inertia_n_g == pytest.approx(4.0 * STANDARD_GRAVITY_M_S2)
+    assert installed.couple_n_g == 0.0  # mounts that move together know none
+    rows = np.zeros((2, WIDTH))
+    rows[0, ALONG_G], rows[1, ALONG_G] = 0.3, -0.1
+    known = installed._replace(inertia_n_g=0.0)
+    apart_n2 = [installed_n2(rows, 0, b, installed) - installed_n2(rows, 0, b, known) for b in (0, 1)]
+    assert apart_n2 == pytest.approx([(0.3 * installed.inertia_n_g) ** 2, -0.03 * installed.inertia_n_g**2])
+
+
+def test_a_mass_that_the_models_have_estimated_has_its_sigma_in_their_error_maps():
+    spec = HIL.bench_model(HIL.config.mount[0])
+    told = [
+        EffectSpec(each.name, each.parameters, {"mass_kg": 30.0} if each.name == "axial_inertia" else {})
+        for each in spec.effects
+    ]
+    estimated, plain = msgspec.structs.replace(spec, effects=told), HIL.aircraft()
+    assert as_estimated(plain, [estimated, spec]) == plain  # one of both mounts has it from the file
+    found = as_estimated(plain, [estimated, estimated])
+    assert found.installed().inertia_n_g == 0.0 and found.engine_mass_std_kg == plain.engine_mass_std_kg
 
 
 def test_the_accelerometers_place_becomes_the_lever_arm():

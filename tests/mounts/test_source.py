@@ -252,6 +252,21 @@ def test_both_mounts_of_an_engine_do_not_know_it_together():
     assert both["std_n"] == pytest.approx(np.hypot(np.hypot(30.0, 30.0), 40.0 + 40.0))
 
 
+def test_of_one_mount_a_mass_that_is_off_presses_on_it_what_the_load_factor_adds():
+    """Both have it to opposite sides: their sum has none of it."""
+    combiner = MountCombiner([(0, 1)], SPRINGS, [0.4], 0.006, couple_n_g=15.0)
+    for trusted, part in ((np.array([True, False]), 0.4), (np.array([False, True]), 0.6)):
+        level, pulled = (float(combiner.step(both_mounts(), trusted, 0.1, g)[0]["std_n"]) for g in (1.0, 3.0))
+        assert pulled == pytest.approx(np.hypot(level, 15.0 * 2.0 / part))
+        assert float(combiner.step(both_mounts(), trusted, 0.1, np.nan)[0]["std_n"]) == level  # nobody measures it
+    combiner.step(both_mounts(), np.array([True, False]), 0.1, 3.0)
+    terms = combiner.terms_n(0, [{"start_n": 40.0}] * 2, "start_n")
+    assert terms["share_n"] == pytest.approx(np.hypot(0.006 * 2000.0 / 0.4, 15.0 * 2.0) / 0.4)
+    both = np.ones(2, np.bool_)
+    level, pulled = (float(combiner.step(both_mounts(), both, 0.1, g)[0]["std_n"]) for g in (1.0, 3.0))
+    assert level == pulled
+
+
 @pytest.mark.parametrize(
     ("moved_mm", "push_n"),
     [((0.1, 0.1), 0.1 * 11033), ((-0.2, -0.1), -0.1 * 11033), ((0.5, 0.0), 0.0), ((0.5, -0.1), 0.0)],

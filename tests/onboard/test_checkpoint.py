@@ -58,6 +58,8 @@ def test_an_old_or_foreign_one_is_refused_with_a_word(now, hashes, word):
     assert word in found.word
     assert "starting cold" in found.word
     assert found.service_s({"left": 3.0, "right": 0.0}) == (12_000.0, 0.0)  # the right one was mounted anew
+    (line,) = found.overruled({"left": 3.0, "right": 0.0})
+    assert line == "right: 0.00 h in service, of the calibration file, which changed; the checkpoint told 5.56 h"
 
 
 @given(st.data())

@@ -5,12 +5,14 @@ from math import hypot
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from thrustd.__main__ import main
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
 from thrustd.replay.budget import INSTALLED, TERMS, WINDMILLS, Band, Told, budget_of
+from thrustd.replay.budget_picture import draw
 
 FUEL = TERMS["fuel_n"]
 
@@ -69,9 +71,17 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
     known = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
     for before, after in zip(plain, known, strict=True):
         was, now = (installed(engine) for engine in (before, after))
-        assert set(was) == {"zero", "temperature", "scale", "drag", "rest"} and min(was.values()) > 0.0
+        assert set(was) == {"zero", "temperature", "scale", "drag", "rest", "mass"} and min(was.values()) > 0.0
         assert hypot(*now.values()) < 0.6 * hypot(*was.values()) and after["fused_n"] < before["fused_n"]
         assert after["mounts_n"] == pytest.approx(before["mounts_n"])  # of the bench
+    vague = (folder / "citation-ii.toml").read_text().replace("engine_mass_std_kg = 4.0", "engine_mass_std_kg = 60.0")
+    (tmp_path / "known.toml").write_text(vague)
+    heavy = budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml"))
+    for before, after in zip(plain, heavy, strict=True):
+        was, now = (installed(engine) for engine in (before, after))
+        assert now["mass"] == pytest.approx(15.0 * was["mass"], rel=0.01) and was["mass"] > 5.0  # 0.2 g of climb
+        assert after["fused_n"] > before["fused_n"] + 10.0
+        assert after["thrust_n"] == pytest.approx(before["thrust_n"], abs=1.0)
     (tmp_path / "known.toml").write_text(
         (folder / "citation-ii.toml").read_text().replace("density = 0.012", "density = 0.05")
     )
@@ -104,15 +114,31 @@ def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how
     assert shares[0.006] > 10.0 and shares[0.03] == pytest.approx(5 * shares[0.006], rel=0.05)
 
 
+@pytest.mark.parametrize(("lost", "kept"), [("mounts", "brochure"), ("brochure", "mounts")])
+def test_a_source_that_was_not_used_has_no_terms(lost, kept):
+    here = np.ones(5)
+    stds = {"mounts": 22.0 * here, "brochure": 250.0 * here, lost: np.nan * here}
+    terms = np.full((5, len(TERMS)), np.nan if lost == "mounts" else 8.0)
+    known = 4000.0 * here, 300.0 * here, stds["mounts"], stds["brochure"], *[0.0 * here] * 4, terms
+    band = Band(FusionSettings(), read_installation(shipped("deploy/hil.toml", "config")).aircraft())
+    found = budget_of("left", Told(*known), band)
+    assert found.of(lost) == [] and found.sums[lost] == 0.0
+    assert {row.kind for row in found.of(kept)} == {"systematic", "random"}
+    assert draw(Figure().subplots(), found) is None
+
+
 def test_an_engine_that_is_off_has_one_term_of_its_brochure_and_the_rest_is_added_up():
     """What nobody knows of it is no term: no warning of an empty mean."""
     here = np.ones(5)
     nothing = np.full((5, len(TERMS)), np.nan)
-    told = Told(-200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, 0.0 * here, nothing)
+    told = Told(
+        -200.0 * here, 130.0 * here, np.nan * here, 80.0 * here, here, 0.0 * here, 0.0 * here, 0.0 * here, nothing
+    )
     told.terms_n[:, list(TERMS).index("installation_n")] = 100.0
     band = Band(FusionSettings(), read_installation(shipped("deploy/hil.toml", "config")).aircraft())
     found = budget_of("left", told, band)
     assert hypot(*(row.std_n for row in found.rows if INSTALLED in row.term)) == pytest.approx(100.0)
+    assert found.of("mounts") == []
     assert [(row.term, row.std_n) for row in found.rows if row.source == "brochure"] == [(WINDMILLS, 80.0)]
     assert hypot(80.0, 100.0, found.rows[-1].std_n) == pytest.approx(found.fused_n) == 130.0
     assert found.thrust_n == -200.0 and found.filter_n == 0.0

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from thrustd.core.aircraft import Installed
 from thrustd.fusion.mixture import Weighed, mix
 from thrustd.sensors import evidence, onsets
 from thrustd.sensors.past import (
@@ -23,7 +24,7 @@ from thrustd.sensors.past import (
 )
 
 SHARE = 0.46
-INSTALLED = 200.0, 0.03, 0.03, 30.0, 0.006, 0.0
+INSTALLED = Installed(200.0, 0.03, 0.03, 30.0, 0.0, 0.0, 0.006, 0.0)
 
 
 def said_of(thrust_n, fault, rng):
@@ -171,5 +172,5 @@ def test_a_wrong_scale_of_all_mounts_is_in_the_band_before_the_deck_can_show_it(
 
 
 def test_a_scale_that_was_measured_costs_no_band():
-    _, std_n, _ = taking_off(0.0, 0.0, 4.0, installed=(20.0, 0.0045, 0.03, 30.0, 0.006, 0.0))
+    _, std_n, _ = taking_off(0.0, 0.0, 4.0, installed=INSTALLED._replace(zero_n=20.0, scale=0.0045))
     assert std_n < 250.0

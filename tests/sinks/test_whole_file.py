@@ -2,12 +2,14 @@
 
 import os
 import stat
+import subprocess
+import sys
 
 import pytest
 
 from thrustd.core.errors import UsageError
 from thrustd.sinks.latest_file import replace_file
-from thrustd.sinks.whole_file import write_whole
+from thrustd.sinks.whole_file import whole_folder, write_whole
 
 
 def test_a_file_is_replaced_whole(tmp_path):
@@ -28,3 +30,48 @@ def test_a_pipe_is_refused_and_stays(tmp_path):
         replace_file(path, b"content")
     assert stat.S_ISFIFO(path.stat().st_mode)
     assert [each.name for each in tmp_path.iterdir()] == ["pipe"]
+
+
+KILLED = """
+import sys, time
+from pathlib import Path
+from thrustd.sinks.whole_file import whole_folder
+with whole_folder(Path(sys.argv[1])) as folder:
+    folder.mkdir()
+    (folder / "half.json").write_text("half")
+    print("written", flush=True)
+    time.sleep(600)
+"""
+
+
+def test_a_folder_takes_its_place_whole_or_leaves_nothing(tmp_path):
+    out = tmp_path / "deep" / "[1] aircraft"
+    for _ in range(2):
+        with pytest.raises(UsageError, match="half way"), whole_folder(out) as folder:
+            folder.mkdir()
+            raise UsageError("half way")
+        assert list(out.parent.iterdir()) == []
+    out.mkdir()
+    with whole_folder(out) as folder:
+        folder.mkdir()
+        (folder / "hil.toml").write_text("whole")
+        assert list(out.iterdir()) == []
+    assert [each.name for each in out.parent.iterdir()] == [out.name]
+    assert (out / "hil.toml").read_text() == "whole"
+
+
+def test_killed_half_way_there_is_no_folder_and_the_next_time_takes_away_what_was_left(tmp_path):
+    out = tmp_path / "aircraft"
+    command = [sys.executable, "-c", KILLED, str(out)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as killed, subprocess.Popen(command, stdout=-1) as lives:
+        for each in (killed, lives):
+            assert each.stdout.readline() == b"written\n"
+        killed.kill()
+        killed.wait()
+        assert not out.exists() and len(list(tmp_path.iterdir())) == 2
+        with whole_folder(out) as folder:
+            folder.mkdir()
+            drafts = [each for each in tmp_path.iterdir() if (each / out.name / "half.json").exists()]
+            assert len(drafts) == 1  # of the one that still writes
+        lives.kill()
+    assert out.is_dir()

@@ -16,6 +16,7 @@ from thrustd.core.signals import CATALOGUE
 
 PROGRAMMES = ("steps", "multisine", "sweep", "weight")
 RAMP_S = (1.0, 1.0)  # of every step, half a cosine
+PARTS = 10  # of the range, each visited once in ten holds, some 50 min; the ends are held exactly
 STILL_S, LOAD_S = 60.0, 5.0  # every record begins at rest, then the load comes on: models start from rest, too
 LOW_N, HIGH_N = 0.0, 9000.0  # from no load to what a lower mount carries at take-off: 8.6 kN by statics
 REST = {"force_N": 0.0, "accel_z_g": CATALOGUE["accel_z_g"].rest}
@@ -66,7 +67,7 @@ def programme(kind: str, plan: BenchPlan) -> dict[str, Floats]:
     columns = {"force_N": _forces(kind, moving_s, plan, rng)}
     if kind == "weight":
         columns["accel_z_g"] = random_steps(
-            moving_s, plan.sample_hz, rng, Levels(*plan.weight_g, plan.hold_s, RAMP_S, REST["accel_z_g"])
+            moving_s, plan.sample_hz, rng, Levels(*plan.weight_g, plan.hold_s, RAMP_S, REST["accel_z_g"], PARTS)
         )
     return {"time_s": time_s} | {
         name: _from_rest(REST[name], values, still, loading) for name, values in columns.items()
@@ -78,7 +79,9 @@ def _forces(kind: str, moving_s: float, plan: BenchPlan, rng: np.random.Generato
         return multisine(moving_s, plan.sample_hz, rng, plan.band_hz, plan.lines, plan.low_n, plan.high_n)
     if kind == "sweep":
         return sweep(moving_s, plan.sample_hz, plan.band_hz, plan.low_n, plan.high_n)
-    return random_steps(moving_s, plan.sample_hz, rng, Levels(plan.low_n, plan.high_n, plan.hold_s, RAMP_S))
+    return random_steps(
+        moving_s, plan.sample_hz, rng, Levels(plan.low_n, plan.high_n, plan.hold_s, RAMP_S, parts=PARTS)
+    )
 
 
 def _from_rest(rest: float, values: Floats, still: int, loading: int) -> Floats:

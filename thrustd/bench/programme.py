@@ -4,6 +4,7 @@ The thesis' identification programme steps through random forces between 400 N a
 characterisation adds slow sines; the sweep it recommends is a multisine here.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,17 @@ class Levels(NamedTuple):
     hold_s: tuple[float, float] = HOLD_S
     ramp_s: tuple[float, float] = RAMP_S
     start: float | None = None  # None: at the lower one
+    parts: int = 1  # of the range: every one is visited as often
+
+
+def _targets(levels: Levels, rng: np.random.Generator) -> Iterator[float]:
+    """Hands of one level from each part of the range, shuffled; the first and the last are the ends themselves."""
+    edges = np.linspace(levels.low, levels.high, levels.parts + 1)
+    while True:
+        hand = rng.uniform(edges[:-1], edges[1:])
+        if levels.parts > 1:
+            hand[[0, -1]] = levels.low, levels.high
+        yield from rng.permutation(hand).tolist()
 
 
 def random_steps(
@@ -36,9 +48,9 @@ def random_steps(
     count = round(duration_s * sample_hz)
     signal = np.empty(count)
     level = levels.low if levels.start is None else levels.start
-    done = 0
+    done, targets = 0, _targets(levels, rng)
     while done < count:
-        target = rng.uniform(levels.low, levels.high)
+        target = next(targets)
         ramp = max(1, round(rng.uniform(*levels.ramp_s) * sample_hz))
         hold = round(rng.uniform(*levels.hold_s) * sample_hz)
         rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, ramp + 1) / ramp)

@@ -58,6 +58,8 @@ def _print_budget(budget: Any) -> None:
     for row in budget.rows:
         table.add_row(row.source, row.term, row.kind, f"{row.std_n:.1f}")
     console().print(table)
-    print(f"mounts: sum of systematic terms {budget.mounts_n:.1f} N, the filter used {budget.filter_n:.1f} N")
-    band = f"fused {budget.fused_n:.1f} N, band +- {SIGMAS_95 * budget.fused_n:.0f} N"
-    print(f"brochure: sum of terms {budget.brochure_n:.1f} N; {band}")
+    unused = "not used, no term of it is in the band"
+    of_mounts = f"sum of systematic terms {budget.mounts_n:.1f} N, the filter used {budget.filter_n:.1f} N"
+    of_brochure = f"sum of terms {budget.brochure_n:.1f} N" if budget.of("brochure") else unused
+    print(f"mounts: {of_mounts if budget.of('mounts') else unused}")
+    print(f"brochure: {of_brochure}; fused {budget.fused_n:.1f} N, band +- {SIGMAS_95 * budget.fused_n:.0f} N")

@@ -268,13 +268,15 @@ def _config_report(path: Path) -> dict[str, Any]:
 def _print_report(report: dict[str, Any]) -> None:
     import msgspec
 
+    from thrustd.model.effects import effect_said
+
     for key, value in msgspec.to_builtins(report).items():
         if key == "problem" or value in ("", {}, []):
             continue  # said on standard error; or nothing to say
         if isinstance(value, dict):
             print(f"{key}:")
             for name, item in value.items():
-                print(f"  {_one_line(name)}  {_one_line(item)}")
+                print(f"  {_one_line(effect_said(name) if key == 'effects' else name)}  {_one_line(item)}")
         elif key == "ledger":
             print("error ledger:")
             for entry in value:

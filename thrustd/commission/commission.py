@@ -7,8 +7,6 @@ folder's configuration is the root of the sum of squares of the default and of e
 """
 
 import re
-import shutil
-import tempfile
 from collections.abc import Callable, Sequence
 from math import hypot
 from pathlib import Path
@@ -24,6 +22,7 @@ from thrustd.core.errors import ConfigError, UsageError
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation, read_installation
 from thrustd.model.artifact import write_model
+from thrustd.sinks.whole_file import whole_folder
 
 MOUNT_N = 3000.0  # of a mount in cruise: where a cost is told
 WEIGHT_STD, THERMAL_STD = 0.005, 0.006  # 1.5 g without the weight's stiffening; 30 K from the bench at 2e-4 1/K
@@ -37,9 +36,7 @@ def commission(
     if out.is_symlink() or (out.exists() and (not out.is_dir() or any(out.iterdir()))):
         raise UsageError(f"{out}: already exists; expected the name of a new or empty folder")
     missing = _missing(pieces)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
-        folder = Path(draft) / out.name
+    with whole_folder(out) as folder:
         told(0.0, "deck")  # first: a flight that cannot be used shows in seconds, the mounts take minutes
         rows, remarks = _write(folder, pieces, installation)
         settings = section(installation.config.fusion, FusionSettings, str(config))
@@ -54,9 +51,6 @@ def commission(
         kept = _kept(installation)
         done = Commissioned(out, out / config.name, made, rows, remarks, missing, std, kept)
         (folder / "report.html").write_text(report_page(done), encoding="utf-8")
-        if out.exists():
-            out.rmdir()
-        shutil.move(folder, out)
     told(1.0, "done")
     return done
 

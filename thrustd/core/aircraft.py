@@ -93,13 +93,10 @@ class InstallationErrors(Section, frozen=True):
     rest_n: NotNegative
     temperature_n: NotNegative = 0.0  # growth between transducers and mounts; of older files: in zero_n
     share: Annotated[float, Meta(gt=0, le=0.2)] = 0.006  # of the load that one mount carries
-
-    def sizes(self) -> tuple[float, float, float, float, float]:
-        """Of a zero (warm or cold), a scale, a drag, the rest; of a share, which a sum does not need."""
-        return hypot(self.zero_n, self.temperature_n), self.scale, self.drag_m2, self.rest_n, self.share
+    mass_kg: NotNegative | None = None  # in the models' inertia; none: engine_mass_std_kg
 
     def terms_n(self, thrust_n: float, pressure_pa: float) -> dict[str, float]:
-        """All but the share one by one, at a thrust and a dynamic pressure."""
+        """Those that the aircraft's file states here, but for share and mass, at a thrust and a dynamic pressure."""
         return {
             "zero": self.zero_n,
             "temperature": self.temperature_n,
@@ -110,6 +107,19 @@ class InstallationErrors(Section, frozen=True):
 
 
 UNKNOWN = InstallationErrors(zero_n=200.0, scale=0.03, drag_m2=0.04, rest_n=30.0)  # of files and logs that say nothing
+
+
+class Installed(NamedTuple):
+    """What an installation may do to the mounts of an engine, one sigma each, as compiled code takes it."""
+
+    zero_n: float  # warm or cold
+    scale: float
+    drag_m2: float
+    rest_n: float
+    cant_n_g: float  # per g of load factor beyond 1
+    inertia_n_g: float  # per g along the engine
+    share: float  # to opposite sides of both mounts, as the couple: a sum does not need them
+    couple_n_g: float  # per g of load factor beyond 1
 
 
 class Windmilling(Section, frozen=True):
@@ -171,19 +181,31 @@ class AircraftData(Section, frozen=True):
         """Of a mount of the configuration; None: the file says nothing of it."""
         return self.cant.get(mount, self.cant.get(engine))
 
-    def installed(self) -> tuple[float, float, float, float, float, float]:
-        """What an installation may do, see `InstallationErrors.sizes`; then a cant, N per g beyond 1."""
-        return *self.installation.sizes(), self.cant_n_g()
+    def installed(self) -> Installed:
+        known = self.installation
+        zero_n, couple_n_g = hypot(known.zero_n, known.temperature_n), self.couple_n_g()
+        of_mass = self.cant_n_g(), self.inertia_n_g()
+        return Installed(zero_n, known.scale, known.drag_m2, known.rest_n, *of_mass, known.share, couple_n_g)
 
     def cant_n_g(self) -> float:
         """Of an engine's weight, what nobody knows whether its mounts carry it, one sigma."""
         std_deg = max((each.std_deg for each in self.cant.values()), default=0.0)
         return self.engine_mass_kg * STANDARD_GRAVITY_M_S2 * radians(std_deg)
 
-    def terms_n(self, thrust_n: float, pressure_pa: float, more_g: float) -> dict[str, float]:
-        """What an installation may do, term by term; `more_g`: of load factor beyond 1."""
+    def inertia_n_g(self) -> float:
+        """What nobody knows of an engine's inertia, N per g along it, one sigma."""
+        std_kg = self.installation.mass_kg
+        return (self.engine_mass_std_kg if std_kg is None else std_kg) * STANDARD_GRAVITY_M_S2
+
+    def couple_n_g(self) -> float:
+        """What nobody knows of the couple that its weight is on two mounts, one sigma; none when they move together."""
+        return carried(self)[0].weight_std_n if self.rigid_body else 0.0
+
+    def terms_n(self, thrust_n: float, pressure_pa: float, more_g: float, along_g: float) -> dict[str, float]:
+        """What an installation may do, term by term; `more_g`: load factor beyond 1, `along_g`: along the engine."""
         of_cant = {"cant": self.cant_n_g() * abs(more_g)} if self.cant else {}
-        return self.installation.terms_n(thrust_n, pressure_pa) | of_cant
+        of_mass = {"mass": self.inertia_n_g() * abs(along_g)}
+        return self.installation.terms_n(thrust_n, pressure_pa) | of_cant | of_mass
 
 
 class MountPlace(NamedTuple):

@@ -137,7 +137,7 @@ class Terms(NamedTuple):
     beyond_n: float  # outside the identified range
     creep_n: float
     start_n: float  # load before the start, channels that are not measured: of both mounts to the same side
-    share_n: float  # of the one mount that is left
+    share_n: float  # of the one mount that is left, with the couple of a mass that is off
     installation_n: float  # what nobody corrected of the installation, as far as the brochure does not bound it
     fuel_n: float  # density and heating value of the fuel on board: in the brochure's sigma
 

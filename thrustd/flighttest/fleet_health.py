@@ -49,7 +49,7 @@ class Health(msgspec.Struct, frozen=True):
     of: str
     quantity: str
     unit: str  # of values, change and, per hour, slope
-    hours: list[float]  # service hours at the end of each flight
+    hours: list[float]  # flown in all at the end of each flight
     values: list[float]  # at equal conditions, minus their mean
     trend: Trend
     engine: str = ""  # whose change it is; of a difference, the one that wears; empty: nothing changed
@@ -260,8 +260,7 @@ def _mounts(rows: Sequence[Row], files: list[str], hours: Floats, begun: dict[st
 def _dated(one: Health, limit: float, begun: dict[str, float], files: list[str]) -> Health:
     """With the hour, and the date at the present use, by which it may have moved by `limit`."""
     hours = hours_to(limit, one.trend)
-    seconds = float(begun[files[-1]] - begun[files[0]])
-    date = (
-        begun[files[0]] + hours * seconds / one.hours[-1] if np.isfinite(seconds) and seconds > DAY_S else float("nan")
-    )
+    first_s, seconds, date = begun[files[0]], float(begun[files[-1]] - begun[files[0]]), float("nan")
+    if np.isfinite(seconds) and seconds > DAY_S:
+        date = first_s + hours * seconds / one.hours[-2]  # flown when the last one began
     return msgspec.structs.replace(one, recalibrate_in_h=hours, recalibrate_utc_s=date)

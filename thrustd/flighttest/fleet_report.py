@@ -24,6 +24,7 @@ SPOKEN = {
     "n2_at_n1_pct": "N2 at equal N1", "load_share": "upper mount's share", "zero_mm": "zero",
 }  # fmt: skip
 ACROSS = 4  # drawings in a row
+SHORT_H = 10.0  # told to a tenth
 
 
 def table_rows(found: FleetHealth) -> list[list[str]]:
@@ -48,7 +49,8 @@ def lines(found: FleetHealth) -> list[str]:
         said.append(f"no mounts in {without} of {_flights(len(found.flights))}: nothing measures the thrust there")
     for one in found.health:
         if isfinite(one.recalibrate_in_h):
-            by = f"{one.recalibrate_in_h:.0f} service hours{_date(one)}"
+            hours = one.recalibrate_in_h
+            by = f"{hours:.{int(hours < SHORT_H)}f} h of flight after the first{_date(one)}"
             said.append(f"{one.of}, {SPOKEN[one.quantity]}: recalibrate by {by}")
     return said
 
@@ -86,7 +88,7 @@ def figure(found: FleetHealth) -> "Figure":
         axis.tick_params(labelsize=7)
         axis.grid(alpha=0.3, lw=0.5)
     drawn.suptitle("Each point a flight, minus the mean of all", x=0.01, ha="left", fontsize=10)
-    drawn.supxlabel("service hours", fontsize=8)
+    drawn.supxlabel("hours flown", fontsize=8)
     return drawn
 
 

@@ -7,32 +7,38 @@ Of every steady window of the flight, per engine, against the deck at the same N
     n2_at_n1_pct        the same of N2
     load_share          upper mount's part: moves when a mount or its transducer does
 
-and per mount its zero, the reading while the engines are off on the ground. Left against right is the difference of two
-rows of one flight: the air, the day and the deck's own error are in both.
+and per mount its zero, the reading before the engines are started: with what a calibration file or a run before took
+off, and before this run takes its own off, which its first fault `zero` says. Left against right is the difference of
+two rows of one flight: the air, the day and the deck's own error are in both.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.atmosphere import ZERO_CELSIUS_K, total_temperature_ratio
-from thrustd.core.errors import LogError
+from thrustd.core.errors import LogError, ThrustdError
 from thrustd.core.steady import SteadyLimits
 from thrustd.flighttest.flight import Flight, read_flight
 from thrustd.flighttest.windows import Window, steady_windows
 from thrustd.installation.shipped import read_deck
+from thrustd.records.flight_log import ZEROED, open_flight_log
 from thrustd.records.once import columns_sha256
 from thrustd.records.rows import Row
+from thrustd.replay.replay import open_installation, start_of
 from thrustd.sources.mcap_log import LogFile
 
 LIMITS = SteadyLimits(n1_pct=1.0, mach=0.02, altitude_m=150.0, accel_x_g=0.05, load_factor_g=0.3, least_s=10.0)
 LEAST_N1_PCT = 50.0  # below it thrust is small and a per cent of it says nothing
 OFF_N1_PCT = 2.0
 ZERO_S = 5.0  # shortest engine-off stretch that tells a zero
+STANDS_MACH = 0.05
+NOTHING: Mapping[str, float] = {}
 
 
 class At(NamedTuple):
@@ -53,7 +59,8 @@ class HealthJob:
         deck = Path(self.deck) if self.deck else None
         flight = read_flight(Path(file), deck)
         sha256 = columns_sha256(flight.record)  # a raw log and its replay are one flight
-        return [{"sha256": sha256} | row for row in health_rows(flight, read_deck(deck), begun_s(Path(file)))]
+        rows = health_rows(flight, read_deck(deck), begun_s(Path(file)), taken_mm(Path(file)))
+        return [{"sha256": sha256} | row for row in rows]
 
 
 def begun_s(path: Path) -> float:
@@ -67,8 +74,28 @@ def begun_s(path: Path) -> float:
     return float("nan")
 
 
-def health_rows(flight: Flight, deck: Deck, start_utc_s: float = float("nan")) -> list[Row]:
-    """RecordingError when no steady window is in it."""
+def taken_mm(path: Path) -> dict[str, float]:
+    """By mount, the zero that a flight log's run took off its samples from its beginning; of anything else none."""
+    log = open_flight_log(path)
+    if log is None:
+        return {}
+    try:
+        installation, start = open_installation(log, None), start_of(log)
+        calibration = installation.calibration()
+    except ThrustdError:  # of an older version: its estimates are as good without
+        return {}
+    names = [mount.name for mount in installation.config.mount]
+    known = {name: calibration.of(name).zero_mm if calibration else 0.0 for name in names}
+    if start is None or start.snapshot is None:
+        return known
+    told = zip(names, start.snapshot["mounts"], strict=True)
+    return known | {name: mount["zero"][0] for name, mount in told if mount}
+
+
+def health_rows(
+    flight: Flight, deck: Deck, start_utc_s: float = float("nan"), zeros_mm: Mapping[str, float] = NOTHING
+) -> list[Row]:
+    """RecordingError when no steady window is in it. `zeros_mm`: taken off the mounts' readings, by mount."""
     flight = flight.per_second()
     running = np.any([flight.record[f"n1_pct_{engine}"] > LIMITS.least_n1_pct for engine in flight.engines], axis=0)
     about: Row = {
@@ -83,7 +110,7 @@ def health_rows(flight: Flight, deck: Deck, start_utc_s: float = float("nan")) -
         for number, engine in enumerate(flight.engines)
         if (row := _engine(flight, engine, number, deck, window))
     ]
-    return [*points, *(about | row for row in _mounts(flight))]
+    return [*points, *(about | row for row in _mounts(flight, zeros_mm))]
 
 
 def _engine(flight: Flight, engine: str, number: int, deck: Deck, window: Window) -> Row:
@@ -123,16 +150,15 @@ def _at(deck: Deck, values: dict[str, float], engine: str, number: int) -> At:
     return At(found.fuel_flow_thrust_n, found.n1_thrust_n, found.n2_thrust_n)
 
 
-def _mounts(flight: Flight) -> list[Row]:
-    names = [name for name in flight.record.channels if name.startswith("deformation_mm_")]
-    off = np.all([flight.record[f"n1_pct_{engine}"] < OFF_N1_PCT for engine in flight.engines], axis=0)
-    off &= flight.record["mach"] < 0.05
-    rows: list[Row] = []
-    for name in names:
-        zero: Any = flight.record[name][off & np.isfinite(flight.record[name])]
-        known = len(zero) >= ZERO_S * flight.record.sample_hz
-        rows.append({
-            "of": name.removeprefix("deformation_mm_"), "kind": "mount",
-            "zero_mm": float(np.median(zero)) if known else float("nan"),
-        })  # fmt: skip
+def _mounts(flight: Flight, zeros_mm: Mapping[str, float]) -> list[Row]:
+    record, rows = flight.record, list[Row]()
+    n1_pct = np.array([record[f"n1_pct_{engine}"] for engine in flight.engines])
+    off = np.all(n1_pct < OFF_N1_PCT, axis=0) & (record["mach"] < STANDS_MACH)
+    off &= ~np.logical_or.accumulate(np.any(n1_pct >= OFF_N1_PCT, axis=0))  # what was carried is not gone at the end
+    untouched = off & (record.time_s <= float(record.metadata.get(ZEROED, "inf")) - 1.0)  # they are means of a second
+    for name in (name for name in record.channels if name.startswith("deformation_mm_")):
+        mount, heard = name.removeprefix("deformation_mm_"), np.isfinite(record[name])
+        known = np.sum(off & heard) >= ZERO_S * record.sample_hz and bool(np.any(untouched & heard))
+        zero_mm = float(np.median(record[name][untouched & heard])) + zeros_mm.get(mount, 0.0) if known else np.nan
+        rows.append({"of": mount, "kind": "mount", "zero_mm": zero_mm})
     return rows

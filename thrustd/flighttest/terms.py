@@ -9,7 +9,7 @@ from thrustd.core.errors import ThrustdError
 from thrustd.core.types import Status
 from thrustd.records.flight_log import open_flight_log
 from thrustd.records.recording import Recording
-from thrustd.replay.budget import AIR, INSTALLATION, LOAD, TERMS, Band, Budget, Told, band_of, budget_of
+from thrustd.replay.budget import AIR, ALONG, INSTALLATION, LOAD, TERMS, Band, Budget, Told, band_of, budget_of
 from thrustd.replay.replay import open_installation
 
 TOLD = "thrust_N", "thrust_std_N", "estimate_mount_std_n", "brochure_std_N"
@@ -36,5 +36,7 @@ def budget_in(part: Recording, engine: str, band: Band) -> Budget | None:
     pressure_pa = [dynamic_pressure_pa(*row) for row in zip(*(part[name].tolist() for name in AIR), strict=True)]
     stds = [part[f"{name}_{engine}"] for name in TOLD]
     terms_n = np.column_stack([part[name] for name in names])
-    more_g = part.channels.get(LOAD, np.ones(len(part))) - 1.0
-    return budget_of(engine, Told._make((*stds, off.astype(float), np.array(pressure_pa), more_g, terms_n)), band)
+    more_g, along_g = part.channels.get(LOAD, np.ones(len(part))) - 1.0, part.channels.get(ALONG, np.zeros(len(part)))
+    return budget_of(
+        engine, Told._make((*stds, off.astype(float), np.array(pressure_pa), more_g, along_g, terms_n)), band
+    )

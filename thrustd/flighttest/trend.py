@@ -1,4 +1,4 @@
-"""A quantity over service hours: does it change, since when, how fast.
+"""A quantity over hours of flight: does it change, since when, how fast.
 
 Three hypotheses of a series y of n flights: nothing (a constant), a trend a + b h, a step after flight k. A change is
 weighed by its Bayes factor against nothing, level and noise unknown, of a size d in sigmas with prior N(0, g):
@@ -61,7 +61,7 @@ class Told(NamedTuple):
 
 
 def judge(hours: Floats, values: Floats, least: float = 0.0, told: Told | None = None) -> Trend:
-    """Of series (n,) over service hours; `least`: smaller changes are not named. NaN values are left out."""
+    """Of series (n,) over hours of flight; `least`: smaller changes are not named. NaN values are left out."""
     known = np.isfinite(values)
     hours, values = hours[known], values[known]
     n = len(values)

@@ -1,7 +1,10 @@
 """The aircraft's file in an installation: its mounts by their names, and what calibrations leave of its errors.
 
 A lean that a flight told replaces the cant that the aircraft's file has: it is all of the lean, the cant was its prior.
+So does a mass that a model has estimated: how unsure it is stands in the model's error map, which `extend` widened.
 """
+
+from collections.abc import Sequence
 
 import msgspec
 
@@ -9,6 +12,9 @@ from thrustd.core.aircraft import AircraftData, Cant
 from thrustd.core.calibration import Calibration
 from thrustd.core.config import Config
 from thrustd.core.errors import ConfigError
+from thrustd.model.artifact import ModelSpec
+from thrustd.model.effects import effect_named
+from thrustd.model.effects.axial_inertia import EFFECT as INERTIA
 
 WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its zero is, one sigma; where not measured
 
@@ -22,6 +28,17 @@ def placed(aircraft: AircraftData, config: Config, where: str) -> AircraftData:
             raise ConfigError(f"{where}: {key}.{unknown[0]}: expected one of {', '.join(known)}")
     found = {mount.name: aircraft.cant_of(mount.name, mount.engine) for mount in config.mount}
     return msgspec.structs.replace(aircraft, cant={name: cant for name, cant in found.items() if cant is not None})
+
+
+def as_estimated(aircraft: AircraftData, specs: Sequence[ModelSpec]) -> AircraftData:
+    """With nothing unsure of the inertia where all models have a sigma of their own for it."""
+    if not all(_estimated(spec) for spec in specs):
+        return aircraft
+    return msgspec.structs.replace(aircraft, installation=msgspec.structs.replace(aircraft.installation, mass_kg=0.0))
+
+
+def _estimated(spec: ModelSpec) -> bool:
+    return any(each.std for each in spec.effects if effect_named(each.name).word == INERTIA.word)
 
 
 def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:

@@ -19,7 +19,7 @@ from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
-from thrustd.installation.as_calibrated import as_calibrated, placed
+from thrustd.installation.as_calibrated import as_calibrated, as_estimated, placed
 from thrustd.installation.shipped import shipped
 from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
@@ -116,11 +116,10 @@ class Installation:
         aircraft = read_aircraft(self._text(name), self._place(name))
         most = max(len(self.config.mounts_of(engine)) for engine in self.config.aircraft.engines)
         if len(aircraft.spring_n_mm) < most:
-            given = len(aircraft.spring_n_mm)
-            raise ConfigError(
-                f"{self._place(name)}: spring_n_mm: {given} numbers, expected one for each of {most} mounts"
-            )
-        return as_calibrated(placed(aircraft, self.config, self._place(name)), self.calibration())
+            said = f"{self._place(name)}: spring_n_mm: {len(aircraft.spring_n_mm)} numbers"
+            raise ConfigError(f"{said}, expected one for each of {most} mounts")
+        specs = [read_model(self.files[mount.model], self._place(mount.model)) for mount in self.config.mount]
+        return as_calibrated(as_estimated(placed(aircraft, self.config, self._place(name)), specs), self.calibration())
 
     def uncorrected(self) -> list[str]:
         """A line for each mount whose model leaves a load factor uncorrected, or which is without the other one."""

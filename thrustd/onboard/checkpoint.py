@@ -69,6 +69,16 @@ class Resume(NamedTuple):
         known = [(told.get(name, (hours, 3600.0 * hours)), hours) for name, hours in calibrated_h.items()]
         return tuple(now_s if began_h == hours else 3600.0 * hours for (began_h, now_s), hours in known)
 
+    def overruled(self, calibrated_h: Mapping[str, float]) -> list[str]:
+        """A line for each mount whose hours the calibration file changed: those that the checkpoint told are gone."""
+        told, lines = self.service or {}, []
+        for name, hours in calibrated_h.items():
+            began_h, now_s = told.get(name, (hours, 0.0))
+            if began_h != hours:
+                by = "of the calibration file, which changed"
+                lines.append(f"{name}: {hours:.2f} h in service, {by}; the checkpoint told {now_s / 3600.0:.2f} h")
+        return lines
+
 
 @cache
 def _boot() -> str:

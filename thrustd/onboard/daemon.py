@@ -125,6 +125,8 @@ def start_pipeline(shell: Shell) -> tuple[Pipeline, WarmStart | None]:
     if warm:
         return pipeline, found.start
     service_s = found.service_s(shell.installation.service_h())
+    for line in found.overruled(shell.installation.service_h()):
+        say(line)
     pipeline.serve_from(service_s)
     return pipeline, WarmStart(None, service_s=service_s)
 

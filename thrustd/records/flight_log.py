@@ -29,9 +29,12 @@ from thrustd.wire.log_layout import FAULT_TOPIC
 
 if TYPE_CHECKING:
     from thrustd.sources.mcap_log import LogFile
+    from thrustd.sources.mcap_walk import LogMessage
 
 LEFT_OUT = ("t_ns", "engine", "mount")  # said by the row and the topic already
 FLIGHT_LOG = "thrustd flight log"
+ZERO = "zero"  # the fault that says it: a mount's zero was taken off its samples from then on
+ZEROED = "zeroed_s"  # of a recording, when that was first
 REPLAY_FIRST = "readings, mounts and estimates are columns once it is replayed: thrustd replay LOG -o OUT.mcap"
 REFERENCES = {"thrust_n": "thrust_N", "force_n": "force_N"}
 
@@ -49,10 +52,10 @@ def open_flight_log(path: Path, salvage: bool = False) -> "LogFile | None":
 def read_flight_log(log: "LogFile") -> Loaded:
     topics: dict[str, Topic] = {}
     decode: Any = msgspec.json.Decoder().decode
-    faults = 0
+    faults: list[LogMessage] = []
     for message in log.messages():
         if message.topic == FAULT_TOPIC:
-            faults += 1
+            faults.append(message)
         else:
             append(topics.setdefault(message.topic, Topic([], {})), message.log_ns, decode(message.data))
     for topic in topics.values():
@@ -64,14 +67,17 @@ def read_flight_log(log: "LogFile") -> Loaded:
     columns: dict[str, Floats] = {TIME: (times_ns - log.header.epoch_offset_ns) / 1e9}
     for name, topic in sorted(topics.items()):
         columns |= _held(name, topic, times_ns)
-    notes = [f"flight log: columns held onto the times of {base}", f"{faults} faults in the log"]
+    notes = [f"flight log: columns held onto the times of {base}", f"{len(faults)} faults in the log"]
     if base.startswith("/truth/"):
         notes.append(f"only the truth beside raw events; {REPLAY_FIRST}")
     if log.damage:
         notes.append(log.damage)
     if log.cut:
         notes.append("log was cut off: read up to its last whole chunk")
-    return Loaded(columns, {"source": FLIGHT_LOG, "run": log.header.run}, tuple(notes))
+    about = {"source": FLIGHT_LOG, "run": log.header.run}
+    for fault in reversed([each for each in faults if decode(each.data)["kind"] == ZERO]):  # the first one stays
+        about[ZEROED] = repr((fault.log_ns - log.header.epoch_offset_ns) / 1e9)
+    return Loaded(columns, about, tuple(notes))
 
 
 def _base_topic(topics: dict[str, Topic]) -> str | None:

@@ -5,6 +5,7 @@
                share: of the one mount that is trusted, where the other one is lost; both together need none
     brochure   sigma^2   = (bias T)^2 + fuel^2 + shape^2 + noise^2         of the deck's source, as the filter takes it
                fuel: density and heating value on board, by dF / d ln w of the deck
+               a source that was not used in the window has no terms
     fused      the filter's own sigma; in it what nobody corrected of the installation ([installation] of the aircraft's
                file, or what its calibration left), each term as far as the brochure does not bound all of them
 
@@ -46,7 +47,7 @@ INSTALLATION, FUEL = "installation_n", "fuel_n"
 INSTALLED = "installation, "
 UNPROVED = "throttle moved, other hypotheses"
 INERTIA = "inertia (noise of the acceleration)"
-AIR, LOAD = ("mach", "pressure_altitude_m"), "accel_z_g"
+AIR, LOAD, ALONG = ("mach", "pressure_altitude_m"), "accel_z_g", "accel_x_g"
 WINDMILLS = "windmilling, it burns nothing"
 END_S = 2.0  # a window may end so long after the last estimate
 ALWAYS = "creep_n", "share_n"  # told though they are nothing
@@ -101,6 +102,7 @@ class Told(NamedTuple):
     off: Floats  # 1 while the engine is off
     pressure_pa: Floats  # dynamic
     more_g: Floats  # load factor beyond 1
+    along_g: Floats  # specific force along the engine
     terms_n: Floats  # (n, len(TERMS))
 
 
@@ -113,7 +115,7 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
     """One per engine; seconds since the log's first estimate. UsageError when it has not all of them."""
     pipeline, engines = installation.pipeline(), installation.config.aircraft.engines
     told: list[list[tuple[float, ...]]] = [[] for _ in engines]
-    said, air, first_ns, last_s = dict[int, Estimate](), {**dict.fromkeys(AIR, 0.0), LOAD: 1.0}, -1, 0.0
+    said, air, first_ns, last_s = dict[int, Estimate](), {**dict.fromkeys((*AIR, ALONG), 0.0), LOAD: 1.0}, -1, 0.0
     for batch in log.batches():
         for output in pipeline.take(batch):
             if isinstance(output, Reading):
@@ -127,7 +129,8 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
                 stds = now.thrust_n, now.thrust_std_n, now.mount_std_n, now.brochure_std_n
                 off = float(bool(now.status & Status.ENGINE_OFF))
                 pressure_pa = dynamic_pressure_pa(*(air[name] for name in AIR))
-                told[output.engine].append((*stds, off, pressure_pa, air[LOAD] - 1.0, *output[2:]))
+                loads = air[LOAD] - 1.0, air[ALONG]
+                told[output.engine].append((*stds, off, pressure_pa, *loads, *output[2:]))
         if last_s >= end_s:
             break
     if not told[0] or last_s < end_s - END_S:
@@ -135,18 +138,18 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
         raise UsageError(f"--at {begin_s:g} {end_s:g}: {what}, only until {last_s:.0f} s")
     tables, band = map(np.array, told), band_of(installation)
     return [
-        budget_of(engine, Told._make((*table[:, :7].T, table[:, 7:])), band)
+        budget_of(engine, Told._make((*table[:, :8].T, table[:, 8:])), band)
         for engine, table in zip(engines, tables, strict=True)
     ]
 
 
 def budget_of(engine: str, told: Told, band: Band) -> Budget:
     """Root mean squares of the terms; of what estimates say the mean."""
-    *stds, pressure_pa, more_g2 = _means(np.column_stack((*told[:6], told.more_g**2)))
+    *stds, pressure_pa, more_g2, along_g2 = _means(np.column_stack((*told[:6], told.more_g**2, told.along_g**2)))
     known = dict(zip(TERMS, np.sqrt(_means(told.terms_n**2)).tolist(), strict=True))
     installed_n, fuel_n = known.pop(INSTALLATION), known.pop(FUEL)
     rows = [Row("mounts", TERMS[name], SYSTEMATIC, n) for name, n in known.items() if n > 0 or name in ALWAYS]
-    terms = band.aircraft.terms_n(stds[0], pressure_pa, sqrt(more_g2))
+    terms = band.aircraft.terms_n(stds[0], pressure_pa, sqrt(more_g2), sqrt(along_g2))
     return _budget(engine, rows, stds, fuel_n, _scaled(terms, installed_n), band.settings)
 
 
@@ -164,12 +167,14 @@ def _budget(
 ) -> Budget:
     """`stds`: thrust, its sigma, the mounts', the brochure's; 1 while the engine is off."""
     thrust_n, fused_n, filter_n, brochure_std_n, off = stds
-    rows, mounts_n = list(mounts), hypot(*(row.std_n for row in mounts))
-    rows.append(Row("mounts", INERTIA, RANDOM, settings.mount_noise_std_n))
+    rows: list[Row] = []
+    if filter_n > 0.0:  # else no mount was trusted
+        rows += [*mounts, Row("mounts", INERTIA, RANDOM, settings.mount_noise_std_n)]
+    mounts_n = hypot(*(row.std_n for row in rows if row.kind == SYSTEMATIC))
     bias_n = min(settings.brochure_bias_std * abs(thrust_n), brochure_std_n)
     if off == 1.0:
         rows.append(Row("brochure", WINDMILLS, SYSTEMATIC, brochure_std_n))
-    else:
+    elif brochure_std_n > 0.0:  # else nobody asked the deck
         rows.append(Row("brochure", "engine against deck", SYSTEMATIC, bias_n))
         fuel_n = min(fuel_n, sqrt(brochure_std_n**2 - bias_n**2))
         shape_n = sqrt(max(brochure_std_n**2 - bias_n**2 - fuel_n**2, 0.0))

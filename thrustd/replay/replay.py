@@ -74,7 +74,7 @@ def replay(
     """
     log = LogRun((log,)) if isinstance(log, Path) else log
     installation = open_installation(log, config)
-    pipeline, _ = installation.warm_pipeline(_start_of(log) if config is None else None)
+    pipeline, _ = installation.warm_pipeline(start_of(log) if config is None else None)
     score = flight_score(installation)
     tapes = pipeline.tapes() if smoothed is not None else ()
     engines = installation.config.aircraft.engines
@@ -145,7 +145,7 @@ def _header(installation: Installation, source: LogHeader) -> LogHeader:
     return installation.log_header(epoch_offset_ns=source.epoch_offset_ns, run=source.run, notes=source.notes)
 
 
-def _start_of(log: LogRun) -> WarmStart | None:
+def start_of(log: LogRun | LogFile) -> WarmStart | None:
     """The state that the recorded run took over from the one before, when it did."""
     note = log.header.notes.get(WARM_START)
     if note is None or log.header.part > 0:

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
+from thrustd.core.aircraft import Installed
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.mixture import SHIFT_N, STD_N, P
-from thrustd.sensors.errors import Installed
 from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
 from thrustd.sensors.kinematics import air_leaves
@@ -97,7 +97,6 @@ class Bank:
 
         `shares` (n,): of the upper mounts; `spring_n_mm` (2,): spring rates of an engine's mounts.
         An engine that has not two mounts has only the hypothesis that all is well.
-        `installed`: see `errors`.
         """
         n = len(mounts)
         self._past, self.found, self._anew = no_past(n), np.zeros(n, np.int64), np.zeros(n, np.int64)
@@ -238,7 +237,7 @@ def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floa
         return True
     installed = engines.installed
     memory.heard[e].n = 0
-    memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed[0], installed[3])
+    memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed.zero_n, installed.rest_n)
     forget(memory.jumps[e])
     return False
 
@@ -293,7 +292,7 @@ _I, _PLACES = numba.int64[::1], numba.int64[:, ::1]
 _RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
 _HEARD = numba.from_dtype(HEARD)[::1]
 _MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE, _ROW)
-_INSTALLED = vars(numba.types)["UniTuple"](_F, 6)
+_INSTALLED = named(Installed, *[_F] * len(Installed._fields))
 _ENGINES = named(_Engines, _PLACES, _PLACES, numba.boolean[::1], _I, _ROW, _TABLE, _INSTALLED)
 _SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)
 _look: Any = entry(compiled(_look_at, _SIGNATURE))

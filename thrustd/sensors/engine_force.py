@@ -2,7 +2,8 @@
 
 both mounts    F = sum F_i,  share = sum F_upper F dt / sum F^2 dt      (least squares: F_upper = share F)
                sigma^2 = sum sigma_i^2 + (sum c_i)^2 - sum c_i^2        c_i: what both have to the same side
-one mount      F = F_i / share_i,  share from the time when both were trusted; one sigma of share widens the band
+one mount      F = F_i / share_i,  share from the time when both were trusted; one sigma of share widens the band,
+               and of the couple by which the weight presses one mount and lifts the other
 
 push           p = (k_upper + k_lower) d,  d: the smaller of what both moved to the same side within half a second, mm
 
@@ -12,7 +13,7 @@ what the models say: a minute at 5 kN.
 """
 
 from collections.abc import Mapping, Sequence
-from math import isfinite, nan, sqrt
+from math import hypot, isfinite, nan, sqrt
 from typing import Any, NamedTuple
 
 import numba
@@ -56,6 +57,7 @@ class _Work(NamedTuple):
     lagged_mm: Floats  # (n_mounts,)
     stiffness_n_mm: float  # of an engine's mounts together
     share_std: float  # of one mount's part, when scaled from the other
+    couple_n_g: float  # of what the weight does to one of both, one sigma, per g beyond 1
     out: Any  # (n_engines,) ENGINE_MOUNTS
 
 
@@ -68,8 +70,12 @@ class MountCombiner:
         spring_n_mm: Sequence[float],
         shares: Sequence[float] = (),
         share_std: float = UNKNOWN.share,
+        couple_n_g: float = 0.0,
     ) -> None:
-        """By engine, its mounts: the upper one first; spring rates in that order; shares to start from, or they say."""
+        """By engine, its mounts: the upper one first; spring rates in that order; shares to start from, or they say.
+
+        `share_std`, `couple_n_g`: see `core.aircraft.Installed`.
+        """
         stiffness_n_mm = sum(spring_n_mm)
         self.rows = np.tile((spring_n_mm[0] / stiffness_n_mm, MEMORY_N2_S), (len(mounts_of_engine), 1))
         if shares:
@@ -78,14 +84,17 @@ class MountCombiner:
         self.mounts = mounts_table(mounts_of_engine)
         lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
         self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)
-        self._work = _Work(self.rows, self.mounts, lagged_mm, stiffness_n_mm, share_std, self._out)
+        self._work = _Work(self.rows, self.mounts, lagged_mm, stiffness_n_mm, share_std, couple_n_g, self._out)
+        self._more_g = 0.0
 
-    def step(self, mounts: Any, trusted: Flags, dt_s: float) -> Any:
+    def step(self, mounts: Any, trusted: Flags, dt_s: float, load_g: float = 1.0) -> Any:
         """ENGINE_MOUNTS by engine, good until the next step.
 
-        `mounts`: MOUNT_STATE by mount; `trusted` (n_mounts,); forces that are not finite are excluded, too.
+        `mounts`: MOUNT_STATE by mount; `trusted` (n_mounts,); forces that are not finite are excluded, too; `load_g`:
+        load factor.
         """
-        _combine(self._work, mounts, trusted, dt_s)
+        self._more_g = load_g - 1.0 if isfinite(load_g) else 0.0
+        _combine(self._work, mounts, trusted, dt_s, self._more_g)
         return self._out
 
     def terms_n(self, engine: int, of_mounts: Sequence[Mapping[str, float]], common: str) -> dict[str, float]:
@@ -100,7 +109,8 @@ class MountCombiner:
             only = self.mounts[engine].tolist().index(said["only"])
             part = said["load_share"] if only == 0 else 1.0 - said["load_share"]
             found = {name: float(value / part) for name, value in of_mounts[only].items()}
-            return found | {SHARE_TERM: float(self._work.share_std / part * abs(said["force_n"]))}
+            one_sided_n = hypot(self._work.share_std * said["force_n"], self._work.couple_n_g * self._more_g)
+            return found | {SHARE_TERM: float(one_sided_n / part)}
         found = {name: sqrt(sum(each[name] ** 2 for each in of_mounts)) for name in of_mounts[0]}
         return found | {common: sum(each[common] for each in of_mounts), SHARE_TERM: 0.0}  # a sum needs no share
 
@@ -143,8 +153,8 @@ def _push_n(stiffness_n_mm: float, moved_mm: Floats, upper: int, lower: int) -> 
     return stiffness_n_mm * moved_mm[smaller] if both else 0.0
 
 
-def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float) -> None:
-    rows, mounts_of, lagged_mm, stiffness_n_mm, share_std, out = work
+def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float, more_g: float) -> None:
+    rows, mounts_of, lagged_mm, stiffness_n_mm, share_std, couple_n_g, out = work
     moved_mm = np.empty(len(lagged_mm))
     for i in range(len(lagged_mm)):
         measured_mm = mounts[i].deformation_mm
@@ -173,13 +183,12 @@ def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float) -> None:
             part = rows[e, SHARE] if only == upper else 1.0 - rows[e, SHARE]
             force_n = mounts[only].force_n / part
             engine.force_n, engine.one_mount, engine.only = force_n, True, only
-            engine.std_n = sqrt((mounts[only].std_n / part) ** 2 + (share_std / part * force_n) ** 2)
+            of_one_n2 = mounts[only].std_n ** 2 + (share_std * force_n) ** 2 + (couple_n_g * more_g) ** 2
+            engine.std_n = sqrt(of_one_n2) / part
         engine.load_share = rows[e, SHARE]
 
 
 _TABLE, _ROW = numba.float64[:, ::1], numba.float64[::1]
-_WORK = named(
-    _Work, _TABLE, numba.int64[:, ::1], _ROW, numba.float64, numba.float64, numba.from_dtype(ENGINE_MOUNTS)[::1]
-)
-_TOLD = numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64
+_WORK = named(_Work, _TABLE, numba.int64[:, ::1], _ROW, *[numba.float64] * 3, numba.from_dtype(ENGINE_MOUNTS)[::1])
+_TOLD = numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64, numba.float64
 _combine: Any = entry(compiled(_combine_all, numba.void(_WORK, *_TOLD), "numpy"))

@@ -6,9 +6,12 @@
     lag       of a thrust that moves; a fuel flow that leads it; mounts that see a cut before any spool is read
 
 Each is a Gaussian process, exp(-time / its own - travel / its reach), with its prior sigma: nothing is learnt beyond.
-What no bench shows of an installation acts on both mounts alike: a zero, a scale, the drag of a nacelle, a cant.
+What no bench shows of an installation acts on both mounts alike: a zero, a scale, the drag of a nacelle, a cant, mass.
 
-    a(r1, r2) = zero^2 + scale^2 F1 F2 + drag^2 q1 q2 + cant^2 (f_z1 - 1)(f_z2 - 1) + rest^2 [r1 = r2]
+    a(r1, r2) = zero^2 + scale^2 F1 F2 + drag^2 q1 q2 + cant^2 (f_z1 - 1)(f_z2 - 1) + mass^2 f_x1 f_x2
+              + rest^2 [r1 = r2]
+
+and to opposite sides: the share that each carries, and of a mass that is off the couple of the weight.
 
 Sizes: docs/fusion.md, those of the installation: the aircraft's file.
 """
@@ -17,10 +20,11 @@ from math import exp, sqrt
 
 import numpy as np
 
-from thrustd.core.aircraft import UNKNOWN
+from thrustd.core.aircraft import UNKNOWN, Installed
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.past import (
+    ALONG_G,
     COMMON_N,
     COUNTS,
     DECK_N,
@@ -41,9 +45,7 @@ from thrustd.sensors.past import (
 )  # fmt: skip
 
 Parts = tuple[float, float, float, float, float]
-# sigmas: zero N, scale -, drag m2, rest N, share of a mount -, cant N/g
-Installed = tuple[float, float, float, float, float, float]
-AS_ON_THE_BENCH = 0.0, 0.0, 0.0, 0.0, UNKNOWN.share, 0.0
+AS_ON_THE_BENCH = Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, UNKNOWN.share, 0.0)
 THRUST_N2 = 1e9  # prior variance of the thrust of a row: anything, and no thrust is likelier than another
 SILENT_N2 = 1e9
 # errors of all that is well; mounts' sigmas and the deck's come with the row
@@ -63,12 +65,13 @@ MOUNTS_LEAD_S = 0.7  # of theirs, against all of the brochure
 
 
 @compiled
-def _fill_pair(rows: Floats, a: int, b: int, share: float, block: Floats) -> None:
+def _fill_pair(rows: Floats, a: int, b: int, installed: Installed, block: Floats) -> None:
     """Covariance (5, 5) of the errors that last, of two rows."""
     dt_s, moved_n = abs(rows[a, T_S] - rows[b, T_S]), abs(rows[a, LEVEL_N] - rows[b, LEVEL_N])
     rest = exp(-dt_s / REST_S - moved_n / REACH_N)
     level_a, level_b = abs(rows[a, LEVEL_N]), abs(rows[b, LEVEL_N])
-    shared_n2 = share**2 * level_a * level_b
+    shared_n2 = installed.share**2 * level_a * level_b
+    shared_n2 += installed.couple_n_g**2 * rows[a, MORE_G] * rows[b, MORE_G]
     block[:] = 0.0
     for i in range(2):
         for j in range(2):
@@ -104,11 +107,12 @@ def _add_lag(rows: Floats, a: int, b: int, block: Floats) -> None:
 @compiled
 def installed_n2(rows: Floats, a: int, b: int, installed: Installed) -> float:
     """Covariance of what an installation does to both mounts of an engine in two rows."""
-    zero_n, scale, drag_m2, rest_n, _, cant_n_g = installed
-    of_load_n2 = scale * scale * abs(rows[a, LEVEL_N] * rows[b, LEVEL_N])
-    of_air_n2 = drag_m2 * drag_m2 * rows[a, PRESSURE_PA] * rows[b, PRESSURE_PA]
-    of_weight_n2 = cant_n_g * cant_n_g * rows[a, MORE_G] * rows[b, MORE_G]
-    return zero_n * zero_n + of_load_n2 + of_air_n2 + of_weight_n2 + (rest_n * rest_n if a == b else 0.0)
+    of_load_n2 = installed.scale**2 * abs(rows[a, LEVEL_N] * rows[b, LEVEL_N])
+    of_air_n2 = installed.drag_m2**2 * rows[a, PRESSURE_PA] * rows[b, PRESSURE_PA]
+    of_weight_n2 = installed.cant_n_g**2 * rows[a, MORE_G] * rows[b, MORE_G]
+    of_mass_n2 = installed.inertia_n_g**2 * rows[a, ALONG_G] * rows[b, ALONG_G]
+    rest_n2 = installed.rest_n**2 if a == b else 0.0
+    return installed.zero_n**2 + of_load_n2 + of_air_n2 + of_weight_n2 + of_mass_n2 + rest_n2
 
 
 @compiled
@@ -117,7 +121,7 @@ def covariance(rows: Floats, n: int, parts: Parts, installed: Installed) -> Floa
     c, block = np.empty((n * N_SOURCES, n * N_SOURCES)), np.empty((N_SOURCES, N_SOURCES))
     for a in range(n):
         for b in range(a + 1):
-            _fill_pair(rows, a, b, installed[4], block)
+            _fill_pair(rows, a, b, installed, block)
             _add_lag(rows, a, b, block)
             of_both_n2 = installed_n2(rows, a, b, installed)
             for i in range(2):

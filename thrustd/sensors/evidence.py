@@ -21,9 +21,10 @@ from typing import Any
 
 import numpy as np
 
+from thrustd.core.aircraft import Installed
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.sensors.errors import THRUST_N2, Installed, Parts, covariance, installed_n2
+from thrustd.sensors.errors import THRUST_N2, Parts, covariance, installed_n2
 from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, fault_shape, installed_shape
 from thrustd.sensors.onsets import (
     BLED,
@@ -48,9 +49,10 @@ LEAST_N = -200.0  # ram drag of 10 kg/s at flight idle, less what is left of the
 
 
 @compiled
-def _solve(rows: Floats, n: int, parts: Parts, share: float, out: Floats) -> tuple[Floats, Floats, Floats]:
+def _solve(rows: Floats, n: int, parts: Parts, installed: Installed, out: Floats) -> tuple[Floats, Floats, Floats]:
     """All is well: A, z = A y and A c; its thrust and variance go into `out`."""
-    a, size = inverse(covariance(rows, n, parts, (0.0, 0.0, 0.0, 0.0, share, 0.0))), n * N_SOURCES
+    bench = Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, installed.share, installed.couple_n_g)
+    a, size = inverse(covariance(rows, n, parts, bench)), n * N_SOURCES
     z, ac, to_n2 = np.zeros(size), np.zeros(size), np.zeros(N_SOURCES)
     for s in range(N_SOURCES):
         to_n2[s] = parts[s] * THRUST_N2 if rows[0, COUNTS + s] != 0.0 else 0.0
@@ -135,7 +137,7 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
     Of what all engines may have at once nothing is said here: see `shared`.
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
-    a, z, ac = _solve(rows, n, parts, installed_as[4], out)
+    a, z, ac = _solve(rows, n, parts, installed_as, out)
     out[WELL, 0] = log(1.0 - STAYS) if WELL < found < N_ALONE else 0.0  # a fault that was found leaves all others less
     well = log_pushes(out[WELL, 1], out[WELL, 2])
     since, always = fault_shape(rows, n, FAULT_S), fault_shape(rows, n, LASTING_S)
@@ -147,7 +149,7 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
         if which == BLED:
             of_stretches(scene, told)
         elif which == SCALE_OFF:
-            of_scale(scene, FAR * installed_as[1], told)
+            of_scale(scene, FAR * installed_as.scale, told)
         else:
             of_onsets(which, scene, told)
         logs, said = told.logs[: told.n[0]], told.said[: told.n[0]]

@@ -8,9 +8,10 @@ from math import exp
 
 import numpy as np
 
+from thrustd.core.aircraft import Installed
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.sensors.errors import Installed, installed_n2
+from thrustd.sensors.errors import installed_n2
 from thrustd.sensors.past import LEVEL_N, T_S
 from thrustd.sensors.positive import factor
 

@@ -56,8 +56,9 @@ class Monitor:
     def __init__(self, layout: Layout, aircraft: AircraftData, shares: Sequence[float] = ()) -> None:
         """`shares`: see `MountCombiner`."""
         self._layout = layout
-        share_std = aircraft.installation.share
-        self.combiner = MountCombiner(layout.mounts_of_engine, aircraft.spring_n_mm, shares, share_std)
+        installed = aircraft.installed()
+        one_sided = installed.share, installed.couple_n_g
+        self.combiner = MountCombiner(layout.mounts_of_engine, aircraft.spring_n_mm, shares, *one_sided)
         self._sources: tuple[tuple[Sensor, ...], ...] = tuple(
             (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
             for engine, mounts in enumerate(layout.mounts_of_engine)
@@ -73,16 +74,11 @@ class Monitor:
         place = self._watches.sensors.index
         engines = range(len(layout.mounts_of_engine))
         spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])
-        self.bank = Bank(
-            self.combiner.mounts,
-            spools,
-            np.array([place(sensor) for sensor in LEAVES]),
-            self.combiner.shares,
-            np.array((aircraft.spring_n_mm * 2)[:2]),
-            aircraft.installed(),
-        )
+        leaves, springs = np.array([place(sensor) for sensor in LEAVES]), np.array((aircraft.spring_n_mm * 2)[:2])
+        self.bank = Bank(self.combiner.mounts, spools, leaves, self.combiner.shares, springs, installed)
         self._trusted = np.ones((len(engines), N_SOURCES), np.bool_)
-        self._altitude, self._sat = place(("pressure_altitude_m", 0)), self._watches["sat_degC", 0]
+        self._altitude, self._load = place(("pressure_altitude_m", 0)), place(("accel_z_g", 0))
+        self._sat = self._watches["sat_degC", 0]
         self._sat_since_m = nan  # where SAT last moved
         self._suspect = self._sat_stuck = False  # some sensor's own watch has a fault or a jump in doubt; SAT
         self._untold = False  # what a process before this one reported
@@ -107,7 +103,7 @@ class Monitor:
             self._statuses = list(map(self._status, range(len(self._sources))))
         else:
             self._excluded |= self._watches.leapt_alone(inputs.readings)
-        mounts = self.combiner.step(inputs.mounts, self._trusted_mounts(), dt_s)
+        mounts = self.combiner.step(inputs.mounts, self._trusted_mounts(), dt_s, inputs.readings.item(self._load))
         return MonitorVerdict(self._excluded, mounts, faults, self._statuses, changed)
 
     @property

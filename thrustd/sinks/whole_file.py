@@ -1,10 +1,14 @@
-"""A file that is written whole or not at all: under a temporary name beside it first."""
+"""A file, or a folder of files, that is written whole or not at all: under a temporary name beside it first."""
 
 import os
+import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from errno import EINVAL
+from fcntl import LOCK_EX, LOCK_NB, flock
+from glob import escape
 from pathlib import Path
+from tempfile import mkdtemp
 
 from thrustd.core.errors import ThrustdError, UsageError
 
@@ -27,6 +31,42 @@ def write_whole(path: Path, content: str | bytes, error: type[ThrustdError] = Us
     """`content`, text as UTF-8, under `path`."""
     with whole_file(path, error) as part:
         part.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def whole_folder(path: Path) -> Iterator[Path]:
+    """The name to make; becomes `path`, absent or an empty folder, when the block ends well, else nothing is left.
+
+    What a process that was killed left beside it goes first: nobody locks that any more.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for left in path.parent.glob(f".{escape(path.name)}.draft.*"):
+        with _locked(left) as abandoned:
+            if abandoned:
+                shutil.rmtree(left, ignore_errors=True)
+    draft = Path(mkdtemp(dir=path.parent, prefix=f".{path.name}.draft."))
+    try:
+        with _locked(draft):
+            yield draft / path.name
+            if path.exists():
+                path.rmdir()
+            os.replace(draft / path.name, path)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[bool]:
+    """Whether it is this process's; the kernel unlocks it whichever way the process ends."""
+    with ExitStack() as opened:
+        try:
+            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+            opened.callback(os.close, descriptor)
+            flock(descriptor, LOCK_EX | LOCK_NB)
+            mine = True
+        except OSError:  # another's, gone, no folder, or on a disk without locks
+            mine = False
+        yield mine
 
 
 def refuse_device(path: Path) -> None:

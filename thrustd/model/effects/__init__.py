@@ -55,3 +55,12 @@ def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
     if name not in shelf():
         raise ModelError(f"unknown effect '{name}': expected one of {', '.join(sorted(shelf()))}")
     return shelf()[name]
+
+
+def effect_said(name: str) -> str:
+    """Its word, as every report has it, and the law where that is another; the name of one that is not here."""
+    try:
+        word = effect_named(name).word
+    except ModelError:
+        return name
+    return name if word == name else f"{word} ({name})"

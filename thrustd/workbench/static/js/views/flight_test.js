@@ -7,7 +7,7 @@ const QUESTIONS = {
   points: ["Test points", "Steady windows with thrust, fuel flow and their 95 % uncertainty."],
   performance: ["Drag polar", "C_D0, Oswald's e and L/D from thrust, accelerations and mass; throttle steps."],
   transients: ["Transients", "Spool-ups and -downs; flame-out and surge candidates."],
-  health: ["Health over flights", "Engines and mounts over service hours: trends, steps, left against right."],
+  health: ["Health over flights", "Engines and mounts over hours of flight: trends, steps, left against right."],
 };
 const MASS = { empty_kg: "Empty", payload_kg: "Payload", fuel_kg: "Fuel at the log's begin", std_kg: "One sigma" };
 const SEVERAL = ["performance", "health"];
