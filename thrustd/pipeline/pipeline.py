@@ -259,6 +259,8 @@ class Pipeline:
                 self._intake.tell(sensor, nan)
             self._excluded = verdict.excluded
             self._intake.trust(verdict.excluded)
+        for mount in verdict.again:
+            self._sources[mount].hear_again()
 
     def _calibrate(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
         mounts = self._layout.mounts_of_engine[engine]
