@@ -97,6 +97,11 @@ def test_a_sensor_that_never_spoke_is_said(sensor):
     assert findings(heard(silent), ENGINES, needed(small_aircraft())) == [f"{sensor[0]}[{sensor[1]}]: no reading"]
 
 
+def test_sensors_that_never_spoke_are_one_line():
+    [line] = findings(heard(STANDING), ENGINES, [("n1_pct", 0), ("roll_rate_deg_s", 0), ("n2_pct", 1)])
+    assert line == "roll_rate_deg_s[0], n2_pct[1]: no reading"
+
+
 def test_what_an_engine_lacks_that_runs_is_said():
     assert findings(heard(STANDING, estimate(0, Status.BROCHURE_LOST)), ENGINES) == ["left: brochure lost"]
     assert findings(heard(STANDING, estimate(0, Status.BROCHURE_LOST | Status.ENGINE_OFF)), ENGINES) == []

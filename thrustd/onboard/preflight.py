@@ -75,8 +75,9 @@ def findings(outputs: Iterable[Output], engines: Sequence[str], needed: Iterable
             reports[output.where, output.kind] += 1
     found = [f"{where}: {kind}: {FAULT_KINDS[kind].meaning}" for (where, kind), times in reports.items()
              if FAULT_KINDS[kind].shows_s == UNTIL_OVER or kind in ONCE or times >= AGAIN]  # fmt: skip
-    if heard:  # else the wire is said
-        found += [f"{signal}[{index}]: no reading" for signal, index in needed if (signal, index) not in heard]
+    silent = [f"{signal}[{index}]" for signal, index in needed if (signal, index) not in heard]
+    if heard and silent:  # else the wire is said
+        found.append(f"{', '.join(silent)}: no reading")
     for number, name in enumerate(engines):
         found += [f"{name}: {word}" for word in _troubles(status.get(number))]
     return [*found, *on_ground({sensor: median(values) for sensor, values in heard.items()}, len(engines))]
