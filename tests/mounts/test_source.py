@@ -242,6 +242,21 @@ def test_a_start_under_load_knows_what_it_does_not_know(load_s):
     assert Bench(model).started(0, 0.0)["common_n"] == 0.0
 
 
+def test_a_mount_whose_transducer_scattered_begins_anew_and_the_band_knows():
+    """What was said meanwhile has moved the model's modes and not the mount's."""
+    model = compile_model(simple_model(linear=LinearBlock(1.1, [RealMode(100.0, -0.2)]), effects=EFFECTS[:1]), 1.0)
+    loaded = np.full((4000, 1), 0.6)
+    true_n = model.simulate(np.hstack([loaded, 0 * loaded]), model.start(np.zeros(2)))[-1]
+    bench, rng = Bench(model), np.random.default_rng(0)
+    for k in range(3998):
+        bench.take(k, 0.6 if k < 3900 else rng.uniform(-0.5, 0.6))
+    scattered = bench.started(3998, 0.6)
+    bench.source.hear_again()
+    again = bench.started(3999, 0.6)
+    assert abs(scattered["force_n"] - true_n) > 1.96 * scattered["common_n"]
+    assert abs(again["force_n"] - true_n) <= 1.96 * again["common_n"]
+
+
 def both_mounts():
     return np.array([(0.4, 2000.0, 50.0, 40.0, False, False)] * 2, MOUNT_STATE)
 

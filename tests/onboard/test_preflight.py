@@ -3,11 +3,17 @@
 import numpy as np
 import pytest
 
-from tests.conftest import small_aircraft
+from tests.conftest import ROOT, small_aircraft
+from thrustd.brochure.deck import Deck
 from thrustd.core.types import Estimate, Fault, Reading, Status
 from thrustd.onboard.preflight import findings, needed, on_ground
 
 ENGINES = "left", "right"
+DECK = Deck.from_json((ROOT / "models" / "brochure" / "jt15d-4.json").read_text(), "jt15d-4.json")
+IDLE = {  # medians of ftis_20190312_1014.npz at ground idle
+    **{("n1_pct", 0): 29.5, ("n2_pct", 0): 48.5, ("fuel_flow_kg_s", 0): 0.0242},
+    **{("n1_pct", 1): 30.3, ("n2_pct", 1): 49.6, ("fuel_flow_kg_s", 1): 0.0236},
+}
 PITCH_DEG = 1.5
 STANDING = {
     ("mach", 0): 0.0,
@@ -53,6 +59,52 @@ def test_an_engine_that_is_off_burns_nothing_and_turns_no_spool(signal, reads):
     assert line.startswith(f"{signal}[1]: off by {reads:g}")
 
 
+def at_idle(change=(), steps=20):
+    """What is found where each of `change` turns a sensor's readings into others."""
+    idle = {**STANDING, **IDLE, ("pressure_altitude_m", 0): 0.0}
+    readings = [
+        Reading(k, *sensor, dict(change).get(sensor, lambda value, _: value)(value, k / steps))
+        for k in range(steps)
+        for sensor, value in idle.items()
+    ]
+    return findings([*readings, estimate(0), estimate(1)], ENGINES, deck=DECK)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "factor", "who"),
+    [
+        (("fuel_flow_kg_s", 0), 0.7, "left: fuel flow"),
+        (("fuel_flow_kg_s", 1), 0.7, "right: fuel flow"),
+        (("fuel_flow_kg_s", 0), 1.4, "left against right: fuel flow"),
+        (("n2_pct", 1), 0.85, "right: N1 against N2"),
+        (("n1_pct", 0), 1.3, "left: N1 against N2"),
+    ],
+)
+def test_engine_data_at_idle_that_no_engine_shows_together_are_said(sensor, factor, who):
+    assert at_idle() == []
+    lines = at_idle({sensor: lambda value, _: factor * value})
+    assert any(line.startswith(who) for line in lines)
+
+
+def test_a_throttle_that_moves_while_it_is_heard_is_no_contradiction():
+    """The fuel flow leads the spools by some seconds."""
+    assert at_idle({("fuel_flow_kg_s", 0): lambda value, part: value * (1.0 + 0.4 * part)}) == []
+
+
+def test_what_two_like_engines_have_swapped_at_idle_nobody_can_tell():
+    swapped = {(name, e): (lambda _, __, name=name, e=e: IDLE[name, 1 - e]) for name, e in IDLE}
+    for name in ("n1_pct", "n2_pct", "fuel_flow_kg_s"):
+        assert at_idle({key: change for key, change in swapped.items() if key[0] == name}) == []
+
+
+def test_what_is_swapped_shows_where_one_engine_runs_alone():
+    off = {(name, 1): lambda *_: 0.0 for name in ("n1_pct", "n2_pct", "fuel_flow_kg_s")}
+    assert at_idle(off) == []
+    for name in ("n1_pct", "n2_pct", "fuel_flow_kg_s"):
+        swapped = {(name, 0): lambda *_: 0.0, (name, 1): lambda *_, name=name: IDLE[name, 0]}
+        assert any(name in line for line in at_idle({**off, **swapped}))
+
+
 def test_an_aircraft_that_moves_is_not_judged_as_if_it_stood():
     wrong = {**STANDING, ("accel_x_g", 0): 0.3, ("tat_degC", 0): 40.0}
     assert on_ground({**wrong, ("mach", 0): 0.3}, 2) == []
@@ -95,6 +147,11 @@ def test_a_sensor_that_never_spoke_is_said(sensor):
     assert findings(heard(spoken), ENGINES, needed(small_aircraft())) == []
     silent = {other: value for other, value in spoken.items() if other != sensor}
     assert findings(heard(silent), ENGINES, needed(small_aircraft())) == [f"{sensor[0]}[{sensor[1]}]: no reading"]
+
+
+def test_sensors_that_never_spoke_are_one_line():
+    [line] = findings(heard(STANDING), ENGINES, [("n1_pct", 0), ("roll_rate_deg_s", 0), ("n2_pct", 1)])
+    assert line == "roll_rate_deg_s[0], n2_pct[1]: no reading"
 
 
 def test_what_an_engine_lacks_that_runs_is_said():

@@ -57,6 +57,12 @@ def test_a_sensor_that_scattered_is_trusted_within_ten_seconds_of_rest(steps, no
         assert said[-1] == "", seed
 
 
+def test_a_sensor_that_scatters_beyond_its_range_is_noisy_though_it_is_missing_now_and_then():
+    scatter = RNG.uniform(-8.0, 8.0, 100)
+    scatter[::7] = nan
+    assert kinds([*calm(CALM_STEPS), *scatter])[-60:] == ["noisy"] * 60
+
+
 def test_a_sensor_that_scattered_while_the_aircraft_went_elsewhere_is_trusted_there():
     assert kinds([*calm(CALM_STEPS), *RNG.uniform(-8.0, 8.0, 300), *calm(100, 3.0)])[-1] == ""
 

@@ -12,12 +12,12 @@ G is fitted to the brochure program's own pairs and to static reference points, 
 Similarity of the corrected quantities: Walsh & Fletcher, Gas Turbine Performance, ch. 4; atmosphere: ISO 2533.
 """
 
-from math import hypot, isfinite
+from math import hypot, isfinite, log, nan, sqrt
 from typing import Literal, NamedTuple
 
 import msgspec
 
-from thrustd.brochure.deck_curves import DeckInputs, DeckNumbers, estimate, ratios
+from thrustd.brochure.deck_curves import DeckInputs, DeckNumbers, estimate, ratios, spool_flow
 from thrustd.brochure.deck_data import DeckData, check_deck, curve_numbers, spread_numbers, surface_numbers
 from thrustd.core.errors import DeckError
 
@@ -69,6 +69,16 @@ class Deck:
         thrust_n, std_n, weight_n1, outside, transient, *deck_n = estimate(self.numbers(engine), inputs)[:9]
         source: Source = "none" if not isfinite(weight_n1) else "n1" if weight_n1 > 0.5 else "fuel_flow"
         return DeckEstimate(thrust_n, std_n, source, outside, transient, *deck_n)
+
+    def log_flows(self, inputs: DeckInputs, engine: int) -> tuple[float, float, float]:
+        """ln of the corrected fuel flow: as measured, as N1 and as N2 stand for it; NaN where nothing says so."""
+        deck, mach = self.numbers(engine), max(inputs.mach, 0.0)
+        delta_t, theta_t = ratios(mach, inputs.pressure_altitude_m, inputs.sat_degc)
+        by_n1, _ = spool_flow(deck.curve_1, deck.line_1, inputs.n1_pct, mach, theta_t)
+        by_n2, _ = spool_flow(deck.curve_2, deck.line_2, inputs.n2_pct, mach, theta_t)
+        burnt = inputs.fuel_flow_kg_s / (delta_t * sqrt(theta_t))
+        said = [log(w) if w > 0.0 else nan for w in (burnt, by_n1, by_n2)]
+        return said[0], said[1], said[2]
 
     def numbers(self, engine: int) -> DeckNumbers:
         """What `deck_curves.estimate` reads of the deck for one engine."""

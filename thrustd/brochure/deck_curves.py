@@ -109,7 +109,7 @@ ratios: Any = compiled(_ratios, "UniTuple(f8, 2)(f8, f8, f8)", "numpy")
 
 
 @compiled
-def _spool(curve: Floats, line: Floats, speed_pct: float, mach: float, theta_t: float) -> tuple[float, bool]:
+def spool_flow(curve: Floats, line: Floats, speed_pct: float, mach: float, theta_t: float) -> tuple[float, bool]:
     """(corrected fuel flow that the spool speed stands for [kg/s], outside the flights of the fit)."""
     if curve.shape[1] == 0 or not speed_pct > 0.0:
         return nan, False
@@ -169,8 +169,8 @@ def _estimate(deck: DeckNumbers, given: DeckInputs) -> _Said:
     mach, rate_pct_s, spread = max(given.mach, 0.0), given.n1_rate_pct_s, deck.spread
     delta_t, theta_t = ratios(mach, given.pressure_altitude_m, given.sat_degc)
     flow = given.fuel_flow_kg_s / (delta_t * sqrt(theta_t)) if given.fuel_flow_kg_s > 0.0 else nan
-    n1_flow, n1_outside = _spool(deck.curve_1, deck.line_1, given.n1_pct, mach, theta_t)
-    n2_flow, _ = _spool(deck.curve_2, deck.line_2, given.n2_pct, mach, theta_t)
+    n1_flow, n1_outside = spool_flow(deck.curve_1, deck.line_1, given.n1_pct, mach, theta_t)
+    n2_flow, _ = spool_flow(deck.curve_2, deck.line_2, given.n2_pct, mach, theta_t)
     flow_n = delta_t * surface_n(deck.surface, deck.box, flow, mach)
     n1_n = delta_t * surface_n(deck.surface, deck.box, n1_flow, mach)
     n2_n = delta_t * surface_n(deck.surface, deck.box, n2_flow, mach)

@@ -60,13 +60,13 @@ class BrochureSource:
             self._engine[["off_m2", "off_std"]] = windmilling.area_m2, windmilling.std
         self._work = _Work(self._engine, deck.numbers(engine), self.hand_over.row)
 
-    def look(self, dt_s: float, readings: Floats, deck_n: Floats) -> None:
-        """Readings dt_s after the last ones; NaN = missing or stale.
+    def look(self, dt_s: float, readings: Floats, n1_trusted: bool, deck_n: Floats) -> None:
+        """Readings dt_s after the last ones; NaN = missing or stale. No rate is taken of an untrusted N1.
 
         -> `deck_n` (6,): thrust by fuel flow, N1 and N2, sigma of the deck; dF/d ln w and ln w of
         the corrected fuel flow w by the median of the three.
         """
-        _look(self._work, dt_s, readings, deck_n)
+        _look(self._work, dt_s, readings, n1_trusted, deck_n)
 
     def tell(self, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:
         """Brochure and N1 into `told`, a row of fusion's INPUTS; `fewer`: readings are left out that were looked at."""
@@ -84,9 +84,11 @@ def _ask(e: Any, deck: DeckNumbers, readings: Floats) -> None:
     _, e.std_n, _, e.outside, e.transient, e.fuel_flow_n, e.n1_n, e.n2_n, _, e.per_fuel_n, e.log_flow = said
 
 
-def _look_at(work: _Work, dt_s: float, readings: Floats, deck_n: Floats) -> None:
+def _look_at(work: _Work, dt_s: float, readings: Floats, n1_trusted: bool, deck_n: Floats) -> None:
     e = work.engine[0]
     e.n1_rate_pct_s, e.n1_lagged_pct = smooth_rate(e.n1_lagged_pct, readings[e.n1], dt_s)
+    if not n1_trusted:
+        e.n1_rate_pct_s = nan
     _ask(e, work.deck, readings)
     windmill(e, readings)
     deck_n[0], deck_n[1], deck_n[2], deck_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
@@ -113,5 +115,5 @@ def _tell_filter(work: _Work, dt_s: float, readings: Floats, ages_s: Floats, few
 
 _F, _ROW = numba.float64, numba.float64[::1]
 _WORK, _TOLD = named(_Work, numba.from_dtype(ENGINE)[::1], NUMBERS, _ROW), numba.from_dtype(INPUTS)[::1]
-_look: Any = entry(compiled(_look_at, numba.void(_WORK, _F, _ROW, _ROW), "numpy"))
+_look: Any = entry(compiled(_look_at, numba.void(_WORK, _F, _ROW, numba.boolean, _ROW), "numpy"))
 _tell: Any = entry(compiled(_tell_filter, numba.void(_WORK, _F, _ROW, _ROW, numba.boolean, _TOLD), "numpy"))

@@ -161,7 +161,8 @@ def _listen(arguments: argparse.Namespace, installation: "Installation") -> list
         raise UsageError(f"--live {arguments.live:g}: expected seconds above 0, {LONGEST_LIVE_S:g} at most")
     with only_one(arguments.config):
         engines = installation.config.aircraft.engines
-        return findings(hear(installation, arguments.live), engines, needed(installation))
+        heard, wanted = hear(installation, arguments.live), needed(installation)
+        return findings(heard, engines, wanted, installation.deck())
 
 
 def replay_verb(arguments: argparse.Namespace) -> int:

@@ -32,7 +32,7 @@ FAULT_KINDS: dict[str, FaultKind] = {
     "open": FaultKind("ADC marks a channel open or shorted, or counts leave 24 bit", Status.CHANNEL_OPEN, UNTIL_OVER),
     "unplugged": FaultKind("a port or bus disappeared or refuses to open", Status.LINK_LOST, UNTIL_OVER),
     "silent": FaultKind(
-        "nothing comes over a wire; its signals are not reported one by one",
+        "nothing that is known comes over a wire; its signals are not reported one by one",
         Status.LINK_LOST | Status.SIGNAL_STALE, UNTIL_OVER,
     ),
     "bus_error": FaultKind("the CAN controller reports an error frame or a bus-off", Status.LINK_LOST),

@@ -158,6 +158,11 @@ class MountSource:
         self._begin_anew(rested=self._fell_from is None)
         return plausible
 
+    def hear_again(self) -> None:
+        """Its transducer says something again: what it said meanwhile has moved the model and not the mount."""
+        if self._state is not None:
+            self._begin_anew(rested=False)
+
     def rest(self) -> None:
         """Its engine is off and nothing is left of an earlier load: begin anew from there."""
         if self._state is not None:

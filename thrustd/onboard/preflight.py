@@ -4,6 +4,8 @@
                  every engine has its mounts, and its brochure when it runs
     Mach < 0.05  f_x = sin theta,  f_z = cos theta,  TAT = SAT
     N1 < 5 %     that engine burns no fuel, and N2 < 10 %
+    N2 < 10 %    the same of N1 < 5 %
+    running      fuel flow, N1 and N2 of each and of one engine against the other: `like_engines`
 
 Medians over what was heard: on three recordings of PH-LAB f_x and sin theta of an aircraft slower than Mach 0.05 differ
 by at most 0.013 g in nine of ten stretches of 20 s, by 0.04 g at most downwards, and by up to 0.19 g upwards, as in a
@@ -16,10 +18,12 @@ from math import cos, isfinite, nan, radians, sin
 from statistics import median
 from threading import Event as Flag
 
+from thrustd.brochure.deck import Deck
 from thrustd.core.faults import FAULT_KINDS, UNTIL_OVER
 from thrustd.core.signals import CATALOGUE
 from thrustd.core.types import Estimate, Fault, Output, Reading, Status
 from thrustd.installation.installation import Installation
+from thrustd.onboard.like_engines import Heard, running_engines
 from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS, Sensor
 from thrustd.sources.can_bus import CanBus
 from thrustd.sources.merge import EventQueue, merged
@@ -33,7 +37,7 @@ STAGNATION_K, IDLE_FUEL_KG_S = 3.0, 0.01
 ONCE = ("zero_refused",)  # said once, and true for the flight
 AGAIN = 3  # reports of one trouble, a second apart at least: the first bytes of a wire are often cut
 BITS = Status.MOUNT_LOST | Status.MOUNT_FAILED | Status.BROCHURE_FAILED | Status.DISAGREE
-NEEDED = (*ENGINE_SIGNALS, "mach", "pressure_altitude_m", "sat_degC", "accel_x_g", "accel_z_g", "pitch_deg")
+NEEDED = (*ENGINE_SIGNALS, "mach", "pressure_altitude_m", "sat_degC", "tat_degC", "accel_x_g", "accel_z_g", "pitch_deg")
 
 
 def hear(installation: Installation, seconds: float) -> Iterator[Output]:
@@ -59,35 +63,56 @@ def needed(installation: Installation) -> list[Sensor]:
     return [(f.signal, f.index) for f in fields if f.signal in wanted and f.index < there[CATALOGUE[f.signal].scope]]
 
 
-def findings(outputs: Iterable[Output], engines: Sequence[str], needed: Iterable[Sensor] = ()) -> list[str]:
-    """What speaks against a flight, a line each; none: ready. `needed`: see there."""
+def findings(
+    outputs: Iterable[Output],
+    engines: Sequence[str],
+    needed: Iterable[Sensor] = (),
+    deck: Deck | None = None,
+) -> list[str]:
+    """What speaks against a flight, a line each; none: ready. `needed`: see there. No deck: no engine is compared."""
     heard: defaultdict[Sensor, list[float]] = defaultdict(list)
     reports: Counter[tuple[str, str]] = Counter()
-    status: dict[int, int] = {}
+    last: dict[int, Estimate] = {}
     for output in outputs:
         if isinstance(output, Reading):
             heard[output.signal, output.index].append(output.value)
         elif isinstance(output, Estimate):
-            status[output.engine] = output.status
+            last[output.engine] = output
         elif isinstance(output, Fault) and not output.active:
             reports.pop((output.where, output.kind), None)
         elif isinstance(output, Fault) and output.kind != "zero":
             reports[output.where, output.kind] += 1
     found = [f"{where}: {kind}: {FAULT_KINDS[kind].meaning}" for (where, kind), times in reports.items()
              if FAULT_KINDS[kind].shows_s == UNTIL_OVER or kind in ONCE or times >= AGAIN]  # fmt: skip
-    if heard:  # else the wire is said
-        found += [f"{signal}[{index}]: no reading" for signal, index in needed if (signal, index) not in heard]
+    silent = [f"{signal}[{index}]" for signal, index in needed if (signal, index) not in heard]
+    if heard and silent:  # else the wire is said
+        found.append(f"{', '.join(silent)}: no reading")
     for number, name in enumerate(engines):
-        found += [f"{name}: {word}" for word in _troubles(status.get(number))]
-    return [*found, *on_ground({sensor: median(values) for sensor, values in heard.items()}, len(engines))]
+        found += [f"{name}: {word}" for word in _troubles(last.get(number))]
+    medians = _medians(heard)
+    found += on_ground(medians.middle, len(engines))
+    if deck is not None and _stands(medians.middle):
+        found += running_engines(medians, deck, engines)
+    return found
 
 
-def _troubles(status: int | None) -> list[str]:
+def _medians(heard: Mapping[Sensor, Sequence[float]]) -> Heard:
+    begin = {sensor: median(values[: (len(values) + 1) // 2]) for sensor, values in heard.items()}
+    end = {sensor: median(values[len(values) // 2 :]) for sensor, values in heard.items()}
+    return Heard({sensor: median(values) for sensor, values in heard.items()}, begin, end)
+
+
+def _stands(middle: Mapping[Sensor, float]) -> bool:
+    """Or taxis."""
+    return middle.get(("mach", 0), nan) < STANDING_MACH
+
+
+def _troubles(last: Estimate | None) -> list[str]:
     """What the last estimate of an engine says against it, in words."""
-    if status is None:
+    if last is None:
         return ["no estimate"]
-    asked = BITS if status & Status.ENGINE_OFF else BITS | Status.BROCHURE_LOST
-    return [str(bit.name).lower().replace("_", " ") for bit in Status(status) & asked]
+    asked = BITS if last.status & Status.ENGINE_OFF else BITS | Status.BROCHURE_LOST
+    return [str(bit.name).lower().replace("_", " ") for bit in Status(last.status) & asked]
 
 
 def on_ground(middle: Mapping[Sensor, float], engines: int) -> list[str]:
@@ -96,7 +121,7 @@ def on_ground(middle: Mapping[Sensor, float], engines: int) -> list[str]:
     def value(signal: str, index: int = 0) -> float:
         return middle.get((signal, index), nan)
 
-    if not value("mach") < STANDING_MACH:
+    if not _stands(middle):
         return []
     pitch = radians(value("pitch_deg"))
     asked = [
@@ -110,6 +135,8 @@ def on_ground(middle: Mapping[Sensor, float], engines: int) -> list[str]:
                 (f"fuel_flow_kg_s[{e}]", value("fuel_flow_kg_s", e), IDLE_FUEL_KG_S, "kg/s, of an engine that is off"),
                 (f"n2_pct[{e}]", value("n2_pct", e), OFF_N2_PCT, "%, of an engine whose N1 is off"),
             ]
+        elif value("n2_pct", e) < OFF_N2_PCT:
+            asked.append((f"n1_pct[{e}]", value("n1_pct", e), OFF_N1_PCT, "%, of an engine whose N2 is off"))
     return [
         f"{name}: off by {off:.3g} {of}, expected within {limit:g}"
         for name, off, limit, of in asked

@@ -194,7 +194,7 @@ class Pipeline:
         self._inputs.measure()
         readings, deck_n = self._inputs.readings, self._deck_n
         for e, brochure in enumerate(self._brochures):
-            brochure.look(dt_s, readings, deck_n[e])
+            brochure.look(dt_s, readings, ("n1_pct", e) not in self._excluded, deck_n[e])
         verdict = self._monitor.step(MonitorInputs(t_ns, readings, self._states, deck_n))
         self._exclude(verdict, t_ns, outputs)
         self._tell(t_ns, dt_s, verdict)
@@ -259,6 +259,8 @@ class Pipeline:
                 self._intake.tell(sensor, nan)
             self._excluded = verdict.excluded
             self._intake.trust(verdict.excluded)
+        for mount in verdict.again:
+            self._sources[mount].hear_again()
 
     def _calibrate(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
         mounts = self._layout.mounts_of_engine[engine]

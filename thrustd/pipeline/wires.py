@@ -1,8 +1,8 @@
 """One wire that goes takes all its signals along: then the wire is said, not each of fifty signals.
 
 While nothing comes over a wire, and for a moment after it is back, its signals that are stale or dead are kept unsaid;
-those that are still so after that moment are said then. What their counters missed is said as one sum. Status bits do
-not wait: see `fault_status`.
+those that are still so after that moment are said then. What their counters missed is said as one sum. Where several
+messages of a wire have one trouble at once, the wire has it, and counts. Status bits do not wait: see `fault_status`.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ WITH_THE_WIRE = frozenset({"stale", "dead"})
 class Wires:
     """Which wires carry nothing, and what is not said because of them. Mutable, reads no clock."""
 
-    __slots__ = ("_back_ns", "_began", "_lost", "_silent", "_unplugged", "_unsaid", "_wire_of", "next_ns")
+    __slots__ = ("_back_ns", "_began", "_heard", "_lost", "_silent", "_unplugged", "_unsaid", "_wire_of", "next_ns")
 
     def __init__(self, wire_of: Mapping[str, str]) -> None:
         """`wire_of`: place of a fault -> the wire over which it is known."""
@@ -31,6 +31,7 @@ class Wires:
         self._back_ns = {ADC: 0, CAN: 0}
         self._unsaid: dict[tuple[str, str], Fault] = {}
         self._lost = {ADC: 0, CAN: 0}  # by the counters of single messages, while they were away
+        self._heard: dict[tuple[str, str], dict[str, int]] = {}  # wire and kind -> when each of its messages had it
         self._began = False
         self.next_ns = 0  # of the next `look`
 
@@ -58,7 +59,7 @@ class Wires:
             self._lost[wire] += fault.count
             return []
         if fault.kind not in WITH_THE_WIRE or fault.where not in self._wire_of:
-            return [fault]
+            return [self._of_the_wire(fault, wire)]
         what = fault.where, fault.kind
         if not fault.active:
             return [] if self._unsaid.pop(what, None) else [fault]
@@ -66,6 +67,17 @@ class Wires:
             return [fault]
         self._unsaid[what] = fault
         return []
+
+    def _of_the_wire(self, fault: Fault, wire: str) -> Fault:
+        """The fault of a message, or of its wire when others have it at once."""
+        if wire == fault.where or wire != CAN:
+            return fault
+        heard = self._heard.setdefault((wire, fault.kind), {})
+        heard[fault.where] = fault.t_ns
+        if len(heard) > 1:
+            for place in [place for place, t_ns in heard.items() if fault.t_ns - t_ns > RETURN_NS]:
+                del heard[place]
+        return fault._replace(where=wire) if len(heard) > 1 else fault
 
     def due(self, t_ns: int) -> list[Fault]:
         """What a wire that is back does not excuse any longer."""

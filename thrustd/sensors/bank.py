@@ -35,6 +35,7 @@ from thrustd.sensors.past import (
     MACH,
     MORE_G,
     MOUNT_RATE_N_S,
+    N1,
     N_SOURCES,
     OWN_N,
     PAST,
@@ -140,10 +141,14 @@ class Bank:
     def disbelieve(self, engine: int, sources: Sequence[int], since_s: float) -> None:
         """What these have said since then counts no longer: whoever was found by it is weighed anew."""
         rows = self._past["rows"][engine, : self._past["n"][engine]]
+        self._anew[engine] |= not len(rows)  # what it was found by is gone
         for source in sources:
-            lies = (rows[:, T_S] >= since_s) & (rows[:, COUNTS + source] != 0.0)
-            rows[lies, COUNTS + source] = rows[lies, SAID + source] = 0.0
+            said = [COUNTS + source, SAID + source, *([JUMPED_N + source] if source in BOTH else [])]
+            lies = (rows[:, T_S] >= since_s) & rows[:, said].any(axis=1)
+            rows[np.ix_(lies, said)] = 0.0
             self._anew[engine] |= lies.any()
+            if source in BOTH:
+                self._jumps["jumped_n"][engine, source] = 0.0
 
     def snapshot(self) -> list[dict[str, Any]]:
         """By engine, plain numbers."""
@@ -199,16 +204,6 @@ def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, de
 
 
 @compiled
-def _fastest_pct(readings: Floats, spools: Integers) -> float:
-    """Of an engine's spools; NaN when nobody says."""
-    fastest_pct = nan
-    for spool in spools:
-        if isfinite(readings[spool]) and not readings[spool] <= fastest_pct:
-            fastest_pct = readings[spool]
-    return fastest_pct
-
-
-@compiled
 def _likely(which: int, p: Any) -> float:
     """How likely it is that its sensors are at fault: both mounts are by whatever is wrong with them."""
     return float(p[MOUNTS_OFF] + p[SCALE_OFF] if which in (MOUNTS_OFF, SCALE_OFF) else p[which])
@@ -224,11 +219,13 @@ def _lead(found: int, out: Floats) -> int:
 
 
 @compiled
-def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats) -> bool:
+def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats, trusted: Any) -> bool:
     """Long enough that its deck says something; else what is uncorrected is said here."""
-    past, fastest_pct = memory.past[e], _fastest_pct(readings, engines.spools[e])
-    turns = fastest_pct > TURNING_N1_PCT  # one that nobody hears for a while has not stopped: what is known stays
-    if fastest_pct <= TURNING_N1_PCT:
+    past, spools_pct = memory.past[e], readings[engines.spools[e]]
+    fastest_pct = np.nanmax(spools_pct)  # NaN: nobody says
+    turns = fastest_pct > TURNING_N1_PCT
+    # one that nobody hears for a while, or nobody whom one can trust, has not stopped: what is known stays
+    if np.nanmax(np.where(trusted[N1:], spools_pct, nan)) <= TURNING_N1_PCT:
         past.n, past.since_s = 0, nan
         past.rate_n_s[:] = 0.0
     elif turns and not isfinite(past.since_s):
@@ -261,7 +258,7 @@ def _look_at(
     if turn[0] % EVERY_LOOKS:
         return -1
     air_leaves(memory.air, readings, engines.air, t_s)
-    if not _runs(memory, engines, e, t_s, readings):
+    if not _runs(memory, engines, e, t_s, readings, trusted[e]):
         return -1
     share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
     row = _row(engines, memory.jumps[e], e, readings, states, deck_n, trusted)

@@ -33,7 +33,6 @@ from thrustd.sensors.suspects import Suspects
 from thrustd.sensors.watches import Watches
 
 WATCH_EVERY_NS = 99_000_000  # 10 Hz on a 50 Hz or 100 Hz grid
-RESTING_S = 2.0
 NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))
@@ -48,6 +47,7 @@ class MonitorVerdict(NamedTuple):
     faults: Sequence[Fault]  # changes at this step: "stuck", "drift", ..., begun or over
     status: Sequence[int]  # Status bits by engine (SENSOR_EXCLUDED, STUCK, MOUNTS_DISAGREE, ...)
     changed: int  # the engine of which another hypothesis leads from this step on; -1: none
+    again: Sequence[int]  # mounts whose transducer says something from this step on, and did not
 
 
 class Monitor:
@@ -81,6 +81,7 @@ class Monitor:
         self._sat = self._watches["sat_degC", 0]
         self._sat_since_m = nan  # where SAT last moved
         self._suspect = self._sat_stuck = False  # some sensor's own watch has a fault or a jump in doubt; SAT
+        self._mute: dict[Sensor, float] = {}  # who says nothing, and for how long, s
         self._untold = False  # what a process before this one reported
         self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
         self._statuses, self._uncorrected_n = [0 for _ in engines], [0.0 for _ in engines]  # as of the last look
@@ -93,7 +94,7 @@ class Monitor:
         """Call once per fused step; the tests run every 0.1 s, the mounts are combined every time."""
         dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
         self._t_ns = inputs.t_ns
-        faults, changed = list[Fault](), -1
+        faults, changed, mute = list[Fault](), -1, self._mute
         self.bank.follow(inputs.mounts, dt_s)
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
             looked_s = 0.0 if self._watched_ns < 0 else (inputs.t_ns - self._watched_ns) * 1e-9
@@ -104,7 +105,8 @@ class Monitor:
         else:
             self._excluded |= self._watches.leapt_alone(inputs.readings)
         mounts = self.combiner.step(inputs.mounts, self._trusted_mounts(), dt_s, inputs.readings.item(self._load))
-        return MonitorVerdict(self._excluded, mounts, faults, self._statuses, changed)
+        again = [i for name, i in mute if name == "deformation_mm" and (name, i) not in self._mute]
+        return MonitorVerdict(self._excluded, mounts, faults, self._statuses, changed, again)
 
     @property
     def excluded(self) -> frozenset[Sensor]:
@@ -146,6 +148,7 @@ class Monitor:
         restored &= set(self._watches.sensors) >= {*self._kinds, *self._excluded}
         restored &= len(self._failed) == len(self._sources) and set(self._failed) <= {"", *WHOLE_OFF.values()}
         self._watches.forget_last_values()
+        self._mute = self._watches.mute()
         self._suspects, self._untold = Suspects(self.bank.found), True
         self._judged = self._judge()
         self._say_uncorrected()
@@ -177,20 +180,22 @@ class Monitor:
 
     def _look(self, inputs: MonitorInputs, dt_s: float) -> int:
         """-> the engine of which another hypothesis leads now, or -1."""
-        self._suspect = self._watches.step(inputs.readings)
+        self._suspect, was_mute = self._watches.step(inputs.readings), self._mute
+        self._mute = self._watches.mute() if self._suspect else {}
         if self._suspect:
             self._watches.acquit_jumps()
         self._judge_temperature(inputs.readings.item(self._altitude))
         before, trusts = self._accelerometer.blamed, self._watches.trusts if self._suspect else None
         self._accelerometer.look(inputs.readings, trusts, dt_s, self.bank.apart_n)
         self._trusted[:] = True
-        if self._suspect:
+        if self._suspect or was_mute:
             for row, sensors in zip(self._trusted, self._sources, strict=True):
-                row[: len(sensors)] = [self._watches.trusts(sensor) for sensor in sensors[:N_SOURCES]]
+                mine = sensors[:N_SOURCES]  # one that says something again: when its mount has begun anew
+                row[: len(mine)] = [self._watches.trusts(sensor) and sensor not in was_mute for sensor in mine]
             self._trusted[:, :FUEL_FLOW] &= self._watches.trusts(ACCELERATION)
             self._trusted[:, FUEL_FLOW:] &= all([self._watches.trusts(sensor) for sensor in AIR])
-            for sensor in self._watches.newly("stuck", self._kinds):  # it has said nothing for as long as it rests
-                self._disbelieve(sensor, inputs.t_ns * 1e-9 - self._watches[sensor].resting_s)
+            for sensor, mute_s in self._mute.items():
+                self._disbelieve(sensor, inputs.t_ns * 1e-9 - mute_s)
         if self._accelerometer.blamed == MACH:
             self._trusted[:, FUEL_FLOW:] = False
             if before != MACH:  # nobody knows since when
@@ -252,7 +257,7 @@ class Monitor:
         for sensor in self._watches.sensors:
             kind, before = self._watches[sensor].kind, self._kinds.get(sensor, "")
             if not kind and (sensor in nameable or (before and sensor in judged)):
-                kind = self._kind(sensor)
+                kind = self._watches.kind_of_others(sensor)
             # the first name stays until it is over: a dead sensor also rests, a noisy one also jumps
             if kind and not before:
                 faults.append(Fault(t_ns, self._where(sensor), kind))
@@ -261,12 +266,6 @@ class Monitor:
                 faults.append(Fault(t_ns, self._where(sensor), before, active=False))
                 del self._kinds[sensor]
         return faults
-
-    def _kind(self, sensor: Sensor) -> str:
-        """Of a fault that the others saw."""
-        watch = self._watches[sensor]
-        resting = "stuck" if watch.resting_s > RESTING_S else "drift"
-        return "offset" if watch.jumped_lately else resting
 
     def _whole_changes(self, t_ns: int) -> list[Fault]:
         faults, self._untold = self._standing(t_ns) if self._untold else [], False

@@ -20,8 +20,7 @@ from thrustd.core.jit import compiled
 from thrustd.sensors.limits import ALONE_STUCK_S, FLYING_MACH, TURNING_N1_PCT
 from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS
 
-STEP_S = 0.1
-DEAD_S = 1.0
+STEP_S, DEAD_S = 0.1, 1.0
 CONFIRM_S, SELDOM_CONFIRM_S = 1.0, 2.5
 JUMP_FADES_S, NOISY_JUMPS = 3.0, 2.0  # the third in a row, or of four readings
 DRIFT_STEPS = 30
@@ -37,8 +36,8 @@ HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(
 # AWAY how long ago that was, JUMPS how many there were, fading
 KIND, SEEN, CALM, MISSING, JUMP, FROM, AWAY, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS = range(14)
 VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
-BENDS, LAST_BEND = LAST + 1, LAST + 19  # |second differences| over 2 s, the newest at LAST_BEND
-WIDTH = LAST_BEND + 1
+BENDS, LAST_BEND, WIDTH = LAST + 1, LAST + 19, LAST + 20  # |second differences|, the newest at LAST_BEND
+NOISE_S = (WIDTH - BENDS) * STEP_S  # they cover
 JUMP_LIMIT, NOISE_LIMIT, STUCK_LIMIT, RATE_LIMIT, LOW, HIGH, _, MOVES = range(8)  # the fields of SensorLimits
 WITNESS_STEPS = 10
 N1, N2, PER_ENGINE = ENGINE_SIGNALS.index("n1_pct"), ENGINE_SIGNALS.index("n2_pct"), len(ENGINE_SIGNALS)
@@ -139,7 +138,9 @@ def _forget_where(row: Floats) -> None:
 @compiled
 def _miss(row: Floats) -> None:
     row[MISSING] += STEP_S
-    row[N_VALUES] = row[N_BENDS] = 0.0
+    row[N_VALUES] = 0.0
+    if row[MISSING] >= DEAD_S:  # one that scatters beyond its range is heard now and then
+        row[N_BENDS] = 0.0
     _set(row, DEAD if row[SEEN] != 0.0 and row[MISSING] >= DEAD_S else row[KIND])
     _forget_where(row)
 
@@ -227,8 +228,7 @@ def _is_noisy(row: Floats, limit: float) -> bool:
 def _drifts(row: Floats, rate_limit: float) -> bool:
     if row[N_VALUES] <= DRIFT_STEPS:
         return False
-    far = abs(row[LAST] - row[LAST - DRIFT_STEPS]) > rate_limit * DRIFT_STEPS * STEP_S
-    return far and not _jumped_lately(row)
+    return abs(row[LAST] - row[LAST - DRIFT_STEPS]) > rate_limit * DRIFT_STEPS * STEP_S and not _jumped_lately(row)
 
 
 @compiled

@@ -9,9 +9,20 @@ from thrustd.core.aircraft import SensorLimits
 from thrustd.core.columns import Floats
 from thrustd.core.errors import ConfigError
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, Sensor
-from thrustd.sensors.signal_watch import WITNESS_STEPS, SignalWatch, fresh_rows, is_sane, leapt, limit_rows, watch
+from thrustd.sensors.signal_watch import (
+    NOISE_S,
+    WITNESS_STEPS,
+    SignalWatch,
+    fresh_rows,
+    is_sane,
+    leapt,
+    limit_rows,
+    watch,
+)
 
 MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: the throttle was moved
+RESTING_S = 2.0  # longer: it is stuck
+MUTE = "stuck", "noisy"
 TOGETHER_MM = 0.05  # both mounts of an engine moved this far in one step: the engine pushed them
 
 
@@ -39,9 +50,15 @@ class Watches:
         watched = self._of[sensor]
         return not (watched.kind or watched.doubted)
 
-    def newly(self, kind: str, known: Mapping[Sensor, str]) -> list[Sensor]:
-        """Who has this fault and is not `known` by it."""
-        return [sensor for sensor in self.sensors if self._of[sensor].kind == kind != known.get(sensor)]
+    def mute(self) -> dict[Sensor, float]:
+        """Whose readings mean nothing, stuck or noisy, and since how many seconds."""
+        mute = ((sensor, watched) for sensor, watched in self._of.items() if watched.kind in MUTE)
+        return {sensor: watched.resting_s if watched.kind == "stuck" else NOISE_S for sensor, watched in mute}
+
+    def kind_of_others(self, sensor: Sensor) -> str:
+        """Of a fault that the others saw."""
+        watched = self._of[sensor]
+        return "offset" if watched.jumped_lately else "stuck" if watched.resting_s > RESTING_S else "drift"
 
     def leapt_alone(self, readings: Floats) -> frozenset[Sensor]:
         """Between two looks, further from where they were than they may jump: out before anything follows them.
