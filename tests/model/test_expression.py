@@ -47,6 +47,7 @@ def test_a_column_of_any_name_is_quoted_and_artifacts_of_before_are_read():
 def test_what_is_advised_is_accepted(parts):
     for channel in [parts[0]] if len(parts) == 1 else [f"{parts[1]} - {parts[0]}", f"{parts[0]} * {parts[1]}"]:
         assert set(expression_effect(force_along(channel, parts)).channels) == set(parts)
+        assert set(expression_effect(force_along(channel, parts, gain=True)).channels) == {*parts, "deformation_mm"}
 
 
 def test_amplitude_and_shape_are_told_apart():

@@ -33,6 +33,7 @@ class Parameter:
     estimate: bool = True  # False: a reference value that stays fixed
     e_folds: float = 3.0  # that a shape may move from where an estimation begins
     spread: float = 0.0  # one sigma of a shape that moves by adding, not by factors
+    beside: bool = False  # an amplitude of another effect in the same law, which says nothing of this one
     passive: bool = False  # an amplitude that is never below neutral in a body that gives back less than it was given
 
 

@@ -9,7 +9,7 @@ from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.identify.identify import identify
-from thrustd.model.artifact import read_model, write_model
+from thrustd.model.artifact import EffectSpec, read_model, write_model
 from thrustd.model.compile import check_witness, compile_model
 from thrustd.model.expression import expression_effect
 from thrustd.records.recording import make_recording
@@ -45,6 +45,16 @@ def test_two_effects_one_after_the_other_end_where_they_end_together():
         values = {e.name: e.parameters for e in spec.effects}
         assert values["axial_inertia"]["mass_kg"] == pytest.approx(100.0, rel=0.03)
         assert values["nacelle_drag"]["drag_area_m2"] == pytest.approx(-0.02, rel=0.05)
+
+
+def test_more_of_what_identify_found_by_itself_is_added_on_top():
+    """A bench that held no load knows no slow branch: what `diagnose` then names, `extend` takes."""
+    model = mount(effects=[EffectSpec("relaxation_maxwell", {"stiffness_03_n_mm": 100.0}, {})])
+    slow = EffectSpec("relaxation_maxwell", {"stiffness_03_n_mm": 100.0, "stiffness_08_n_mm": 700.0}, {})
+    more = extend(model, [record([slow])], ["relaxation"])
+    assert more.effects == ("relaxation",)
+    assert more.rmse_after_n < 0.5 * more.rmse_before_n
+    assert compare({"more": more.spec}, [record([slow], seed=1)]).comparisons[0].rmse_n < 20.0
 
 
 def test_what_these_data_do_not_tell_stays_as_it_was_found():

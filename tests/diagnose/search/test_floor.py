@@ -5,9 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.diagnose import Verdict, grade_of
-from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, shows
+from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, mostly, shows
 from thrustd.diagnose.search.ranking import advanced
+from thrustd.diagnose.search.screen import Followed
 
 UNEXPLAINED = 0.01
 
@@ -53,6 +55,22 @@ def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_st
     assert advanced(cubic, fit(100.0, ()), large, [more]) is not None
 
 
+def test_what_takes_a_little_of_what_a_core_never_had_right_is_not_its_cause():
+    """11.5 N on a new record, 10 on the bench, 8.8 of noise, as friction that the bench did not show (LuGre) leaves."""
+    noise, bench = 8.8, SimpleNamespace(promised=10.0, own_mse=np.inf, own_plateau=np.inf)
+
+    def leaves(rms, words=("law",)):
+        one = fit(rms, words)
+        one.plateau = noise
+        return one
+
+    nothing = leaves(11.5, ())
+    assert not mostly(nothing, leaves(10.8), bench)
+    assert mostly(nothing, leaves(10.2), bench)  # nearly as exact as on the bench
+    assert not mostly(leaves(9.9, ()), leaves(9.6), bench)  # more exact than there already
+    assert mostly(leaves(9.9, ()), leaves(9.0), bench)
+
+
 def test_more_than_noise_is_said_before_it_is_much():
     assert [(shows(fit(x), CELL), far_above(fit(x), CELL)) for x in (1.2, 1.3, 2.1)] == [
         (False, False), (True, False), (True, True),
@@ -62,3 +80,19 @@ def test_more_than_noise_is_said_before_it_is_much():
 @pytest.mark.parametrize(("left", "grade"), [(1.02, "strong"), (1.2, "weak")])
 def test_nothing_is_missing_for_sure_only_at_the_floor(left, grade):
     assert grade_of(CELL, Verdict(("none",), fit(left, ()), ())) == grade
+
+
+def curve(channel, removed):
+    return Followed(channel, tuple(channel.split(" * ")), 100.0 - removed, removed)
+
+
+def test_one_channel_goes_before_a_product_with_it_that_says_hardly_more():
+    product, alone, other = curve("bleed * oil", 90.2), curve("bleed", 90.0), curve("coil", 60.0)
+    assert clearest([product, alone, other]) == (alone, product, other)
+    assert grade_of(CELL, Verdict(("unknown",), fit(9.0, ()), clearest([product, alone, other]))) == "strong"
+
+
+def test_what_two_channels_say_as_well_cannot_be_told():
+    """A load cell that walks away follows whatever else walks."""
+    both = clearest([curve("temperature_degC", 90.0), curve("vibration_mm_s", 89.0)])
+    assert grade_of(CELL, Verdict(("unknown",), fit(9.0, ()), both)) == "cannot be told"

@@ -10,6 +10,7 @@ from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.first_look import ONE_LEVEL
 from thrustd.diagnose.search.candidates import moves
 from thrustd.diagnose.search.records import complete
+from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
@@ -158,9 +159,11 @@ def dc_gain(spec: ModelSpec) -> float:
 
 
 def check_new(spec: ModelSpec, effect: Effect, where: str) -> None:
-    """An effect is added once."""
+    """An effect is added once; more of what `identify` finds by itself may be found on top."""
     for present in spec.effects:
         known = effect_named(present.name)
+        if present.name in GROWS:
+            continue
         if known.word == effect.word and (known.name == effect.name or known.variant_of or effect.variant_of):
             raise ModelError(f"{where}: effect '{effect.word}' is already in the model, expected one that is not")
 

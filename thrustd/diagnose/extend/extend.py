@@ -66,8 +66,7 @@ def extend(
 
         return extended_in_flight(spec, asked(spec, recordings, given), chosen, given, name or spec.name, progress)
     for effect in chosen:
-        if effect.word != effect_named(FRICTION).word:  # friction grows
-            check_new(spec, effect, spec.name)
+        check_new(spec, effect, spec.name)
     question = asked(spec, recordings, given)
     records, segments, base, rows = question.records, question.segments, question.base, question.rows
     for effect in chosen:

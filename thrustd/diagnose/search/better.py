@@ -1,10 +1,11 @@
-"""Which of two sets of effects is better, on blocks of time held back."""
+"""Which of two sets of effects is better, on blocks of time held back, and which channels say most."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
+from thrustd.diagnose.search.screen import Followed
 
 WORTH = 0.03  # of the squared error: less is not worth an effect
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
@@ -64,3 +65,14 @@ def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
     nothing = next(fit for fit in fits if not fit.terms)
     alike = [fit for fit in fits if len(fit.terms) < len(best.terms) and not gained(fit, best) and stands(nothing, fit)]
     return min(alike, key=lambda fit: (len(fit.terms), fit.mse)) if alike else best
+
+
+def clearest(curves: Sequence[Followed]) -> tuple[Followed, ...]:
+    """Three at most; of those that say nearly as much as the best, one channel before two combined."""
+    most = max(curves, key=lambda c: c.removed, default=None)
+    return tuple(sorted(curves, key=lambda c: (not nearly(most, c), len(c.parts), c.mse))[:3])
+
+
+def nearly(best: Followed | None, other: Followed) -> bool:
+    """Whether a channel says nearly as much as the best."""
+    return best is not None and other.removed >= (1 - NEAR) * best.removed

@@ -20,7 +20,7 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
-from thrustd.diagnose.search.better import WORTH, look_alikes, rivals, stands
+from thrustd.diagnose.search.better import WORTH, clearest, look_alikes, nearly, rivals, stands
 from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
@@ -29,7 +29,7 @@ from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, s
 from thrustd.diagnose.search.joint import Joint, counted, told
 from thrustd.diagnose.search.library import column_of
 from thrustd.diagnose.search.past import by_past
-from thrustd.diagnose.search.plain import elsewhere, plain
+from thrustd.diagnose.search.plain import undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
@@ -108,8 +108,7 @@ def _searched(
         return curve_says_it(few, ranked.best, ranked.curves)
 
     known, ranked = by_past(few, rows, question.segments, search, lambda ranked: ranked.best, said)
-    best = plain(known, rows, ranked.best, question.rig)
-    ranked = replace(ranked, best=best, fits=(*ranked.fits, *elsewhere(known, rows, best, question.rig)))
+    ranked = undisputed(known, rows, ranked, question.rig)
     base = replace(known, noise_variance=question.base.noise_variance)
     return replace(question, base=base), ranked, judge(known, rows, ranked)
 
@@ -134,7 +133,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     several = len(best.terms) > 1 or (best.terms and not laws)
     alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it
-        return Verdict(("unknown",), ranked.nothing, tuple(alone)[:3])
+        return Verdict(("unknown",), ranked.nothing, clearest(alone))
     if at_floor(best, base):
         return Verdict(best.words or ("none",), best, ())
     above, table = left(best, base) - floor, table_of(base, best)
@@ -143,8 +142,8 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
     if (not best.terms and far_above(best, base)) or (much and (strange or (not best.terms and rest))):
-        return Verdict(("unknown",), ranked.nothing, tuple(strange or rest)[:3])
-    return Verdict(best.words or ("none",), best, tuple(rest)[:3])
+        return Verdict(("unknown",), ranked.nothing, clearest(strange or rest))
+    return Verdict(best.words or ("none",), best, clearest(rest))
 
 
 def _report(
@@ -178,10 +177,10 @@ def _report(
 
 
 def grade_of(base: Base, verdict: Verdict) -> str:
-    """strong: no other set comes near; cannot be told: another does as well; weak: more is left."""
-    if verdict.alike:
+    """strong: no other set, nor channel, comes near; cannot be told: another does as well; weak: more is left."""
+    said = verdict.channels if verdict.words == ("unknown",) else ()
+    if verdict.alike or any(not set(one.parts) & set(said[0].parts) and nearly(said[0], one) for one in said[1:]):
         return "cannot be told"
-    said = verdict.words == ("unknown",) and verdict.channels
     return "weak" if not said and more_left(base, verdict) else "strong"
 
 
@@ -270,7 +269,7 @@ def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[N
     if verdict.words == ("unknown",):
         advice += [
             f"no effect that was judged explains how the residual follows {one.channel}: look at its picture, then try"
-            f" an expression as an effect, for example {force_along(one.channel, one.parts)}"
+            f" an expression as an effect, for example {force_along(one.channel, one.parts, one.gain)}"
             for one in verdict.channels
         ]
     if more_left(base, verdict):

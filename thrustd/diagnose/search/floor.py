@@ -7,6 +7,7 @@ from thrustd.diagnose.search.joint import Joint
 
 AT_FLOOR = 1.05  # times the floor
 UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
+MOST = 0.5  # a cause explains the larger part
 SHOWS = 1.25  # times the floor: so much left says that something else is missing too
 
 
@@ -28,6 +29,16 @@ def far_above(fit: Joint, base: Base) -> bool:
 def shows(fit: Joint, base: Base) -> bool:
     """Whether more than noise is left."""
     return bool(left(fit, base) > (SHOWS * floor_of(fit, base)) ** 2)
+
+
+def mostly(nothing: Joint, fit: Joint, base: Base) -> bool:
+    """Whether effects explain most of what is left without them: above the floor, or above what the bench left.
+
+    A core that was never exact leaves something on every record; whatever takes a little of it away is not its cause.
+    """
+    was = left(nothing, base)
+    least = [floor_of(fit, base), *([base.promised] if base.promised is not None else [])]
+    return any(was > level**2 and was - fit.mse > MOST * (was - level**2) for level in least)
 
 
 def floor_of(fit: Joint, base: Base) -> float:

@@ -120,7 +120,7 @@ def joint_fit(
 
 
 def _shown(term: Term, size: Floats, std: Floats, alone: Floats) -> bool:
-    amplitude = np.array([p.amplitude for p in term.free], bool)
+    amplitude = np.array([p.amplitude and not p.beside for p in term.free], bool)
     spectrum = amplitude.sum() >= SPECTRUM and BY not in term.effect.name
     least = np.minimum(SURE * std, SURE**2 * alone)
     return spectrum or bool(np.any(np.abs(size[amplitude]) > least[amplitude]))

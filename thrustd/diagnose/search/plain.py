@@ -7,13 +7,32 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import gained
+from thrustd.diagnose.search.better import gained, rivals, stands
+from thrustd.diagnose.search.floor import mostly
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of
 from thrustd.diagnose.search.library import Rig, terms_of
+from thrustd.diagnose.search.ranking import Ranked
+from thrustd.diagnose.search.told import disputed
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.effect import Effect
 from thrustd.model.effects import shelf
+
+
+def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) -> Ranked:
+    """With the best set's laws plain, and without an effect that other laws or starts say may as well be nothing.
+
+    What remains has to explain most of what is unexplained, or nothing is named.
+    """
+    best, fits = plain(base, records, ranked.best, rig), list(ranked.fits)
+    while True:
+        fits += elsewhere(base, records, best, rig)
+        words = disputed(base, best, rivals(best, fits))
+        if not words:
+            best = best if mostly(ranked.nothing, best, base) else ranked.nothing
+            return replace(ranked, best=best, fits=tuple(fits))
+        fewer = joint_fit(base, records, [term for term in best.terms if term.effect.word not in words])
+        best = fewer if stands(ranked.nothing, fewer) else ranked.nothing
 
 
 def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint:
@@ -48,7 +67,8 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
                 continue
             there = {p.name: other.fixed[p.name] for p in term.free if p.name not in known}
             moved = replace(term, fixed={**term.fixed, **there})
-            start = np.array([0.0 if p.name in there else v for p, v in zip(term.free, begun[i], strict=True)])
+            own = {p.name: v for p, v in zip(term.free, begun[i], strict=True) if p.name not in there}
+            start = np.array([own.get(p.name, 0.0) for p in moved.free])
             terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
             found.append(joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best))
     return found

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.core.measures import SIGMAS_95
+from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.diagnose.search.base import Base, is_state
 from thrustd.diagnose.search.joint import Joint
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
+from thrustd.model.effect import Parameter
 
 UNSCALED = "-", "s"  # units of amplitudes that the scale of a transducer does not touch
 
@@ -89,11 +90,27 @@ def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[P
     Soc. B 57 (1995) 45).
     """
     others = [{term.effect.word: spec.parameters for term, spec in _new(base, rival)} for rival in rivals]
-    return [
-        line
-        for term, spec in _new(base, fit)
-        for line in lines_of(base, term, spec, [other.get(term.effect.word, {}) for other in others])
-    ]
+    return [line for term, spec in _new(base, fit) for line in lines_of(base, term, spec, others)]
+
+
+def disputed(base: Base, fit: Joint, rivals: Sequence[Joint]) -> set[str]:
+    """Effects of whose every amplitude the rivals say so different things that nothing is among them (95 %)."""
+    others = [{term.effect.word: spec.parameters for term, spec in _new(base, rival)} for rival in rivals]
+    found = set()
+    for term, spec in _new(base, fit):
+        amplitudes = [p for p in term.free if p.amplitude and not p.beside]
+        if len(amplitudes) < SPECTRUM and all(
+            SIGMAS_95 * _apart(p, spec, others, term.effect.word) >= abs(spec.parameters[p.name] - p.neutral)
+            for p in amplitudes
+        ):
+            found.add(term.effect.word)
+    return found
+
+
+def _apart(p: Parameter, spec: EffectSpec, others: Sequence[Mapping[str, Mapping[str, float]]], word: str) -> float:
+    """What other fits of an effect disagree by about one of its parameters, rms."""
+    told = [other[word][p.name] for other in others if p.name in other.get(word, {})]
+    return rms(np.array(told) - spec.parameters[p.name]) if told else 0.0
 
 
 def _new(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
@@ -101,9 +118,9 @@ def _new(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
 
 
 def lines_of(
-    base: Base, term: Term, spec: EffectSpec, others: Sequence[Mapping[str, float]] = ()
+    base: Base, term: Term, spec: EffectSpec, others: Sequence[Mapping[str, Mapping[str, float]]] = ()
 ) -> Sequence[ParameterEstimate]:
-    """The numbers of one effect; `others`: what other laws say of them."""
+    """The numbers of one effect; `others`: what other fits say of every effect."""
     lines = []
     many = sum(p.amplitude for p in term.free) > 2
     for p in term.free:
@@ -115,8 +132,7 @@ def lines_of(
         if p.amplitude and p.unit not in UNSCALED:  # measured by a transducer whose scale is known so well
             std = float(np.hypot(std, base.calibration * value))
         if p.amplitude:
-            apart = [other[p.name] - value for other in others if p.name in other]
-            std = float(np.sqrt(std**2 + np.mean(np.square(apart or [0.0]))))
+            std = float(np.hypot(std, _apart(p, spec, others, term.effect.word)))
         unit, expected = base.roles.measured_in(p.unit), p.expected if base.roles.own else ""
         lines.append(ParameterEstimate(term.effect.word, p.name, value, std, unit, expected, bound))
     return lines

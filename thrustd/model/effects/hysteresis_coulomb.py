@@ -12,6 +12,7 @@ rate, no force), Stribeck's fall with rate.
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,7 +42,7 @@ EFFECT = Effect(
     channels=("deformation_mm",),
     parameters=(
         FRICTION_N,
-        DAMPING,
+        replace(DAMPING, beside=True),
         Parameter("slip_mm_s", "mm/s", neutral=0.002, low=1e-9, high=1e9, starts=(0.0006, 0.004),
                   meaning="rate of deformation at which it slides", amplitude=False, e_folds=1.5),
         Parameter("filter_s", "s", neutral=0.3, low=1e-4, high=10.0, starts=(0.3, 0.02),
