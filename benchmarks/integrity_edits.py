@@ -76,6 +76,12 @@ def stuck(channels: tuple[int, ...], noise_mm: float) -> Edit:
     return _on(channels, lambda _, read_mm: read_mm[0] + rng.normal(0.0, noise_mm, len(read_mm)))
 
 
+def scattered(channels: tuple[int, ...], low_mm: float, high_mm: float) -> Edit:
+    """Anything between two readings, as a loose plug gives."""
+    rng = np.random.default_rng(7)
+    return _on(channels, lambda time_s, _: rng.uniform(low_mm, high_mm, len(time_s)))
+
+
 def opened(channels: tuple[int, ...]) -> Edit:
     """NaN: the ADC marks the channel."""
     return _on(channels, lambda _, read_mm: np.full_like(read_mm, np.nan))

@@ -10,7 +10,8 @@ from struct import pack
 import numpy as np
 
 from benchmarks.integrity_cases import Case
-from benchmarks.integrity_edits import BOTH_ENGINES, Edit, Speaking, Stream, gain, opened, says
+from benchmarks.integrity_edits import BOTH_ENGINES, Edit, Speaking, Stream, gain, opened, says, scattered
+from thrustd.core.columns import Floats
 from thrustd.core.types import Event, Fault, Frame, Status
 
 ENDS_S, BACK_S = 5.0, 15.0  # of a fault; afterwards
@@ -109,6 +110,11 @@ def _all(value: float) -> Speaking:
     return lambda _, values: np.full_like(values, value)
 
 
+def _scattered(_: Floats, values: Floats) -> Floats:
+    """Anything between nothing and three times what it was."""
+    return np.random.default_rng(7).uniform(0.0, 3.0 * values.mean(), len(values))
+
+
 def _case(fault: str, edit: Edit | Stream, kinds: str, bits: Status, lasts_s: float = ENDS_S) -> list[Case]:
     """One case at each moment."""
     whole = (edit if isinstance(edit, Edit) else Edit(stream=edit))._replace(lasts_s=lasts_s)
@@ -130,6 +136,9 @@ WIRES: tuple[Case, ...] = (
     *_case("junk between frames", _each(_noise, _is_adc), "damaged", Status.WIRE_FAULT),
     *_case("channel open", opened((1,)), "open", Status.CHANNEL_OPEN),
     *_case("all channels open", opened(BOTH_ENGINES), "open", Status.CHANNEL_OPEN),
+    *_case("one transducer scatters", scattered((1,), -1.0, 2.0), "noisy", Status.SENSOR_EXCLUDED, 60.0),
+    *_case("all transducers scatter", scattered(BOTH_ENGINES, -1.0, 2.0), "noisy", Status.SENSOR_EXCLUDED, 60.0),
+    *_case("fuel flow scatters", says("fuel_flow_kg_s", 0, _scattered), "noisy", Status.SENSOR_EXCLUDED, 60.0),
     *_case("outside the model's range", gain(BOTH_ENGINES, 40.0), "offset failed out_of_range",
            Status.MODEL_EXTRAPOLATING),
     *_case("CAN bus-off and back", _told("can", ("bus_error", "unplugged"), "unplugged", _less(1, _is_can)),

@@ -75,12 +75,19 @@ class Joint:
 
         Blocks that follow one another share what drifts, and agree on a fit to it. The elements of a spectrum, of
         which none says much alone, are judged by the blocks; in proportion to a channel they claim more than to exist.
+        """
+        numbers = self.solution.point.vector(self.solution.shape), self.telling
+        parts = zip(self.terms, *(split(self.terms, each[self.new]) for each in numbers), strict=True)
+        return all(_shown(*part) for part in parts)
+
+    @property
+    def telling(self) -> Floats:
+        """One sigma (n,) by which a number is told from nothing.
+
         A shape that trades with its amplitude leaves neither told: such a law shows were its shape known, by as many
         times more as the data chose the shape themselves.
         """
-        numbers = self.solution.point.vector(self.solution.shape), self.std, self.alone
-        parts = zip(self.terms, *(split(self.terms, each[self.new]) for each in numbers), strict=True)
-        return all(_shown(*part) for part in parts)
+        return np.minimum(self.std, SURE * self.alone)
 
 
 def joint_fit(
@@ -119,11 +126,10 @@ def joint_fit(
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone)
 
 
-def _shown(term: Term, size: Floats, std: Floats, alone: Floats) -> bool:
+def _shown(term: Term, size: Floats, std: Floats) -> bool:
     amplitude = np.array([p.amplitude and not p.beside for p in term.free], bool)
     spectrum = amplitude.sum() >= SPECTRUM and BY not in term.effect.name
-    least = np.minimum(SURE * std, SURE**2 * alone)
-    return spectrum or bool(np.any(np.abs(size[amplitude]) > least[amplitude]))
+    return spectrum or bool(np.any(np.abs(size[amplitude]) > SURE * std[amplitude]))
 
 
 def _near(level: float, promised: float) -> bool:

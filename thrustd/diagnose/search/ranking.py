@@ -34,7 +34,7 @@ from thrustd.model.stage import DEFORMATION, Floats
 
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
-TRIED = 3  # candidates estimated whole per set
+TRIED = 3  # effects estimated whole per set
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
 SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 
@@ -203,12 +203,13 @@ def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
 
 
 def leading(looked: Sequence[Looked], least: float = SAYS) -> list[Looked]:
-    """The best few that say anything, the best shape of each effect."""
+    """The best few that say anything, each in its best shape: so many laws that there are a few effects among them."""
     found: dict[str, Looked] = {}
     for one in looked:
-        if one.removes > least:
+        words = {law.term.effect.word for law in found.values()}
+        if one.removes > least and len(words) < TRIED and len(found) < 2 * TRIED:
             found.setdefault(one.term.effect.name, one)
-    return list(found.values())[:TRIED]
+    return list(found.values())
 
 
 def singles(looked: Sequence[Looked], *, by_word: bool = False) -> list[Term]:

@@ -1,7 +1,7 @@
 """Parameters of effects as a joint fit tells them, with one sigma each."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import floor, log10
 from typing import Any
 
@@ -94,15 +94,16 @@ def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[P
 
 
 def disputed(base: Base, fit: Joint, rivals: Sequence[Joint]) -> set[str]:
-    """Effects of whose every amplitude the rivals say so different things that nothing is among them (95 %)."""
+    """Effects of whose every amplitude this fit and its rivals leave nothing inside the 95 % interval."""
     others = [{term.effect.word: spec.parameters for term, spec in _new(base, rival)} for rival in rivals]
     found = set()
-    for term, spec in _new(base, fit):
+    for term, spec in _new(base, replace(fit, std=fit.telling)):
         amplitudes = [p for p in term.free if p.amplitude and not p.beside]
-        if len(amplitudes) < SPECTRUM and all(
-            SIGMAS_95 * _apart(p, spec, others, term.effect.word) >= abs(spec.parameters[p.name] - p.neutral)
+        half = {
+            p.name: SIGMAS_95 * np.hypot(spec.std[p.name], _apart(p, spec, others, term.effect.word))
             for p in amplitudes
-        ):
+        }
+        if len(half) < SPECTRUM and all(half[p.name] >= abs(spec.parameters[p.name] - p.neutral) for p in amplitudes):
             found.add(term.effect.word)
     return found
 
