@@ -33,7 +33,7 @@ from thrustd.diagnose.search.plain import undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
-from thrustd.diagnose.search.told import estimates_of
+from thrustd.diagnose.search.told import estimates_of, unsized
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.record import Record
 from thrustd.model.artifact import ModelSpec
@@ -177,11 +177,15 @@ def _report(
 
 
 def grade_of(base: Base, verdict: Verdict) -> str:
-    """strong: no other set, nor channel, comes near; cannot be told: another does as well; weak: more is left."""
+    """strong: no other set, nor channel, comes near; cannot be told: another does as well; weak: more is left.
+
+    Or the size of an effect may be nothing.
+    """
     said = verdict.channels if verdict.words == ("unknown",) else ()
     if verdict.alike or any(not set(one.parts) & set(said[0].parts) and nearly(said[0], one) for one in said[1:]):
         return "cannot be told"
-    return "weak" if not said and more_left(base, verdict) else "strong"
+    sized = not verdict.fit.terms or not unsized(base, verdict.fit, verdict.rivals)
+    return "strong" if said or (sized and not more_left(base, verdict)) else "weak"
 
 
 def more_left(base: Base, verdict: Verdict) -> bool:
