@@ -13,7 +13,6 @@ from thrustd.core.calibration import Calibration
 from thrustd.core.config import Config
 from thrustd.core.errors import ConfigError
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.effects import effect_named
 from thrustd.model.effects.axial_inertia import EFFECT as INERTIA
 
 WARMS_K, EXPANSION_STD_MM_K = 20.0, 4e-4  # a mount in flight against where its zero is, one sigma; where not measured
@@ -38,7 +37,7 @@ def as_estimated(aircraft: AircraftData, specs: Sequence[ModelSpec]) -> Aircraft
 
 
 def _estimated(spec: ModelSpec) -> bool:
-    return any(each.std for each in spec.effects if effect_named(each.name).word == INERTIA.word)
+    return any(each.std for each in spec.effects if each.name == INERTIA.name)
 
 
 def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:

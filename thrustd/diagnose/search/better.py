@@ -69,10 +69,10 @@ def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
 
 def clearest(curves: Sequence[Followed]) -> tuple[Followed, ...]:
     """Three at most; of those that say nearly as much as the best, one channel before two combined."""
-    most = max(curves, key=lambda c: c.removed, default=None)
-    return tuple(sorted(curves, key=lambda c: (not nearly(most, c), len(c.parts), c.mse))[:3])
+    best = min(curves, key=lambda c: c.mse, default=None)
+    return tuple(sorted(curves, key=lambda c: (not nearly(best, c), len(c.parts), c.mse))[:3])
 
 
 def nearly(best: Followed | None, other: Followed) -> bool:
-    """Whether a channel says nearly as much as the best."""
-    return best is not None and other.removed >= (1 - NEAR) * best.removed
+    """Whether a channel leaves hardly more than the best."""
+    return best is not None and other.mse <= (1 + NEAR) * best.mse

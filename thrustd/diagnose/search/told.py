@@ -15,7 +15,6 @@ from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effect import Parameter
 
-SUM = "all of it"  # what of a spectrum is told
 UNSCALED = "-", "s"  # units of amplitudes that the scale of a transducer does not touch
 
 
@@ -95,20 +94,13 @@ def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[P
 
 
 def disputed(base: Base, fit: Joint, rivals: Sequence[Joint]) -> set[str]:
-    """Effects that this fit or a rival does not tell from nothing (95 %), or of which a rival says the opposite."""
-    above = _above(base, fit)
-    others = [_above(base, rival) for rival in rivals]
-    return {word for word, own in above.items() if not own or any(_disputes(own, other[word]) for other in others)}
-
-
-def _above(base: Base, fit: Joint) -> dict[str, dict[str, bool]]:
-    """Which amplitudes of each effect are told from nothing, and whether they are above it; a spectrum as a whole."""
-    found = {}
-    for term, spec in _new(base, replace(fit, std=fit.telling)):
-        amplitudes = [p for p in term.free if p.amplitude and not p.beside]
-        away = {p.name: spec.parameters[p.name] - p.neutral for p in amplitudes}
-        told = {name: by > 0.0 for name, by in away.items() if abs(by) > SIGMAS_95 * spec.std[name]}
-        found[term.effect.word] = told if len(away) < SPECTRUM else {SUM: True}
+    """Effects that this fit, or a rival, does not tell from nothing (95 %); a spectrum is told by the blocks."""
+    found = set()
+    for one in (fit, *rivals):
+        for term, spec in _new(base, replace(one, std=one.telling)):
+            away = {p.name: abs(spec.parameters[p.name] - p.neutral) for p in term.free if p.amplitude and not p.beside}
+            if len(away) < SPECTRUM and all(by <= SIGMAS_95 * spec.std[name] for name, by in away.items()):
+                found.add(term.effect.word)
     return found
 
 
@@ -122,11 +114,6 @@ def unsized(base: Base, fit: Joint, rivals: Sequence[Joint]) -> set[str]:
         if len(away) < SPECTRUM and not told:
             found.add(term.effect.word)
     return found
-
-
-def _disputes(own: Mapping[str, bool], other: Mapping[str, bool]) -> bool:
-    shared = own.keys() & other.keys()
-    return not other or (bool(shared) and not any(own[name] == other[name] for name in shared))
 
 
 def _apart(p: Parameter, spec: EffectSpec, others: Sequence[Mapping[str, Mapping[str, float]]], word: str) -> float:
