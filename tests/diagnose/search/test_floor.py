@@ -68,6 +68,7 @@ def test_what_takes_a_little_of_what_a_core_never_had_right_is_not_its_cause():
     assert not mostly(nothing, leaves(10.8), bench)
     assert mostly(nothing, leaves(10.2), bench)  # nearly as exact as on the bench
     assert not mostly(leaves(9.9, ()), leaves(9.6), bench)  # more exact than there already
+    assert not mostly(leaves(10.1, ()), leaves(9.9), bench)  # or hardly less
     assert mostly(leaves(9.9, ()), leaves(9.0), bench)
 
 

@@ -38,7 +38,7 @@ def mostly(nothing: Joint, fit: Joint, base: Base) -> bool:
     """
     was = left(nothing, base)
     least = [floor_of(fit, base), *([base.promised] if base.promised is not None else [])]
-    return any(was > level**2 and was - fit.mse > MOST * (was - level**2) for level in least)
+    return any(was > (AT_FLOOR * level) ** 2 and was - fit.mse > MOST * (was - level**2) for level in least)
 
 
 def floor_of(fit: Joint, base: Base) -> float:
