@@ -1,7 +1,8 @@
 """What a model already knows, as the prior of a joint regression: its core, its friction, the effects it carries.
 
-An artifact of `identify` carries its posterior, or the bench's records are given. Any other model is asked: its own
-output over these records, with the error that it promises as noise, is the record it was learnt from.
+An artifact of `identify` carries its posterior, or the bench's records are given; how far the reference walked there,
+it may walk again. Any other model is asked: its own output over these records, with the error that it promises as
+noise, is the record it was learnt from.
 """
 
 from collections.abc import Sequence
@@ -14,13 +15,14 @@ from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.first_state import level_before
 from thrustd.identify.regression.friction import effects_of, stretched
-from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
+from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of, walk_n
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, regress
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.table import FRICTION
 from thrustd.identify.regression.terms import Term, at_start
+from thrustd.identify.regression.walk import hours_of, is_walk, walks
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.artifact import EffectSpec, ModelSpec, Posterior
 from thrustd.model.effect import Effect, Parameter
@@ -88,7 +90,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
     loaded = [k for k, segment in enumerate(segments) if not begins_unloaded(segment, shape.output_scale)]
-    terms = [*map(_present, present), *_states(shape, point, loaded)]
+    terms = [*map(_present, present), *walks(segments, walk_n(stored), sized=True), *_states(shape, point, loaded)]
     return _beside(Base(shape, point, information, noise, promised), terms)
 
 
@@ -211,9 +213,9 @@ def _state(number: int, memory: Sequence[tuple[float, float]]) -> Term:
     return replace(at_start(effect, sizes, {}), sized=True)
 
 
-def is_state(term: Term) -> bool:
-    """Of a record's start, no effect of the mount."""
-    return term.effect.name.startswith(STATE_OF)
+def is_nuisance(term: Term) -> bool:
+    """Of a record's start or of its reference, no effect of the mount."""
+    return is_walk(term) or term.effect.name.startswith(STATE_OF)
 
 
 def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list[Record]:
@@ -230,6 +232,7 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
             level_before(run, s),
             {name: np.ascontiguousarray(column) for name, column in s.inputs.items()}
             | {"time_s": s.time_s}
+            | hours_of(segments, s)
             | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))},
         )
         for i, s in enumerate(segments)

@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
-from thrustd.diagnose.search.base import Base, is_state, plateau, thinned
+from thrustd.diagnose.search.base import Base, is_nuisance, plateau, thinned
 from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
@@ -173,7 +173,7 @@ def unmoved(base: Base, records: Sequence[Record], nothing: Joint) -> Joint:
 
 def _stateless(found: Solution) -> Solution:
     """As if every record began at rest: states would hide that one began elsewhere."""
-    mask = np.concatenate([[0.0 if is_state(term) else 1.0] * len(term.free) for term in found.shape.terms] or [[]])
+    mask = np.concatenate([[0.0 if is_nuisance(term) else 1.0] * len(term.free) for term in found.shape.terms] or [[]])
     return replace(found, point=replace(found.point, terms=found.point.terms * mask))
 
 

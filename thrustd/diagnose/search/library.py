@@ -22,6 +22,7 @@ from thrustd.identify.regression.regress import lags_of
 from thrustd.identify.regression.stops import at_rest, run_stops
 from thrustd.identify.regression.table import growth_of, travel_of
 from thrustd.identify.regression.terms import Term, at_start
+from thrustd.identify.regression.walk import HOURS
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects import effect_named
@@ -277,7 +278,7 @@ def column_of(name: str, parts: Sequence[str], channels: Mapping[str, Floats]) -
 
 def _strange(name: str) -> bool:
     """Whether the model does not read it anyway."""
-    return name not in OWN and not name.startswith(STATE_OF) and not is_own_output(name)
+    return name not in OWN and not name.startswith((STATE_OF, HOURS)) and not is_own_output(name)
 
 
 def _unit(name: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from thrustd.core.measures import SIGMAS_95, rms
-from thrustd.diagnose.search.base import Base, is_state
+from thrustd.diagnose.search.base import Base, is_nuisance
 from thrustd.diagnose.search.joint import Joint
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.terms import Term, split
@@ -78,7 +78,7 @@ def specs_of(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
     std = fit.std[where]
     terms = found.shape.terms
     parts = zip(terms, split(terms, found.point.terms), split(terms, std), strict=True)
-    told = [(term, v, sigma) for term, v, sigma in parts if not is_state(term)]
+    told = [(term, v, sigma) for term, v, sigma in parts if not is_nuisance(term)]
     return [(term, EffectSpec(term.effect.name, term.values(v), term.sigma(v, sigma))) for term, v, sigma in told]
 
 
@@ -123,7 +123,7 @@ def _apart(p: Parameter, spec: EffectSpec, others: Sequence[Mapping[str, Mapping
 
 
 def _new(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
-    return specs_of(base, fit)[sum(not is_state(term) for term in base.shape.terms) :]
+    return specs_of(base, fit)[sum(not is_nuisance(term) for term in base.shape.terms) :]
 
 
 def lines_of(

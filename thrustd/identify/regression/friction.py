@@ -18,6 +18,7 @@ from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.table import FRICTION, WITHIN, std_of
 from thrustd.identify.regression.terms import Term, at_start, split
+from thrustd.identify.regression.walk import is_walk
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects.hysteresis import EFFECT
@@ -96,5 +97,9 @@ def effects_of(found: Solution) -> list[EffectSpec]:
     terms, numbers = found.shape.terms, found.point.terms
     least = WITHIN * float(np.sqrt(found.mean_square)) * found.shape.output_scale
     parts = zip(terms, split(terms, numbers), split(terms, std_of(found)[where]), strict=True)
-    told = [EffectSpec(term.effect.name, term.values(own), term.sigma(own, std)) for term, own, std in parts]
+    told = [
+        EffectSpec(term.effect.name, term.values(own), term.sigma(own, std))
+        for term, own, std in parts
+        if not is_walk(term)
+    ]
     return [e for e in told if e.name not in [law.name for law in YIELDING] or e.parameters["friction_n"] > least]

@@ -11,6 +11,7 @@ from thrustd.identify.regression.even import BEYOND
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, prepared
 from thrustd.identify.regression.shape import Hold, Point, Shape
+from thrustd.identify.regression.walk import hours_of
 from thrustd.identify.segments import DEFORMATION, Segment
 
 GENERAL_LAGS = 12
@@ -86,7 +87,7 @@ def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:
             s.force_n / shape.output_scale,
             s.dt_s,
             shape.zero if shape.passive else float(s.inputs[DEFORMATION][0]),
-            s.inputs,
+            dict(s.inputs) | hours_of(segments, s),
             place if shape.begun else None,
         )
         for place, s in enumerate(segments)

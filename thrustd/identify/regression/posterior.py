@@ -7,6 +7,7 @@ from itertools import compress
 import numpy as np
 
 from thrustd.core.columns import Flags, Floats
+from thrustd.identify.regression import walk
 from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
@@ -17,6 +18,8 @@ from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.effects.hysteresis_stops import GROWTH, USUAL, WEIGHTS
 from thrustd.model.stage import DEFORMATION
+
+WALK = "walk"  # among the strengths of a posterior
 
 
 def kept(found: Solution, effects: Sequence[str] = ()) -> Posterior:
@@ -42,7 +45,7 @@ def kept(found: Solution, effects: Sequence[str] = ()) -> Posterior:
         [float(value) for value in lower],
         float(np.sqrt(found.noise_variance)) * shape.output_scale,
         float(np.sqrt(found.mean_square)) * shape.output_scale,
-        {name: float(value) for name, value in found.precisions.items() if name != "begin"},
+        _strengths(found),
         [(float(a), float(b)) for a, b in found.point.log_pole],
         (h_grid.low, h_grid.high, h_grid.n) if h_grid else None,
         "zoh" if shape.hold == "zoh" else "foh",
@@ -50,6 +53,20 @@ def kept(found: Solution, effects: Sequence[str] = ()) -> Posterior:
         max(len(shape.radii) - len(USUAL), 0),
         [_estimated(term) for term in compress(shape.terms, beside)],
     )
+
+
+def _strengths(found: Solution) -> dict[str, float]:
+    """Of the groups, and of the walk of the reference: of an hour's."""
+    sizes = found.shape.sizes
+    kept = {name: float(value) for name, value in found.precisions.items() if name in sizes and name != "begin"}
+    size_n = walk.told(found.shape.terms, found.precisions)
+    return kept if not size_n else kept | {WALK: (found.shape.output_scale / size_n) ** 2}
+
+
+def walk_n(posterior: Posterior) -> float:
+    """One sigma of an hour's walk of the reference, N."""
+    strength = posterior.strengths.get(WALK)
+    return posterior.output_scale / strength**0.5 if strength else 0.0
 
 
 def _estimated(term: Term) -> Estimated:

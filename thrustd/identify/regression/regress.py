@@ -33,6 +33,7 @@ from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve
 from thrustd.identify.regression.stops import radii_of
 from thrustd.identify.regression.sweep import normal_equations, simulate
+from thrustd.identify.regression.walk import SIZE, hours_of, walks
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.effect import Effect
 
@@ -52,10 +53,12 @@ def regress(
 ) -> Solution:
     """The most probable mount, yielding by the best of these laws. RecordingError when the data tell nothing."""
     shape, records = prepared(segments)
-    plain = replace(shape, terms=())  # what yields would hide where a record begins
-    found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
+    friction, *others = shape.terms
+    plain = replace(shape, terms=tuple(others))  # what yields would hide where a record begins
+    first = FIRST | dict.fromkeys(plain.spectra(), 1.0)
+    found = solve(plain, first_point(plain, records), records, first, progress=progress)
     settled = [replace(record, before=float(record.d[0])) for record in records]
-    other = solve(plain, found.point, settled, FIRST, progress=progress)
+    other = solve(plain, found.point, settled, first, progress=progress)
     if other.mean_square < found.mean_square:
         found, records = other, settled
     records = [begun_where(found, record) for record in records]
@@ -70,7 +73,7 @@ def regress(
     begin = first_point(shape, records)
     none = np.zeros(0)
     stopless = replace(shape, radii=none, grows=False)
-    alone = [replace(stopless, terms=(by_law(shape.terms[0], law),)) for law in laws]
+    alone = [replace(stopless, terms=(by_law(friction, law), *others)) for law in laws]
     bare = replace(found.point, stops=none, growth=none)
     single = best([tried(one, replace(bare, terms=begun(one.terms))) for one in alone])
     whole = replace(shape, terms=single.shape.terms)
@@ -119,8 +122,18 @@ def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
     knots = KNOTS * (2 if len(y) > MANY else 1)
     friction = yielding(d, scale)
     radii = radii_of(high - low, friction.fixed["deadband_mm"])
-    shape = Shape(beyond(low, high, knots), zero, taus_s, radii, scale, grows=True, terms=(friction,))
-    records = [Record(x, s.force_n / scale, s.dt_s, zero) for x, s in zip(d, segments, strict=True)]
+    shape = Shape(
+        beyond(low, high, knots),
+        zero,
+        taus_s,
+        radii,
+        scale,
+        grows=True,
+        terms=(friction, *walks(segments, SIZE * scale)),
+    )
+    records = [
+        Record(x, s.force_n / scale, s.dt_s, zero, hours_of(segments, s)) for x, s in zip(d, segments, strict=True)
+    ]
     return shape, records
 
 

@@ -63,9 +63,9 @@ class Shape:
     def spectra(self) -> dict[str, slice]:
         """Terms of many amplitudes, whose common size the data tell."""
         begin, found = self.parts()["terms"].start, {}
-        for k, term in enumerate(self.terms):
+        for term in self.terms:
             if sum(p.amplitude for p in term.free) >= SPECTRUM and not (term.known or term.sized):
-                found[f"term {k}"] = slice(begin, begin + len(term.free))
+                found[term.effect.name] = slice(begin, begin + len(term.free))
             begin += len(term.free)
         return found
 
@@ -107,7 +107,20 @@ class Shape:
         size = self.sizes[name]
         if name in ("f", "h"):
             return roughness(size)
+        if name == "gain" and self.passive:
+            return _smooth(size)
         return np.eye(size)
+
+
+def _smooth(size: int) -> Floats:
+    """Of a spectrum of relaxation: it walks from one time constant to the next, so what the data leave open goes on as
+    what they tell. The fastest stands for all that is faster.
+
+    Its whole level is known as little as `size` steps make it.
+    """
+    steps = np.diff(np.eye(size)[1:], axis=0)
+    found: Floats = steps.T @ steps + np.eye(size) / size**2
+    return found
 
 
 @dataclass(frozen=True, slots=True)

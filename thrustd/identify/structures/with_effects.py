@@ -14,6 +14,7 @@ from thrustd.identify.regression.friction import BEGIN, effects_of, yielding
 from thrustd.identify.regression.hypotheses import resolved
 from thrustd.identify.regression.solve import Progress, Solution
 from thrustd.identify.regression.terms import Term, at_start, split
+from thrustd.identify.regression.walk import is_walk
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.identify.structures.mount import fitted_from
@@ -39,7 +40,7 @@ def _fit(
 def _with(base: Solution, term: Term, segments: Sequence[Segment], progress: Progress | None) -> Solution:
     nothing = np.zeros(0)
     parts = zip(base.shape.terms, split(base.shape.terms, base.point.terms), strict=True)
-    inner = [(one, numbers) for one, numbers in parts if one.effect.site == "linear"]
+    inner = [(one, numbers) for one, numbers in parts if one.effect.site == "linear" or is_walk(one)]
     shape = replace(base.shape, radii=nothing, grows=False, terms=(*(one for one, _ in inner), term))
     begin = np.array([BEGIN if p.amplitude else 0.0 for p in term.free])
     known = np.concatenate([*(numbers for _, numbers in inner), begin])
