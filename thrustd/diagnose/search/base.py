@@ -17,7 +17,7 @@ from thrustd.identify.first_state import level_before
 from thrustd.identify.regression.friction import effects_of, stretched
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of, walk_n
 from thrustd.identify.regression.record import Record
-from thrustd.identify.regression.regress import KNOTS, regress
+from thrustd.identify.regression.regress import KNOTS, regress, with_walk
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.table import FRICTION
@@ -69,7 +69,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
     """Prior of a joint regression on these segments; what lags remember where one begins under load is part of it."""
     if bench and learnt(spec) is not None:
         raise ModelError(f"{spec.name}: it carries what its own bench said; expected a model without, or no --bench")
-    stored = _told_by(regress(bench)) if bench else learnt(spec)
+    stored = _told_by(with_walk(regress(bench), bench)) if bench else learnt(spec)
     if stored is not None:
         scale = stored.output_scale
         bare = shape_of(stored), point_of(stored), information_of(stored)

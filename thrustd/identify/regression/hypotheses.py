@@ -32,12 +32,18 @@ from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import reduced
-from thrustd.identify.regression.regress import FIRST, begun_where, linear_point, regress, same_rubber, with_branches
+from thrustd.identify.regression.regress import (
+    FIRST,
+    begun_where,
+    linear_point,
+    regress,
+    same_rubber,
+    with_branches,
+)
 from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
 from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.regression.table import WITHIN
-from thrustd.identify.regression.walk import without_walk
 from thrustd.identify.segments import DEFORMATION, Segment, thinned
 
 CLEARLY = 1.0  # standard errors
@@ -133,8 +139,8 @@ class Field:
         return Trial(trial.found, self._held_back(trial.found, outs))
 
     def _judged(self, found: Solution) -> Trial:
-        records, point = records_for(found, self.segments), without_walk(found.shape, found.point)
-        return Trial(found, self._held_back(found, [simulate(found.shape, point, record) for record in records]))
+        records = records_for(found, self.segments)
+        return Trial(found, self._held_back(found, [simulate(found.shape, found.point, record) for record in records]))
 
     def _held_back(self, found: Solution, outs: Sequence[Floats]) -> Floats:
         """Squared errors (n_blocks,) of these outputs, in units of the solution."""

@@ -30,10 +30,10 @@ from thrustd.identify.regression.friction import (
 )
 from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.solve import Progress, Solution, solve
+from thrustd.identify.regression.solve import Progress, Solution, solve, surprise
 from thrustd.identify.regression.stops import radii_of
 from thrustd.identify.regression.sweep import normal_equations, simulate
-from thrustd.identify.regression.walk import SIZE, hours_of, walks
+from thrustd.identify.regression.walk import SIZE, hours_of, lasts_h, walks
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.effect import Effect
 
@@ -44,6 +44,8 @@ FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "
 RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
 SURE = float(np.log(20.0))  # of the likelihood, by which a law takes the place of the usual one: 95 %
+LONG_H = 0.5
+WALK_WORTH = 0.03  # of the squared error: what removes less is not believed
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 
@@ -53,12 +55,10 @@ def regress(
 ) -> Solution:
     """The most probable mount, yielding by the best of these laws. RecordingError when the data tell nothing."""
     shape, records = prepared(segments)
-    friction, *others = shape.terms
-    plain = replace(shape, terms=tuple(others))  # what yields would hide where a record begins
-    first = FIRST | dict.fromkeys(plain.spectra(), 1.0)
-    found = solve(plain, first_point(plain, records), records, first, progress=progress)
+    plain = replace(shape, terms=())  # what yields would hide where a record begins
+    found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
     settled = [replace(record, before=float(record.d[0])) for record in records]
-    other = solve(plain, found.point, settled, first, progress=progress)
+    other = solve(plain, found.point, settled, FIRST, progress=progress)
     if other.mean_square < found.mean_square:
         found, records = other, settled
     records = [begun_where(found, record) for record in records]
@@ -73,7 +73,7 @@ def regress(
     begin = first_point(shape, records)
     none = np.zeros(0)
     stopless = replace(shape, radii=none, grows=False)
-    alone = [replace(stopless, terms=(by_law(friction, law), *others)) for law in laws]
+    alone = [replace(stopless, terms=(by_law(shape.terms[0], law),)) for law in laws]
     bare = replace(found.point, stops=none, growth=none)
     single = best([tried(one, replace(bare, terms=begun(one.terms))) for one in alone])
     whole = replace(shape, terms=single.shape.terms)
@@ -99,10 +99,29 @@ def with_branches(found: Solution, segments: Sequence[Segment], progress: Progre
     return solve(shape, point, records, found.precisions, progress=progress)
 
 
+def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
+    """The same mount, measured by a cell that walks, where these data are surely likelier so and miss clearly less.
+
+    In less than LONG_H a walk looks like the memory of a mount; there it is taken for that.
+    """
+    walking = [term for term in walks(segments, SIZE * found.shape.output_scale) if lasts_h(term) >= LONG_H]
+    if not walking:
+        return found
+    shape = replace(found.shape, terms=(*found.shape.terms, *walking))
+    still = np.zeros(sum(len(term.free) for term in walking))
+    point = replace(found.point, terms=np.concatenate((found.point.terms, still)))
+    records = [begun_where(found, record) for record in prepared(segments)[1]]
+    strengths = found.precisions | {term.effect.name: 1.0 for term in walking}
+    other = solve(shape, point, records, strengths, progress=progress)
+    likelier = surprise(found, found.noise_variance) - surprise(other, found.noise_variance) > 2.0 * SURE
+    return other if likelier and other.mean_square < (1.0 - WALK_WORTH) * found.mean_square else found
+
+
 def same_rubber(rubber: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
-    """By the same law, with the same branches or without, on other data."""
+    """By the same law, with the same branches or without, on other data; what their cell walked is told here."""
     found = regress(segments, progress, [law_of(rubber.shape)])
-    return with_branches(found, segments, progress) if has_branches(rubber.shape) else found
+    found = with_branches(found, segments, progress) if has_branches(rubber.shape) else found
+    return with_walk(found, segments, progress)
 
 
 def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
@@ -122,15 +141,7 @@ def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
     knots = KNOTS * (2 if len(y) > MANY else 1)
     friction = yielding(d, scale)
     radii = radii_of(high - low, friction.fixed["deadband_mm"])
-    shape = Shape(
-        beyond(low, high, knots),
-        zero,
-        taus_s,
-        radii,
-        scale,
-        grows=True,
-        terms=(friction, *walks(segments, SIZE * scale)),
-    )
+    shape = Shape(beyond(low, high, knots), zero, taus_s, radii, scale, grows=True, terms=(friction,))
     records = [
         Record(x, s.force_n / scale, s.dt_s, zero, hours_of(segments, s)) for x, s in zip(d, segments, strict=True)
     ]

@@ -23,6 +23,7 @@ from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Normal, normal_equations, simulate
+from thrustd.identify.regression.walk import HOURS
 
 WIDEST = {
     "gain": 1e-8,
@@ -34,6 +35,7 @@ WIDEST = {
     "begin": 1e-4,
 }  # least precision
 WIDEST_TERM = 1e-3  # of a spectrum, in units of its typical size
+WALKS = 1.0  # no cell walks further than `walk.SIZE`
 FLAT = 1e-9  # precision of what no prior holds, in units of the output scale
 GROWTH_STD = 1.0  # of friction that grows with the deformation: by as much again at the largest radius
 POLE_STD = 0.5  # of the distance of neighbouring time constants: so far may a pole move
@@ -238,8 +240,18 @@ def _strengths(
         rank = where.stop - where.start - 3 if name in ("f", "h") else int(free[where].sum())
         counted = max(rank - strength * float(np.trace(covariance[where, where] @ matrix)), 0.1)
         size = max(float(away[where] @ matrix @ away[where]), 1e-300)
-        new[name] = float(np.clip(counted / size, WIDEST.get(name, WIDEST_TERM), 1e12))
+        least = WIDEST.get(name, WIDEST_TERM) if not name.startswith(HOURS) else WALKS
+        new[name] = float(np.clip(counted / size, least, 1e12))
     return new
+
+
+def surprise(found: Solution, noise_variance: float) -> float:
+    """Minus twice the log of the evidence (Laplace) under this noise, but for what all models of the same data share."""
+    vector, free = found.point.vector(found.shape), found.free
+    groups = prior_of(found.shape, found.precisions)
+    told = found.normal.matrix / noise_variance + groups
+    volume = [float(np.linalg.slogdet(one[np.ix_(free, free)])[1]) for one in (told, groups)]
+    return found.normal.squares / noise_variance + float(vector @ groups @ vector) + volume[0] - volume[1]
 
 
 def _inverse(matrix: Floats) -> Floats:

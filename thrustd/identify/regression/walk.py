@@ -15,7 +15,7 @@ import numpy as np
 
 from thrustd.core.columns import Flags
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.terms import Term, at_start
+from thrustd.identify.regression.terms import Term, at_start, split
 from thrustd.identify.segments import Segment
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
@@ -23,8 +23,9 @@ from thrustd.model.stage import Floats, jit
 MODES = 12  # of the walk over one recording
 HOURS = "hours of recording "
 ELSEWHERE = -1.0  # hours: another recording's
+LASTS = "lasts_h"
 NAMES = tuple(f"mode_{k}" for k in range(MODES))
-SIZE = 0.01  # of the output's spread in an hour: one sigma of the walk where it begins
+SIZE = 0.01  # of the output's spread in an hour, one sigma: no cell in order walks further
 
 
 @jit
@@ -60,20 +61,23 @@ def walks(segments: Sequence[Segment], size_n: float, sized: bool = False) -> li
     if not size_n:
         return found
     for number, name in enumerate(dict.fromkeys(segment.record for segment in segments)):
-        lasts_h = max(s.time_s[-1] for s in segments if s.record == name) - _start(segments, name)
-        found.append(_walk(number, lasts_h / 3600.0, size_n, sized))
+        last_s = max(s.time_s[-1] for s in segments if s.record == name)
+        found.append(_walk(number, (last_s - _start(segments, name)) / 3600.0, size_n, sized))
     return found
 
 
-def _walk(number: int, lasts_h: float, size_n: float, sized: bool) -> Term:
+def _walk(number: int, long_h: float, size_n: float, sized: bool) -> Term:
     effect = Effect(
         name=f"{HOURS}{number}",
         title="walk of the reference",
         site="force",
         channels=(f"{HOURS}{number}",),
-        parameters=tuple(Parameter(name, "N", 0.0, -1e12, 1e12, (1.0,), "") for name in NAMES),
+        parameters=(
+            Parameter(LASTS, "h", long_h, 0.0, np.inf, (long_h,), "", amplitude=False, estimate=False),
+            *(Parameter(name, "N", 0.0, -1e12, 1e12, (1.0,), "") for name in NAMES),
+        ),
         step=_step,
-        prepare=lambda p, dt_s: np.array([lasts_h, *(p[name] for name in NAMES)]),
+        prepare=None,
         n_state=0,
         equation="",
         source="",
@@ -92,6 +96,11 @@ def hours_of(segments: Sequence[Segment], segment: Segment) -> dict[str, Floats]
     return {f"{HOURS}{k}": own if name == segment.record else elsewhere for k, name in enumerate(names)}
 
 
+def lasts_h(term: Term) -> float:
+    """Of the recording of a walk."""
+    return term.fixed[LASTS]
+
+
 def told(terms: Sequence[Term], precisions: Mapping[str, float]) -> float | None:
     """One sigma of an hour's walk, N, of these terms; None where there are none."""
     squares = [term.std[NAMES[0]] ** 2 / precisions.get(term.effect.name, 1.0) for term in terms if is_walk(term)]
@@ -102,10 +111,12 @@ def _start(segments: Sequence[Segment], name: str) -> float:
     return float(min(s.start_s for s in segments if s.record == name))
 
 
-def without_walk(shape: Shape, point: Point) -> Point:
+def without_walk(shape: Shape, point: Point) -> tuple[Shape, Point]:
     """As the mount flies."""
-    walking = np.repeat([is_walk(term) for term in shape.terms], [len(term.free) for term in shape.terms]).astype(bool)
-    return replace(point, terms=np.where(walking, 0.0, point.terms))
+    parts = list(zip(shape.terms, split(shape.terms, point.terms), strict=True))
+    kept = [(term, numbers) for term, numbers in parts if not is_walk(term)]
+    terms = np.concatenate([numbers for _, numbers in kept] or [np.zeros(0)])
+    return replace(shape, terms=tuple(term for term, _ in kept)), replace(point, terms=terms)
 
 
 def is_walk(term: Term) -> bool:

@@ -1,0 +1,86 @@
+"""A load cell that walks: how far it does is told, and slow relaxation is not taken for it, nor it for slow relaxation."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from thrustd.identify.regression.hypotheses import records_for
+from thrustd.identify.regression.posterior import kept, walk_n
+from thrustd.identify.regression.regress import regress, with_walk
+from thrustd.identify.regression.sweep import simulate
+from thrustd.identify.regression.walk import ELSEWHERE, HOURS, hours_of, is_walk, walks, without_walk
+from thrustd.identify.segments import Segment
+
+DT_S, HOUR_S, NOISE_N = 0.1, 3600.0, 8.0
+TAUS_S = np.geomspace(0.1, 1e5, 25)  # of rubber whose relaxation goes by a power of time, for longer than any record
+GAINS = 0.03 * TAUS_S**-0.15
+
+
+def rubber(d):
+    """Force, N, of a spring all of whose memory is in the power law."""
+    w = 4500 * d + 600 * d**3
+    keep = np.exp(-DT_S / TAUS_S)
+    return w + sum(g * (w - lfilter([1 - k], [1, -k], w)) for g, k in zip(GAINS, keep, strict=True))
+
+
+def held(levels_mm, each_s, n):
+    steps = np.repeat(levels_mm, round(each_s / DT_S))
+    return lfilter([0.2], [1.0, -0.8], np.resize(steps, n))
+
+
+def bench(rng, walk_n_h, name="bench"):
+    """An hour about no load, as benches are, with a cell that walks."""
+    n = round(HOUR_S / DT_S)
+    d = held(rng.uniform(-1.0, 1.0, 400), 9.0, n)
+    walk = walk_n_h * np.sqrt(DT_S / HOUR_S) * np.cumsum(rng.standard_normal(n))
+    return Segment(name, 0.0, DT_S, {"deformation_mm": d}, rubber(d) + walk + NOISE_N * rng.standard_normal(n))
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_rubber_is_foretold_under_a_load_that_lasts_although_its_cell_walked(seed):
+    """The bench hardly excites slow memory; what a cell walks would be taken for it, one way or the other."""
+    records = [bench(np.random.default_rng(seed), 20.0)]
+    found = with_walk(regress(records), records)
+    n = round(HOUR_S / DT_S)
+    d = held([0.7], HOUR_S, n)
+    record = Segment("flight", 0.0, DT_S, {"deformation_mm": d}, rubber(d))
+    flies = without_walk(found.shape, found.point)
+    missed = record.force_n - found.shape.output_scale * simulate(*flies, records_for(found, [record])[0])
+    assert np.abs(missed[n // 10 :]).max() < 0.01 * record.force_n.max()
+
+
+def test_how_far_a_cell_walks_is_told_and_kept():
+    benches = [[bench(np.random.default_rng(3), far)] for far in (0.0, 20.0)]
+    still, walking = (with_walk(regress(records), records) for records in benches)
+    assert walk_n(kept(still)) < 3.0
+    assert 10.0 < walk_n(kept(walking)) < 40.0
+    assert not any("mode" in name for name in kept(walking).strengths)
+
+
+def test_every_recording_walks_by_itself_over_its_stretches():
+    d = np.zeros(100)
+    parts = [
+        Segment(name, start, DT_S, {"deformation_mm": d}, d) for name, start in (("a", 5.0), ("a", 50.0), ("b", 0))
+    ]
+    assert [term.effect.channels for term in walks(parts, 1.0)] == [(f"{HOURS}0",), (f"{HOURS}1",)]
+    assert all(is_walk(term) for term in walks(parts, 1.0))
+    assert walks(parts, 0.0) == []
+    later = hours_of(parts, parts[1])
+    assert later[f"{HOURS}0"][0] == pytest.approx(45.0 / HOUR_S)
+    assert np.all(later[f"{HOURS}1"] == ELSEWHERE)
+
+
+def test_a_walk_varies_as_the_time_that_it_has_gone_on():
+    """Modes at one sigma each: variance q t, but for what the faster modes would add."""
+    n = 2000
+    part = Segment("a", 0.0, 2 * HOUR_S / n, {"deformation_mm": np.zeros(n)}, np.zeros(n))
+    (term,) = walks([part], 5.0)
+    hours = hours_of([part], part)[f"{HOURS}0"]
+    stage = term.effect.stage
+    runs = [
+        stage(term.effect.neutral() | {p.name: 5.0}, part.dt_s).run(np.zeros(0), hours[:, None], np.zeros(n))
+        for p in term.free
+    ]
+    variance = sum(run**2 for run in runs)
+    assert variance[-1] == pytest.approx(5.0**2 * 2.0, rel=0.05)
+    assert variance[n // 2] == pytest.approx(5.0**2 * 1.0, rel=0.1)
