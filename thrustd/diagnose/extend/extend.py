@@ -23,9 +23,9 @@ from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import SEARCHED, Base
-from thrustd.diagnose.search.better import gained, rivals, simplest
+from thrustd.diagnose.search.better import eased, gained, rivals, simplest
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
-from thrustd.diagnose.search.floor import left
+from thrustd.diagnose.search.floor import before, left
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.past import by_past
@@ -86,7 +86,7 @@ def extend(
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
-    was, after = (base.scale * float(np.sqrt(mse)) for mse in (left(nothing, base), fit.mse))
+    was, after = (base.scale * float(np.sqrt(mse)) for mse in (before(nothing, base), fit.mse))
     return ExtendReport(written, fit.words, was, after, tuple(estimates_of(base, fit, same)), left_out, base.roles.unit)
 
 
@@ -133,7 +133,8 @@ def _told(fit: Joint) -> bool:
 
 def _check_better(spec: ModelSpec, chosen: Sequence[Effect], nothing: Joint, fit: Joint, base: Base) -> None:
     least = left(nothing, base)
-    if fit.mse > (1.0 - LEAST) * least or not (_told(fit) or gained(nothing, fit, LEAST)):
+    less = fit.mse <= (1.0 - LEAST) * least or eased(nothing, fit)
+    if not less or not (_told(fit) or gained(nothing, fit, LEAST)):
         was, after = (base.scale * float(np.sqrt(mse)) for mse in (least, fit.mse))
         raise ModelError(
             f"{spec.name}: {', '.join(effect.word for effect in chosen)} not added:"
@@ -155,7 +156,7 @@ def _written(
     found = with_own_stops(fit.solution)
     core = spec_of(found, segments, name)
     effects = [*core.effects, *(effect for term, effect in specs_of(base, fit) if term.effect.name != FRICTION)]
-    before_n, after_n = (base.scale * float(np.sqrt(mse)) for mse in (left(nothing, base), fit.mse))
+    before_n, after_n = (base.scale * float(np.sqrt(mse)) for mse in (before(nothing, base), fit.mse))
     entry = ledger_of(parent, fit.words, before_n, after_n, [record.name for record in records])
     seen_s = parent.provenance.get("longest_train_s")
     longest_s = max(len(s) * s.dt_s for s in segments)

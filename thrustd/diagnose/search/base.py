@@ -52,7 +52,8 @@ class Base:
     promised: float | None  # rms of its residual at identification, the same units
     roles: Roles = OWN  # what the file calls and measures input and output in
     calibration: float = 0.0  # one sigma of the transducer's scale: no amplitude is known better
-    own_mse: float = np.inf  # of the model itself on these records, its core as it is
+    as_is_mse: float = np.inf  # of the model itself on these records, its core as it is
+    own_mse: float = np.inf  # the same where no bench says how far its core may move
     own_plateau: float = np.inf  # and the fast end of what it leaves, see `plateau`
 
     @property

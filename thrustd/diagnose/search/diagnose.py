@@ -25,7 +25,7 @@ from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
-from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, left, shows
+from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows
 from thrustd.diagnose.search.joint import Joint, counted, told
 from thrustd.diagnose.search.library import column_of
 from thrustd.diagnose.search.past import by_past
@@ -137,8 +137,8 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     if at_floor(best, base):
         return Verdict(best.words or ("none",), best, ())
     above, table = left(best, base) - floor, table_of(base, best)
-    before = table.mse()
-    rest = [c for c in followed(table, curve_sigma(records)) if before - c.mse > FOLLOWS * above]
+    now = table.mse()
+    rest = [c for c in followed(table, curve_sigma(records)) if now - c.mse > FOLLOWS * above]
     strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
     if (not best.terms and far_above(best, base)) or (much and (strange or (not best.terms and rest))):
@@ -165,7 +165,7 @@ def _report(
         tuple(_drawn(base, rows, verdict)),
         tuple(not_judged),
         (*turned, *_named(question.records[0]), *_advice(base, ranked, verdict, not_judged)),
-        scale * float(np.sqrt(left(ranked.nothing, base))),
+        scale * float(np.sqrt(before(ranked.nothing, base))),
         scale * float(np.sqrt(left(verdict.fit, base))),
         scale * floor,
         base.promised is not None,
@@ -197,14 +197,14 @@ def more_left(base: Base, verdict: Verdict) -> bool:
 def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
     """Effects of the verdict, then every other by what it would leave alone."""
     scale, nothing, best = base.scale, ranked.nothing, verdict.fit
-    before, after = (scale * float(np.sqrt(left(fit, base))) for fit in (nothing, best))
+    was, after = scale * float(np.sqrt(before(nothing, base))), scale * float(np.sqrt(left(best, base)))
     numbers = estimates_of(base, best, verdict.rivals)
     found = []
     for term in best.terms:
         word = term.effect.word
         own = tuple(n for n in numbers if n.effect == word)
         said = _said(base, best, nothing, term.effect)
-        found.append(CandidateReport(word, term.effect.name, before, after, own, verdict.alike, said, True))
+        found.append(CandidateReport(word, term.effect.name, was, after, own, verdict.alike, said, True))
     single = {fit.words[0]: fit for fit in reversed(ranked.fits) if len(fit.terms) == 1}
     seen = {report.effect for report in found}
     for looked in ranked.looked:
@@ -222,12 +222,12 @@ def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint, best: 
     mse = fit.mse if fit is not None else max(nothing.mse * (1.0 - max(looked.removes, 0.0)), left(best, base))
     numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
-    before = scale * float(np.sqrt(left(nothing, base)))
-    after = min(before, scale * float(np.sqrt(mse)))
+    was = scale * float(np.sqrt(before(nothing, base)))
+    after = min(was, scale * float(np.sqrt(mse)))
     said = f"{looked.term.effect.word} alone would leave {newtons(after)} {base.roles.unit}" + (
         "" if fit else ", at a linear look"
     )
-    return CandidateReport(looked.term.effect.word, name, before, after, numbers, (), said, False)
+    return CandidateReport(looked.term.effect.word, name, was, after, numbers, (), said, False)
 
 
 def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
@@ -235,7 +235,7 @@ def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
     others = [word for word in best.words if word != effect.word]
     together = f" together with {' and '.join(others)}" if others else ""
     fall = nothing.block_mse - best.block_mse
-    was = left(nothing, base)
+    was = before(nothing, base)
     removed = 100 * (1 - best.mse / was)
     return (
         f"{effect.word}{together} removes {removed:.0f} % of the squared error on held-back blocks"
@@ -254,11 +254,11 @@ def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Depende
     """Pictures of what the rest follows."""
     missed = np.concatenate(verdict.fit.solution.normal.residuals) * base.scale
     good = np.isfinite(missed)
-    before, found = base.scale * float(np.sqrt(verdict.fit.mse)), []
+    now, found = base.scale * float(np.sqrt(verdict.fit.mse)), []
     for one in verdict.channels:
         column = np.concatenate([column_of(one.channel, one.parts, record.channels) for record in rows])
         after = base.scale * float(np.sqrt(max(verdict.fit.mse - one.removed, 0.0)))
-        found.append(drawn(one.channel, _thin(column[good]), _thin(missed[good]), before, after))
+        found.append(drawn(one.channel, _thin(column[good]), _thin(missed[good]), now, after))
     return found
 
 
@@ -280,6 +280,11 @@ def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[N
         along = f", structure along {names}" if names else ""
         unit = base.roles.unit
         advice.append(f"{newtons(rest)} {unit} left, floor about {newtons(floor)} {unit}{along}: something else too")
+    if verdict.words == ("none",) and before(ranked.nothing, base) > (1.0 + WORTH) * rest**2 / base.scale**2:
+        advice.append(
+            f"{newtons(rest)} {base.roles.unit} where the mount's own curve, relaxation and friction move as far as its"
+            " bench leaves open: identify it on these records and its bench together"
+        )
     if base.own_mse * (1.0 + WORTH) < verdict.fit.mse:
         instead = base.scale * float(np.sqrt(ranked.nothing.mse))
         advice.append(

@@ -16,6 +16,11 @@ def left(fit: Joint, base: Base) -> float:
     return fit.mse if fit.terms else min(fit.mse, base.own_mse)
 
 
+def before(nothing: Joint, base: Base) -> float:
+    """Mean square of the model as it is: what `compare` says. In flight, where no such is known, what is left."""
+    return base.as_is_mse if np.isfinite(base.as_is_mse) else left(nothing, base)
+
+
 def at_floor(fit: Joint, base: Base) -> bool:
     """Nothing is left: the error is that of the instruments, or what the identification left."""
     return bool(left(fit, base) < (AT_FLOOR * floor_of(fit, base)) ** 2)

@@ -49,6 +49,7 @@ class Joint:
     block_size: Floats  # (n_blocks,) samples
     std: Floats  # (n,) one sigma of every number of the solution
     alone: Floats  # (n,) the same, were the shapes of the new terms known
+    moved: float  # by how much the core is less likely than the bench left it: minus twice the log of its prior
 
     @property
     def mse(self) -> float:
@@ -123,7 +124,8 @@ def joint_fit(
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     std, alone = std_over(found, blocks), std_over(found, blocks, _shapes(found.shape, len(terms)))
-    return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone)
+    moved = prior.cost(found.point.vector(found.shape))
+    return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone, moved)
 
 
 def _shown(term: Term, size: Floats, std: Floats) -> bool:
@@ -276,9 +278,9 @@ def held_back_squares(
 
 
 def unlikely(fit: Joint, noise: float) -> float:
-    """Minus twice the log of the held-back likelihood times the prior of its effects, but for a constant."""
+    """Minus twice the log of the held-back likelihood times the priors of core and effects, but for a constant."""
     sigmas = fit.solution.point.vector(fit.solution.shape)[fit.new]
-    return fit.mse * float(np.sum(fit.block_size)) / noise + float(sigmas @ sigmas)
+    return fit.mse * float(np.sum(fit.block_size)) / noise + float(sigmas @ sigmas) + fit.moved
 
 
 def numbers_of(fit: Joint) -> int:

@@ -7,7 +7,7 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import gained, rivals, stands
+from thrustd.diagnose.search.better import eased, gained, rivals, stands
 from thrustd.diagnose.search.floor import mostly
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of
 from thrustd.diagnose.search.library import Rig, terms_of
@@ -29,7 +29,8 @@ def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) 
         fits += elsewhere(base, records, best, rig)
         words = disputed(base, best, rivals(best, fits))
         if not words:
-            best = best if mostly(ranked.nothing, best, base) else ranked.nothing
+            real = mostly(ranked.nothing, best, base) or eased(ranked.nothing, best)
+            best = best if real else ranked.nothing
             return replace(ranked, best=best, fits=tuple(fits))
         fewer = joint_fit(base, records, [term for term in best.terms if term.effect.word not in words])
         best = fewer if stands(ranked.nothing, fewer) else ranked.nothing

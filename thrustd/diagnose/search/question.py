@@ -75,10 +75,11 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     bench = stretches(spec, given.bench) if given.bench else []
     priors = given.rig or shipped_rig()
     base = replace(base_of(spec, segments, bench), roles=roles_of(records), calibration=priors.calibration)
-    if learnt(spec) is None and not given.bench:
+    if not in_flight:
         missed = _own_residuals(spec, segments)
-        own_mse = float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2
-        base = replace(base, own_mse=own_mse, own_plateau=plateau(missed) / base.scale)
+        base = replace(base, as_is_mse=float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2)
+        if learnt(spec) is None and not given.bench:
+            base = replace(base, own_mse=base.as_is_mse, own_plateau=plateau(missed) / base.scale)
     rows = records_of(base, spec, segments)
     return Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
 

@@ -84,7 +84,7 @@ def rank(
     fits, best, beam = [nothing], nothing, [nothing]
     curves: list[Followed] = []
     for size in range(MOST):
-        if at_floor(best, base):
+        if best.terms and at_floor(best, base):  # a core that has moved there is no reason not to look
             break
         grown = grown_from(base, records, looks, best, beam, lambda word: _tell(progress, size, word))  # noqa: B023
         fits += grown

@@ -32,14 +32,7 @@ from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few
 from thrustd.identify.regression.pairs import with_best_pair
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import reduced
-from thrustd.identify.regression.regress import (
-    FIRST,
-    begun_where,
-    linear_point,
-    regress,
-    same_rubber,
-    with_branches,
-)
+from thrustd.identify.regression.regress import FIRST, begun_where, linear_point, regress, same_rubber, with_branches
 from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
 from thrustd.identify.regression.sweep import simulate

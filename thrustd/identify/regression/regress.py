@@ -45,6 +45,7 @@ RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
 SURE = float(np.log(20.0))  # of the likelihood, by which a law takes the place of the usual one: 95 %
 LONG_H = 0.5
+SMOOTH = 1e5  # of the spectrum of relaxation, where it begins at nothing
 WALK_WORTH = 0.03  # of the squared error: what removes less is not believed
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
@@ -102,7 +103,8 @@ def with_branches(found: Solution, segments: Sequence[Segment], progress: Progre
 def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
     """The same mount, measured by a cell that walks, where these data are surely likelier so and miss clearly less.
 
-    In less than LONG_H a walk looks like the memory of a mount; there it is taken for that.
+    In less than LONG_H a walk looks like the memory of a mount; there it is taken for that. From what the memory has
+    been taken for, or from none: of these two ends the likelier.
     """
     walking = [term for term in walks(segments, SIZE * found.shape.output_scale) if lasts_h(term) >= LONG_H]
     if not walking:
@@ -112,8 +114,14 @@ def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress |
     point = replace(found.point, terms=np.concatenate((found.point.terms, still)))
     records = [begun_where(found, record) for record in prepared(segments)[1]]
     strengths = found.precisions | {term.effect.name: 1.0 for term in walking}
-    other = solve(shape, point, records, strengths, progress=progress)
-    likelier = surprise(found, found.noise_variance) - surprise(other, found.noise_variance) > 2.0 * SURE
+    starts = (point, strengths), (replace(point, gain=np.zeros_like(point.gain)), strengths | {"gain": SMOOTH})
+    trials = [solve(shape, begin, records, known, progress=progress) for begin, known in starts]
+
+    def unlikely(one: Solution) -> float:
+        return surprise(one, found.noise_variance)
+
+    other = min(trials, key=unlikely)
+    likelier = unlikely(found) - unlikely(other) > 2.0 * SURE
     return other if likelier and other.mean_square < (1.0 - WALK_WORTH) * found.mean_square else found
 
 

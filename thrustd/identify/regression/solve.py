@@ -246,7 +246,7 @@ def _strengths(
 
 
 def surprise(found: Solution, noise_variance: float) -> float:
-    """Minus twice the log of the evidence (Laplace) under this noise, but for what all models of the same data share."""
+    """Minus twice the log of the evidence (Laplace) under this noise, but for what models of the same data share."""
     vector, free = found.point.vector(found.shape), found.free
     groups = prior_of(found.shape, found.precisions)
     told = found.normal.matrix / noise_variance + groups
