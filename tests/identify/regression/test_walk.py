@@ -49,7 +49,7 @@ def test_rubber_is_foretold_under_a_load_that_lasts_although_its_cell_walked(see
         model_n = found.shape.output_scale * simulate(*flies, records_for(found, [record])[0])
         return np.abs(record.force_n - model_n)[len(d) // 10 :].max()
 
-    assert missed_n(with_walk(plain, records)) < min(0.3 * missed_n(plain), 0.015 * record.force_n.max())
+    assert missed_n(with_walk(plain, records)) < min(0.5 * missed_n(plain), 0.015 * record.force_n.max())
 
 
 def test_how_far_a_cell_walks_is_told_and_kept():
