@@ -166,7 +166,7 @@ class AircraftData(Section, frozen=True):
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
     accelerometer_m: dict[str, tuple[Arm, Arm, Arm]] = msgspec.field(default_factory=dict)
     fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
-    windmilling: Windmilling | None = None  # none: an engine that is off is said to have no thrust in flight, too
+    windmilling: Windmilling | None = None  # none: by the deck's take-off thrust, and less sure
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
     installation: InstallationErrors = UNKNOWN
 
