@@ -22,13 +22,14 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from benchmarks.fusion_flights import ENGINES, FLIGHTS, Flown, fly_through, installation, part, refiltered
+from benchmarks.fusion_flights import ENGINES, FLIGHTS, Flown, fly_profile, installation, part, refiltered
 from benchmarks.kept import Kept
 from thrustd.core.aircraft import AircraftData
 from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.installation.installation import Installation
+from thrustd.twin.flight import recorded_flight, scripted_flight
 from thrustd.twin.installation import PLAIN, Knobs
 
 KEPT = Path("out/fusion_ensemble.jsonl")
@@ -120,10 +121,9 @@ def drawn(aircraft: AircraftData, seed: int) -> Knobs:
 def engines(place: Installation, name: str, seed: int, seconds: float, condition: str) -> list[Engine]:
     start, flown = "engines off" in condition, "not new" in condition
     knobs = drawn(place.aircraft(), seed) if "drawn" in condition else PLAIN
-    flight = fly_through(
-        place, name, part(name, GROUND_S, seconds), seed, scripted_s=seconds, engine_start=start, flown=flown,
-        knobs=knobs,
-    )  # fmt: skip
+    record = part(name, GROUND_S, seconds)
+    made = recorded_flight(record, seed, start, knobs) if record is not None else scripted_flight(seconds, seed, knobs)
+    flight = fly_profile(place, name, *made, seed, flown)
     faults = [f"{fault.where} {fault.kind}" for fault in flight.faults if fault.active and fault.kind != "zero"]
     sides = zip(ENGINES, flight.engines, strict=True)
     return [score(flown, f"{name} {seed} {side}", faults) for side, flown in sides]

@@ -20,7 +20,6 @@ from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.twin.airframe import Airframe
 from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
-from thrustd.twin.installation import PLAIN, Knobs
 from thrustd.wire.event_batch import EventBatch
 
 ROOT = Path(__file__).parents[1]
@@ -102,17 +101,15 @@ def fly_through(
     scripted_s: float = 1200.0,
     engine_start: bool = False,
     flown: bool = False,
-    knobs: Knobs = PLAIN,
 ) -> Flight:
     """One flight with one twin aircraft; the estimates of the pipeline beside the truth.
 
     `engine_start`: in front of a recording; a scripted flight has its own. `flown`: on mounts that are not new.
-    `knobs`: what no model knows of its installation.
     """
     if record is not None:
-        profile, airframe = recorded_flight(record, seed, engine_start, knobs)
+        profile, airframe = recorded_flight(record, seed, engine_start)
     else:
-        profile, airframe = scripted_flight(scripted_s, seed, knobs)
+        profile, airframe = scripted_flight(scripted_s, seed)
     return fly_profile(place, name, profile, airframe, seed, flown)
 
 

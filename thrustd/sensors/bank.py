@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from thrustd.core.aircraft import Installed
+from thrustd.core.aircraft import NO_MOUNT, Installed
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.mixture import SHIFT_N, STD_N, P
@@ -80,7 +80,6 @@ class _Engines(NamedTuple):
 
     mounts: Integers  # (n, 2)
     spools: Integers  # (n, 2)
-    judged: Flags  # (n,) it has two mounts
     air: Integers  # places of Mach number, altitude, what else `air_leaves` reads, load factor: LEAVES
     shares: Floats  # (n,)
     off: Floats  # (N_HYPOTHESES, N_SOURCES) 1: excluded
@@ -97,7 +96,7 @@ class Bank:
         """By engine (n, 2) its mounts, the upper one first, -1 for none; places of N1 and N2; `air`: see `_Engines`.
 
         `shares` (n,): of the upper mounts; `spring_n_mm` (2,): spring rates of an engine's mounts.
-        An engine that has not two mounts has only the hypothesis that all is well.
+        Of an engine with one mount nothing tells that mount from both: neither is found, and the band holds them.
         """
         n = len(mounts)
         self._past, self.found, self._anew = no_past(n), np.zeros(n, np.int64), np.zeros(n, np.int64)
@@ -106,14 +105,14 @@ class Bank:
         self.leading = np.full((n, 3), np.nan)
         self.leading[:, UNCORRECTED_N] = 0.0
         self._turn, self._air = np.zeros(1, np.int64), np.array((0.0, np.nan, np.nan, 0.0))
-        judged, own = (mounts >= 0).sum(axis=1) == 2, np.ascontiguousarray(mounts[:, :2])
+        own = np.ascontiguousarray(mounts[:, :2])
         self._jumps = no_jumps(n)
         self._follow = self._jumps, own, shares, spring_n_mm
         self._memory = _Memory(
             self._past, self._jumps, self._turn, self.found, self._anew, self.rows, np.zeros(n, HEARD), self.leading,
             self._air,
         )  # fmt: skip
-        self._engines = _Engines(own, spools, judged, air, shares, OFF, installed)
+        self._engines = _Engines(own, spools, air, shares, OFF, installed)
 
     def follow(self, states: Any, dt_s: float) -> None:
         """Call it at every fused step: what the mounts moved by since the last one, `dt_s` ago."""
@@ -193,8 +192,9 @@ def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, de
     if not isfinite(row[DECK_N] + row[LOG_FLOW]):  # nobody asks the deck
         row[DECK_N], row[PER_FUEL_N], row[LOG_FLOW] = 200.0, 5000.0, -2.5
     for i in range(N_SOURCES):
-        said_n = states[mounts[e, i]].force_n if i < 2 else deck_n[e, i - 2]
-        row[SAID + i], row[COUNTS + i] = said_n, 1.0 if trusted[e, i] else 0.0
+        there = i >= 2 or mounts[e, i] != NO_MOUNT
+        said_n = deck_n[e, i - 2] if i >= 2 else states[mounts[e, i]].force_n if there else nan
+        row[SAID + i], row[COUNTS + i] = said_n, 1.0 if trusted[e, i] and there else 0.0
     row[MOUNT_RATE_N_S], row[STEP_N] = jump.could_n, jump.step_n
     for i in range(2):
         state, row[JUMPED_N + i] = states[mounts[e, i]], jump.jumped_n[i]
@@ -230,7 +230,7 @@ def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floa
         past.rate_n_s[:] = 0.0
     elif turns and not isfinite(past.since_s):
         past.since_s = t_s
-    if turns and engines.judged[e] and t_s - past.since_s >= STARTED_S:
+    if turns and t_s - past.since_s >= STARTED_S:
         return True
     installed = engines.installed
     memory.heard[e].n = 0
@@ -290,7 +290,7 @@ _RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
 _HEARD = numba.from_dtype(HEARD)[::1]
 _MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE, _ROW)
 _INSTALLED = named(Installed, *[_F] * len(Installed._fields))
-_ENGINES = named(_Engines, _PLACES, _PLACES, numba.boolean[::1], _I, _ROW, _TABLE, _INSTALLED)
+_ENGINES = named(_Engines, _PLACES, _PLACES, _I, _ROW, _TABLE, _INSTALLED)
 _SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)
 _look: Any = entry(compiled(_look_at, _SIGNATURE))
 assert len(SOURCES_OFF) == N_HYPOTHESES and SOURCES_OFF[BROCHURE_OFF] and SOURCES_OFF[MOUNTS_OFF]
