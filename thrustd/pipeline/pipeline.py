@@ -36,6 +36,7 @@ from thrustd.pipeline.intake import Intake
 from thrustd.pipeline.snapshot import plain, read_memory
 from thrustd.pipeline.step_inputs import StepInputs, tell_filters
 from thrustd.pipeline.wires import Wires, engines_of, wires_of
+from thrustd.sensors.bank import BY_MOUNTS
 from thrustd.sensors.cross_check import cross_checks
 from thrustd.sensors.limits import FLYING_MACH
 from thrustd.sensors.monitor import Monitor, MonitorVerdict
@@ -208,7 +209,7 @@ class Pipeline:
             thrust_n, std_n, _ = bank.leading[verdict.changed].tolist()
             self._filters[verdict.changed].begin_anew(thrust_n, std_n, self._told_of[verdict.changed])
         for e, thrust_filter in enumerate(self._filters):
-            weighed = Weighed(bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e))
+            weighed = Weighed(bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e), BY_MOUNTS)
             estimates.append(thrust_filter.step(self._told_of[e], weighed))
             outputs.append(estimates[e])
             if thrust_filter.calibrates:

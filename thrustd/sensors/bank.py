@@ -32,6 +32,7 @@ from thrustd.sensors.past import (
     DECK_N,
     JUMPED_N,
     LOG_FLOW,
+    LOWER,
     MACH,
     MORE_G,
     MOUNT_RATE_N_S,
@@ -44,6 +45,7 @@ from thrustd.sensors.past import (
     SAID,
     STEP_N,
     T_S,
+    UPPER,
     WIDTH,
     no_past,
     remember,
@@ -56,6 +58,7 @@ DISAGREE = 0.3  # the hypotheses that were not found are as likely together: not
 BOTH, BROCHURE = (0, 1), (2, 3, 4)
 SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), BOTH, (2,), (3,), (4,), BROCHURE, (), BOTH, BOTH, BROCHURE)
 OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
+BY_MOUNTS = 1.0 - OFF[:, UPPER] * OFF[:, LOWER]  # see `fusion.mixture.Weighed`
 OFF_N1_PCT, TURNING_N1_PCT, STARTED_S = 5.0, 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
 UNCORRECTED_N = 2  # beside the thrust that leads and its sigma
