@@ -129,7 +129,10 @@ class Unseen:
 
     def restore(self, doubts: Sequence[float], branches: Sequence[float], n_state: int) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none."""
-        sizes = len(doubts) in (0, 2 * len(linear_of(self._model.spec).real_modes)), len(branches) in (0, 2 * n_state + 1)
+        sizes = (
+            len(doubts) in (0, 2 * len(linear_of(self._model.spec).real_modes)),
+            len(branches) in (0, 2 * n_state + 1),
+        )
         if not all(sizes) or not all(map(isfinite, [*doubts, *branches])) or min(doubts[1::2], default=1.0) <= 0.0:
             return False
         self.doubts, self._branches = np.reshape(doubts, (-1, 2)), np.reshape(branches[: 2 * n_state], (-1, n_state))

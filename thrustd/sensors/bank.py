@@ -10,7 +10,7 @@ that it stays, so agreement that says nothing (a throttle that opens every toler
 """
 
 from collections.abc import Sequence
-from math import exp, hypot, isfinite, nan, sqrt
+from math import exp, isfinite, nan, sqrt
 from typing import Any, NamedTuple
 
 import numba
@@ -20,6 +20,7 @@ from thrustd.core.aircraft import NO_MOUNT, Installed
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.mixture import SHIFT_N, STD_N, P
+from thrustd.sensors.errors import installed_n2
 from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
 from thrustd.sensors.kinematics import air_leaves
@@ -31,6 +32,7 @@ from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
     JUMPED_N,
+    LEVEL_N,
     LOG_FLOW,
     LOWER,
     MACH,
@@ -200,6 +202,7 @@ def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, de
         row[SAID + i], row[COUNTS + i] = said_n, 1.0 if trusted[e, i] and there else 0.0
     row[MOUNT_RATE_N_S], row[STEP_N] = jump.could_n, jump.step_n
     for i in range(2):
+        row[LEVEL_N] += row[SAID + i] if isfinite(row[SAID + i]) else 0.0  # until there is a past: see `remember`
         state, row[JUMPED_N + i] = states[mounts[e, i]], jump.jumped_n[i]
         row[COMMON_N + i] = state.common_n if isfinite(state.common_n) else 0.0
         row[OWN_N + i] = sqrt(max(state.std_n**2 - state.common_n**2, 1.0)) if isfinite(state.std_n) else 100.0
@@ -222,22 +225,20 @@ def _lead(found: int, out: Floats) -> int:
 
 
 @compiled
-def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats, trusted: Any) -> bool:
-    """Long enough that its deck says something; else what is uncorrected is said here."""
+def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats, trusted: Any, row: Floats) -> bool:
+    """Long enough that its deck says something; else what is uncorrected of the mounts' thrust is said here."""
     past, spools_pct = memory.past[e], readings[engines.spools[e]]
     fastest_pct = np.nanmax(spools_pct)  # NaN: nobody says
     turns = fastest_pct > TURNING_N1_PCT
     # one that nobody hears for a while, or nobody whom one can trust, has not stopped: what is known stays
     if np.nanmax(np.where(trusted[N1:], spools_pct, nan)) <= TURNING_N1_PCT:
-        past.n, past.since_s = 0, nan
-        past.rate_n_s[:] = 0.0
+        past.n, past.since_s, past.rate_n_s[:] = 0, nan, 0.0
     elif turns and not isfinite(past.since_s):
         past.since_s = t_s
     if turns and t_s - past.since_s >= STARTED_S:
         return True
-    installed = engines.installed
-    memory.heard[e].n = 0
-    memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed.zero_n, installed.rest_n)
+    memory.heard[e].n, more_n2 = 0, installed_n2(row.reshape((1, WIDTH)), 0, 0, engines.installed)
+    memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else sqrt(more_n2)
     forget(memory.jumps[e])
     return False
 
@@ -261,11 +262,11 @@ def _look_at(
     if turn[0] % EVERY_LOOKS:
         return -1
     air_leaves(memory.air, readings, engines.air, t_s)
-    if not _runs(memory, engines, e, t_s, readings, trusted[e]):
-        return -1
-    share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
     row = _row(engines, memory.jumps[e], e, readings, states, deck_n, trusted)
     row[T_S], row[AIR_MACH], row[ALONG_G] = t_s, memory.air[0], memory.air[3]
+    if not _runs(memory, engines, e, t_s, readings, trusted[e], row):
+        return -1
+    share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
     if not remember(past, e, row, share):
         return -1
     forget(memory.jumps[e])
