@@ -67,7 +67,7 @@ def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: in
     if m.mount_used and m.used:
         nis = (m.mount_nis + m.nis) / 2
     deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.sizes[SCALE_N], SCALE_FLOOR_N)
-    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), weighed)
+    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), weighed, m.off)
     return (
         t.t_ns, engine, thrust_n, std_n, x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
         t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[MOUNT, 0], deviation, t.load_share, status,
