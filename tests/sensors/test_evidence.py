@@ -6,7 +6,6 @@ import pytest
 from thrustd.core.aircraft import Installed
 from thrustd.fusion.mixture import Weighed, mix
 from thrustd.sensors import evidence, onsets
-from thrustd.sensors.bank import BY_MOUNTS
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
