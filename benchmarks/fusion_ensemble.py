@@ -4,7 +4,9 @@ The zero and stiffness of an engine's mounts and its deviation from the deck sta
 inside its band nearly always or hardly ever. So a band is that of an ensemble: many twin aircraft that nothing was
 tuned on fly the recordings in turn, from GROUND_S before they are airborne: as flown, with the engines idling; behind
 a start of the engines on new mounts, whose zeros are calibrated; on mounts that hold what the last flight left in
-their friction, so that they cannot be; and as flown on such mounts. An engine counts as one draw, whatever the
+their friction, so that they cannot be; and as flown on such mounts; and as flown with an installation that errs as much
+as the aircraft's file says that it may, every error drawn from its sigma there (`drawn`): the band is made for those,
+and aircraft that are as their benches left them are inside nearly always. An engine counts as one draw, whatever the
 length of its flight; the interval behind a share is where 95 % of the shares lie when the engines are drawn anew, with
 replacement, from those that flew (cluster bootstrap: Efron & Tibshirani, An Introduction to the Bootstrap, ch. 8).
 Aircraft that flew already are kept in out/fusion_ensemble.jsonl; `--again` throws them away.
@@ -20,11 +22,15 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from benchmarks.fusion_flights import ENGINES, FLIGHTS, Flown, fly_through, installation, part, refiltered
+from benchmarks.fusion_flights import ENGINES, FLIGHTS, Flown, fly_profile, installation, part, refiltered
 from benchmarks.kept import Kept
+from thrustd.core.aircraft import AircraftData
 from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95, rms
+from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.installation.installation import Installation
+from thrustd.twin.flight import recorded_flight, scripted_flight
+from thrustd.twin.installation import PLAIN, Knobs
 
 KEPT = Path("out/fusion_ensemble.jsonl")
 RUNNING_N1_PCT = 20.0
@@ -33,12 +39,15 @@ TRANSIENT_PCT_S = 0.5
 AFTER_S = 15.0  # a transient is N1 that moves, and this long after it
 GROUND_S = 120.0
 DRAWS = 10_000
+COLDER_K = 20.0  # than where the zero is from: what temperature_n of the aircraft's file stands for
 HALVES = ("steady", "transients")
 CONDITIONS = (
     "begins at idle",
     "begins with the engines off",
     "begins with the engines off, mounts not new",
     "begins at idle, mounts not new",
+    "begins at idle, installation drawn",
+    "begins with the engines off, installation drawn",
 )
 
 
@@ -49,6 +58,7 @@ class Engine(NamedTuple):
     mount_rmse: float
     brochure_rmse: float
     fused_rmse: float
+    fused_std: float  # mean
     oracle_rmse: float
     coverage: dict[str, tuple[float, float]]  # source -> (steady, transients)
     faults: list[str]  # of the aircraft
@@ -86,14 +96,34 @@ def score(flown: Flown, name: str, faults: list[str]) -> Engine:
         coverage[source] = (100 * float(inside[used & ~moving].mean()), 100 * float(inside[used & moving].mean()))
     fused_rmse = rms((bands["fused"][0] - truth)[used])
     best_rmse = oracle(mount[both], brochure[both])
-    return Engine(name, rms(mount[both]), rms(brochure[both]), fused_rmse, best_rmse, coverage, faults)
+    fused_std = float(bands["fused"][1][used].mean())
+    return Engine(name, rms(mount[both]), rms(brochure[both]), fused_rmse, fused_std, best_rmse, coverage, faults)
+
+
+def drawn(aircraft: AircraftData, seed: int) -> Knobs:
+    """Errors of an installation, each from its prior in `[installation]`; those of a zero and a scale by engine."""
+    rng, known = np.random.default_rng([seed, 7]), aircraft.installation
+
+    def by_engine(std: float) -> tuple[float, float, float, float]:
+        left, right = (std * rng.standard_normal(2)).tolist()
+        return left, left, right, right
+
+    per_n = 1.0 / sum(aircraft.spring_n_mm)
+    return PLAIN._replace(
+        zero_mm=by_engine(known.zero_n * per_n),
+        scale=by_engine(known.scale),
+        drag_m2=float(known.drag_m2 * rng.standard_normal()),
+        expansion_mm_k=float(known.temperature_n * per_n / COLDER_K * rng.standard_normal()),
+        accel_zero_g=float(known.rest_n / (aircraft.engine_mass_kg * STANDARD_GRAVITY_M_S2) * rng.standard_normal()),
+    )
 
 
 def engines(place: Installation, name: str, seed: int, seconds: float, condition: str) -> list[Engine]:
-    start, flown = condition in CONDITIONS[1:3], condition in CONDITIONS[2:]
-    flight = fly_through(
-        place, name, part(name, GROUND_S, seconds), seed, scripted_s=seconds, engine_start=start, flown=flown
-    )
+    start, flown = "engines off" in condition, "not new" in condition
+    knobs = drawn(place.aircraft(), seed) if "drawn" in condition else PLAIN
+    record = part(name, GROUND_S, seconds)
+    made = recorded_flight(record, seed, start, knobs) if record is not None else scripted_flight(seconds, seed, knobs)
+    flight = fly_profile(place, name, *made, seed, flown)
     faults = [f"{fault.where} {fault.kind}" for fault in flight.faults if fault.active and fault.kind != "zero"]
     sides = zip(ENGINES, flight.engines, strict=True)
     return [score(flown, f"{name} {seed} {side}", faults) for side, flown in sides]
@@ -128,6 +158,7 @@ def told(flown: list[Engine]) -> list[str]:
     """In words: fused beside the better source and beside the best fixed weight, and what was reported."""
     excess_n = np.array([e.fused_rmse - min(e.mount_rmse, e.brochure_rmse) for e in flown])
     ratio = np.array([e.fused_rmse / e.oracle_rmse for e in flown])
+    stds = np.array([e.fused_std for e in flown])
     reported = sorted({fault for e in flown for fault in e.faults})
     worse_n = excess_n[excess_n >= 0.5]
     others = (
@@ -136,6 +167,7 @@ def told(flown: list[Engine]) -> list[str]:
     return [
         f"fused better than the better source, or equal (0.5 N): {len(flown) - worse_n.size} of {len(flown)}{others}",
         f"fused / best fixed weight: {np.median(ratio):.2f} (median engine)",
+        f"one sigma of fused: {stds.mean():.0f} N (mean), {stds.min():.0f} to {stds.max():.0f} N",
         f"reported by healthy sensors: {reported or 'nothing'}",
     ]
 

@@ -76,7 +76,7 @@ def flown(file: str, seed: int, knobs: Knobs, alone: str = "") -> Recording:
     air = zip(profile["mach"].tolist(), profile["pressure_altitude_m"].tolist(), strict=True)
     loads_n = carried_n(airframe, thrust_n, accel_g, np.array([dynamic_pressure_pa(*each) for each in air]))
     columns = dict(profile.channels)
-    for name in set(NOISE) & set(columns):
+    for name in sorted(set(NOISE) & set(columns)):  # a set has another order in every process
         columns[name] = columns[name] + NOISE[name] * rng.standard_normal(len(profile))
     states = settled(airframe, loads_n[:, 0])
     for number, (name, mount, state) in enumerate(zip(MOUNTS, airframe.mounts, states, strict=True)):

@@ -1,9 +1,10 @@
 """The aircraft's own file: what it says of mounts and sensors, and files that are refused."""
 
+import msgspec
 import pytest
 
 from tests.conftest import ROOT, small_aircraft
-from thrustd.core.aircraft import place_of, read_aircraft
+from thrustd.core.aircraft import NO_MOUNT, place_of, places, read_aircraft
 from thrustd.core.errors import ConfigError, RecordingError
 from thrustd.installation.installation import installation_from_files
 
@@ -21,7 +22,20 @@ def test_mounts_carry_the_thrust_in_the_ratio_of_their_springs():
 
 
 def test_one_mount_alone_carries_it_all():
-    assert CITATION.share(0, 1) == 1.0
+    assert msgspec.structs.replace(CITATION, spring_n_mm=[11033.0]).share(0) == 1.0
+
+
+def test_of_mounts_that_have_no_transducer_the_names_of_the_others_tell_the_place():
+    config = small_aircraft().config
+
+    def named(*names):
+        mounts = [msgspec.structs.replace(config.mount[i], name=name) for i, name in enumerate(names)]
+        return msgspec.structs.replace(config, mount=[*mounts[1:], *config.mount[2:]])
+
+    assert places(named("left_upper", "left_lower"), CITATION) == ((NO_MOUNT, 0), (1, 2))
+    assert place_of("left_lower", named("left_upper", "left_lower"), CITATION).share == pytest.approx(0.5397, abs=1e-4)
+    with pytest.raises(ConfigError, match=r"mount port: .*expected a name that ends with upper or lower$"):
+        places(named("left_upper", "port"), CITATION)
 
 
 def test_a_log_of_before_flies_on_the_shipped_file(aircraft):

@@ -2,6 +2,7 @@
 
 import json
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -152,6 +153,18 @@ def test_rows_of_a_flight(tmp_path):
         assert 500 < at_n1 < 8000
     (mount,) = (row for row in rows if row["kind"] == "mount")
     assert mount["of"] == "left_upper" and mount["zero_mm"] == pytest.approx(0.003)
+
+
+def test_a_table_that_was_exported_says_that_its_zeros_are_gone(tmp_path):
+    """The run had taken them off: they would be nothing on every flight."""
+    for number, name in enumerate(("exported.csv", "raw.csv")):
+        flight = made_flight(seed=number)
+        mount = ("deformation_mm", "mount_force_n")[: 2 - number]
+        said = {f"{each}_left_upper": np.zeros(len(flight)) for each in mount}
+        write_recording(flight.with_channels(**said), tmp_path / name)
+    found = health(sorted(tmp_path.glob("*.csv")))
+    assert [Path(file).name for file in found.found.without_zeros] == ["exported.csv"]
+    assert "no zeros of mounts in 1 of 2 flights: exported without; give the log" in found.lines
 
 
 def test_a_copy_of_a_log_is_no_second_flight(tmp_path, capsys):

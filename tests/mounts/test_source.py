@@ -200,6 +200,21 @@ def test_idle_in_flight_is_a_load_that_fell(model):
     assert whole.source.snapshot() == before
 
 
+@pytest.mark.parametrize("most_mm", [0.08, 0.4, 0.9])
+def test_idle_in_flight_the_band_holds_mounts_that_never_carried_more(precise, most_mm):
+    """Whatever they came down from; the estimate is for those that came down from a take-off."""
+    past_mm = np.concatenate([np.linspace(0.0, most_mm, 200), np.linspace(most_mm, 0.08, 200), np.full(200, 0.08)])
+    true_n = precise.simulate(precise.inputs({"deformation_mm": past_mm, "accel_x_g": 0.0 * past_mm}))[-1]
+    found = Bench(precise)
+    found.started(0, 0.08)
+    found.source.fly()
+    found.take(1, 0.08)
+    said = found.fused(0.01)
+    assert abs(said["force_n"] - true_n) < 1.96 * said["std_n"]
+    again = Bench(precise)
+    assert again.source.restore(found.source.snapshot()) and again.source.snapshot() == found.source.snapshot()
+
+
 def test_a_mount_that_is_known_does_not_start_anew_because_somebody_says_that_the_aircraft_flies(model):
     """After a warm restart and after a gap the state is that of before, however short ago that was."""
     before, after = Bench(model), Bench(model)

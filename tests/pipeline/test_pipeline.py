@@ -1,6 +1,6 @@
 """The pipeline as its user sees it: bytes in, estimates out, nothing stops it."""
 
-from math import isfinite
+from math import hypot, isfinite
 
 import msgspec
 import numpy as np
@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import SCALE_MM, small_aircraft
+from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import CHANNEL_FAULT
 from thrustd.core.types import Estimate, Fault, Frame, MountOutput, Status, Tick
 from thrustd.pipeline.pipeline import Pipeline
@@ -322,3 +323,12 @@ def test_outputs_do_not_depend_on_how_events_are_batched(damage, cuts):
 
 AIRCRAFT = small_aircraft()
 PARTS = AIRCRAFT.parts()
+
+
+def test_a_flight_that_begins_in_mid_air_has_its_whole_band_from_the_first_second(aircraft):
+    """Before its past is long enough to be weighed, drag and scale of the installation are as unknown as after."""
+    known = aircraft.parts().aircraft.installation
+    cruise = {"mach": 0.4, "pressure_altitude_m": 3000.0}
+    (first, *_) = (e for e in of(fly(aircraft, flight(aircraft, 3, **cruise)), Estimate) if e.t_ns > 2 * S)
+    pressure_pa = dynamic_pressure_pa(*cruise.values())
+    assert first.thrust_std_n > hypot(known.zero_n, known.drag_m2 * pressure_pa) > 1.5 * known.zero_n

@@ -159,7 +159,9 @@ def taking_off(scale, deck, seconds, installed=INSTALLED):
     evidence.weigh(rows, n, SHARE, onsets.WELL, installed, heard[0], out)
     more_n2 = evidence.uncorrected_n2(rows, n, SHARE, off, installed, out[onsets.WELL, 1:])
     beside = np.stack([out[:, 0], out[:, 1] - out[onsets.WELL, 1], np.sqrt(out[:, 2])], axis=1)
-    thrust_n, std_n = mix(out[onsets.WELL, 1], beside[onsets.WELL, 2], Weighed(beside, onsets.WELL, 0.0))
+    thrust_n, std_n = mix(
+        out[onsets.WELL, 1], beside[onsets.WELL, 2], Weighed(beside, onsets.WELL, 0.0, np.ones(len(beside)))
+    )
     return thrust_n, np.hypot(std_n, np.sqrt(more_n2)), thrust_of(306.0 + seconds)
 
 

@@ -1,6 +1,7 @@
 """What is written whole takes the place of a file, never of a device or a pipe."""
 
 import os
+import resource
 import stat
 import subprocess
 import sys
@@ -58,6 +59,18 @@ def test_a_folder_takes_its_place_whole_or_leaves_nothing(tmp_path):
         assert list(out.iterdir()) == []
     assert [each.name for each in out.parent.iterdir()] == [out.name]
     assert (out / "hil.toml").read_text() == "whole"
+
+
+def test_a_full_disk_names_the_folder_and_leaves_nothing(tmp_path):
+    out, before = tmp_path / "aircraft", resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(OSError, match="File too large") as refused, whole_folder(out) as folder:
+            folder.mkdir()
+            (folder / "model.json").write_text("x" * 2000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert refused.value.filename == str(out) and list(tmp_path.iterdir()) == []
 
 
 def test_killed_half_way_there_is_no_folder_and_the_next_time_takes_away_what_was_left(tmp_path):

@@ -14,7 +14,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import NUMBERS, DeckInputs, DeckNumbers, estimate
 from thrustd.brochure.hand_over import HandOver, hand_over
 from thrustd.brochure.rate import smooth_rate
-from thrustd.brochure.windmilling import windmill
+from thrustd.brochure.windmilling import assumed, windmill
 from thrustd.core.aircraft import Windmilling
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled, entry, named
@@ -56,8 +56,8 @@ class BrochureSource:
             self._engine[name] = place(signal, engine)
         for name, signal in (("mach", "mach"), ("altitude", "pressure_altitude_m"), ("temperature", "sat_degC")):
             self._engine[name] = place(signal, 0)
-        if windmilling is not None:
-            self._engine[["off_m2", "off_std"]] = windmilling.area_m2, windmilling.std
+        off = windmilling or assumed(deck.data.thrust)
+        self._engine[["off_m2", "off_std"]] = off.area_m2, off.std
         self._work = _Work(self._engine, deck.numbers(engine), self.hand_over.row)
 
     def look(self, dt_s: float, readings: Floats, n1_trusted: bool, deck_n: Floats) -> None:

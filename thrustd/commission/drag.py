@@ -100,7 +100,8 @@ def _cants(installation: Installation) -> tuple[Floats, Floats]:
         mine = [level.place(installation.config.mount[i].name) for i in level.config.mounts_of(engine)]
         known = [cant for place in mine if (cant := aircraft.cant_of(place.mount, engine)) is not None]
         std_deg = max((cant.std_deg for cant in known), default=LEAN_STD_DEG)
-        rows.append((sum(place.share * place.lean_deg for place in mine), max(std_deg, LEAST_STD_DEG)))
+        part = sum(place.share for place in mine)
+        rows.append((sum(place.share * place.lean_deg for place in mine) / part, max(std_deg, LEAST_STD_DEG)))
     cant_deg, cant_std_deg = np.array(rows).T
     return cant_deg, cant_std_deg
 
@@ -115,7 +116,11 @@ def _flight_drag(flight: Recording, installation: Installation) -> FlightDrag:
     engines = list(config.aircraft.engines)
     q_pa = flight["dynamic_pressure_Pa"]
     decks = [deck_thrust(flight, deck, number, engine) for number, engine in enumerate(engines)]
-    carried = [sum(flight[f"model_N_{config.mount[i].name}"] for i in config.mounts_of(engine)) for engine in engines]
+    carried = []
+    for engine in engines:
+        mine = [installation.place(config.mount[i].name) for i in config.mounts_of(engine)]
+        part = sum(place.share for place in mine)  # less than 1 where a mount has no transducer
+        carried.append(sum(flight[f"model_N_{place.mount}"] for place in mine) / part)
     off_n = np.array([deck_n - mounts_n for (deck_n, *_), mounts_n in zip(decks, carried, strict=True)])
     moves = np.max([abs(np.gradient(flight[f"n1_pct_{engine}"])) for engine in engines], axis=0)
     flies = (flight["mach"] > FLYING_MACH) & (moves < STEADY_PCT_S) & np.isfinite(off_n).all(axis=0)

@@ -68,6 +68,11 @@ def read_run(flight: Recording, installation: Installation) -> Run:
     """`flight`: columns of `flight_columns`; RecordingError when a mount never carries anything."""
     config, models = installation.config, installation.parts().models
     names, engines = [mount.name for mount in config.mount], list(config.aircraft.engines)
+    held = len(installation.aircraft().spring_n_mm)
+    for engine in engines:
+        if len(config.mounts_of(engine)) < held:
+            said = f"{engine}: a mount of {held} has no transducer: what the cell holds past the other one is not known"
+            raise RecordingError(f"{flight.name}: {said}")
     owners = [engines.index(mount.engine) for mount in config.mount]
     settings = section(config.fusion, FusionSettings, "fusion")
     ranges = [model.spec.valid.deformation_mm[1] for model in models]

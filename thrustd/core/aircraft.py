@@ -16,6 +16,7 @@ from thrustd.core.errors import ConfigError, RecordingError
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.core.statics import carried, held
 
+NO_MOUNT = -1
 DATA = "citation-ii.toml"  # for configurations that name none
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NotNegative = Annotated[float, Meta(ge=0, le=1e6)]
@@ -166,16 +167,15 @@ class AircraftData(Section, frozen=True):
     # from an engine's centre of gravity to the accelerometer, by engine: forward, right, down; none: not measured
     accelerometer_m: dict[str, tuple[Arm, Arm, Arm]] = msgspec.field(default_factory=dict)
     fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
-    windmilling: Windmilling | None = None  # none: an engine that is off is said to have no thrust in flight, too
+    windmilling: Windmilling | None = None  # none: by the deck's take-off thrust, and less sure
     wing: Wing | None = None  # for the drag polar; nothing that flies needs it
     installation: InstallationErrors = UNKNOWN
 
-    def share(self, place: int, mounts: int) -> float:
-        """What mount `place` of an engine's `mounts` carries of its thrust."""
+    def share(self, place: int) -> float:
+        """What the mount in this place of `spring_n_mm` carries of its engine's thrust."""
         if self.rigid_body:
             return carried(self)[place].thrust_share
-        springs = self.spring_n_mm[:mounts]
-        return springs[place] / sum(springs)
+        return self.spring_n_mm[place] / sum(self.spring_n_mm)
 
     def cant_of(self, mount: str, engine: str) -> Cant | None:
         """Of a mount of the configuration; None: the file says nothing of it."""
@@ -254,12 +254,34 @@ def _order(rates: Sequence[float]) -> list[int]:
     return sorted(range(len(rates)), key=rates.__getitem__)
 
 
+def places(config: Config, data: AircraftData) -> tuple[tuple[int, int], ...]:
+    """By engine, the mount of the configuration in each place of `spring_n_mm`; NO_MOUNT: none has a transducer there.
+
+    Mounts stand in that order; where not all of an engine's have a transducer, their names say which they are.
+    """
+    held, rows = len(data.spring_n_mm), []
+    for engine in config.aircraft.engines:
+        mine, row = config.mounts_of(engine), [NO_MOUNT, NO_MOUNT]
+        for number, i in enumerate(mine):
+            row[number if len(mine) == held else _place_named(config.mount[i].name, data.mounts[:held])] = i
+        rows.append((row[0], row[1]))
+    return tuple(rows)
+
+
+def _place_named(mount: str, known: Sequence[MountGeometry]) -> int:
+    for place, one in enumerate(known):
+        if mount.endswith(one.name):
+            return place
+    ends = " or ".join(one.name for one in known) or "a name under mounts of the aircraft's file"
+    raise ConfigError(f"mount {mount}: carries a part of its engine, which one? expected a name that ends with {ends}")
+
+
 def place_of(mount: str, config: Config, data: AircraftData, measured: Calibration | None = None) -> MountPlace:
     """A mount by its name in the configuration."""
     for i, known in enumerate(config.mount):
         if known.name == mount:
-            mine = config.mounts_of(known.engine)
-            number, share = mine.index(i), data.share(mine.index(i), len(mine))
+            number = places(config, data)[config.aircraft.engines.index(known.engine)].index(i)
+            share = data.share(number)
             weight_n = share * data.engine_mass_kg * STANDARD_GRAVITY_M_S2
             place = MountPlace(mount, known.engine, config.aircraft.engines.index(known.engine), share)
             if (cant := data.cant_of(mount, known.engine)) is not None:

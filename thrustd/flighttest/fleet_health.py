@@ -61,6 +61,7 @@ class FleetHealth(msgspec.Struct, frozen=True):
     flights: list[str]
     without_mounts: list[str]  # of the flights: nothing in them measures a thrust
     health: list[Health]
+    without_zeros: list[str] = []  # of the flights: tables that were exported with the zeros of their mounts taken off
 
     def rows(self) -> list[Row]:
         """One per series, its trend's numbers beside it."""
@@ -107,7 +108,9 @@ def fleet_health(rows: Sequence[Row], quantities: Sequence[str] = tuple(QUANTITI
             found.append(msgspec.structs.replace(one, engine=whose))
     found = [_dated(one, SHARE_LIMIT, begun, files) if one.quantity == "load_share" else one for one in found]
     measured = {row["file"] for row in points if np.isfinite(row["thrust_N"])}
-    return FleetHealth(files, [f for f in files if f not in measured], [*found, *_mounts(rows, files, hours, begun)])
+    exported = {row["file"] for row in rows if row.get("exported")}
+    found += _mounts(rows, files, hours, begun)
+    return FleetHealth(files, [f for f in files if f not in measured], found, [f for f in files if f in exported])
 
 
 def _whose(apart: Health, quantity: str, engines: list[str]) -> str:

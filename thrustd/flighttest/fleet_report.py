@@ -47,6 +47,8 @@ def lines(found: FleetHealth) -> list[str]:
     without = len(found.without_mounts)
     if without:
         said.append(f"no mounts in {without} of {_flights(len(found.flights))}: nothing measures the thrust there")
+    if taken := len(found.without_zeros):
+        said.append(f"no zeros of mounts in {taken} of {_flights(len(found.flights))}: exported without; give the log")
     for one in found.health:
         if isfinite(one.recalibrate_in_h):
             hours = one.recalibrate_in_h

@@ -8,7 +8,8 @@ Of every steady window of the flight, per engine, against the deck at the same N
     load_share          upper mount's part: moves when a mount or its transducer does
 
 and per mount its zero, the reading before the engines are started: with what a calibration file or a run before took
-off, and before this run takes its own off, which its first fault `zero` says. Left against right is the difference of
+off, and before this run takes its own off, which its first fault `zero` says. A table that was exported from a replay
+holds neither: its mounts' zeros are not known. Left against right is the difference of
 two rows of one flight: the air, the day and the deck's own error are in both.
 """
 
@@ -38,6 +39,7 @@ LEAST_N1_PCT = 50.0  # below it thrust is small and a per cent of it says nothin
 OFF_N1_PCT = 2.0
 ZERO_S = 5.0  # shortest engine-off stretch that tells a zero
 STANDS_MACH = 0.05
+STEPPED = "mount_force_n"  # of a mount whose model has been stepped, zeros taken off
 NOTHING: Mapping[str, float] = {}
 
 
@@ -74,11 +76,11 @@ def begun_s(path: Path) -> float:
     return float("nan")
 
 
-def taken_mm(path: Path) -> dict[str, float]:
-    """By mount, the zero that a flight log's run took off its samples from its beginning; of anything else none."""
+def taken_mm(path: Path) -> dict[str, float] | None:
+    """By mount, the zero that a flight log's run took off its samples from its beginning; None: it is no log."""
     log = open_flight_log(path)
     if log is None:
-        return {}
+        return None
     try:
         installation, start = open_installation(log, None), start_of(log)
         calibration = installation.calibration()
@@ -93,7 +95,7 @@ def taken_mm(path: Path) -> dict[str, float]:
 
 
 def health_rows(
-    flight: Flight, deck: Deck, start_utc_s: float = float("nan"), zeros_mm: Mapping[str, float] = NOTHING
+    flight: Flight, deck: Deck, start_utc_s: float = float("nan"), zeros_mm: Mapping[str, float] | None = NOTHING
 ) -> list[Row]:
     """RecordingError when no steady window is in it. `zeros_mm`: taken off the mounts' readings, by mount."""
     flight = flight.per_second()
@@ -150,7 +152,7 @@ def _at(deck: Deck, values: dict[str, float], engine: str, number: int) -> At:
     return At(found.fuel_flow_thrust_n, found.n1_thrust_n, found.n2_thrust_n)
 
 
-def _mounts(flight: Flight, zeros_mm: Mapping[str, float]) -> list[Row]:
+def _mounts(flight: Flight, zeros_mm: Mapping[str, float] | None) -> list[Row]:
     record, rows = flight.record, list[Row]()
     n1_pct = np.array([record[f"n1_pct_{engine}"] for engine in flight.engines])
     off = np.all(n1_pct < OFF_N1_PCT, axis=0) & (record["mach"] < STANDS_MACH)
@@ -158,7 +160,12 @@ def _mounts(flight: Flight, zeros_mm: Mapping[str, float]) -> list[Row]:
     untouched = off & (record.time_s <= float(record.metadata.get(ZEROED, "inf")) - 1.0)  # they are means of a second
     for name in (name for name in record.channels if name.startswith("deformation_mm_")):
         mount, heard = name.removeprefix("deformation_mm_"), np.isfinite(record[name])
-        known = np.sum(off & heard) >= ZERO_S * record.sample_hz and bool(np.any(untouched & heard))
-        zero_mm = float(np.median(record[name][untouched & heard])) + zeros_mm.get(mount, 0.0) if known else np.nan
-        rows.append({"of": mount, "kind": "mount", "zero_mm": zero_mm})
+        exported = zeros_mm is None and f"{STEPPED}_{mount}" in record
+        known = not exported and np.sum(off & heard) >= ZERO_S * record.sample_hz and bool(np.any(untouched & heard))
+        zero_mm = (
+            float(np.median(record[name][untouched & heard])) + (zeros_mm or NOTHING).get(mount, 0.0)
+            if known
+            else np.nan
+        )
+        rows.append({"of": mount, "kind": "mount", "zero_mm": zero_mm, "exported": exported})
     return rows

@@ -67,8 +67,7 @@ def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: in
     if m.mount_used and m.used:
         nis = (m.mount_nis + m.nis) / 2
     deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.sizes[SCALE_N], SCALE_FLOOR_N)
-    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), weighed)
-    std_n = sqrt(std_n**2 + weighed.uncorrected_n**2)
+    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), weighed, m.off)
     return (
         t.t_ns, engine, thrust_n, std_n, x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
         t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[MOUNT, 0], deviation, t.load_share, status,
@@ -79,5 +78,5 @@ def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: in
 _F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
 _ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
-_SIGNATURE = _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, named(Weighed, _TABLE, _I, _F))
+_SIGNATURE = _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, named(Weighed, _TABLE, _I, _F, numba.float64[::1]))
 estimate_row: Any = entry(compiled(_row, _SIGNATURE, "numpy"))

@@ -5,6 +5,10 @@
 The band covers every hypothesis that is alive: one of 5 % that lies elsewhere is inside the 95 %, one of 0.5 % inside
 three sigmas, where a variance would let both vanish. The median is the mean of a single one, and an unlikely one that
 is far away does not pull it.
+
+What nobody corrected of an installation is in the band and not in the estimate: it widens every hypothesis that takes
+the mounts' word, and none that does not. A hypothesis that the mounts are off is about the same errors; beside the
+mixture, as a variance of its own, they were counted twice.
 Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
 """
 
@@ -28,15 +32,16 @@ class Weighed(NamedTuple):
     hypotheses: Floats  # (n, 3) P, SHIFT_N, STD_N
     lead: int  # the one that was trusted of what the filter is told
     uncorrected_n: float  # one sigma of what none of them knows
+    by_mounts: Floats  # (n,) 1: takes the mounts' word, so its thrust has that, too; else 0
 
 
 @compiled
-def _beyond(x_n: float, hypotheses: Floats, lead: int, std_n: float, sign: float) -> tuple[float, float]:
+def _beyond(x_n: float, hypotheses: Floats, sign: float) -> tuple[float, float]:
     """Probability that the thrust is further out than x, from the one that leads, on this side; density there, 1/N."""
     tail = density = 0.0
     for i in range(len(hypotheses)):
         if hypotheses[i, P] > NOTHING:
-            sigma_n = std_n if i == lead else hypotheses[i, STD_N]
+            sigma_n = hypotheses[i, STD_N]
             out = sign * (x_n - hypotheses[i, SHIFT_N]) / sigma_n
             tail += 0.5 * hypotheses[i, P] * erfc(out / ROOT_2)
             density += hypotheses[i, P] * exp(-0.5 * out * out) / (ROOT_2_PI * sigma_n)
@@ -44,12 +49,12 @@ def _beyond(x_n: float, hypotheses: Floats, lead: int, std_n: float, sign: float
 
 
 @compiled
-def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float, tail: tuple[float, float]) -> float:
+def _end(hypotheses: Floats, std_n: float, sign: float, far_n: float, tail: tuple[float, float]) -> float:
     """Newton's steps, halves of the bracket where one leads out of it; the median may be on either side of 0."""
     inner, outer = -far_n * sign, far_n * sign
     at_n = tail[1] * std_n * sign
     for _ in range(STEPS):
-        beyond, density = _beyond(at_n, hypotheses, lead, std_n, sign)
+        beyond, density = _beyond(at_n, hypotheses, sign)
         if beyond > tail[0]:
             inner = at_n
         else:
@@ -65,20 +70,25 @@ def _end(hypotheses: Floats, lead: int, std_n: float, sign: float, far_n: float,
 
 
 @compiled
-def mix(thrust_n: float, std_n: float, weighed: Weighed) -> tuple[float, float]:
-    """Thrust and sigma of the one that leads, and all others beside it. -> thrust and sigma of the mixture."""
-    hypotheses, lead = weighed.hypotheses, weighed.lead
-    if hypotheses[lead, P] > 1.0 - ALONE:
-        return thrust_n, std_n
-    far_n = 6.0 * std_n
-    for i in range(len(hypotheses)):
-        if hypotheses[i, P] > 0.1 * TAILS[0][0] / len(hypotheses):
-            far_n = max(far_n, abs(hypotheses[i, SHIFT_N]) + 6.0 * hypotheses[i, STD_N])
-    middle_n, sigma_n = _end(hypotheses, lead, std_n, 1.0, far_n, (0.5, 0.0)), 0.0
+def mix(thrust_n: float, std_n: float, weighed: Weighed, off: bool = False) -> tuple[float, float]:
+    """Thrust and sigma of the one that leads, and all others beside it. -> thrust and sigma of the mixture.
+
+    `off`: the engine is, and nobody asks its mounts.
+    """
+    lead, more_n = weighed.lead, 0.0 if off else weighed.uncorrected_n
+    told, wide = weighed.hypotheses.copy(), weighed.hypotheses.copy()
+    told[lead, STD_N], far_n = std_n, 0.0
+    for i in range(len(told)):
+        wide[i, STD_N] = sqrt(told[i, STD_N] ** 2 + (weighed.by_mounts[i] * more_n) ** 2)
+        if i == lead or told[i, P] > 0.1 * TAILS[0][0] / len(told):
+            far_n = max(far_n, abs(told[i, SHIFT_N]) + 6.0 * wide[i, STD_N])
+    if told[lead, P] > 1.0 - ALONE:
+        return thrust_n, wide[lead, STD_N]
+    middle_n, sigma_n = _end(told, std_n, 1.0, far_n, (0.5, 0.0)), 0.0
     for tail in TAILS:
         for sign in (-1.0, 1.0):
-            beyond, _ = _beyond(middle_n + sign * tail[1] * sigma_n, hypotheses, lead, std_n, sign)
+            beyond, _ = _beyond(middle_n + sign * tail[1] * sigma_n, wide, sign)
             if beyond > tail[0]:
-                end_n = _end(hypotheses, lead, std_n, sign, far_n, tail)
+                end_n = _end(wide, wide[lead, STD_N], sign, far_n, tail)
                 sigma_n = max(sigma_n, sign * (end_n - middle_n) / tail[1])
     return thrust_n + middle_n, sigma_n

@@ -39,7 +39,7 @@ from thrustd.fusion.thrust_step import BOUND, FILTER, NEVER_NS, go_on
 START_STD_N = 4000.0  # nothing is known: 0 to take-off thrust
 START_RATE_STD_N_S = 100.0
 END_P = N_STATE + N_STATE**2  # in a row of x, P and three sizes
-ALONE = Weighed(np.array([[1.0, 0.0, 0.0]]), 0, 0.0)  # the only hypothesis: all is well
+ALONE = Weighed(np.array([[1.0, 0.0, 0.0]]), 0, 0.0, np.ones(1))  # the only hypothesis: all is well
 
 
 class ThrustFilter:

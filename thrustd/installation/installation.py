@@ -123,10 +123,11 @@ class Installation:
 
     def uncorrected(self) -> list[str]:
         """A line for each mount whose model leaves a load factor uncorrected, or which is without the other one."""
-        held, engines = len(self.aircraft().spring_n_mm), self.config.aircraft.engines
-        said = f"one mount, spring_n_mm of the aircraft's file has {held}: its force counts as all of the thrust"
-        lines = [f"{engine}: {said}" for engine in engines if len(self.config.mounts_of(engine)) < held]
+        held, lines = len(self.aircraft().spring_n_mm), []
         for mount in self.config.mount:
+            if len(self.config.mounts_of(mount.engine)) < held:
+                said = f"of {held} mounts the only one with a transducer, its force counts as"
+                lines.append(f"{mount.name}: {said} {100.0 * self.place(mount.name).share:.0f} % of the thrust")
             spec = read_model(self.files[mount.model], self._place(mount.model))
             words = {effect_named(effect.name).word for effect in spec.effects}
             absent = [name for name in LOAD_FACTORS if name not in words]

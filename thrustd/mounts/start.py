@@ -8,12 +8,14 @@ gamma-distributed, shape 1/2, mean A. Of a mode's way to where the load now hold
 is left. It is one age: what the modes may be wrong by has a sign and adds up, and ends with each mode's own tau.
 
 Friction. The load may have grown to what it is, or come down from as much as a take-off: two states between which the
-true one lies and stays, because friction does not change sides. The model goes on from their middle, and they are
-stepped on beside it until the mount has moved far enough for both to be the same.
+true one lies and stays, because friction does not change sides. The model goes on from where between them it is
+likeliest, and they are stepped on beside it until the mount has moved far enough for both to be the same; the band
+reaches to the farther one.
 
 An engine that idles on the ground was started on new mounts, or on mounts that hold what the last flight left in their
-friction, or it has just landed: both branches. Where the aircraft flies it came down from a cruise some minutes ago:
-friction is that of a load that fell, or has turned back a little since, and the modes are on their way from the cruise.
+friction, or it has just landed: their middle. Where the aircraft flies it came down from a cruise some minutes ago:
+friction is most likely that of a load that fell, or has turned back a little since, and the modes are on their way from
+the cruise. Mounts that never carried more are as far off as they may be, and inside the band all the same.
 One that stood while its zero was calibrated begins anew, and nothing is left in its friction. Where a tethered run has
 found the zero under load, friction holds what the spring shows then: a state between the branches, or as far beyond.
 
@@ -36,7 +38,7 @@ from thrustd.mounts.step import CHORDS
 LOAD_AGE_S = 3600.0  # A of a cold start: flights last one to three hours
 DESCENT_AGE_S = 600.0  # A of the idle of an aircraft that flies
 IDLE, CRUISE, TAKE_OFF = 0.1, 0.4, 0.75  # of the identified deformation
-BRANCH_STD = 1.0 / sqrt(2.0)  # of half the width between the two branches: near one of them is likelier than midway
+BRANCH_STD = 1.0 / sqrt(2.0)  # of the way to the farther branch: near one of them is likelier than midway
 TURNED_BACK = 0.3  # of the way between the branches, at most: what creep and a throttle at idle undo of a descent
 REST_S = 1.0  # what a load that falls at once leaves in dampers is gone by then
 SOLVED_MM = 1e-7
@@ -62,6 +64,7 @@ class Unseen:
         self._model = model
         self.doubts = np.zeros((0, 2))  # force of each real mode, N, one sigma with its sign, and its tau, s
         self._branches = np.zeros((0, 0))  # two states
+        self._far = 0.5  # from where the model went on to the farther one, of the way between them
 
     @property
     def branched(self) -> bool:
@@ -78,8 +81,9 @@ class Unseen:
         if past.state is None and idles and past.fell_from is not None:
             from_above[linear] = from_below[linear]
             state = self.doubt(model.start(row(past.fell_from * full_mm)), from_above, DESCENT_AGE_S, past.since_s)
-            from_below = from_above + TURNED_BACK * (from_below - from_above)
+            fell = 1.0 - 0.5 * TURNED_BACK
         else:
+            fell = 0.5
             before = model.start(row(0.0)) if past.state is None else past.state
             state = self.doubt(before, from_below, past.age_s, past.since_s)
             if past.carries_nothing:
@@ -90,8 +94,9 @@ class Unseen:
                 return state
         self._branches = np.stack((from_below, from_above))
         self._branches[:, linear] = state[linear]
-        middle: Floats = self._branches.mean(axis=0)
-        return middle
+        self._far = fell
+        between: Floats = (1.0 - fell) * self._branches[0] + fell * self._branches[1]
+        return between
 
     def _holding(self, free: Floats, from_above: Floats, row: Floats) -> Floats:
         """`free` with as much of the friction of `from_above` as leaves no force."""
@@ -113,20 +118,25 @@ class Unseen:
     def friction_std_n(self, row: Floats) -> float:
         """Steps both branches on to this row of inputs."""
         below_n, above_n = (self._model.step(branch, row[1:], row.item(0)) for branch in self._branches)
-        half_n = 0.5 * abs(below_n - above_n)
-        if half_n < SAME_N:
+        far_n = self._far * abs(below_n - above_n)
+        if far_n < SAME_N:
             self._branches = np.zeros((0, 0))
-        return half_n * BRANCH_STD
+        return far_n * BRANCH_STD
 
     def snapshot(self) -> dict[str, list[float]]:
-        return {"doubts": self.doubts.ravel().tolist(), "branches": self._branches.ravel().tolist()}
+        branches = [*self._branches.ravel().tolist(), self._far] if self.branched else []
+        return {"doubts": self.doubts.ravel().tolist(), "branches": branches}
 
     def restore(self, doubts: Sequence[float], branches: Sequence[float], n_state: int) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none."""
-        sizes = len(doubts) in (0, 2 * len(linear_of(self._model.spec).real_modes)), len(branches) in (0, 2 * n_state)
+        sizes = (
+            len(doubts) in (0, 2 * len(linear_of(self._model.spec).real_modes)),
+            len(branches) in (0, 2 * n_state + 1),
+        )
         if not all(sizes) or not all(map(isfinite, [*doubts, *branches])) or min(doubts[1::2], default=1.0) <= 0.0:
             return False
-        self.doubts, self._branches = np.reshape(doubts, (-1, 2)), np.reshape(branches, (-1, n_state))
+        self.doubts, self._branches = np.reshape(doubts, (-1, 2)), np.reshape(branches[: 2 * n_state], (-1, n_state))
+        self._far = branches[-1] if branches else 0.5
         return True
 
 

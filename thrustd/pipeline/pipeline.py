@@ -17,7 +17,7 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.brochure.source import BrochureSource
-from thrustd.core.aircraft import AircraftData
+from thrustd.core.aircraft import NO_MOUNT, AircraftData, places
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.config import Config, section
@@ -36,8 +36,8 @@ from thrustd.pipeline.intake import Intake
 from thrustd.pipeline.snapshot import plain, read_memory
 from thrustd.pipeline.step_inputs import StepInputs, tell_filters
 from thrustd.pipeline.wires import Wires, engines_of, wires_of
+from thrustd.sensors.bank import BY_MOUNTS
 from thrustd.sensors.cross_check import cross_checks
-from thrustd.sensors.engine_force import mounts_table
 from thrustd.sensors.limits import FLYING_MACH
 from thrustd.sensors.monitor import Monitor, MonitorVerdict
 from thrustd.sensors.monitor_inputs import Layout, MonitorInputs
@@ -74,14 +74,13 @@ class Pipeline:
         self._hold, self._sources = self._intake.hold, self._intake.sources
         self._layout = Layout(
             tuple(mount.name for mount in config.mount),
-            tuple(config.mounts_of(engine) for engine in engines),
+            places(config, parts.aircraft),
             tuple(engines),
         )
         self._states = self._intake.states
         self._inputs = StepInputs(self._layout, self._hold, self._states)
-        pairs = [[self._sources[i] for i in mounts] for mounts in self._layout.mounts_of_engine]
         aircraft = parts.aircraft
-        shares = [aircraft.share(0, 2) if aircraft.rigid_body else upper_share(pair[0], pair[-1]) for pair in pairs]
+        shares = [self._first_share(row, aircraft) for row in self._layout.places]
         self._monitor = Monitor(self._layout, aircraft, shares)
         self._filters = tuple(ThrustFilter(settings, e, 0.5 / config.steps.estimate_hz) for e in range(len(engines)))
         place, numbers = self._inputs.place, range(len(engines))
@@ -95,7 +94,7 @@ class Pipeline:
         self._told = np.zeros(len(engines), INPUTS)  # what the filters are told
         self._told_of = [self._told[e : e + 1] for e in numbers]
         self._mounts_said = self._states.view(np.float64).reshape(len(self._states), -1)[:, :3]  # as MountOutput has it
-        self._mounts_of = mounts_table(self._layout.mounts_of_engine)
+        self._mounts_of = self._monitor.combiner.mounts
         self._hand_overs = tuple(source.hand_over for source in self._brochures)
         self._readings_every_ns = round(1e9 / config.steps.reading_hz)
         self._early_ns = round(EARLY_SAMPLES * 1e9 / config.adc.sample_hz)
@@ -106,6 +105,13 @@ class Pipeline:
         self._troubles = FaultStatus(len(engines), engines_of(config))
         self._wires = Wires(wires_of(config, self._hold.slots))
         self._terms(0)  # compiled now, too
+
+    def _first_share(self, row: tuple[int, int], aircraft: AircraftData) -> float:
+        """What the mount in the first place carries of an engine's thrust: both models say it, or the file."""
+        upper, lower = row
+        if aircraft.rigid_body or NO_MOUNT in row:
+            return aircraft.share(0)
+        return upper_share(self._sources[upper], self._sources[lower])
 
     def feed(self, event: Event) -> Sequence[Output]:
         """`take` for one event."""
@@ -203,7 +209,7 @@ class Pipeline:
             thrust_n, std_n, _ = bank.leading[verdict.changed].tolist()
             self._filters[verdict.changed].begin_anew(thrust_n, std_n, self._told_of[verdict.changed])
         for e, thrust_filter in enumerate(self._filters):
-            weighed = Weighed(bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e))
+            weighed = Weighed(bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e), BY_MOUNTS)
             estimates.append(thrust_filter.step(self._told_of[e], weighed))
             outputs.append(estimates[e])
             if thrust_filter.calibrates:

@@ -7,10 +7,11 @@ from typing import Any
 import numba
 import numpy as np
 
+from thrustd.core.aircraft import NO_MOUNT
 from thrustd.core.columns import MOUNT_STATE, Floats, Integers
 from thrustd.core.jit import compiled, entry
 from thrustd.fusion.fusion_inputs import INPUTS
-from thrustd.sensors.engine_force import ENGINE_MOUNTS, NO_MOUNT
+from thrustd.sensors.engine_force import ENGINE_MOUNTS
 from thrustd.sensors.monitor_inputs import Layout, Sensor
 from thrustd.sync.hold import Hold
 

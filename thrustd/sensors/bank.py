@@ -10,16 +10,17 @@ that it stays, so agreement that says nothing (a throttle that opens every toler
 """
 
 from collections.abc import Sequence
-from math import exp, hypot, isfinite, nan, sqrt
+from math import exp, isfinite, nan, sqrt
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
-from thrustd.core.aircraft import Installed
+from thrustd.core.aircraft import NO_MOUNT, Installed
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.mixture import SHIFT_N, STD_N, P
+from thrustd.sensors.errors import installed_n2
 from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
 from thrustd.sensors.kinematics import air_leaves
@@ -31,7 +32,9 @@ from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
     JUMPED_N,
+    LEVEL_N,
     LOG_FLOW,
+    LOWER,
     MACH,
     MORE_G,
     MOUNT_RATE_N_S,
@@ -44,6 +47,7 @@ from thrustd.sensors.past import (
     SAID,
     STEP_N,
     T_S,
+    UPPER,
     WIDTH,
     no_past,
     remember,
@@ -56,6 +60,7 @@ DISAGREE = 0.3  # the hypotheses that were not found are as likely together: not
 BOTH, BROCHURE = (0, 1), (2, 3, 4)
 SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), BOTH, (2,), (3,), (4,), BROCHURE, (), BOTH, BOTH, BROCHURE)
 OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
+BY_MOUNTS = 1.0 - OFF[:, UPPER] * OFF[:, LOWER]  # see `fusion.mixture.Weighed`
 OFF_N1_PCT, TURNING_N1_PCT, STARTED_S = 5.0, 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
 UNCORRECTED_N = 2  # beside the thrust that leads and its sigma
@@ -80,7 +85,6 @@ class _Engines(NamedTuple):
 
     mounts: Integers  # (n, 2)
     spools: Integers  # (n, 2)
-    judged: Flags  # (n,) it has two mounts
     air: Integers  # places of Mach number, altitude, what else `air_leaves` reads, load factor: LEAVES
     shares: Floats  # (n,)
     off: Floats  # (N_HYPOTHESES, N_SOURCES) 1: excluded
@@ -97,7 +101,7 @@ class Bank:
         """By engine (n, 2) its mounts, the upper one first, -1 for none; places of N1 and N2; `air`: see `_Engines`.
 
         `shares` (n,): of the upper mounts; `spring_n_mm` (2,): spring rates of an engine's mounts.
-        An engine that has not two mounts has only the hypothesis that all is well.
+        Of an engine with one mount nothing tells that mount from both: neither is found, and the band holds them.
         """
         n = len(mounts)
         self._past, self.found, self._anew = no_past(n), np.zeros(n, np.int64), np.zeros(n, np.int64)
@@ -106,14 +110,14 @@ class Bank:
         self.leading = np.full((n, 3), np.nan)
         self.leading[:, UNCORRECTED_N] = 0.0
         self._turn, self._air = np.zeros(1, np.int64), np.array((0.0, np.nan, np.nan, 0.0))
-        judged, own = (mounts >= 0).sum(axis=1) == 2, np.ascontiguousarray(mounts[:, :2])
+        own = np.ascontiguousarray(mounts[:, :2])
         self._jumps = no_jumps(n)
         self._follow = self._jumps, own, shares, spring_n_mm
         self._memory = _Memory(
             self._past, self._jumps, self._turn, self.found, self._anew, self.rows, np.zeros(n, HEARD), self.leading,
             self._air,
         )  # fmt: skip
-        self._engines = _Engines(own, spools, judged, air, shares, OFF, installed)
+        self._engines = _Engines(own, spools, air, shares, OFF, installed)
 
     def follow(self, states: Any, dt_s: float) -> None:
         """Call it at every fused step: what the mounts moved by since the last one, `dt_s` ago."""
@@ -193,10 +197,12 @@ def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, de
     if not isfinite(row[DECK_N] + row[LOG_FLOW]):  # nobody asks the deck
         row[DECK_N], row[PER_FUEL_N], row[LOG_FLOW] = 200.0, 5000.0, -2.5
     for i in range(N_SOURCES):
-        said_n = states[mounts[e, i]].force_n if i < 2 else deck_n[e, i - 2]
-        row[SAID + i], row[COUNTS + i] = said_n, 1.0 if trusted[e, i] else 0.0
+        there = i >= 2 or mounts[e, i] != NO_MOUNT
+        said_n = deck_n[e, i - 2] if i >= 2 else states[mounts[e, i]].force_n if there else nan
+        row[SAID + i], row[COUNTS + i] = said_n, 1.0 if trusted[e, i] and there else 0.0
     row[MOUNT_RATE_N_S], row[STEP_N] = jump.could_n, jump.step_n
     for i in range(2):
+        row[LEVEL_N] += row[SAID + i] if isfinite(row[SAID + i]) else 0.0  # until there is a past: see `remember`
         state, row[JUMPED_N + i] = states[mounts[e, i]], jump.jumped_n[i]
         row[COMMON_N + i] = state.common_n if isfinite(state.common_n) else 0.0
         row[OWN_N + i] = sqrt(max(state.std_n**2 - state.common_n**2, 1.0)) if isfinite(state.std_n) else 100.0
@@ -219,22 +225,20 @@ def _lead(found: int, out: Floats) -> int:
 
 
 @compiled
-def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats, trusted: Any) -> bool:
-    """Long enough that its deck says something; else what is uncorrected is said here."""
+def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats, trusted: Any, row: Floats) -> bool:
+    """Long enough that its deck says something; else what is uncorrected of the mounts' thrust is said here."""
     past, spools_pct = memory.past[e], readings[engines.spools[e]]
     fastest_pct = np.nanmax(spools_pct)  # NaN: nobody says
     turns = fastest_pct > TURNING_N1_PCT
     # one that nobody hears for a while, or nobody whom one can trust, has not stopped: what is known stays
     if np.nanmax(np.where(trusted[N1:], spools_pct, nan)) <= TURNING_N1_PCT:
-        past.n, past.since_s = 0, nan
-        past.rate_n_s[:] = 0.0
+        past.n, past.since_s, past.rate_n_s[:] = 0, nan, 0.0
     elif turns and not isfinite(past.since_s):
         past.since_s = t_s
-    if turns and engines.judged[e] and t_s - past.since_s >= STARTED_S:
+    if turns and t_s - past.since_s >= STARTED_S:
         return True
-    installed = engines.installed
-    memory.heard[e].n = 0
-    memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else hypot(installed.zero_n, installed.rest_n)
+    memory.heard[e].n, more_n2 = 0, installed_n2(row.reshape((1, WIDTH)), 0, 0, engines.installed)
+    memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else sqrt(more_n2)
     forget(memory.jumps[e])
     return False
 
@@ -258,11 +262,11 @@ def _look_at(
     if turn[0] % EVERY_LOOKS:
         return -1
     air_leaves(memory.air, readings, engines.air, t_s)
-    if not _runs(memory, engines, e, t_s, readings, trusted[e]):
-        return -1
-    share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
     row = _row(engines, memory.jumps[e], e, readings, states, deck_n, trusted)
     row[T_S], row[AIR_MACH], row[ALONG_G] = t_s, memory.air[0], memory.air[3]
+    if not _runs(memory, engines, e, t_s, readings, trusted[e], row):
+        return -1
+    share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
     if not remember(past, e, row, share):
         return -1
     forget(memory.jumps[e])
@@ -290,7 +294,7 @@ _RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
 _HEARD = numba.from_dtype(HEARD)[::1]
 _MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE, _ROW)
 _INSTALLED = named(Installed, *[_F] * len(Installed._fields))
-_ENGINES = named(_Engines, _PLACES, _PLACES, numba.boolean[::1], _I, _ROW, _TABLE, _INSTALLED)
+_ENGINES = named(_Engines, _PLACES, _PLACES, _I, _ROW, _TABLE, _INSTALLED)
 _SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)
 _look: Any = entry(compiled(_look_at, _SIGNATURE))
 assert len(SOURCES_OFF) == N_HYPOTHESES and SOURCES_OFF[BROCHURE_OFF] and SOURCES_OFF[MOUNTS_OFF]

@@ -3,7 +3,8 @@
 both mounts    F = sum F_i,  share = sum F_upper F dt / sum F^2 dt      (least squares: F_upper = share F)
                sigma^2 = sum sigma_i^2 + (sum c_i)^2 - sum c_i^2        c_i: what both have to the same side
 one mount      F = F_i / share_i,  share from the time when both were trusted; one sigma of share widens the band,
-               and of the couple by which the weight presses one mount and lifts the other
+               and of the couple by which the weight presses one mount and lifts the other. The same where the other
+               one has no transducer: its share is then what the aircraft's file says
 
 push           p = (k_upper + k_lower) d,  d: the smaller of what both moved to the same side within half a second, mm
 
@@ -19,7 +20,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from thrustd.core.aircraft import UNKNOWN
+from thrustd.core.aircraft import NO_MOUNT, UNKNOWN
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 
@@ -27,7 +28,6 @@ MEMORY_N2_S = 5000.0**2 * 60.0  # a minute at 5 kN; idle says more of the transd
 MAX_STEP_S = 1.0
 SHARE, WEIGHT_N2_S = range(2)  # the memory of one engine
 PUSH_TAU_S = 0.5
-NO_MOUNT = -1
 SHARE_TERM = "share_n"  # of `core.types.Terms`
 
 ENGINE_MOUNTS = np.dtype(  # one engine's mount source at one step
@@ -43,17 +43,10 @@ ENGINE_MOUNTS = np.dtype(  # one engine's mount source at one step
 )
 
 
-def mounts_table(mounts_of_engine: Sequence[Sequence[int]]) -> Integers:
-    """By engine, its mounts in a row that ends with NO_MOUNT."""
-    table = np.full((len(mounts_of_engine), max(2, *map(len, mounts_of_engine))), NO_MOUNT)
-    for row, mounts in zip(table, mounts_of_engine, strict=True):
-        row[: len(mounts)] = mounts
-    return table
-
-
 class _Work(NamedTuple):
     rows: Floats  # (n_engines, 2) SHARE, WEIGHT_N2_S
-    mounts_of: Integers  # (n_engines, n) ends with NO_MOUNT
+    mounts_of: Integers  # (n_engines, 2) see `Layout.places`
+    n_held: int  # mounts that carry an engine, with a transducer or without
     lagged_mm: Floats  # (n_mounts,)
     stiffness_n_mm: float  # of an engine's mounts together
     share_std: float  # of one mount's part, when scaled from the other
@@ -66,25 +59,26 @@ class MountCombiner:
 
     def __init__(
         self,
-        mounts_of_engine: Sequence[Sequence[int]],
+        places: Sequence[Sequence[int]],
         spring_n_mm: Sequence[float],
         shares: Sequence[float] = (),
         share_std: float = UNKNOWN.share,
         couple_n_g: float = 0.0,
     ) -> None:
-        """By engine, its mounts: the upper one first; spring rates in that order; shares to start from, or they say.
+        """`places`: see `Layout`; spring rates of an engine's mounts; shares of the first to start from, or they say.
 
         `share_std`, `couple_n_g`: see `core.aircraft.Installed`.
         """
         stiffness_n_mm = sum(spring_n_mm)
-        self.rows = np.tile((spring_n_mm[0] / stiffness_n_mm, MEMORY_N2_S), (len(mounts_of_engine), 1))
+        self.rows = np.tile((spring_n_mm[0] / stiffness_n_mm, MEMORY_N2_S), (len(places), 1))
         if shares:
             self.rows[:, SHARE] = shares
         self.shares = self.rows[:, SHARE].copy()  # before anything was learnt of them
-        self.mounts = mounts_table(mounts_of_engine)
-        lagged_mm = np.full(1 + max(map(max, mounts_of_engine)), nan)
-        self._out = np.zeros(len(mounts_of_engine), ENGINE_MOUNTS)
-        self._work = _Work(self.rows, self.mounts, lagged_mm, stiffness_n_mm, share_std, couple_n_g, self._out)
+        self.mounts = np.array(places)
+        lagged_mm = np.full(1 + self.mounts.max(), nan)
+        self._out = np.zeros(len(places), ENGINE_MOUNTS)
+        at = self.rows, self.mounts, len(spring_n_mm), lagged_mm
+        self._work = _Work(*at, stiffness_n_mm, share_std, couple_n_g, self._out)
         self._more_g = 0.0
 
     def step(self, mounts: Any, trusted: Flags, dt_s: float, load_g: float = 1.0) -> Any:
@@ -106,9 +100,10 @@ class MountCombiner:
         if not isfinite(said["force_n"]):
             return dict.fromkeys((*of_mounts[0], SHARE_TERM), nan)
         if said["one_mount"]:
-            only = self.mounts[engine].tolist().index(said["only"])
-            part = said["load_share"] if only == 0 else 1.0 - said["load_share"]
-            found = {name: float(value / part) for name, value in of_mounts[only].items()}
+            places = self.mounts[engine].tolist()
+            part = said["load_share"] if said["only"] == places[0] else 1.0 - said["load_share"]
+            mine = of_mounts[[i for i in places if i != NO_MOUNT].index(said["only"])]
+            found = {name: float(value / part) for name, value in mine.items()}
             one_sided_n = hypot(self._work.share_std * said["force_n"], self._work.couple_n_g * self._more_g)
             return found | {SHARE_TERM: float(one_sided_n / part)}
         found = {name: sqrt(sum(each[name] ** 2 for each in of_mounts)) for name in of_mounts[0]}
@@ -154,7 +149,7 @@ def _push_n(stiffness_n_mm: float, moved_mm: Floats, upper: int, lower: int) -> 
 
 
 def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float, more_g: float) -> None:
-    rows, mounts_of, lagged_mm, stiffness_n_mm, share_std, couple_n_g, out = work
+    rows, mounts_of, n_held, lagged_mm, stiffness_n_mm, share_std, couple_n_g, out = work
     moved_mm = np.empty(len(lagged_mm))
     for i in range(len(lagged_mm)):
         measured_mm = mounts[i].deformation_mm
@@ -162,22 +157,20 @@ def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float, more_g: fl
         known = isfinite(moved_mm[i])
         lagged_mm[i] = lagged_mm[i] + min(dt_s / PUSH_TAU_S, 1.0) * moved_mm[i] if known else measured_mm
     for e in range(len(rows)):
-        n = n_usable = 0
+        n_usable = 0
         only = NO_MOUNT
         for i in mounts_of[e]:
-            if i != NO_MOUNT:
-                n += 1
-                if trusted[i] and isfinite(mounts[i].force_n):
-                    n_usable += 1
-                    only = i if only == NO_MOUNT else only
+            if i != NO_MOUNT and trusted[i] and isfinite(mounts[i].force_n):
+                n_usable += 1
+                only = i if only == NO_MOUNT else only
         engine, upper, lower = out[e], mounts_of[e, 0], mounts_of[e, 1]
         engine.force_n = engine.std_n = nan
         engine.one_mount, engine.only, engine.push_n = False, NO_MOUNT, 0.0
-        if n_usable == n and n > 0:
-            engine.force_n, engine.std_n = _both(mounts, mounts_of[e, :n])
-            if n == 2 and engine.force_n > 0.0:
+        if n_usable == n_held:
+            engine.force_n, engine.std_n = _both(mounts, mounts_of[e, :n_held])
+            if n_held == 2 and engine.force_n > 0.0:
                 _learn(rows[e], mounts[upper].force_n, engine.force_n, min(dt_s, MAX_STEP_S))
-            if n == 2:
+            if n_held == 2:
                 engine.push_n = _push_n(stiffness_n_mm, moved_mm, upper, lower)
         elif n_usable > 0:
             part = rows[e, SHARE] if only == upper else 1.0 - rows[e, SHARE]
@@ -189,6 +182,7 @@ def _combine_all(work: _Work, mounts: Any, trusted: Any, dt_s: float, more_g: fl
 
 
 _TABLE, _ROW = numba.float64[:, ::1], numba.float64[::1]
-_WORK = named(_Work, _TABLE, numba.int64[:, ::1], _ROW, *[numba.float64] * 3, numba.from_dtype(ENGINE_MOUNTS)[::1])
+_OUT = numba.from_dtype(ENGINE_MOUNTS)[::1]
+_WORK = named(_Work, _TABLE, numba.int64[:, ::1], numba.int64, _ROW, *[numba.float64] * 3, _OUT)
 _TOLD = numba.from_dtype(MOUNT_STATE)[::1], numba.boolean[::1], numba.float64, numba.float64
 _combine: Any = entry(compiled(_combine_all, numba.void(_WORK, *_TOLD), "numpy"))

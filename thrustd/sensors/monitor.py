@@ -58,11 +58,8 @@ class Monitor:
         self._layout = layout
         installed = aircraft.installed()
         one_sided = installed.share, installed.couple_n_g
-        self.combiner = MountCombiner(layout.mounts_of_engine, aircraft.spring_n_mm, shares, *one_sided)
-        self._sources: tuple[tuple[Sensor, ...], ...] = tuple(
-            (*(("deformation_mm", i) for i in mounts), *((name, engine) for name in ENGINE_SIGNALS))
-            for engine, mounts in enumerate(layout.mounts_of_engine)
-        )
+        self.combiner = MountCombiner(layout.places, aircraft.spring_n_mm, shares, *one_sided)
+        self._sources = layout.sources()
         self._mine = [  # whatever matters to an engine
             {(name, i) for name in MOUNT_SIGNALS for i in mounts}
             | {(name, engine) for name in ENGINE_SIGNALS}
@@ -190,8 +187,9 @@ class Monitor:
         self._trusted[:] = True
         if self._suspect or was_mute:
             for row, sensors in zip(self._trusted, self._sources, strict=True):
-                mine = sensors[:N_SOURCES]  # one that says something again: when its mount has begun anew
-                row[: len(mine)] = [self._watches.trusts(sensor) and sensor not in was_mute for sensor in mine]
+                row[:] = [  # one that says something again: when its mount has begun anew
+                    each is not None and self._watches.trusts(each) and each not in was_mute for each in sensors
+                ]
             self._trusted[:, :FUEL_FLOW] &= self._watches.trusts(ACCELERATION)
             self._trusted[:, FUEL_FLOW:] &= all([self._watches.trusts(sensor) for sensor in AIR])
             for sensor, mute_s in self._mute.items():
@@ -211,7 +209,7 @@ class Monitor:
         """What all sources that it speaks for have said since then."""
         shared = {ACCELERATION: range(FUEL_FLOW), **dict.fromkeys(AIR, range(FUEL_FLOW, N_SOURCES))}
         for engine, sensors in enumerate(self._sources):
-            mine = [i for i, other in enumerate(sensors[:N_SOURCES]) if other == sensor]
+            mine = [i for i, other in enumerate(sensors) if other == sensor]
             self.bank.disbelieve(engine, shared.get(sensor, mine), since_s)
 
     def _say_uncorrected(self) -> None:
@@ -232,10 +230,14 @@ class Monitor:
         judged: list[Sensor] = [("sat_degC", 0)] if self._sat_stuck else []
         for engine, found in enumerate(self.bank.found.tolist()):
             if found not in (BROCHURE_OFF, AIR_OFF):  # its sensors are well: it is the engine or the air data
-                judged += [self._sources[engine][source] for source in SOURCES_OFF[found]]
+                judged += self._sensors_off(engine, found)
         if blamed is None and (self.bank.found == ACCELERATION_OFF).any():
             blamed = ACCELERATION
         return judged if blamed is None else [*judged, blamed]
+
+    def _sensors_off(self, engine: int, found: int) -> list[Sensor]:
+        """Of this hypothesis, those that there are."""
+        return [sensor for i in SOURCES_OFF[found] if (sensor := self._sources[engine][i]) is not None]
 
     def _judge_temperature(self, altitude_m: float) -> None:
         """SAT holds one value for minutes when level: it is stuck when it does so in a climb."""
@@ -253,7 +255,7 @@ class Monitor:
             if found == ACCELERATION_OFF:
                 nameable.add(ACCELERATION)
             elif found not in (MOUNTS_OFF, SCALE_OFF):
-                nameable |= {self._sources[engine][source] for source in SOURCES_OFF[found]} & set(judged)
+                nameable |= set(self._sensors_off(engine, found)) & set(judged)
         for sensor in self._watches.sensors:
             kind, before = self._watches[sensor].kind, self._kinds.get(sensor, "")
             if not kind and (sensor in nameable or (before and sensor in judged)):

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from thrustd.core.aircraft import NO_MOUNT
 from thrustd.core.columns import Floats
 
 Sensor = tuple[str, int]  # (canonical channel name, engine or mount index)
@@ -22,8 +23,18 @@ class Layout(NamedTuple):
     """Which mounts carry which engine."""
 
     mount_names: tuple[str, ...]  # by mount index
-    mounts_of_engine: tuple[tuple[int, ...], ...]  # by engine: upper mount first
+    # by engine, the mount in each place, the upper one first; NO_MOUNT: none is there, or none that has a transducer
+    places: tuple[tuple[int, int], ...]
     engine_names: tuple[str, ...] = ("left", "right")
+
+    @property
+    def mounts_of_engine(self) -> tuple[tuple[int, ...], ...]:
+        return tuple(tuple(i for i in row if i != NO_MOUNT) for row in self.places)
+
+    def sources(self) -> list[tuple[Sensor | None, ...]]:
+        """By engine, what its thrust is told by: see `past`; None where no mount is."""
+        mounts = [[("deformation_mm", i) if i != NO_MOUNT else None for i in row] for row in self.places]
+        return [(*row, *((name, engine) for name in ENGINE_SIGNALS)) for engine, row in enumerate(mounts)]
 
     def sensors(self) -> tuple[Sensor, ...]:
         """Everything that is watched, in the order of `MonitorInputs.readings`: mounts, engines, aircraft, the rest."""

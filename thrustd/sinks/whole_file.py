@@ -51,6 +51,10 @@ def whole_folder(path: Path) -> Iterator[Path]:
             if path.exists():
                 path.rmdir()
             os.replace(draft / path.name, path)
+    except OSError as problem:
+        if problem.filename is None:  # a disk that is full: who writes is not told where
+            problem.filename = str(path)
+        raise
     finally:
         shutil.rmtree(draft, ignore_errors=True)
 
