@@ -25,7 +25,6 @@ def main() -> None:
 
 
 def _line(fault: str, mine: list[Row]) -> tuple[str, ...]:
-    worst = max(mine, key=lambda row: abs(row.bias_n))
     roll, elsewhere = ([row for row in mine if (row.moment == ROLL) == so] for so in (True, False))
     healthy = fault == HEALTHY.fault or fault in {case.fault for case in AIRCRAFT}
     times = ("", "", "") if healthy else (
@@ -33,8 +32,8 @@ def _line(fault: str, mine: list[Row]) -> tuple[str, ...]:
         _times([row.told_s for row in mine]),
     )  # fmt: skip
     return (
-        fault, f"{len(mine)}", f"{worst.bias_n:.0f}", f"{worst.std_n:.0f}", f"{max(r.longest_s for r in mine):.1f}",
-        f"{min(r.in_band_pct for r in mine):.0f}", *times,
+        fault, f"{len(mine)}", f"{max((r.bias_n for r in mine), key=abs):.0f}", f"{max(r.std_n for r in mine):.0f}",
+        f"{max(r.longest_s for r in mine):.0f}", f"{min(r.in_band_pct for r in mine):.0f}", *times,
     )  # fmt: skip
 
 
