@@ -109,13 +109,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--hours", type=float, default=HOURS)
     parser.add_argument("--minutes", type=float, default=1e9, help="begins no flight after that long")
+    parser.add_argument("--first", type=int, default=0, help="number of the first flight, to fly others than before")
     parser.add_argument("--key", default="")
     arguments = parser.parse_args()
     began, place, rows = time.monotonic(), installation(), kept(arguments.key)
     while sum(row.seconds for row in rows) < 3600.0 * arguments.hours:
         if time.monotonic() - began > 60.0 * arguments.minutes:
             break
-        row = fly_one(place, len(rows), FIRST_SEED + len(rows))
+        number = arguments.first + len(rows)
+        row = fly_one(place, number, FIRST_SEED + number)
         rows.append(row)
         print(f"{row.flight} {row.seed}: {row.wrongly_excluded or 'nobody'}, {row.rmse_n:.0f} N", file=sys.stderr)
         Kept(RESULTS, arguments.key).add(row._asdict())

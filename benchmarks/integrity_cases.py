@@ -86,6 +86,8 @@ CASES: tuple[Case, ...] = (
     *_at("started", "both step +0.1 mm", step(LEFT, 0.1), L2, FOR_GOOD_S),
     *_at("ground idle, cruise, throttle up, flight idle", "both step +0.1 mm", step(LEFT, 0.1), L2, 180.0, "cruise"),
     *_at("take-off roll, cruise", "both step -0.1 mm", step(LEFT, -0.1), L2),
+    *_at("take-off roll, cruise, throttle up", "both step +0.03 mm", step(LEFT, 0.03), L2),  # while the throttle moves
+    *_at("take-off roll, cruise, throttle up", "both step +0.06 mm", step(LEFT, 0.06), L2),
     *_at("cruise, flight idle", "both stuck, 1 um noise", stuck(LEFT, 0.001), L2, 240.0, "cruise"),
     *_at("take-off roll, cruise, throttle up", "both halve", gain(LEFT, 0.5), L2, 180.0, "cruise"),
     *_at("take-off roll, cruise, throttle up", "both -10 %", gain(LEFT, 0.9), L2),

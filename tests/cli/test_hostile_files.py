@@ -248,6 +248,14 @@ def test_flights_of_other_shapes_are_refused(tmp_path: Path, columns: dict[str, 
         read_recording(tmp_path / "a.npz")
 
 
+@pytest.mark.parametrize("wrong", [np.zeros((10, 2)), np.array(["a"] * 10), np.zeros(10, complex)])
+@pytest.mark.parametrize("column", ["time_s", "force_N"])
+def test_a_channel_of_another_shape_or_kind_is_refused(tmp_path: Path, column: str, wrong: np.ndarray) -> None:
+    np.savez(tmp_path / "a.npz", **({"time_s": np.arange(10.0), "force_N": np.arange(10.0)} | {column: wrong}))
+    with pytest.raises(RecordingError, match=rf"a.npz: {column} has shape .*expected 1-D numbers"):
+        read_recording(tmp_path / "a.npz")
+
+
 def test_a_units_table_of_one_entry_is_no_traceback(tmp_path: Path) -> None:
     np.savez(
         tmp_path / "a.npz", time_s=np.arange(9.0), force_N=np.arange(9.0), _names=np.array("x"), _units=np.array(1)
