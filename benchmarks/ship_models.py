@@ -87,7 +87,7 @@ def installed(name: str) -> list[EffectSpec]:
     """What acts on the mount `name` in the aircraft and on no bench."""
     path = shipped(f"deploy/{DATA}", "aircraft data")
     aircraft = read_aircraft(path.read_text(), str(path))
-    share = aircraft.share(int(name.endswith("lower")), 2)
+    share = aircraft.share(int(name.endswith("lower")))
     mine = {
         "axial_inertia": {"mass_kg": round(share * aircraft.engine_mass_kg, 1)},
         "engine_weight": {"stiffening_1_n": STIFFENING_1_N},

@@ -1,5 +1,7 @@
 """A load cell that walks: how far it does is told, and rubber that remembers for long is told from it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -8,7 +10,8 @@ from thrustd.identify.regression.hypotheses import records_for
 from thrustd.identify.regression.posterior import kept, walk_n
 from thrustd.identify.regression.regress import regress, with_walk
 from thrustd.identify.regression.sweep import simulate
-from thrustd.identify.regression.walk import ELSEWHERE, HOURS, hours_of, is_walk, walks, without_walk
+from thrustd.identify.regression.terms import split
+from thrustd.identify.regression.walk import ELSEWHERE, HOURS, hours_of, is_walk, walks
 from thrustd.identify.segments import Segment
 
 DT_S, HOUR_S, NOISE_N = 0.1, 3600.0, 8.0
@@ -34,6 +37,13 @@ def bench(rng, walk_n_h):
     d = held(rng.uniform(-1.0, 1.0, 4000), 30.0, n)
     walk = walk_n_h * np.sqrt(DT_S / HOUR_S) * np.cumsum(rng.standard_normal(n))
     return Segment("bench", 0.0, DT_S, {"deformation_mm": d}, rubber(d) + walk + NOISE_N * rng.standard_normal(n))
+
+
+def without_walk(shape, point):
+    """As the mount flies."""
+    parts = list(zip(shape.terms, split(shape.terms, point.terms), strict=True))
+    terms = np.concatenate([numbers for term, numbers in parts if not is_walk(term)])
+    return replace(shape, terms=tuple(t for t, _ in parts if not is_walk(t))), replace(point, terms=terms)
 
 
 @pytest.mark.parametrize("seed", [1, 3])

@@ -46,7 +46,7 @@ TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still
 SURE = float(np.log(20.0))  # of the likelihood, by which a law takes the place of the usual one: 95 %
 LONG_H = 0.5
 SMOOTH = 1e5  # of the spectrum of relaxation, where it begins at nothing
-WALK_WORTH = 0.03  # of the squared error: what removes less is not believed
+WALK_WORTH = 0.03  # of the squared error: what removes less is left out
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 

@@ -9,13 +9,11 @@ could be taken for. How much a cell walks (q) the data tell; without it, slow re
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from thrustd.core.columns import Flags
-from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.terms import Term, at_start, split
+from thrustd.identify.regression.terms import Term, at_start
 from thrustd.identify.segments import Segment
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.stage import Floats, jit
@@ -109,14 +107,6 @@ def told(terms: Sequence[Term], precisions: Mapping[str, float]) -> float | None
 
 def _start(segments: Sequence[Segment], name: str) -> float:
     return float(min(s.start_s for s in segments if s.record == name))
-
-
-def without_walk(shape: Shape, point: Point) -> tuple[Shape, Point]:
-    """As the mount flies."""
-    parts = list(zip(shape.terms, split(shape.terms, point.terms), strict=True))
-    kept = [(term, numbers) for term, numbers in parts if not is_walk(term)]
-    terms = np.concatenate([numbers for _, numbers in kept] or [np.zeros(0)])
-    return replace(shape, terms=tuple(term for term, _ in kept)), replace(point, terms=terms)
 
 
 def is_walk(term: Term) -> bool:
