@@ -66,7 +66,7 @@ def test_more_weight_is_no_thrust():
 
 def test_a_rigid_body_needs_its_geometry():
     text = shipped("deploy/citation-ii.toml", "data").read_text().replace("rigid_body = false", "rigid_body = true")
-    assert read_aircraft(text, "a.toml").share(0, 2) == pytest.approx(0.35, abs=0.01)
+    assert read_aircraft(text, "a.toml").share(0) == pytest.approx(0.35, abs=0.01)
     begin, end = text.index("mounts = ["), text.index("# Where the accelerometer is")
     with pytest.raises(ConfigError, match="rigid_body: expected mounts"):
         read_aircraft(text[:begin] + text[end:], "a.toml")

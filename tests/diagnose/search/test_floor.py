@@ -27,7 +27,14 @@ def fit(rms, words=("law",)):
     """A fit whose blocks all leave the same."""
     nothing = SimpleNamespace(vector=lambda shape: np.zeros(0))
     blocks = np.full(48, rms**2)
-    left = {"mse": rms**2, "block_mse": blocks, "block_size": np.ones(48), "plateau": 1.0, "std": np.zeros(0)}
+    left = {
+        "mse": rms**2,
+        "block_mse": blocks,
+        "block_size": np.ones(48),
+        "plateau": 1.0,
+        "std": np.zeros(0),
+        "strain": 0.0,
+    }
     return SimpleNamespace(
         terms=words and (SimpleNamespace(free=()),) * len(words),
         words=words,

@@ -16,7 +16,8 @@ def _fit(words: str, level: float, scatter: float) -> SimpleNamespace:
     """Leaves `level` on average, block by block differently by `scatter`."""
     block_mse = level + scatter * (COMMON - COMMON.mean())
     mse = float(block_mse.mean())
-    return SimpleNamespace(terms=tuple(words), block_mse=block_mse, block_size=np.ones(48), mse=mse, shown=True)
+    left = {"block_mse": block_mse, "block_size": np.ones(48), "mse": mse}
+    return SimpleNamespace(terms=tuple(words), shown=True, strain=0.0, **left)
 
 
 def test_a_member_that_alone_is_not_told_from_nothing_is_no_verdict():

@@ -26,8 +26,7 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
 
 def eased(before: Joint, after: Joint) -> bool:
     """Whether a larger set explains as much by an effect as a core that is surely not the bench's any more."""
-    noise = after.solution.noise_variance
-    return after.mse <= before.mse and unlikely(before, noise) - unlikely(after, noise) > SURE**2
+    return after.mse <= before.mse and before.strain - after.strain > SURE**2
 
 
 def stands(nothing: Joint, fit: Joint) -> bool:

@@ -61,6 +61,12 @@ class Joint:
         return plateau(self.solution.normal.residuals)
 
     @property
+    def strain(self) -> float:
+        """Minus twice the log of the priors of core and effects: how far all is from what was known."""
+        sigmas = self.solution.point.vector(self.solution.shape)[self.new]
+        return self.moved + float(sigmas @ sigmas)
+
+    @property
     def new(self) -> slice:
         """Where the numbers of the new terms are."""
         last = self.solution.shape.parts()["terms"].stop
@@ -278,9 +284,9 @@ def held_back_squares(
 
 
 def unlikely(fit: Joint, noise: float) -> float:
-    """Minus twice the log of the held-back likelihood times the priors of core and effects, but for a constant."""
+    """Minus twice the log of the held-back likelihood times the prior of its effects, but for a constant."""
     sigmas = fit.solution.point.vector(fit.solution.shape)[fit.new]
-    return fit.mse * float(np.sum(fit.block_size)) / noise + float(sigmas @ sigmas) + fit.moved
+    return fit.mse * float(np.sum(fit.block_size)) / noise + float(sigmas @ sigmas)
 
 
 def numbers_of(fit: Joint) -> int:
