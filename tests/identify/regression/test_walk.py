@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from thrustd.identify.regression.hypotheses import records_for
-from thrustd.identify.regression.posterior import kept, walk_n
+from thrustd.identify.regression.posterior import _over, kept, walk_n
 from thrustd.identify.regression.regress import regress, with_walk
 from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.regression.terms import split
@@ -97,3 +97,15 @@ def test_a_walk_varies_as_the_time_that_it_has_gone_on():
     variance = sum(run**2 for run in runs)
     assert variance[-1] == pytest.approx(5.0**2 * 2.0, rel=0.05)
     assert variance[n // 2] == pytest.approx(5.0**2 * 1.0, rel=0.1)
+
+
+def test_what_is_known_of_a_mount_is_the_same_beside_a_walk_that_is_none():
+    """Numbers that are integrated out may be known by as many orders of magnitude more or less than the others."""
+    rng = np.random.default_rng(5)
+    root = rng.standard_normal((8, 8))
+    information = root @ root.T
+    own = np.arange(8) < 3
+    told = np.linalg.inv(np.linalg.inv(information)[:3, :3])
+    wide = np.zeros((10, 10))
+    wide[:8, :8], wide[8, 8], wide[9, 9] = information, 1e16, 1e-9
+    assert _over(wide, np.append(own, [False, False])) == pytest.approx(told, rel=1e-6)

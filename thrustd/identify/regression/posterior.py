@@ -119,7 +119,10 @@ def with_own_stops(found: Solution) -> Solution:
 def _over(information: Floats, own: Flags) -> Floats:
     """Information of these numbers, whatever the others are."""
     across, others = information[np.ix_(own, ~own)], information[np.ix_(~own, ~own)]
-    known: Floats = information[np.ix_(own, own)] - across @ np.linalg.lstsq(others, across.T, rcond=None)[0]
+    unit = 1.0 / np.sqrt(np.maximum(np.diag(others), 1e-300))  # a walk that is none is known a million times better
+    across = across * unit
+    share = np.linalg.lstsq(others * np.outer(unit, unit), across.T, rcond=None)[0]
+    known: Floats = information[np.ix_(own, own)] - across @ share
     return known
 
 
