@@ -130,7 +130,7 @@ def joint_fit(
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     std, alone = std_over(found, blocks), std_over(found, blocks, _shapes(found.shape, len(terms)))
-    moved = prior.cost(found.point.vector(found.shape))
+    moved = prior.cost(found.point.vector(found.shape)) if np.isinf(base.own_mse) else 0.0  # no bench to move from
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone, moved)
 
 
