@@ -6,6 +6,7 @@ import pytest
 from thrustd.core.aircraft import Installed
 from thrustd.fusion.mixture import Weighed, mix
 from thrustd.sensors import evidence, onsets
+from thrustd.sensors.bank import BY_MOUNTS
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
@@ -159,10 +160,8 @@ def taking_off(scale, deck, seconds, installed=INSTALLED):
     evidence.weigh(rows, n, SHARE, onsets.WELL, installed, heard[0], out)
     more_n2 = evidence.uncorrected_n2(rows, n, SHARE, off, installed, out[onsets.WELL, 1:])
     beside = np.stack([out[:, 0], out[:, 1] - out[onsets.WELL, 1], np.sqrt(out[:, 2])], axis=1)
-    thrust_n, std_n = mix(
-        out[onsets.WELL, 1], beside[onsets.WELL, 2], Weighed(beside, onsets.WELL, 0.0, np.ones(len(beside)))
-    )
-    return thrust_n, np.hypot(std_n, np.sqrt(more_n2)), thrust_of(306.0 + seconds)
+    weighed = Weighed(beside, onsets.WELL, np.sqrt(more_n2), BY_MOUNTS)
+    return *mix(out[onsets.WELL, 1], beside[onsets.WELL, 2], weighed), thrust_of(306.0 + seconds)
 
 
 @pytest.mark.parametrize("seconds", [2.0, 4.0, 8.0, 16.0])

@@ -9,6 +9,7 @@ could be taken for. How much a cell walks (q) the data tell; without it, slow re
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -82,8 +83,7 @@ def _walk(number: int, long_h: float, size_n: float, sized: bool) -> Term:
         separating_test="",
         elements=_elements,
     )
-    term = at_start(effect, dict.fromkeys(NAMES, size_n), {})
-    return term if not sized else Term(effect, term.fixed, term.std, sized=True)
+    return replace(at_start(effect, dict.fromkeys(NAMES, size_n), {}), sized=sized)
 
 
 def hours_of(segments: Sequence[Segment], segment: Segment) -> dict[str, Floats]:
