@@ -282,8 +282,8 @@ def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[N
         advice.append(f"{newtons(rest)} {unit} left, floor about {newtons(floor)} {unit}{along}: something else too")
     if verdict.words == ("none",) and before(ranked.nothing, base) > (1.0 + WORTH) * rest**2 / base.scale**2:
         advice.append(
-            f"{newtons(rest)} {base.roles.unit} with curve, relaxation, friction and load cell moved as far as the bench"
-            " leaves open: identify the mount on these records and its bench together"
+            f"{newtons(rest)} {base.roles.unit} with curve, relaxation, friction and load cell moved as far as the"
+            " bench leaves open: identify the mount on these records and its bench together"
         )
     if base.own_mse * (1.0 + WORTH) < verdict.fit.mse:
         instead = base.scale * float(np.sqrt(ranked.nothing.mse))
