@@ -97,7 +97,7 @@ def rank(
         best, beam = step
     best = pruned(base, records, nothing, best, fits)
     if far_above(best, base) and not _strange(curves, looks.terms) and not curve_says_it(base, best, curves):
-        more = following(base, records, best, looks.looked, rig)
+        more = following(base, records, nothing, best, looks.looked, rig)
         fits += more
         best = pruned(base, records, nothing, more[-1], fits) if more else best
     best = settled(base, records, looks, fits, fewest(fits, best))
@@ -127,22 +127,23 @@ def grown_from(
 def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) -> tuple[Joint, list[Joint]] | None:
     """The best set of those that gain, and the sets that are grown further; None where none gains.
 
-    A model that is no mount is judged by a mount's core in its stead: what is worse than the model gains nothing. A
-    small effect beside a large one may be what the large one's law missed, unless it explains the rest to the floor.
+    A model that is no mount is judged by a mount's core in its stead: what is worse than the model gains nothing.
     """
-    known = LAW * (left(nothing, base) - best.mse)  # what the laws found so far may leave by not holding exactly
-    better = [
-        fit
-        for fit in grown
-        if gained(best, fit)
-        and fit.shown
-        and fit.mse < base.own_mse
-        and (known < best.mse - fit.mse or (at_floor(fit, base) and fit.mse < best.mse - fit.mse))
-    ]
+    better = [fit for fit in grown if fit.mse < base.own_mse and adds(base, nothing, best, fit)]
     if not better:
         return None
     found = simplest(better)
     return found, carried(found, better)
+
+
+def adds(base: Base, nothing: Joint, best: Joint, fit: Joint) -> bool:
+    """Whether a set with one effect more gains by it.
+
+    A small effect beside a large one may be what the large one's law missed, unless it explains the rest to the floor.
+    """
+    removed = best.mse - fit.mse
+    known = LAW * (left(nothing, base) - best.mse)  # what the laws found so far may leave by not holding exactly
+    return gained(best, fit) and fit.shown and (removed > known or (at_floor(fit, base) and removed > fit.mse))
 
 
 def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Joint], best: Joint) -> Joint:
@@ -176,7 +177,9 @@ def curve_says_it(base: Base, best: Joint, curves: Sequence[Followed]) -> bool:
     return far_above(best, base) and any(curve.mse < (SHOWS * floor_of(best, base)) ** 2 for curve in curves)
 
 
-def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequence[Looked], rig: Rig) -> list[Joint]:
+def following(
+    base: Base, records: Sequence[Record], nothing: Joint, best: Joint, looked: Sequence[Looked], rig: Rig
+) -> list[Joint]:
     """Sets grown from the best by what resists motion, in proportion to a channel, while that gains."""
     resisting = [term for term in singles(looked) if (term.effect.site, *term.effect.channels) == RESISTS]
     found: list[Joint] = []
@@ -185,7 +188,7 @@ def following(base: Base, records: Sequence[Record], best: Joint, looked: Sequen
         grown = [
             joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one), best) for one in leading(seen)
         ]
-        if not (better := [fit for fit in grown if fit.shown and gained(best, fit)]):
+        if not (better := [fit for fit in grown if adds(base, nothing, best, fit)]):
             break
         best = simplest(better)
         found.append(best)

@@ -11,6 +11,7 @@ a mount dissipates.
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import reduce
+from itertools import compress
 
 import numpy as np
 
@@ -33,7 +34,7 @@ from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, solve, surprise
 from thrustd.identify.regression.stops import radii_of
 from thrustd.identify.regression.sweep import normal_equations, simulate
-from thrustd.identify.regression.walk import SIZE, hours_of, lasts_h, walks
+from thrustd.identify.regression.walk import NAMES, SIZE, hours_of, lasts_h, walks
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.effect import Effect
 
@@ -45,7 +46,6 @@ RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
 SURE = float(np.log(20.0))  # of the likelihood, by which a law takes the place of the usual one: 95 %
 LONG_H = 0.5  # of a recording that tells a walk
-SMOOTH = 1e5  # of the spectrum of relaxation, where it begins at nothing
 WALK_WORTH = 0.03  # of the squared error: what removes less is left out
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
@@ -103,19 +103,25 @@ def with_branches(found: Solution, segments: Sequence[Segment], progress: Progre
 def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
     """The same mount, measured by a cell that walks, where these data are surely likelier so and miss clearly less.
 
-    In less than LONG_H a walk looks like the memory of a mount; there it is taken for that. From what the memory has
-    been taken for, or from none: of these two ends the likelier.
+    In less than LONG_H a walk looks like the memory of a mount; there it is taken for that. Begun at what the memory
+    has been taken for, and at no memory with a walk of SIZE, which no large residual of the first steps can talk out
+    of existence: of these two ends the likelier.
     """
-    walking = [term for term in walks(segments, SIZE * found.shape.output_scale) if lasts_h(term) >= LONG_H]
-    if not walking:
+    size_n = SIZE * found.shape.output_scale
+    long = [lasts_h(term) >= LONG_H for term in walks(segments, size_n)]
+    if not any(long):
         return found
-    shape = replace(found.shape, terms=(*found.shape.terms, *walking))
-    still = np.zeros(sum(len(term.free) for term in walking))
-    point = replace(found.point, terms=np.concatenate((found.point.terms, still)))
     records = [begun_where(found, record) for record in prepared(segments)[1]]
-    strengths = found.precisions | {term.effect.name: 1.0 for term in walking}
-    starts = (point, strengths), (replace(point, gain=np.zeros_like(point.gain)), strengths | {"gain": SMOOTH})
-    trials = [solve(shape, begin, records, known, progress=progress) for begin, known in starts]
+
+    def ended(point: Point, *, sized: bool) -> Solution:
+        walking = list(compress(walks(segments, size_n, sized), long))
+        shape = replace(found.shape, terms=(*found.shape.terms, *walking))
+        strengths = found.precisions | ({} if sized else {term.effect.name: 1.0 for term in walking})
+        return solve(shape, point, records, strengths, progress=progress)
+
+    still = replace(found.point, terms=np.concatenate((found.point.terms, np.zeros(sum(long) * len(NAMES)))))
+    far = ended(replace(still, gain=np.zeros_like(still.gain)), sized=True)
+    trials = [ended(begin, sized=False) for begin in (still, far.point)]
 
     def unlikely(one: Solution) -> float:
         return surprise(one, found.noise_variance)
