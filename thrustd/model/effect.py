@@ -35,6 +35,7 @@ class Parameter:
     spread: float = 0.0  # one sigma of a shape that moves by adding, not by factors
     beside: bool = False  # an amplitude of another effect in the same law, which says nothing of this one
     passive: bool = False  # an amplitude that is never below neutral in a body that gives back less than it was given
+    level: float = 0.0  # of the effect's channel, squared in its law, at which the amplitude is given; 0: at none
 
 
 @dataclass(frozen=True, slots=True)

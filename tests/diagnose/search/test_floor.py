@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from thrustd.diagnose.search.better import clearest
+from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.diagnose import Verdict, grade_of
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, mostly, shows
 from thrustd.diagnose.search.ranking import advanced
-from thrustd.diagnose.search.screen import Followed
 
 UNEXPLAINED = 0.01
 
@@ -34,6 +34,8 @@ def fit(rms, words=("law",)):
         "plateau": 1.0,
         "std": np.zeros(0),
         "strain": 0.0,
+        "moved": 0.0,
+        "walked": 0.0,
     }
     return SimpleNamespace(
         terms=words and (SimpleNamespace(free=()),) * len(words),

@@ -17,7 +17,7 @@ def _fit(words: str, level: float, scatter: float) -> SimpleNamespace:
     block_mse = level + scatter * (COMMON - COMMON.mean())
     mse = float(block_mse.mean())
     left = {"block_mse": block_mse, "block_size": np.ones(48), "mse": mse}
-    return SimpleNamespace(terms=tuple(words), shown=True, strain=0.0, **left)
+    return SimpleNamespace(terms=tuple(words), shown=True, strain=0.0, moved=0.0, walked=0.0, **left)
 
 
 def test_a_member_that_alone_is_not_told_from_nothing_is_no_verdict():
@@ -34,6 +34,17 @@ def test_the_smaller_set_that_is_told_from_nothing_is_named():
     nothing, alone, pair = _fit("", 1.0, 0.0), _fit("m", 0.805, 0.03), _fit("mr", 0.8, 0.03)
     assert gained(nothing, alone)
     assert fewest([nothing, alone, pair], pair) is alone
+
+
+def test_an_effect_that_spares_core_or_cell_most_of_their_way_is_worth_as_much_as_one_that_leaves_less():
+    nothing, drift = _fit("", 1.0, 0.0), _fit("m", 1.01, 0.0)
+    nothing.moved, nothing.walked, nothing.strain = 36.0, 24.0, 60.0  # squared sigmas
+    drift.moved, drift.walked, drift.strain = 33.0, 6.0, 41.0
+    assert gained(nothing, drift)
+    drift.moved, drift.walked, drift.strain = 20.0, 22.0, 42.0  # neither spared most: the bench knew less than it says
+    assert not gained(nothing, drift)
+    drift.moved, drift.walked, drift.strain = 33.0, 6.0, 55.0  # what the effect itself costs counts
+    assert not gained(nothing, drift)
 
 
 def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_verdict():

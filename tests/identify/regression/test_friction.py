@@ -38,3 +38,27 @@ def test_a_friction_damper_with_loose_joints_is_found_to_its_noise(yield_mm, pla
     assert law.parameters["friction_n"] == pytest.approx(800.0, rel=0.02)
     assert law.parameters["play_mm"] == pytest.approx(play_mm, rel=0.02)
     assert rms(missed) < 0.2 * NOISE_N
+
+
+def test_friction_that_stands_while_a_loose_joint_crosses_its_gap_is_found():
+    """Dahl's friction of what follows the reading with a play of 1.4 mm: a gap far above the reading's noise."""
+
+    def force_of(x: np.ndarray) -> np.ndarray:
+        follows, z, out = 0.0, 0.0, []
+        for at in x:
+            before, follows = follows, min(max(follows, at - 1.4), at + 1.4)
+            away = follows - before
+            sign = np.sign(away)
+            z = sign - (sign - z) * np.exp(-abs(away) / 0.25) if away else z
+            out.append(800.0 * z)
+        return np.array(out)
+
+    rng = np.random.default_rng(5)
+    x, other = moved(1), moved(2)
+    read = x + READS_MM * rng.normal(size=len(x))
+    segment = Segment("bench", 0.0, DT_S, {"deformation_mm": read}, force_of(x) + NOISE_N * rng.normal(size=len(x)))
+    found = regress([segment])
+    model = compile_model(fitted_from(found, [segment]).spec, 1 / DT_S)
+    missed = model.simulate(model.inputs({"deformation_mm": other})) - force_of(other)
+    assert rms(missed) < 3.0 * NOISE_N  # 5 um of the reading are 16 N where the friction turns
+    assert model.spec.effects[-1].parameters["deadband_mm"] == pytest.approx(1.4, rel=0.05)

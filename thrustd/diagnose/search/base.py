@@ -36,6 +36,7 @@ NEVER_S = 1e15
 STATE = 0.3  # of the output's spread: what a lag may be away from rest when a record begins
 BEGUN_S, UNLOADED = 1.0, 0.02  # a record whose first second is below so much of that spread begins unloaded
 OWN = Roles()
+ZERO = 0.02  # of the output's spread: one sigma of the zero from one record to another
 UNSURE = 0.02  # of the output's spread: error of a model that promises none
 KNOWN = 0.1  # of its size: an effect that carries no sigma
 SEARCHED = 24_000  # samples that count where a core is learnt from a model's output, and while sets are compared
@@ -89,7 +90,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         known = found.noise_variance / max(doubt, found.noise_variance)
         bare = shape_of(stored), point_of(stored), information_of(stored) * known
         present = list(spec.effects)
-    shape, point, information = _pruned(*bare)
+    shape, point, information = _zeroed(*_pruned(*bare))
     loaded = [k for k, segment in enumerate(segments) if not begins_unloaded(segment, shape.output_scale)]
     terms = [*map(_present, present), *walks(segments, walk_n(stored), sized=True), *_states(shape, point, loaded)]
     return _beside(Base(shape, point, information, noise, promised), terms)
@@ -155,6 +156,13 @@ def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Poi
     stops = point.stops if rubs else nothing
     found = replace(point, gain=point.gain[kept], log_tau=point.log_tau[kept], stops=stops)
     return smaller, found, information[np.ix_(mask, mask)]
+
+
+def _zeroed(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Point, Floats]:
+    """With its zero set anew: whoever mounts transducer and reference once more sets it by so much elsewhere."""
+    told = information[:, shape.parts()["offset"]]
+    less = told @ told.T * ZERO**2 / (1.0 + ZERO**2 * information[shape.parts()["offset"], shape.parts()["offset"]])
+    return replace(shape, zero_std=ZERO), point, information - less
 
 
 def _present(spec: EffectSpec) -> Term:

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from thrustd.diagnose.search.curves import Followed
+from thrustd.diagnose.search.floor import MOST
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
-from thrustd.diagnose.search.screen import Followed
 
 WORTH = 0.03  # of the squared error: less is not worth an effect
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
@@ -16,7 +17,7 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
     """Whether a larger set leaves clearly less on held-back blocks: in sum, or block by block as a ratio.
 
     Where a record moves now and then the sum is that of a few blocks, whatever was found; the ratio is of all that
-    move. Or it leaves as little, and a core that had moved away from its bench stays there (`eased`).
+    move. Or it leaves as little, and core and reference stay nearer to what was known of them (`eased`).
     """
     fall = (before.block_mse - after.block_mse) * before.block_size
     ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
@@ -25,8 +26,18 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
 
 
 def eased(before: Joint, after: Joint) -> bool:
-    """Whether a larger set explains as much by an effect as a core that is surely not the bench's any more."""
-    return after.mse <= before.mse and before.strain - after.strain > SURE**2
+    """Whether a larger set explains as much by an effect as a core or a reference that surely is no more as known."""
+    nearer = relieved(before, after) and before.strain - after.strain > SURE**2
+    return nearer and after.mse <= (1.0 + NEAR) * before.mse
+
+
+def relieved(before: Joint | Followed, after: Joint) -> bool:
+    """Whether core or reference surely stay nearer to what was known, by most of what they had moved.
+
+    A bench that knew less than it says is a little further or nearer with every set.
+    """
+    parts = (before.moved, after.moved), (before.walked, after.walked)
+    return any(was - now > SURE**2 and now < MOST * was for was, now in parts)
 
 
 def stands(nothing: Joint, fit: Joint) -> bool:

@@ -20,8 +20,9 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
-from thrustd.diagnose.search.better import WORTH, clearest, look_alikes, nearly, rivals, stands
+from thrustd.diagnose.search.better import WORTH, clearest, look_alikes, nearly, relieved, rivals, stands
 from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
+from thrustd.diagnose.search.curves import Followed, curve_sigma, followed
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
@@ -32,7 +33,7 @@ from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
-from thrustd.diagnose.search.screen import Followed, Looked, curve_sigma, followed, table_of
+from thrustd.diagnose.search.screen import Looked, table_of
 from thrustd.diagnose.search.told import estimates_of, unsized
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.record import Record
@@ -125,11 +126,11 @@ def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) 
 
 
 def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
-    """The best set, `none`, or `unknown` where one free curve does better than every law."""
+    """The best set, `none`, or `unknown` where one free curve does better than every law and moves no core instead."""
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     laws = [term.effect for term in best.terms if BY not in term.effect.name]
     own = {channel for law in laws for channel in law.channels}
-    curves = [c for c in ranked.curves if not set(c.parts) <= own]
+    curves = [c for c in ranked.curves if not set(c.parts) <= own and not relieved(c, best)]
     several = len(best.terms) > 1 or (best.terms and not laws)
     alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it
@@ -137,8 +138,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     if at_floor(best, base):
         return Verdict(best.words or ("none",), best, ())
     above, table = left(best, base) - floor, table_of(base, best)
-    now = table.mse()
-    rest = [c for c in followed(table, curve_sigma(records)) if now - c.mse > FOLLOWS * above]
+    rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]
     strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
     if (not best.terms and far_above(best, base)) or (much and (strange or (not best.terms and rest))):

@@ -6,8 +6,8 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint
 
 AT_FLOOR = 1.05  # times the floor
-UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
 MOST = 0.5  # a cause explains the larger part
+UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
 SHOWS = 1.25  # times the floor: so much left says that something else is missing too
 
 

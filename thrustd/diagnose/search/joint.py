@@ -22,6 +22,7 @@ from thrustd.identify.regression.shape import SPECTRUM, Point, Shape
 from thrustd.identify.regression.solve import Given, Solution, noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.terms import Term, split
+from thrustd.identify.regression.walk import walking
 from thrustd.model.modulated import BY
 
 BLOCKS = 48  # of equal length over all records
@@ -50,6 +51,7 @@ class Joint:
     std: Floats  # (n,) one sigma of every number of the solution
     alone: Floats  # (n,) the same, were the shapes of the new terms known
     moved: float  # by how much the core is less likely than the bench left it: minus twice the log of its prior
+    walked: float  # the same of the reference
 
     @property
     def mse(self) -> float:
@@ -62,9 +64,9 @@ class Joint:
 
     @property
     def strain(self) -> float:
-        """Minus twice the log of the priors of core and effects: how far all is from what was known."""
+        """Minus twice the log of the priors of core, reference and effects: how far all is from what was known."""
         sigmas = self.solution.point.vector(self.solution.shape)[self.new]
-        return self.moved + float(sigmas @ sigmas)
+        return self.moved + self.walked + float(sigmas @ sigmas)
 
     @property
     def new(self) -> slice:
@@ -130,8 +132,9 @@ def joint_fit(
     blocks = block_equations(found.shape, found.point, begun)
     mse = held_back(found, blocks, prior)
     std, alone = std_over(found, blocks), std_over(found, blocks, _shapes(found.shape, len(terms)))
+    walk = found.point.terms[walking(found.shape.terms)]
     moved = prior.cost(found.point.vector(found.shape)) if np.isinf(base.own_mse) else 0.0  # no bench to move from
-    return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone, moved)
+    return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone, moved, float(walk @ walk))
 
 
 def _shown(term: Term, size: Floats, std: Floats) -> bool:
@@ -168,7 +171,7 @@ def _strengths(base: Base, shape: Shape) -> dict[str, float]:
 
 
 def unmoved(base: Base, records: Sequence[Record], nothing: Joint) -> Joint:
-    """The core as it was known before these records, on them: it has taken on nothing of an effect that is large."""
+    """Core and reference as known before these records, on them: they have taken on nothing of an effect."""
     solution = replace(
         nothing.solution,
         shape=base.shape,

@@ -177,6 +177,8 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
         size *= rig.force_factor / order_of(rig.travel, TRAVEL_MM)
     if p.unit == "N" or p.unit.startswith("N "):
         size *= rig.force_factor
+    if p.level:  # as large a prior where a record shakes little
+        size *= (p.level / max(map(abs, rig.ends.get(effect.channels[0], (p.level,))))) ** 2
     return size
 
 

@@ -11,22 +11,12 @@ import numpy as np
 
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import fewest, gained, simplest, stands
+from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
+from thrustd.diagnose.search.curves import Followed, curve_sigma, estimated, followed
 from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
-from thrustd.diagnose.search.screen import (
-    Followed,
-    Looked,
-    Table,
-    curve_sigma,
-    estimated,
-    followed,
-    screened,
-    screened_modulations,
-    screened_pairs,
-    table_of,
-)
+from thrustd.diagnose.search.screen import Looked, Table, screened, screened_modulations, screened_pairs, table_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
@@ -60,19 +50,22 @@ class Looks:
     table: Table
     looked: list[Looked]
     terms: list[Term]
+    worth: float  # of the mean square beside the moved core that the best law removes
 
 
 def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequence[Effect], rig: Rig) -> Looks:
-    """Every law is looked at from two places: the core moved to these records, and the core as it was.
+    """Every law is looked at from two places: core and reference moved to these records, and both as they were.
 
-    A core that has taken on much of a large effect hides it; one that was wrong shows too much.
+    A core, or a cell that walks, that has taken on much of a large effect hides it; one that was wrong shows too much.
     """
     terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
     table = table_of(base, nothing)
-    seen = [*screened(table, terms), *screened(table_of(base, unmoved(base, records, nothing)), terms)]
-    clearest = {id(one.term): one for one in sorted(seen, key=lambda one: -one.mse)}
-    looked = [replace(one, before=table.mse()) for one in clearest.values()]
-    return Looks(nothing, table, sorted(looked, key=lambda one: one.mse), terms)
+    moved, left_mse = screened(table, terms), table.mse()
+    still = screened(table_of(base, unmoved(base, records, nothing), still=True), terms)
+    seen = [*moved, *(replace(one, before=max(one.before, left_mse)) for one in still)]
+    clearest = {id(one.term): one for one in sorted(seen, key=lambda one: one.removes)}
+    looked = sorted(clearest.values(), key=lambda one: -one.removes)
+    return Looks(nothing, table, looked, terms, max((left_mse - one.mse for one in moved[:1]), default=0.0))
 
 
 def rank(
@@ -143,7 +136,8 @@ def adds(base: Base, nothing: Joint, best: Joint, fit: Joint) -> bool:
     """
     removed = best.mse - fit.mse
     known = LAW * (left(nothing, base) - best.mse)  # what the laws found so far may leave by not holding exactly
-    return gained(best, fit) and fit.shown and (removed > known or (at_floor(fit, base) and removed > fit.mse))
+    large = removed > known or (at_floor(fit, base) and removed > fit.mse) or (not best.terms and eased(best, fit))
+    return gained(best, fit) and fit.shown and large
 
 
 def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Joint], best: Joint) -> Joint:
@@ -161,9 +155,8 @@ def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Join
 
 
 def _curves(base: Base, records: Sequence[Record], looks: Looks) -> list[Followed]:
-    worth = max((one.removes for one in looks.looked[:1]), default=0.0) * looks.table.mse()
     seen = followed(looks.table, curve_sigma(records))
-    return estimated(base, records, looks.nothing, seen, worth, lambda fit: at_floor(fit, base))
+    return estimated(base, records, looks.nothing, seen, looks.worth, lambda fit: at_floor(fit, base))
 
 
 def _strange(curves: Sequence[Followed], terms: Sequence[Term]) -> bool:

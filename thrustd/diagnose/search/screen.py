@@ -4,7 +4,7 @@ Columns are difference quotients of whole free runs at a typical amplitude, besi
 is judged by what it explains that the core cannot absorb under its prior, on blocks held back.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
@@ -12,21 +12,19 @@ import numpy as np
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, joint_fit, prior_from
-from thrustd.diagnose.search.library import Rig, column_of, combined, free_curve, modulations
+from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, prior_from
+from thrustd.diagnose.search.library import Rig, modulations
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import prior_of
 from thrustd.identify.regression.sweep import columns, simulate, simulated
 from thrustd.identify.regression.terms import Term, added, deformed, turning
+from thrustd.identify.regression.walk import walking
 
 ROWS = 12_000  # of the table at most
-GAIN = 0.1  # sigma of a free curve that multiplies the force
 SIZES = 1.0, 5.0, 25.0  # of its typical one: a spectrum's common size is told by the data
-HEIGHT = 0.02  # of the travel: sigma of a free curve's heights
-CURVES = 5  # that are estimated whole
-SAYS = 0.5  # of what the best law removes at first look: who removes less is not
 PROBE = 0.2  # of an amplitude's sigma: typical
+HOLDS = 1e8  # precision of what a reference is held at
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,28 +80,34 @@ def _blocks(rows: Floats, residual: Floats, parts: Sequence[slice]) -> Blocks:
     )
 
 
-def table_of(base: Base, fit: Joint) -> Table:
+def table_of(base: Base, fit: Joint, *, still: bool = False) -> Table:
+    """Of a fit; `still`: beside a reference that keeps its zero and does not walk."""
     records = fit.records
     width = max(1, -(-sum(len(record.known) for record in records) // ROWS))
     shape, point = fit.solution.shape, fit.solution.point
     gradients, residuals = [], []
     for record in records:
         parts_of = [(rows.copy(), missed) for _, rows, missed in columns(shape, point, record)]
-        gradients.append(_means(np.concatenate([rows for rows, _ in parts_of]), width))
-        residuals.append(_means(np.concatenate([missed for _, missed in parts_of]), width))
+        gradients.append(means(np.concatenate([rows for rows, _ in parts_of]), width))
+        residuals.append(means(np.concatenate([missed for _, missed in parts_of]), width))
     gradient, residual = np.concatenate(gradients), np.concatenate(residuals)
     block = np.arange(len(residual)) * BLOCKS // len(residual)
     parts = tuple(slice(a, b) for a, b in pairwise(np.searchsorted(block, np.arange(BLOCKS + 1))))
     vector, groups = point.vector(shape), prior_of(shape, fit.solution.precisions)
+    if still:
+        walks = np.arange(shape.n)[shape.parts()["terms"]][walking(shape.terms)]
+        held = np.append(walks, shape.parts()["offset"].start)
+        groups[held, held] = HOLDS
     before = prior_from(base, shape)
     prior, pull = groups + before.information(vector), groups @ vector - before.downhill(vector)
     return Table(gradient, residual, parts, _blocks(gradient, residual, parts), width, fit, prior, pull, records)
 
 
-def _means(table: Floats, width: int) -> Floats:
+def means(table: Floats, width: int) -> Floats:
+    """Of so many neighbouring rows."""
     m = len(table) // width * width
-    means: Floats = table[:m].reshape(-1, width, *table.shape[1:]).mean(axis=1)
-    return means
+    thin: Floats = table[:m].reshape(-1, width, *table.shape[1:]).mean(axis=1)
+    return thin
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +126,7 @@ class Looked:
 
 def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
     """Best first."""
-    plain, before = _parts(table), table.mse()
+    plain, before = plain_parts(table), table.mse()
     found = []
     for term in terms:
         extra, positive = _probed(table, term, plain)
@@ -133,14 +137,14 @@ def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
 
 def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[Looked]:
     """These laws, which act on the force, in proportion to every channel; best first. One run a law."""
-    plain, before = _parts(table), table.mse()
+    plain, before = plain_parts(table), table.mse()
     there, found = {term.effect.word for term in table.fit.solution.shape.terms}, []
     for law in laws:
         whole, positive = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool)
         for term, share in modulations(law, rig, table.records):
             if term.effect.word not in there:
                 known = [s[record.known, None] for s, record in zip(share, table.records, strict=True)]
-                thin = [_means(s * c, table.width) for s, c in zip(known, whole, strict=True)]
+                thin = [means(s * c, table.width) for s, c in zip(known, whole, strict=True)]
                 found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))
     return sorted(found, key=lambda looked: looked.mse)
 
@@ -155,7 +159,7 @@ class Pair:
 
 def screened_pairs(table: Table, terms: Sequence[Term]) -> list[Pair]:
     """Best first."""
-    plain, before = _parts(table), table.mse()
+    plain, before = plain_parts(table), table.mse()
     probed = [_probed(table, term, plain) for term in terms]
     found = []
     for (i, (one, flags)), (j, (other, more)) in combinations(enumerate(probed), 2):
@@ -171,7 +175,7 @@ Parts = list[tuple[Floats, Floats]]  # per record, at its known samples: what th
 def _probed(table: Table, term: Term, plain: Parts) -> tuple[Floats, Flags]:
     """Thin columns (n, k) of the amplitudes of a term, and which of them cannot be negative."""
     flags = np.array(replace(term, shapes=False).positive(), bool)
-    return np.concatenate([_means(whole, table.width) for whole in _columns(table, term, plain)]), flags
+    return np.concatenate([means(whole, table.width) for whole in _columns(table, term, plain)]), flags
 
 
 def _columns(table: Table, term: Term, plain: Parts) -> list[Floats]:
@@ -193,7 +197,8 @@ def _columns(table: Table, term: Term, plain: Parts) -> list[Floats]:
     ]
 
 
-def _parts(table: Table) -> Parts:
+def plain_parts(table: Table) -> Parts:
+    """Without another term."""
     found = table.fit.solution
     return [simulated(found.shape, found.point, record, record.known) for record in table.records]
 
@@ -204,95 +209,3 @@ def _outputs(table: Table, term: Term, numbers: Floats) -> list[Floats]:
     shape = replace(found.shape, terms=(*found.shape.terms, term))
     point = replace(found.point, terms=np.concatenate((found.point.terms, numbers)))
     return [simulate(shape, point, record, record.known) for record in table.records]
-
-
-@dataclass(frozen=True, slots=True)
-class Followed:
-    """A channel, or two of them combined, and what a free curve of it leaves."""
-
-    channel: str
-    parts: tuple[str, ...]  # channels that it is made of
-    mse: float
-    removed: float  # of the mean square, beside what was there
-    gain: bool = False  # of the force, no bias of the deformation
-    whole: bool = False  # explains all that is to be explained
-
-
-def followed(table: Table, sigma_mm: float) -> list[Followed]:
-    """Free curves of every channel, of differences and products of two: a bias or a gain. Best first.
-
-    The influence of a bias is taken as the local slope of the force: no run per curve.
-    """
-    plain, before = [core + beside for core, beside in _parts(table)], table.mse()
-    slope = [_slope(table, record, out, sigma_mm) for record, out in zip(table.records, plain, strict=True)]
-    known = [{name: column[record.known] for name, column in record.channels.items()} for record in table.records]
-    found = []
-    for name, parts in combined(table.records[0].channels).items():
-        columns_of = [column_of(name, parts, channels) for channels in known]
-        term = free_curve(name, np.concatenate(columns_of), sigma_mm)
-        if term is None:
-            continue
-        hats = [_hats(term, column) for column in columns_of]
-        none = np.zeros(len(term.free), bool)
-        bias, gain = (
-            table.squares(
-                np.concatenate([_means(h * w[:, None], table.width) for h, w in zip(hats, weight, strict=True)]), none
-            )
-            for weight in (slope, [GAIN * out for out in plain])
-        )
-        mse = min(bias, gain)
-        found.append(Followed(name, parts, mse, before - mse, gain < bias))
-    return sorted(found, key=lambda one: one.mse)
-
-
-def estimated(
-    base: Base,
-    records: Sequence[Record],
-    nothing: Joint,
-    looked: Sequence[Followed],
-    worth: float,
-    whole: Callable[[Joint], bool],
-) -> list[Followed]:
-    """Free curves that at a first look remove nearly `worth`, estimated whole beside the core; best first.
-
-    Those behind one with which nothing is left (`whole`) are not estimated.
-    """
-    found: list[Followed] = []
-    leading = [one for one in looked if one.removed > SAYS * worth][:CURVES]
-    for one in sorted(leading, key=lambda one: len(one.parts)):
-        if any(other.whole for other in found):
-            break
-        columns_of = [column_of(one.channel, one.parts, record.channels) for record in records]
-        seen = [
-            replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
-            for record, column in zip(records, columns_of, strict=True)
-        ]
-        for gain in {False, one.gain}:  # a first look mistakes a large bias for a gain
-            sigma = GAIN if gain else curve_sigma(records)
-            term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=gain)
-            if term is not None:
-                fit = joint_fit(base, seen, (term,))
-                removed = nothing.mse - fit.mse
-                found.append(replace(one, mse=fit.mse, removed=removed, gain=gain, whole=whole(fit)))
-    best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
-    return sorted(best.values(), key=lambda one: one.mse)
-
-
-def curve_sigma(records: Sequence[Record]) -> float:
-    """One sigma of a free curve's heights: a share of the travel."""
-    return HEIGHT * float(np.ptp(np.concatenate([record.d for record in records])))
-
-
-def _slope(table: Table, record: Record, plain: Floats, sigma_mm: float) -> Floats:
-    """Force per sigma of deformation (n,), at rest."""
-    found = table.fit.solution
-    by = PROBE * sigma_mm
-    pushed = replace(record, d=record.d + by, before=record.before + by, kept=None)
-    return (simulate(found.shape, found.point, pushed, record.known) - plain) / PROBE
-
-
-def _hats(term: Term, column: Floats) -> Floats:
-    """Basis (n, k) of the broken line of a free curve."""
-    count = len(term.free)
-    knots = term.effect.constants(term.effect.neutral(), 1.0)[:count]
-    return np.column_stack([np.interp(column, knots, np.eye(count)[i]) for i in range(count)])

@@ -74,7 +74,7 @@ def regress(
     begin = first_point(shape, records)
     none = np.zeros(0)
     stopless = replace(shape, radii=none, grows=False)
-    alone = [replace(stopless, terms=(by_law(shape.terms[0], law),)) for law in laws]
+    alone = [replace(stopless, terms=(term,)) for law in laws for term in by_law(shape.terms[0], law)]
     bare = replace(found.point, stops=none, growth=none)
     single = best([tried(one, replace(bare, terms=begun(one.terms))) for one in alone])
     whole = replace(shape, terms=single.shape.terms)

@@ -37,6 +37,7 @@ class Shape:
     limits_s: tuple[float, float] = (0.0, np.inf)  # of time constants that move: faster or slower is not in the data
     grows: bool = False  # friction with the deformation
     begun: int = 0  # records, the first ones, whose lags and pairs do not begin settled, but anywhere
+    zero_std: float = np.inf  # one sigma of the offset where it is known from other records
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -96,8 +97,12 @@ class Shape:
         return mask
 
     def reach(self) -> Floats:
-        """How far each number may move in one step (n,): a shape by one sigma of its prior, there slopes change."""
+        """How far each number may move in one step (n,): a shape by one sigma of its prior, there slopes change.
+
+        A zero as well, or it takes at once what an effect explains that has hardly begun.
+        """
         reach = np.full(self.n, np.inf)
+        reach[self.parts()["offset"]] = self.zero_std
         bends = [not p.amplitude for term in self.terms for p in term.free]
         reach[self.parts()["terms"]] = np.where(bends, 1.0, np.inf)
         return reach

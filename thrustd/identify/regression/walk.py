@@ -112,3 +112,8 @@ def _start(segments: Sequence[Segment], name: str) -> float:
 def is_walk(term: Term) -> bool:
     """Of the reference, no effect of the mount."""
     return term.effect.name.startswith(HOURS)
+
+
+def walking(terms: Sequence[Term]) -> Flags:
+    """Which of the numbers (n,) of these terms are a walk's."""
+    return np.array([is_walk(term) for term in terms for _ in term.free], bool)

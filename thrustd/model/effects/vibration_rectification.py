@@ -23,7 +23,7 @@ EFFECT = Effect(
     site="deformation",
     channels=("vibration_mm_s",),
     parameters=(
-        Parameter("shift_mm", "mm", neutral=0.0, low=-5.0, high=5.0, starts=(0.01,),
+        Parameter("shift_mm", "mm", neutral=0.0, low=-1e9, high=1e9, starts=(0.01,), level=100.0,
                   meaning="shift at 100 mm/s", expected="0: the thesis saw none"),
         Parameter("exponent", "-", neutral=2.0, low=1.0, high=2.0, starts=(2.0, 1.0),
                   meaning="power of the vibration", amplitude=False),

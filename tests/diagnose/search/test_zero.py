@@ -1,0 +1,61 @@
+"""What a reference may be off by: a cell that walks, a zero set anew, a prior as large as the record's channel asks."""
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.identify.identify import identify
+from thrustd.model.artifact import EffectSpec
+from thrustd.model.compile import compile_model
+from thrustd.records.recording import make_recording
+
+HOUR = 72_000
+
+
+def walking(far_n, seed):
+    """A cell that walks so far in the root of an hour."""
+    rng = np.random.default_rng(seed)
+    return lambda data: far_n * np.cumsum(rng.standard_normal(len(data["time_s"]))) / np.sqrt(HOUR)
+
+
+@pytest.fixture(scope="module")
+def walked():
+    """A mount whose bench had a cell that walks by 8 N in an hour."""
+    return identify([record(seed=7, n=HOUR, added=walking(8.0, 1))]).spec
+
+
+def test_a_drift_of_the_transducer_is_no_walk_of_the_cell(walked):
+    """A walk could follow it, at five of its sigmas."""
+    drift = EffectSpec("sensor_drift", {"drift_mm_h": 0.02, "settling_h": 0.7})
+    report = diagnose(walked, [record([drift], n=HOUR, added=walking(8.0, 2))])
+    assert report.verdict == ("sensor_drift",)
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_cell_that_walks_as_on_the_bench_is_no_effect(walked, seed):
+    report = diagnose(walked, [record(n=HOUR, added=walking(8.0, seed))])
+    assert report.verdict == ("none",)
+
+
+def test_a_zero_that_was_set_anew_is_no_effect_and_hides_none():
+    bench = identify([record(seed=7)]).spec
+    assert diagnose(bench, [record(added=lambda data: np.full(len(data["time_s"]), -30.0))]).verdict == ("none",)
+    weight = record(added=lambda data: 60.0 * data["accel_z_g"])
+    report = diagnose(bench, [weight])
+    assert report.verdict == ("engine_weight",)
+    [couple] = report.candidates[0].parameters
+    assert abs(couple.value + 60.0) < 1.96 * couple.std
+
+
+def test_a_shift_by_vibration_is_found_at_whatever_level_the_record_shakes():
+    data = columns()
+    data["vibration_mm_s"] = 3.0 + 2.0 * np.sin(data["time_s"] / 23.0) + np.sin(data["time_s"] / 7.0)
+    shaken = mount(effects=[EffectSpec("vibration_rectification", {"shift_mm": 12.0, "exponent": 2.0})])
+    model = compile_model(shaken, 1 / DT_S)
+    noise = NOISE_N * np.random.default_rng(4).standard_normal(len(data["time_s"]))
+    measured = make_recording("measured", data | {"force_N": model.simulate(model.inputs(data)) + noise})
+    report = diagnose(mount(), [measured])
+    assert report.verdict == ("vibration_rectification",)
+    shift = next(p for p in report.candidates[0].parameters if p.name == "shift_mm")
+    assert abs(shift.value - 12.0) < 1.96 * shift.std
