@@ -14,6 +14,7 @@ import numpy as np
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.first_state import level_before
+from thrustd.identify.regression.curve import travel
 from thrustd.identify.regression.friction import effects_of, stretched
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of, walk_n
 from thrustd.identify.regression.record import Record
@@ -90,15 +91,17 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         known = found.noise_variance / max(doubt, found.noise_variance)
         bare = shape_of(stored), point_of(stored), information_of(stored) * known
         present = list(spec.effects)
-    shape, point, information = _zeroed(*_pruned(*bare))
-    loaded = [k for k, segment in enumerate(segments) if not begins_unloaded(segment, shape.output_scale)]
+    shape, point, information = _pruned(*bare)
+    loaded = [k for k, segment in enumerate(segments) if not begins_unloaded(segment, shape)]
+    if not loaded:
+        shape, information = _zeroed(shape, information)
     terms = [*map(_present, present), *walks(segments, walk_n(stored), sized=True), *_states(shape, point, loaded)]
     return _beside(Base(shape, point, information, noise, promised), terms)
 
 
 def remembering(base: Base, segments: Sequence[Segment]) -> Base | None:
     """The same where a mount that begins unloaded may remember a load from before; None where nothing can remember."""
-    unloaded = [k for k, segment in enumerate(segments) if begins_unloaded(segment, base.scale)]
+    unloaded = [k for k, segment in enumerate(segments) if begins_unloaded(segment, base.shape)]
     terms = _states(base.shape, base.point, unloaded)
     return _beside(base, terms) if terms else None
 
@@ -158,11 +161,14 @@ def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Poi
     return smaller, found, information[np.ix_(mask, mask)]
 
 
-def _zeroed(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Point, Floats]:
-    """With its zero set anew: whoever mounts transducer and reference once more sets it by so much elsewhere."""
+def _zeroed(shape: Shape, information: Floats) -> tuple[Shape, Floats]:
+    """With its zero set anew: whoever mounts transducer and reference once more sets it by so much elsewhere.
+
+    For records that show it: where one begins under load, a zero looks like what the slowest lags remember.
+    """
     told = information[:, shape.parts()["offset"]]
     less = told @ told.T * ZERO**2 / (1.0 + ZERO**2 * information[shape.parts()["offset"], shape.parts()["offset"]])
-    return replace(shape, zero_std=ZERO), point, information - less
+    return replace(shape, zero_std=ZERO), information - less
 
 
 def _present(spec: EffectSpec) -> Term:
@@ -177,11 +183,16 @@ def _present(spec: EffectSpec) -> Term:
     return Term(effect, values, std, centre={name: values[name] for name in std}, shapes=False)
 
 
-def begins_unloaded(segment: Segment, scale: float) -> bool:
-    """Whether it begins without load, as `plan-test` asks: then its lags remember nothing, unless data say so."""
-    first = segment.force_n[: max(round(BEGUN_S / segment.dt_s), 1)]
-    known = first[np.isfinite(first)]
-    return bool(len(known) and abs(float(known.mean())) < UNLOADED * scale)
+def begins_unloaded(segment: Segment, shape: Shape) -> bool:
+    """Whether it begins without load, as `plan-test` asks: then its lags remember nothing, unless data say so.
+
+    Either reading says it: the other's zero may be elsewhere.
+    """
+    n = max(round(BEGUN_S / segment.dt_s), 1)
+    known = segment.force_n[:n][np.isfinite(segment.force_n[:n])]
+    d = abs(float(segment.inputs[DEFORMATION][:n].mean()) - shape.zero)
+    unloaded = len(known) and abs(float(known.mean())) < UNLOADED * shape.output_scale
+    return bool(unloaded or d < UNLOADED * travel(shape.f_grid))
 
 
 @jit
