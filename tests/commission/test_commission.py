@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from tests.installation.test_geometry import changed
 from thrustd.__main__ import main
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
@@ -27,8 +28,6 @@ from thrustd.twin.aircraft import scripted
 from thrustd.twin.airframe import draw_airframe
 from thrustd.twin.bench import RIG, programme_bench, step_bench, weight_bench
 from thrustd.twin.mount import LOWER, UPPER
-
-from tests.installation.test_geometry import changed
 
 
 @pytest.fixture(scope="module")
@@ -246,16 +245,19 @@ def test_two_flights_make_a_deck_of_their_own_and_the_report_tells_every_models_
         "flights" in m.piece for m in done.missing
     )
     page = (done.folder / "report.html").read_text()
-    assert all(f"<td>{name}</td><td>{2.0 + i:.1f}</td><td>1.2</td>" in page for i, name in enumerate(made))
+    for i, name in enumerate(made):
+        assert re.search(rf"{name}</td>\s*<td[^>]*>{2.0 + i:.1f}</td>\s*<td[^>]*>1.2</td>", page)
 
 
-def test_a_bench_that_does_not_reach_what_the_weight_leaves_is_said(tmp_path):
+def test_a_bench_that_does_not_reach_what_the_weight_leaves_is_said():
     """The upper mount of a rigid body is unloaded by 1.4 kN; mounts that move together know no couple."""
     hil = read_installation(shipped("deploy/hil.toml", "config"))
     rigid = changed(("rigid_body = false", "rigid_body = true"))
     for installation, mount, said in ((hil, 0, False), (rigid, 0, True), (rigid, 1, False)):
         place = hil.config.mount[mount]
-        one = Made(hil.bench_model(place), 1.0, 2.0, [])
+        spec = hil.bench_model(place)
+        bench = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "axial_inertia"])
+        one = Made(bench, 1.0, 2.0, [])
         _hang(one, place.name, installation)
         assert any("-1423 N" in line and "plan-test steps --low" in line for line in one.untold) == said
 

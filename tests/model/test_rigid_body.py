@@ -6,9 +6,10 @@ import pytest
 
 from thrustd.cli.files import read_models
 from thrustd.core.aircraft import place_of, read_aircraft
-from thrustd.core.errors import ConfigError
+from thrustd.core.errors import ConfigError, ModelError
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
+from thrustd.model.c_model import c_source
 from thrustd.model.calibrated import calibrated
 from thrustd.model.compile import compile_model
 from thrustd.mounts.start import at_rest, resting_n
@@ -102,6 +103,13 @@ def test_below_its_bench_a_curve_goes_on_as_on_the_other_side():
         assert (pressed.pressed_mm < 0.0) == bool(side) and pressed.valid.deformation_mm[
             0
         ] == low_mm - pressed.pressed_mm
+
+
+def test_what_hangs_under_its_engine_is_no_model_for_another_computer():
+    (spec,) = read_models([shipped("models/left-upper.json", "model")]).values()
+    flies = calibrated(spec, place_of("left_upper", INSTALLATION.config, RIGID), "left_upper")
+    with pytest.raises(ModelError, match="under its engine's weight; expected a model of the bench"):
+        c_source(compile_model(flies, 100.0))
 
 
 def test_a_rigid_body_needs_its_geometry():

@@ -128,10 +128,7 @@ class CompiledModel:
             if stage.enters:
                 row[1 + self.chain.own] = v
             u = row[column : column + len(stage.channels)]
-            if stage.name in self.rub:
-                x = rubbed(stage, u, (0.0, self.spec.pressed_mm))
-            else:
-                x = stage.start(u, v)
+            x = rubbed(stage, u, (0.0, self.spec.pressed_mm)) if stage.name in self.rub else stage.start(u, v)
             v = stage.once(x.copy(), u, v)
             states.append(x)
             column += len(stage.channels)
