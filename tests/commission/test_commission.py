@@ -255,10 +255,8 @@ def test_a_bench_that_does_not_reach_what_the_weight_leaves_is_said():
     for installation, mount, said in ((hil, 0, False), (rigid, 0, True), (rigid, 1, False)):
         place = hil.config.mount[mount]
         spec = hil.bench_model(place)
-        bench = msgspec.structs.replace(
-            spec, effects=[e for e in spec.effects if e.name != "axial_inertia"], witness=None
-        )
-        one = Made(bench, 1.0, 2.0, [])
+        bench = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "axial_inertia"])
+        one = Made(msgspec.structs.replace(bench, witness=witness_rows(bench, 10.0)), 1.0, 2.0, [])
         _hang(one, place.name, installation)
         assert any("-1423 N" in line and "plan-test steps --low" in line for line in one.untold) == said
 
