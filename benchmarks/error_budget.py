@@ -9,8 +9,10 @@ ingredient is as drawn.
 import argparse
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -19,7 +21,6 @@ from thrustd.core.columns import Floats
 from thrustd.installation.installation import read_installation
 from thrustd.records.files import write_recording
 from thrustd.records.recording import Recording
-from thrustd.twin import flight as twin_flight
 from thrustd.twin.aircraft import scripted
 from thrustd.twin.airframe import UPPER_SHARE, Airframe, draw_airframe, mount_temperature_degc
 from thrustd.twin.engine import Health
@@ -57,7 +58,7 @@ INGREDIENTS: dict[str, Ingredient] = {
     "zeros": lambda airframe: airframe._replace(lvdts=(Lvdt(),) * len(NOMINAL)),
     "share": lambda airframe: airframe._replace(upper_share=(UPPER_SHARE, UPPER_SHARE)),
     "engines": lambda airframe: airframe._replace(healths=LIKE_THE_NOMINAL),
-    "temperature": lambda airframe: airframe,  # see `at_reference`
+    "temperature": lambda airframe: airframe,  # see `_at_reference`
 }
 
 
@@ -78,19 +79,9 @@ def variants(airframe: Airframe, only: bool) -> Iterator[tuple[str, Airframe, bo
         yield (f"only {name} as drawn", whole, name != "temperature")
 
 
-@contextmanager
-def at_reference(asked: bool) -> Iterator[None]:
+def _at_reference(profile: Recording, engine: str) -> Floats:
     """The mounts as warm as on their bench."""
-    before = twin_flight.mount_temperature_degc
-
-    def steady(profile: Recording, engine: str) -> Floats:
-        return np.full_like(mount_temperature_degc(profile, engine), REFERENCE_DEG_C)
-
-    twin_flight.mount_temperature_degc = steady if asked else before
-    try:
-        yield
-    finally:
-        twin_flight.mount_temperature_degc = before
+    return np.full_like(mount_temperature_degc(profile, engine), REFERENCE_DEG_C)
 
 
 def flown(config: Path, airframe: Airframe, seed: int, minutes: float, tethered: bool) -> dict[str, dict[str, float]]:
@@ -138,7 +129,8 @@ def main() -> None:
     config = given.folder / str(given.aircraft) / "aircraft" / given.config
     airframe = draw_airframe(given.aircraft, knobs_of(given.kind, given.aircraft))
     for name, variant, reference in variants(airframe, given.only):
-        with at_reference(reference):
+        warm: Any = patch("thrustd.twin.flight.mount_temperature_degc", _at_reference) if reference else nullcontext()
+        with warm:
             found = flown(config, variant, given.aircraft, given.minutes, given.tethered)
         words = [", ".join(f"{what} {value:.1f}" for what, value in found[side].items()) for side in found]
         print(f"{name:28s}", *words, sep=" | ", flush=True)
