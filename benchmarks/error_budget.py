@@ -1,37 +1,50 @@
 """Of what the error of a commissioned aircraft is made: `python -m benchmarks.error_budget FOLDER --aircraft N`.
 
 FOLDER is what `benchmarks.commission` left of aircraft N. One ingredient at a time becomes what the bench, the deck or
-the reader knows, everything else stays: the same aircraft is flown again, commissioned or after its own zeros and
-tethered run. What falls is that ingredient's part. `--only` begins from the opposite: everything is as known, and one
-ingredient is as drawn.
+the reader knows, everything else stays, and the same aircraft flies again: what falls is that ingredient's part. Each
+mount is judged by its share of the true thrust, both of an engine by the whole, without wires, zeros and filter.
+`--fused` flies through all of these instead, `--tethered` behind zeros and a tethered run of its own.
 """
 
 import argparse
 import json
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 
 from benchmarks.commission import said
+from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
+from thrustd.core.measures import rms
 from thrustd.installation.installation import read_installation
+from thrustd.model.compile import compile_model
 from thrustd.records.files import write_recording
 from thrustd.records.recording import Recording
 from thrustd.twin.aircraft import scripted
-from thrustd.twin.airframe import UPPER_SHARE, Airframe, draw_airframe, mount_temperature_degc
+from thrustd.twin.airframe import (
+    UPPER_SHARE,
+    Airframe,
+    carried_n,
+    draw_airframe,
+    mount_temperature_degc,
+    rigged_mm,
+    settled,
+    thrust_shares_n,
+)
 from thrustd.twin.engine import Health
-from thrustd.twin.flight import Rates, write_flight
-from thrustd.twin.installation import PLAIN, Knobs, hostile
-from thrustd.twin.mount import LOWER, REFERENCE_DEG_C, UPPER, MountPhysics
+from thrustd.twin.flight import ACCEL_SIGNALS, Rates, write_flight
+from thrustd.twin.installation import PLAIN, Knobs, hostile, seen_mm
+from thrustd.twin.mount import LOWER, REFERENCE_DEG_C, UPPER, MountPhysics, advance
 from thrustd.twin.sensors import Lvdt
 from thrustd.twin.static_run import static_run
 
+SIDES = "left", "right"
+HZ, PULLS_N = 20.0, 300.0
 NOMINAL = UPPER, LOWER, UPPER, LOWER
 LIKE_THE_NOMINAL = tuple(Health(0.0, 0.0, 0.0, factor) for factor in (0.97, 1.03))
+Warmth = Callable[[Recording, str], Floats]
 Ingredient = Callable[[Airframe], Airframe]
 
 
@@ -48,10 +61,6 @@ def _friction(airframe: Airframe) -> Airframe:
     return _mounts(airframe, lambda own, n: own._replace(friction_n=n.friction_n))
 
 
-def _weight(airframe: Airframe) -> Airframe:
-    return _mounts(airframe, lambda own, n: own._replace(weight_gain_per_g=0.0))
-
-
 INGREDIENTS: dict[str, Ingredient] = {
     "stiffness": _stiffness,
     "friction": _friction,
@@ -62,26 +71,53 @@ INGREDIENTS: dict[str, Ingredient] = {
 }
 
 
-def variants(airframe: Airframe, only: bool) -> Iterator[tuple[str, Airframe, bool]]:
+def variants(airframe: Airframe) -> Iterator[tuple[str, Airframe, bool]]:
     """What is called what, and whether the mounts stay at the bench's temperature."""
     known = airframe
     for change in INGREDIENTS.values():
         known = change(known)
-    yield ("all as known", known, True)
     yield ("as drawn", airframe, False)
+    yield ("all as known", known, True)
     for name, change in INGREDIENTS.items():
-        if not only:
-            yield (f"{name} as known", change(airframe), name == "temperature")
-            continue
-        whole = airframe
-        for other, each in INGREDIENTS.items():
-            whole = whole if other == name else each(whole)
-        yield (f"only {name} as drawn", whole, name != "temperature")
+        yield (f"{name} as known", change(airframe), name == "temperature")
 
 
 def _at_reference(profile: Recording, engine: str) -> Floats:
     """The mounts as warm as on their bench."""
     return np.full_like(mount_temperature_degc(profile, engine), REFERENCE_DEG_C)
+
+
+def alone(config: Path, airframe: Airframe, seed: int, minutes: float, warmth: Warmth) -> dict[str, dict[str, float]]:
+    """By engine: RMSE and mean error of both mounts together, mean error of each, N, while it pulls."""
+    installation, profile = read_installation(config), scripted(60.0 * minutes, seed, airframe.healths)
+    flight = profile.resample(HZ)
+    columns = {name: flight[name] for name in flight.channels} | {"time_s": flight.time_s}
+    air = zip(flight["mach"].tolist(), flight["pressure_altitude_m"].tolist(), strict=True)
+    columns["dynamic_pressure_Pa"] = np.array([dynamic_pressure_pa(*each) for each in air])
+    thrust_n = np.stack([flight[f"thrust_N_{side}"] for side in SIDES])
+    accel_g = np.stack([flight[name] for name in ACCEL_SIGNALS])
+    loads_n = carried_n(airframe, thrust_n, accel_g, columns["dynamic_pressure_Pa"])
+    shares_n, states, rigged = (
+        thrust_shares_n(airframe, thrust_n),
+        settled(airframe, loads_n[:, 0]),
+        rigged_mm(airframe),
+    )
+    errors_n = []
+    for i, mount in enumerate(installation.config.mount):
+        warm_degc = warmth(flight, SIDES[i // 2])
+        true_mm = advance(airframe.mounts[i], states[i], loads_n[i], 1.0 / HZ, warm_degc, accel_g[2])
+        seen = {
+            "deformation_mm": seen_mm(i, true_mm - rigged[i], warm_degc, airframe.knobs),
+            "temperature_degC": warm_degc,
+        }
+        model = compile_model(installation.model(mount), HZ)
+        errors_n.append(model.simulate(model.inputs(columns | seen)) - shares_n[i])
+    found = {}
+    for engine, side in enumerate(SIDES):
+        upper, lower = (errors_n[2 * engine + i][thrust_n[engine] > PULLS_N] for i in (0, 1))
+        both = upper + lower
+        found[side] = {"both rmse": rms(both), "bias": both.mean(), "upper": upper.mean(), "lower": lower.mean()}
+    return found
 
 
 def flown(config: Path, airframe: Airframe, seed: int, minutes: float, tethered: bool) -> dict[str, dict[str, float]]:
@@ -122,18 +158,20 @@ def main() -> None:
     parser.add_argument("--aircraft", type=int, required=True)
     parser.add_argument("--kind", choices=("plain", "statics", "hostile"), default="plain")
     parser.add_argument("--minutes", type=float, default=12.0)
+    parser.add_argument("--fused", action="store_true")
     parser.add_argument("--tethered", action="store_true")
-    parser.add_argument("--only", action="store_true")
-    parser.add_argument("--config", default="hil.toml")
     given = parser.parse_args()
-    config = given.folder / str(given.aircraft) / "aircraft" / given.config
+    config = given.folder / str(given.aircraft) / "aircraft" / "hil.toml"
     airframe = draw_airframe(given.aircraft, knobs_of(given.kind, given.aircraft))
-    for name, variant, reference in variants(airframe, given.only):
-        warm: Any = patch("thrustd.twin.flight.mount_temperature_degc", _at_reference) if reference else nullcontext()
-        with warm:
-            found = flown(config, variant, given.aircraft, given.minutes, given.tethered)
+    for name, variant, reference in variants(airframe):
+        warmth: Warmth = _at_reference if reference else mount_temperature_degc
+        with patch("thrustd.twin.flight.mount_temperature_degc", warmth):
+            if given.fused or given.tethered:
+                found = flown(config, variant, given.aircraft, given.minutes, given.tethered)
+            else:
+                found = alone(config, variant, given.aircraft, given.minutes, warmth)
         words = [", ".join(f"{what} {value:.1f}" for what, value in found[side].items()) for side in found]
-        print(f"{name:28s}", *words, sep=" | ", flush=True)
+        print(f"{name:22s}", *words, sep=" | ", flush=True)
 
 
 if __name__ == "__main__":
