@@ -12,7 +12,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from thrustd.model.artifact import read_model
+from thrustd.model.artifact import RealMode, read_model
 from thrustd.model.c_model import c_source
 from thrustd.model.compile import CompiledModel, compile_model
 
@@ -21,6 +21,7 @@ THESIS_SAMPLES = 13_400_000  # 37 h at 100 Hz
 CALLS = 50_000
 TOGETHER = 10  # samples of a mount from one fused step to the next, 100 Hz and 10 Hz
 RUNS = 7
+LAGS = 20  # as many as `identify` may take
 C_STEPS = 10_000_000
 C_LOOP = """
 #include <stdio.h>
@@ -89,7 +90,10 @@ def main() -> None:
     spec = read_model(MODEL.read_text(), MODEL.name)
     bare = msgspec.structs.replace(spec, effects=[], witness=None)
     shown = Table("what", "measured", "target", title="model")
-    for what, chosen in (("HW-PWL", bare), (f"with {len(spec.effects)} effects", spec)):
+    lags = [RealMode(tau_s, -0.01) for tau_s in np.geomspace(0.02, 6e4, LAGS).tolist()]
+    longer = msgspec.structs.replace(spec, linear=msgspec.structs.replace(spec.linear, real_modes=lags), witness=None)
+    effects = f"with {len(spec.effects)} effects"
+    for what, chosen in (("HW-PWL", bare), (effects, spec), (f"{effects}, {LAGS} lags", longer)):
         model = compile_model(chosen, 100.0)
         shown.add_row(f"one mount, one sample in flight, {what}", f"{sample_us(model, TOGETHER):.2f} us", "< 1 us")
         shown.add_row("... alone in a call from Python", f"{sample_us(model, 1):.2f} us", "")

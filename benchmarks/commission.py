@@ -2,9 +2,11 @@
 
 Per aircraft: bench, weight and chamber records of other mounts as `plan-test` asks for them, `commission`, zero,
 tethered run, a first flight for the nacelles' drag (a recorded one, where it is at hand), and a flight. It is flown
-twice: as its benches know it, and with the hostile knobs of the same seed, which nobody modelled. Every aircraft
-keeps its files and its `result.json` in the folder, with the version that made them: an ended run of this version goes
-on there, what another one left is refused.
+twice: as its benches know it, and with the hostile knobs of the same seed, which nobody modelled. With `--statics` it
+hangs as a rigid body, and its file says so; `--low -1500` lets the upper mounts' benches begin there. `--own`: all four
+mounts of the aircraft were on the bench, not two of their kind. Every aircraft keeps its files and its `result.json` in
+the folder, with the version that made them: an ended run of this version goes on there, what another one left is
+refused.
 """
 
 import argparse
@@ -14,7 +16,7 @@ import time
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.console import Console
 from rich.table import Table
@@ -22,19 +24,31 @@ from rich.table import Table
 from benchmarks.fusion_flights import PH_LAB
 from benchmarks.made_with import Way, keep, kept_of, way_of
 from thrustd.__main__ import main as thrustd
-from thrustd.bench.plan_test import BenchPlan, programme
+from thrustd.bench.plan_test import LOW_N, BenchPlan, programme
 from thrustd.installation.shipped import shipped
 from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
+from thrustd.twin.airframe import MOUNTS, draw_airframe
 from thrustd.twin.bench import RIG, programme_bench
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics
 
 HOURS, BENCH_HZ, FUSED_HZ = 4.0, 20.0, 50.0
 MINUTES = 12.0
+BENCH_SEEDS = 1000, 2000, 6000, 7000
 FIRST_SEED = 101
 FIRST_FLIGHT = PH_LAB / "ftis_20190312_1014.npz"  # it has idle at Mach 0.36
 STAGES = ("commissioned", "tethered", "drag")[: 3 if FIRST_FLIGHT.exists() else 2]
-COLUMNS = tuple(f"{kind}, {stage}" for kind in ("plain", "hostile") for stage in STAGES)
+
+
+class Asked(NamedTuple):
+    """What else of an aircraft; lists, as JSON keeps them."""
+
+    kinds: list[str]
+    low_n: float  # where the bench of an upper mount begins
+    own: bool  # all four mounts were on the bench, not two of their kind
+
+
+USUAL = Asked(["plain", "hostile"], LOW_N, False)
 
 
 def said(*words: str) -> str:
@@ -47,35 +61,52 @@ def said(*words: str) -> str:
     return out.getvalue()
 
 
-def records(folder: Path, seed: int, hours: float) -> list[str]:
+def records(folder: Path, seed: int, way: Way) -> list[str]:
     """Bench files of one aircraft, as options of `commission`."""
 
     def record(name: str, kind: str, hours: float, number: int, mount: MountPhysics, room_degc: float = 20.0) -> str:
-        asked = make_recording(name, programme(kind, BenchPlan(hours=hours, seed=number)))
+        plan = BenchPlan(hours=hours, seed=number, low_n=way["low_n"] if "upper" in name else LOW_N)
+        asked = make_recording(name, programme(kind, plan))
         made = programme_bench(asked, number, mount, RIG._replace(room_degc=room_degc))
         path = folder / f"{name}.parquet"
         write_recording(made.resample(BENCH_HZ), path)
-        return str(path)
+        return f"{name}={path}"
 
-    upper, lower = (
-        record("upper", "steps", hours, 1000 + seed, UPPER),
-        record("lower", "steps", hours, 2000 + seed, LOWER),
+    kinds = dict(zip(MOUNTS, draw_airframe(seed).mounts, strict=True)) if way["own"] else dict(upper=UPPER, lower=LOWER)
+    benches = [
+        record(name, "steps", way["hours"], number + seed, kind)
+        for number, (name, kind) in zip(BENCH_SEEDS, kinds.items(), strict=False)
+    ]
+    others = (
+        record("weight", "weight", 1.0, 3000 + seed, UPPER),
+        record("cold", "steps", 1.0, 4000 + seed, UPPER, -10.0),
+        record("hot", "steps", 1.0, 5000 + seed, UPPER, 50.0),
     )
-    weight = record("weight", "weight", 1.0, 3000 + seed, UPPER)
-    cold = record("cold", "steps", 1.0, 4000 + seed, UPPER, -10.0)
-    hot = record("hot", "steps", 1.0, 5000 + seed, UPPER, 50.0)
-    return ["--bench", f"upper={upper}", f"lower={lower}", "--weight", weight, "--chamber", cold, hot]
+    weight, *chamber = (each.partition("=")[2] for each in others)
+    return ["--bench", *benches, "--weight", weight, "--chamber", *chamber]
 
 
-def made(folder: Path, seed: int, hours: float, way: Way) -> tuple[Path, float]:
+def hung(folder: Path) -> Path:
+    """The shipped configuration of an aircraft whose engines hang as rigid bodies."""
+    config = shipped("deploy/hil.toml", "config")
+    data, bus = config.with_name("citation-ii.toml"), config.with_name("canaerospace.dbc")
+    told = data.read_text().replace("rigid_body = false", "rigid_body = true")
+    (folder / data.name).write_text(told)
+    (folder / bus.name).write_bytes(bus.read_bytes())
+    (folder / config.name).write_text(config.read_text().replace('"../models', f'"{config.parents[1]}/models'))
+    return folder / config.name
+
+
+def made(folder: Path, seed: int, way: Way) -> tuple[Path, float]:
     """The commissioned configuration, and seconds of processor time that `commission` took."""
     out = folder / "aircraft"
     kept = folder / "commissioned.json"
     before = kept_of(kept, way)
     if before is None:
-        given = records(folder, seed, hours)
+        given = records(folder, seed, way)
+        base = hung(folder) if way["kinds"] == ["statics"] else shipped("deploy/hil.toml", "config")
         began = time.process_time()
-        said("commission", *given, "--aircraft", str(shipped("deploy/hil.toml", "config")), "-o", str(out))
+        said("commission", *given, "--aircraft", str(base), "-o", str(out))
         text = (out / "hil.toml").read_text().replace("estimate_hz = 10.0", f"estimate_hz = {FUSED_HZ}")
         (out / "hil.toml").write_text(text)
         before = keep(kept, way, {"seconds": time.process_time() - began})
@@ -112,17 +143,17 @@ def scored(config: Path, seed: int, kind: str, minutes: float) -> list[list[list
     return found
 
 
-def aircraft(folder: Path, seed: int, hours: float, minutes: float) -> dict[str, Any]:
+def aircraft(folder: Path, seed: int, hours: float, minutes: float, asked: Asked = USUAL) -> dict[str, Any]:
     """What came of one aircraft, flown now or before by this version; SystemExit where another one left something."""
-    kept, way = folder / "result.json", way_of(hours=hours)
+    kept, way = folder / "result.json", way_of(hours=hours, **asked._asdict())
     whole = way | {"minutes": minutes, "stages": list(STAGES)}
     before = kept_of(kept, whole)
     if before is not None:
         return before
     folder.mkdir(parents=True, exist_ok=True)
-    config, seconds = made(folder, seed, hours, way)
-    both = [scored(config, seed, kind, minutes) for kind in ("plain", "hostile")]
-    return keep(kept, whole, {"seconds": seconds, "scores": [*both[0], *both[1]]})
+    config, seconds = made(folder, seed, way)
+    scores = [each for kind in asked.kinds for each in scored(config, seed, kind, minutes)]
+    return keep(kept, whole, {"seconds": seconds, "scores": scores})
 
 
 def main() -> None:
@@ -132,20 +163,25 @@ def main() -> None:
     parser.add_argument("--hours", type=float, default=HOURS, help="of bench per mount")
     parser.add_argument("--minutes", type=float, default=MINUTES, help="of flight")
     parser.add_argument("--folder", type=Path, default=Path("out/commission"), help="where it goes on")
+    parser.add_argument("--statics", action="store_true", help="engines that hang as rigid bodies")
+    parser.add_argument("--low", type=float, default=LOW_N, metavar="N", help="where benches of upper mounts begin")
+    parser.add_argument("--own", action="store_true", help="all four mounts of the aircraft were on the bench")
     given = parser.parse_args()
+    asked = Asked(["statics"] if given.statics else USUAL.kinds, given.low, given.own)
+    columns = [f"{kind}, {stage}" for kind in asked.kinds for stage in STAGES]
     shown = Table(
-        "aircraft", "commission, s", *COLUMNS, title="RMSE of the fused thrust, N, left and right; truth inside, %"
+        "aircraft", "commission, s", *columns, title="RMSE of the fused thrust, N, left and right; truth inside, %"
     )
-    errors: list[list[float]] = [[] for _ in COLUMNS]
+    errors: list[list[float]] = [[] for _ in columns]
     for seed in range(given.first, given.first + given.aircraft):
-        found = aircraft(given.folder / str(seed), seed, given.hours, given.minutes)
+        found = aircraft(given.folder / str(seed), seed, given.hours, given.minutes, asked)
         words = ["; ".join(f"{rmse:.0f}, {inside:.1f} %" for rmse, inside in each) for each in found["scores"]]
         shown.add_row(str(seed), f"{found['seconds']:.0f}", *words)
         print(seed, f"{found['seconds']:.0f} s", *words, sep=" | ", flush=True)
         for kept, each in zip(errors, found["scores"], strict=True):
             kept += [rmse for rmse, _ in each]
     Console(width=140).print(shown)
-    for name, each in zip(COLUMNS, errors, strict=True):
+    for name, each in zip(columns, errors, strict=True):
         print(f"{name}: median {statistics.median(each):.0f} N, largest {max(each):.0f} N, {len(each)} engines")
 
 

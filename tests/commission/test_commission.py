@@ -8,11 +8,12 @@ import msgspec
 import numpy as np
 import pytest
 
+from tests.installation.test_geometry import changed
 from thrustd.__main__ import main
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
 from thrustd.commission.commission import Commissioned, _kept, commission, summary_lines
-from thrustd.commission.mount_models import THERMAL, Made, learn, mount_models
+from thrustd.commission.mount_models import THERMAL, Made, _hang, learn, mount_models
 from thrustd.commission.pieces import Pieces
 from thrustd.commission.report import _effects, report_page
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, write_calibration
@@ -23,6 +24,8 @@ from thrustd.installation.shipped import shipped
 from thrustd.model.artifact import EffectSpec
 from thrustd.records.files import read_recording, write_recording
 from thrustd.records.recording import make_recording
+from thrustd.twin.aircraft import scripted
+from thrustd.twin.airframe import draw_airframe
 from thrustd.twin.bench import RIG, programme_bench, step_bench, weight_bench
 from thrustd.twin.mount import LOWER, UPPER
 
@@ -225,6 +228,37 @@ def test_flights_that_make_no_deck_are_refused_before_the_mounts_are_identified(
     assert main([*given(records, more=twice), "-o", str(tmp_path / "out")]) == 2
     assert "the same recording" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["flight.csv"]
+
+
+def test_two_flights_make_a_deck_of_their_own_and_the_report_tells_every_models_error(tmp_path, monkeypatch):
+    config = shipped("deploy/hil.toml", "config")
+    hil, flights = read_installation(config), [tmp_path / f"{seed}.parquet" for seed in (5, 6)]
+    for path in flights:
+        flight = scripted(900.0, int(path.stem), draw_airframe(5).healths).resample(2.0)
+        write_recording(flight, path)
+    made = {one.name: Made(hil.bench_model(one), 1.25, 2.0 + i, ["b"]) for i, one in enumerate(hil.config.mount)}
+    monkeypatch.setattr("thrustd.commission.commission.mount_models", lambda *_: made)
+    done = commission(Pieces({}, [], [], flights), hil, config, tmp_path / "aircraft", lambda *_: None)
+    new, base = (json.loads(text) for text in ((done.folder / "deck.json").read_text(), hil.files[hil.config.deck]))
+    assert new != base and read_installation(done.config).files["deck.json"] == (done.folder / "deck.json").read_bytes()
+    assert {row["flight"] for row in done.deck_rows} == {path.name for path in flights}
+    assert not any("flights" in piece.piece for piece in done.missing)
+    page = (done.folder / "report.html").read_text()
+    for i, name in enumerate(made):
+        assert re.search(rf"{name}</td>\s*<td[^>]*>{2.0 + i:.1f}</td>\s*<td[^>]*>1.2</td>", page)
+
+
+def test_a_bench_that_does_not_reach_what_the_weight_leaves_is_said():
+    """The upper mount of a rigid body is unloaded by 1.4 kN; mounts that move together know no couple."""
+    hil = read_installation(shipped("deploy/hil.toml", "config"))
+    rigid = changed(("rigid_body = false", "rigid_body = true"))
+    for installation, mount, said in ((hil, 0, False), (rigid, 0, True), (rigid, 1, False)):
+        place = hil.config.mount[mount]
+        spec = hil.bench_model(place)
+        bench = msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != "axial_inertia"])
+        one = Made(msgspec.structs.replace(bench, witness=witness_rows(bench, 10.0)), 1.0, 2.0, [])
+        _hang(one, place.name, installation)
+        assert any("-1423 N" in line and "plan-test steps --low" in line for line in one.untold) == said
 
 
 def test_a_bench_without_a_file_is_said_by_its_option(capsys):

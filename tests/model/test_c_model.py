@@ -93,6 +93,18 @@ def test_every_shipped_model_gives_the_same_million_doubles(tmp_path):
     assert_same(models, 1_000_000, tmp_path)
 
 
+@needs_c
+def test_twenty_lags_with_all_that_commission_adds_give_the_same_million_doubles(tmp_path):
+    spec = read_model(SHIPPED[1].read_text(), SHIPPED[1].name)
+    lags = [RealMode(tau_s, -0.01) for tau_s in np.geomspace(0.02, 6e4, 20).tolist()]
+    added = ("hysteresis_berg", "engine_weight_shift", "lever_arm")
+    effects = [EffectSpec(name, parameters_of(effect_named(name), 0)) for name in added]
+    longer = msgspec.structs.replace(
+        spec, linear=msgspec.structs.replace(spec.linear, real_modes=lags), effects=[*spec.effects, *effects]
+    )
+    assert_same([compile_model(longer, 1000.0)], 1_000_000, tmp_path)
+
+
 def with_effect(name, parameters):
     line = PiecewiseLinear([-1.0, 0.2, 0.9, 2.0], [-0.9, 0.2, 1.0, 2.2])
     linear = LinearBlock(0.8, [RealMode(0.05, 0.1), RealMode(2.0, 0.05), RealMode(200.0, 0.05)])

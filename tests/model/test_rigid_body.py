@@ -6,9 +6,10 @@ import pytest
 
 from thrustd.cli.files import read_models
 from thrustd.core.aircraft import place_of, read_aircraft
-from thrustd.core.errors import ConfigError
+from thrustd.core.errors import ConfigError, ModelError
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
+from thrustd.model.c_model import c_source
 from thrustd.model.calibrated import calibrated
 from thrustd.model.compile import compile_model
 from thrustd.mounts.start import at_rest, resting_n
@@ -19,6 +20,7 @@ from thrustd.twin.mount import at_rest as unloaded
 INSTALLATION = read_installation(shipped("deploy/hil.toml", "config"))
 RIGID = msgspec.structs.replace(INSTALLATION.aircraft(), rigid_body=True)
 SETTLE_S = 100_000  # rubber; friction left out: a model that moved differently knows another
+HELD_S, PULLED_S, RISE_S = 1800, 60, 10  # under the weight alone, under a thrust
 
 
 def settled_mm(thrust_n, load_g=1.0):
@@ -62,6 +64,52 @@ def test_more_weight_is_no_thrust():
     for aircraft, least, most in ((RIGID, 0.0, 0.05), (INSTALLATION.aircraft(), 0.85, 1.2)):
         moved_n = says_n(aircraft, read_mm, 1.5) - says_n(aircraft, settled_mm(3000.0) - settled_mm(0.0))
         assert np.all((least * 711.0 <= abs(moved_n)) & (abs(moved_n) < most * 711.0))  # half of 1423 N
+
+
+@pytest.mark.parametrize("thrust_n", [500.0, 2000.0, 6000.0])
+def test_what_friction_held_of_the_weight_turns_with_the_thrust(thrust_n):
+    """Thrust loads the lower mount further and turns the upper one: some 130 N of friction each, to either side."""
+    still, pulled = (
+        carried_parts(0.46, PLAIN._replace(statics=True), np.array([each]), np.array([[0.0], [0.0], [1.0]]), 0.0)[:, 0]
+        for each in (0.0, thrust_n)
+    )
+    said_n = []
+    for name, physics, held_n, load_n in zip(("left_upper", "left_lower"), (UPPER, LOWER), still, pulled, strict=True):
+        state = unloaded(physics)
+        held_mm = advance(physics, state, held_n * np.minimum(np.arange(1, HELD_S + 1) / RISE_S, 1.0), 1.0)[-1]
+        rises = np.minimum(np.arange(1, 10 * PULLED_S + 1) / (10 * RISE_S), 1.0)
+        read_mm = advance(physics, state, held_n + rises * (load_n - held_n), 0.1) - held_mm
+        (spec,) = read_models([shipped(f"models/{name.replace('_', '-')}.json", "model")]).values()
+        model = compile_model(calibrated(spec, place_of(name, INSTALLATION.config, RIGID), name), 10.0)
+        row = at_rest(model, {"accel_z_g": 1.0})
+        assert resting_n(model, row(0.0)) == pytest.approx(0.0, abs=1.0)
+        rows = np.stack([row(each) for each in [0.0, *read_mm.tolist()]])
+        said_n.append(model.simulate(rows)[-1])
+    assert said_n == pytest.approx(thrust_n * np.array([0.352, 0.648]), abs=25.0 + 0.01 * thrust_n)
+
+
+def test_below_its_bench_a_curve_goes_on_as_on_the_other_side():
+    for name, side in (("left_upper", 1.0), ("left_lower", 0.0)):
+        (spec,) = read_models([shipped(f"models/{name.replace('_', '-')}.json", "model")]).values()
+        pressed = calibrated(spec, place_of(name, INSTALLATION.config, RIGID), name)
+        low_mm = spec.valid.deformation_mm[0]
+        for curve in (pressed.input_curve, pressed.output_curve):
+            assert np.all(np.diff(curve.x) > 0.0)
+        x, y = np.array(pressed.input_curve.x), np.array(pressed.input_curve.y)
+        at_mm = np.linspace(0.05, 0.3, 6)
+        across = np.interp(-at_mm, x, y) + np.interp(at_mm, x, y)
+        assert np.ptp(across) < 0.01 * np.interp(0.3, x, y)  # odd about where it carries nothing
+        assert np.interp(at_mm, x, y) == pytest.approx(np.interp(at_mm, spec.input_curve.x, spec.input_curve.y))
+        assert (pressed.pressed_mm < 0.0) == bool(side) and pressed.valid.deformation_mm[
+            0
+        ] == low_mm - pressed.pressed_mm
+
+
+def test_what_hangs_under_its_engine_is_no_model_for_another_computer():
+    (spec,) = read_models([shipped("models/left-upper.json", "model")]).values()
+    flies = calibrated(spec, place_of("left_upper", INSTALLATION.config, RIGID), "left_upper")
+    with pytest.raises(ModelError, match="under its engine's weight; expected a model of the bench"):
+        c_source(compile_model(flies, 100.0))
 
 
 def test_a_rigid_body_needs_its_geometry():

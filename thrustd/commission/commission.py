@@ -136,7 +136,7 @@ def summary_lines(done: Commissioned) -> Sequence[str]:
         f"{mount}: {one.unseen_n:.1f} N on data not used ({one.train_n:.1f} N on its own)"
         for mount, one in done.mounts.items()
     ]
-    lines += [f"{mount}: {line}" for mount, one in done.mounts.items() for line in one.taught_nothing]
+    lines += [f"{mount}: {line}" for mount, one in done.mounts.items() for line in (*one.taught_nothing, *one.untold)]
     lines += [f"missing: {piece.piece}; costs {piece.costs}" for piece in done.missing]
     lines += [f"kept: {done.kept}"] if done.kept else []
     return lines

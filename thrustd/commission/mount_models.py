@@ -7,6 +7,7 @@ looked for that no record moves.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from math import ceil
 
 import msgspec
 import numpy as np
@@ -27,6 +28,7 @@ from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
 
 WEIGHT, THERMAL = ("engine_weight",), ("thermal_stiffness", "thermal_expansion")
+REACH_N = 100.0  # a bench is asked for in steps of this
 MOMENTS = ("forward_kg_m", "right_kg_m", "down_kg_m")  # of `lever_arm`
 AND = ", "
 Told = Callable[[float, str], None]  # share done, what is under way
@@ -42,6 +44,7 @@ class Made:
     benches: list[str]
     lines: list[str] = field(default_factory=list)
     taught_nothing: list[str] = field(default_factory=list)  # by a record that was brought
+    untold: list[str] = field(default_factory=list)  # of its loads, by its benches
 
 
 def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict[str, Made]:
@@ -69,7 +72,7 @@ def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict
 
 def _copy(one: Made, mount: str) -> Made:
     spec = msgspec.structs.replace(one.spec, name=mount.replace("_", "-"))
-    return replace(one, spec=spec, lines=list(one.lines), taught_nothing=list(one.taught_nothing))
+    return replace(one, spec=spec, lines=list(one.lines), taught_nothing=list(one.taught_nothing), untold=[])
 
 
 def _identified(mount: str, records: Sequence[Recording]) -> Made:
@@ -133,3 +136,9 @@ def _hang(one: Made, mount: str, installation: Installation) -> None:
             f"accelerometer: {', '.join(f'{each:g}' for each in arm_m)} m forward, right, down of the engine"
         )
     one.lines.append(f"mass: {mass_kg:.1f} of {aircraft.engine_mass_kg:g} kg, its share of a thrust")
+    least_n = one.spec.valid.force_n[0]
+    if place.couple_n < min(least_n, 0.0):
+        reach = f"its benches begin at {least_n:.0f} N, the engine's weight leaves it at {place.couple_n:.0f} N"
+        low_n = -REACH_N * ceil(-place.couple_n / REACH_N)
+        one.untold.append(f"{reach}: taken for the same to both sides; plan-test steps --low {low_n:.0f}")
+        one.lines += one.untold

@@ -17,8 +17,8 @@ from thrustd.core.errors import RecordingError
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.calibrated import rubs, with_friction
-from thrustd.model.compile import compile_model
+from thrustd.model.calibrated import with_friction
+from thrustd.model.compile import compile_model, rubs
 from thrustd.model.region_error import cells
 from thrustd.mounts.start import at_rest, chords
 from thrustd.records.recording import Recording
@@ -113,7 +113,8 @@ def friction_n(spec: ModelSpec, shown_mm: Floats, rate_hz: float) -> Floats:
         inputs, out = np.tile(mm[:, None], (1, len(model.channels) - 1)), mm.copy()
         model.run(model.start(np.zeros(len(model.channels))), inputs, out)
         runs.append(out)
-    return np.asarray((runs[1] - runs[0]) / MORE)
+    more_n = (runs[1] - runs[0]) / MORE
+    return np.asarray(more_n - more_n[0])  # what holds the weight is in the zero
 
 
 def _warm(flight: Recording, names: list[str]) -> tuple[Floats, list[float]]:

@@ -180,6 +180,7 @@ class ModelSpec(Struct, frozen=True):
     ledger: list[LedgerEntry] = []
     witness: Witness | None = None
     posterior: Posterior | None = None
+    pressed_mm: float = 0.0  # deformation where its reading is 0: by the weight, of a mount as it flies
 
 
 def read_model(text: str | bytes, where: str) -> ModelSpec:

@@ -11,6 +11,7 @@ products and sums (-ffp-contract=off): a fused one rounds once where Python roun
 import re
 from hashlib import sha256
 
+from thrustd.core.errors import ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.model.artifact import write_model
 from thrustd.model.c_function import Library, c_number
@@ -20,6 +21,8 @@ from thrustd.model.stage import DEFORMATION, Stage
 
 def c_source(model: CompiledModel, prefix: str = "mount") -> str:
     """The text of the file; `prefix` begins every name in it. ModelError if an effect has no translation."""
+    if model.rub:
+        raise ModelError(f"{model.spec.name}: as it flies, under its engine's weight; expected a model of the bench")
     library = Library(prefix)
     steps = [library.add(stage.step) for stage in model.stages]
     starts = [library.add(stage.initial) if stage.initial is not None else "" for stage in model.stages]

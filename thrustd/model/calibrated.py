@@ -18,16 +18,17 @@ from thrustd.core.calibration import MountCalibration
 from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError
 from thrustd.model.artifact import Curve, EffectSpec, ModelSpec, PiecewiseLinear, Polynomial, ValidRange
-from thrustd.model.compile import curve_stage
+from thrustd.model.compile import curve_stage, rubs
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
-from thrustd.model.effects.hysteresis import EFFECT as FRICTION
 from thrustd.model.effects.nacelle_drag import EFFECT as DRAG
 from thrustd.model.effects.thermal_expansion import EFFECT as EXPANSION
 from thrustd.model.expression import PREFIX
+from thrustd.model.stage import DEFORMATION
 
 GRID = 2001  # points of a curve that is searched
 PRESSED = f"{PREFIX}-presses_n * (accel_z_g - 1)"
+HELD = f"{PREFIX}-holds_n * accel_z_g"
 NOTHING: Floats = np.empty(0)
 
 
@@ -48,9 +49,6 @@ def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
     """The same model for readings from which the zero is taken off; `spec` itself where nothing was measured."""
     mount = place.calibration
     spec = with_friction(spec, mount.friction) if mount.friction != 1.0 else spec
-    spec = _under_weight(spec, place)
-    if mount.read_mm:
-        spec = _behind_curve(spec, mount, where)
     if mount.gain != 1.0:
         low, high = spec.valid.force_n
         spec = msgspec.structs.replace(
@@ -58,6 +56,9 @@ def calibrated(spec: ModelSpec, place: MountPlace, where: str) -> ModelSpec:
             output_curve=_scaled(spec.output_curve, mount.gain),
             valid=msgspec.structs.replace(spec.valid, force_n=(low * mount.gain, high * mount.gain)),
         )
+    spec = _under_weight(spec, place)
+    if mount.read_mm:
+        spec = _behind_curve(spec, mount, where)
     if place.drag_m2 != 0.0:
         spec = _more(spec, DRAG, drag_area_m2=place.drag_m2)
     if mount.expansion_mm_k == 0.0:
@@ -71,11 +72,6 @@ def with_friction(spec: ModelSpec, factor: float) -> ModelSpec:
     return msgspec.structs.replace(spec, effects=[_yields(one, factor) if rubs(one) else one for one in spec.effects])
 
 
-def rubs(present: EffectSpec) -> bool:
-    """Whether it is friction."""
-    return effect_named(present.name).word == FRICTION.word
-
-
 def _yields(present: EffectSpec, factor: float) -> EffectSpec:
     forces = {p.name for p in effect_named(present.name).parameters if p.unit == "N"}
     moved = {name: factor * value if name in forces else value for name, value in present.parameters.items()}
@@ -84,44 +80,64 @@ def _yields(present: EffectSpec, factor: float) -> EffectSpec:
 
 def _under_weight(spec: ModelSpec, place: MountPlace) -> ModelSpec:
     """With what the load factor makes of the force that the weight presses at 1 g."""
-    presses_n = place.couple_n - place.weight_n * sin(radians(place.lean_deg))
-    if presses_n == 0.0:
-        return spec
-    spec = _preloaded(spec, place.couple_n) if place.couple_n != 0.0 else spec
-    return msgspec.structs.replace(spec, effects=[*spec.effects, EffectSpec(PRESSED, {"presses_n": presses_n})])
+    spec = _pressed(spec, place.couple_n) if place.couple_n != 0.0 else spec
+    if (leans_n := -place.weight_n * sin(radians(place.lean_deg))) != 0.0:
+        spec = msgspec.structs.replace(spec, effects=[*spec.effects, EffectSpec(PRESSED, {"presses_n": leans_n})])
+    return spec
 
 
-def _preloaded(spec: ModelSpec, couple_n: float) -> ModelSpec:
-    """Begun where the couple holds it: force(r) = F(r + d) - F(d),  F(d) = F(0) + couple at rest."""
+def _pressed(spec: ModelSpec, couple_n: float) -> ModelSpec:
+    """Read from where the couple holds it: force(r) = F(r + d) + friction - couple, which is none at r = 0 and 1 g.
+
+    Its friction is what it was when the weight came on it, from no deformation to d. Everything of the mount acts on
+    all of its deformation and all of its force.
+    """
     if spec.linear.feedback is not None:
         raise ModelError(f"{spec.name}: a fed-back block has no curve to begin on elsewhere; expected one without")
     linear, (low, high) = spec.linear, spec.valid.deformation_mm
     gain = linear.direct + sum(m.gain for m in linear.real_modes) + sum(m.gain_re for m in linear.complex_modes)
+    first = gain * _values(spec.input_curve, np.array([0.0, min(low, 0.0)]))
+    curves = _in_shear(spec.input_curve, 0.0, min(low, 0.0)), _in_shear(spec.output_curve, *first.tolist())
+    spec = msgspec.structs.replace(spec, input_curve=curves[0], output_curve=curves[1])
     mm = np.linspace(low - high, high, GRID)
-    inner = _values(spec.input_curve, mm)
-    force_n = _values(spec.output_curve, gain * inner)
-    wanted_n = np.interp(0.0, mm, force_n) + couple_n
-    d_mm, v, f_n = (float(np.interp(wanted_n, force_n, column)) for column in (mm, inner, force_n))
-    valid = spec.valid
-    return msgspec.structs.replace(
-        spec,
-        input_curve=_moved(spec.input_curve, d_mm, v),
-        output_curve=_moved(spec.output_curve, gain * v, f_n),
-        valid=ValidRange((low - d_mm, high - d_mm), (valid.force_n[0] - f_n, valid.force_n[1] - f_n), valid.rate_mm_s),
+    force_n = _values(spec.output_curve, gain * _values(spec.input_curve, mm))
+    force_n += _friction_n(spec, mm) - np.interp(0.0, mm, force_n)
+    d_mm, (least_n, most_n) = float(np.interp(couple_n, force_n, mm)), spec.valid.force_n
+    valid = ValidRange((low - d_mm, high - d_mm), (least_n - couple_n, most_n - couple_n), spec.valid.rate_mm_s)
+    effects = [*spec.effects, EffectSpec(HELD, {"holds_n": couple_n})]
+    return msgspec.structs.replace(spec, pressed_mm=d_mm, valid=valid, effects=effects)
+
+
+def _in_shear(curve: Curve, unloaded: float, edge: float) -> Curve:
+    """Below the edge of what a bench has shown as on the other side: rubber in shear knows no forward."""
+    if not isinstance(curve, PiecewiseLinear):
+        return curve
+    line, x, y = _Line(np.array(curve.x), np.array(curve.y)), np.array(curve.x), np.array(curve.y)
+    kept, other = x > edge, x > 2.0 * unloaded - edge
+    at_edge_n, across_n = line(np.array([edge, 2.0 * unloaded - edge])).tolist()
+    below = (2.0 * unloaded - x[other])[::-1], (at_edge_n + across_n - y[other])[::-1]
+    return PiecewiseLinear(
+        [*below[0].tolist(), edge, *x[kept].tolist()], [*below[1].tolist(), at_edge_n, *y[kept].tolist()]
     )
+
+
+def _friction_n(spec: ModelSpec, mm: Floats) -> Floats:
+    """Of its effects of friction (n,), each brought from no deformation to mm (n,) at once."""
+    total = np.zeros(len(mm))
+    for present in spec.effects:
+        if rubs(present):
+            effect = effect_named(present.name)
+            stage = effect.stage(effect.neutral() | present.parameters, 1.0)
+            at_rest = np.zeros(len(stage.channels))
+            for i, each in enumerate(mm.tolist()):
+                x = stage.start(at_rest, 0.0)
+                total[i] += stage.once(x, np.where(np.array(stage.channels) == DEFORMATION, each, at_rest), 0.0)
+    return total
 
 
 def _values(curve: Curve, x: Floats) -> Floats:
     stage = curve_stage("", curve)
     return np.array([stage.step(NOTHING, stage.c, NOTHING, each) for each in x.tolist()])
-
-
-def _moved(curve: Curve, x: float, y: float) -> Curve:
-    """The curve seen from one of its points."""
-    if isinstance(curve, PiecewiseLinear):
-        return PiecewiseLinear([each - x for each in curve.x], [each - y for each in curve.y])
-    first, *rest = curve.coefficients
-    return Polynomial(curve.centre - x, curve.scale, [first - y, *rest])
 
 
 def _more(spec: ModelSpec, effect: Effect, **added: float) -> ModelSpec:
@@ -140,16 +156,17 @@ def _scaled(curve: Curve, gain: float) -> Curve:
 
 
 def _behind_curve(spec: ModelSpec, mount: MountCalibration, where: str) -> ModelSpec:
-    """curve(r + zero) - curve(zero), in front of the input curve."""
+    """curve(r + zero) - curve(zero), in front of the input curve, which reads what the weight presses besides."""
     inner = spec.input_curve
     if not isinstance(inner, PiecewiseLinear):
         raise ModelError(f"{where}: its input curve is a polynomial; a transducer's curve needs a piecewise-linear one")
     read, true = np.array(mount.read_mm), np.array(mount.true_mm)
     zero = np.array([mount.zero_mm])
-    forward = _Line(read - zero, true - _Line(read, true)(zero))
+    d_mm = spec.pressed_mm
+    forward = _Line(d_mm + read - zero, d_mm + true - _Line(read, true)(zero))
     back = _Line(forward.y, forward.x)
     knots = np.union1d(forward.x, back(np.array(inner.x)))
-    low, high = back(np.array(spec.valid.deformation_mm)).tolist()
+    low, high = (back(d_mm + np.array(spec.valid.deformation_mm)) - d_mm).tolist()
     curve = PiecewiseLinear(knots.tolist(), _Line(np.array(inner.x), np.array(inner.y))(forward(knots)).tolist())
     valid = ValidRange((low, high), spec.valid.force_n, spec.valid.rate_mm_s)
     return msgspec.structs.replace(spec, input_curve=curve, valid=valid)

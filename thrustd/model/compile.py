@@ -9,7 +9,7 @@
 A row of inputs begins with deformation_mm, then the channels of the effects in `compiled.channels` order.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -17,13 +17,23 @@ import numpy as np
 
 from thrustd.core.errors import ModelError
 from thrustd.core.signals import CATALOGUE
-from thrustd.model.artifact import Curve, LinearBlock, ModelSpec, PiecewiseLinear, RealMode, Witness, read_model
+from thrustd.model.artifact import (
+    Curve,
+    EffectSpec,
+    LinearBlock,
+    ModelSpec,
+    PiecewiseLinear,
+    RealMode,
+    Witness,
+    read_model,
+)
 from thrustd.model.curves import polynomial, pwl
 from thrustd.model.effect import SITES, Effect
 from thrustd.model.effects import effect_named
+from thrustd.model.effects.hysteresis import EFFECT as FRICTION
 from thrustd.model.feedback import feedback
 from thrustd.model.linear import sections
-from thrustd.model.stage import Chain, Floats, Stage, compose, run_chain
+from thrustd.model.stage import DEFORMATION, Chain, Floats, Stage, compose, run_chain
 
 WITNESS_TOLERANCE_N = 1e-6  # another processor or library may round differently; a wrong model differs by newtons
 _BLOCK = 65536  # samples per block: keeps memory flat
@@ -63,7 +73,9 @@ def model_stages(spec: ModelSpec, dt_s: float) -> tuple[Stage, ...]:
         curve_stage("output_curve", spec.output_curve),
         *([linear_stage(spec.output_linear, dt_s, "output_linear")] if spec.output_linear is not None else []),
     ]
-    return (*placed["deformation"], *core, *placed["gain"], *placed["force"])
+    ends_mm = np.array([-1.0, 1.0])
+    pressed = [pwl("pressed", ends_mm, ends_mm + spec.pressed_mm)] if spec.pressed_mm != 0.0 else []
+    return (*pressed, *placed["deformation"], *core, *placed["gain"], *placed["force"])
 
 
 def linear_of(spec: ModelSpec) -> LinearBlock:
@@ -103,16 +115,20 @@ class CompiledModel:
     stages: tuple[Stage, ...]
     channels: tuple[str, ...]  # of one row of inputs; deformation_mm first
     chain: Chain  # what `stage.run_chain` needs beside state and rows
+    rub: frozenset[str]  # stages of friction that the weight has moved
 
     def start(self, row: Floats) -> Floats:
-        """State (n_state,) of a mount at rest under the inputs row (n_inputs,)."""
+        """State (n_state,) of a mount at rest under the inputs row (n_inputs,).
+
+        What the weight presses has brought its friction from no deformation to that of the reading 0, then to this one.
+        """
         row = np.array(row, float)
         states, column, v = [], 1, float(row[0])
         for stage in self.stages:
             if stage.enters:
                 row[1 + self.chain.own] = v
             u = row[column : column + len(stage.channels)]
-            x = stage.start(u, v)
+            x = rubbed(stage, u, (0.0, self.spec.pressed_mm)) if stage.name in self.rub else stage.start(u, v)
             v = stage.once(x.copy(), u, v)
             states.append(x)
             column += len(stage.channels)
@@ -162,7 +178,24 @@ def compile_model(spec: ModelSpec, rate_hz: float) -> CompiledModel:
     """Discretise for `rate_hz` (samples per second), flatten the curves, compile; does not check the witness."""
     stages = model_stages(spec, 1.0 / rate_hz)
     channels = ("deformation_mm", *(name for stage in stages for name in stage.channels))
-    return CompiledModel(spec, rate_hz, stages, channels, compose(stages))
+    rub = frozenset(one.name for one in spec.effects if rubs(one)) if spec.pressed_mm != 0.0 else frozenset()
+    return CompiledModel(spec, rate_hz, stages, channels, compose(stages), rub)
+
+
+def rubs(present: EffectSpec) -> bool:
+    """Whether it is friction."""
+    return effect_named(present.name).word == FRICTION.word
+
+
+def rubbed(stage: Stage, u: Floats, path_mm: Sequence[float]) -> Floats:
+    """State of a stage of friction that began at the first of these deformations and was brought to the others."""
+    rows = np.tile(u, (len(path_mm), 1))
+    for j, name in enumerate(stage.channels):
+        if name == DEFORMATION:
+            rows[:, j] = path_mm
+    x = stage.start(rows[0], 0.0)
+    stage.run(x, rows, np.zeros(len(rows)))
+    return x
 
 
 def rate_difference_n(one: CompiledModel, other: CompiledModel) -> float:
