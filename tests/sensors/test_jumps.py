@@ -62,7 +62,7 @@ def test_a_throttle_that_is_opened_is_for_a_step_as_quick_and_no_jump():
     forces_n = np.outer(2000.0 + rises_n, (SHARE, 1 - SHARE))
     jump = followed(forces_n, forces_n / SPRINGS)
     assert (jump["jumped_n"] == 0.0).all()
-    assert jump["could_n"] == pytest.approx(19 * LEADS_UP_N_S * DT_S) < rises_n[-1]
+    assert jump["could_n"] == pytest.approx(19 * LEADS_UP_N_S * DT_S)
 
 
 def test_a_transducer_that_jumps_is_counted_and_no_thrust_of_it_is():
