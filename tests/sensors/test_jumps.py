@@ -7,8 +7,8 @@ from tests.sensors.test_evidence import INSTALLED, SHARE, said_of
 from thrustd.core.columns import MOUNT_STATE
 from thrustd.sensors import evidence, onsets
 from thrustd.sensors.jumps import (
-    FASTEST_FALL_N_S,
-    FASTEST_RISE_N_S,
+    FASTEST_N_S,
+    LEADS_UP_N_S,
     _inverse,
     _log_fuelled,
     _noise,
@@ -49,11 +49,20 @@ def followed(forces_n, deformations_mm):
 
 
 def test_a_throttle_that_is_cut_is_no_jump():
-    falls_n = -0.9 * FASTEST_FALL_N_S * DT_S * np.arange(20)
+    falls_n = -0.9 * FASTEST_N_S * DT_S * np.arange(20)
     forces_n = np.outer(5000.0 + falls_n, (SHARE, 1 - SHARE))
     jump = followed(forces_n, forces_n / SPRINGS)
     assert (jump["jumped_n"] == 0.0).all()
     assert jump["could_n"] == pytest.approx(falls_n[-1])
+
+
+def test_a_throttle_that_is_opened_is_for_a_step_as_quick_and_no_jump():
+    """Recorded N1 raise a thrust by 3.9 kN/s; of a rise that only the mounts show, less counts as the thrust's own."""
+    rises_n = 3900.0 * DT_S * np.arange(20)
+    forces_n = np.outer(2000.0 + rises_n, (SHARE, 1 - SHARE))
+    jump = followed(forces_n, forces_n / SPRINGS)
+    assert (jump["jumped_n"] == 0.0).all()
+    assert jump["could_n"] == pytest.approx(19 * LEADS_UP_N_S * DT_S)
 
 
 def test_a_transducer_that_jumps_is_counted_and_no_thrust_of_it_is():
@@ -61,7 +70,7 @@ def test_a_transducer_that_jumps_is_counted_and_no_thrust_of_it_is():
     forces_n[5:, 0] += 500.0
     jump = followed(forces_n, forces_n / SPRINGS)
     assert jump["jumped_n"].tolist() == [500.0, 0.0]
-    assert jump["could_n"] == pytest.approx(FASTEST_RISE_N_S * DT_S)
+    assert jump["could_n"] == pytest.approx(LEADS_UP_N_S * DT_S)
     forget(jump)
     assert jump["jumped_n"].tolist() == [0.0, 0.0] and jump["could_n"] == 0.0
 
@@ -94,7 +103,7 @@ def test_a_thrust_may_have_moved_in_every_step_that_jumped():
     forces_n = np.full((10, 2), 2000.0)
     forces_n[5:8] -= 100.0 * np.arange(1, 4)[:, None]
     forces_n[8:] -= 300.0
-    one_n = FASTEST_FALL_N_S * DT_S
+    one_n = FASTEST_N_S * DT_S
     assert followed(forces_n[:6], forces_n[:6] / SPRINGS)["step_n"] == pytest.approx(one_n)
     assert followed(forces_n, forces_n / SPRINGS)["step_n"] == pytest.approx(one_n * 3**0.5)
 
@@ -111,7 +120,7 @@ def weighed(rate_n_s, fault_n, jumped_n, fuelled_n=0.0, rows=12):
         row[PER_FUEL_N], row[LOG_FLOW] = 1.5 * thrust_n, np.log(thrust_n / 30_000.0)  # near enough
         row[SAID : SAID + N_SOURCES] = said_of(thrust_n, fault, rng)
         row[COUNTS : COUNTS + N_SOURCES] = 1.0
-        row[MOUNT_RATE_N_S], row[STEP_N] = 0.4 * rate_n_s, FASTEST_FALL_N_S * DT_S
+        row[MOUNT_RATE_N_S], row[STEP_N] = 0.4 * rate_n_s, FASTEST_N_S * DT_S
         row[JUMPED_N : JUMPED_N + 2] = jumped_n if k == 150 + rows else 0.0
         assert remember(past, 0, row, SHARE)
         if late:
@@ -173,7 +182,7 @@ def test_throttles_that_are_cut_again_and_again_are_no_fault_however_long_ago():
         row[PER_FUEL_N], row[LOG_FLOW] = 1.5 * thrust_n, np.log(thrust_n / 30_000.0)
         row[SAID : SAID + N_SOURCES] = said_of(thrust_n, np.zeros(N_SOURCES), rng)
         row[SAID + FUEL_FLOW] += 0.0 if cut else 20.0 * moved_n  # it leads while the throttle opens
-        row[COUNTS : COUNTS + N_SOURCES], row[STEP_N] = 1.0, FASTEST_FALL_N_S * DT_S
+        row[COUNTS : COUNTS + N_SOURCES], row[STEP_N] = 1.0, FASTEST_N_S * DT_S
         row[MOUNT_RATE_N_S] = abs(moved_n)
         row[JUMPED_N : JUMPED_N + 2] = moved_n * np.array((SHARE, 1 - SHARE)) if cut else 0.0
         assert remember(past, 0, row, SHARE)

@@ -28,7 +28,6 @@ from thrustd.sensors.errors import THRUST_N2, Parts, covariance, installed_n2
 from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, fault_shape, installed_shape
 from thrustd.sensors.onsets import (
     BLED,
-    FAR,
     LEAST_P,
     N_ALONE,
     N_HYPOTHESES,
@@ -149,7 +148,7 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
         if which == BLED:
             of_stretches(scene, told)
         elif which == SCALE_OFF:
-            of_scale(scene, FAR * installed_as.scale, told)
+            of_scale(scene, installed_as, told)
         else:
             of_onsets(which, scene, told)
         logs, said = told.logs[: told.n[0]], told.said[: told.n[0]]

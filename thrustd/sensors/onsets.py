@@ -14,10 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from thrustd.core.aircraft import Installed
 from thrustd.core.columns import Floats, Integers
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import Parts
 from thrustd.sensors.fault_fit import Alone, Seen, Solved, answer, gradual, grow, room_for, solve
+from thrustd.sensors.fault_shape import installed_shape
 from thrustd.sensors.jumps import see_jump, shaken
 from thrustd.sensors.past import (
     AIR_MACH,
@@ -214,25 +216,33 @@ def of_stretches(scene: Scene, told: Told) -> None:
 
 
 @compiled
-def of_scale(scene: Scene, scale: float, told: Told) -> None:
+def of_scale(scene: Scene, installed: Installed, told: Told) -> None:
     """As `of_onsets`, of a part of the load that both mounts show too much or too little since before the first row.
 
     Nobody knows of what size such an error is, so agreement is no evidence against it: it counts as much as with the
     sigma that the rows favour most, max over s of p(y | s) / p(y | 0) = exp((z^2 - 1) / 2) / |z| where |z| > 1, else 1.
+    Who doubts the scale takes no zero for granted, nor anything else that no bench shows: a scale would be known from
+    how little mounts and brochure differ at idle, where a zero hides it.
     Reference: Berger & Sellke, Testing a point null hypothesis, J. Am. Stat. Assoc. 82 (1987) 112.
     """
-    rows, n, alone, sigma2 = scene.rows, scene.n, alone_of(scene, pattern_of(MOUNTS_OFF, scene.parts)), scale**2
-    q = g = u = 0.0
+    rows, n, pattern = scene.rows, scene.n, pattern_of(MOUNTS_OFF, scene.parts)
+    far = Installed(
+        installed.zero_n, FAR * installed.scale, installed.drag_m2, installed.rest_n, installed.cant_n_g,
+        installed.inertia_n_g, installed.share, installed.couple_n_g,
+    )  # fmt: skip
+    alone, shape, across, sigma2 = alone_of(scene, pattern), installed_shape(rows, n, far), np.empty(n), far.scale**2
+    seen = Seen(np.empty((n, n)), np.empty(n), np.empty(n), pattern)
+    q = g = 0.0
     for i in range(n):
+        grow(shape, alone, i, across, seen)
         g += rows[i, LEVEL_N] * alone.g[i]
-        u += rows[i, LEVEL_N] * alone.u[i]
         for j in range(n):
             q += rows[i, LEVEL_N] * rows[j, LEVEL_N] * alone.f[i, j]
-    wide = 1.0 + sigma2 * q
-    z2 = sigma2 * g * g / wide
+    z2 = sigma2 * g * g / (1.0 + sigma2 * q)
     ratio = 0.5 * (z2 - 1.0 - log(z2)) if z2 > 1.0 else 0.0
     prior = STAYS if scene.found == SCALE_OFF else SCALED
-    _tell(told, log(prior) + ratio, -sigma2 * u * g / wide, sigma2 * u * u / wide)
+    _, moved_n, more_n2 = answer(solve(1.0, n, seen, shape, room_for(n)), 0.0, 0.0)
+    _tell(told, log(prior) + ratio, moved_n, more_n2)
 
 
 @compiled

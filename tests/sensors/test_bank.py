@@ -1,0 +1,33 @@
+"""Where two sources disagree and nothing tells which is right, the status says so and the band holds both."""
+
+import numpy as np
+
+from tests.sensors.test_monitor import CITATION, LAYOUT, SHARES, cruise, monitor_inputs
+from thrustd.core.types import Status
+from thrustd.fusion.mixture import STD_N, Weighed, mix
+from thrustd.sensors.bank import BY_MOUNTS
+from thrustd.sensors.monitor import Monitor
+from thrustd.sensors.onsets import MOUNTS_OFF, WELL
+
+DRIFT_N_S, FROM_S, DECK_N = 4.0, 60.0, 150.0
+
+
+def test_mounts_that_leave_the_brochure_are_disagreed_with_before_they_are_named_and_the_band_holds_both():
+    rng, monitor, told, held = np.random.default_rng(3), Monitor(LAYOUT, CITATION, SHARES), [], []
+    for k in range(4000):
+        read, drift_n = cruise(k, rng), DRIFT_N_S * max(k / 10 - FROM_S, 0.0)
+        for mount in (0, 1):
+            read["deformation_mm", mount] += drift_n / 2.0 / 3600.0
+        verdict = monitor.step(monitor_inputs(k, read))
+        told.append([bool(status & Status.DISAGREE) for status in verdict.status])
+        rows, lead = monitor.bank.rows[0], monitor.bank.found.item(0)
+        if lead == WELL and told[-1][0]:
+            weighed = Weighed(rows, lead, monitor.uncorrected_n(0), BY_MOUNTS)
+            thrust_n, std_n = mix(0.0, rows[lead, STD_N], weighed)  # beside what mounts and brochure say together
+            held.append(abs(rows[MOUNTS_OFF, 1] - thrust_n) < 1.96 * std_n)
+        if lead == MOUNTS_OFF:
+            break
+    assert lead == MOUNTS_OFF and drift_n > 2.0 * DECK_N
+    assert not np.any(told, axis=0)[1]  # the other engine is well
+    assert not any(engine for engine, _ in told[: round(10 * FROM_S)])  # nor was this one told before
+    assert len(held) > 20 and all(held)
