@@ -277,9 +277,9 @@ def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[N
             for one in verdict.channels
         ]
     if more_left(base, verdict):
-        along = f", structure along {names}" if names else ""
-        unit = base.roles.unit
-        advice.append(f"{newtons(rest)} {unit} left, floor about {newtons(floor)} {unit}{along}: something else too")
+        along, unit = f", structure along {names}" if names else "", base.roles.unit
+        why = "no effect explains the rest" if verdict.words == ("none",) else "something else too"
+        advice.append(f"{newtons(rest)} {unit} left, floor about {newtons(floor)} {unit}{along}: {why}")
     if verdict.words == ("none",) and before(ranked.nothing, base) > (1.0 + WORTH) * rest**2 / base.scale**2:
         advice.append(
             f"{newtons(rest)} {base.roles.unit} with curve, relaxation, friction and load cell moved as far as the"
