@@ -73,6 +73,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
     if bench and learnt(spec) is not None:
         raise ModelError(f"{spec.name}: it carries what its own bench said; expected a model without, or no --bench")
     stored = _told_by(with_walk(regress(bench), bench)) if bench else learnt(spec)
+    from_bench = stored is not None
     if stored is not None:
         scale = stored.output_scale
         bare = shape_of(stored), point_of(stored), information_of(stored)
@@ -83,7 +84,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         core = msgspec.structs.replace(spec, effects=[], witness=None)
         every = -(-sum(map(len, segments)) // SEARCHED)
         told = [replace(s, force_n=thinned(simulate(core, s), every)) for s in segments]
-        found = regress(told)
+        found = regress(told, loose=False)
         stored, scale = kept(found), found.shape.output_scale
         promised = _promised(spec, segments) / scale
         noise = max(promised**2, every * found.noise_variance)
@@ -93,7 +94,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
     loaded = [k for k, segment in enumerate(segments) if not begins_unloaded(segment, shape)]
-    if not loaded:
+    if from_bench and not loaded:
         shape, information = _zeroed(shape, information)
     terms = [*map(_present, present), *walks(segments, walk_n(stored), sized=True), *_states(shape, point, loaded)]
     return _beside(Base(shape, point, information, noise, promised), terms)

@@ -61,8 +61,9 @@ def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequenc
     terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
     table = table_of(base, nothing)
     moved, left_mse = screened(table, terms), table.mse()
-    still = screened(table_of(base, unmoved(base, records, nothing), still=True), terms)
-    seen = [*moved, *(replace(one, before=max(one.before, left_mse)) for one in still)]
+    benched = bool(np.isinf(base.own_mse))  # else nobody knows how core and reference were
+    still = screened(table_of(base, unmoved(base, records, nothing), still=benched), terms)
+    seen = [*moved, *(replace(one, before=max(one.before, left_mse) if benched else left_mse) for one in still)]
     clearest = {id(one.term): one for one in sorted(seen, key=lambda one: one.removes)}
     looked = sorted(clearest.values(), key=lambda one: -one.removes)
     return Looks(nothing, table, looked, terms, max((left_mse - one.mse for one in moved[:1]), default=0.0))

@@ -55,16 +55,15 @@ def yielding(d: Sequence[Floats], scale: float, play: float | None = None) -> Te
     return at_start(EFFECT, {"friction_n": SIZE * scale}, shape)
 
 
-def by_law(term: Term, law: Effect) -> list[Term]:
+def by_law(term: Term, law: Effect, loose: bool) -> list[Term]:
     """The element by another law, whose shapes begin where that of the turn does.
 
-    A play around the reading begins at the reading's noise, and at a gap that a loose joint crosses while its friction
-    stands.
+    A play around the reading begins at the reading's noise; where joints may be `loose`, also at a gap that one crosses
+    while its friction stands.
     """
-    turn = term.fixed["yield_mm"]
-    plays = {PLAY * turn, term.fixed["deadband_mm"]} if "deadband_mm" in law.neutral() else {0.0}
-    found = []
-    for play in sorted(plays):
+    turn, found = term.fixed["yield_mm"], []
+    gaps = [PLAY * turn] if loose and "deadband_mm" in law.neutral() else []
+    for play in (term.fixed["deadband_mm"], *gaps):
         fixed = {"yield_mm": turn, "deadband_mm": play, "play_mm": PLAY * turn}
         values = {name: fixed.get(name, value) for name, value in law.neutral().items()}
         found.append(replace(term, effect=law, fixed=values))

@@ -52,9 +52,16 @@ BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another b
 
 @one_thread()
 def regress(
-    segments: Sequence[Segment], progress: Progress | None = None, laws: Sequence[Effect] = YIELDING
+    segments: Sequence[Segment],
+    progress: Progress | None = None,
+    laws: Sequence[Effect] = YIELDING,
+    *,
+    loose: bool = True,
 ) -> Solution:
-    """The most probable mount, yielding by the best of these laws. RecordingError when the data tell nothing."""
+    """The most probable mount, yielding by the best of these laws; `loose`: its joints may be.
+
+    RecordingError when the data tell nothing.
+    """
     shape, records = prepared(segments)
     plain = replace(shape, terms=())  # what yields would hide where a record begins
     found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
@@ -74,7 +81,7 @@ def regress(
     begin = first_point(shape, records)
     none = np.zeros(0)
     stopless = replace(shape, radii=none, grows=False)
-    alone = [replace(stopless, terms=(term,)) for law in laws for term in by_law(shape.terms[0], law)]
+    alone = [replace(stopless, terms=(term,)) for law in laws for term in by_law(shape.terms[0], law, loose)]
     bare = replace(found.point, stops=none, growth=none)
     single = best([tried(one, replace(bare, terms=begun(one.terms))) for one in alone])
     whole = replace(shape, terms=single.shape.terms)
