@@ -69,3 +69,12 @@ def test_a_shift_by_vibration_is_found_at_whatever_level_the_record_shakes():
     assert report.verdict == ("vibration_rectification",)
     shift = next(p for p in report.candidates[0].parameters if p.name == "shift_mm")
     assert abs(shift.value - 12.0) < 1.96 * shift.std
+
+
+def test_a_record_that_shakes_for_a_moment_has_no_level_of_it():
+    data = columns()
+    data["vibration_mm_s"] = np.zeros(len(data["time_s"]))
+    data["vibration_mm_s"][:40] = 5.0  # a third of a percent of the readings
+    noise = NOISE_N * np.random.default_rng(4).standard_normal(len(data["time_s"]))
+    measured = make_recording("measured", data | {"force_N": simulated(mount(), data) + noise})
+    assert diagnose(mount(), [measured]).verdict == ("none",)

@@ -178,7 +178,8 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
     if p.unit == "N" or p.unit.startswith("N "):
         size *= rig.force_factor
     if p.level:  # as large a prior where a record shakes little
-        size *= (p.level / max(map(abs, rig.ends.get(effect.channels[0], (p.level,))))) ** 2
+        most = max(map(abs, rig.ends.get(effect.channels[0], (0.0,))))
+        size *= (p.level / most) ** 2 if most else 1.0  # a few readings that are not nothing are no level
     return size
 
 
