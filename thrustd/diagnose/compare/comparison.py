@@ -114,8 +114,8 @@ class CompareReport:
                 )
             if c.rmse_in_flight_n != c.rmse_from_rest_n:
                 console.print(
-                    f"  its reading is late, and put back to its time here: in flight that is extrapolated, RMSE"
-                    f" {newtons(c.rmse_in_flight_n, unit=c.roles.output_unit)}",
+                    f"  its reading is not in time, and put back to its time here exactly: sample by sample, as in"
+                    f" flight, RMSE {newtons(c.rmse_in_flight_n, unit=c.roles.output_unit)}",
                 )
         for c in {c.model: c for c in self.comparisons if c.ledger}.values():
             console.print(f"\nError ledger of {c.model}", style="bold")

@@ -26,7 +26,7 @@ from thrustd.diagnose.search.curves import Followed, curve_sigma, followed
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
-from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows
+from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed
 from thrustd.diagnose.search.joint import Joint, counted, told
 from thrustd.diagnose.search.library import column_of
 from thrustd.diagnose.search.past import by_past
@@ -87,7 +87,7 @@ def diagnose(
     base = question.base
     energy = loop_energy(records)
     turned = [energy.sentence(records)] if energy.delivers and not given.against else []
-    if turned and not at_floor(verdict.fit, base):  # no passive law explains it, whichever fits best
+    if turned and not at_floor(verdict.fit, base) and not signed(base):  # no passive law explains it, whichever fits
         verdict = Verdict(("unknown",), ranked.nothing, ())
     ranked, verdict = _told(base, rows, ranked, verdict)
     report = _report(name or spec.name, question, ranked, verdict, not_judged, turned, beside)
@@ -241,7 +241,7 @@ def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
         f"{effect.word}{together} removes {removed:.0f} % of the squared error on held-back blocks"
         f" ({newtons(scale * was**0.5)} -> {newtons(scale * best.mse**0.5)} {base.roles.unit}),"
         f" better in {int(np.count_nonzero(fall > 0))} of {len(fall)} blocks"
-        + (", looking ahead in the record; in flight it can only be extrapolated" if effect.ahead_s else "")
+        + (", looking ahead in the record where one is late: in flight that is extrapolated" if effect.ahead_s else "")
     )
 
 

@@ -1,4 +1,4 @@
-"""A free run of a model over a stretch of data; a reading that the model knows to be late is put back to its time.
+"""A free run of a model over a stretch of data; a reading that the model knows to be late or early is put back in time.
 
 A record allows to look ahead, a flight does not.
 """
@@ -16,7 +16,7 @@ from thrustd.model.stage import Floats, free_run
 
 
 def lateness(spec: ModelSpec) -> tuple[ModelSpec, float]:
-    """The model without the effects that a record can undo by looking ahead in it, and how far ahead, s."""
+    """The model without the effects that a record can undo by looking ahead, or back, in it, and how far, s."""
     late_s, rest = 0.0, []
     for present in spec.effects:
         ahead_s = effect_named(present.name).ahead_s

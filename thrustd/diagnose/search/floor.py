@@ -36,6 +36,11 @@ def shows(fit: Joint, base: Base) -> bool:
     return bool(left(fit, base) > (SHOWS * floor_of(fit, base)) ** 2)
 
 
+def signed(base: Base) -> bool:
+    """Whether no sign is turned: a model that a bench told explains the larger part of these records as it is."""
+    return base.benched and base.as_is_mse < MOST
+
+
 def mostly(nothing: Joint, fit: Joint, base: Base) -> bool:
     """Whether effects explain most of what is left without them: above the floor, or above what the bench left.
 
