@@ -12,7 +12,7 @@ from thrustd.installation.shipped import shipped
 from thrustd.model.c_model import c_source
 from thrustd.model.calibrated import calibrated
 from thrustd.model.compile import compile_model
-from thrustd.mounts.start import at_rest, resting_n
+from thrustd.mounts.start import LOAD_AGE_S, Past, Unseen, at_rest, resting_n
 from thrustd.twin.installation import PLAIN, carried_parts
 from thrustd.twin.mount import LOWER, UPPER, advance
 from thrustd.twin.mount import at_rest as unloaded
@@ -86,6 +86,29 @@ def test_what_friction_held_of_the_weight_turns_with_the_thrust(thrust_n):
         rows = np.stack([row(each) for each in [0.0, *read_mm.tolist()]])
         said_n.append(model.simulate(rows)[-1])
     assert said_n == pytest.approx(thrust_n * np.array([0.352, 0.648]), abs=25.0 + 0.01 * thrust_n)
+
+
+@pytest.mark.parametrize("thrust_n", [500.0, 2000.0, 6000.0])
+def test_after_a_flight_the_lower_mount_holds_the_friction_of_a_load_that_fell(thrust_n):
+    """A tethered run has told its zero: what it shows at rest is friction, some 260 N, and 30 N of creep."""
+    still, pulled = (
+        carried_parts(0.46, PLAIN._replace(statics=True), np.array([each]), np.array([[0.0], [0.0], [1.0]]), 0.0)[1, 0]
+        for each in (0.0, thrust_n)
+    )
+    state = unloaded(LOWER)
+    rise = np.minimum(np.arange(1, HELD_S + 1) / RISE_S, 1.0)
+    held_mm = advance(LOWER, state, still * rise, 1.0)[-1]
+    landed_mm = advance(LOWER, state, np.concatenate((still + 6000.0 * rise, still + 6000.0 * (1.0 - rise))), 1.0)[-1]
+    rises = np.minimum(np.arange(1, 10 * PULLED_S + 1) / (10 * RISE_S), 1.0)
+    read_mm = advance(LOWER, state, still + rises * (pulled - still), 0.1) - held_mm
+    (spec,) = read_models([shipped("models/left-lower.json", "model")]).values()
+    model = compile_model(calibrated(spec, place_of("left_lower", INSTALLATION.config, RIGID), "left_lower"), 10.0)
+    row, shown_mm = at_rest(model, {"accel_z_g": 1.0}), float(landed_mm - held_mm)
+    assert resting_n(model, row(shown_mm)) > 200.0
+    state = Unseen(model).start(row, shown_mm, Past(None, LOAD_AGE_S, rested=True, carries_nothing=True))
+    said_n = model.simulate(np.stack([row(each) for each in [shown_mm, *read_mm.tolist()]]), state)
+    assert said_n[0] == pytest.approx(0.0, abs=40.0)
+    assert said_n[-1] == pytest.approx(0.648 * thrust_n, abs=30.0 + 0.01 * thrust_n)
 
 
 def test_below_its_bench_a_curve_goes_on_as_on_the_other_side():

@@ -7,10 +7,11 @@ from tests.conftest import simple_model
 from thrustd.core.calibration import MountCalibration, Zero
 from thrustd.core.columns import GOOD, MOUNT_STATE
 from thrustd.fusion.settings import FusionSettings
-from thrustd.model.artifact import EffectSpec, ErrorMap, LinearBlock, RealMode
+from thrustd.model.artifact import EffectSpec, ErrorMap, LinearBlock, RealMode, ValidRange
 from thrustd.model.compile import compile_model
 from thrustd.mounts.source import NOTHING_MEASURED, MountSource, upper_share
 from thrustd.mounts.start import LOAD_AGE_S, Past, Unseen
+from thrustd.mounts.step import IN_SHEAR_STD
 from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sync import align
 from thrustd.sync.grid import Grid
@@ -24,6 +25,8 @@ EFFECTS = [
     EffectSpec("hysteresis_prandtl_ishlinskii", {"friction_n": 70.0, "spread_mm": 0.1}),
     EffectSpec("viscous_damping", {"damping_n_s_mm": 100.0}),
 ]
+
+UNDER_LOAD = MountCalibration(gain_std=0.003)  # a tethered run has told gain and zero
 
 
 @pytest.fixture(scope="module")
@@ -157,6 +160,27 @@ def test_what_is_too_large_for_a_zero_is_not_taken_and_stays_in_the_band(precise
     assert not bench.source.calibrate()
     after_mm, wider_mm = bench.source.snapshot()["zero"]
     assert after_mm == zero_mm and wider_mm == pytest.approx(np.hypot(std_mm, shown_mm), rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("pressed_mm", "told", "measured"),
+    [(0.0, 0.2, NOTHING_MEASURED), (-0.3, IN_SHEAR_STD, NOTHING_MEASURED), (-0.3, IN_SHEAR_STD, UNDER_LOAD)],
+)
+def test_a_mount_is_off_by_what_no_bench_has_shown_between_its_zero_and_where_it_is(pressed_mm, told, measured):
+    valid = ValidRange((0.25, 1.5), (1000.0, 7000.0))
+    spec = simple_model(valid=valid, pressed_mm=pressed_mm, effects=[EffectSpec("axial_inertia", {"mass_kg": 186.5})])
+    model = compile_model(spec, RATE_HZ)
+    off_n = []
+    for mm in (0.0, 0.1, 0.25, 1.0, 1.5, 1.6):
+        bench = Bench(model, measured)
+        bench.started(1, mm)
+        slopes = bench.source._means["stiffness_n_mm"][0]
+        off_n.append(bench.source.terms_n()["beyond_n"] / (slopes[0] if mm <= 1.5 else slopes[-1]))
+    below_mm = (
+        np.array([0.0, 0.1, 0.25, 0.25, 0.25]) if measured is NOTHING_MEASURED else np.array([0.25, 0.15, 0, 0, 0])
+    )
+    assert off_n[:-1] == pytest.approx((told * below_mm).tolist(), abs=1e-6)
+    assert off_n[-1] == pytest.approx(np.hypot(told * below_mm[-1], 0.2 * 0.1), rel=1e-3)
 
 
 def test_a_curve_that_is_flat_at_rest_is_not_calibrated_and_stops_nobody(model):

@@ -134,7 +134,7 @@ class Terms(NamedTuple):
     zero_n: float
     stiffness_n: float
     friction_n: float
-    beyond_n: float  # outside the identified range
+    beyond_n: float  # outside the identified range, counted from where the zero was found
     creep_n: float
     start_n: float  # load before the start, channels that are not measured: of both mounts to the same side
     share_n: float  # of the one mount that is left, with the couple of a mass that is off

@@ -188,11 +188,11 @@ def rubs(present: EffectSpec) -> bool:
 
 
 def rubbed(stage: Stage, u: Floats, path_mm: Sequence[float]) -> Floats:
-    """State of a stage of friction that began at the first of these deformations and was brought to the others."""
-    rows = np.tile(u, (len(path_mm), 1))
+    """State of a stage of friction that began at the first of these deformations, went to the others, ends at u's."""
+    rows = np.tile(u, (len(path_mm) + 1, 1))
     for j, name in enumerate(stage.channels):
         if name == DEFORMATION:
-            rows[:, j] = path_mm
+            rows[:-1, j] = path_mm
     x = stage.start(rows[0], 0.0)
     stage.run(x, rows, np.zeros(len(rows)))
     return x

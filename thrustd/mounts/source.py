@@ -18,7 +18,7 @@ from thrustd.model.artifact import FORCE_RATE_TAU_S
 from thrustd.model.compile import CompiledModel
 from thrustd.model.region_error import cells, region_std_n
 from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Past, Unseen, chords, resting_n, zero_of
-from thrustd.mounts.step import MEANS, TERMS, Cells, Held, Samples, add, fuse, terms_n
+from thrustd.mounts.step import EXTRAPOLATION_STD, IN_SHEAR_STD, MEANS, TERMS, Cells, Held, Samples, add, fuse, terms_n
 from thrustd.sync.grid import Grid
 
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
@@ -80,7 +80,9 @@ class MountSource:
         self._under_load = measured.gain_std is not None  # a tethered run has found its zero
         self._shift(measured.zero_mm, measured.zero_std_mm or settings.mount_zero_std_mm)
         means["friction_std_n"] = settings.mount_friction_std_n
-        means["low_mm"], means["high_mm"] = self.model.spec.valid.deformation_mm
+        means["low_mm"], means["high_mm"] = low_mm, high_mm = self.model.spec.valid.deformation_mm
+        means["below_std"] = IN_SHEAR_STD if self.model.spec.pressed_mm else EXTRAPOLATION_STD
+        means["told_mm"] = min(max(low_mm, 0.0), high_mm) if self._under_load else 0.0  # by a run through its range
         means["stiffness_n_mm"] = chords(self.model, self._inputs)[1]
 
     def set_channel(self, position: int, value: float) -> None:
