@@ -77,6 +77,7 @@ class Pipeline:
             places(config, parts.aircraft),
             tuple(engines),
         )
+        self._mounts_of_engine = self._layout.mounts_of_engine
         self._states = self._intake.states
         self._inputs = StepInputs(self._layout, self._hold, self._states)
         aircraft = parts.aircraft
@@ -193,7 +194,7 @@ class Pipeline:
         dt_s = (t_ns - self._looked_ns) * 1e-9 if self._looked_ns >= 0 else 0.0
         self._looked_ns = t_ns
         self._refresh(t_ns, self._inputs.look(t_ns), outputs)
-        for spool, mounts in zip(self._spools, self._layout.mounts_of_engine, strict=True):
+        for spool, mounts in zip(self._spools, self._mounts_of_engine, strict=True):
             self._intake.pass_time(dt_s, mounts if self._inputs.readings[spool] > RUNS_PCT else ())
         for source in self._sources:
             source.fuse((t_ns - since_ns) * 1e-9)
@@ -223,7 +224,7 @@ class Pipeline:
         outputs.extend(self._book.due(t_ns))
 
     def _terms(self, t_ns: int) -> list[Terms]:
-        combine, mine = self._monitor.combiner.terms_n, self._layout.mounts_of_engine
+        combine, mine = self._monitor.combiner.terms_n, self._mounts_of_engine
         of_mounts = [[self._sources[i].terms_n() for i in mounts] for mounts in mine]
         fuels_n = (self._fuel_std * abs(self._deck_n[:, 4])).tolist()
         others = [{"installation_n": self._monitor.uncorrected_n(e), "fuel_n": n} for e, n in enumerate(fuels_n)]
@@ -269,7 +270,7 @@ class Pipeline:
             self._sources[mount].hear_again()
 
     def _calibrate(self, engine: int, t_ns: int, outputs: list[Output]) -> None:
-        mounts = self._layout.mounts_of_engine[engine]
+        mounts = self._mounts_of_engine[engine]
         heard = [mount for mount in mounts if ("deformation_mm", mount) not in self._excluded]
         refused = [mount for mount in heard if not self._sources[mount].calibrate()]
         if len(refused) < len(heard):

@@ -133,7 +133,7 @@ class Bank:
 
     def disagree(self, engine: int) -> bool:
         """Nothing tells who is right; bled air is nobody's fault."""
-        p, found = self.rows[engine, :, P], self.found.item(engine)
+        p, found = self.rows[engine, :, P].tolist(), self.found.item(engine)
         likely = p[WELL] + p[BLED] if found in (WELL, BLED) else _likely.py_func(found, p)
         return bool(likely < 1.0 - DISAGREE)
 

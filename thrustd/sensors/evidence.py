@@ -42,7 +42,7 @@ from thrustd.sensors.onsets import (
     of_stretches,
 )
 from thrustd.sensors.past import COUNTS, LOWER, N_SOURCES, SAID, UPPER
-from thrustd.sensors.positive import factor, forward, inverse
+from thrustd.sensors.positive import factor_large, forward, inverse
 
 LEAST_N = -200.0  # ram drag of 10 kg/s at flight idle, less what is left of the gross thrust
 
@@ -95,13 +95,13 @@ def _said(rows: Floats, n: int, parts: Parts, off: Floats, installed: Installed)
         if off[s] != 0.0:
             seen[:, COUNTS + s] = 0.0
     low, y, c = covariance(seen, n, parts, installed), np.zeros(size), np.zeros(size)
-    factor(low, size)
+    factor_large(low)
     for i in range(size):
         y[i] = seen[i // N_SOURCES, SAID + i % N_SOURCES]
     for s in range(N_SOURCES):
         c[s] = parts[s] * THRUST_N2 if seen[0, COUNTS + s] != 0.0 else 0.0
-    forward(low, y, size)
-    forward(low, c, size)
+    forward(low, y)
+    forward(low, c)
     return float(np.sum(c * y)), float(THRUST_N2 - np.sum(c * c))
 
 

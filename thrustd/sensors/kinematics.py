@@ -132,11 +132,12 @@ class Accelerometer:
         """`place`: of a sensor among the readings."""
         self._taken = [(sensor, place(sensor)) for sensor in TAKEN]
         self._balance, self._weight_n = no_balance(), engine_mass_kg * STANDARD_GRAVITY_M_S2
+        self._blamed, self._excess_g = self._balance["blamed"], self._balance["excess_g"]  # (1,), views
 
     @property
     def blamed(self) -> Sensor | None:
         """Which of both is at fault."""
-        return (None, ACCELERATION, MACH)[int(self._balance["blamed"].item())]
+        return (None, ACCELERATION, MACH)[int(self._blamed.item())]
 
     def look(
         self, readings: Floats, trusts: Callable[[Sensor], bool] | None, dt_s: float, apart_n: Callable[[], Floats]
@@ -159,7 +160,7 @@ class Accelerometer:
     @property
     def error_n(self) -> float:
         """What it may do to an engine's thrust before it is found."""
-        return 0.0 if self.blamed else float(self._weight_n * self._balance["excess_g"].item())
+        return 0.0 if self.blamed else float(self._weight_n * self._excess_g.item())
 
     def snapshot(self) -> list[float]:
         return [0.0 if value != value else value for value in self._balance[0].tolist()]

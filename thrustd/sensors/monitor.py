@@ -161,7 +161,7 @@ class Monitor:
         mine = self._mine[engine]
         doubted = dict.fromkeys(mine.intersection(self._judged), "") if self._judged else {}
         doubted |= {sensor: kind for sensor, kind in self._kinds.items() if sensor in mine}
-        status = Status.SENSOR_EXCLUDED if doubted else Status(0)
+        status = int(Status.SENSOR_EXCLUDED) if doubted else 0
         if "stuck" in doubted.values():
             status |= Status.STUCK
         if any(name == "deformation_mm" for name, _ in doubted):
@@ -225,7 +225,7 @@ class Monitor:
     def _judge(self) -> list[Sensor]:
         """Who is at fault by the bank and by what the aircraft does."""
         blamed = self._accelerometer.blamed
-        if not (self._sat_stuck or blamed or self.bank.found.any()):
+        if not (self._sat_stuck or blamed or any(self.bank.found.tolist())):
             return []  # all is well
         judged: list[Sensor] = [("sat_degC", 0)] if self._sat_stuck else []
         for engine, found in enumerate(self.bank.found.tolist()):

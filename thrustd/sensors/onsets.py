@@ -133,17 +133,17 @@ def alone_of(scene: Scene, pattern: Floats) -> Alone:
 
 
 @compiled
-def _prior(which: int, m: int, size: int, scene: Scene) -> float:
-    """Of a fault in the newest m rows and one size."""
+def _prior(which: int, lasting: bool, size: int, scene: Scene) -> float:
+    """Of a fault of one size since one of the rows' onsets, or `lasting`: since before the first."""
     n = scene.n
     if which == scene.found:
         return STAYS / (2 * n)
-    if which == MOUNTS_OFF and m == n:
+    if which == MOUNTS_OFF and lasting:
         return INSTALLED
     new = NEW[which - 1]
     if which == BROCHURE_OFF and size == 1:  # an engine is not that much unlike its deck
         return 0.5 * new / n
-    return 0.5 * ALWAYS[which - 1] if m == n else 0.5 * new / (n - 1)
+    return 0.5 * ALWAYS[which - 1] if lasting else 0.5 * new / (n - 1)
 
 
 @compiled
@@ -154,10 +154,9 @@ def _tell(told: Told, log_p: float, moved_n: float, more_n2: float) -> None:
 
 
 @compiled
-def _sudden(which: int, scene: Scene, m: int, size: int, seen: Seen, solved: Solved, told: Told) -> None:
-    """In the newest m rows, and once more with what the mounts jumped by then."""
+def _sudden(prior: float, scene: Scene, m: int, seen: Seen, solved: Solved, told: Told) -> None:
+    """In the newest m rows, and once more with what the mounts jumped by then; `prior`: ln of it."""
     rows, n, pattern = scene.rows, scene.n, seen.pattern
-    prior = log(0.5 * _prior(which, m, size, scene))
     ratio, moved_n, more_n2 = answer(solved, 0.0, 0.0)
     _tell(told, prior + ratio, moved_n, more_n2)
     if pattern[UPPER] * rows[m - 1, JUMPED_N] + pattern[LOWER] * rows[m - 1, JUMPED_N + 1] != 0.0:
@@ -174,22 +173,23 @@ def of_onsets(which: int, scene: Scene, told: Told) -> None:
     alone, across = alone_of(scene, pattern), np.empty(n)
     seen = Seen(np.empty((n, n)), np.empty(n), np.empty(n), pattern)
     room = room_for(n)
+    priors = log(0.5 * _prior(which, False, 0, scene)), log(0.5 * _prior(which, False, 1, scene))
     for m in range(1, n + 1):
         grow(scene.since, alone, m - 1, across, seen)
         for size in range(2):
             solved = solve(sizes[size], m, seen, scene.since, room)
             if m < n:
-                _sudden(which, scene, m, size, seen, solved, told)
+                _sudden(priors[size], scene, m, seen, solved, told)
             if m > 1:
                 ratio, moved_n, more_n2 = gradual(sizes[size], solved)
-                _tell(told, ratio + log(0.5 * _prior(which, m - 1, size, scene)), moved_n, more_n2)
+                _tell(told, ratio + priors[size], moved_n, more_n2)
     installed = which == MOUNTS_OFF
     for size in range(1 if installed else 2):
         shape, size_n = (scene.installed, 1.0) if installed else (scene.always, sizes[size])
         for i in range(n if size == 0 else 0):  # another shape begins anew
             grow(shape, alone, i, across, seen)
         ratio, moved_n, more_n2 = answer(solve(size_n, n, seen, shape, room), 0.0, 0.0)
-        _tell(told, log(_prior(which, n, size, scene)) + ratio, moved_n, more_n2)
+        _tell(told, log(_prior(which, True, size, scene)) + ratio, moved_n, more_n2)
 
 
 @compiled

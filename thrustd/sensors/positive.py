@@ -1,4 +1,7 @@
-"""Cholesky factor and inverse of a positive matrix, in compiled code that comes to the same bits everywhere."""
+"""Cholesky factor and inverse of a positive matrix, in compiled code that comes to the same bits everywhere.
+
+A large one is worked on along its rows, several numbers at a time; each number's sum keeps its order.
+"""
 
 from math import log, sqrt
 
@@ -10,7 +13,7 @@ from thrustd.core.jit import compiled
 
 @compiled
 def factor(c: Floats, n: int) -> float:
-    """Lower Cholesky factor of the first n in place; -> half of ln det."""
+    """Lower Cholesky factor of the first n, a few, in place; -> half of ln det."""
     half, product = 0.0, 1.0
     for j in range(n):
         left = c[j, j]
@@ -30,32 +33,49 @@ def factor(c: Floats, n: int) -> float:
 
 
 @compiled
-def forward(low: Floats, v: Floats, n: int) -> None:
-    """v <- L^-1 v with a lower factor."""
-    for i in range(n):
-        for k in range(i):
-            v[i] -= low[i, k] * v[k]
-        v[i] /= low[i, i]
+def factor_large(c: Floats) -> None:
+    """The same of all of a large one, but transposed: into the upper half."""
+    n = len(c)
+    for j in range(n):
+        c[j, j] = sqrt(max(c[j, j], 1e-12))
+        dots, over = np.zeros(n - j - 1), 1.0 / c[j, j]
+        for k in range(j):
+            row, by = c[k, j + 1 :], c[k, j]
+            for i in range(len(dots)):
+                dots[i] += row[i] * by
+        for i in range(j + 1, n):
+            c[j, i] = (c[j, i] - dots[i - j - 1]) * over
+            c[i, i] -= c[j, i] * c[j, i]
+
+
+@compiled
+def forward(c: Floats, v: Floats) -> None:
+    """v <- L^-1 v with the factor L' of a large one."""
+    for k in range(len(c)):
+        v[k] /= c[k, k]
+        for i in range(k + 1, len(c)):
+            v[i] -= c[k, i] * v[k]
 
 
 @compiled
 def inverse(c: Floats) -> Floats:
-    """Of a positive matrix, which is used up."""
+    """Of a large matrix, which is used up."""
     n = len(c)
-    factor(c, n)
-    low = np.zeros((n, n))  # transposed inverse of the factor: rows are run along
-    for j in range(n):
-        low[j, j] = 1.0 / c[j, j]
-        for i in range(j + 1, n):
-            dot = 0.0
-            for k in range(j, i):
-                dot += c[i, k] * low[j, k]
-            low[j, i] = -dot / c[i, i]
-    whole = np.empty((n, n))
+    factor_large(c)
+    low, whole = np.zeros((n, n)), np.zeros((n, n))  # low: inverse of L
     for i in range(n):
-        for j in range(i + 1):
-            dot = 0.0
-            for k in range(i, n):
-                dot += low[i, k] * low[j, k]
-            whole[i, j] = whole[j, i] = dot
+        for k in range(i):
+            dots, row, by = low[i, : k + 1], low[k, : k + 1], c[k, i]
+            for j in range(len(dots)):
+                dots[j] += row[j] * by
+        for j in range(i):
+            low[i, j] = -low[i, j] / c[i, i]
+        low[i, i] = 1.0 / c[i, i]
+    for i in range(n):
+        for k in range(i, n):
+            dots, row, by = whole[i, : i + 1], low[k, : i + 1], low[k, i]
+            for j in range(len(dots)):
+                dots[j] += row[j] * by
+        for j in range(i):
+            whole[j, i] = whole[i, j]
     return whole

@@ -57,7 +57,7 @@ class Hold:
 
     def newest_ns(self) -> int:
         """When the latest of all readings came."""
-        return int(self._t_ns.max(initial=0))
+        return max(0, *self._t_ns.tolist())
 
     def value(self, t_ns: int, signal: str, index: int = 0) -> float:
         """One value at t_ns, NaN when never seen or stale."""
