@@ -139,11 +139,14 @@ class AdcClock:
         chunks = (event for event in log.events() if isinstance(event, Frame) and event.channel == "adc")
         items = (item for event in chunks for item in adc_items(decoder, event.t_ns, event.data))
         samples = [(item.device_time_us, item.t_ns) for item in items if isinstance(item, AdcSample)]
-        self._samples_us, arrived_ns = np.array(samples).T
-        self._offset_us = np.min(arrived_ns / 1000 - self._samples_us)  # a sample is never newer than its arrival
+        self._samples_us, arrived_ns = np.array(samples, np.int64).reshape(-1, 2).T  # none in a life of a moment
+        late_us = arrived_ns / 1000 - self._samples_us
+        self._offset_us = np.min(late_us, initial=np.inf)  # a sample is never newer than its arrival
 
     def of(self, t_ns: int) -> int | None:
         """The ADC's time [us] of the sample of this instant; None when there is none."""
+        if not len(self._samples_us):
+            return None
         wanted_us = t_ns / 1000 - self._offset_us
         nearest: int = self._samples_us[np.argmin(np.abs(self._samples_us - wanted_us))].item()
         return nearest if abs(nearest - wanted_us) < self._near_us else None

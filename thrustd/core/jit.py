@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Iterator
 from enum import EnumMeta
 from hashlib import sha256
-from importlib import import_module
 from types import CellType, CodeType, FunctionType
 from typing import Any, Literal
 
@@ -38,17 +37,6 @@ class _Compiling(event.Listener):
         pass
 
 
-def _load_registries() -> None:
-    """numba loads scipy.linalg, a tenth of a start, to see whether it is there; where it is used it asks again."""
-    modules: dict[str, Any] = sys.modules
-    blas = "scipy.linalg.cython_blas"
-    if blas not in modules:
-        modules[blas] = None
-        import_module("numba.np.arraymath")
-        del modules[blas]
-
-
-_load_registries()
 _COMPILING = _Compiling()
 _register: Any = event.register
 _register("numba:compile", _COMPILING)
