@@ -14,7 +14,7 @@ from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.joint import block_equations, counted, joint_fit, std_over, told
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.question import NOTHING, asked
-from thrustd.diagnose.search.ranking import begin_at, exchanged, look
+from thrustd.diagnose.search.ranking import begin_at, look
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
 from thrustd.identify.identify import identify
@@ -141,23 +141,6 @@ def test_a_large_effect_is_seen_from_the_core_as_it_was():
     seen = look(question.base, question.rows, nothing, [effect_named(name) for name in names], question.rig)
     assert seen.looked[0].term.effect.name == "sensor_drift"
     assert seen.looked[0].removes > 0.95
-
-
-def test_what_could_stand_in_a_members_place_is_tried_before_it_is_named():
-    """Creep beside inertia follows a part of a zero that wanders, which nobody had tried in its place."""
-    wanders = EffectSpec("sensor_drift", {"drift_mm_h": -1.0, "settling_h": 0.07})
-    measured = record([wanders, EffectSpec("axial_inertia", {"mass_kg": 100.0})])
-    question = asked(identify([record(seed=7)]).spec, [measured], NOTHING)
-    base, rows, rig = question.base, question.rows, question.rig
-    effects = [effect_named(name) for name in ("creep_kelvin_voigt", "axial_inertia", "sensor_drift", "nacelle_drag")]
-    creep, mass = (next(terms_of(effect, rig)) for effect in effects[:2])
-    nothing = joint_fit(base, rows, ())
-    looks, found = look(base, rows, nothing, effects, rig), joint_fit(base, rows, (creep, mass))
-    rivals = exchanged(base, rows, looks, found, [nothing, found])
-    best = min(rivals, key=lambda fit: fit.mse)
-    assert set(best.words) == {"sensor_drift", "axial_inertia"}
-    assert best.mse < 0.8 * found.mse
-    assert not exchanged(base, rows, looks, found, [nothing, found, *rivals])
 
 
 def test_friction_that_grows_with_the_travel_is_added_with_its_growth():

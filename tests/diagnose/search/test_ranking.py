@@ -94,6 +94,7 @@ def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimat
 
     monkeypatch.setattr(ranking, "joint_fit", estimate)
     monkeypatch.setattr(better, "numbers_of", lambda fit: 1)
+    monkeypatch.setattr(better, "unlikely", lambda fit, noise: fit.mse)
     nothing, pair = estimate(None, (), ()), estimate(None, (), both)
     pair.solution = nothing.solution = SimpleNamespace(noise_variance=1.0)
     fits = [nothing, pair]

@@ -1,13 +1,12 @@
 """Which of two sets of effects is better, on blocks of time held back, and which channels say most."""
 
 from collections.abc import Sequence
-from math import log
 
 import numpy as np
 
 from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.floor import MOST
-from thrustd.diagnose.search.joint import SURE, Joint, numbers_of
+from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
 
 WORTH = 0.03  # of the squared error: less is not worth an effect
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
@@ -47,12 +46,9 @@ def stands(nothing: Joint, fit: Joint) -> bool:
 
 
 def simplest(fits: Sequence[Joint]) -> Joint:
-    """The nearest to what was known of core, reference and effects, of those that held-back blocks do not tell apart.
-
-    A number that the data choose costs what it does among so many blocks (Schwarz, Ann. Statist. 6 (1978) 461).
-    """
+    """With the fewest numbers, and the likeliest, of those that held-back blocks do not tell from the best."""
     best = min(fits, key=lambda fit: fit.mse)
-    return min(untold(best, fits), key=lambda fit: fit.strain + log(len(fit.block_mse)) * numbers_of(fit))
+    return min(untold(best, fits), key=lambda fit: (numbers_of(fit), unlikely(fit, best.solution.noise_variance)))
 
 
 def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:

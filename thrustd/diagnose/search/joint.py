@@ -133,7 +133,7 @@ def joint_fit(
     mse = held_back(found, blocks, prior)
     std, alone = std_over(found, blocks), std_over(found, blocks, _shapes(found.shape, len(terms)))
     walk = found.point.terms[walking(found.shape.terms)]
-    moved = prior.cost(found.point.vector(found.shape)) if base.benched else 0.0
+    moved = prior.cost(found.point.vector(found.shape)) if np.isinf(base.own_mse) else 0.0  # no bench to move from
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone, moved, float(walk @ walk))
 
 
@@ -284,6 +284,12 @@ def held_back_squares(
         step = new - vector
         squares[mine] = blocks.squares[mine] - 2 * towards @ step + matrix @ step @ step
     return np.maximum(squares, 0.0)
+
+
+def unlikely(fit: Joint, noise: float) -> float:
+    """Minus twice the log of the held-back likelihood times the prior of its effects, but for a constant."""
+    sigmas = fit.solution.point.vector(fit.solution.shape)[fit.new]
+    return fit.mse * float(np.sum(fit.block_size)) / noise + float(sigmas @ sigmas)
 
 
 def numbers_of(fit: Joint) -> int:
