@@ -4,7 +4,7 @@ Stops obey Masing's rule; real joints and fillers often do not: cycled gently th
 whose force, and the deformation over which it turns over, are estimated with everything else says which it is
 (Bouc-Wen, Berg, or one behind a free play, whichever follows the data better). Data without it leave it at nothing.
 A rubber that hardens may relax whole, hardening and all, or only in what its deformation stretches
-(`relaxation_maxwell`): between the two the data choose.
+(`relaxation_maxwell`), or flow the faster there, the more it is stretched (`relaxation_eyring`): the data choose.
 """
 
 from collections.abc import Sequence
@@ -24,18 +24,23 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects.hysteresis import EFFECT
 from thrustd.model.effects.hysteresis_backlash import EFFECT as BACKLASH
 from thrustd.model.effects.hysteresis_berg import EFFECT as BERG
+from thrustd.model.effects.relaxation_eyring import EFFECT as FLOWING
 from thrustd.model.effects.relaxation_maxwell import EFFECT as BRANCHES
 from thrustd.model.effects.relaxation_maxwell import STIFFNESSES, ladder
 
 YIELDING = (EFFECT, BERG, BACKLASH)
+BESIDE = (BRANCHES, FLOWING)  # the spring
 GROWS = (
     FRICTION,
     *(law.name for law in YIELDING),
     BRANCHES.name,
+    FLOWING.name,
 )  # what `identify` finds by itself may be found once more, on top
 SIZE = 0.1  # of the output's spread: one sigma of the friction
 PLAY = 0.5  # of the deformation of the turn: where a play begins that is crossed without force
 YIELD = 0.1  # of the travel: where the deformation of the turn begins, one sigma is a factor of e
+FLOW = 0.05  # of the travel: where the stretch begins at which a branch flows
+SLOWER = 100.0  # times the slowest lag: a branch at rest, of which load makes that lag
 STIFFNESS = 0.1  # of the output's spread over the travel: one sigma of a branch, until the data tell their common size
 BEGIN = 0.1  # of its sigma: where the friction begins, so that the deformation of the turn can move
 NOISE = 3.0  # sigmas: where the play begins that keeps the tremble of a reading out of friction, nearly all of it
@@ -80,21 +85,24 @@ def law_of(shape: Shape) -> Effect:
     return next(term.effect for term in shape.terms if term.effect in YIELDING)
 
 
-def branches_beside(shape: Shape) -> Term:
-    """The branches, over the time constants of the shape."""
-    size = STIFFNESS * shape.output_scale / travel(shape.f_grid)
+def branches_beside(shape: Shape, law: Effect) -> Term:
+    """The branches, over the time constants of the shape; those that flow, over slower ones that load makes these."""
+    mm = travel(shape.f_grid)
     ends = {"fastest_s": float(shape.taus_s[0]), "slowest_s": float(shape.taus_s[-1])}
-    return at_start(BRANCHES, dict.fromkeys(STIFFNESSES, size), ends)
+    if law is FLOWING:
+        ends |= {"slowest_s": SLOWER * ends["slowest_s"], "flow_mm": FLOW * mm}
+    return at_start(law, dict.fromkeys(STIFFNESSES, STIFFNESS * shape.output_scale / mm), ends)
 
 
-def has_branches(shape: Shape) -> bool:
-    return any(term.effect is BRANCHES for term in shape.terms)
+def branched(shape: Shape) -> Effect | None:
+    """The law of its branches, where it has any."""
+    return next((term.effect for term in shape.terms if term.effect in BESIDE), None)
 
 
 def stretched(shape: Shape, point: Point) -> list[tuple[float, float]]:
     """Time constants of the branches, s, and the force, N, that the travel stretches each by."""
     parts = zip(shape.terms, split(shape.terms, point.terms), strict=True)
-    found = [term.values(numbers) for term, numbers in parts if term.effect is BRANCHES]
+    found = [term.values(numbers) for term, numbers in parts if term.effect in BESIDE]
     mm = travel(shape.f_grid)
     return [(float(tau), mm * p[k]) for p in found for tau, k in zip(ladder(p), STIFFNESSES, strict=True)]
 

@@ -1,7 +1,7 @@
 """Which regression: hypotheses compete on blocks of the data that were held back.
 
     rubber      no curve behind, gains of relaxation and friction >= 0 (`regress`)
-    beside      the same with branches that the deformation stretches, not the curve (`friction`)
+    beside      the same with branches that the deformation stretches, not the curve, and that may flow (`friction`)
     general     gains of either sign, a second curve h, records that begin anywhere; hysteresis follows late
     smooth      the same without hysteresis
     settled     they begin at rest; instead, where that flies better: no state at first is known in flight
@@ -27,6 +27,7 @@ from thrustd.core.columns import Floats
 from thrustd.identify.first_state import simulated
 from thrustd.identify.regression import held
 from thrustd.identify.regression.even import before_even_curve, behind_even
+from thrustd.identify.regression.friction import BESIDE
 from thrustd.identify.regression.general import MOUNT, Asked, Kind, anew, fine, general_shape, holds_of, records_of
 from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse, with_spare
 from thrustd.identify.regression.pairs import with_best_pair
@@ -79,8 +80,10 @@ class Field:
 
     def rubber(self) -> Trial:
         plain = regress(self.visible, self.progress)
-        beside = with_branches(plain, self.visible, self.progress)
-        return _better(self._judged(plain), self._judged(beside), SEEN)
+        best = self._judged(plain)
+        for law in BESIDE:
+            best = _better(best, self._judged(with_branches(plain, self.visible, law, self.progress)), SEEN)
+        return best
 
     def general(self, hold: Hold = "foh") -> Trial:
         shape, records = general_shape(self.visible, self.asked, self.asked.hold or hold)

@@ -20,12 +20,11 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.friction import (
-    BEGIN,
     YIELDING,
     begun,
+    branched,
     branches_beside,
     by_law,
-    has_branches,
     law_of,
     yielding,
 )
@@ -98,11 +97,12 @@ def _surely(one: Solution, other: Solution, counts: int) -> bool:
 
 
 @one_thread()
-def with_branches(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
-    """The same mount with branches beside the spring."""
-    shape = replace(found.shape, terms=(*found.shape.terms, branches_beside(found.shape)))
-    begin = np.full(len(shape.terms[-1].free), BEGIN)
-    point = replace(found.point, terms=np.concatenate((found.point.terms, begin)))
+def with_branches(
+    found: Solution, segments: Sequence[Segment], law: Effect, progress: Progress | None = None
+) -> Solution:
+    """The same mount with branches of this law beside the spring."""
+    shape = replace(found.shape, terms=(*found.shape.terms, branches_beside(found.shape, law)))
+    point = replace(found.point, terms=np.concatenate((found.point.terms, begun(shape.terms[-1:]))))
     records = [begun_where(found, record) for record in prepared(segments)[1]]
     return solve(shape, point, records, found.precisions, progress=progress)
 
@@ -141,7 +141,8 @@ def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress |
 def same_rubber(rubber: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
     """By the same law, with the same branches or without, on other data; what their cell walked is told here."""
     found = regress(segments, progress, [law_of(rubber.shape)])
-    found = with_branches(found, segments, progress) if has_branches(rubber.shape) else found
+    law = branched(rubber.shape)
+    found = with_branches(found, segments, law, progress) if law is not None else found
     return with_walk(found, segments, progress)
 
 

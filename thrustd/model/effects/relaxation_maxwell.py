@@ -74,22 +74,24 @@ def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
         x[i] = u[0]
 
 
+PARAMETERS = (
+    Parameter("fastest_s", "s", neutral=0.1, low=1e-6, high=1e9, starts=(0.1,),
+              meaning="first time constant of the ladder", amplitude=False, estimate=False),
+    Parameter("slowest_s", "s", neutral=10_000.0, low=1e-6, high=1e9, starts=(10_000.0,),
+              meaning="last time constant of the ladder", amplitude=False, estimate=False),
+    *(
+        Parameter(name, "N/mm", neutral=0.0, low=0.0, high=1e9, starts=(100.0,),
+                  meaning="stiffness of the branch", expected="a hundredth of the mount's, each")
+        for name in STIFFNESSES
+    ),
+)  # fmt: skip
+
 EFFECT = Effect(
     name="relaxation_maxwell",
     title="relaxation beside the spring (Maxwell branches)",
     site="linear",
     channels=("deformation_mm",),
-    parameters=(
-        Parameter("fastest_s", "s", neutral=0.1, low=1e-6, high=1e9, starts=(0.1,),
-                  meaning="first time constant of the ladder", amplitude=False, estimate=False),
-        Parameter("slowest_s", "s", neutral=10_000.0, low=1e-6, high=1e9, starts=(10_000.0,),
-                  meaning="last time constant of the ladder", amplitude=False, estimate=False),
-        *(
-            Parameter(name, "N/mm", neutral=0.0, low=0.0, high=1e9, starts=(100.0,),
-                      meaning="stiffness of the branch", expected="a hundredth of the mount's, each")
-            for name in STIFFNESSES
-        ),
-    ),
+    parameters=PARAMETERS,
     step=step,
     prepare=prepare,
     n_state=1 + N_BRANCHES,
