@@ -13,6 +13,7 @@ order of the step. Under a constant deformation tanh(e / 2 s) decays with tau. A
 `identify` finds by itself. Positive k_i: rubber dissipates. Starts relaxed. Left out: an s of each branch's own.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -22,17 +23,19 @@ from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects.relaxation_maxwell import N_BRANCHES, PARAMETERS, STIFFNESSES, ladder
 from thrustd.model.stage import Floats, jit
 
+MOST = 100.0  # stretches s in half a step: of more nothing is left a step later
+
 
 @jit
 def advance(x: Floats, c: Floats, d: float) -> None:
-    """x (1 + n,): last deformation, stretches; c: decay (n,), stiffness (n,), s."""
+    """x (1 + n,): last deformation, exp(e / s) of the branches; c: decay (n,), stiffness (n,), s."""
     n = (c.size - 1) // 2
-    s = c[2 * n]
-    half = 0.5 * (d - x[0])
+    half = math.exp(min(max(0.5 * (d - x[0]) / c[2 * n], -MOST), MOST))
     x[0] = d
     for i in range(n):
-        t = c[i] * np.tanh((x[1 + i] + half) / (2.0 * s))
-        x[1 + i] = s * np.log((1.0 + t) / (1.0 - t)) + half
+        left, gone = 1.0 + c[i], 1.0 - c[i]
+        e = x[1 + i] * half
+        x[1 + i] = min(max((left * e + gone) / (gone * e + left) * half, 1e-99), 1e99)
 
 
 @jit
@@ -41,8 +44,8 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     advance(x, c, u[0])
     total = 0.0
     for i in range(n):
-        total += c[n + i] * x[1 + i]
-    return v + total
+        total += c[n + i] * math.log(x[1 + i])
+    return v + c[2 * n] * total
 
 
 @jit
@@ -53,7 +56,7 @@ def elements(x: Floats, c: Floats, u: Floats, wanted: Flags, out: Floats) -> Non
         advance(x, c, u[k, 0])
         if wanted[k]:
             for i in range(n):
-                out[at, i] = x[1 + i]
+                out[at, i] = c[2 * n] * math.log(x[1 + i])
             at += 1
 
 
@@ -67,7 +70,7 @@ def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
 def initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
     x[0] = u[0]
     for i in range((c.size - 1) // 2):
-        x[1 + i] = 0.0
+        x[1 + i] = 1.0
 
 
 EFFECT = Effect(
