@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from thrustd.identify.first_state import begun_at
 from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.curve import Grid
-from thrustd.identify.regression.friction import law_of
+from thrustd.identify.regression.friction import BESIDE, branched, law_of
 from thrustd.identify.regression.general import MOUNT
 from thrustd.identify.regression.hypotheses import explained, records_for
 from thrustd.identify.regression.known import Known
@@ -106,7 +106,37 @@ def test_a_spring_that_does_not_relax_beside_branches_that_do():
     from_rest = model.simulate(model.inputs({"deformation_mm": np.concatenate(([0.0], other))}))[1:]
     assert np.sqrt(np.mean((from_rest - unseen) ** 2)) < 0.5 * NOISE_N
     d, _, y = mount()
-    assert all(term.effect.name != "relaxation_maxwell" for term in explained([segment(d, y)]).shape.terms)
+    assert all(term.effect not in BESIDE for term in explained([segment(d, y)]).shape.terms)
+
+
+def flowing(n, seed, within=8):
+    """Bergstrom and Boyce: beside a spring, one behind a dashpot, whose rate is the fourth power of its load."""
+    d = mount(n, seed)[0]
+    force, load = np.empty(n), 0.0
+    for k, step in enumerate(np.diff(d, prepend=0.0) / within):
+        for _ in range(within):
+            load += 900.0 * step
+            slip = 900.0 * 0.004 * (load / 60.0) ** 4 * DT_S / within
+            load -= slip * np.sign(load) / (1.0 + 4.0 * slip / max(abs(load), 1e-9))
+        force[k] = 4500.0 * d[k] + 300.0 * d[k] ** 2 + load
+    return d, force
+
+
+def test_a_rubber_that_flows_the_faster_the_more_it_carries():
+    """By a law that is none of ours: what a linear relaxation leaves on other data falls to less than half."""
+    d, force = flowing(20_000, 0)
+    bench = [segment(d, force + NOISE_N * np.random.default_rng(5).standard_normal(len(d)))]
+    other, unseen = flowing(20_000, 7)
+
+    def error(found):
+        model = compile_model(fitted_from(found, bench).spec, 1 / DT_S)
+        from_rest = model.simulate(model.inputs({"deformation_mm": np.concatenate(([0.0], other))}))[1:]
+        return np.sqrt(np.mean((from_rest - unseen) ** 2))
+
+    found = explained(bench)
+    assert branched(found.shape).name == "relaxation_eyring"
+    assert error(found) < 0.5 * error(regress(bench))
+    assert error(found) < 0.35 * NOISE_N
 
 
 def test_friction_that_is_not_there_switches_itself_off():
@@ -282,6 +312,7 @@ def test_friction_that_yields_is_found_in_any_unit_of_the_deformation(unit):
         ("thermal_expansion",),
         ("relaxation", "thermal_stiffness"),
         ("relaxation_maxwell", "thermal_stiffness"),
+        ("relaxation_eyring", "thermal_stiffness"),
     ],
 )
 def test_columns_that_a_record_keeps_are_those_of_a_run(names):
@@ -305,7 +336,7 @@ def test_columns_that_a_record_keeps_are_those_of_a_run(names):
                 assert same == pytest.approx(one, abs=1e-7)
     plain = simulate(shape, point, keeps)
     assert plain == pytest.approx(simulate(shape, point, runs), abs=1e-9)
-    shapes = [term.effect.site == "force" and not p.amplitude for term in shape.terms for p in term.free]
+    shapes = [term.effect.site in ("force", "linear") and not p.amplitude for term in shape.terms for p in term.free]
     for i, by in enumerate(np.where(shapes, APART, NUDGE)):
         step = by * np.eye(len(point.terms))[i]
         ends = [step, -step if shapes[i] else 0.0 * step]
