@@ -134,7 +134,7 @@ def test_a_rubber_that_flows_the_faster_the_more_it_carries():
         return np.sqrt(np.mean((from_rest - unseen) ** 2))
 
     found = explained(bench)
-    assert branched(found.shape).name == "relaxation_eyring"
+    assert branched(found.shape).name == "relaxation_power"
     assert error(found) < 0.5 * error(regress(bench))
     assert error(found) < 0.35 * NOISE_N
 
@@ -312,7 +312,7 @@ def test_friction_that_yields_is_found_in_any_unit_of_the_deformation(unit):
         ("thermal_expansion",),
         ("relaxation", "thermal_stiffness"),
         ("relaxation_maxwell", "thermal_stiffness"),
-        ("relaxation_eyring", "thermal_stiffness"),
+        ("relaxation_power", "thermal_stiffness"),
     ],
 )
 def test_columns_that_a_record_keeps_are_those_of_a_run(names):

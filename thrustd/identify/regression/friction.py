@@ -4,7 +4,7 @@ Stops obey Masing's rule; real joints and fillers often do not: cycled gently th
 whose force, and the deformation over which it turns over, are estimated with everything else says which it is
 (Bouc-Wen, Berg, or one behind a free play, whichever follows the data better). Data without it leave it at nothing.
 A rubber that hardens may relax whole, hardening and all, or only in what its deformation stretches
-(`relaxation_maxwell`), or flow the faster there, the more it is stretched (`relaxation_eyring`): the data choose.
+(`relaxation_maxwell`), or flow there by a power of its load (`relaxation_power`): the data choose.
 """
 
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects.hysteresis import EFFECT
 from thrustd.model.effects.hysteresis_backlash import EFFECT as BACKLASH
 from thrustd.model.effects.hysteresis_berg import EFFECT as BERG
-from thrustd.model.effects.relaxation_eyring import EFFECT as FLOWING
 from thrustd.model.effects.relaxation_maxwell import EFFECT as BRANCHES
 from thrustd.model.effects.relaxation_maxwell import STIFFNESSES, ladder
+from thrustd.model.effects.relaxation_power import EFFECT as FLOWING
 
 YIELDING = (EFFECT, BERG, BACKLASH)
 BESIDE = (BRANCHES, FLOWING)  # the spring
@@ -39,8 +39,7 @@ GROWS = (
 SIZE = 0.1  # of the output's spread: one sigma of the friction
 PLAY = 0.5  # of the deformation of the turn: where a play begins that is crossed without force
 YIELD = 0.1  # of the travel: where the deformation of the turn begins, one sigma is a factor of e
-FLOW = 0.05  # of the travel: where the stretch begins at which a branch flows
-SLOWER = 100.0  # times the slowest lag: a branch at rest, of which load makes that lag
+FLOW = 0.05  # of the travel: the stretch at which branches that flow begin with the time constants of the lags
 STIFFNESS = 0.1  # of the output's spread over the travel: one sigma of a branch, until the data tell their common size
 BEGIN = 0.1  # of its sigma: where the friction begins, so that the deformation of the turn can move
 NOISE = 3.0  # sigmas: where the play begins that keeps the tremble of a reading out of friction, nearly all of it
@@ -86,12 +85,11 @@ def law_of(shape: Shape) -> Effect:
 
 
 def branches_beside(shape: Shape, law: Effect) -> Term:
-    """The branches, over the time constants of the shape; those that flow, over slower ones that load makes these."""
+    """The branches, over the time constants of the shape."""
     mm = travel(shape.f_grid)
-    ends = {"fastest_s": float(shape.taus_s[0]), "slowest_s": float(shape.taus_s[-1])}
-    if law is FLOWING:
-        ends |= {"slowest_s": SLOWER * ends["slowest_s"], "flow_mm": FLOW * mm}
-    return at_start(law, dict.fromkeys(STIFFNESSES, STIFFNESS * shape.output_scale / mm), ends)
+    begin = {"fastest_s": float(shape.taus_s[0]), "slowest_s": float(shape.taus_s[-1]), "flow_mm": FLOW * mm}
+    own = {name: begin.get(name, value) for name, value in law.neutral().items()}
+    return at_start(law, dict.fromkeys(STIFFNESSES, STIFFNESS * shape.output_scale / mm), own)
 
 
 def branched(shape: Shape) -> Effect | None:
