@@ -1,8 +1,9 @@
 """Steps that go no further than their slopes are true for."""
 
 import numpy as np
+import pytest
 
-from thrustd.identify.regression.bounds import within_reach
+from thrustd.identify.regression.bounds import inverse, within_reach
 
 
 def test_what_is_held_lets_the_others_go_where_they_belong_beside_it() -> None:
@@ -18,3 +19,13 @@ def test_a_reach_without_end_holds_nothing() -> None:
     matrix, right = np.diag([1.0, 4.0]), np.array([30.0, -8.0])
     target, _ = within_reach(matrix, right, np.array([False, True]), np.zeros(2), np.full(2, np.inf))
     assert np.allclose(target, [30.0, 0.0])
+
+
+def test_the_inverse_of_what_is_known_of_numbers_of_any_size():
+    size = np.array([1e-7, 1.0, 1e6, 1e3])
+    root = np.random.default_rng(0).standard_normal((4, 4))
+    information = root @ root.T
+    expected = np.linalg.inv(information) / np.outer(size, size)
+    assert inverse(information * np.outer(size, size)) == pytest.approx(expected, rel=1e-6)
+    twice = np.array([[1.0, 1.0], [1.0, 1.0]])  # of two numbers only their sum is known
+    assert np.ones(2) @ inverse(twice) @ np.ones(2) == pytest.approx(1.0)

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
 from thrustd.diagnose.search.base import Base, is_nuisance, plateau, thinned
-from thrustd.identify.regression.bounds import bounded
+from thrustd.identify.regression.bounds import bounded, inverse
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
@@ -246,12 +246,9 @@ def std_over(found: Solution, blocks: Blocks, held: Flags | None = None) -> Floa
     free = found.free if held is None else found.free & ~held
     scores = (blocks.right / found.noise_variance)[:, free]
     scores = scores - scores.mean(axis=0)
-    scale = 1.0 / np.sqrt(np.diag(found.information)[free])
-    unit = found.information[np.ix_(free, free)] * np.outer(scale, scale)
-    inverse = np.linalg.pinv(unit, rcond=1e-13, hermitian=True)
-    moved = (scores * scale) @ inverse * scale
-    std = np.zeros(len(free))
-    std[free] = scale * np.sqrt(np.maximum(np.diag(inverse), 0.0))
+    covariance = inverse(found.information[np.ix_(free, free)])
+    moved, std = scores @ covariance, np.zeros(len(free))
+    std[free] = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     for width in TOGETHER:
         groups = moved.reshape(-1, width, moved.shape[1]).sum(axis=1)
         count = len(groups)

@@ -1,7 +1,7 @@
 """Minimum of a quadratic under bounds: of sign, and of how far a number may move in one step."""
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve, pinvh, solve_triangular
 from scipy.optimize import nnls
 
 from thrustd.core.columns import Flags, Floats
@@ -50,3 +50,14 @@ def factor(matrix: Floats) -> tuple[Floats, bool]:
             continue
         return found
     raise ModelError("these data and this model do not determine a curve: no positive information; expected more data")
+
+
+def inverse(information: Floats) -> Floats:
+    """Pseudo-inverse (n, n) of what is known of numbers of any size; what nothing tells has no variance.
+
+    By QR (`pinvh`): on some of these matrices LAPACK's divide and conquer, numpy's, does not converge.
+    """
+    scale = 1.0 / np.sqrt(np.diag(information))
+    both = np.outer(scale, scale)
+    found: Floats = pinvh(information * both, rtol=1e-13) * both
+    return found

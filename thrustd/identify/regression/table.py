@@ -9,6 +9,7 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.identify.error_map import rates_of
+from thrustd.identify.regression.bounds import inverse
 from thrustd.identify.regression.curve import Grid, travel
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
@@ -121,11 +122,8 @@ def travel_of(shape: Shape) -> float:
 
 def std_of(found: Solution) -> Floats:
     """One sigma of every number (n,) in the shape's units; 0 where a bound holds it."""
-    std = np.zeros(found.shape.n)
-    free = found.free
-    scale = 1.0 / np.sqrt(np.diag(found.information)[free])
-    unit = found.information[np.ix_(free, free)] * np.outer(scale, scale)
-    std[free] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(unit, rcond=1e-13, hermitian=True)), 0.0)) * scale
+    std, free = np.zeros(found.shape.n), found.free
+    std[free] = np.sqrt(np.maximum(np.diag(inverse(found.information[np.ix_(free, free)])), 0.0))
     return std
 
 
