@@ -82,9 +82,9 @@ EFFECT = Effect(
     site="linear",
     channels=("deformation_mm",),
     parameters=(
-        Parameter("flow_mm", "mm", neutral=0.05, low=1e-6, high=1e6, starts=(0.05,),
+        Parameter("flow_mm", "mm", neutral=0.1, low=1e-6, high=1e6, starts=(0.1,),
                   meaning="stretch at which the branches have their time constants",
-                  expected="a few per cent of the travel", amplitude=False),
+                  expected="a twentieth to a quarter of the travel", amplitude=False),
         Parameter("power", "-", neutral=4.0, low=1.01, high=30.0, starts=(4.0,),
                   meaning="of its load, by which a branch flows", expected="about 4 for rubber, 1: in proportion",
                   amplitude=False),
