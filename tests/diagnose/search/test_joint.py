@@ -9,12 +9,12 @@ import pytest
 from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
-from thrustd.diagnose.search.base import SEARCHED, base_of, records_of
+from thrustd.diagnose.search.base import SEARCHED, base_of, is_nuisance, records_of
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.joint import block_equations, counted, joint_fit, std_over, told
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.question import NOTHING, asked
-from thrustd.diagnose.search.ranking import begin_at, look
+from thrustd.diagnose.search.ranking import begin_at, exchanged, look
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
 from thrustd.identify.identify import identify
@@ -22,6 +22,7 @@ from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.posterior import point_of
 from thrustd.identify.regression.sweep import normal_equations, simulate
 from thrustd.identify.regression.table import std_of
+from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named
@@ -141,6 +142,40 @@ def test_a_large_effect_is_seen_from_the_core_as_it_was():
     seen = look(question.base, question.rows, nothing, [effect_named(name) for name in names], question.rig)
     assert seen.looked[0].term.effect.name == "sensor_drift"
     assert seen.looked[0].removes > 0.95
+
+
+def test_what_could_stand_in_a_members_place_is_tried_before_it_is_named():
+    """Creep beside inertia follows a part of a zero that wanders, which nobody had tried in its place."""
+    wanders = EffectSpec("sensor_drift", {"drift_mm_h": -1.0, "settling_h": 0.07})
+    measured = record([wanders, EffectSpec("axial_inertia", {"mass_kg": 100.0})])
+    question = asked(identify([record(seed=7)]).spec, [measured], NOTHING)
+    base, rows, rig = question.base, question.rows, question.rig
+    effects = [effect_named(name) for name in ("creep_kelvin_voigt", "axial_inertia", "sensor_drift", "nacelle_drag")]
+    creep, mass = (next(terms_of(effect, rig)) for effect in effects[:2])
+    nothing = joint_fit(base, rows, ())
+    looks, found = look(base, rows, nothing, effects, rig), joint_fit(base, rows, (creep, mass))
+    rivals = exchanged(base, rows, looks, found, [nothing, found])
+    best = min(rivals, key=lambda fit: fit.mse)
+    assert set(best.words) == {"sensor_drift", "axial_inertia"}
+    assert best.mse < 0.8 * found.mse
+    assert not exchanged(base, rows, looks, found, [nothing, found, *rivals])
+
+
+def test_what_lags_may_remember_when_a_record_begins_goes_with_the_load_there():
+    """A small load at first is no room for a zero, or a drift, that memory could stand in for."""
+    spec, data = identify([record(seed=7)]).spec, record()
+
+    def memory_n(begins):
+        later = {name: column[begins:] for name, column in data.channels.items()}
+        [segment] = segments_of([make_recording("later", {"time_s": data.time_s[begins:], **later})])
+        base = base_of(spec, [segment])
+        sizes = [term.std["lag_0"] for term in base.shape.terms if is_nuisance(term) and "lag_0" in term.std]
+        return abs(float(segment.force_n[: round(1.0 / DT_S)].mean())), sizes
+
+    loaded = [memory_n(begins) for begins in (2000, 2500, 3100)]
+    for load_n, [size] in loaded:
+        assert size / load_n == pytest.approx(loaded[0][1][0] / loaded[0][0], rel=1e-3)
+    assert max(load for load, _ in loaded) > 1.2 * min(load for load, _ in loaded)
 
 
 def test_friction_that_grows_with_the_travel_is_added_with_its_growth():

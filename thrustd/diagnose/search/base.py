@@ -5,7 +5,7 @@ it may walk again. Any other model is asked: its own output over these records, 
 noise, is the record it was learnt from.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -34,7 +34,7 @@ from thrustd.records.roles import Roles
 FRICTIONLESS = 1e-3  # of the output's spread: friction that flies with no model
 STATE_OF = "seconds since start "
 NEVER_S = 1e15
-STATE = 0.3  # of the output's spread: what a lag may be away from rest when a record begins
+STATE = 12.0**-0.5  # of its load, or of the spread: what a lag may be away from rest when a record begins
 BEGUN_S, UNLOADED = 1.0, 0.02  # a record whose first second is below so much of that spread begins unloaded
 OWN = Roles()
 ZERO = 0.02  # of the output's spread: one sigma of the zero from one record to another
@@ -61,6 +61,11 @@ class Base:
     @property
     def scale(self) -> float:
         return self.shape.output_scale
+
+    @property
+    def benched(self) -> bool:
+        """Whether a bench says how core and reference were."""
+        return bool(np.isinf(self.own_mse))
 
 
 def plateau(residuals: Sequence[Floats]) -> float:
@@ -93,7 +98,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         bare = shape_of(stored), point_of(stored), information_of(stored) * known
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
-    loaded = [k for k, segment in enumerate(segments) if not begins_unloaded(segment, shape)]
+    loaded = {k: _load(s, shape) for k, s in enumerate(segments) if not begins_unloaded(s, shape)}
     if from_bench and not loaded:
         shape, information = _zeroed(shape, information)
     terms = [*map(_present, present), *walks(segments, walk_n(stored), sized=True), *_states(shape, point, loaded)]
@@ -103,7 +108,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
 def remembering(base: Base, segments: Sequence[Segment]) -> Base | None:
     """The same where a mount that begins unloaded may remember a load from before; None where nothing can remember."""
     unloaded = [k for k, segment in enumerate(segments) if begins_unloaded(segment, base.shape)]
-    terms = _states(base.shape, base.point, unloaded)
+    terms = _states(base.shape, base.point, dict.fromkeys(unloaded, 1.0))
     return _beside(base, terms) if terms else None
 
 
@@ -189,11 +194,19 @@ def begins_unloaded(segment: Segment, shape: Shape) -> bool:
 
     Either reading says it: the other's zero may be elsewhere.
     """
-    n = max(round(BEGUN_S / segment.dt_s), 1)
-    known = segment.force_n[:n][np.isfinite(segment.force_n[:n])]
-    d = abs(float(segment.inputs[DEFORMATION][:n].mean()) - shape.zero)
-    unloaded = len(known) and abs(float(known.mean())) < UNLOADED * shape.output_scale
-    return bool(unloaded or d < UNLOADED * travel(shape.f_grid))
+    d = abs(float(segment.inputs[DEFORMATION][: _begun(segment)].mean()) - shape.zero)
+    return bool(_load(segment, shape) < UNLOADED or d < UNLOADED * travel(shape.f_grid))
+
+
+def _load(segment: Segment, shape: Shape) -> float:
+    """Size of what it begins under, of the output's spread; that spread where nothing says it."""
+    first = segment.force_n[: _begun(segment)]
+    known = first[np.isfinite(first)]
+    return abs(float(known.mean())) / shape.output_scale if len(known) else 1.0
+
+
+def _begun(segment: Segment) -> int:
+    return max(round(BEGUN_S / segment.dt_s), 1)
 
 
 @jit
@@ -206,11 +219,15 @@ def _state_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v
 
 
-def _states(shape: Shape, point: Point, records: Sequence[int]) -> list[Term]:
-    """What the lags remember when these records begin, beside rest: by lag, its share of the force."""
+def _states(shape: Shape, point: Point, loads: Mapping[int, float]) -> list[Term]:
+    """What lags remember when records of these numbers begin under these loads, beside rest: by lag, its share.
+
+    The load has been there for ever or since this moment: a record is begun by the nearer of the two
+    (`level_before`), and anything between them is as likely as anything else.
+    """
     lags = zip(np.exp(point.log_tau), shape.output_scale * np.abs(point.gain), strict=True)
     memory = [(float(tau), STATE * float(size)) for tau, size in (*lags, *stretched(shape, point)) if size > 0.0]
-    return [_state(number, memory) for number in records] if memory else []
+    return [_state(n, [(tau, load * size) for tau, size in memory]) for n, load in loads.items() if memory]
 
 
 def _state(number: int, memory: Sequence[tuple[float, float]]) -> Term:

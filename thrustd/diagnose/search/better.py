@@ -46,9 +46,22 @@ def stands(nothing: Joint, fit: Joint) -> bool:
 
 
 def simplest(fits: Sequence[Joint]) -> Joint:
-    """With the fewest numbers, and the likeliest, of those that held-back blocks do not tell from the best."""
+    """With the fewest numbers, and the likeliest, of those that held-back blocks do not tell from the best.
+
+    Of those that the likeliest is not ahead of, the one that asks least of core, reference and effects.
+    """
     best = min(fits, key=lambda fit: fit.mse)
-    return min(untold(best, fits), key=lambda fit: (numbers_of(fit), unlikely(fit, best.solution.noise_variance)))
+    alike = untold(best, fits)
+    fewest = min(map(numbers_of, alike))
+    few = [fit for fit in alike if numbers_of(fit) == fewest]
+    likeliest = min(few, key=lambda fit: unlikely(fit, best.solution.noise_variance))
+    return min((fit for fit in few if not ahead(likeliest, fit)), key=lambda fit: fit.strain)
+
+
+def ahead(one: Joint, other: Joint) -> bool:
+    """Whether it leaves less by a standard error of the difference from block to block."""
+    less = (other.block_mse - one.block_mse) * one.block_size
+    return bool(less.mean() > float(np.std(less)) / np.sqrt(len(less)))
 
 
 def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:

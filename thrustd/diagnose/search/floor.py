@@ -38,7 +38,7 @@ def shows(fit: Joint, base: Base) -> bool:
 
 def signed(base: Base) -> bool:
     """Whether no sign is turned: a model that a bench told explains the larger part of these records as it is."""
-    return bool(np.isinf(base.own_mse) and base.as_is_mse < MOST)
+    return base.benched and base.as_is_mse < MOST
 
 
 def mostly(nothing: Joint, fit: Joint, base: Base) -> bool:

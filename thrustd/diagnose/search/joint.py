@@ -133,7 +133,7 @@ def joint_fit(
     mse = held_back(found, blocks, prior)
     std, alone = std_over(found, blocks), std_over(found, blocks, _shapes(found.shape, len(terms)))
     walk = found.point.terms[walking(found.shape.terms)]
-    moved = prior.cost(found.point.vector(found.shape)) if np.isinf(base.own_mse) else 0.0  # no bench to move from
+    moved = prior.cost(found.point.vector(found.shape)) if base.benched else 0.0
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone, moved, float(walk @ walk))
 
 
@@ -284,9 +284,8 @@ def held_back_squares(
 
 
 def unlikely(fit: Joint, noise: float) -> float:
-    """Minus twice the log of the held-back likelihood times the prior of its effects, but for a constant."""
-    sigmas = fit.solution.point.vector(fit.solution.shape)[fit.new]
-    return fit.mse * float(np.sum(fit.block_size)) / noise + float(sigmas @ sigmas)
+    """Minus twice the log of the held-back likelihood times all priors (`strain`), but for a constant."""
+    return fit.mse * float(np.sum(fit.block_size)) / noise + fit.strain
 
 
 def numbers_of(fit: Joint) -> int:

@@ -18,7 +18,7 @@ from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import Looked, Table, screened, screened_modulations, screened_pairs, table_of
 from thrustd.identify.regression.record import Record
-from thrustd.identify.regression.terms import Term
+from thrustd.identify.regression.terms import Term, split
 from thrustd.model.effect import Effect
 from thrustd.model.stage import DEFORMATION, Floats
 
@@ -61,9 +61,8 @@ def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequenc
     terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
     table = table_of(base, nothing)
     moved, left_mse = screened(table, terms), table.mse()
-    benched = bool(np.isinf(base.own_mse))  # else nobody knows how core and reference were
-    still = screened(table_of(base, unmoved(base, records, nothing), still=benched), terms)
-    seen = [*moved, *(replace(one, before=max(one.before, left_mse) if benched else left_mse) for one in still)]
+    still = screened(table_of(base, unmoved(base, records, nothing), still=base.benched), terms)
+    seen = [*moved, *(replace(one, before=max(one.before, left_mse) if base.benched else left_mse) for one in still)]
     clearest = {id(one.term): one for one in sorted(seen, key=lambda one: one.removes)}
     looked = sorted(clearest.values(), key=lambda one: -one.removes)
     return Looks(nothing, table, looked, terms, max((left_mse - one.mse for one in moved[:1]), default=0.0))
@@ -95,6 +94,9 @@ def rank(
         fits += more
         best = pruned(base, records, nothing, more[-1], fits) if more else best
     best = settled(base, records, looks, fits, fewest(fits, best))
+    rivals = exchanged(base, records, looks, best, fits)
+    fits += rivals
+    best = simplest([best, *(fit for fit in rivals if adds(base, nothing, nothing, fit))])
     ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
     return Ranked(nothing, best, ordered, tuple(looks.looked), tuple(curves))
 
@@ -153,6 +155,37 @@ def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Join
         if one.term.effect.name not in tried
     ]
     return simplest([fit for fit in fits if fit.words == best.words and (fit.shown or fit is best)])
+
+
+def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, fits: Sequence[Joint]) -> list[Joint]:
+    """Sets with another effect in a member's place that nobody tried: they are no proof against the one found.
+
+    The linear look from no effect says little of a law whose shapes are unknown yet, or that the core hides. Looked at
+    from what the found set leaves to a member, the core and other members as the set has them, its rivals come first.
+    """
+    tried, found = {_laws(fit.terms) for fit in fits}, []
+    for member in best.terms:
+        rest = _without(best, member)
+        for one in leading(screened(table_of(base, rest), _beside(best, looks.terms))):
+            swapped = (*rest.terms, one.term)
+            if _laws(swapped) not in tried:
+                found.append(joint_fit(base, records, swapped, begin_of(base, rest, one)))
+    return found
+
+
+def _without(fit: Joint, member: Term) -> Joint:
+    """As if one of its effects were neutral, all else as it was."""
+    whole = fit.solution
+    numbers = zip(whole.shape.terms, split(whole.shape.terms, whole.point.terms), strict=True)
+    rest = [(term, own) for term, own in numbers if term is not member]
+    shape = replace(whole.shape, terms=tuple(term for term, _ in rest))
+    point = replace(whole.point, terms=np.concatenate([np.zeros(0), *(own for _, own in rest)]))
+    left_over = tuple(term for term in fit.terms if term is not member)
+    return replace(fit, terms=left_over, solution=replace(whole, shape=shape, point=point))
+
+
+def _laws(terms: Sequence[Term]) -> frozenset[str]:
+    return frozenset(term.effect.name for term in terms)
 
 
 def _curves(base: Base, records: Sequence[Record], looks: Looks) -> list[Followed]:
