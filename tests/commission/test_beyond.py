@@ -108,3 +108,18 @@ def test_zero_and_slope_have_nothing_in_common_where_the_zero_is_known_best():
         left_mm2 = covariance[0, 0] - 2.0 * told_mm * together + (told_mm * slope) ** 2
         assert found == Beyond(1.05, pytest.approx(slope), pytest.approx(told_mm), pytest.approx(np.sqrt(left_mm2)))
         assert SIGMAS_95 * found.zero_std_mm > 0.0
+
+
+def test_the_slope_is_as_unsure_as_what_the_curves_of_the_models_err_by(run, monkeypatch):
+    """An error that repeats with the load is in no residual: the fit is as good, and its slope another one."""
+    flight, cell, installation = run
+    name = "model_N_left_upper"
+    load = flight[name] / np.nanmax(flight[name])
+    bent = flight.with_channels(**{name: flight[name] + 12.0 * np.interp(load, (0.0, 0.3, 1.0), (0.0, 1.0, 0.0))})
+    plain, other = (fit_tether(one, cell, installation) for one in (flight, bent))
+    monkeypatch.setattr("thrustd.commission.tether.curve_errors_n", lambda run: np.zeros((len(run.runs), 0)))
+    known = fit_tether(flight, cell, installation).beyond["left_upper"]
+    found, moved = plain.beyond["left_upper"], other.beyond["left_upper"]
+    assert other.after_n < 1.03 * plain.after_n
+    assert known.factor == found.factor and known.std < 0.9 * found.std < 0.9 * IN_SHEAR_STD
+    assert 0.5 * known.std < abs(moved.factor - found.factor) < SIGMAS_95 * found.std

@@ -15,6 +15,8 @@ a_e   growth between transducers and mounts with their temperature: prior 0.5 um
 b_e   bow of the transducers' lines: prior 10 um, 0 where gauge blocks have measured it
 q_m   slope of a mount's curve beyond its bench against that of its other side, where the engine's weight holds it out
       there: prior 6.1 % (`mounts.step`). r_m grows from nothing at rest to where the bench begins and stays
+      Where it is asked, what the numbers take on of the models' own errors is in their covariance: these repeat with
+      the load, so no residual shows them (consider covariance; Schmidt 1966, Bierman 1977, ch. 8)
 c     zero of the cell with the wheels' friction: prior 50 N
 d     the cell's clock within a step of those it is looked for at, d dF/dt: else friction takes its part
 
@@ -31,7 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.commission.tether_run import NAMES, Run, columns, places, read_run
+from thrustd.commission.tether_run import NAMES, Run, columns, curve_errors_n, places, read_run
 from thrustd.commission.tether_told import ENGINE_STD, Solved, TetherFit, told_by
 from thrustd.core.calibration import HELD_STD_MM
 from thrustd.core.columns import Floats
@@ -76,7 +78,11 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
             f"{cell.name}: less than {LEAST_S:g} s within the log's {span}; expected one clock for both"
         )
     _check_unit(cell, base_n, trials[len(trials) // 2][1])
-    fits = [(lag, cell_n, Solved(prior, *_fit(design, known, cell_n - base_n, run.rate_hz))) for lag, cell_n in trials]
+    curves_n = curve_errors_n(run)
+    fits = [
+        (lag, cell_n, Solved(prior, *_fit(design, known, cell_n - base_n, run.rate_hz, curves_n)))
+        for lag, cell_n in trials
+    ]
     lag, cell_n, solved = min(fits, key=lambda fit: fit[2].left_n)
     good = np.isfinite(cell_n) & np.isfinite(base_n)
     before_n = rms((cell_n - base_n)[good])
@@ -144,8 +150,13 @@ def _check_unit(cell: Recording, base_n: Floats, cell_n: Floats) -> None:
         )
 
 
-def _fit(design: Floats, known: _Known, wanted_n: Floats, rate_hz: float) -> tuple[Floats, Floats, float]:
-    """(numbers, their covariance, RMS of what is left); `wanted_n`: cell minus models, NaN where it does not count."""
+def _fit(
+    design: Floats, known: _Known, wanted_n: Floats, rate_hz: float, curves_n: Floats
+) -> tuple[Floats, Floats, float]:
+    """(numbers, their covariance, RMS of what is left); `wanted_n`: cell minus models, NaN where it does not count.
+
+    `curves_n` (n, k): errors that the numbers take on and the residuals do not show, one sigma each.
+    """
     good = np.isfinite(wanted_n) & np.isfinite(design).all(axis=1)
     a, y = design[good], wanted_n[good]
     n_slow = max(round(SLOW_S * rate_hz), 1)
@@ -156,7 +167,9 @@ def _fit(design: Floats, known: _Known, wanted_n: Floats, rate_hz: float) -> tup
         left = y - a @ mean
         blocks = left[: len(left) // n_slow * n_slow].reshape(-1, n_slow).mean(axis=1)
         variance = max(float(np.var(left)), n_slow * float(np.mean(blocks**2)), 1.0)
-    return mean, as_blocks_scatter(covariance, a * left[:, None] / variance, n_slow), rms(left)
+    taken = covariance @ (a.T @ curves_n[good]) / variance
+    scattered = as_blocks_scatter(covariance, a * left[:, None] / variance, n_slow)
+    return mean, scattered + taken @ taken.T, rms(left)
 
 
 def as_blocks_scatter(covariance: Floats, scores: Floats, n_slow: int) -> Floats:

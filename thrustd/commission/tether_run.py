@@ -29,6 +29,7 @@ MOVED = 0.5  # of the largest force
 MORE = 0.1  # of friction, of a slope
 NAMES = "gain", "own", "zero", "growth", "bow", "friction", "beyond", "cell", "clock"  # of the numbers, in this order
 POINTS = 101  # of a curve at rest
+KNOTS = 5  # of its error over the load
 RUNDOWN_S = 20.0  # after shutdown: a turning engine pulls
 
 
@@ -45,6 +46,7 @@ class Run:
     stopped: Flags  # (n, mounts) its engine, after it has run
     counts: Flags  # (n,) no mount holds what was before
     model_std_n: list[float]  # by mount, without a load: error and friction
+    curve_std_n: list[float]  # by mount: error of its model at slow loads
     warmer_k: Floats  # (n, mounts) than at first; 0 where no thermometer is
     bowed: Floats  # (n, mounts) 4 u (1 - u)
     friction_n: Floats  # (n, mounts) of its model
@@ -54,6 +56,10 @@ class Run:
     range_mm: list[float]
     straight: list[bool]  # by engine: gauge blocks have measured a curve
     rate_hz: float
+
+    def asks_slope(self, mount: int) -> bool:
+        """Whether it rests beyond its bench, on a curve whose slope nobody has measured there."""
+        return bool(np.nanmax(np.abs(self.beyond_n[:, mount])) > 0.0)
 
     def by_engine(self, columns: Floats) -> Floats:
         """Sums (n, engines) over an engine's mounts."""
@@ -67,6 +73,21 @@ def columns(run: Run, rows: Flags) -> dict[str, Floats]:
     grown, bent = (run.by_engine(slope * column) for column in (run.warmer_k, run.bowed))
     known = run.by_engine(force_n), force_n, slope, grown, bent, run.by_engine(run.friction_n * rows)
     return dict(zip(NAMES, (*known, run.beyond_n * rows), strict=False))
+
+
+def curve_errors_n(run: Run) -> Floats:
+    """What the curves of the models may err by, one sigma of each column (n, k), where a slope beyond a bench is asked.
+
+    A slope bends the pull over the load by some 50 N; so does the error of a model, another one at every load.
+    """
+    asked = {e for i, e in enumerate(run.engine_of) if run.asks_slope(i)}
+    found = [np.zeros((len(run.runs), 0))]
+    for i in (i for i, e in enumerate(run.engine_of) if e in asked):
+        load_n = np.nan_to_num(run.force_n[:, i])
+        knots_n = np.linspace(0.0, load_n.max(), KNOTS)
+        hats = [np.interp(load_n, knots_n, one) for one in np.eye(KNOTS)[1:]]  # at rest `model_std_n` holds it
+        found.append(run.curve_std_n[i] * np.column_stack(hats) * run.runs[:, [i]])
+    return np.hstack(found)
 
 
 def places(run: Run) -> dict[str, int]:
@@ -109,6 +130,7 @@ def read_run(flight: Recording, installation: Installation) -> Run:
         mounts=names, engines=engines, engine_of=owners, force_n=force_n, slope_n_mm=np.column_stack(slopes),
         runs=runs, stopped=stopped, counts=counts,
         model_std_n=[hypot(cells(model.spec.error)[2].item(0), settings.mount_friction_std_n) for model in models],
+        curve_std_n=[float(np.median(cells(model.spec.error)[2][:, 0])) for model in models],
         warmer_k=np.nan_to_num(warm - first), bowed=4.0 * u * (1.0 - u), 
         friction_n=np.column_stack(rubbed), beyond_n=np.column_stack(beyond),
         begins_mm=[model.spec.valid.deformation_mm[0] for model in models], reference_degc=first, range_mm=ranges,

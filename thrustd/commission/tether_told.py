@@ -107,7 +107,7 @@ def told_by(run: Run, installation: Installation, solved: Solved, before_n: floa
         frictions[name] = 1.0 + solved.sum_of(at["friction"] + e)[0]
         lines[name] = Line(grows, grows_std, run.reference_degc[i], bent_mm, run.range_mm[i])
         numbers += [solved.fitted(f"gain {name}", "-", *gain), solved.fitted(f"zero {name}", "um", zero)]
-        if np.nanmax(np.abs(run.beyond_n[:, i])) > 0.0:
+        if run.asks_slope(i):
             slope = at["beyond"] + i
             beyond[name] = _beyond(solved, zero, slope, run.begins_mm[i])
             zeros[name] = zeros[name][0], beyond[name].zero_std_mm
