@@ -27,6 +27,7 @@ EFFECTS = [
 ]
 
 UNDER_LOAD = MountCalibration(gain_std=0.003)  # a tethered run has told gain and zero
+BEYOND = MountCalibration(gain_std=0.004, beyond_std=0.025, told_mm=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -164,7 +165,12 @@ def test_what_is_too_large_for_a_zero_is_not_taken_and_stays_in_the_band(precise
 
 @pytest.mark.parametrize(
     ("pressed_mm", "told", "measured"),
-    [(0.0, 0.2, NOTHING_MEASURED), (-0.3, IN_SHEAR_STD, NOTHING_MEASURED), (-0.3, IN_SHEAR_STD, UNDER_LOAD)],
+    [
+        (0.0, 0.2, NOTHING_MEASURED),
+        (-0.3, IN_SHEAR_STD, NOTHING_MEASURED),
+        (-0.3, IN_SHEAR_STD, UNDER_LOAD),
+        (-0.3, 0.025, BEYOND),
+    ],
 )
 def test_a_mount_is_off_by_what_no_bench_has_shown_between_its_zero_and_where_it_is(pressed_mm, told, measured):
     valid = ValidRange((0.25, 1.5), (1000.0, 7000.0))
@@ -176,9 +182,8 @@ def test_a_mount_is_off_by_what_no_bench_has_shown_between_its_zero_and_where_it
         bench.started(1, mm)
         slopes = bench.source._means["stiffness_n_mm"][0]
         off_n.append(bench.source.terms_n()["beyond_n"] / (slopes[0] if mm <= 1.5 else slopes[-1]))
-    below_mm = (
-        np.array([0.0, 0.1, 0.25, 0.25, 0.25]) if measured is NOTHING_MEASURED else np.array([0.25, 0.15, 0, 0, 0])
-    )
+    told_mm = {NOTHING_MEASURED: 0.0, UNDER_LOAD: 0.25, BEYOND: 0.1}[measured]
+    below_mm = abs(np.minimum([0.0, 0.1, 0.25, 1.0, 1.5], 0.25) - told_mm)
     assert off_n[:-1] == pytest.approx((told * below_mm).tolist(), abs=1e-6)
     assert off_n[-1] == pytest.approx(np.hypot(told * below_mm[-1], 0.2 * 0.1), rel=1e-3)
 

@@ -42,6 +42,15 @@ def test_a_window_behind_the_end_is_told_how_long_the_flight_is(log, capsys):
     assert "--at 160 160.5: expected T0 not below 0 and T1 at least 2 s behind it" in capsys.readouterr().err
 
 
+def test_what_is_fused_has_a_line_of_its_own(log, capsys):
+    """It stood behind the brochure's sum, as if it were a part of that."""
+    engine = budget(capsys, str(log), "--at", "130", "140")[0]
+    assert main(["budget", str(log), "--at", "130", "140"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    fused = next(line for line in lines if line.startswith("fused: "))
+    assert fused == f"fused: one sigma {engine['fused_n']:.1f} N, 95 % band +- {1.96 * engine['fused_n']:.0f} N"
+
+
 def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_path, capsys):
     plain = budget(capsys, str(log), "--at", "130", "140")
     for engine in plain:

@@ -62,4 +62,5 @@ def _print_budget(budget: Any) -> None:
     of_mounts = f"sum of systematic terms {budget.mounts_n:.1f} N, the filter used {budget.filter_n:.1f} N"
     of_brochure = f"sum of terms {budget.brochure_n:.1f} N" if budget.of("brochure") else unused
     print(f"mounts: {of_mounts if budget.of('mounts') else unused}")
-    print(f"brochure: {of_brochure}; fused {budget.fused_n:.1f} N, band +- {SIGMAS_95 * budget.fused_n:.0f} N")
+    print(f"brochure: {of_brochure}")
+    print(f"fused: one sigma {budget.fused_n:.1f} N, 95 % band +- {SIGMAS_95 * budget.fused_n:.0f} N")

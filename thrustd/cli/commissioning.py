@@ -47,7 +47,9 @@ def _add_commission(verbs: Verbs) -> None:
         "--flights", type=Path, nargs="+", default=[], help="flights with fuel flow, N1 and air data, to fit the deck"
     )
     new.add_argument(
-        "--aircraft", type=Path, help=f"configuration to start from (default: the shipped {CONFIGURATION})"
+        "--aircraft",
+        type=Path,
+        help=f"configuration to start from, not the data file it names (default: the shipped {CONFIGURATION})",
     )
     new.add_argument("-o", "--out", type=Path, required=True, metavar="FOLDER", help="folder to make")
     add_json(new)

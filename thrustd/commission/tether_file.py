@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 
 from thrustd.commission.recalibrate import recalibrate_by
-from thrustd.commission.tether import ENGINE_STD, Line, TetherFit
+from thrustd.commission.tether_told import ENGINE_STD, Beyond, Line, TetherFit
 from thrustd.core.calibration import Calibration, MountCalibration, Zero
 from thrustd.core.errors import RecordingError
 
@@ -24,6 +24,7 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str, cell: str) ->
             seen = {"seen_mm": same_day.at_rest_mm, "seen_std_mm": same_day.at_rest_std_mm}
             zero = msgspec.structs.replace(zero, **seen)
         line = fit.lines[name]
+        old = _steeper(old, fit.beyond[name]) if name in fit.beyond else old
         mounts[name] = msgspec.structs.replace(
             old if old.read_mm else _bent(old, line),
             gain=round(old.gain * factor, 6),
@@ -52,3 +53,10 @@ def _bent(mount: MountCalibration, line: Line) -> MountCalibration:
     true = read - line.bow_mm * 4.0 * CURVE * (1.0 - CURVE)
     told = {"read_mm": read, "true_mm": true}
     return msgspec.structs.replace(mount, **{name: tuple(np.round(mm, 6).tolist()) for name, mm in told.items()})
+
+
+def _steeper(mount: MountCalibration, told: Beyond) -> MountCalibration:
+    """With what was found of its curve beyond its bench."""
+    std, told_mm = max(round(told.std, 6), 1e-6), round(told.told_mm, 6)
+    factor = round(mount.beyond * told.factor, 4)
+    return msgspec.structs.replace(mount, beyond=factor, beyond_std=std, told_mm=told_mm)

@@ -2,6 +2,7 @@
 
     reading r -> deformation  d = curve(r) - curve(zero) - a (T - T_0)      curve: gauge blocks, piecewise linear
     force of the model        F -> gain F,  its friction -> friction times as much     tethered static run
+    its slope below its bench -> beyond times as much                          the same, where the weight holds it there
     thrust of the engine      F -> F + drag q + m g sin(lean) (f_z - 1)      flight: at idle, pull-ups
 
 `thrustd zero` and `thrustd calibrate` write it; a configuration names it (`calibration = "calibration.toml"`), `run`
@@ -23,6 +24,7 @@ HELD_STD_MM = LARGEST_ZERO_MM / 3.0  # one sigma of what friction holds of an ea
 _OF_MONTH = r"(0[13578]|1[02])-(0[1-9]|[12]\d|3[01])|(0[469]|11)-(0[1-9]|[12]\d|30)|02-(0[1-9]|1\d|2[0-8])"
 _LEAP = r"[12]\d(0[48]|[2468][048]|[13579][26])-02-29"
 Day = Annotated[str, Meta(pattern=rf"^([12]\d{{3}}-({_OF_MONTH})|{_LEAP})$")]  # ISO 8601, of a calendar
+_OF_CURVE = "beyond_std", "told_mm"
 Std = Annotated[float, Meta(gt=0, le=10)]
 
 
@@ -54,6 +56,9 @@ class MountCalibration(Section, frozen=True):
     gain: Annotated[float, Meta(gt=0.5, lt=2)] = 1.0  # force in the aircraft over force of the model
     gain_std: Std | None = None
     friction: Annotated[float, Meta(gt=0.3, lt=3)] = 1.0  # of its own over that of the model
+    beyond: Annotated[float, Meta(gt=0.5, lt=2)] = 1.0  # slope below its bench over that of the other side
+    beyond_std: Std | None = None
+    told_mm: Annotated[float, Meta(ge=-100, le=100)] | None = None  # reading where its zero is known best
     expansion_mm_k: Annotated[float, Meta(ge=-0.1, le=0.1)] = 0.0  # of the reading, per kelvin of the mount
     expansion_std_mm_k: Std | None = None
     reference_degc: Annotated[float, Meta(ge=-100, le=200)] = 20.0  # where the zero is
@@ -136,8 +141,10 @@ def write_calibration(calibration: Calibration) -> str:
         lines += [f"zeros = [{', '.join(map(_row, mount.zeros))}]"] if mount.zeros else []
         lines += [f"{key} = {list(value)}" for key in ("read_mm", "true_mm") if (value := getattr(mount, key))]
         thermal = ("expansion_mm_k", "expansion_std_mm_k", "reference_degc") if mount.expansion_std_mm_k else ()
-        more = [key for key, none in (("friction", 1.0), ("lean_deg", 0.0)) if getattr(mount, key) != none]
-        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *more, "lean_std_deg", "service_h"):
+        more = [
+            key for key, none in (("friction", 1.0), ("beyond", 1.0), ("lean_deg", 0.0)) if getattr(mount, key) != none
+        ]
+        for key in ("curve_std_mm", "gain", "gain_std", *thermal, *more, *_OF_CURVE, "lean_std_deg", "service_h"):
             value = getattr(mount, key)
             lines += [f"{key} = {value!r}"] if value is not None else []
     return "\n".join(lines) + "\n"

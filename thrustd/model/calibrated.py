@@ -80,13 +80,13 @@ def _yields(present: EffectSpec, factor: float) -> EffectSpec:
 
 def _under_weight(spec: ModelSpec, place: MountPlace) -> ModelSpec:
     """With what the load factor makes of the force that the weight presses at 1 g."""
-    spec = _pressed(spec, place.couple_n) if place.couple_n != 0.0 else spec
+    spec = _pressed(spec, place.couple_n, place.calibration.beyond) if place.couple_n != 0.0 else spec
     if (leans_n := -place.weight_n * sin(radians(place.lean_deg))) != 0.0:
         spec = msgspec.structs.replace(spec, effects=[*spec.effects, EffectSpec(PRESSED, {"presses_n": leans_n})])
     return spec
 
 
-def _pressed(spec: ModelSpec, couple_n: float) -> ModelSpec:
+def _pressed(spec: ModelSpec, couple_n: float, beyond: float) -> ModelSpec:
     """Read from where the couple holds it: force(r) = F(r + d) + friction - couple, which is none at r = 0 and 1 g.
 
     Its friction is what it was when the weight came on it, from no deformation to d. Everything of the mount acts on
@@ -97,7 +97,8 @@ def _pressed(spec: ModelSpec, couple_n: float) -> ModelSpec:
     linear, (low, high) = spec.linear, spec.valid.deformation_mm
     gain = linear.direct + sum(m.gain for m in linear.real_modes) + sum(m.gain_re for m in linear.complex_modes)
     first = gain * _values(spec.input_curve, np.array([0.0, min(low, 0.0)]))
-    curves = _in_shear(spec.input_curve, 0.0, min(low, 0.0)), _in_shear(spec.output_curve, *first.tolist())
+    unloaded, edge = first.tolist()
+    curves = _in_shear(spec.input_curve, 0.0, min(low, 0.0)), _in_shear(spec.output_curve, unloaded, edge, beyond)
     spec = msgspec.structs.replace(spec, input_curve=curves[0], output_curve=curves[1])
     mm = np.linspace(low - high, high, GRID)
     force_n = _values(spec.output_curve, gain * _values(spec.input_curve, mm))
@@ -108,14 +109,17 @@ def _pressed(spec: ModelSpec, couple_n: float) -> ModelSpec:
     return msgspec.structs.replace(spec, pressed_mm=d_mm, valid=valid, effects=effects)
 
 
-def _in_shear(curve: Curve, unloaded: float, edge: float) -> Curve:
-    """Below the edge of what a bench has shown as on the other side: rubber in shear knows no forward."""
+def _in_shear(curve: Curve, unloaded: float, edge: float, factor: float = 1.0) -> Curve:
+    """Below the edge of what a bench has shown as on the other side: rubber in shear knows no forward.
+
+    Or, where somebody has measured it, `factor` times as steep.
+    """
     if not isinstance(curve, PiecewiseLinear):
         return curve
     line, x, y = _Line(np.array(curve.x), np.array(curve.y)), np.array(curve.x), np.array(curve.y)
     kept, other = x > edge, x > 2.0 * unloaded - edge
     at_edge_n, across_n = line(np.array([edge, 2.0 * unloaded - edge])).tolist()
-    below = (2.0 * unloaded - x[other])[::-1], (at_edge_n + across_n - y[other])[::-1]
+    below = (2.0 * unloaded - x[other])[::-1], (at_edge_n + factor * (across_n - y[other]))[::-1]
     return PiecewiseLinear(
         [*below[0].tolist(), edge, *x[kept].tolist()], [*below[1].tolist(), at_edge_n, *y[kept].tolist()]
     )

@@ -81,8 +81,9 @@ class MountSource:
         self._shift(measured.zero_mm, measured.zero_std_mm or settings.mount_zero_std_mm)
         means["friction_std_n"] = settings.mount_friction_std_n
         means["low_mm"], means["high_mm"] = low_mm, high_mm = self.model.spec.valid.deformation_mm
-        means["below_std"] = IN_SHEAR_STD if self.model.spec.pressed_mm else EXTRAPOLATION_STD
-        means["told_mm"] = min(max(low_mm, 0.0), high_mm) if self._under_load else 0.0  # by a run through its range
+        means["below_std"] = (measured.beyond_std or IN_SHEAR_STD) if self.model.spec.pressed_mm else EXTRAPOLATION_STD
+        run_mm = min(max(low_mm, 0.0), high_mm) if self._under_load else 0.0  # by a run through its range
+        means["told_mm"] = run_mm if measured.told_mm is None else measured.told_mm
         means["stiffness_n_mm"] = chords(self.model, self._inputs)[1]
 
     def set_channel(self, position: int, value: float) -> None:

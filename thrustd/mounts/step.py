@@ -8,7 +8,7 @@ zero, where the mount is stiffer the more so, the mount's own stiffness and its 
 k(d): slope of the model's curve at rest. x: how far outside the identified range, k there that at its end. z: where the
 zero was found, because there the force is known: a mount that rests outside and was told zero there is right there, and
 off by all that lies between once it is inside. Below its bench a mount that the engine's weight presses on is as on the
-other side (`model.calibrated`).
+other side (`model.calibrated`), or as a tethered run has found it; that run says where the zero is known best, too.
 """
 
 from math import exp, hypot, isfinite, isnan, nan, sqrt
