@@ -16,7 +16,7 @@ from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.base import STATE_OF, Base
 from thrustd.diagnose.search.candidates import moves, order_of
 from thrustd.diagnose.search.rig import RigPriors
-from thrustd.identify.regression.friction import play_of
+from thrustd.identify.regression.friction import FLOW, play_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import lags_of
 from thrustd.identify.regression.stops import at_rest, run_stops
@@ -186,7 +186,12 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
 def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
     anchors |= dict(zip(("fastest_s", "slowest_s"), rig.lags_s, strict=True))
-    anchors |= {"growth": rig.growth, "reference_degc": rig.reference_degc, "deadband_mm": rig.play}
+    anchors |= {
+        "flow_mm": FLOW * rig.travel,
+        "growth": rig.growth,
+        "reference_degc": rig.reference_degc,
+        "deadband_mm": rig.play,
+    }
     told = anchors.get(p.name)
     if told is not None:
         return (float(np.clip(told, p.low, p.high)),)

@@ -3,10 +3,11 @@
     force of the rubber = core force + sum_i k_i e_i,    de_i/dt = dx/dt - s / tau_i |e_i / s|^m sgn(e_i)
 
 e_i (mm): what is left of a branch's stretch; tau_i from fastest_s to slowest_s by equal ratios: how fast it lets go
-at a stretch of s (flow_mm). m = 1 is `relaxation_maxwell`. Chains that slip past their network do so by m of about 4
-(Bergstrom & Boyce, J. Mech. Phys. Solids 46 (1998) 931); m of about 10 is hard to tell from flow over a barrier that
-load lowers (sinh; Eyring, J. Chem. Phys. 4 (1936) 283), over the loads of one mount. A large stretch is gone at once,
-a small one stays: it looks like friction whose level grows a little with the rate.
+at a stretch of s (flow_mm; at another one by another tau, so s is fixed). m = 1 is `relaxation_maxwell`. Chains that
+slip past their network do so by m of about 4 (Bergstrom & Boyce, J. Mech. Phys. Solids 46 (1998) 931); m of about 10
+is hard to tell from flow over a barrier that load lowers (sinh; Eyring, J. Chem. Phys. 4 (1936) 283), over the loads
+of one mount. A large stretch is gone at once, a small one stays: it looks like friction whose level grows a little
+with the rate.
 
 Between samples half of the stretch comes, then time passes, then the other half: each exact, together right to second
 order of the step. A variant of `relaxation`, and what `identify` finds by itself. Positive k_i: rubber dissipates.
@@ -82,9 +83,9 @@ EFFECT = Effect(
     site="linear",
     channels=("deformation_mm",),
     parameters=(
-        Parameter("flow_mm", "mm", neutral=0.1, low=1e-6, high=1e6, starts=(0.1,),
+        Parameter("flow_mm", "mm", neutral=0.3, low=1e-6, high=1e6, starts=(0.3,),
                   meaning="stretch at which the branches have their time constants",
-                  expected="a twentieth to a quarter of the travel", amplitude=False),
+                  expected="a quarter of the travel", amplitude=False, estimate=False),
         Parameter("power", "-", neutral=4.0, low=1.01, high=30.0, starts=(4.0,),
                   meaning="of its load, by which a branch flows", expected="about 4 for rubber, 1: in proportion",
                   amplitude=False),
