@@ -19,7 +19,7 @@ from thrustd.pipeline.pipeline import Pipeline
 from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording
 from thrustd.twin.airframe import Airframe
-from thrustd.twin.flight import Truth, fly, recorded_flight, scripted_flight
+from thrustd.twin.flight import Rates, Truth, fly, recorded_flight, scripted_flight
 from thrustd.wire.event_batch import EventBatch
 
 ROOT = Path(__file__).parents[1]
@@ -30,6 +30,7 @@ ADC_HZ = 100.0
 AIRBORNE_MACH = 0.18
 TOGETHER = 256  # events that are worked on at once
 FUSED_HZ, EVERY = 50.0, 5  # keep one fused step in so many: 10 Hz
+UNTOLD = Rates(truth_hz=0.0)  # the profile is the truth
 
 
 def follow(pipeline: Pipeline, events: Iterable[Event]) -> Iterator[Output]:
@@ -117,9 +118,16 @@ def fly_profile(
     place: Installation, name: str, profile: Recording, airframe: Airframe, seed: int, flown: bool = False
 ) -> Flight:
     """The same along a profile."""
-    items = fly(profile, airframe, place.parts().can_table, seed, flown=flown)
-    found = outputs_of(place.pipeline(), (item for item in items if not isinstance(item, Truth)), every=EVERY)
+    found = outputs_of(place.pipeline(), events_of(place, profile, airframe, seed, flown), every=EVERY)
     return Flight(name, tuple(_flown(profile, *each) for each in enumerate(found.estimates)), found.faults)
+
+
+def events_of(
+    place: Installation, profile: Recording, airframe: Airframe, seed: int, flown: bool = False
+) -> Iterator[Event]:
+    """What is on the wire along a profile."""
+    items = fly(profile, airframe, place.parts().can_table, seed, UNTOLD, flown=flown)
+    return (item for item in items if not isinstance(item, Truth))
 
 
 def _flown(profile: Recording, engine: int, estimates: list[Estimate]) -> Flown:

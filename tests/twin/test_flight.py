@@ -70,6 +70,12 @@ def test_same_seed_same_bytes(flight, table, items):
     assert list(fly(*flight, table, SEED)) == items
 
 
+def test_a_flight_whose_truth_nobody_asks_for_is_the_same_on_the_wire(table):
+    profile, airframe = scripted_flight(25.0, SEED)
+    told, untold = (list(fly(profile, airframe, table, SEED, Rates(truth_hz=hz))) for hz in (20.0, 0.0))
+    assert [item for item in told if not isinstance(item, Truth)] == untold
+
+
 def test_the_crews_mark_of_a_recording_is_said_where_the_bus_has_it(flight, table):
     profile, airframe = flight
     marked = profile.with_channels(mark=np.where(abs(profile.time_s - 60.0) < 20.0, 3.0, 0.0))

@@ -77,6 +77,14 @@ def test_a_status_is_a_bit_string(engine: int, bits: int) -> None:
     assert (decoded["DataType"], decoded[f"Engine{engine + 1}_ThrustStatus"]) == (5, bits)
 
 
+def test_many_values_are_said_as_one_after_the_other() -> None:
+    signals = [("n1_pct", 0, [20.0, 21.0, 22.5]), ("mark", 0, [1.0, 2.0]), ("n1_pct", 0, [30.0] * 300), ("mach", 0, [])]
+    one, all_ = CanEncoder(INPUTS, node_id=7), CanEncoder(INPUTS, node_id=7)
+    for signal, index, values in signals:
+        ident, data = all_.encode_all(signal, index, values)
+        assert [(ident, each) for each in data] == [one.encode(signal, index, value) for value in values]
+
+
 @pytest.mark.parametrize("row", HEARD, ids=lambda row: row.dbc)
 def test_every_row_comes_back_through_the_wire(row: CanRow) -> None:
     encoder, decoder = CanEncoder(INPUTS, node_id=1), CanDecoder(INPUTS)

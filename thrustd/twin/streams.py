@@ -5,6 +5,8 @@ time on the wire + an exponential delay of the reader; now and then the reader s
 events arrive together.
 """
 
+from typing import Final
+
 import numpy as np
 
 from thrustd.core.columns import Floats
@@ -21,6 +23,7 @@ STALL_S = 0.006
 SPLIT_ODDS = 0.02  # frames that arrive in two pieces
 SPLIT_NS = 60_000
 CRYSTAL = 1 + 20e-6  # the ADC's clock against ours
+_new: Final = tuple.__new__  # half the time of calling a NamedTuple
 
 
 class Arrivals:
@@ -66,9 +69,9 @@ class AdcStream:
             data = encode(self._sequence, time_us, tuple(row))
             self._sequence += 1
             if two:
-                out.append(Frame(t_ns, "adc", 0, data[:11]))
+                out.append(_new(Frame, (t_ns, "adc", 0, data[:11])))
                 t_ns, data = min(t_ns + SPLIT_NS, next_ns), data[11:]  # bytes never overtake bytes
-            out.append(Frame(t_ns, "adc", 0, data))
+            out.append(_new(Frame, (t_ns, "adc", 0, data)))
         return out
 
 
@@ -83,13 +86,12 @@ class CanStream:
 
     def block(self, sample_s: Floats, values: Floats) -> list[Frame]:
         """`values` (n,) at `sample_s` (n,); NaN = nothing is sent."""
-        signal, index, code = self._signal, self._index, self._encoder.encode
-        out: list[Frame] = []
-        for t_ns, value in zip(self._arrivals.of(sample_s), values.tolist(), strict=True):
-            if value == value:
-                ident, data = code(signal, index, value)
-                out.append(Frame(t_ns, "can", ident, data))
-        return out
+        arrivals, said = self._arrivals.of(sample_s), values.tolist()
+        if np.isnan(values).any():
+            sent = [(t_ns, value) for t_ns, value in zip(arrivals, said, strict=True) if value == value]
+            arrivals, said = [t_ns for t_ns, _ in sent], [value for _, value in sent]
+        ident, data = self._encoder.encode_all(self._signal, self._index, said)
+        return [_new(Frame, (t_ns, "can", ident, each)) for t_ns, each in zip(arrivals, data, strict=True)]
 
 
 class TickStream:
@@ -99,4 +101,4 @@ class TickStream:
         self._arrivals = Arrivals(0.0, origin_ns, rng)
 
     def block(self, sample_s: Floats) -> list[Tick]:
-        return [Tick(t_ns) for t_ns in self._arrivals.of(sample_s)]
+        return [_new(Tick, (t_ns,)) for t_ns in self._arrivals.of(sample_s)]

@@ -3,6 +3,7 @@
 CANaerospace message = node id | data type | service code | message code | 4 bytes data       big-endian
 """
 
+from collections.abc import Sequence
 from typing import Final
 
 from thrustd.wire.can_table import FLOAT, CanRow, CanTable
@@ -68,11 +69,20 @@ class CanEncoder:
 
         Other signals in the same message repeat their last value. OverflowError when the value does not fit.
         """
+        ident, (data,) = self.encode_all(signal, index, (value,))
+        return ident, data
+
+    def encode_all(self, signal: str, index: int, values: Sequence[float]) -> tuple[int, list[bytes]]:
+        """Of values one after another, with nothing of the same message between them."""
         message, number = self._places[signal, index]
-        field = message.fields[number]
-        raw = self._raw[message.ident]
-        exact = (value - field.offset) / field.scale
-        raw[number] = exact if field.bits.kind == FLOAT else round(exact)
-        code = self._codes[message.ident] = (self._codes[message.ident] + 1) & CODE_MASK
-        header = (self._node_id, min(message.data_types, default=0), 0, code) if message.header else ()
-        return message.ident, message.pack(*header, *raw)
+        field, ident = message.fields[number], message.ident
+        raw, first = self._raw[ident], self._codes[ident] + 1
+        exact: list[float] = [(value - field.offset) / field.scale for value in values]
+        if field.bits.kind != FLOAT:
+            exact = [round(each) for each in exact]
+        before, after, pack = raw[:number], raw[number + 1 :], message.pack
+        self._codes[ident], raw[number] = (first + len(exact) - 1) & CODE_MASK, exact[-1] if exact else raw[number]
+        if not message.header:
+            return ident, [pack(*before, each, *after) for each in exact]
+        head = self._node_id, min(message.data_types, default=0), 0
+        return ident, [pack(*head, code & CODE_MASK, *before, each, *after) for code, each in enumerate(exact, first)]
