@@ -45,6 +45,8 @@ def spec_of(found: Solution, segments: Sequence[Segment], name: str, wanted: int
         bent = scale * _spline(shape.h_grid, point.h, x / scale) if shape.h_grid else 0.0
         return x + bent + scale * point.offset
 
+    linear = linear_of(found)
+    before = tolerance / max(1.0, abs(linear.direct))  # a sudden error passes by the lags
     reach = (shape.h_grid.low * scale, shape.h_grid.high * scale) if shape.h_grid else (0.0, scale)
     rubs = float(point.stops.sum()) > WITHIN * float(np.sqrt(found.mean_square))
     effects = [friction_of(found)] if rubs else []
@@ -52,8 +54,8 @@ def spec_of(found: Solution, segments: Sequence[Segment], name: str, wanted: int
         schema="thrustd-model/1",
         name=name,
         structure="hw-pwl+prandtl-ishlinskii" if effects else "hw-pwl",
-        input_curve=tabulated(f, (shape.f_grid.low, shape.f_grid.high), tolerance, 1 if shape.line else wanted),
-        linear=linear_of(found),
+        input_curve=tabulated(f, (shape.f_grid.low, shape.f_grid.high), before, 1 if shape.line else wanted),
+        linear=linear,
         output_curve=tabulated(out, reach, tolerance, wanted if shape.h_grid else 1),
         valid=valid_range(segments),
         effects=effects,
