@@ -30,7 +30,7 @@ from thrustd.identify.regression.friction import (
 )
 from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.solve import Progress, Solution, solve, surprise
+from thrustd.identify.regression.solve import Progress, Solution, noise_level, solve, surprise
 from thrustd.identify.regression.stops import radii_of
 from thrustd.identify.regression.sweep import normal_equations, simulate
 from thrustd.identify.regression.walk import NAMES, SIZE, hours_of, lasts_h, walks
@@ -45,6 +45,7 @@ RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
 SURE = float(np.log(20.0))  # of the likelihood, by which a law takes the place of the usual one: 95 %
 LONG_H = 0.5  # of a recording that tells a walk
+SWINGS = 2 * len(NAMES)  # blocks of a recording, two of every half swing of its fastest mode
 WALK_WORTH = 0.03  # of the squared error: what removes less is left out
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
@@ -108,11 +109,15 @@ def with_branches(
 
 
 def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
-    """The same mount, measured by a cell that walks, where these data are surely likelier so and miss clearly less.
+    """The same mount, measured by a cell that walks, where these data are likelier so and miss clearly less.
 
     In less than LONG_H a walk looks like the memory of a mount; there it is taken for that. Begun at what the memory
     has been taken for, and at no memory with a walk of SIZE, which no large residual of the first steps can talk out
     of existence: of these two ends the likelier.
+
+    Judged beside errors as large as those that last as long as a walk's fastest swing: what no relaxation and no stop
+    says of a mount lasts for levels, and twelve modes follow a newton of it with twenty of a walk that slow memory
+    takes back. A walk's own part of them is counted against it, so to be likelier is enough.
     """
     size_n = SIZE * found.shape.output_scale
     long = [lasts_h(term) >= LONG_H for term in walks(segments, size_n)]
@@ -130,11 +135,13 @@ def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress |
     far = ended(replace(still, gain=np.zeros_like(still.gain)), sized=True)
     trials = [ended(begin, sized=False) for begin in (still, far.point)]
 
+    lasting = noise_level(found.normal.residuals, SWINGS)
+
     def unlikely(one: Solution) -> float:
-        return surprise(one, found.noise_variance)
+        return surprise(one, lasting)
 
     other = min(trials, key=unlikely)
-    likelier = unlikely(found) - unlikely(other) > 2.0 * SURE
+    likelier = unlikely(other) < unlikely(found)
     return other if likelier and other.mean_square < (1.0 - WALK_WORTH) * found.mean_square else found
 
 

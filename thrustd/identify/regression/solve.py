@@ -261,11 +261,14 @@ def _inverse(matrix: Floats) -> Floats:
     return result
 
 
-def noise_level(residuals: Sequence[Floats]) -> float:
-    """Largest of n times the variance of means of n samples, n = 1, 2, 4, ...: the level of slow errors."""
+def noise_level(residuals: Sequence[Floats], blocks: int = LONGEST) -> float:
+    """Largest of n times the variance of means of n samples, n = 1, 2, 4, ...: the level of slow errors.
+
+    Of means so long that the residuals are so many `blocks` at least.
+    """
     missed = np.concatenate([r[np.isfinite(r)] for r in residuals])
     level, width = float(np.mean(missed**2)), 2
-    while width * LONGEST <= len(missed):
+    while width * blocks <= len(missed):
         means = missed[: len(missed) // width * width].reshape(-1, width).mean(axis=1)
         level, width = max(level, width * float(np.mean(means**2))), 2 * width
     return max(level, 1e-20)
