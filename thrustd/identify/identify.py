@@ -13,7 +13,7 @@ from thrustd.core.blas import one_thread
 from thrustd.core.columns import Flags
 from thrustd.core.errors import RecordingError, ThrustdError
 from thrustd.core.measures import held_out_groups
-from thrustd.identify.artifact import finished
+from thrustd.identify.artifact import data_sha256, finished
 from thrustd.identify.checks import check_apart, check_records
 from thrustd.identify.first_state import levels_of
 from thrustd.identify.regression.general import Asked
@@ -169,8 +169,9 @@ def split(records: Sequence[Recording]) -> tuple[list[Recording], list[Recording
 
 
 def _without(record: Recording, kept: Flags) -> Recording:
-    """Reference hidden where it is not kept; hidden is not missing: no new note."""
-    return replace(record.with_channels(**{FORCE: np.where(kept, record[FORCE], np.nan)}), notes=record.notes)
+    """Reference hidden where it is not kept; hidden is not missing: no new note, and the same record."""
+    hidden = record.with_channels(**{FORCE: np.where(kept, record[FORCE], np.nan)})
+    return replace(hidden, notes=record.notes, sha256=data_sha256(record))
 
 
 def score_structure(

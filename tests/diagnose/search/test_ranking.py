@@ -3,10 +3,13 @@
 from types import SimpleNamespace
 
 import numpy as np
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from thrustd.diagnose.search import better, ranking
 from thrustd.diagnose.search.better import fewest, gained, rivals, stands
-from thrustd.diagnose.search.ranking import advanced, carried, pruned, settled
+from thrustd.diagnose.search.floor import at_floor
+from thrustd.diagnose.search.ranking import adds, advanced, carried, pruned, room, settled
 
 RNG = np.random.default_rng(3)
 COMMON = RNG.normal(size=48)
@@ -54,6 +57,17 @@ def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_ver
     assert gained(nothing, drifted) and not stands(nothing, drifted)
     cell = SimpleNamespace(own_mse=np.inf, promised=0.5, own_plateau=np.inf)
     assert advanced(cell, nothing, nothing, [drifted, more]) is None
+
+
+@given(st.floats(0.01, 0.99), st.floats(0.001, 0.9), st.floats(0.0, 1.0))
+def test_where_there_is_no_room_nothing_that_leaves_the_floor_or_more_is_added(found, floor, share):
+    """Else sets would be left out that could be the verdict."""
+    base = SimpleNamespace(own_mse=np.inf, promised=np.sqrt(floor), own_plateau=np.inf)
+    nothing, best = _fit("", 1.0, 0.0), _fit("m", max(found, floor), 0.0)
+    more = _fit("mr", floor + share * (best.mse - floor), 0.0)
+    nothing.plateau = best.plateau = more.plateau = np.inf
+    assume(not at_floor(best, base))  # nothing is looked for there
+    assert room(base, nothing, best) or not adds(base, nothing, best, more)
 
 
 def test_of_the_sets_that_are_grown_further_one_is_of_other_effects():

@@ -3,6 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
 from tests.diagnose.search.test_joint import measured_on
@@ -13,6 +14,7 @@ from thrustd.diagnose.search.library import terms_of
 from thrustd.diagnose.search.question import Given, asked
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import read_rig, shipped_rig
+from thrustd.diagnose.search.told import sentences
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effects import effect_named
@@ -67,6 +69,16 @@ def test_a_model_that_carries_its_bench_takes_no_other():
         diagnose(spec, [record(seed=2)], given=Given(bench=[record()]))
 
 
+def test_records_that_a_model_was_learnt_from_do_not_count_twice():
+    """An elastomer's own record held curve and friction where they stood for its softening: `unknown` at 9 kPa of 1."""
+    bench, flight = record(), record(seed=2)
+    spec = identify([bench]).spec
+    assert asked(spec, [flight], Given()).base.benched
+    assert asked(spec, [bench, flight], Given()).base.benched is False
+    both = identify([bench, flight]).spec
+    assert asked(both, [bench], Given()).base.benched  # the other record is known
+
+
 def test_the_rubber_may_have_been_colder_than_the_bench_says():
     """Nobody hears of a scale where the stiffness is at the right temperature."""
     warm = columns()
@@ -78,6 +90,24 @@ def test_the_rubber_may_have_been_colder_than_the_bench_says():
     assert report.verdict == ("thermal_stiffness",)
     reference = {p.name: p for p in report.candidates[0].parameters}["reference_degc"]
     assert reference.value == pytest.approx(20.0, abs=3 * reference.std)
+
+
+def test_a_record_may_begin_when_the_sensor_is_warm_already_and_the_rubber_is_not():
+    """As warm as its sensor from the start, a stranger's expansion left 76 N of 8 and was called a stiffness."""
+    warm = columns()
+    warm["temperature_degC"] = 38.0 + 9.0 * np.sin(warm["time_s"] / 70.0)
+    keep = np.exp(-DT_S / 90.0)
+    rubber = lfilter([1.0 - keep], [1.0, -keep], warm["temperature_degC"], zi=[keep * 21.0])[0]
+    bench = mount()
+    bench = msgspec.structs.replace(bench, provenance=dict(bench.provenance) | {"mean_temperature_degC": 21.0})
+    read = measured_on(bench, warm)
+    report = diagnose(bench, [read.with_channels(deformation_mm=read["deformation_mm"] + 0.003 * (rubber - 21.0))])
+    assert report.verdict == ("thermal_expansion",)
+    assert report.rmse_after_n < 1.1 * NOISE_N
+    assert any(
+        line.startswith("thermal_expansion: expansion_mm_k = 0.00")
+        for line in sentences(report.candidates[0].parameters)
+    )
 
 
 def test_a_core_that_warms_behind_its_surface_is_no_second_effect():

@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
+from thrustd.diagnose.search.candidates import judgeable
 from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.question import NOTHING, asked
+from thrustd.diagnose.search.ranking import rank
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
+from thrustd.model.effects import shelf
 from thrustd.records.recording import make_recording
 
 HOUR = 72_000
@@ -22,6 +26,13 @@ def walking(far_n, seed):
 def simulated(true_mount, data):
     model = compile_model(true_mount, 1 / DT_S)
     return model.simulate(model.inputs(data))
+
+
+def found_from_rest(spec, measured):
+    """The best set where nothing is remembered from before."""
+    question = asked(spec, [measured], NOTHING)
+    effects, _ = judgeable(list(shelf().values()), question.records, [])
+    return rank(question.base, question.rows, effects, question.rig).best
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +66,7 @@ def test_a_zero_that_was_set_anew_is_no_effect_and_hides_none():
     weight = make_recording("measured", data | {"force_N": force + 60.0 * data["accel_z_g"]})
     report = diagnose(bench, [weight])
     assert report.verdict == ("engine_weight",)
+    assert found_from_rest(bench, weight).words == ("engine_weight",)  # no look told it, a pair with a gap did
     [couple] = report.candidates[0].parameters
     assert abs(couple.value + 60.0) < 1.96 * couple.std
 

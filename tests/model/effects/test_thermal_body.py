@@ -19,7 +19,7 @@ def slab(after_s):
 def shift(surface_s):
     law = effect_named("thermal_expansion_body")
     told = {"expansion_mm_k": 0.01, "reference_degc": 20.0, "lag_s": LAG_S, "surface_s": surface_s}
-    stage = law.stage(told, DT_S)
+    stage = law.stage(law.neutral() | told, DT_S)
     return -stage.run(stage.start(WARM[:1], 0.0), WARM[:, None], np.zeros(len(WARM))) / 0.1
 
 
@@ -38,7 +38,22 @@ def test_its_surface_may_warm_after_its_sensor():
 @pytest.mark.parametrize("law", ["thermal_stiffness_body", "thermal_stiffness_body_spring"])
 def test_stiffness_follows_the_same_temperature(law):
     told = {"stiffness_1_k": -0.01, "reference_degc": 20.0, "bend": 1.0, "lag_s": LAG_S, "surface_s": 30.0}
-    stage = effect_named(law).stage(told, DT_S)
+    stage = effect_named(law).stage(effect_named(law).neutral() | told, DT_S)
     found = stage.run(stage.start(WARM[:1], 1.0), WARM[:, None], np.ones(len(WARM)))
     y = -0.1 * shift(30.0)
     assert found == pytest.approx(1.0 + y + 0.5 * y * y, rel=1e-12)
+
+
+@pytest.mark.parametrize("law", ["thermal_expansion_late", "thermal_expansion_body"])
+def test_a_record_may_begin_when_its_sensor_is_warm_already_and_the_rubber_is_not(law):
+    """In a room of the reference, the sensor warm since this moment, it does as it would if recorded from before."""
+    effect, before = effect_named(law), 20
+    told = {"expansion_mm_k": 0.01, "reference_degc": 20.0, "lag_s": LAG_S, "surface_s": 30.0}
+    warm = np.where(np.arange(600) < before, 20.0, 45.0)[:, None]
+
+    def run(t_degc, **given):
+        stage = effect.stage(effect.neutral() | told | given, DT_S)
+        return stage.run(stage.start(t_degc[0], 0.0), t_degc, np.zeros(len(t_degc)))
+
+    assert run(warm[before:], begin_share=1.0) == pytest.approx(run(warm)[before:], abs=1e-12)
+    assert run(warm[before:])[0] == pytest.approx(-0.25)

@@ -26,9 +26,7 @@ class Check:
 
 def check_of(name: str, spec: ModelSpec, record: Recording, rmse_n: float, unit: str) -> Check:
     """Of a model on a recording, where it left `rmse_n`."""
-    digest = data_sha256(record)
-    lines = [line for key in FITTED_TO if isinstance(said := spec.provenance.get(key), list) for line in said]
-    if any(line.endswith(digest) for line in lines):
+    if data_sha256(record) in learnt_from(spec):
         return Check(True, False, f"{record.name}: {name} was fitted to this recording: its error here is no check")
     if not spec.ledger or rmse_n <= CONTRADICTED * spec.ledger[-1].rmse_after_n:
         return Check()
@@ -37,3 +35,9 @@ def check_of(name: str, spec: ModelSpec, record: Recording, rmse_n: float, unit:
     times = f"{newtons(rmse_n / last.rmse_after_n)} times as much"
     said = f"{more} is left, {promised} was promised when {last.added} was added ({times})"
     return Check(False, True, f"{record.name} contradicts {name}: {said}")
+
+
+def learnt_from(spec: ModelSpec) -> set[str]:
+    """Hashes of the records that a model was fitted to."""
+    lines = [line for key in FITTED_TO if isinstance(said := spec.provenance.get(key), list) for line in said]
+    return {str(line).split()[-1] for line in lines if str(line).split()}

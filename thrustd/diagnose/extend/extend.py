@@ -31,8 +31,8 @@ from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
-from thrustd.diagnose.search.ranking import advanced, begin_of, grown_from, leading, look, pruned
-from thrustd.diagnose.search.screen import screened, table_of
+from thrustd.diagnose.search.ranking import advanced, begin_of, grown_from, look, pruned
+from thrustd.diagnose.search.screen import leading, screened, table_of
 from thrustd.diagnose.search.told import estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map

@@ -10,7 +10,8 @@ from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit, told
 from thrustd.diagnose.search.question import Question
-from thrustd.diagnose.search.ranking import SAYS, Ranked, begin_at
+from thrustd.diagnose.search.ranking import Ranked, begin_at
+from thrustd.diagnose.search.screen import SAYS
 from thrustd.identify.regression.record import Record
 from thrustd.identify.segments import DEFORMATION
 

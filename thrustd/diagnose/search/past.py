@@ -1,8 +1,9 @@
 """What a mount may remember from before its record: one hypothesis, not a freedom of all of them.
 
-A record that begins without load began at rest. Only where that leaves something is the search made once more with
-every lag free to remember an earlier load, and only what held-back blocks then say clearly, or the evidence where both
-explain everything, speaks for it: free memories are many numbers, and beside them a gain of 1 % is none.
+A record that begins without load began at rest. Only where that leaves something, and a memory explains as much as the
+effects that were found or clearly more beside them, is the search made once more with every lag free to remember an
+earlier load. Only what held-back blocks then say clearly, or the evidence where both explain everything, speaks for it:
+free memories are many numbers, and beside them a gain of 1 % is none.
 """
 
 from collections.abc import Callable, Sequence
@@ -37,11 +38,13 @@ def by_past(
     best, other = best_of(rested), remembering(base, segments)
     if other is None or said(rested) or (at_floor(best, base) and not best.terms):
         return base, rested
+    alone = joint_fit(other, rows, ())
     if at_floor(best, base):
-        alone = joint_fit(other, rows, ())
         if not at_floor(alone, other) or surprise(other, alone, best) > surprise(base, best, best):
             return base, rested
         return other, search(other)
+    if gained(alone, best) and not gained(best, joint_fit(other, rows, best.terms)):  # memory stands for none of it
+        return base, rested
     found = search(other)
     return (other, found) if gained(best, best_of(found)) else (base, rested)
 

@@ -53,7 +53,7 @@ def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint
 
 
 def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> list[Joint]:
-    """The same laws with each shape that these data do not tell at its other starts.
+    """The same laws with each shape that these data do not tell at its other starts, one after the other.
 
     What is not told there leaves the amplitude as much less known: how fast a rubber ages at first depends on how soon
     it has settled.
@@ -62,22 +62,26 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
     sure = split(best.terms, best.std[best.new])
     found = []
     for i, term in enumerate(best.terms):
-        known = {p.name for p, std in zip(term.free, sure[i], strict=True) if p.amplitude or std < PRIOR}
-        for other in terms_of(term.effect, rig):
-            if all(other.fixed[name] == term.fixed[name] for name in term.fixed if name not in known):
-                continue
-            there = {p.name: other.fixed[p.name] for p in term.free if p.name not in known}
-            moved = replace(term, fixed={**term.fixed, **there})
-            own = {p.name: v for p, v in zip(term.free, begun[i], strict=True) if p.name not in there}
-            start = np.array([own.get(p.name, 0.0) for p in moved.free])
+        numbers = dict(zip((p.name for p in term.free), begun[i], strict=True))
+        for name, value in _unknown(term, sure[i], rig):
+            moved = replace(term, fixed={**term.fixed, name: value})
+            start = np.array([0.0 if p.name == name else numbers.get(p.name, 0.0) for p in moved.free])
             terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
             found.append(joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best))
     return found
 
 
+def _unknown(term: Term, std: Floats, rig: Rig) -> list[tuple[str, float]]:
+    """Other starts of its shapes that these data do not tell."""
+    loose = [p.name for p, one in zip(term.free, std, strict=True) if not p.amplitude and one >= PRIOR]
+    found = [(name, other.fixed[name]) for other in terms_of(term.effect, rig) for name in loose]
+    return [one for one in dict.fromkeys(found) if one[1] != term.fixed[one[0]]]
+
+
 def _begun(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:
     """A term whose shapes begin where another law of the same names ended, and its numbers there."""
-    here = {p.name: values[p.name] for p in term.free if not p.amplitude and p.spread == 0.0 and p.name in values}
+    shapes = [p for p in term.effect.parameters if p.estimate and not p.amplitude and p.spread == 0.0]
+    here = {p.name: values[p.name] for p in shapes if p.name in values}
     begun, start = replace(term, fixed={**term.fixed, **here}), []
     neutral = begun.values(np.zeros(len(begun.free)))
     for p in begun.free:

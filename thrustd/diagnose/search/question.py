@@ -3,11 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.columns import Floats
+from thrustd.diagnose.compare.check import learnt_from
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, referenced
@@ -17,6 +19,7 @@ from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.library import Rig, rig_of
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import RigPriors, shipped_rig
+from thrustd.identify.artifact import data_sha256
 from thrustd.identify.first_state import stretch_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.segments import Segment
@@ -74,14 +77,25 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
     bench = stretches(spec, given.bench) if given.bench else []
     priors = given.rig or shipped_rig()
-    base = replace(base_of(spec, segments, bench), roles=roles_of(records), calibration=priors.calibration)
+    known = _known_elsewhere(spec, recordings)
+    base = replace(base_of(known, segments, bench), roles=roles_of(records), calibration=priors.calibration)
     if not in_flight:
         missed = _own_residuals(spec, segments)
         base = replace(base, as_is_mse=float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2)
-        if learnt(spec) is None and not given.bench:
+        if learnt(known) is None and not given.bench:
             base = replace(base, own_mse=base.as_is_mse, own_plateau=plateau(missed) / base.scale)
     rows = records_of(base, spec, segments)
     return Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
+
+
+def _known_elsewhere(spec: ModelSpec, recordings: Sequence[Recording]) -> ModelSpec:
+    """Without what it knows of its core where it has learnt that from these records alone.
+
+    They would count twice, and hold a core that stands for a law that is missing where it is.
+    """
+    told = learnt_from(spec)
+    own = bool(told) and told <= {data_sha256(record) for record in recordings}
+    return msgspec.structs.replace(spec, posterior=None) if own else spec
 
 
 def _as_on_the_bench(spec: ModelSpec, flies: ModelSpec, segment: Segment) -> Segment:

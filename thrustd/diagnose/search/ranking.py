@@ -16,7 +16,17 @@ from thrustd.diagnose.search.curves import Followed, curve_sigma, estimated, fol
 from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
-from thrustd.diagnose.search.screen import Looked, Table, screened, screened_modulations, screened_pairs, table_of
+from thrustd.diagnose.search.screen import (
+    SAYS,
+    Looked,
+    Table,
+    leading,
+    screened,
+    screened_modulations,
+    screened_pairs,
+    singles,
+    table_of,
+)
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.effect import Effect
@@ -24,9 +34,7 @@ from thrustd.model.stage import DEFORMATION, Floats
 
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
-TRIED = 3  # effects estimated whole per set
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
-SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
 
@@ -77,12 +85,12 @@ def rank(
     fits, best, beam = [nothing], nothing, [nothing]
     curves: list[Followed] = []
     for size in range(MOST):
-        if best.terms and at_floor(best, base):  # a core that has moved there is no reason not to look
+        if best.terms and not room(base, nothing, best):  # a core that has moved there is no reason not to look
             break
         grown = grown_from(base, records, looks, best, beam, lambda word: _tell(progress, size, word))  # noqa: B023
         fits += grown
         if size == 0 and not any(at_floor(fit, base) for fit in grown):
-            curves = _curves(base, records, looks)
+            curves = _curves(base, records, looks, grown)
             if _strange(curves, looks.terms):
                 break
         if (step := advanced(base, nothing, best, grown)) is None:
@@ -90,9 +98,9 @@ def rank(
         best, beam = step
     best = pruned(base, records, nothing, best, fits)
     if far_above(best, base) and not _strange(curves, looks.terms) and not curve_says_it(base, best, curves):
-        more = following(base, records, nothing, best, looks.looked, rig)
+        more = following(base, records, nothing, best, looks.terms, rig)
         fits += more
-        best = pruned(base, records, nothing, more[-1], fits) if more else best
+        best = pruned(base, records, nothing, simplest([best, *more]), fits)
     best = settled(base, records, looks, fits, fewest(fits, best))
     rivals = exchanged(base, records, looks, best, fits)
     fits += rivals
@@ -110,13 +118,15 @@ def grown_from(
         whole = looks.looked if not member.terms else screened(table_of(base, member), _beside(member, looks.terms))
         for one in leading(whole):
             tell(one.term.effect.word)
-            like = member if member.terms else None
-            grown.append(joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one), like))
+            grown.append(_grown(base, records, member, one))
     if not best.terms and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
         pairs = screened_pairs(looks.table, singles(looks.looked, by_word=True))
         for pair in [pair for pair in pairs if pair.removes > SAYS][:1]:
             start = np.concatenate([begin_at(term) for term in pair.terms])
-            grown.append(joint_fit(base, records, pair.terms, start))
+            both = joint_fit(base, records, pair.terms, start)
+            grown.append(both)
+            if gained(best, both) and not both.shown:  # one of them stands beside the other, which no look told alone
+                grown += [joint_fit(base, records, (term,)) for term in pair.terms]
     return grown
 
 
@@ -138,9 +148,19 @@ def adds(base: Base, nothing: Joint, best: Joint, fit: Joint) -> bool:
     A small effect beside a large one may be what the large one's law missed, unless it explains the rest to the floor.
     """
     removed = best.mse - fit.mse
-    known = LAW * (left(nothing, base) - best.mse)  # what the laws found so far may leave by not holding exactly
-    large = removed > known or (at_floor(fit, base) and removed > fit.mse) or (not best.terms and eased(best, fit))
-    return gained(best, fit) and fit.shown and large
+    large = removed > _known(base, nothing, best) or (at_floor(fit, base) and removed > fit.mse)
+    return gained(best, fit) and fit.shown and (large or (not best.terms and eased(best, fit)))
+
+
+def room(base: Base, nothing: Joint, best: Joint) -> bool:
+    """Whether one effect more could gain, were it to explain everything down to the floor."""
+    level = floor_of(best, base) ** 2
+    return not at_floor(best, base) and left(best, base) - level > min(_known(base, nothing, best), level)
+
+
+def _known(base: Base, nothing: Joint, best: Joint) -> float:
+    """What the laws found so far may leave by not holding exactly."""
+    return LAW * (left(nothing, base) - best.mse)
 
 
 def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Joint], best: Joint) -> Joint:
@@ -188,9 +208,11 @@ def _laws(terms: Sequence[Term]) -> frozenset[str]:
     return frozenset(term.effect.name for term in terms)
 
 
-def _curves(base: Base, records: Sequence[Record], looks: Looks) -> list[Followed]:
+def _curves(base: Base, records: Sequence[Record], looks: Looks, grown: Sequence[Joint]) -> list[Followed]:
+    """Beside what the best law removes, at its linear look or estimated whole."""
     seen = followed(looks.table, curve_sigma(records))
-    return estimated(base, records, looks.nothing, seen, looks.worth, lambda fit: at_floor(fit, base))
+    worth = max([looks.worth, *(looks.nothing.mse - fit.mse for fit in grown)])
+    return estimated(base, records, looks.nothing, seen, worth, lambda fit: at_floor(fit, base))
 
 
 def _strange(curves: Sequence[Followed], terms: Sequence[Term]) -> bool:
@@ -205,21 +227,28 @@ def curve_says_it(base: Base, best: Joint, curves: Sequence[Followed]) -> bool:
 
 
 def following(
-    base: Base, records: Sequence[Record], nothing: Joint, best: Joint, looked: Sequence[Looked], rig: Rig
+    base: Base, records: Sequence[Record], nothing: Joint, best: Joint, terms: Sequence[Term], rig: Rig
 ) -> list[Joint]:
-    """Sets grown from the best by what resists motion, in proportion to a channel, while that gains."""
-    resisting = [term for term in singles(looked) if (term.effect.site, *term.effect.channels) == RESISTS]
+    """Sets grown by what resists motion, in proportion to a channel, while that gains.
+
+    From the best, and from nothing: what was found before may stand for a part of it.
+    """
+    resisting = [term for term in terms if (term.effect.site, *term.effect.channels) == RESISTS]
     found: list[Joint] = []
-    while len(found) < MOST and far_above(best, base):
-        seen = screened_modulations(table_of(base, best), resisting, rig)
-        grown = [
-            joint_fit(base, records, (*best.terms, one.term), begin_of(base, best, one), best) for one in leading(seen)
-        ]
-        if not (better := [fit for fit in grown if adds(base, nothing, best, fit)]):
-            break
-        best = simplest(better)
-        found.append(best)
+    for last in [best, nothing] if best.terms else [nothing]:
+        while len(last.terms) < MOST and far_above(last, base):
+            seen = screened_modulations(table_of(base, last), resisting, rig)
+            grown = [_grown(base, records, last, one) for one in leading(seen, most=len(resisting))]
+            if not (better := [fit for fit in grown if adds(base, nothing, last, fit)]):
+                break
+            found.append(last := simplest(better))
     return found
+
+
+def _grown(base: Base, records: Sequence[Record], member: Joint, one: Looked) -> Joint:
+    """Begun where the set was; a core that has taken on what no effect explains yet is no place to begin."""
+    like = member if member.terms else None
+    return joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one), like)
 
 
 def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
@@ -230,24 +259,6 @@ def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
     order = [best, *(fit for fit in sorted(fits, key=lambda fit: fit.mse) if fit is not best)]
     apart = [fit for fit in order if set(fit.words) != set(best.words)]
     return [*order[:BEAM], *(fit for fit in apart[:1] if not any(fit is one for one in order[:BEAM]))]
-
-
-def leading(looked: Sequence[Looked], least: float = SAYS) -> list[Looked]:
-    """The best few that say anything, each in its best shape: so many laws that there are a few effects among them."""
-    found: dict[str, Looked] = {}
-    for one in looked:
-        words = {law.term.effect.word for law in found.values()}
-        if one.removes > least and len(words) < TRIED and len(found) < 2 * TRIED:
-            found.setdefault(one.term.effect.name, one)
-    return list(found.values())
-
-
-def singles(looked: Sequence[Looked], *, by_word: bool = False) -> list[Term]:
-    """The best shape of each law, or the best law of each effect."""
-    found: dict[str, Term] = {}
-    for one in looked:
-        found.setdefault(one.term.effect.word if by_word else one.term.effect.name, one.term)
-    return list(found.values())
 
 
 def _beside(member: Joint, terms: Sequence[Term]) -> list[Term]:

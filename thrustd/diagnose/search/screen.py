@@ -24,6 +24,8 @@ from thrustd.identify.regression.walk import walking
 ROWS = 12_000  # of the table at most
 SIZES = 1.0, 5.0, 25.0  # of its typical one: a spectrum's common size is told by the data
 PROBE = 0.2  # of an amplitude's sigma: typical
+TRIED = 3  # effects estimated whole per set
+SAYS = 0.01  # of the squared error: who removes less at first look is not estimated whole
 HOLDS = 1e8  # precision of what a reference is held at
 
 
@@ -133,6 +135,27 @@ def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
         sizes = SIZES if extra.shape[1] >= SPECTRUM else SIZES[:1]
         found.append(Looked(term, min(table.squares(size * extra, positive) for size in sizes), before))
     return sorted(found, key=lambda looked: looked.mse)
+
+
+def leading(looked: Sequence[Looked], least: float = SAYS, most: int = 2 * TRIED) -> list[Looked]:
+    """The best few that say anything, each in its best shape: so many laws that there are a few effects among them.
+
+    A law with a shape held at its bound, which begins there, is another than the same with that shape free.
+    """
+    found: dict[tuple[str, ...], Looked] = {}
+    for one in looked:
+        words = {law.term.effect.word for law in found.values()}
+        if one.removes > least and len(words) < TRIED and len(found) < most:
+            found.setdefault((one.term.effect.name, *(p.name for p in one.term.free)), one)
+    return list(found.values())
+
+
+def singles(looked: Sequence[Looked], *, by_word: bool = False) -> list[Term]:
+    """The best shape of each law, or the best law of each effect."""
+    found: dict[str, Term] = {}
+    for one in looked:
+        found.setdefault(one.term.effect.word if by_word else one.term.effect.name, one.term)
+    return list(found.values())
 
 
 def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[Looked]:

@@ -60,14 +60,16 @@ def sentences(numbers: Sequence[ParameterEstimate]) -> list[str]:
     """One a number; the elements of a spectrum, of which none says much alone, in one."""
     found = []
     for effect in dict.fromkeys(number.effect for number in numbers):
-        own = [number for number in numbers if number.effect == effect]
+        every = [number for number in numbers if number.effect == effect]
+        own = [number for number in every if number.unit == every[0].unit]
         if len(own) >= SPECTRUM:
             unit = f" {own[0].unit}" if own[0].unit not in ("", "-") else ""
             sizes = f"{min(n.value for n in own):.2g} to {max(n.value for n in own):.2g}{unit}"
             total = sum(number.value for number in own)
             found.append(f"{effect}: {len(own)} elements of {sizes}, {total:.3g}{unit} together")
         else:
-            found += [number.sentence for number in own]
+            own = []
+        found += [number.sentence for number in every if number not in own]
     return found
 
 

@@ -7,7 +7,7 @@ A variant of `thermal_expansion`: T_m is the mean temperature of a slab with fac
 Jaeger, Conduction of Heat in Solids, 2nd ed., ch. 3), which warms after its sensor. Two numbers where the two nodes of
 `thermal_expansion_late` take three: between 200 s and 600 s in series, or a single lag, and this they differ by at most
 1.3 % of what comes late; where a record does not tell the two, this one is surer of what a longer one will show.
-Modes from the fifth on are as fast as the surface. Begins as warm as its sensor. Left out: heating from within.
+Modes from the fifth on are as fast as the surface. It begins as that one does. Left out: heating from within.
 """
 
 import math
@@ -17,13 +17,13 @@ import numpy as np
 
 from thrustd.model.effect import Effect
 from thrustd.model.effects.thermal_expansion import EFFECT as AT_ONCE
-from thrustd.model.effects.thermal_expansion_late import LAG_S, SURFACE_S
+from thrustd.model.effects.thermal_expansion_late import BEGIN_SHARE, LAG_S, SURFACE_S, begin_between
 from thrustd.model.stage import Floats, jit
 
 MODES = 4
 ORDERS = [2 * n + 1 for n in range(MODES)]
 WEIGHTS = [8.0 / (math.pi * order) ** 2 for order in ORDERS]
-BODY = LAG_S, SURFACE_S
+BODY = LAG_S, SURFACE_S, BEGIN_SHARE
 
 
 @jit
@@ -46,14 +46,9 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 
 def conducted(p: Mapping[str, float], dt_s: float) -> list[float]:
-    """What `warmed` reads."""
+    """What `warmed` reads, and last where it begins."""
     modes = [(-math.expm1(-dt_s * order**2 / p["lag_s"]), w) for order, w in zip(ORDERS, WEIGHTS, strict=True)]
-    return [-math.expm1(-dt_s / p["surface_s"]), *(number for mode in modes for number in mode)]
-
-
-def begin_as_warm(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    for n in range(x.size):
-        x[n] = u[0]
+    return [-math.expm1(-dt_s / p["surface_s"]), *(number for mode in modes for number in mode), p["begin_share"]]
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
@@ -72,6 +67,6 @@ EFFECT = Effect(
     equation="x = x_read - a (T_m - T_ref),  T_m the mean of a slab whose faces warm after T",
     source="Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed., ch. 3",
     separating_test="a step of temperature at constant force: read how the shift comes, fast at first, then slowly",
-    initial=begin_as_warm,
+    initial=begin_between,
     variant_of="thermal_expansion",
 )

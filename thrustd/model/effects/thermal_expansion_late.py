@@ -6,7 +6,8 @@
 A variant of `thermal_expansion`: two nodes of heat, the least that has a skin and an inside. A time constant is mass
 times heat capacity over what conducts: one to twenty minutes for an isolator of a kilogram (Incropera, Fundamentals of
 Heat and Mass Transfer, ch. 5). With no share and a fast surface it is a single lag; a share below nothing is later than
-both nodes. Begins as warm as its sensor. Left out: heating from within.
+both nodes. A record need not begin when its sensor does: begin_share says where between the sensor (0) and the
+reference (1) surface and core begin. Left out: heating from within.
 """
 
 import math
@@ -30,7 +31,11 @@ SHARE = Parameter(
     "surface_share", "-", neutral=0.0, low=-1.0, high=1.0, starts=(0.0,), amplitude=False, spread=0.3,
     meaning="share of it that follows the surface; below zero: later than both",
 )  # fmt: skip
-NODES = LAG_S, SURFACE_S, SHARE
+BEGIN_SHARE = Parameter(
+    "begin_share", "-", neutral=0.0, low=0.0, high=2.0, starts=(0.0, 0.5), amplitude=False,
+    meaning="where it begins: 0 as warm as its sensor, 1 at the reference",
+)  # fmt: skip
+NODES = LAG_S, SURFACE_S, SHARE, BEGIN_SHARE
 
 
 @jit
@@ -50,12 +55,15 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 
 def nodes(p: Mapping[str, float], dt_s: float) -> list[float]:
-    """What `warmed` reads."""
-    return [-math.expm1(-dt_s / p["lag_s"]), -math.expm1(-dt_s / p["surface_s"]), p["surface_share"]]
+    """What `warmed` reads, and last where it begins."""
+    shares = [-math.expm1(-dt_s / p[name]) for name in ("lag_s", "surface_s")]
+    return [*shares, p["surface_share"], p["begin_share"]]
 
 
-def begin_as_warm(x: Floats, c: Floats, u: Floats, v: float) -> None:
-    x[0], x[1] = u[0], u[0]
+def begin_between(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    """All of it between its sensor and the reference; c[1]: reference, c[-1]: share of the way."""
+    for n in range(x.size):
+        x[n] = u[0] + c[c.size - 1] * (c[1] - u[0])
 
 
 def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
@@ -74,6 +82,6 @@ EFFECT = Effect(
     equation="x = x_read - a (T_m - T_ref),  T_m of two nodes that warm after T",
     source="Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
     separating_test="a step of temperature at constant force: read the time until the shift has come",
-    initial=begin_as_warm,
+    initial=begin_between,
     variant_of="thermal_expansion",
 )

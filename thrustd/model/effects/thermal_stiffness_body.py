@@ -2,8 +2,8 @@
 
     force = core force * (1 + y + bend y^2 / 2),    y = stiffness_1_k * (T_m - reference_degc)
 
-A variant of `thermal_stiffness` with T_m, the mean of a slab, of `thermal_expansion_body`. Begins as warm as its
-sensor. Left out: heating from within, a modulus that is not the same throughout.
+A variant of `thermal_stiffness` with T_m, the mean of a slab, of `thermal_expansion_body`. It begins as that one
+does. Left out: heating from within, a modulus that is not the same throughout.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from thrustd.model.effect import Effect
-from thrustd.model.effects.thermal_expansion_body import BODY, MODES, begin_as_warm, conducted, warmed
+from thrustd.model.effects.thermal_expansion_body import BODY, MODES, conducted, warmed
+from thrustd.model.effects.thermal_expansion_late import begin_between
 from thrustd.model.effects.thermal_stiffness import EFFECT as AT_ONCE
 from thrustd.model.stage import Floats, jit
 
@@ -38,6 +39,6 @@ EFFECT = Effect(
     equation="F = F_core (1 + y + b y^2 / 2),  y = k (T_m - T_ref),  T_m the mean of a slab whose faces warm after T",
     source="Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed., ch. 3",
     separating_test="a step of temperature at constant force of 5 kN: read how the force settles, fast, then slowly",
-    initial=begin_as_warm,
+    initial=begin_between,
     variant_of="thermal_stiffness",
 )

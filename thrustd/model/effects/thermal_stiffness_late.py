@@ -2,8 +2,8 @@
 
     force = core force * (1 + y + bend y^2 / 2),    y = stiffness_1_k * (T_m - reference_degc)
 
-A variant of `thermal_stiffness` with T_m, the two nodes of heat, of `thermal_expansion_late`. Begins as warm as its
-sensor. Left out: heating from within.
+A variant of `thermal_stiffness` with T_m, the two nodes of heat, of `thermal_expansion_late`. It begins as that one
+does. Left out: heating from within.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from thrustd.model.effect import Effect
-from thrustd.model.effects.thermal_expansion_late import NODES, begin_as_warm, nodes, warmed
+from thrustd.model.effects.thermal_expansion_late import NODES, begin_between, nodes, warmed
 from thrustd.model.effects.thermal_stiffness import EFFECT as AT_ONCE
 from thrustd.model.stage import Floats, jit
 
@@ -38,6 +38,6 @@ EFFECT = Effect(
     equation="F = F_core (1 + y + b y^2 / 2),  y = k (T_m - T_ref),  T_m of two nodes that warm after T",
     source="Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
     separating_test="a step of temperature at constant force of 5 kN: read the time until the force has settled",
-    initial=begin_as_warm,
+    initial=begin_between,
     variant_of="thermal_stiffness",
 )
