@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from thrustd.diagnose.search import better, ranking
-from thrustd.diagnose.search.better import fewest, gained, rivals, stands
+from thrustd.diagnose.search.better import borrowed, fewest, gained, rivals, stands
 from thrustd.diagnose.search.floor import at_floor
 from thrustd.diagnose.search.ranking import adds, advanced, carried, pruned, room, settled
 
@@ -57,6 +57,18 @@ def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_ver
     assert gained(nothing, drifted) and not stands(nothing, drifted)
     cell = SimpleNamespace(own_mse=np.inf, promised=0.5, own_plateau=np.inf)
     assert advanced(cell, nothing, nothing, [drifted, more]) is None
+
+
+def test_a_curve_that_explains_more_than_the_core_moves_beside_it_is_not_borrowed_from_the_core():
+    laws = _fit("m", 3.0, 0.0)
+    laws.solution = SimpleNamespace(noise_variance=1.0)
+    laws.moved = 2.0
+    curve = SimpleNamespace(mse=1.0, moved=26.0, walked=0.0)  # explains 96
+    assert not borrowed(curve, laws)
+    laws.solution.noise_variance = 10.0
+    assert borrowed(curve, laws)
+    curve.moved = 10.0  # not surely further than beside the laws
+    assert not borrowed(curve, laws)
 
 
 @given(st.floats(0.01, 0.99), st.floats(0.001, 0.9), st.floats(0.0, 1.0))

@@ -32,6 +32,17 @@ def test_one_unknown_channel_is_not_the_sum_of_two_known_effects(incidence_deg):
     assert report.depends_on[0].rmse_after_n < 1.15 * NOISE_N
 
 
+def test_a_bump_over_a_tenth_of_a_channels_way_is_along_that_channel(incidence_deg):
+    """A stranger's resonance at one N1: six knots followed N1 times N2 as well as N1."""
+    other = incidence_deg + 2.0 * np.sin(np.arange(len(incidence_deg)) * DT_S / 29.0)
+    bump_n = 150.0 / (1.0 + ((incidence_deg - 0.4) / 0.25) ** 2)
+    hidden = record(added=lambda columns: bump_n).with_channels(incidence_deg=incidence_deg, trim_deg=other)
+    report = diagnose(mount(), [hidden])
+    assert report.verdict == ("unknown",)
+    assert report.depends_on[0].channel == "incidence_deg"
+    assert report.depends_on[0].rmse_after_n < 1.25 * NOISE_N
+
+
 def test_two_known_effects_are_not_one_unknown_channel(incidence_deg):
     hidden = record(added=lambda c: (100.0 * (c["accel_z_g"] - 1.0) - 60.0) * c["deformation_mm"]).with_channels(
         incidence_deg=incidence_deg

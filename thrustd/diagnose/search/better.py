@@ -40,6 +40,12 @@ def relieved(before: Joint | Followed, after: Joint) -> bool:
     return any(was - now > SURE**2 and now < MOST * was for was, now in parts)
 
 
+def borrowed(curve: Followed, best: Joint) -> bool:
+    """Whether a curve lives on a core or reference that moves, by more than it explains beyond the best set."""
+    explains = (best.mse - curve.mse) * float(np.sum(best.block_size)) / best.solution.noise_variance
+    return relieved(curve, best) and explains < curve.moved + curve.walked - best.moved - best.walked
+
+
 def stands(nothing: Joint, fit: Joint) -> bool:
     """Whether a set can be a verdict: nothing, or more than nothing explains, each of its effects told from nothing."""
     return not fit.terms or (fit.shown and gained(nothing, fit))

@@ -17,6 +17,7 @@ from thrustd.identify.regression.terms import Term
 GAIN = 0.1  # sigma of a free curve that multiplies the force
 HEIGHT = 0.02  # of the travel: sigma of a free curve's heights
 CURVES = 5  # that are estimated whole
+FINE = 16  # knots of these: a bump of a tenth of a channel's way shows
 SAYS = 0.5  # of what the best law removes at first look: who removes less is not
 
 
@@ -85,7 +86,7 @@ def estimated(
         ]
         for gain in {False, one.gain}:  # a first look mistakes a large bias for a gain
             sigma = GAIN if gain else curve_sigma(records)
-            term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=gain)
+            term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=gain, knots=FINE)
             if term is not None:
                 fit = joint_fit(base, seen, (term,))
                 now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=gain, whole=whole(fit))

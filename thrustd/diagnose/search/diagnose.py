@@ -20,7 +20,7 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
-from thrustd.diagnose.search.better import WORTH, clearest, look_alikes, nearly, relieved, rivals, stands
+from thrustd.diagnose.search.better import WORTH, borrowed, clearest, look_alikes, nearly, rivals, stands
 from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import Followed, curve_sigma, followed
 from thrustd.diagnose.search.dependence import Dependence, drawn
@@ -130,7 +130,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     laws = [term.effect for term in best.terms if BY not in term.effect.name]
     own = {channel for law in laws for channel in law.channels}
-    curves = [c for c in ranked.curves if not set(c.parts) <= own and not relieved(c, best)]
+    curves = [c for c in ranked.curves if not set(c.parts) <= own and not borrowed(c, best)]
     several = len(best.terms) > 1 or (best.terms and not laws)
     alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it

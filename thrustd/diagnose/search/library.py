@@ -236,15 +236,15 @@ def _curve_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v * (1.0 + height) if c[2 * n] == 1.0 else v + height
 
 
-def free_curve(channel: str, column: Floats, sigma: float, *, gain: bool = False) -> Term | None:
+def free_curve(channel: str, column: Floats, sigma: float, *, gain: bool = False, knots: int = KNOTS) -> Term | None:
     """A bias of the deformation, or a gain of the force, that is any broken line of a channel.
 
     None where that has too few levels. sigma: of its heights, mm or as a share.
     """
-    knots = np.unique(np.quantile(column, np.linspace(0.005, 0.995, KNOTS)))
-    if len(knots) < 3 or not moves(column):
+    at = np.unique(np.quantile(column, np.linspace(0.005, 0.995, knots)))
+    if len(at) < 3 or not moves(column):
         return None
-    names = [f"height_{i}" for i in range(len(knots))]
+    names = [f"height_{i}" for i in range(len(at))]
     effect = Effect(
         name=f"curve of {channel}",
         title=f"a {'gain' if gain else 'bias'} that follows {channel}",
@@ -252,7 +252,7 @@ def free_curve(channel: str, column: Floats, sigma: float, *, gain: bool = False
         channels=(channel,),
         parameters=tuple(Parameter(name, "-" if gain else "mm", 0.0, -1e9, 1e9, (sigma,), "height") for name in names),
         step=_curve_step,
-        prepare=lambda p, dt_s: np.concatenate((knots, [p[name] for name in names], [float(gain)])),
+        prepare=lambda p, dt_s: np.concatenate((at, [p[name] for name in names], [float(gain)])),
         n_state=0,
         equation="F (1 + curve(channel))" if gain else "x + curve(channel)",
         source="",
