@@ -120,7 +120,7 @@ def grown_from(
             tell(one.term.effect.word)
             grown.append(_grown(base, records, member, one))
     if not best.terms and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
-        pairs = screened_pairs(looks.table, singles(looks.looked, by_word=True))
+        pairs = screened_pairs(looks.table, singles(looks.looked))
         for pair in [pair for pair in pairs if pair.removes > SAYS][:1]:
             start = np.concatenate([begin_at(term) for term in pair.terms])
             both = joint_fit(base, records, pair.terms, start)

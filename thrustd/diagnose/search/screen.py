@@ -150,11 +150,11 @@ def leading(looked: Sequence[Looked], least: float = SAYS, most: int = 2 * TRIED
     return list(found.values())
 
 
-def singles(looked: Sequence[Looked], *, by_word: bool = False) -> list[Term]:
-    """The best shape of each law, or the best law of each effect."""
+def singles(looked: Sequence[Looked]) -> list[Term]:
+    """The best law of each effect."""
     found: dict[str, Term] = {}
     for one in looked:
-        found.setdefault(one.term.effect.word if by_word else one.term.effect.name, one.term)
+        found.setdefault(one.term.effect.word, one.term)
     return list(found.values())
 
 

@@ -7,7 +7,7 @@ A variant of `thermal_expansion`: two nodes of heat, the least that has a skin a
 times heat capacity over what conducts: one to twenty minutes for an isolator of a kilogram (Incropera, Fundamentals of
 Heat and Mass Transfer, ch. 5). With no share and a fast surface it is a single lag; a share below nothing is later than
 both nodes. A record need not begin when its sensor does: begin_share says where between the sensor (0) and the
-reference (1) surface and core begin. Left out: heating from within.
+reference (1) surface and core begin, wherever a log begins. Left out: heating from within.
 """
 
 import math
