@@ -27,17 +27,18 @@ def bounded(matrix: Floats, right: Floats, positive: Flags) -> tuple[Floats, Fla
     return t * scale, ~positive | (t > 0.0)
 
 
-def within_reach(matrix: Floats, right: Floats, positive: Flags, begin: Floats, reach: Floats) -> tuple[Floats, Flags]:
-    """The same, with every number that would move further from where it begins than its reach held at the end of it."""
-    matrix, right, free_of = matrix.copy(), right.copy(), np.ones(len(begin), bool)
+def within_reach(matrix: Floats, right: Floats, positive: Flags, reach: tuple[Floats, Floats]) -> tuple[Floats, Flags]:
+    """The same, with every number (n,) that would go below or above its `reach` held at the end of it."""
+    matrix, right, free_of = matrix.copy(), right.copy(), np.ones(len(right), bool)
     while True:
         target, free = bounded(matrix, right, positive)
-        far = free_of & (np.abs(target - begin) > reach)
+        end = np.clip(target, *reach)
+        far = free_of & (end != target)
         if not np.any(far):
             return target, free
         held = HOLDS * np.abs(np.diag(matrix)[far]).max()
         matrix[far, far] += held
-        right[far] += held * (begin[far] + np.sign(target - begin)[far] * reach[far])
+        right[far] += held * end[far]
         free_of &= ~far
 
 

@@ -96,16 +96,19 @@ class Shape:
         mask[self.parts()["terms"]] = positives(self.terms)
         return mask
 
-    def reach(self) -> Floats:
-        """How far each number may move in one step (n,): a shape by one sigma of its prior, there slopes change.
+    def reach(self, vector: Floats) -> tuple[Floats, Floats]:
+        """Where each number (n,) may move to in one step: a shape by one sigma of its prior, there slopes change.
 
-        A zero as well, or it takes at once what an effect explains that has hardly begun.
+        A zero as well, or it takes at once what an effect explains that has hardly begun. Nothing goes through a wall.
         """
-        reach = np.full(self.n, np.inf)
-        reach[self.parts()["offset"]] = self.zero_std
-        bends = [not p.amplitude for term in self.terms for p in term.free]
-        reach[self.parts()["terms"]] = np.where(bends, 1.0, np.inf)
-        return reach
+        reach, where = np.full(self.n, np.inf), self.parts()
+        reach[where["offset"]] = self.zero_std
+        reach[where["terms"]] = [np.inf if p.amplitude else 1.0 for term in self.terms for p in term.free]
+        low, high = vector - reach, vector + reach
+        walls = np.concatenate([np.empty((0, 2)), *(term.walls() for term in self.terms)])
+        low[where["terms"]] = np.maximum(low[where["terms"]], walls[:, 0])
+        high[where["terms"]] = np.minimum(high[where["terms"]], walls[:, 1])
+        return low, high
 
     def prior_matrix(self, name: str) -> Floats:
         """Of one group, for precision 1."""

@@ -163,7 +163,7 @@ def _step(
     cost, downhill = now.cost(normal.squares, vector), now.downhill(normal, vector)
     for _ in range(DAMPINGS):
         heavy = information + damping * np.diag(np.diag(normal.matrix)) / now.s2
-        target, free = within_reach(heavy, downhill + heavy @ vector, shape.positive(), vector, shape.reach())
+        target, free = within_reach(heavy, downhill + heavy @ vector, shape.positive(), shape.reach(vector))
         step = target - vector
         if 2.0 * downhill @ step - step @ information @ step < worth:
             return None

@@ -60,11 +60,26 @@ class Term:
             elif p.spread > 0.0:
                 value = self.fixed[p.name] + self.std.get(p.name, p.spread) * float(number)
             elif self.fixed[p.name] > 0.0:
-                value = self.fixed[p.name] * float(np.exp(np.clip(number, -p.e_folds, p.e_folds)))
+                value = self.fixed[p.name] * float(np.exp(number))
             else:
                 value = self.fixed[p.name] + float(number)
             found[p.name] = float(np.clip(value, p.low, p.high))
         return found
+
+    def walls(self) -> Floats:
+        """Least and largest number (n, 2) that each may have: its bounds, and of a shape how far it may move."""
+        return np.array([self._walls(p) for p in self.free]).reshape(-1, 2)
+
+    def _walls(self, p: Parameter) -> tuple[float, float]:
+        ends, begin = np.array([p.low, p.high]), self.fixed[p.name]
+        if p.amplitude:
+            return -np.inf, np.inf  # where physics knows a sign, `positive` does
+        if p.spread > 0.0 or begin <= 0.0:
+            low, high = (ends - begin) / ((self.std.get(p.name) or p.spread) if p.spread > 0.0 else 1.0)
+        else:
+            with np.errstate(divide="ignore"):
+                low, high = np.clip(np.log(ends / begin), -p.e_folds, p.e_folds)
+        return float(low), float(high)
 
     def positive(self) -> list[bool]:
         """Numbers that cannot be negative: physics knows no such amplitude."""
@@ -193,8 +208,9 @@ def added(term: Term, numbers: Floats, seen: Seen, places: Places) -> tuple[Floa
     table[:, straight] = columns
     for i in np.flatnonzero(~straight):
         step = APART * np.eye(len(numbers))[i]
-        up, down = (_run(term, term.values(numbers + d), seen, nothing, 0.0)[places] for d in (step, -step))
-        table[:, i] = (up - down) / (2.0 * APART)
+        ends = [np.clip(numbers + d, *term.walls().T) for d in (step, -step)]
+        up, down = (_run(term, term.values(end), seen, nothing, 0.0)[places] for end in ends)
+        table[:, i] = (up - down) / (ends[0] - ends[1])[i]
     return force, table
 
 
