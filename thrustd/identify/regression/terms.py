@@ -78,7 +78,7 @@ class Term:
             low, high = (ends - begin) / ((self.std.get(p.name) or p.spread) if p.spread > 0.0 else 1.0)
         else:
             with np.errstate(divide="ignore"):
-                low, high = np.clip(np.log(ends / begin), -p.e_folds, p.e_folds)
+                low, high = np.clip(np.log(np.maximum(ends, 0.0) / begin), -p.e_folds, p.e_folds)
         return float(low), float(high)
 
     def positive(self) -> list[bool]:
@@ -206,9 +206,10 @@ def added(term: Term, numbers: Floats, seen: Seen, places: Places) -> tuple[Floa
         return force, columns
     table = np.empty((len(force), len(straight)))
     table[:, straight] = columns
+    low, high = np.minimum(term.walls()[:, 0], numbers), np.maximum(term.walls()[:, 1], numbers)
     for i in np.flatnonzero(~straight):
         step = APART * np.eye(len(numbers))[i]
-        ends = [np.clip(numbers + d, *term.walls().T) for d in (step, -step)]
+        ends = [np.clip(numbers + d, low, high) for d in (step, -step)]
         up, down = (_run(term, term.values(end), seen, nothing, 0.0)[places] for end in ends)
         table[:, i] = (up - down) / (ends[0] - ends[1])[i]
     return force, table
