@@ -7,7 +7,6 @@ seen is learnt here.
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -32,6 +31,7 @@ from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import advanced, begin_of, grown_from, look, pruned
+from thrustd.diagnose.search.reading import like, without_tremble
 from thrustd.diagnose.search.screen import leading, screened, table_of
 from thrustd.diagnose.search.told import estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
@@ -71,14 +71,15 @@ def extend(
     records, segments, base, rows = question.records, question.segments, question.base, question.rows
     for effect in chosen:
         check_channels(records, effect)
-    few = counted(base, rows, SEARCHED)
+    calm = without_tremble(question)
+    few = counted(calm.base, calm.rows, SEARCHED)
 
     def search(known: Base) -> tuple[Joint, Joint, list[Joint]]:
         nothing = joint_fit(known, few[1], ())
         return nothing, *_fitted(known, few[1], nothing, chosen, question.rig, progress)
 
-    known, (nothing, fit, tried) = by_past(*few, segments, search, lambda found: found[1])
-    few, base = (known, few[1]), replace(known, noise_variance=base.noise_variance)
+    known, (nothing, fit, tried) = by_past(*few, calm.segments, search, lambda found: found[1])
+    few, base = (known, few[1]), like(known, base)
     fit = plain(*few, pruned(*few, nothing, fit, tried), question.rig)
     same = rivals(fit, [*tried, *elsewhere(*few, fit, question.rig)])
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)

@@ -57,6 +57,7 @@ class Base:
     as_is_mse: float = np.inf  # of the model itself on these records, its core as it is
     own_mse: float = np.inf  # the same where no bench says how far its core may move
     own_plateau: float = np.inf  # and the fast end of what it leaves, see `plateau`
+    tremble: float = 0.0  # mean square of the force of the reading's noise, without which a set was searched for
 
     @property
     def scale(self) -> float:

@@ -33,6 +33,7 @@ from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
+from thrustd.diagnose.search.reading import like, without_tremble
 from thrustd.diagnose.search.screen import Looked, table_of
 from thrustd.diagnose.search.told import estimates_of, unsized
 from thrustd.identify.regression.friction import GROWS
@@ -100,7 +101,8 @@ def _searched(
     question: Question, effects: Sequence[Effect], progress: Progress | None
 ) -> tuple[Question, Ranked, Verdict]:
     """On few samples, from rest or where the mount remembers: the question is then asked with what it remembers."""
-    few, rows = counted(question.base, question.rows, SEARCHED)
+    calm = without_tremble(question)
+    few, rows = counted(calm.base, calm.rows, SEARCHED)
 
     def search(known: Base) -> Ranked:
         return rank(known, rows, effects, question.rig, progress)
@@ -108,10 +110,9 @@ def _searched(
     def said(ranked: Ranked) -> bool:
         return curve_says_it(few, ranked.best, ranked.curves)
 
-    known, ranked = by_past(few, rows, question.segments, search, lambda ranked: ranked.best, said)
+    known, ranked = by_past(few, rows, calm.segments, search, lambda ranked: ranked.best, said)
     ranked = undisputed(known, rows, ranked, question.rig)
-    base = replace(known, noise_variance=question.base.noise_variance)
-    return replace(question, base=base), ranked, judge(known, rows, ranked)
+    return replace(question, base=like(known, question.base)), ranked, judge(known, rows, ranked)
 
 
 def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) -> tuple[Ranked, Verdict]:
@@ -219,7 +220,8 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
 def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint, best: Joint) -> CandidateReport:
     """An effect alone: estimated whole, or as the linear look saw it, which is no better than the best estimated."""
     scale = base.scale
-    mse = fit.mse if fit is not None else max(nothing.mse * (1.0 - max(looked.removes, 0.0)), left(best, base))
+    linear = nothing.mse - max(looked.removes, 0.0) * max(nothing.mse - base.tremble, 0.0)
+    mse = fit.mse + base.tremble if fit is not None else max(linear, left(best, base))
     numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
     was = scale * float(np.sqrt(before(nothing, base)))

@@ -80,12 +80,21 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     known = _known_elsewhere(spec, recordings)
     base = replace(base_of(known, segments, bench), roles=roles_of(records), calibration=priors.calibration)
     if not in_flight:
-        missed = _own_residuals(spec, segments)
-        base = replace(base, as_is_mse=float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2)
-        if learnt(known) is None and not given.bench:
-            base = replace(base, own_mse=base.as_is_mse, own_plateau=plateau(missed) / base.scale)
+        benched = learnt(known) is not None or bool(given.bench)
+        base = replace(base, as_is_mse=0.0, own_mse=np.inf if benched else 0.0)
     rows = records_of(base, spec, segments)
-    return Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
+    question = Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
+    return question if in_flight else of_segments(question, segments)
+
+
+def of_segments(question: Question, segments: list[Segment]) -> Question:
+    """The same of these segments: what the model as it is leaves of them."""
+    spec, base = question.spec, question.base
+    missed = _own_residuals(spec, segments)
+    base = replace(base, as_is_mse=float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2)
+    if not base.benched:
+        base = replace(base, own_mse=base.as_is_mse, own_plateau=plateau(missed) / base.scale)
+    return replace(question, segments=segments, base=base, rows=records_of(base, spec, segments))
 
 
 def _known_elsewhere(spec: ModelSpec, recordings: Sequence[Recording]) -> ModelSpec:

@@ -46,10 +46,15 @@ NOISE = 3.0  # sigmas: where the play begins that keeps the tremble of a reading
 CALM, AT_CALM = 0.25, 0.3186  # share of Gaussian samples below so many sigmas
 
 
-def play_of(d: Floats) -> float:
-    """Where the play around a reading begins, from its noise: from the smallest of its second differences."""
+def noise_of(d: Floats) -> float:
+    """One sigma of the white noise of a reading (n,), from the smallest of its second differences."""
     bends = np.abs(np.diff(d, 2))
-    return float(NOISE * np.quantile(bends, CALM) / (AT_CALM * np.sqrt(6.0))) if len(bends) else 0.0
+    return float(np.quantile(bends, CALM) / (AT_CALM * np.sqrt(6.0))) if len(bends) else 0.0
+
+
+def play_of(d: Floats) -> float:
+    """Where the play around a reading begins."""
+    return NOISE * noise_of(d)
 
 
 def yielding(d: Sequence[Floats], scale: float, play: float | None = None) -> Term:

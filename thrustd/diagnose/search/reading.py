@@ -1,0 +1,78 @@
+"""What a transducer reads less its noise: which law is missing is asked of the motion, not of the tremble.
+
+Noise of the reading reaches the force through a stiff mount, and no law of the mount explains it. But an element that
+swallows small motions, or looks a little ahead, smooths it, and leaves less than the true law does. A record may look
+both ways: what smooths it without a law leaves still less. In flight nothing can, so sizes and errors are of the
+reading as it is.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import convolve1d, uniform_filter1d
+
+from thrustd.core.columns import Floats
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.question import Question, of_segments
+from thrustd.identify.regression.friction import noise_of
+from thrustd.identify.regression.sweep import simulate
+from thrustd.identify.segments import DEFORMATION
+
+SPLINE = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
+SCALES = 5  # octaves of time, from one sample
+AROUND = 16  # coefficients that tell the power of the motion at a place
+LEAST = 0.05  # of a variance: so much of a promise is not the reading's
+
+
+def without_noise(d: Floats) -> Floats:
+    """The reading (n,) less white noise, as far as motion can be told from it: Wiener's filter, place by place.
+
+    In every octave what is there is kept by the share of its local power that is not noise's; the octaves are those of
+    an undecimated spline transform, which needs no phase (Starck & Murtagh, Astronomical Image and Data Analysis, 2006;
+    Wiener's shrinkage by local power: Mihcak et al., IEEE Signal Process. Lett. 6 (1999) 300).
+    """
+    noise = noise_of(d)
+    if not noise > 0.0:
+        return d
+    tick = np.zeros(8 * 2**SCALES)
+    tick[len(tick) // 2] = 1.0
+    slow, kept = d, np.zeros(len(d))
+    for k in range(SCALES):
+        spread = np.zeros(4 * 2**k + 1)
+        spread[:: 2**k] = SPLINE
+        slower, later = (convolve1d(one, spread, mode="nearest") for one in (slow, tick))
+        own, noises = slow - slower, noise**2 * float(np.sum((tick - later) ** 2))
+        power = uniform_filter1d(own**2, AROUND * 2**k + 1, mode="nearest")
+        kept += own * np.maximum(0.0, 1.0 - noises / np.maximum(power, noises))
+        slow, tick = slower, later
+    return slow + kept
+
+
+def without_tremble(question: Question) -> Question:
+    """The same question of readings less their noise; what was promised, or is left, is less by the force of that."""
+    segments = [
+        replace(s, inputs={**s.inputs, DEFORMATION: without_noise(s.inputs[DEFORMATION])}) for s in question.segments
+    ]
+    calm = of_segments(question, segments)
+    base, pairs = calm.base, zip(question.rows, calm.rows, strict=True)
+    by_noise = [simulate(base.shape, base.point, one) - simulate(base.shape, base.point, other) for one, other in pairs]
+    tremble = float(np.nanvar(np.concatenate(by_noise)))
+
+    def less(variance: float) -> float:
+        return max(variance - tremble, LEAST * variance)
+
+    promised = None if base.promised is None else less(base.promised**2) ** 0.5
+    known = replace(base, promised=promised, noise_variance=less(base.noise_variance), tremble=tremble)
+    return replace(calm, base=known)
+
+
+def like(found: Base, asked: Base) -> Base:
+    """What a search found that is known, with promises and errors of the readings as they are."""
+    return replace(
+        found,
+        noise_variance=asked.noise_variance,
+        promised=asked.promised,
+        as_is_mse=asked.as_is_mse,
+        own_mse=asked.own_mse,
+        own_plateau=asked.own_plateau,
+    )
