@@ -224,8 +224,7 @@ def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint, best: 
     mse = fit.mse + base.tremble if fit is not None else max(linear, left(best, base))
     numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
-    was = scale * float(np.sqrt(before(nothing, base)))
-    after = min(was, scale * float(np.sqrt(mse)))
+    was, after = (scale * float(np.sqrt(each)) for each in (before(nothing, base), min(mse, before(nothing, base))))
     said = f"{looked.term.effect.word} alone would leave {newtons(after)} {base.roles.unit}" + (
         "" if fit else ", at a linear look"
     )
@@ -236,8 +235,7 @@ def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
     scale = base.scale
     others = [word for word in best.words if word != effect.word]
     together = f" together with {' and '.join(others)}" if others else ""
-    fall = nothing.block_mse - best.block_mse
-    was = before(nothing, base)
+    fall, was = nothing.block_mse - best.block_mse, before(nothing, base)
     removed = 100 * (1 - best.mse / was)
     return (
         f"{effect.word}{together} removes {removed:.0f} % of the squared error on held-back blocks"

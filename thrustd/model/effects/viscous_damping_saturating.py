@@ -1,0 +1,53 @@
+"""Viscous damping that saturates: a valve that opens, a fluid that yields, joints that creep before they slide.
+
+    force = core force + damping_n_s_mm * v_s tanh(r / v_s),        r = dx/dt low-passed with filter_s
+
+A variant of `viscous_damping`: a dashpot at rates far below v_s, a force of one size far above. What is estimated is
+the dashpot that it is at small rates; `hysteresis_coulomb` begins at the other end, with the force at large ones. Left
+out: frequency, temperature of the fluid, a force that stands when the motion stops.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from thrustd.model.effect import Effect, Parameter, begin_at_channel
+from thrustd.model.effects.viscous_damping import DAMPING
+from thrustd.model.stage import Floats, jit
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    x[1] = c[1] * x[1] + c[2] * (u[0] - x[0])
+    x[0] = u[0]
+    return v + c[0] * c[3] * math.tanh(x[1] / c[3])
+
+
+def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
+    decay = np.exp(-dt_s / p["filter_s"])
+    return np.array([p["damping_n_s_mm"], decay, (1.0 - decay) / dt_s, p["saturates_mm_s"]])
+
+
+EFFECT = Effect(
+    name="viscous_damping_saturating",
+    title="viscous damping that saturates",
+    site="force",
+    channels=("deformation_mm",),
+    parameters=(
+        DAMPING,
+        Parameter("saturates_mm_s", "mm/s", neutral=0.05, low=1e-9, high=1e9, starts=(0.02, 0.2),
+                  meaning="rate of deformation at which three quarters of the largest force are there", amplitude=False,
+                  e_folds=2.0),
+        Parameter("filter_s", "s", neutral=0.05, low=0.005, high=10.0, starts=(0.05,),
+                  meaning="low-pass of the rate", amplitude=False),
+    ),
+    step=step,
+    prepare=prepare,
+    n_state=2,
+    equation="F = F_core + c v_s tanh(dx/dt / v_s)",
+    source="Kwok, Ha, Nguyen, Li & Samali, Sens. Actuators A 132 (2006) 441, whose hysteresis is left out",
+    separating_test="sines of one frequency and growing amplitude: the force in quadrature grows less than they do",
+    initial=begin_at_channel,
+    variant_of="viscous_damping",
+)  # fmt: skip
