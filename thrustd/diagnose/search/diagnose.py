@@ -213,15 +213,15 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
         if word in seen:
             continue
         seen.add(word)
-        found.append(_other(base, looked, single.get(word), nothing, best))
+        found.append(_other(base, looked, single.get(word), ranked, best))
     return found[: len(best.terms)] + sorted(found[len(best.terms) :], key=lambda c: c.rmse_after_n)
 
 
-def _other(base: Base, looked: Looked, fit: Joint | None, nothing: Joint, best: Joint) -> CandidateReport:
+def _other(base: Base, looked: Looked, fit: Joint | None, ranked: Ranked, best: Joint) -> CandidateReport:
     """An effect alone: estimated whole, or as the linear look saw it, which is no better than the best estimated."""
-    scale = base.scale
-    linear = nothing.mse - max(looked.removes, 0.0) * max(nothing.mse - base.tremble, 0.0)
-    mse = fit.mse + base.tremble if fit is not None else max(linear, left(best, base))
+    scale, nothing = base.scale, ranked.nothing
+    linear = nothing.mse - max(looked.removes, 0.0) * max(nothing.mse - ranked.tremble, 0.0)
+    mse = fit.mse + ranked.tremble if fit is not None else max(linear, left(best, base))
     numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
     was, after = (scale * float(np.sqrt(each)) for each in (before(nothing, base), min(mse, before(nothing, base))))

@@ -1,4 +1,7 @@
-"""What a fit leaves, beside the least that anything could leave."""
+"""What a fit leaves, beside the least that anything could leave: both with the noise of the reading (`Base.tremble`).
+
+In flight it is there, and what hides in it is not missed.
+"""
 
 import numpy as np
 
@@ -8,6 +11,7 @@ from thrustd.diagnose.search.joint import Joint
 AT_FLOOR = 1.05  # times the floor
 MOST = 0.5  # a cause explains the larger part
 UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
+EXACTLY = 1e-300  # nothing is divided by nothing
 SHOWS = 1.25  # times the floor: so much left says that something else is missing too
 
 
@@ -23,17 +27,22 @@ def before(nothing: Joint, base: Base) -> float:
 
 def at_floor(fit: Joint, base: Base) -> bool:
     """Nothing is left: the error is that of the instruments, or what the identification left."""
-    return bool(left(fit, base) < (AT_FLOOR * floor_of(fit, base)) ** 2)
+    return over(left(fit, base), fit, base) < AT_FLOOR
 
 
 def far_above(fit: Joint, base: Base) -> bool:
     """Whether much more than noise is left."""
-    return bool(left(fit, base) > (UNLIKE * floor_of(fit, base)) ** 2)
+    return over(left(fit, base), fit, base) > UNLIKE
 
 
 def shows(fit: Joint, base: Base) -> bool:
     """Whether more than noise is left."""
-    return bool(left(fit, base) > (SHOWS * floor_of(fit, base)) ** 2)
+    return over(left(fit, base), fit, base) > SHOWS
+
+
+def over(mse: float, fit: Joint, base: Base) -> float:
+    """So much left, over what nothing could go below beside this fit, as rms."""
+    return float(np.sqrt((mse + base.tremble) / max(floor_of(fit, base) ** 2 + base.tremble, EXACTLY)))
 
 
 def signed(base: Base) -> bool:

@@ -13,7 +13,7 @@ from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
 from thrustd.diagnose.search.curves import Followed, curve_sigma, estimated, followed
-from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left
+from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left, over
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
@@ -35,7 +35,6 @@ from thrustd.model.stage import DEFORMATION, Floats
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
-
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
 
 
@@ -48,6 +47,7 @@ class Ranked:
     fits: tuple[Joint, ...]  # every set estimated whole, best first
     looked: tuple[Looked, ...]
     curves: tuple[Followed, ...]  # where the best single effect leaves something
+    tremble: float  # see `Base`: without it all this was found
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ def rank(
     fits += rivals
     best = simplest([best, *(fit for fit in rivals if adds(base, nothing, nothing, fit))])
     ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
-    return Ranked(nothing, best, ordered, tuple(looks.looked), tuple(curves))
+    return Ranked(nothing, best, ordered, tuple(looks.looked), tuple(curves), base.tremble)
 
 
 def grown_from(
@@ -223,7 +223,7 @@ def _strange(curves: Sequence[Followed], terms: Sequence[Term]) -> bool:
 
 def curve_says_it(base: Base, best: Joint, curves: Sequence[Followed]) -> bool:
     """Whether one free curve leaves hardly more than noise where all laws leave much: no further law is looked for."""
-    return far_above(best, base) and any(curve.mse < (SHOWS * floor_of(best, base)) ** 2 for curve in curves)
+    return far_above(best, base) and any(over(curve.mse, best, base) < SHOWS for curve in curves)
 
 
 def following(

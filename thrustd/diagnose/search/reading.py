@@ -20,7 +20,7 @@ from thrustd.identify.segments import DEFORMATION
 
 SPLINE = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
 SCALES = 5  # octaves of time, from one sample
-AROUND = 16  # coefficients that tell the power of the motion at a place
+AROUND = 32  # coefficients that tell the power of the motion at a place
 LEAST = 0.05  # of a variance: so much of a promise is not the reading's
 
 
@@ -75,4 +75,5 @@ def like(found: Base, asked: Base) -> Base:
         as_is_mse=asked.as_is_mse,
         own_mse=asked.own_mse,
         own_plateau=asked.own_plateau,
+        tremble=asked.tremble,
     )

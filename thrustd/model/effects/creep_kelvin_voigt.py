@@ -5,8 +5,8 @@
 
 A spring and a dashpot side by side, in series with the mount. A variant of `creep` for materials that settle within
 hours, where the logarithmic law goes on for ever. retarded_share is what has grown in the end, as a share of the
-elastic deformation, positive. What relaxes in minutes is in the linear block, so tau_s begins at some minutes.
-`settled` says how a recording begins. Left out: temperature (WLF), more than one time at once (see creep).
+elastic deformation, positive. What relaxed on the bench is in the linear block. `settled` says how a recording begins.
+Left out: temperature (WLF), more than one time at once (see creep).
 """
 
 import math
@@ -42,7 +42,7 @@ EFFECT = Effect(
         Parameter("retarded_share", "-", neutral=0.0, low=0.0, high=0.5, starts=(0.01,),
                   meaning="share of the elastic deformation that has crept in the end",
                   expected="0.02 to 0.15 for natural rubber"),
-        Parameter("tau_s", "s", neutral=1500.0, low=200.0, high=20000.0, starts=(500.0, 2000.0),
+        Parameter("tau_s", "s", neutral=1500.0, low=1.0, high=20000.0, starts=(60.0, 500.0, 2000.0),
                   meaning="retardation time", amplitude=False),
         Parameter("settled", "-", neutral=1.0, low=0.0, high=1.0, starts=(1.0, 0.0),
                   meaning="1: the load of the first sample had been there for ever, 0: it comes at that moment",

@@ -1,0 +1,46 @@
+"""Noise of the reading: what swallows it, or looks ahead, smooths it, and is no law of the mount for that."""
+
+import numpy as np
+import pytest
+
+from tests.diagnose.scene import DT_S, mount, record
+from thrustd.core.measures import rms
+from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.reading import without_noise
+from thrustd.model.artifact import EffectSpec
+
+READS_MM = 0.0016
+
+
+def trembling(data, seed=3):
+    noise = np.random.default_rng(seed).normal(0, READS_MM, len(data))
+    return data.with_channels(deformation_mm=data["deformation_mm"] + noise)
+
+
+def test_noise_goes_and_motion_stays():
+    """Levels, ramps of seconds, and a vibration that is as large as the noise."""
+    t = np.arange(20_000) * DT_S
+    levels = np.repeat(np.random.default_rng(1).uniform(0.0, 1.0, 40), 500)
+    late = np.exp(-t[:200] / 1.5)
+    motion = np.convolve(np.pad(levels, (199, 0), mode="edge"), late / late.sum(), mode="valid")
+    motion += READS_MM * np.sin(2 * np.pi * 0.3 * t)
+    read = motion + np.random.default_rng(2).normal(0, READS_MM, len(t))
+    missed = without_noise(read) - motion
+    assert rms(missed) < 0.6 * READS_MM
+    assert np.abs(missed).max() < 5.0 * READS_MM
+
+
+@pytest.mark.parametrize("read", [np.linspace(0.0, 1.0, 500), np.zeros(300), np.array([0.0, 1.0])])
+def test_a_reading_without_noise_stays_as_it_is(read):
+    assert without_noise(read) == pytest.approx(read, abs=1e-12)
+
+
+def test_what_smooths_a_reading_is_no_law_of_the_mount():
+    """A free play of two sigmas that looks ahead left two thirds of the noise, and was named."""
+    report = diagnose(mount(), [trembling(record())])
+    assert report.verdict == ("none",)
+
+
+def test_a_free_play_below_a_trembling_reading_is_named():
+    report = diagnose(mount(), [trembling(record([EffectSpec("free_play", {"gap_mm": 0.02})]))])
+    assert report.verdict == ("free_play",)
