@@ -16,7 +16,7 @@ UNEXPLAINED = 0.01
 
 def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
     fit = SimpleNamespace(plateau=0.001, mse=(1.02 * UNEXPLAINED) ** 2, terms=("law",))
-    cell = SimpleNamespace(promised=0.004, own_plateau=np.inf)
+    cell = SimpleNamespace(promised=0.004, own_plateau=np.inf, tremble=0.0)
     assert floor_of(fit, cell) == 0.001 and not at_floor(fit, cell)
     assert floor_of(fit, SimpleNamespace(promised=0.0005, own_plateau=np.inf)) == 0.0005
     assert floor_of(fit, SimpleNamespace(promised=0.004, own_plateau=0.0007)) == 0.0007  # a mount's core leaves more
@@ -47,7 +47,7 @@ def fit(rms, words=("law",)):
     )
 
 
-CELL = SimpleNamespace(promised=1.0, own_mse=np.inf, own_plateau=np.inf)
+CELL = SimpleNamespace(promised=1.0, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
 
 
 @pytest.mark.parametrize(("left", "believed"), [(1.02, True), (1.3, False), (9.0, False)])
@@ -58,7 +58,7 @@ def test_beside_a_large_effect_a_small_one_is_believed_when_it_explains_the_rest
 
 
 def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_stead():
-    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2, own_plateau=np.inf)
+    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2, own_plateau=np.inf, tremble=0.0)
     large, more = fit(3.0), fit(1.5, ("law", "other"))
     assert advanced(CELL, fit(100.0, ()), large, [more]) is None
     assert advanced(cubic, fit(100.0, ()), large, [more]) is not None
@@ -66,7 +66,7 @@ def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_st
 
 def test_what_takes_a_little_of_what_a_core_never_had_right_is_not_its_cause():
     """11.5 N on a new record, 10 on the bench, 8.8 of noise, as friction that the bench did not show (LuGre) leaves."""
-    noise, bench = 8.8, SimpleNamespace(promised=10.0, own_mse=np.inf, own_plateau=np.inf)
+    noise, bench = 8.8, SimpleNamespace(promised=10.0, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
 
     def leaves(rms, words=("law",)):
         one = fit(rms, words)
@@ -106,3 +106,12 @@ def test_what_two_channels_say_as_well_cannot_be_told():
     """A load cell that walks away follows whatever else walks."""
     both = clearest([curve("temperature_degC", 90.0), curve("vibration_mm_s", 89.8)])
     assert grade_of(CELL, Verdict(("unknown",), fit(9.0, ()), both)) == "cannot be told"
+
+
+def test_what_hides_in_the_tremble_of_a_reading_is_not_missed():
+    """A cell that drifts by 2 N beside 1 N of noise: alone it shows, beside 5 N of a reading's noise it does not."""
+    drifts = fit(5.0, ())
+    drifts.plateau = 1.0
+    still = SimpleNamespace(promised=1.0, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    assert shows(drifts, still)
+    assert not shows(drifts, SimpleNamespace(**{**vars(still), "tremble": 25.0}))
