@@ -7,7 +7,10 @@ import pytest
 
 from tests.diagnose.scene import DT_S, NOISE_N, columns, mount
 from tests.diagnose.search.test_joint import measured_on
+from thrustd.diagnose.search.base import remembering
 from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.joint import joint_fit
+from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.identify.identify import identify
 from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named
@@ -68,3 +71,15 @@ def test_a_couple_of_the_weight_is_a_force_and_no_stretch():
     assert report.verdict == ("engine_weight",) and report.candidates[0].name == "engine_weight_couple"
     [number] = report.candidates[0].parameters
     assert number.value == pytest.approx(400.0, abs=2 * number.half_width)
+
+
+def test_beside_a_memory_the_zero_is_that_of_the_bench():
+    """Both free, one was 32 N and the other -32 N: only the one is in the model that `extend` writes of a chamber."""
+    data = begun_unloaded(1)
+    force_n = measured_on(RUBBER, data)["force_N"] + 12.0
+    question = asked(bench(), [make_recording("measured", data | {"force_N": force_n})], NOTHING)
+    known = question.base
+    other = remembering(known, question.segments)
+    free, held = (joint_fit(base, question.rows, ()).solution.point.offset for base in (known, other))
+    assert known.scale * (free - known.point.offset) == pytest.approx(12.0, abs=3.0)
+    assert known.scale * (held - known.point.offset) == pytest.approx(0.0, abs=0.5)

@@ -14,6 +14,7 @@ import numpy as np
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.identify.first_state import level_before
+from thrustd.identify.regression.bounds import HOLDS
 from thrustd.identify.regression.curve import travel
 from thrustd.identify.regression.friction import effects_of, stretched
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of, walk_n
@@ -107,10 +108,15 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
 
 
 def remembering(base: Base, segments: Sequence[Segment]) -> Base | None:
-    """The same where a mount that begins unloaded may remember a load from before; None where nothing can remember."""
+    """The same where a mount that begins unloaded may remember a load from before; None where nothing can remember.
+
+    Its zero is the bench's then: beside what the slowest lags remember, it would be any.
+    """
     unloaded = [k for k, segment in enumerate(segments) if begins_unloaded(segment, base.shape)]
     terms = _states(base.shape, base.point, dict.fromkeys(unloaded, 1.0))
-    return _beside(base, terms) if terms else None
+    held, zero = base.information.copy(), base.shape.parts()["offset"]
+    held[zero, zero] *= HOLDS
+    return _beside(replace(base, information=held), terms) if terms else None
 
 
 def _beside(base: Base, terms: Sequence[Term]) -> Base:
