@@ -110,7 +110,7 @@ def test_what_two_channels_say_as_well_cannot_be_told():
 
 def test_what_hides_in_the_tremble_of_a_reading_is_not_missed():
     """A cell that drifts by 2 N beside 1 N of noise: alone it shows, beside 5 N of a reading's noise it does not."""
-    drifts = fit(5.0, ())
+    drifts = fit(2.0, ())
     drifts.plateau = 1.0
     still = SimpleNamespace(promised=1.0, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
     assert shows(drifts, still)
