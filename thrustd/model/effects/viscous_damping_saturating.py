@@ -3,8 +3,9 @@
     force = core force + damping_n_s_mm * v_s tanh(r / v_s),        r = dx/dt low-passed with filter_s
 
 A variant of `viscous_damping`: a dashpot at rates far below v_s, a force of one size far above. What is estimated is
-the dashpot that it is at small rates; `hysteresis_coulomb` begins at the other end, with the force at large ones. Left
-out: frequency, temperature of the fluid, a force that stands when the motion stops.
+the dashpot that it is at small rates, so it saturates above the usual rate of a record: below that it is dry friction,
+`hysteresis_coulomb`, which is the same law from the other end. Left out: frequency, temperature of the fluid, a force
+that stands when the motion stops.
 """
 
 import math
@@ -36,9 +37,9 @@ EFFECT = Effect(
     channels=("deformation_mm",),
     parameters=(
         DAMPING,
-        Parameter("saturates_mm_s", "mm/s", neutral=0.05, low=1e-9, high=1e9, starts=(0.02, 0.2),
+        Parameter("saturates_mm_s", "mm/s", neutral=0.05, low=1e-9, high=1e9, starts=(0.05,),
                   meaning="rate of deformation at which three quarters of the largest force are there", amplitude=False,
-                  e_folds=2.0),
+                  e_folds=1.0),
         Parameter("filter_s", "s", neutral=0.05, low=0.005, high=10.0, starts=(0.05,),
                   meaning="low-pass of the rate", amplitude=False),
     ),
