@@ -17,7 +17,7 @@ from thrustd.identify.regression.record import Indices, Record
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.stops import at_rest as stops_at_rest
 from thrustd.identify.regression.stops import run_stops
-from thrustd.identify.regression.terms import Seen, sprung
+from thrustd.identify.regression.terms import Seen, sprung, sprung_before
 
 BLOCK = 8192
 MOST_KEPT = 15_000_000  # numbers of a record: more are made anew
@@ -29,7 +29,7 @@ def run_rows(shape: Shape, point: Point, core: Core, record: Record, seen: Seen)
 
     Derivatives as the kernel has them: with those for the gains of branches that effects add.
     """
-    spring, _ = sprung(shape.terms, point.terms, seen)
+    spring = sprung(shape.terms, point.terms, seen)
     memory, stops = begun_at(shape, point, core, record, seen), stops_at_rest(shape.radii, record.before)
     width = len(shape.own_columns(len(core.real.gain)))
     narrow, rub = np.zeros((BLOCK, width)), np.empty((BLOCK, len(shape.radii)))
@@ -92,8 +92,7 @@ def _banks(core: Core, record: Record, radii: Floats) -> tuple[Floats, Floats]:
 
 def begun_at(shape: Shape, point: Point, core: Core, record: Record, seen: Seen) -> Memory:
     """Settled at the level before, or off it by the numbers that the point has for this record."""
-    _, spring = sprung(shape.terms, point.terms, seen)
-    memory = at_rest(core, record.before, spring)
+    memory = at_rest(core, record.before, sprung_before(shape.terms, point.terms, seen))
     if record.place is not None and len(point.begin):
         m, p = len(point.gain), len(point.pair_gain)
         off = point.begin.reshape(-1, m + 2 * p)[record.place]

@@ -186,7 +186,7 @@ def gain_of(parts: Sequence[tuple[Term, Floats]], seen: Seen, places: Places) ->
 def _core_run(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
     """Output of curves, relaxation, offset and what effects add there (n,)."""
     core, out = core_of(shape, point, record.dt_s), np.empty(len(record))
-    spring, _ = sprung(shape.terms, point.terms, seen)
+    spring = sprung(shape.terms, point.terms, seen)
     run(core, begun_at(shape, point, core, record, seen), seen.d, spring, out)
     out += point.offset
     for term, own in zip(shape.terms, split(shape.terms, point.terms), strict=True):

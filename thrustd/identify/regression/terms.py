@@ -129,17 +129,24 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Seen:
     return seen if v is seen.d else seen.at(v)
 
 
-def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> tuple[Floats, float]:
-    """Relative stiffness of the spring (n,) as effects have it, () without any, and before the record begins."""
+def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Floats:
+    """Relative stiffness of the spring (n,) as effects have it, () without any."""
     if not any(term.effect.site == "spring" for term in terms):
-        return np.empty(0), 1.0
-    spring, first = np.ones(len(seen.d)), 1.0
+        return np.empty(0)
+    spring = np.ones(len(seen.d))
     for term, own in zip(terms, split(terms, numbers), strict=True):
         if term.effect.site == "spring":
-            values = term.values(own)
-            spring = _run(term, values, seen, spring, 1.0)
-            first *= _before(term, values, seen)
-    return spring, first
+            spring = _run(term, term.values(own), seen, spring, 1.0)
+    return spring
+
+
+def sprung_before(terms: Sequence[Term], numbers: Floats, seen: Seen) -> float:
+    """The same before the record begins."""
+    first = 1.0
+    for term, own in zip(terms, split(terms, numbers), strict=True):
+        if term.effect.site == "spring":
+            first *= _before(term, term.values(own), seen)
+    return first
 
 
 def inside(term: Term) -> bool:
