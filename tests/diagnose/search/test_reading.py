@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from tests.diagnose.scene import DT_S, mount, record
+from tests.diagnose.scene import DT_S, NOISE_N, mount, record
 from thrustd.core.measures import rms
 from thrustd.diagnose.search.diagnose import diagnose
-from thrustd.diagnose.search.reading import without_noise
+from thrustd.diagnose.search.question import NOTHING, asked
+from thrustd.diagnose.search.reading import without_noise, without_tremble
 from thrustd.model.artifact import EffectSpec
+from thrustd.model.compile import compile_model
 
 READS_MM = 0.0016
 
@@ -44,3 +46,15 @@ def test_what_smooths_a_reading_is_no_law_of_the_mount():
 def test_a_free_play_below_a_trembling_reading_is_named():
     report = diagnose(mount(), [trembling(record([EffectSpec("free_play", {"gap_mm": 0.02})]))])
     assert report.verdict == ("free_play",)
+
+
+def test_motion_as_fast_as_the_samples_is_not_taken_for_noise():
+    """Sampled six times a period, motion bends from sample to sample as noise does; but the force follows it."""
+    data = record()
+    fast = data["deformation_mm"] + 0.02 * np.sin(2 * np.pi * np.arange(len(data)) / 6.2)
+    model = compile_model(mount(), 1 / DT_S)
+    force = model.simulate(model.inputs({**data.channels, "deformation_mm": fast}))
+    force += np.random.default_rng(4).normal(0, NOISE_N, len(data))
+    question = asked(mount(), [data.with_channels(deformation_mm=fast, force_N=force)], NOTHING)
+    assert rms(without_noise(fast) - fast) > 0.005
+    assert without_tremble(question) is question

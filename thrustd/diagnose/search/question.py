@@ -81,7 +81,7 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     base = replace(base_of(known, segments, bench), roles=roles_of(records), calibration=priors.calibration)
     if not in_flight:
         benched = learnt(known) is not None or bool(given.bench)
-        base = replace(base, as_is_mse=0.0, own_mse=np.inf if benched else 0.0)
+        base = replace(base, own_mse=np.inf if benched else 0.0)  # `of_segments` says what the model leaves
     rows = records_of(base, spec, segments)
     question = Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
     return question if in_flight else of_segments(question, segments)
