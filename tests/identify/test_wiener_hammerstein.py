@@ -81,3 +81,16 @@ def test_it_follows_no_worse_than_what_it_contains_where_few_samples_mislead(mon
     both = structure_named("wiener-hammerstein").fit(data, fits, None)
     hammerstein = of_spec(fits.of(data, Asked("curve", "line", segments=wiener_hammerstein.SEGMENTS), None).spec, 0)
     assert errors_of(both, data).rmse_n < 1.05 * errors_of(hammerstein, data).rmse_n
+
+
+def test_a_curve_ends_where_the_data_end():
+    """A knot that no sample lies beside stood at -1e18 N, and a record that moved a little further met it."""
+    [segment] = segments_of([record(1)])
+    knots, heights = [-90.0, -60.0, -30.0, *CLIPPED.x, 40.0, 90.0], [-1.9e18, -9e17, -30.0, *CLIPPED.y, 10.2, 7e16]
+    wild = msgspec.structs.replace(BETWEEN, output_curve=PiecewiseLinear(knots, heights))
+    found = wiener_hammerstein.reached(wild, [segment])
+    assert found.output_curve == PiecewiseLinear(knots[2:-1], heights[2:-1])  # with one beyond them on either side
+    further = np.linspace(0.0, 30.0, 500)[:, None]
+    assert np.abs(compile_model(found, 50.0).simulate(further)).max() < 100.0
+    same = [compile_model(each, 50.0).simulate(segment.inputs["deformation_mm"][:, None]) for each in (found, BETWEEN)]
+    assert same[0] == pytest.approx(same[1], abs=1e-9)

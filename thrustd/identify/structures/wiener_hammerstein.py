@@ -22,10 +22,10 @@ from thrustd.identify.regression.shape import Hold
 from thrustd.identify.regression.solve import Progress
 from thrustd.identify.segments import DEFORMATION, Segment, head
 from thrustd.identify.structures.block_fits import BlockFits
-from thrustd.identify.structures.structure import Fitted, Structure, of_spec
+from thrustd.identify.structures.structure import Fitted, Structure, deformation, of_spec
 from thrustd.identify.structures.trial import Bench, Trial
 from thrustd.model.artifact import ComplexMode, Curve, LinearBlock, ModelSpec, PiecewiseLinear, Polynomial, RealMode
-from thrustd.model.compile import linear_stage
+from thrustd.model.compile import compile_model, linear_stage
 
 Roots = NDArray[np.complex128]
 
@@ -63,7 +63,22 @@ def _fit(segments: Sequence[Segment], fits: BlockFits, progress: Progress | None
     fine = all_of_it.tried(_finer(coarse.spec), 20)
     found = min((coarse, fine), key=lambda trial: trial.error).spec
     spec = min((found, *within), key=Bench(list(segments), CHOSEN).error)  # few samples may mislead
+    spec = reached(spec, segments)
     return of_spec(msgspec.structs.replace(spec, structure="wiener-hammerstein"), len(pack(spec, CHOSEN)) - 2)
+
+
+def reached(spec: ModelSpec, segments: Sequence[Segment]) -> ModelSpec:
+    """With the curve as far as these data reach: a knot that no sample lies beside may stand anywhere."""
+    curve = spec.output_curve
+    if not isinstance(curve, PiecewiseLinear):
+        return spec
+    bare = msgspec.structs.replace(spec, output_curve=PiecewiseLinear([0.0, 1.0], [0.0, 1.0]), output_linear=None)
+    before = [compile_model(bare, 1.0 / s.dt_s).simulate(deformation(s)[:, None]) for s in segments]
+    low, high = min(float(x.min()) for x in before), max(float(x.max()) for x in before)
+    first = max(int(np.searchsorted(curve.x, low, side="right")) - 1, 0)
+    last = max(int(np.searchsorted(curve.x, high)), first + 1)
+    within = slice(min(first, len(curve.x) - 2), last + 1)
+    return msgspec.structs.replace(spec, output_curve=PiecewiseLinear(curve.x[within], curve.y[within]))
 
 
 def _finer(spec: ModelSpec) -> ModelSpec:
