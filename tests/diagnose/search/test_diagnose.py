@@ -173,3 +173,13 @@ def test_a_force_of_the_wrong_sign_is_said_and_no_effect_is_named_for_it():
     assert report.verdict == ("unknown",)
     assert "sign of force_N" in report.advice[0]
     assert report.grade == "weak"
+
+
+def test_creep_that_begins_within_seconds_is_found_with_its_beginning():
+    """With its beginning held at a minute, a stranger's was payne with relaxation."""
+    hidden = EffectSpec("creep", {"creep_per_decade": 0.01, "start_s": 2.0})
+    report = diagnose(mount(), [record([hidden])])
+    assert report.verdict == ("creep",)
+    found = {number.name: number for number in report.candidates[0].parameters}
+    for name, true in hidden.parameters.items():
+        assert found[name].value == pytest.approx(true, abs=found[name].half_width)

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from thrustd.diagnose.search.curves import Followed
-from thrustd.diagnose.search.floor import MOST
+from thrustd.diagnose.search.floor import EXACTLY, MOST
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
 
 WORTH = 0.03  # of the squared error: less is not worth an effect
 NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
-EXACTLY = 1e-300  # nothing is divided by nothing
 
 
 def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:

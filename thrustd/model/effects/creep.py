@@ -8,8 +8,8 @@ The weights are the retardation spectrum of log10(1 + t / start_s), exp(-start /
 holds for any load history and runs causally. It is solved for v at every sample, so that b is the share however much
 has crept: lags of x in place of v are 1.5 % off in b where 3 % have crept. b = creep_per_decade: share of deformation
 added per tenfold of time, positive; typical 0.01 to 0.05 for natural rubber. It takes away the slowly grown part of the
-reading before the core sees it. `settled` says how a recording begins. What relaxes in minutes is in the linear block;
-this goes on for hours. Left out: temperature (WLF) and load dependence of b.
+reading before the core sees it. `settled` says how a recording begins. What relaxed on the bench is in the linear
+block; this goes on for hours. Left out: temperature (WLF) and load dependence of b.
 """
 
 from collections.abc import Mapping
