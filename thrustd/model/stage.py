@@ -30,8 +30,11 @@ Step = Callable[[Floats, Floats, Floats, float], float]
 
 
 def jit(function: Callable[..., Any]) -> Any:
-    """Compile without fast-math or fused multiply-add, so that block and stream agree to the last bit."""
-    return compiled(function, error_model="numpy")
+    """Compile without fast-math or fused multiply-add, so that block and stream agree to the last bit.
+
+    It lets go of the interpreter while it runs: on the ground other threads go on (`core.threads`).
+    """
+    return compiled(function, error_model="numpy", nogil=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +122,8 @@ def _run_one(address: int, x: Floats, c: Floats, u: Floats, v: Floats) -> None:
         v[k] = _call(address, x, c, u[k], v[k])
 
 
-_run_step: Any = compiled(_run_one, types.void(types.int64, _ROW, _ROW, _TABLE, _ROW), error_model="numpy")
+_ONE = types.void(types.int64, _ROW, _ROW, _TABLE, _ROW)
+_run_step: Any = compiled(_run_one, _ONE, error_model="numpy", nogil=True)
 
 
 class _Block:
@@ -153,7 +157,7 @@ def _block(step: Any) -> _Block:
 
 
 def _inlined(step: Any) -> Any:
-    @njit(error_model="numpy")
+    @njit(error_model="numpy", nogil=True)
     def block(x: Floats, c: Floats, u: Floats, v: Floats) -> None:
         for k in range(v.shape[0]):
             v[k] = step(x, c, u[k], v[k])

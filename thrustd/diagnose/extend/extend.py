@@ -16,6 +16,7 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.errors import ModelError
 from thrustd.core.measures import SIGMAS_95, rms
+from thrustd.core.threads import each
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.checks import check_channels, check_new
 from thrustd.diagnose.compare.reference import BROCHURE
@@ -25,14 +26,15 @@ from thrustd.diagnose.search.base import SEARCHED, Base
 from thrustd.diagnose.search.better import eased, gained, rivals, simplest
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import before, left
+from thrustd.diagnose.search.grow import joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
-from thrustd.diagnose.search.ranking import advanced, begin_of, grown_from, look, pruned
+from thrustd.diagnose.search.ranking import advanced, grown_from, look, pruned
 from thrustd.diagnose.search.reading import like, without_tremble
-from thrustd.diagnose.search.screen import leading, screened, table_of
+from thrustd.diagnose.search.screen import leading
 from thrustd.diagnose.search.told import estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map
@@ -82,7 +84,7 @@ def extend(
     few, base = (known, few[1]), like(known, base)
     fit = plain(*few, pruned(*few, nothing, fit, tried), question.rig)
     same = rivals(fit, [*tried, *elsewhere(*few, fit, question.rig)])
-    nothing, fit = told(base, rows, nothing), told(base, rows, fit)
+    nothing, fit = each(lambda one: told(base, rows, one), (nothing, fit))
     _check_better(spec, chosen, nothing, fit, base)
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
@@ -113,10 +115,8 @@ def _fitted(
         if effect.word in best.words:
             continue
         terms = [term for law in variants(effect) for term in terms_of(law, rig)]
-        tried = [
-            joint_fit(base, rows, (*best.terms, one.term), begin_of(base, best, one))
-            for one in leading(screened(table_of(base, best), terms), least=-np.inf)
-        ]
+        seen = leading(seen_beside(base, best, terms, ()), least=-np.inf)
+        tried = list(each(partial(joined, base, rows, best), seen))
         all_tried += tried
         best = simplest(tried) if tried else best
     return best, all_tried

@@ -32,6 +32,7 @@ from thrustd.model.effects import effect_named
 from thrustd.model.stage import Floats, jit
 from thrustd.records.roles import Roles
 
+FOLLOWED = 0.3  # of the promised error: a mount without friction that yields follows a model's output so closely
 FRICTIONLESS = 1e-3  # of the output's spread: friction that flies with no model
 STATE_OF = "seconds since start "
 NEVER_S = 1e15
@@ -91,9 +92,12 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         core = msgspec.structs.replace(spec, effects=[], witness=None)
         every = -(-sum(map(len, segments)) // SEARCHED)
         told = [replace(s, force_n=thinned(simulate(core, s), every)) for s in segments]
-        found = regress(told, loose=False)
+        promised_n = _promised(spec, segments)
+        found = regress(told, laws=())
+        if np.sqrt(found.mean_square) * found.shape.output_scale > FOLLOWED * promised_n:  # its core rubs
+            found = regress(told, loose=False)
         stored, scale = kept(found), found.shape.output_scale
-        promised = _promised(spec, segments) / scale
+        promised = promised_n / scale
         noise = max(promised**2, every * found.noise_variance)
         doubt = _doubt(spec, segments, promised * scale, every) / scale**2
         known = found.noise_variance / max(doubt, found.noise_variance)

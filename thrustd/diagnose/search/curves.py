@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.core.threads import each
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import column_of, combined, free_curve
@@ -43,12 +44,13 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
     plain, before = [core + beside for core, beside in plain_parts(table)], table.mse()
     slope = [_slope(table, record, out, sigma_mm) for record, out in zip(table.records, plain, strict=True)]
     known = [{name: column[record.known] for name, column in record.channels.items()} for record in table.records]
-    found = []
-    for name, parts in combined(table.records[0].channels).items():
+
+    def seen(channel: tuple[str, tuple[str, ...]]) -> Followed | None:
+        name, parts = channel
         columns_of = [column_of(name, parts, channels) for channels in known]
         term = free_curve(name, np.concatenate(columns_of), sigma_mm)
         if term is None:
-            continue
+            return None
         hats = [_hats(term, column) for column in columns_of]
         none = np.zeros(len(term.free), bool)
         bias, gain = (
@@ -58,8 +60,10 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
             for weight in (slope, [GAIN * out for out in plain])
         )
         mse = min(bias, gain)
-        found.append(Followed(name, parts, mse, before - mse, gain < bias))
-    return sorted(found, key=lambda one: one.mse)
+        return Followed(name, parts, mse, before - mse, gain < bias)
+
+    found = each(seen, combined(table.records[0].channels).items())
+    return sorted((one for one in found if one is not None), key=lambda one: one.mse)
 
 
 def estimated(
@@ -84,13 +88,14 @@ def estimated(
             replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
             for record, column in zip(records, columns_of, strict=True)
         ]
-        for gain in {False, one.gain}:  # a first look mistakes a large bias for a gain
-            sigma = GAIN if gain else curve_sigma(records)
-            term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=gain, knots=FINE)
-            if term is not None:
-                fit = joint_fit(base, seen, (term,))
-                now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=gain, whole=whole(fit))
-                found.append(replace(now, moved=fit.moved, walked=fit.walked))
+        column, sigmas = np.concatenate(columns_of), {False: curve_sigma(records), True: GAIN}
+        gains = {False, one.gain}  # a first look mistakes a large bias for a gain
+        terms = {gain: free_curve(one.channel, column, sigmas[gain], gain=gain, knots=FINE) for gain in gains}
+        possible = {gain: term for gain, term in terms.items() if term is not None}
+        fits = each(lambda term: joint_fit(base, seen, (term,)), possible.values())  # noqa: B023
+        for gain, fit in zip(possible, fits, strict=True):
+            now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=gain, whole=whole(fit))
+            found.append(replace(now, moved=fit.moved, walked=fit.walked))
     best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
     return sorted(best.values(), key=lambda one: one.mse)
 

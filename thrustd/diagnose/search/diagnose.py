@@ -15,6 +15,7 @@ import numpy as np
 
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
+from thrustd.core.threads import each
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
@@ -117,9 +118,9 @@ def _searched(
 
 def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) -> tuple[Ranked, Verdict]:
     """By as many samples as a report is made of, with what is not told from it."""
-    nothing = told(base, rows, ranked.nothing)
-    ranked = replace(ranked, nothing=nothing)
-    best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
+    wanted = [ranked.nothing, verdict.fit] if verdict.fit.terms else [ranked.nothing]
+    nothing, *others = each(lambda fit: told(base, rows, fit), wanted)
+    ranked, best = replace(ranked, nothing=nothing), others[0] if others else nothing
     if not stands(nothing, best) and not far_above(nothing, base):  # what few samples seemed to say
         return ranked, Verdict(("none",), nothing, ())
     alike, same = look_alikes(verdict.fit, ranked.fits), tuple(rivals(verdict.fit, ranked.fits))

@@ -8,9 +8,10 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.joint import Joint, joint_fit, told
+from thrustd.diagnose.search.grow import joined
+from thrustd.diagnose.search.joint import Joint, told
 from thrustd.diagnose.search.question import Question
-from thrustd.diagnose.search.ranking import Ranked, begin_at
+from thrustd.diagnose.search.ranking import Ranked
 from thrustd.diagnose.search.screen import SAYS
 from thrustd.identify.regression.record import Record
 from thrustd.identify.segments import DEFORMATION
@@ -72,7 +73,7 @@ def _another(base: Base, records: Sequence[Record], ranked: Ranked, shown: Seque
     """The effect that says most at a linear look, beside those shown."""
     words = {word for fit in shown for word in fit.words}
     one = next((one for one in ranked.looked if one.term.effect.word not in words and one.removes > SAYS), None)
-    return [] if one is None else [joint_fit(base, records, (one.term,), np.array(begin_at(one.term)))]
+    return [] if one is None else [joined(base, records, ranked.nothing, one)]
 
 
 def _other(fit: Joint, shown: Joint) -> bool:

@@ -118,14 +118,16 @@ def joint_fit(
     revised: Sequence[Record] = records
     promised = base.noise_variance
     noise = promised if like is None or _near(like.solution.noise_variance, promised) else None
+    there = None  # the normal equations where it begins
     for _ in range(REVISIONS):
-        begun = revised
-        found = solve(shape, point, begun, strengths, iterations=ITERATIONS, given=Given(prior, noise, least=1))
+        begun, given = revised, Given(prior, noise, least=1, normal=there)
+        found = solve(shape, point, begun, strengths, iterations=ITERATIONS, given=given)
         level, revised = noise_level(found.normal.residuals), [begun_where(_stateless(found), each) for each in begun]
         own = promised if _near(level, promised) else None
-        if own == noise and all(new.before == old.before for new, old in zip(revised, begun, strict=True)):
+        same = all(new.before == old.before for new, old in zip(revised, begun, strict=True))
+        if own == noise and same:
             break
-        point, strengths = found.point, found.precisions
+        point, strengths, there = found.point, found.precisions, found.normal if same else None
         if own is None is not noise:  # the model promised another noise: how smooth it thought its curve is as well
             strengths = strengths | {"f": FIRST["f"]}
         noise = own

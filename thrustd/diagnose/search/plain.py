@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.core.threads import each
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, rivals, stands
 from thrustd.diagnose.search.floor import mostly
@@ -60,15 +61,18 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
     """
     begun = split(best.terms, best.solution.point.terms[base.shape.sizes["terms"] :])
     sure = split(best.terms, best.std[best.new])
-    found = []
-    for i, term in enumerate(best.terms):
+
+    def begun_at(place: tuple[int, str, float]) -> Joint:
+        i, name, value = place
+        term = best.terms[i]
+        moved = replace(term, fixed={**term.fixed, name: value})
         numbers = dict(zip((p.name for p in term.free), begun[i], strict=True))
-        for name, value in _unknown(term, sure[i], rig):
-            moved = replace(term, fixed={**term.fixed, name: value})
-            start = np.array([0.0 if p.name == name else numbers.get(p.name, 0.0) for p in moved.free])
-            terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
-            found.append(joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best))
-    return found
+        start = np.array([0.0 if p.name == name else numbers.get(p.name, 0.0) for p in moved.free])
+        terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
+        return joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
+
+    terms = enumerate(best.terms)
+    return list(each(begun_at, [(i, *other) for i, term in terms for other in _unknown(term, sure[i], rig)]))
 
 
 def _unknown(term: Term, std: Floats, rig: Rig) -> list[tuple[str, float]]:

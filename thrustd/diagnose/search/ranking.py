@@ -6,21 +6,26 @@ best single; what a member no longer explains beside the others is taken out aga
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from thrustd.core.threads import each
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
 from thrustd.diagnose.search.curves import Followed, curve_sigma, estimated, followed
 from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left, over
-from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit, unmoved
+from thrustd.diagnose.search.grow import begin_at, grown, joined, seen_beside
+from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
     SAYS,
     Looked,
+    Probe,
     Table,
     leading,
+    probed,
     screened,
     screened_modulations,
     screened_pairs,
@@ -30,7 +35,7 @@ from thrustd.diagnose.search.screen import (
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.effect import Effect
-from thrustd.model.stage import DEFORMATION, Floats
+from thrustd.model.stage import DEFORMATION
 
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
@@ -57,6 +62,7 @@ class Looks:
     nothing: Joint
     table: Table
     looked: list[Looked]
+    probes: list[Probe]
     terms: list[Term]
     worth: float  # of the mean square beside the moved core that the best law removes
 
@@ -68,12 +74,13 @@ def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequenc
     """
     terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
     table = table_of(base, nothing)
-    moved, left_mse = screened(table, terms), table.mse()
-    still = screened(table_of(base, unmoved(base, records, nothing), still=base.benched), terms)
+    probes, left_mse = probed(table, terms), table.mse()
+    moved = screened(table, probes)
+    still = screened(table_of(base, unmoved(base, records, nothing), still=base.benched), probes)
     seen = [*moved, *(replace(one, before=max(one.before, left_mse) if base.benched else left_mse) for one in still)]
     clearest = {id(one.term): one for one in sorted(seen, key=lambda one: one.removes)}
     looked = sorted(clearest.values(), key=lambda one: -one.removes)
-    return Looks(nothing, table, looked, terms, max((left_mse - one.mse for one in moved[:1]), default=0.0))
+    return Looks(nothing, table, looked, probes, terms, max((left_mse - one.mse for one in moved[:1]), default=0.0))
 
 
 def rank(
@@ -87,13 +94,15 @@ def rank(
     for size in range(MOST):
         if best.terms and not room(base, nothing, best):  # a core that has moved there is no reason not to look
             break
-        grown = grown_from(base, records, looks, best, beam, lambda word: _tell(progress, size, word))  # noqa: B023
-        fits += grown
-        if size == 0 and not any(at_floor(fit, base) for fit in grown):
-            curves = _curves(base, records, looks, grown)
+        larger = grown_from(base, records, looks, best, beam, lambda word: _tell(progress, size, word))  # noqa: B023
+        fits += larger
+        step = advanced(base, nothing, best, larger)
+        asks = step is not None or not at_floor(nothing, base)
+        if size == 0 and asks and not any(at_floor(fit, base) for fit in larger):
+            curves = _curves(base, records, looks, larger)
             if _strange(curves, looks.terms):
                 break
-        if (step := advanced(base, nothing, best, grown)) is None:
+        if step is None:
             break
         best, beam = step
     best = pruned(base, records, nothing, best, fits)
@@ -113,21 +122,21 @@ def grown_from(
     base: Base, records: Sequence[Record], looks: Looks, best: Joint, beam: Sequence[Joint], tell: Callable[[str], None]
 ) -> list[Joint]:
     """Every set of the beam with one effect more, estimated whole; from nothing a pair where no single says much."""
-    grown = []
+    found: list[Joint] = []
     for member in beam:
-        whole = looks.looked if not member.terms else screened(table_of(base, member), _beside(member, looks.terms))
-        for one in leading(whole):
+        few = leading(looks.looked if not member.terms else seen_beside(base, member, looks.terms, member.words))
+        for one, fit in zip(few, each(partial(grown, base, records, member), few), strict=True):
             tell(one.term.effect.word)
-            grown.append(_grown(base, records, member, one))
-    if not best.terms and not any(gained(best, fit) for fit in grown):  # together they may say what none says alone
-        pairs = screened_pairs(looks.table, singles(looks.looked))
+            found.append(fit)
+    if not best.terms and not any(gained(best, fit) for fit in found):  # together they may say what none says alone
+        pairs = screened_pairs(looks.table, singles(looks.looked, looks.probes))
         for pair in [pair for pair in pairs if pair.removes > SAYS][:1]:
             start = np.concatenate([begin_at(term) for term in pair.terms])
             both = joint_fit(base, records, pair.terms, start)
-            grown.append(both)
+            found.append(both)
             if gained(best, both) and not both.shown:  # one of them stands beside the other, which no look told alone
-                grown += [joint_fit(base, records, (term,)) for term in pair.terms]
-    return grown
+                found += each(lambda term: joint_fit(base, records, (term,)), pair.terms)
+    return found
 
 
 def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) -> tuple[Joint, list[Joint]] | None:
@@ -168,12 +177,9 @@ def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Join
     if len(best.terms) != 1:
         return best
     tried = {fit.terms[0].effect.name for fit in fits if fit.words == best.words}
-    same = [one for one in looks.looked if one.term.effect.word == best.words[0]]
-    fits += [
-        joint_fit(base, records, (one.term,), np.array(begin_at(one.term)))
-        for one in leading(same)
-        if one.term.effect.name not in tried
-    ]
+    same = leading([one for one in looks.looked if one.term.effect.word == best.words[0]])
+    new = [one for one in same if one.term.effect.name not in tried]
+    fits += each(partial(joined, base, records, looks.nothing), new)
     return simplest([fit for fit in fits if fit.words == best.words and (fit.shown or fit is best)])
 
 
@@ -183,14 +189,11 @@ def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, 
     The linear look from no effect says little of a law whose shapes are unknown yet, or that the core hides. Looked at
     from what the found set leaves to a member, the core and other members as the set has them, its rivals come first.
     """
-    tried, found = {_laws(fit.terms) for fit in fits}, []
-    for member in best.terms:
-        rest = _without(best, member)
-        for one in leading(screened(table_of(base, rest), _beside(best, looks.terms))):
-            swapped = (*rest.terms, one.term)
-            if _laws(swapped) not in tried:
-                found.append(joint_fit(base, records, swapped, begin_of(base, rest, one)))
-    return found
+    tried, untried = {_laws(fit.terms) for fit in fits}, []
+    for rest in [_without(best, member) for member in best.terms]:
+        seen = leading(seen_beside(base, rest, looks.terms, best.words))
+        untried += [(rest, one) for one in seen if _laws((*rest.terms, one.term)) not in tried]
+    return list(each(lambda pair: joined(base, records, *pair), untried))
 
 
 def _without(fit: Joint, member: Term) -> Joint:
@@ -238,17 +241,11 @@ def following(
     for last in [best, nothing] if best.terms else [nothing]:
         while len(last.terms) < MOST and far_above(last, base):
             seen = screened_modulations(table_of(base, last), resisting, rig)
-            grown = [_grown(base, records, last, one) for one in leading(seen, most=len(resisting))]
-            if not (better := [fit for fit in grown if adds(base, nothing, last, fit)]):
+            more = list(each(partial(grown, base, records, last), leading(seen, most=len(resisting))))
+            if not (better := [fit for fit in more if adds(base, nothing, last, fit)]):
                 break
             found.append(last := simplest(better))
     return found
-
-
-def _grown(base: Base, records: Sequence[Record], member: Joint, one: Looked) -> Joint:
-    """Begun where the set was; a core that has taken on what no effect explains yet is no place to begin."""
-    like = member if member.terms else None
-    return joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one), like)
 
 
 def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
@@ -259,21 +256,6 @@ def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
     order = [best, *(fit for fit in sorted(fits, key=lambda fit: fit.mse) if fit is not best)]
     apart = [fit for fit in order if set(fit.words) != set(best.words)]
     return [*order[:BEAM], *(fit for fit in apart[:1] if not any(fit is one for one in order[:BEAM]))]
-
-
-def _beside(member: Joint, terms: Sequence[Term]) -> list[Term]:
-    return [term for term in terms if term.effect.word not in member.words]
-
-
-def begin_of(base: Base, member: Joint, one: Looked) -> Floats:
-    """Where the set was, and the newcomer nearly neutral."""
-    known = member.solution.point.terms[base.shape.sizes["terms"] :]
-    return np.concatenate((known, begin_at(one.term)))
-
-
-def begin_at(term: Term) -> list[float]:
-    """Nearly neutral amplitudes, a tenth of typical, and shapes at their starts."""
-    return [min(BEGIN, 0.1 * abs(p.starts[0]) / term.std[p.name]) if p.amplitude else 0.0 for p in term.free]
 
 
 def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, fits: list[Joint]) -> Joint:

@@ -6,11 +6,12 @@ is judged by what it explains that the core cannot absorb under its prior, on bl
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import chain, combinations, pairwise
 
 import numpy as np
 
 from thrustd.core.columns import Flags, Floats
+from thrustd.core.threads import each
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, prior_from
 from thrustd.diagnose.search.library import Rig, modulations
@@ -126,15 +127,35 @@ class Looked:
         return 1.0 - self.mse / self.before if self.before > 0.0 else 0.0
 
 
-def screened(table: Table, terms: Iterable[Term]) -> list[Looked]:
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """A candidate's influence where a fit stands: thin columns (n, k) of its amplitudes, and which are positive."""
+
+    term: Term
+    columns: Floats
+    positive: Flags
+
+
+def probed(table: Table, terms: Iterable[Term]) -> list[Probe]:
+    """Of all of them."""
+    plain = plain_parts(table)
+
+    def probe(term: Term) -> Probe:
+        thin = [means(whole, table.width) for whole in _columns(table, term, plain)]
+        return Probe(term, np.concatenate(thin), np.array(replace(term, shapes=False).positive(), bool))
+
+    return list(each(probe, terms))
+
+
+def screened(table: Table, probes: Iterable[Probe]) -> list[Looked]:
     """Best first."""
-    plain, before = plain_parts(table), table.mse()
-    found = []
-    for term in terms:
-        extra, positive = _probed(table, term, plain)
-        sizes = SIZES if extra.shape[1] >= SPECTRUM else SIZES[:1]
-        found.append(Looked(term, min(table.squares(size * extra, positive) for size in sizes), before))
-    return sorted(found, key=lambda looked: looked.mse)
+    before = table.mse()
+
+    def seen(one: Probe) -> Looked:
+        sizes = SIZES if one.columns.shape[1] >= SPECTRUM else SIZES[:1]
+        return Looked(one.term, min(table.squares(size * one.columns, one.positive) for size in sizes), before)
+
+    return sorted(each(seen, probes), key=lambda looked: looked.mse)
 
 
 def leading(looked: Sequence[Looked], least: float = SAYS, most: int = 2 * TRIED) -> list[Looked]:
@@ -150,26 +171,30 @@ def leading(looked: Sequence[Looked], least: float = SAYS, most: int = 2 * TRIED
     return list(found.values())
 
 
-def singles(looked: Sequence[Looked]) -> list[Term]:
+def singles(looked: Sequence[Looked], probes: Sequence[Probe]) -> list[Probe]:
     """The best law of each effect."""
     found: dict[str, Term] = {}
     for one in looked:
         found.setdefault(one.term.effect.word, one.term)
-    return list(found.values())
+    best = {id(term) for term in found.values()}
+    return [probe for probe in probes if id(probe.term) in best]
 
 
 def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[Looked]:
     """These laws, which act on the force, in proportion to every channel; best first. One run a law."""
     plain, before = plain_parts(table), table.mse()
-    there, found = {term.effect.word for term in table.fit.solution.shape.terms}, []
-    for law in laws:
-        whole, positive = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool)
+    there = {term.effect.word for term in table.fit.solution.shape.terms}
+
+    def modulated(law: Term) -> list[Looked]:
+        whole, positive, found = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool), []
         for term, share in modulations(law, rig, table.records):
             if term.effect.word not in there:
                 known = [s[record.known, None] for s, record in zip(share, table.records, strict=True)]
                 thin = [means(s * c, table.width) for s, c in zip(known, whole, strict=True)]
                 found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))
-    return sorted(found, key=lambda looked: looked.mse)
+        return found
+
+    return sorted(chain.from_iterable(each(modulated, laws)), key=lambda looked: looked.mse)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,25 +205,19 @@ class Pair:
     removes: float  # share of the squared error on held-back blocks
 
 
-def screened_pairs(table: Table, terms: Sequence[Term]) -> list[Pair]:
+def screened_pairs(table: Table, probes: Sequence[Probe]) -> list[Pair]:
     """Best first."""
-    plain, before = plain_parts(table), table.mse()
-    probed = [_probed(table, term, plain) for term in terms]
-    found = []
-    for (i, (one, flags)), (j, (other, more)) in combinations(enumerate(probed), 2):
-        if terms[i].effect.word != terms[j].effect.word:
-            mse = table.squares(np.column_stack((one, other)), np.concatenate((flags, more)))
-            found.append(Pair((terms[i], terms[j]), 1.0 - mse / before))
-    return sorted(found, key=lambda pair: -pair.removes)
+    before = table.mse()
+
+    def seen(pair: tuple[Probe, Probe]) -> Pair:
+        one, other = pair
+        columns, positive = np.column_stack((one.columns, other.columns)), (*one.positive, *other.positive)
+        return Pair((one.term, other.term), 1.0 - table.squares(columns, np.array(positive)) / before)
+
+    return sorted(each(seen, combinations(probes, 2)), key=lambda pair: -pair.removes)
 
 
 Parts = list[tuple[Floats, Floats]]  # per record, at its known samples: what the core gives, and what lies beside it
-
-
-def _probed(table: Table, term: Term, plain: Parts) -> tuple[Floats, Flags]:
-    """Thin columns (n, k) of the amplitudes of a term, and which of them cannot be negative."""
-    flags = np.array(replace(term, shapes=False).positive(), bool)
-    return np.concatenate([means(whole, table.width) for whole in _columns(table, term, plain)]), flags
 
 
 def _columns(table: Table, term: Term, plain: Parts) -> list[Floats]:

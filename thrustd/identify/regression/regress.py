@@ -18,6 +18,7 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
+from thrustd.core.threads import each
 from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.friction import (
     YIELDING,
@@ -58,12 +59,13 @@ def regress(
     *,
     loose: bool = True,
 ) -> Solution:
-    """The most probable mount, yielding by the best of these laws; `loose`: its joints may be.
+    """The most probable mount, yielding by the best of these laws; `loose`: its joints may be. No law: it does not rub.
 
     RecordingError when the data tell nothing.
     """
     shape, records = prepared(segments)
-    plain = replace(shape, terms=())  # what yields would hide where a record begins
+    none = np.zeros(0)
+    plain = replace(shape, terms=()) if laws else replace(shape, terms=(), radii=none, grows=False)  # see `begun_where`
     found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
     settled = [replace(record, before=float(record.d[0])) for record in records]
     other = solve(plain, found.point, settled, FIRST, progress=progress)
@@ -78,18 +80,19 @@ def regress(
     def best(trials: Sequence[Solution]) -> Solution:
         return reduce(lambda one, other: other if _surely(one, other, counts) else one, trials)
 
+    if not laws:
+        return tried(plain, found.point)
     begin = first_point(shape, records)
-    none = np.zeros(0)
     stopless = replace(shape, radii=none, grows=False)
     alone = [replace(stopless, terms=(term,)) for law in laws for term in by_law(shape.terms[0], law, loose)]
     bare = replace(found.point, stops=none, growth=none)
-    single = best([tried(one, replace(bare, terms=begun(one.terms))) for one in alone])
+    single = best(list(each(lambda one: tried(one, replace(bare, terms=begun(one.terms))), alone)))
     whole = replace(shape, terms=single.shape.terms)
     starts = [
         replace(single.point, stops=begin.stops, growth=begin.growth),
         replace(found.point, terms=begun(whole.terms)),
     ]
-    return best([tried(whole, start) for start in starts])
+    return best(list(each(lambda start: tried(whole, start), starts)))
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:

@@ -107,6 +107,7 @@ class Given(NamedTuple):
     noise_variance: float | None = None  # s2; None: it follows from the residual as that falls
     least: int = LEAST_ITERATIONS
     share: float = 0.0  # of the cost: a smaller fall is no progress
+    normal: Normal | None = None  # where the search begins, if they are known
 
 
 NOTHING = Given()
@@ -124,7 +125,7 @@ def solve(
 ) -> Solution:
     """The most probable point."""
     strengths, point, middle = dict(precisions), start, _middle(shape, start)
-    normal = normal_equations(shape, point, records)
+    normal = given.normal or normal_equations(shape, point, records)
     done, damping = 0, 0.0
 
     def posterior() -> _Posterior:

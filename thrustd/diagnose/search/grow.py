@@ -1,0 +1,40 @@
+"""One effect more: the linear look at every other one beside a set, and the set with it, estimated whole."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
+from thrustd.diagnose.search.screen import Looked, probed, screened, table_of
+from thrustd.identify.regression.record import Record
+from thrustd.identify.regression.terms import Term
+from thrustd.model.stage import Floats
+
+
+def seen_beside(base: Base, member: Joint, terms: Iterable[Term], words: Sequence[str]) -> list[Looked]:
+    """These laws, but those of the effects `words`, from where a set stands; best first."""
+    table = table_of(base, member)
+    return screened(table, probed(table, [term for term in terms if term.effect.word not in words]))
+
+
+def joined(base: Base, records: Sequence[Record], member: Joint, one: Looked) -> Joint:
+    """A set with one effect more, begun where the set was; the core as it was known."""
+    return joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one))
+
+
+def grown(base: Base, records: Sequence[Record], member: Joint, one: Looked) -> Joint:
+    """The core, too, begun where the set was: one that has taken on what no effect explains yet is no such place."""
+    like = member if member.terms else None
+    return joint_fit(base, records, (*member.terms, one.term), begin_of(base, member, one), like)
+
+
+def begin_of(base: Base, member: Joint, one: Looked) -> Floats:
+    """Where the set was, and the newcomer nearly neutral."""
+    known = member.solution.point.terms[base.shape.sizes["terms"] :]
+    return np.concatenate((known, begin_at(one.term)))
+
+
+def begin_at(term: Term) -> list[float]:
+    """Nearly neutral amplitudes, a tenth of typical, and shapes at their starts."""
+    return [min(BEGIN, 0.1 * abs(p.starts[0]) / term.std[p.name]) if p.amplitude else 0.0 for p in term.free]
