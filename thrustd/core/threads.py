@@ -15,7 +15,8 @@ _inside: ContextVar[bool] = ContextVar("inside", default=False)
 def each(function: Callable[[One], Found], things: Iterable[One]) -> Iterator[Found]:
     """`function` of every thing, in their order: as many at a time as there are processors.
 
-    What is asked within one of them is asked one after the other. The first error ends it, once the others are done.
+    What is asked within one of them is asked one after the other. The first error ends it, and so does who stops
+    listening: what has not begun then never does.
     """
     asked = list(things)
     threads = min(len(asked), _processors())

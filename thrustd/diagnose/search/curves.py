@@ -78,22 +78,25 @@ def estimated(
 
     Those behind one with which nothing is left (`whole`) are not estimated.
     """
-    found: list[Followed] = []
-    leading = [one for one in looked if one.removed > SAYS * worth][:CURVES]
-    for one in sorted(leading, key=lambda one: len(one.parts)):
-        if any(other.whole for other in found):
-            break
+    leading = sorted([one for one in looked if one.removed > SAYS * worth][:CURVES], key=lambda one: len(one.parts))
+    asked = [(one, gain) for one in leading for gain in {False, one.gain}]  # a first look mistakes a large bias
+
+    def fitted(curve: tuple[Followed, bool]) -> Joint | None:
+        one, gain = curve
         columns_of = [column_of(one.channel, one.parts, record.channels) for record in records]
+        sigma = GAIN if gain else curve_sigma(records)
+        term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=gain, knots=FINE)
         seen = [
             replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
             for record, column in zip(records, columns_of, strict=True)
         ]
-        column, sigmas = np.concatenate(columns_of), {False: curve_sigma(records), True: GAIN}
-        gains = {False, one.gain}  # a first look mistakes a large bias for a gain
-        terms = {gain: free_curve(one.channel, column, sigmas[gain], gain=gain, knots=FINE) for gain in gains}
-        possible = {gain: term for gain, term in terms.items() if term is not None}
-        fits = each(lambda term: joint_fit(base, seen, (term,)), possible.values())  # noqa: B023
-        for gain, fit in zip(possible, fits, strict=True):
+        return None if term is None else joint_fit(base, seen, (term,))
+
+    found: list[Followed] = []
+    for (one, gain), fit in zip(asked, each(fitted, asked), strict=True):
+        if any(other.whole and other.channel != one.channel for other in found):
+            break
+        if fit is not None:
             now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=gain, whole=whole(fit))
             found.append(replace(now, moved=fit.moved, walked=fit.walked))
     best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
