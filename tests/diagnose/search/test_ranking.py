@@ -127,4 +127,4 @@ def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimat
     alone = pruned(None, (), nothing, pair, fits)
     alone.solution = pair.solution
     assert alone.words == ("m",)
-    assert settled(None, (), SimpleNamespace(looked=[]), fits, alone) is alone
+    assert settled(None, (), SimpleNamespace(looked=[], nothing=nothing), fits, alone) is alone

@@ -9,6 +9,7 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint
 
 AT_FLOOR = 1.05  # times the floor
+HARDLY = 0.05  # of what is above the floor: who leaves less has explained it
 MOST = 0.5  # a cause explains the larger part
 UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
 EXACTLY = 1e-300  # nothing is divided by nothing
@@ -43,6 +44,12 @@ def shows(fit: Joint, base: Base) -> bool:
 def over(mse: float, fit: Joint, base: Base) -> float:
     """So much left, over what nothing could go below beside this fit, as rms."""
     return float(np.sqrt((mse + base.tremble) / max(floor_of(fit, base) ** 2 + base.tremble, EXACTLY)))
+
+
+def nearly_all(nothing: Joint, fit: Joint, base: Base) -> bool:
+    """Whether hardly anything is left of what was above the floor."""
+    level = floor_of(fit, base) ** 2
+    return at_floor(fit, base) or fit.mse - level < HARDLY * (left(nothing, base) - level)
 
 
 def signed(base: Base) -> bool:

@@ -15,7 +15,7 @@ from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
 from thrustd.diagnose.search.curves import Followed, curve_sigma, estimated, followed
-from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left, over
+from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left, nearly_all, over
 from thrustd.diagnose.search.grow import begin_at, grown, joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
@@ -91,6 +91,7 @@ def rank(
     looks = look(base, records, nothing, effects, rig)
     fits, best, beam = [nothing], nothing, [nothing]
     curves: list[Followed] = []
+    strange = False
     for size in range(MOST):
         if best.terms and not room(base, nothing, best):  # a core that has moved there is no reason not to look
             break
@@ -100,13 +101,13 @@ def rank(
         asks = step is not None or not at_floor(nothing, base)
         if size == 0 and asks and not any(at_floor(fit, base) for fit in larger):
             curves = _curves(base, records, looks, larger)
-            if _strange(curves, looks.terms):
+            if strange := _strange(curves, looks.terms, larger):
                 break
         if step is None:
             break
         best, beam = step
     best = pruned(base, records, nothing, best, fits)
-    if far_above(best, base) and not _strange(curves, looks.terms) and not curve_says_it(base, best, curves):
+    if far_above(best, base) and not strange and not curve_says_it(base, best, curves):
         more = following(base, records, nothing, best, looks.terms, rig)
         fits += more
         best = pruned(base, records, nothing, simplest([best, *more]), fits)
@@ -215,18 +216,19 @@ def _curves(base: Base, records: Sequence[Record], looks: Looks, grown: Sequence
     """Beside what the best law removes, at its linear look or estimated whole."""
     seen = followed(looks.table, curve_sigma(records))
     worth = max([looks.worth, *(looks.nothing.mse - fit.mse for fit in grown)])
-    return estimated(base, records, looks.nothing, seen, worth, lambda fit: at_floor(fit, base))
+    return estimated(base, records, looks.nothing, seen, worth, lambda fit: nearly_all(looks.nothing, fit, base))
 
 
-def _strange(curves: Sequence[Followed], terms: Sequence[Term]) -> bool:
-    """Whether one curve of a channel that no law reads explains everything: several laws would say it worse."""
+def _strange(curves: Sequence[Followed], terms: Sequence[Term], singles: Sequence[Joint]) -> bool:
+    """Whether one curve of a channel that no law reads explains it, and no law as well: several would say it worse."""
     read = {channel for term in terms for channel in term.effect.channels}
-    return any(curve.whole and not set(curve.parts) & read for curve in curves)
+    least = min((fit.mse for fit in singles), default=np.inf)
+    return any(curve.whole and curve.mse < least and not set(curve.parts) & read for curve in curves)
 
 
 def curve_says_it(base: Base, best: Joint, curves: Sequence[Followed]) -> bool:
-    """Whether one free curve leaves hardly more than noise where all laws leave much: no further law is looked for."""
-    return far_above(best, base) and any(over(curve.mse, best, base) < SHOWS for curve in curves)
+    """Whether one free curve leaves hardly anything where all laws leave much: no further law is looked for."""
+    return far_above(best, base) and any(curve.whole or over(curve.mse, best, base) < SHOWS for curve in curves)
 
 
 def following(
