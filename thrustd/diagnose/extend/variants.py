@@ -2,15 +2,11 @@
 
 from thrustd.diagnose.search.library import laws
 from thrustd.model.effect import Effect
-from thrustd.model.effects import effect_named, shelf
-from thrustd.model.modulated import BY, modulated
+from thrustd.model.effects import laws_of
 
 
 def variants(effect: Effect) -> list[Effect]:
     """Every law that goes by the word, when it is the word that was said; else the one law."""
-    law, by, channel = effect.name.partition(BY)
-    if by:
-        return [modulated(one, channel) for one in variants(effect_named(law))]
     if effect.name != effect.word:
         return [effect]
-    return laws([effect, *(other for other in shelf().values() if other.variant_of == effect.name)])
+    return laws([effect, *(law for law in laws_of(effect.word) if law.name != effect.name)])

@@ -8,6 +8,7 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.records import complete
 from thrustd.model.effect import Effect
+from thrustd.model.elsewhere import KIND, TEMPERATURE, at_column, thermal
 from thrustd.records.recording import Recording
 
 STILL = 1e-3  # a channel moves when its spread exceeds this share of its typical size ...
@@ -43,6 +44,12 @@ def judgeable(
         elif effect.word not in present:
             able.append(effect)
     return able, list(dict.fromkeys(unable))
+
+
+def elsewhere(effects: Sequence[Effect], records: Sequence[Recording], present: Sequence[str]) -> list[Effect]:
+    """Thermal effects once more, by every other temperature that can be judged."""
+    others = [name for name in records[0].channels if name.endswith(KIND) and name != TEMPERATURE]
+    return judgeable([at_column(law, name) for name in others for law in effects if thermal(law)], records, present)[0]
 
 
 def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]) -> str:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thrustd.core.blas import one_thread
-from thrustd.core.columns import Floats
 from thrustd.core.threads import each
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
@@ -22,14 +21,14 @@ from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
 from thrustd.diagnose.search.better import WORTH, borrowed, clearest, look_alikes, nearly, rivals, stands
-from thrustd.diagnose.search.candidates import NotJudged, judgeable, not_judged_lines
+from thrustd.diagnose.search.candidates import NotJudged, elsewhere, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import Followed, curve_sigma, followed
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed
 from thrustd.diagnose.search.joint import Joint, counted, told
-from thrustd.diagnose.search.library import column_of
+from thrustd.diagnose.search.library import column_of, laws
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
@@ -85,6 +84,7 @@ def diagnose(
     present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
     possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
     effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
+    effects += elsewhere(laws(possible), records, present)
     question, ranked, verdict = _searched(question, effects, progress)
     base = question.base
     energy = loop_energy(records)
@@ -259,12 +259,9 @@ def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Depende
     for one in verdict.channels:
         column = np.concatenate([column_of(one.channel, one.parts, record.channels) for record in rows])
         after = base.scale * float(np.sqrt(max(verdict.fit.mse - one.removed, 0.0)))
-        found.append(drawn(one.channel, _thin(column[good]), _thin(missed[good]), now, after))
+        thin = slice(None, None, max(1, np.count_nonzero(good) // 100_000))
+        found.append(drawn(one.channel, column[good][thin], missed[good][thin], now, after))
     return found
-
-
-def _thin(column: Floats) -> Floats:
-    return column[:: max(1, len(column) // 100_000)]
 
 
 def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[NotJudged]) -> list[str]:

@@ -27,6 +27,7 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
+from thrustd.model.elsewhere import AT, KIND, TEMPERATURE, thermal
 from thrustd.model.expression import is_expression
 from thrustd.model.modulated import BY, ENDS, LATE, late_decay, modulated
 from thrustd.model.stage import DEFORMATION, Floats, jit
@@ -36,6 +37,7 @@ TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the
 WIDE = 1e4  # the same where it is of a user's formula
 KNOTS = 6  # of a free curve
 RUBBER = "rubber"
+REFERENCE = "reference_degc"
 LATE_SAMPLES = 0, 3, 10, 30, 100  # where the lateness of a channel begins
 CONTAINED = (
     "hysteresis_prandtl_ishlinskii",  # by `hysteresis_stops`
@@ -56,6 +58,7 @@ class Rig:
     reference_degc: float | None
     reference_std: float | None  # where the bench's own temperature was recorded
     begins_s: float
+    begins_degc: Mapping[str, float]  # by temperature
     force_factor: float  # force spread over PH-LAB's
     hysteresis_travel: float
     growth: float | None  # of the core's own friction, which more of it shares
@@ -71,15 +74,16 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
     d = np.concatenate([record.d for record in records])
     y = np.concatenate([record.y for record in records]) * base.scale
     told, apart = (spec.provenance.get(f"{what}_temperature_degC") for what in ("mean", "std"))
-    warm = records[0].channels.get("temperature_degC")
-    first = float(np.mean(warm[: max(1, round(60.0 / records[0].dt_s))])) if warm is not None else None
+    minute = slice(max(1, round(60.0 / records[0].dt_s)))
+    first = {name: float(np.mean(c[minute])) for name, c in records[0].channels.items() if name.endswith(KIND)}
     return Rig(
         priors,
         float(np.ptp(d)),
         float(np.nanstd(y)),
-        float(told) if isinstance(told, int | float) else first,
+        float(told) if isinstance(told, int | float) else first.get(TEMPERATURE),
         float(np.hypot(apart, priors.thermometer_k)) if isinstance(apart, int | float) else None,
         float(records[0].channels["time_s"][0]),
+        first,
         order_of(float(np.nanmax(y) - np.nanmin(y)), 6000.0),
         travel_of(base.shape),
         growth_of(base.point) if len(base.shape.radii) else None,
@@ -108,7 +112,7 @@ def _ends(name: str, records: Sequence[Record]) -> tuple[float, float]:
 
 def laws(effects: Iterable[Effect]) -> list[Effect]:
     """Without those that another contains."""
-    return [effect for effect in effects if effect.name not in CONTAINED]
+    return [effect for effect in effects if effect.name.partition(BY)[0].partition(AT)[0] not in CONTAINED]
 
 
 def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
@@ -124,7 +128,7 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
             yield _by(term, effect, values, late_s)
         return
     std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
-    if rig.reference_std is not None and any(p.name == "reference_degc" for p in effect.parameters):
+    if rig.reference_std is not None and thermal(effect) and any(p.name == REFERENCE for p in effect.parameters):
         std["reference_degc"] = rig.reference_std
     shape = [p for p in effect.parameters if not p.amplitude]
     for values in itertools.product(*(_starts(effect, p, rig) for p in shape)):
@@ -184,12 +188,13 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
 
 
 def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
+    begins = [rig.begins_degc[name] for name in effect.channels if name in rig.begins_degc]
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
     anchors |= dict(zip(("fastest_s", "slowest_s"), rig.lags_s, strict=True))
     anchors |= {
         "flow_mm": FLOW * rig.travel,
         "growth": rig.growth,
-        "reference_degc": rig.reference_degc,
+        REFERENCE: rig.reference_degc if thermal(effect) else next(iter(begins), None),
         "deadband_mm": rig.play,
     }
     told = anchors.get(p.name)

@@ -1,7 +1,8 @@
 """The shelf of physical effects: the folder is the registry; other packages add theirs by entry point.
 
 Effects of a user's file join by `put_on_shelf`; a name that is a formula is an effect made of it (model/expression.py),
-one like `hysteresis by voltage_V` a law of the shelf whose strength follows a channel (model/modulated.py).
+one like `hysteresis by voltage_V` a law of the shelf whose strength follows a channel (model/modulated.py), one like
+`thermal_expansion at sat_degC` a thermal one of another temperature (model/elsewhere.py).
 """
 
 from collections.abc import Collection, Mapping
@@ -12,6 +13,7 @@ from pkgutil import iter_modules
 
 from thrustd.core.errors import ModelError
 from thrustd.model.effect import Effect
+from thrustd.model.elsewhere import AT, TEMPERATURE, at_column, thermal
 from thrustd.model.expression import expression_effect, is_expression
 from thrustd.model.modulated import BY, modulated
 
@@ -50,11 +52,27 @@ def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
     law, by, channel = name.partition(BY)
     if by and not is_expression(law):
         return modulated(effect_named(law), channel)
+    law, at, column = name.partition(AT)
+    if at and not is_expression(law):
+        if not thermal(found := effect_named(law)):
+            raise ModelError(f"{name}: {law} reads no {TEMPERATURE}; expected a thermal effect before{AT}{column}")
+        return at_column(found, column)
     if is_expression(name):
         return expression_effect(name, columns)
     if name not in shelf():
         raise ModelError(f"unknown effect '{name}': expected one of {', '.join(sorted(shelf()))}")
     return shelf()[name]
+
+
+def laws_of(word: str) -> list[Effect]:
+    """Every law of the shelf that goes by this word."""
+    law, by, channel = word.partition(BY)
+    if by:
+        return [modulated(one, channel) for one in laws_of(law)]
+    law, at, column = word.partition(AT)
+    if at:
+        return [at_column(one, column) for one in laws_of(law)]
+    return [law for law in shelf().values() if law.word == word]
 
 
 def effect_said(name: str) -> str:

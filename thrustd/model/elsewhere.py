@@ -1,0 +1,36 @@
+"""A thermal effect of another part than the rubber: `thermal_expansion at sat_degC` is that of a rod in the open air.
+
+The law is the same; in place of the mount's own temperature it reads another one that was recorded. Which part warms
+is seldom known before: the rubber, the rod of the transducer, the bracket, the cell.
+"""
+
+from dataclasses import replace
+from functools import cache
+
+from thrustd.model.effect import Effect
+
+AT = " at "
+TEMPERATURE = "temperature_degC"  # of the mount
+KIND = "_degC"  # how other temperatures end
+
+
+def at_column(effect: Effect, column: str) -> Effect:
+    """`effect` by the temperature `column`."""
+    return _at_column(effect.name, column, effect)
+
+
+@cache
+def _at_column(name: str, column: str, effect: Effect) -> Effect:
+    return replace(
+        effect,
+        name=f"{name}{AT}{column}",
+        title=f"{effect.title}, by {column}",
+        channels=tuple(column if own == TEMPERATURE else own for own in effect.channels),
+        variant_of=f"{effect.word}{AT}{column}" if effect.variant_of else "",
+        equation=f"{effect.equation}, T = {column}",
+    )
+
+
+def thermal(effect: Effect) -> bool:
+    """Whether it reads the mount's temperature."""
+    return TEMPERATURE in effect.channels
