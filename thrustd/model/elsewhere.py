@@ -26,7 +26,7 @@ def _at_column(name: str, column: str, effect: Effect) -> Effect:
         name=f"{name}{AT}{column}",
         title=f"{effect.title}, by {column}",
         channels=tuple(column if own == TEMPERATURE else own for own in effect.channels),
-        variant_of=f"{effect.word}{AT}{column}" if effect.variant_of else "",
+        variant_of=effect.word,
         equation=f"{effect.equation}, T = {column}",
     )
 

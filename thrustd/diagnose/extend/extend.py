@@ -6,7 +6,7 @@ seen is learnt here.
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -73,12 +73,13 @@ def extend(
     records, segments, base, rows = question.records, question.segments, question.base, question.rows
     for effect in chosen:
         check_channels(records, effect)
+    possible = {effect.word: variants(effect, records) for effect in chosen}
     calm = without_tremble(question)
     few = counted(calm.base, calm.rows, SEARCHED)
 
     def search(known: Base) -> tuple[Joint, Joint, list[Joint]]:
         nothing = joint_fit(known, few[1], ())
-        return nothing, *_fitted(known, few[1], nothing, chosen, question.rig, progress)
+        return nothing, *_fitted(known, few[1], nothing, possible, question.rig, progress)
 
     known, (nothing, fit, tried) = by_past(*few, calm.segments, search, lambda found: found[1])
     few, base = (known, few[1]), like(known, base)
@@ -94,13 +95,18 @@ def extend(
 
 
 def _fitted(
-    base: Base, rows: Sequence[Record], nothing: Joint, chosen: Sequence[Effect], rig: Rig, progress: Progress | None
+    base: Base,
+    rows: Sequence[Record],
+    nothing: Joint,
+    chosen: Mapping[str, Sequence[Effect]],
+    rig: Rig,
+    progress: Progress | None,
 ) -> tuple[Joint, list[Joint]]:
     """The set that the search would find among these effects alone; then those it left out, in their best variants.
 
     And every set that was estimated.
     """
-    looks = look(base, rows, nothing, [law for effect in chosen for law in variants(effect)], rig)
+    looks = look(base, rows, nothing, [law for laws in chosen.values() for law in laws], rig)
     best, beam = nothing, [nothing]
     all_tried: list[Joint] = []
     for i in range(len(chosen)):
@@ -111,10 +117,10 @@ def _fitted(
         if step is None:
             break
         best, beam = step
-    for effect in chosen:
-        if effect.word in best.words:
+    for word, laws in chosen.items():
+        if word in best.words:
             continue
-        terms = [term for law in variants(effect) for term in terms_of(law, rig)]
+        terms = [term for law in laws for term in terms_of(law, rig)]
         seen = leading(seen_beside(base, best, terms, ()), least=-np.inf)
         tried = list(each(partial(joined, base, rows, best), seen))
         all_tried += tried

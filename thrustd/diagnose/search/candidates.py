@@ -46,10 +46,11 @@ def judgeable(
     return able, list(dict.fromkeys(unable))
 
 
-def elsewhere(effects: Sequence[Effect], records: Sequence[Recording], present: Sequence[str]) -> list[Effect]:
+def elsewhere(effects: Sequence[Effect], records: Sequence[Recording]) -> list[Effect]:
     """Thermal effects once more, by every other temperature that can be judged."""
-    others = [name for name in records[0].channels if name.endswith(KIND) and name != TEMPERATURE]
-    return judgeable([at_column(law, name) for name in others for law in effects if thermal(law)], records, present)[0]
+    channels = [name for record in records[:1] for name in record.channels]
+    others = [name for name in channels if name.endswith(KIND) and name != TEMPERATURE]
+    return judgeable([at_column(law, name) for name in others for law in effects if thermal(law)], records, ())[0]
 
 
 def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]) -> str:

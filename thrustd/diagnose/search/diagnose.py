@@ -84,7 +84,8 @@ def diagnose(
     present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
     possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
     effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
-    effects += elsewhere(laws(possible), records, present)
+    effects += elsewhere([law for law in laws(possible) if law.word not in present], records)
+    not_judged = [one for one in not_judged if one.effect not in {law.word for law in effects}]
     question, ranked, verdict = _searched(question, effects, progress)
     base = question.base
     energy = loop_energy(records)

@@ -17,7 +17,7 @@ from thrustd.diagnose.search.told import disputed
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.effect import Effect
-from thrustd.model.effects import laws_of
+from thrustd.model.effects import laws_like
 
 
 def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) -> Ranked:
@@ -97,5 +97,5 @@ def _begun(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:
 def _simpler(term: Term) -> Iterator[Effect]:
     """Laws of the same word with some of its parameters and no other, those with most of them first."""
     mine = {p.name for p in term.effect.parameters}
-    fewer = [law for law in laws_of(term.effect.word) if {p.name for p in law.parameters} < mine]
+    fewer = [law for law in laws_like(term.effect) if {p.name for p in law.parameters} < mine]
     yield from sorted(fewer, key=lambda law: -len(law.parameters))

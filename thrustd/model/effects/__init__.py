@@ -50,7 +50,7 @@ _more: dict[str, Effect] = {}  # loaded from files since the start of the proces
 def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
     """The effect of that name (or formula, which may read `columns`); ModelError that lists what there is."""
     law, by, channel = name.partition(BY)
-    if by and not is_expression(law):
+    if by and not is_expression(law.partition(AT)[0]):
         return modulated(effect_named(law), channel)
     law, at, column = name.partition(AT)
     if at and not is_expression(law):
@@ -64,15 +64,10 @@ def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
     return shelf()[name]
 
 
-def laws_of(word: str) -> list[Effect]:
-    """Every law of the shelf that goes by this word."""
-    law, by, channel = word.partition(BY)
-    if by:
-        return [modulated(one, channel) for one in laws_of(law)]
-    law, at, column = word.partition(AT)
-    if at:
-        return [at_column(one, column) for one in laws_of(law)]
-    return [law for law in shelf().values() if law.word == word]
+def laws_like(effect: Effect) -> list[Effect]:
+    """Every law of the shelf that goes by its word, by the temperature that it reads."""
+    found, column = [law for law in shelf().values() if law.word == effect.word], effect.name.partition(AT)[2]
+    return [at_column(law, column) for law in found] if column else found
 
 
 def effect_said(name: str) -> str:
