@@ -287,8 +287,13 @@ def test_a_tethered_run_narrows_what_nobody_had_measured_of_the_installation(tmp
     before = with_calibration(tmp_path, Calibration(on="2026-01-01", mount=mounts)).aircraft().installation
     after = with_calibration(tmp_path, Calibration(on="2026-01-01", tethered="2026-01-01", mount=mounts))
     left = after.aircraft().installation
-    assert (left.scale, left.drag_m2) == (0.004, before.drag_m2)
-    assert left.zero_n < 0.2 * before.zero_n
+    assert (left.scale, left.told_scale, left.zero_n) == (0.0, 0.004, 0.0)  # they are in the mounts' own sigma
+    assert left.drag_m2 == before.drag_m2
+    means = after.pipeline()._sources[0]._means[0]
+    assert (means["stiffness_std"], means["zero_std_mm"]) == (0.004, 0.002)
+    anew = mounts | {"left_upper": MountCalibration(**told)}  # rigged anew, its zeros deleted
+    some = with_calibration(tmp_path, Calibration(on="2026-01-01", tethered="2026-01-01", mount=anew))
+    assert some.aircraft().installation.zero_n == before.zero_n
 
 
 def test_a_curve_of_gauge_blocks_straightens_the_transducer(tmp_path, capsys):
