@@ -35,8 +35,8 @@ from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.aircraft import as_flown
 from thrustd.twin.airframe import MOUNTS, carried_n, draw_airframe, mount_temperature_degc, settled
-from thrustd.twin.flight import ACCEL_SIGNALS, NOISE
-from thrustd.twin.installation import PLAIN, Knobs, seen_mm
+from thrustd.twin.flight import ACCEL_SIGNALS, NOISE, body_rates_deg_s
+from thrustd.twin.installation import PLAIN, Knobs, felt_g, seen_mm
 from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading
 
@@ -75,7 +75,8 @@ def flown(file: str, seed: int, knobs: Knobs, alone: str = "") -> Recording:
     accel_g = np.stack([profile[name] for name in ACCEL_SIGNALS])
     air = zip(profile["mach"].tolist(), profile["pressure_altitude_m"].tolist(), strict=True)
     loads_n = carried_n(airframe, thrust_n, accel_g, np.array([dynamic_pressure_pa(*each) for each in air]))
-    columns = dict(profile.channels)
+    felt = felt_g(accel_g, body_rates_deg_s(profile), profile.time_s, knobs)
+    columns = dict(profile.channels) | dict(zip(ACCEL_SIGNALS, felt, strict=True))
     for name in sorted(set(NOISE) & set(columns)):  # a set has another order in every process
         columns[name] = columns[name] + NOISE[name] * rng.standard_normal(len(profile))
     states = settled(airframe, loads_n[:, 0])
@@ -89,7 +90,7 @@ def flown(file: str, seed: int, knobs: Knobs, alone: str = "") -> Recording:
             rng,
         )
         columns[f"temperature_degC_{name}"] = warm_degc
-        share = airframe.upper_share[number // 2]
+        share = airframe.upper_share[number // 2] + knobs.share
         columns[f"truth_N_{name}"] = thrust_n[number // 2] * (share if number % 2 == 0 else 1.0 - share)
     return make_recording(profile.name, {"time_s": profile.time_s, **columns}).resample(HZ)
 
@@ -111,7 +112,7 @@ def row_of(case: str, mount: str, aircraft: int, flights: str) -> list[str]:
     (whole,) = read_models([shipped(f"models/{mount.replace('_', '-')}.json", "model")]).values()
     spec = _without(whole, left_out)
     seen, other = (
-        [_untold(flown(FLIGHTS[int(number)], aircraft, knobs, alone)) for number in flights],
+        [untold(flown(FLIGHTS[int(number)], aircraft, knobs, alone)) for number in flights],
         flown(JUDGED, aircraft, knobs, alone),
     )
     began = time.process_time()
@@ -134,7 +135,7 @@ def _without(spec: ModelSpec, effect: str) -> ModelSpec:
     return msgspec.structs.replace(spec, effects=[e for e in spec.effects if e.name != effect], witness=None)
 
 
-def _untold(known: Recording) -> Recording:
+def untold(known: Recording) -> Recording:
     """Without the truth."""
     hidden = {n: c for n, c in known.channels.items() if not n.startswith(("thrust_N", "truth_N", "force_N"))}
     return make_recording(known.name, {"time_s": known.time_s, **hidden})

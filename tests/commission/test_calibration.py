@@ -206,6 +206,19 @@ def test_an_engine_that_hangs_as_a_rigid_body_is_said_aloud(run):
     assert all("a rigid body's 35 % against 46 %" in line and "expected rigid_body = true" in line for line in remarks)
 
 
+def test_what_the_cells_certificate_leaves_open_is_in_every_gain_and_in_nothing_else(run):
+    flight, cell, installation = run
+    plain, vague = (fit_tether(flight, cell, installation, std) for std in (0.0, 0.005))
+    for name, (gain, std) in plain.gains.items():
+        assert vague.gains[name] == pytest.approx((gain, np.hypot(std, 0.005)))
+    assert (vague.zeros_mm, vague.frictions, vague.lines) == (plain.zeros_mm, plain.frictions, plain.lines)
+    shares = [[one.half_width for one in fit.numbers if one.what.startswith("share")] for fit in (plain, vague)]
+    assert shares[0] == pytest.approx(shares[1])  # both mounts of an engine are off by the same
+    for wrong in (-0.001, 0.2, float("nan")):
+        with pytest.raises(ThrustdError, match="one sigma of the cell's scale"):
+            fit_tether(flight, cell, installation, wrong)
+
+
 def test_a_hole_in_the_cells_record_is_not_bridged(run):
     """Nothing is known of what it pulled meanwhile; a straight line over it was 2.5 kN RMS wrong."""
     flight, cell, installation = run
@@ -287,8 +300,13 @@ def test_a_tethered_run_narrows_what_nobody_had_measured_of_the_installation(tmp
     before = with_calibration(tmp_path, Calibration(on="2026-01-01", mount=mounts)).aircraft().installation
     after = with_calibration(tmp_path, Calibration(on="2026-01-01", tethered="2026-01-01", mount=mounts))
     left = after.aircraft().installation
-    assert (left.scale, left.drag_m2) == (0.004, before.drag_m2)
-    assert left.zero_n < 0.2 * before.zero_n
+    assert (left.scale, left.told_scale, left.zero_n) == (0.0, 0.004, 0.0)  # they are in the mounts' own sigma
+    assert left.drag_m2 == before.drag_m2
+    means = after.pipeline()._sources[0]._means[0]
+    assert (means["stiffness_std"], means["zero_std_mm"]) == (0.004, 0.002)
+    anew = mounts | {"left_upper": MountCalibration(**told)}  # rigged anew, its zeros deleted
+    some = with_calibration(tmp_path, Calibration(on="2026-01-01", tethered="2026-01-01", mount=anew))
+    assert some.aircraft().installation.zero_n == before.zero_n
 
 
 def test_a_curve_of_gauge_blocks_straightens_the_transducer(tmp_path, capsys):

@@ -8,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from thrustd.__main__ import main
+from thrustd.core.calibration import Calibration, MountCalibration, Zero, write_calibration
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
@@ -100,6 +101,25 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
         was, now = ({row["term"]: row["std_n"] for row in engine["rows"]} for engine in (before, after))
         assert now[FUEL] == pytest.approx(was[FUEL] * hypot(0.05, 0.003) / hypot(0.012, 0.003), rel=0.01)
         assert now["deck's shape and fit"] == pytest.approx(was["deck's shape and fit"], rel=0.1)
+
+
+def test_what_a_tethered_run_leaves_of_zeros_and_scales_is_a_term_once(log, tmp_path, capsys):
+    """It is the mounts'; the same sigmas stood among the installation's as well."""
+    config = shipped("deploy/hil.toml", "config")
+    mounts = [mount.name for mount in read_installation(config).config.mount]
+    told = MountCalibration(zeros=(Zero(on="2026-01-01", mm=0.0, std_mm=0.002),), gain_std=0.004)
+    known = Calibration(on="2026-01-01", tethered="2026-01-01", mount=dict.fromkeys(mounts, told))
+    (tmp_path / "calibration.toml").write_text(write_calibration(known))
+    text = config.read_text().replace("../models", str(config.parents[1] / "models"))
+    for name in ("canaerospace.dbc", "citation-ii.toml"):
+        text = text.replace(f'"{name}"', f'"{config.parent / name}"')
+    (tmp_path / "hil.toml").write_text(f'calibration = "calibration.toml"\n{text}')
+    for engine in budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml")):
+        rows = {row["term"]: row["std_n"] for row in engine["rows"] if row["source"] == "mounts"}
+        assert rows["zero"] > 10.0 and rows["stiffness"] > 5.0
+        assert engine["mounts_n"] == pytest.approx(engine["filter_n"], rel=0.03)
+        terms = installed(engine)
+        assert terms["zero"] == terms["scale"] == 0.0 and min(terms["drag"], terms["temperature"], terms["rest"]) > 0.0
 
 
 def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how_large(tmp_path, capsys):

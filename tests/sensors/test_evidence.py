@@ -187,3 +187,18 @@ def test_a_zero_that_hides_a_wrong_scale_at_idle_does_not_prove_it_right(zero_n,
 def test_a_scale_that_was_measured_costs_no_band():
     _, std_n, _ = taking_off(0.0, 0.0, 4.0, installed=INSTALLED._replace(zero_n=20.0, scale=0.0045))
     assert std_n < 250.0
+
+
+def test_a_scale_that_a_tethered_run_has_told_is_doubted_as_before_and_in_the_band_once():
+    """The mounts' own sigma has what the run left of zero and scale; a hypothesis doubts the scale all the same."""
+    out, heard = np.zeros((2, onsets.N_HYPOTHESES, 3)), np.zeros(1, onsets.HEARD)
+    bare = INSTALLED._replace(zero_n=0.0, scale=0.0)
+    *_, (rows, n) = flown(lambda t_s: [0.0] * 5, 60.0)
+    more_n2 = []
+    for said, installed in zip(out, (bare._replace(scale=0.004), bare._replace(told_scale=0.004)), strict=True):
+        evidence.weigh(rows, n, SHARE, onsets.WELL, installed, heard[0], said)
+        args = rows, n, SHARE, np.zeros(N_SOURCES), installed, said[onsets.WELL, 1:]
+        more_n2.append(evidence.uncorrected_n2(*args))
+    assert np.array_equal(out[0, onsets.SCALE_OFF, 1:], out[1, onsets.SCALE_OFF, 1:])
+    plain = evidence.uncorrected_n2(rows, n, SHARE, np.zeros(N_SOURCES), bare, out[1, onsets.WELL, 1:])
+    assert more_n2[0] > more_n2[1] == plain

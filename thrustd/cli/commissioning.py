@@ -81,6 +81,7 @@ def _add_calibrate(verbs: Verbs) -> None:
     )
     calibrate.add_argument("--mount", help="with blocks: the mount whose transducer was measured")
     calibrate.add_argument("--cell", type=Path, help="with tether: record of the load cell (time_s, force_N)")
+    calibrate.add_argument("--cell-std", type=float, default=0.0, help="with tether: sigma of its scale, as 0.002")
     _add_file(calibrate)
 
 
@@ -173,7 +174,7 @@ def _tether(arguments: argparse.Namespace) -> int:
         raise UsageError("calibrate tether: --cell is missing; expected the load cell's record (time_s, force_N)")
     cell = read_recording(arguments.cell)
     flight, installation, on = _flight(arguments, _only(arguments))
-    fit = fit_tether(flight, cell, installation)
+    fit = fit_tether(flight, cell, installation, arguments.cell_std)
     old = _known(arguments) or installation.calibration() or _new(on)
     _write(arguments, with_tether(old, fit, on, cell.name))
     if arguments.json:

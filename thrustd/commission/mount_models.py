@@ -12,18 +12,19 @@ from math import ceil
 import msgspec
 import numpy as np
 
+from thrustd.commission.beside import processors
+from thrustd.commission.one_mount import Answer, all_identified, identified
 from thrustd.commission.pieces import Pieces
 from thrustd.commission.places import check_places
 from thrustd.core.aircraft import place_of
-from thrustd.core.errors import ModelError, RecordingError
+from thrustd.core.errors import ModelError
 from thrustd.core.measures import rms
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.extend.given import with_given
 from thrustd.diagnose.search.evidence import simulate
 from thrustd.diagnose.search.records import stretches
-from thrustd.identify.identify import identify
 from thrustd.installation.installation import Installation
-from thrustd.model.artifact import EffectSpec, ModelSpec
+from thrustd.model.artifact import EffectSpec, ModelSpec, read_model
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
 
@@ -31,6 +32,7 @@ WEIGHT, THERMAL = ("engine_weight",), ("thermal_stiffness", "thermal_expansion")
 REACH_N = 100.0  # a bench is asked for in steps of this
 MOMENTS = ("forward_kg_m", "right_kg_m", "down_kg_m")  # of `lever_arm`
 AND = ", "
+LONG = 50_000  # samples of benches: fewer are identified before a process has begun
 Told = Callable[[float, str], None]  # share done, what is under way
 
 
@@ -53,10 +55,9 @@ def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict
     for mount, records in pieces.bench.items():
         alike.setdefault(tuple(map(id, records)), []).append(mount)
     steps = len(alike) + len(pieces.weight[:1]) + len(pieces.chamber[:1])
-    made: dict[str, Made] = {}  # by the mounts that it is of
-    for mounts in alike.values():
-        told(len(made) / steps, f"identify {mounts[0]}")
-        made[AND.join(mounts)] = _identified(mounts[0], pieces.bench[mounts[0]])
+    given = [(mounts[0], pieces.bench[mounts[0]]) for mounts in alike.values()]
+    found = _all_identified(given, lambda done, what: told(done / steps, what))
+    made = dict(zip(map(AND.join, alike.values()), found, strict=True))  # by the mounts that it is of
     check_places({mount: one.spec for mounts, one in made.items() for mount in mounts.split(AND)}, installation)
     at = len(made) / steps
     for records, effects, word in ((pieces.weight, WEIGHT, "weight"), (pieces.chamber, THERMAL, "temperature")):
@@ -64,10 +65,10 @@ def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict
             told(at, word)
             learn(made, records, effects, word)
             at += 1 / steps
-    found = {mount: _copy(made[AND.join(mounts)], mount) for mounts in alike.values() for mount in mounts}
-    for mount, one in found.items():
+    own = {mount: _copy(made[AND.join(mounts)], mount) for mounts in alike.values() for mount in mounts}
+    for mount, one in own.items():
         _hang(one, mount, installation)
-    return {mount: found[mount] for mount in pieces.bench}
+    return {mount: own[mount] for mount in pieces.bench}
 
 
 def _copy(one: Made, mount: str) -> Made:
@@ -75,14 +76,27 @@ def _copy(one: Made, mount: str) -> Made:
     return replace(one, spec=spec, lines=list(one.lines), taught_nothing=list(one.taught_nothing), untold=[])
 
 
+def _all_identified(given: Sequence[tuple[str, Sequence[Recording]]], told: Callable[[int, str], None]) -> list[Made]:
+    """Long benches side by side."""
+    if min(len(given), processors()) > 1 and min(sum(map(len, records)) for _, records in given) > LONG:
+        words = f"identify {', '.join(mount for mount, _ in given)}"
+        told(0, words)
+        every = all_identified(given, lambda done: told(done, words))
+        return [_made(answer, *one) for answer, one in zip(every, given, strict=True)]
+    found: list[Made] = []
+    for mount, records in given:
+        told(len(found), f"identify {mount}")
+        found.append(_identified(mount, records))
+    return found
+
+
 def _identified(mount: str, records: Sequence[Recording]) -> Made:
-    found = identify(records, name=mount.replace("_", "-"))
-    if not found.usable:
-        raise RecordingError(f"--bench {mount}: {found.warnings[0]}")
-    best = min((s for s in found.scores if s.validation.stable), key=lambda s: s.validation.rmse_n)
-    one = Made(found.spec, best.train.rmse_n, best.validation.rmse_n, [record.name for record in records])
-    one.lines += found.warnings
-    return one
+    return _made(identified(mount, records), mount, records)
+
+
+def _made(answer: Answer, mount: str, records: Sequence[Recording]) -> Made:
+    names, spec = [record.name for record in records], read_model(answer.model, mount)
+    return Made(spec, answer.train_n, answer.unseen_n, names, list(answer.lines))
 
 
 def learn(made: dict[str, Made], records: Sequence[Recording], effects: Sequence[str], word: str) -> None:

@@ -20,6 +20,9 @@ q_m   slope of a mount's curve beyond its bench against that of its other side, 
 c     zero of the cell with the wheels' friction: prior 50 N
 d     the cell's clock within a step of those it is looked for at, d dF/dt: else friction takes its part
 
+The cell's own scale is none of these: a gain that is off by it fits as well. What its certificate leaves open is in all
+gains alike (`cell_std`).
+
 k_m   slope of the model at rest, where the mount stands (`tether_run`)
 
 Engines that are shut down afterwards tell the zero of each mount, as well as its model knows friction.
@@ -38,14 +41,14 @@ from thrustd.commission.tether_told import ENGINE_STD, Solved, TetherFit, told_b
 from thrustd.core.calibration import HELD_STD_MM
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
-from thrustd.core.errors import RecordingError
+from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.measures import rms
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
 from thrustd.mounts.step import IN_SHEAR_STD
 from thrustd.records.recording import Recording
 
-CELL_ZERO_N = 50.0
+CELL_ZERO_N, MOST_CELL_STD = 50.0, 0.05
 EXPANSION_STD_MM_K, BOW_STD_MM, STRAIGHT_MM = 5e-4, 0.01, 1e-6
 SLOW_S = 60.0  # as long as a level is held: creep that a model misses lasts so long
 LAG_STEP_S = 0.1
@@ -63,8 +66,13 @@ class _Known(NamedTuple):
     vector: Floats  # (n,)
 
 
-def fit_tether(flight: Recording, cell: Recording, installation: Installation) -> TetherFit:
-    """`flight`: columns of `flight_columns`; `cell`: time_s and force_N. RecordingError when they do not fit."""
+def fit_tether(flight: Recording, cell: Recording, installation: Installation, cell_std: float = 0.0) -> TetherFit:
+    """`flight`: columns of `flight_columns`; `cell`: time_s and force_N. RecordingError when they do not fit.
+
+    cell_std: one sigma of the cell's own scale, relative.
+    """
+    if not 0.0 <= cell_std <= MOST_CELL_STD:
+        raise UsageError(f"--cell-std {cell_std:g}: expected 0 to {MOST_CELL_STD:g}, one sigma of the cell's scale")
     run = read_run(flight, installation)
     design = _design(run)
     prior = _prior(run, installation, design)
@@ -86,13 +94,21 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation) -
     lag, cell_n, solved = min(fits, key=lambda fit: fit[2].left_n)
     good = np.isfinite(cell_n) & np.isfinite(base_n)
     before_n = rms((cell_n - base_n)[good])
-    fit = told_by(run, installation, solved, before_n, lag)
+    fit = told_by(run, installation, _of_the_cell(solved, run, cell_std), before_n, lag)
     untold = not any(one.told for one in fit.numbers if one.what.startswith("gain"))
     if untold or lag in (trials[0][0], trials[-1][0]):
         said = "tells no gain" if untold else f"fits best {lag:+.1f} s off the log's clock or farther"
         said += f", {fit.after_n:.0f} N RMS from the mounts"
         raise RecordingError(f"{cell.name}: {said}; expected this run's load cell, pull +, its clock within 3 s")
     return fit
+
+
+def _of_the_cell(solved: Solved, run: Run, cell_std: float) -> Solved:
+    """With what its scale may be off by: every engine's gain by the same."""
+    first, covariance = places(run)["gain"], solved.covariance.copy()
+    gains = slice(first, first + len(run.engines))
+    covariance[gains, gains] += cell_std**2
+    return solved._replace(covariance=covariance)
 
 
 def _design(run: Run) -> Floats:

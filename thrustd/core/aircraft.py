@@ -95,6 +95,7 @@ class InstallationErrors(Section, frozen=True):
     temperature_n: NotNegative = 0.0  # growth between transducers and mounts; of older files: in zero_n
     share: Annotated[float, Meta(gt=0, le=0.2)] = 0.006  # of the load that one mount carries
     mass_kg: NotNegative | None = None  # in the models' inertia; none: engine_mass_std_kg
+    told_scale: NotNegative = 0.0  # left of the scale by a tethered run: the mounts' own sigma has it, `scale` nothing
 
     def terms_n(self, thrust_n: float, pressure_pa: float) -> dict[str, float]:
         """Those that the aircraft's file states here, but for share and mass, at a thrust and a dynamic pressure."""
@@ -121,6 +122,7 @@ class Installed(NamedTuple):
     inertia_n_g: float  # per g along the engine
     share: float  # to opposite sides of both mounts, as the couple: a sum does not need them
     couple_n_g: float  # per g of load factor beyond 1
+    told_scale: float = 0.0  # in the mounts' own sigma; here for who doubts it
 
 
 class Windmilling(Section, frozen=True):
@@ -184,8 +186,8 @@ class AircraftData(Section, frozen=True):
     def installed(self) -> Installed:
         known = self.installation
         zero_n, couple_n_g = hypot(known.zero_n, known.temperature_n), self.couple_n_g()
-        of_mass = self.cant_n_g(), self.inertia_n_g()
-        return Installed(zero_n, known.scale, known.drag_m2, known.rest_n, *of_mass, known.share, couple_n_g)
+        of_mass, to_one = (self.cant_n_g(), self.inertia_n_g()), (known.share, couple_n_g)
+        return Installed(zero_n, known.scale, known.drag_m2, known.rest_n, *of_mass, *to_one, known.told_scale)
 
     def cant_n_g(self) -> float:
         """Of an engine's weight, what nobody knows whether its mounts carry it, one sigma."""

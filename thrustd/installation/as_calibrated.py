@@ -41,7 +41,11 @@ def _estimated(spec: ModelSpec) -> bool:
 
 
 def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> AircraftData:
-    """What a tethered run leaves of the zeros and scales that nobody had measured, and flight at idle of the drag."""
+    """Without zeros and scales that a tethered run has told; what flight at idle leaves of the drag.
+
+    What the run leaves of zeros and gains is in the sigma of each mount (`mounts.step`), and only there. Added up in
+    squares these hold what the run leaves of both together: the difference of two mounts is what it does not tell.
+    """
     if calibration is not None and calibration.drag is not None:
         left = msgspec.structs.replace(aircraft.installation, drag_m2=calibration.drag.std_m2)
         aircraft = msgspec.structs.replace(aircraft, installation=left)
@@ -51,11 +55,11 @@ def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> Ai
     if calibration is None or calibration.tethered is None:
         return aircraft
     mounts, known = list(calibration.mount.values()), aircraft.installation
-    scale = max([mount.gain_std for mount in mounts if mount.gain_std is not None], default=known.scale)
-    zeros_mm = [mount.zero_std_mm for mount in mounts if mount.zero_std_mm is not None]
     grows_mm = [WARMS_K * (mount.expansion_std_mm_k or EXPANSION_STD_MM_K) for mount in mounts]
-    zero_n, grown_n = (sum(aircraft.spring_n_mm) * max(each, default=1.0) for each in (zeros_mm, grows_mm))
-    left = msgspec.structs.replace(
-        known, scale=min(known.scale, scale), zero_n=min(known.zero_n, zero_n), temperature_n=grown_n
-    )
-    return msgspec.structs.replace(aircraft, installation=left)
+    now = {"temperature_n": sum(aircraft.spring_n_mm) * max(grows_mm, default=1.0)}
+    gain_stds = [mount.gain_std for mount in mounts if mount.gain_std is not None]
+    if len(gain_stds) == len(mounts) > 0:
+        now |= {"scale": 0.0, "told_scale": min(known.scale, max(gain_stds))}
+    if mounts and all(mount.zeros for mount in mounts):
+        now |= {"zero_n": 0.0}
+    return msgspec.structs.replace(aircraft, installation=msgspec.structs.replace(known, **now))

@@ -50,7 +50,7 @@ LEAST_N = -200.0  # ram drag of 10 kg/s at flight idle, less what is left of the
 @compiled
 def _solve(rows: Floats, n: int, parts: Parts, installed: Installed, out: Floats) -> tuple[Floats, Floats, Floats]:
     """All is well: A, z = A y and A c; its thrust and variance go into `out`."""
-    bench = Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, installed.share, installed.couple_n_g)
+    bench = Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, installed.share, installed.couple_n_g, 0.0)
     a, size = inverse(covariance(rows, n, parts, bench)), n * N_SOURCES
     z, ac, to_n2 = np.zeros(size), np.zeros(size), np.zeros(N_SOURCES)
     for s in range(N_SOURCES):

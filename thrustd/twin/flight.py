@@ -259,7 +259,7 @@ def _lines(profile: Recording, knobs: Knobs) -> dict[str, PchipInterpolator]:
     air = zip(profile["mach"].tolist(), profile["pressure_altitude_m"].tolist(), strict=True)
     columns["dynamic_pressure_Pa"] = np.array([dynamic_pressure_pa(*each) for each in air])
     accel_g = np.stack([columns[name] for name in ACCEL_SIGNALS])
-    rates_deg_s = _rates_deg_s(profile)
+    rates_deg_s = body_rates_deg_s(profile)
     columns |= dict(zip(RATE_SIGNALS, rates_deg_s, strict=True))
     felt = felt_g(accel_g, rates_deg_s, profile.time_s, knobs)
     columns |= {f"felt_{name}": row for name, row in zip(ACCEL_SIGNALS, felt, strict=True)}
@@ -269,7 +269,7 @@ def _lines(profile: Recording, knobs: Knobs) -> dict[str, PchipInterpolator]:
     return {name: PchipInterpolator(profile.time_s, column) for name, column in columns.items()}
 
 
-def _rates_deg_s(profile: Recording) -> Floats:
+def body_rates_deg_s(profile: Recording) -> Floats:
     """Pitch, roll and yaw rate (3, n): as recorded, else pitch's own slope and none."""
     still = np.zeros(len(profile))
     pitching = np.gradient(profile["pitch_deg"], profile.time_s) if "pitch_deg" in profile else still
