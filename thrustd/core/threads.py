@@ -1,14 +1,16 @@
 """The same asked of several things at once: compiled loops let go of the interpreter, so threads share processors."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar, copy_context
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numba
 
 One = TypeVar("One")
 Found = TypeVar("Found")
 
+_numba: Any = numba.config
 _inside: ContextVar[bool] = ContextVar("inside", default=False)
 
 
@@ -34,6 +36,5 @@ def each(function: Callable[[One], Found], things: Iterable[One]) -> Iterator[Fo
 
 
 def _processors() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    """Those that this process may use; NUMBA_NUM_THREADS asks for fewer."""
+    return int(_numba.NUMBA_NUM_THREADS)

@@ -46,10 +46,10 @@ def over(mse: float, fit: Joint, base: Base) -> float:
     return float(np.sqrt((mse + base.tremble) / max(floor_of(fit, base) ** 2 + base.tremble, EXACTLY)))
 
 
-def nearly_all(nothing: Joint, fit: Joint, base: Base) -> bool:
-    """Whether hardly anything is left of what was above the floor."""
+def hardly_anything(mse: float, fit: Joint, base: Base) -> bool:
+    """Whether so much left is hardly more than noise, or hardly anything of what this fit leaves above it."""
     level = floor_of(fit, base) ** 2
-    return at_floor(fit, base) or fit.mse - level < HARDLY * (left(nothing, base) - level)
+    return over(mse, fit, base) < SHOWS or mse - level < HARDLY * (left(fit, base) - level)
 
 
 def signed(base: Base) -> bool:

@@ -15,7 +15,7 @@ from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
 from thrustd.diagnose.search.curves import Followed, curve_sigma, estimated, followed
-from thrustd.diagnose.search.floor import SHOWS, at_floor, far_above, floor_of, left, nearly_all, over
+from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, left
 from thrustd.diagnose.search.grow import begin_at, grown, joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, laws, terms_of
@@ -216,7 +216,7 @@ def _curves(base: Base, records: Sequence[Record], looks: Looks, grown: Sequence
     """Beside what the best law removes, at its linear look or estimated whole."""
     seen = followed(looks.table, curve_sigma(records))
     worth = max([looks.worth, *(looks.nothing.mse - fit.mse for fit in grown)])
-    return estimated(base, records, looks.nothing, seen, worth, lambda fit: nearly_all(looks.nothing, fit, base))
+    return estimated(base, records, looks.nothing, seen, worth, lambda fit: at_floor(fit, base))
 
 
 def _strange(curves: Sequence[Followed], terms: Sequence[Term], singles: Sequence[Joint]) -> bool:
@@ -228,7 +228,7 @@ def _strange(curves: Sequence[Followed], terms: Sequence[Term], singles: Sequenc
 
 def curve_says_it(base: Base, best: Joint, curves: Sequence[Followed]) -> bool:
     """Whether one free curve leaves hardly anything where all laws leave much: no further law is looked for."""
-    return far_above(best, base) and any(curve.whole or over(curve.mse, best, base) < SHOWS for curve in curves)
+    return far_above(best, base) and any(hardly_anything(curve.mse, best, base) for curve in curves)
 
 
 def following(

@@ -66,12 +66,7 @@ def regress(
     shape, records = prepared(segments)
     none = np.zeros(0)
     plain = replace(shape, terms=()) if laws else replace(shape, terms=(), radii=none, grows=False)  # see `begun_where`
-    found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
-    settled = [replace(record, before=float(record.d[0])) for record in records]
-    other = solve(plain, found.point, settled, FIRST, progress=progress)
-    if other.mean_square < found.mean_square:
-        found, records = other, settled
-    records = [begun_where(found, record) for record in records]
+    found, records = _unyielding(plain, records, progress)
     counts = sum(len(record.known) for record in records)
 
     def tried(shape: Shape, point: Point) -> Solution:
@@ -93,6 +88,16 @@ def regress(
         replace(found.point, terms=begun(whole.terms)),
     ]
     return best(list(each(lambda start: tried(whole, start), starts)))
+
+
+def _unyielding(plain: Shape, records: Sequence[Record], progress: Progress | None) -> tuple[Solution, list[Record]]:
+    """A mount of this shape, and the records each begun where it says."""
+    found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
+    settled = [replace(record, before=float(record.d[0])) for record in records]
+    other = solve(plain, found.point, settled, FIRST, progress=progress)
+    if other.mean_square < found.mean_square:
+        found, records = other, settled
+    return found, [begun_where(found, record) for record in records]
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:
