@@ -14,6 +14,7 @@ from thrustd.diagnose.search.screen import PROBE, Table, means, plain_parts
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.regression.terms import Term
+from thrustd.model.effect import Site
 
 GAIN = 0.1  # sigma of a free curve that multiplies the force
 HEIGHT = 0.02  # of the travel: sigma of a free curve's heights
@@ -79,13 +80,14 @@ def estimated(
     Those behind one with which nothing is left (`whole`) are not estimated.
     """
     leading = sorted([one for one in looked if one.removed > SAYS * worth][:CURVES], key=lambda one: len(one.parts))
-    asked = [(one, gain) for one in leading for gain in {False, one.gain}]  # a first look mistakes a large bias
+    force_n = HEIGHT * base.scale * float(np.ptp(np.concatenate([record.y[record.known] for record in records])))
+    sizes: dict[Site, float] = {"deformation": curve_sigma(records), "force": force_n, "gain": GAIN}
+    asked = [(one, site) for one in leading for site in sizes if site != "gain" or one.gain]  # the look mistakes a bias
 
-    def fitted(curve: tuple[Followed, bool]) -> Joint | None:
-        one, gain = curve
+    def fitted(curve: tuple[Followed, Site]) -> Joint | None:
+        one, site = curve
         columns_of = [column_of(one.channel, one.parts, record.channels) for record in records]
-        sigma = GAIN if gain else curve_sigma(records)
-        term = free_curve(one.channel, np.concatenate(columns_of), sigma, gain=gain, knots=FINE)
+        term = free_curve(one.channel, np.concatenate(columns_of), sizes[site], site=site, knots=FINE)
         seen = [
             replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
             for record, column in zip(records, columns_of, strict=True)
@@ -93,11 +95,11 @@ def estimated(
         return None if term is None else joint_fit(base, seen, (term,))
 
     found: list[Followed] = []
-    for (one, gain), fit in zip(asked, each(fitted, asked), strict=True):
+    for (one, site), fit in zip(asked, each(fitted, asked), strict=True):
         if any(other.whole and other.channel != one.channel for other in found):
             break
         if fit is not None:
-            now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=gain, whole=whole(fit))
+            now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", whole=whole(fit))
             found.append(replace(now, moved=fit.moved, walked=fit.walked))
     best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
     return sorted(best.values(), key=lambda one: one.mse)

@@ -24,7 +24,7 @@ from thrustd.identify.regression.table import growth_of, travel_of
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.identify.regression.walk import HOURS
 from thrustd.model.artifact import ModelSpec
-from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effect import Effect, Parameter, Site
 from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.elsewhere import AT, KIND, TEMPERATURE, thermal
@@ -241,10 +241,12 @@ def _curve_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     return v * (1.0 + height) if c[2 * n] == 1.0 else v + height
 
 
-def free_curve(channel: str, column: Floats, sigma: float, *, gain: bool = False, knots: int = KNOTS) -> Term | None:
-    """A bias of the deformation, or a gain of the force, that is any broken line of a channel.
+def free_curve(
+    channel: str, column: Floats, sigma: float, *, site: Site = "deformation", knots: int = KNOTS
+) -> Term | None:
+    """A bias of the deformation, a force, or a gain of the force, that is any broken line of a channel.
 
-    None where that has too few levels. sigma: of its heights, mm or as a share.
+    None where it has too few levels. sigma: of its heights, mm, N or a share.
     """
     at = np.unique(np.quantile(column, np.linspace(0.005, 0.995, knots)))
     if len(at) < 3 or not moves(column):
@@ -252,14 +254,14 @@ def free_curve(channel: str, column: Floats, sigma: float, *, gain: bool = False
     names = [f"height_{i}" for i in range(len(at))]
     effect = Effect(
         name=f"curve of {channel}",
-        title=f"a {'gain' if gain else 'bias'} that follows {channel}",
-        site="gain" if gain else "deformation",
+        title=f"{site} that follows {channel}",
+        site=site,
         channels=(channel,),
-        parameters=tuple(Parameter(name, "-" if gain else "mm", 0.0, -1e9, 1e9, (sigma,), "height") for name in names),
+        parameters=tuple(Parameter(name, "", 0.0, -1e9, 1e9, (sigma,), "height") for name in names),
         step=_curve_step,
-        prepare=lambda p, dt_s: np.concatenate((at, [p[name] for name in names], [float(gain)])),
+        prepare=lambda p, dt_s: np.concatenate((at, [p[name] for name in names], [float(site == "gain")])),
         n_state=0,
-        equation="F (1 + curve(channel))" if gain else "x + curve(channel)",
+        equation="",
         source="",
         separating_test="",
     )
