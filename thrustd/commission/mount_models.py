@@ -22,6 +22,7 @@ from thrustd.core.measures import rms
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.extend.given import with_given
 from thrustd.diagnose.search.evidence import simulate
+from thrustd.diagnose.search.question import Given
 from thrustd.diagnose.search.records import stretches
 from thrustd.installation.installation import Installation
 from thrustd.model.artifact import EffectSpec, ModelSpec, read_model
@@ -106,7 +107,7 @@ def learn(made: dict[str, Made], records: Sequence[Recording], effects: Sequence
     one = made[owner]
     known = {effect.name for effect in one.spec.effects}
     try:
-        report = extend(one.spec, records, effects, name=one.spec.name)
+        report = extend(one.spec, records, effects, name=one.spec.name, given=Given(flies=True))
     except ModelError as problem:
         one.taught_nothing.append(f"{word}: {problem}")
         one.lines += one.taught_nothing[-1:]

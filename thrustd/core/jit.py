@@ -52,7 +52,6 @@ def compiled(
     signature: Any = None,
     error_model: Literal["python", "numpy"] = "python",
     compiler: Callable[..., Any] = njit,
-    **options: Any,
 ) -> Any:
     """`compiler(signature)(function)`, kept for the next start in NUMBA_CACHE_DIR or beside the source.
 
@@ -61,9 +60,9 @@ def compiled(
     """
     function = _with_digest(function)
     try:
-        return compiler(signature, cache=True, error_model=error_model, **options)(function)
+        return compiler(signature, cache=True, error_model=error_model)(function)
     except RuntimeError:
-        return compiler(signature, error_model=error_model, **options)(function)
+        return compiler(signature, error_model=error_model)(function)
 
 
 def entry(function: Any) -> Any:

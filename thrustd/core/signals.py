@@ -5,7 +5,7 @@ room temperature would show; corrections use it when a channel was never seen.
 """
 
 from dataclasses import dataclass
-from math import nan
+from math import isfinite, nan
 from typing import Literal
 
 STANDARD_GRAVITY_M_S2 = 9.80665  # ISO 80000-3
@@ -24,6 +24,11 @@ class Signal:
     stale_after_s: float  # older than this it no longer counts as measured
     spread: float = 0.0  # one sigma around `rest` in ordinary flight, for the band while it is not measured
     memory_s: float = 10.0  # how long a value says something of the next one (correlation time in ordinary flight)
+
+    @property
+    def rests(self) -> bool:
+        """Whether anything is known of it before it is heard."""
+        return isfinite(self.rest)
 
 
 FUEL_FLOW_ZERO_KG_S = -0.005  # lowest: the zero of a flow meter drifts and its noise goes both ways

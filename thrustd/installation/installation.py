@@ -293,8 +293,8 @@ def _check_units(spec: ModelSpec, where: str) -> None:
 
 
 def _check_channels(model: CompiledModel, heard: set[tuple[str, int]], scopes: Mapping[str, int], where: str) -> None:
-    for name in model.channels[1:]:
-        if name in DERIVED or name == "deformation_mm":
-            continue
+    for name in sorted({*model.channels[1:]} - {*DERIVED, "deformation_mm"}):
         if name not in CATALOGUE or (name, scopes.get(CATALOGUE[name].scope, 0)) not in heard:
             raise ModelError(f"{where}: needs channel '{name}', which the CAN table does not deliver in flight")
+        if not CATALOGUE[name].rests:
+            raise ModelError(f"{where}: needs channel '{name}', of which nothing is known before it is heard")

@@ -206,7 +206,7 @@ def rate_difference_n(one: CompiledModel, other: CompiledModel) -> float:
         time_s = np.arange(round(60.0 * model.rate_hz)) / model.rate_hz
         low, high = model.spec.valid.deformation_mm
         rest = [CATALOGUE[name].rest if name in CATALOGUE else 0.0 for name in model.channels]
-        inputs = np.tile(np.array(rest, float), (time_s.size, 1))
+        inputs = np.tile(np.nan_to_num(np.array(rest, float)), (time_s.size, 1))
         inputs[:, 0] = low + (high - low) * (0.5 - 0.5 * np.cos(2 * np.pi * time_s / 20.0))
         forces.append(np.interp(common_s, time_s, model.simulate(inputs)))
     return float(np.max(np.abs(forces[0] - forces[1])))

@@ -8,10 +8,12 @@ from dataclasses import replace
 from functools import cache
 
 from thrustd.model.effect import Effect
+from thrustd.model.modulated import BY
 
 AT = " at "
 TEMPERATURE = "temperature_degC"  # of the mount
 KIND = "_degC"  # how other temperatures end
+MARKS = AT, BY, '"', "'"  # of the names of effects, and of formulas
 
 
 def at_column(effect: Effect, column: str) -> Effect:
@@ -29,6 +31,11 @@ def _at_column(name: str, column: str, effect: Effect) -> Effect:
         variant_of=effect.word,
         equation=f"{effect.equation}, T = {column}",
     )
+
+
+def is_temperature(column: str) -> bool:
+    """Whether a column can stand behind AT."""
+    return column.endswith(KIND) and not any(mark in column for mark in MARKS)
 
 
 def thermal(effect: Effect) -> bool:

@@ -30,11 +30,8 @@ Step = Callable[[Floats, Floats, Floats, float], float]
 
 
 def jit(function: Callable[..., Any]) -> Any:
-    """Compile without fast-math or fused multiply-add, so that block and stream agree to the last bit.
-
-    It lets go of the interpreter while it runs: on the ground other threads go on (`core.threads`).
-    """
-    return compiled(function, error_model="numpy", nogil=True)
+    """Compile without fast-math or fused multiply-add, so that block and stream agree to the last bit."""
+    return compiled(function, error_model="numpy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,8 +119,7 @@ def _run_one(address: int, x: Floats, c: Floats, u: Floats, v: Floats) -> None:
         v[k] = _call(address, x, c, u[k], v[k])
 
 
-_ONE = types.void(types.int64, _ROW, _ROW, _TABLE, _ROW)
-_run_step: Any = compiled(_run_one, _ONE, error_model="numpy", nogil=True)
+_run_step: Any = compiled(_run_one, types.void(types.int64, _ROW, _ROW, _TABLE, _ROW), error_model="numpy")
 
 
 class _Block:
@@ -157,7 +153,7 @@ def _block(step: Any) -> _Block:
 
 
 def _inlined(step: Any) -> Any:
-    @njit(error_model="numpy", nogil=True)
+    @njit(error_model="numpy")
     def block(x: Floats, c: Floats, u: Floats, v: Floats) -> None:
         for k in range(v.shape[0]):
             v[k] = step(x, c, u[k], v[k])

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from thrustd.core.columns import Floats
 from thrustd.model.effect import Effect
 from thrustd.model.effects import shelf
+from thrustd.model.elsewhere import TEMPERATURE, is_temperature
 from thrustd.sinks.whole_file import whole_file
 
 STIFFNESS_N_MM = 5500.0
@@ -23,7 +24,7 @@ SECONDS = 120.0
 SWING = {  # channel: rest and swing in the sketch
     "accel_x_g": (0.0, 0.1),
     "accel_z_g": (1.0, 0.5),
-    "temperature_degC": (20.0, 20.0),
+    TEMPERATURE: (20.0, 20.0),
     "vibration_mm_s": (0.0, 50.0),
     "dynamic_pressure_Pa": (0.0, 8000.0),
 }
@@ -48,7 +49,7 @@ def signature(effect: Effect) -> Signature:
     swing: Floats = np.where(time_s > SECONDS / 2, 0.5 - 0.5 * np.cos(4 * np.pi * time_s / SECONDS), 0.0)
     columns = {"deformation_mm": deformation_mm, "time_s": time_s * 60}
     for name in effect.channels:
-        rest, size = SWING.get(name, (0.0, 1.0))
+        rest, size = SWING.get(TEMPERATURE if is_temperature(name) else name, (0.0, 1.0))
         columns.setdefault(name, rest + size * swing)
     unit = 1.0 if effect.site == "deformation" else STIFFNESS_N_MM
     v = deformation_mm * unit

@@ -16,7 +16,6 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.errors import ModelError
 from thrustd.core.measures import SIGMAS_95, rms
-from thrustd.core.threads import each
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.checks import check_channels, check_new
 from thrustd.diagnose.compare.reference import BROCHURE
@@ -71,9 +70,7 @@ def extend(
         check_new(spec, effect, spec.name)
     question = asked(spec, recordings, given)
     records, segments, base, rows = question.records, question.segments, question.base, question.rows
-    for effect in chosen:
-        check_channels(records, effect)
-    possible = {effect.word: variants(effect, records) for effect in chosen}
+    possible = _laws(chosen, records, () if given.flies else records)
     calm = without_tremble(question)
     few = counted(calm.base, calm.rows, SEARCHED)
 
@@ -85,13 +82,27 @@ def extend(
     few, base = (known, few[1]), like(known, base)
     fit = plain(*few, pruned(*few, nothing, fit, tried), question.rig)
     same = rivals(fit, [*tried, *elsewhere(*few, fit, question.rig)])
-    nothing, fit = each(lambda one: told(base, rows, one), (nothing, fit))
+    nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)
     _tell(progress, 0.9, "artifact")
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
     was, after = (base.scale * float(np.sqrt(mse)) for mse in (before(nothing, base), fit.mse))
     return ExtendReport(written, fit.words, was, after, tuple(estimates_of(base, fit, same)), left_out, base.roles.unit)
+
+
+def _laws(
+    chosen: Sequence[Effect], records: Sequence[Recording], temperatures_of: Sequence[Recording]
+) -> dict[str, list[Effect]]:
+    """What may be added, by word: every law that these records can judge; RecordingError where that is none."""
+    found: dict[str, list[Effect]] = {}
+    for effect in chosen:
+        able = [law for law in variants(effect, temperatures_of) if all(name in records[0] for name in law.channels)]
+        if not able:
+            check_channels(records, effect)
+        laws = found.setdefault(effect.word, [])
+        laws += [law for law in able or [effect] if law not in laws]
+    return found
 
 
 def _fitted(
@@ -122,7 +133,7 @@ def _fitted(
             continue
         terms = [term for law in laws for term in terms_of(law, rig)]
         seen = leading(seen_beside(base, best, terms, ()), least=-np.inf)
-        tried = list(each(partial(joined, base, rows, best), seen))
+        tried = [joined(base, rows, best, one) for one in seen]
         all_tried += tried
         best = simplest(tried) if tried else best
     return best, all_tried

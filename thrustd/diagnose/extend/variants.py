@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 
-from thrustd.diagnose.search.candidates import elsewhere
+from thrustd.diagnose.search.candidates import by_other_temperatures
 from thrustd.diagnose.search.library import laws
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, laws_like
 from thrustd.model.elsewhere import AT, at_column
+from thrustd.model.expression import PREFIX
 from thrustd.model.modulated import BY, modulated
 from thrustd.records.recording import Recording
 
@@ -16,6 +17,8 @@ def variants(effect: Effect, records: Sequence[Recording] = ()) -> list[Effect]:
 
     Else the one law.
     """
+    if effect.name.startswith(PREFIX):
+        return [effect]
     law, by, channel = effect.name.partition(BY)
     if by:
         return [modulated(one, channel) for one in variants(effect_named(law))]
@@ -25,4 +28,4 @@ def variants(effect: Effect, records: Sequence[Recording] = ()) -> list[Effect]:
     if effect.name != effect.word:
         return [effect]
     found = laws([effect, *(law for law in laws_like(effect) if law.name != effect.name)])
-    return found + elsewhere(found, records)
+    return found + by_other_temperatures(found, records)

@@ -8,10 +8,11 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.records import complete
 from thrustd.model.effect import Effect
-from thrustd.model.elsewhere import KIND, TEMPERATURE, at_column, thermal
+from thrustd.model.elsewhere import TEMPERATURE, at_column, is_temperature, thermal
 from thrustd.records.recording import Recording
 
 STILL = 1e-3  # a channel moves when its spread exceeds this share of its typical size ...
+SAME = 0.05  # of its spread: a temperature that is no further from another is that one
 ORDER = 3.0  # times more or less is another order of magnitude
 
 
@@ -46,11 +47,20 @@ def judgeable(
     return able, list(dict.fromkeys(unable))
 
 
-def elsewhere(effects: Sequence[Effect], records: Sequence[Recording]) -> list[Effect]:
-    """Thermal effects once more, by every other temperature that can be judged."""
+def by_other_temperatures(effects: Sequence[Effect], records: Sequence[Recording]) -> list[Effect]:
+    """Thermal effects once more, by every other temperature that can be judged and does not say the mount's own."""
     channels = [name for record in records[:1] for name in record.channels]
-    others = [name for name in channels if name.endswith(KIND) and name != TEMPERATURE]
+    others = [name for name in channels if is_temperature(name) and name != TEMPERATURE and not _same(name, records)]
     return judgeable([at_column(law, name) for name in others for law in effects if thermal(law)], records, ())[0]
+
+
+def _same(name: str, records: Sequence[Recording]) -> bool:
+    """Whether a column says what the mount's own temperature says."""
+    if not all(name in record and TEMPERATURE in record for record in records):
+        return False
+    one, own = (np.concatenate([record[column] for record in records]) for column in (name, TEMPERATURE))
+    apart = one - own
+    return bool(np.nanstd(apart) <= SAME * np.nanstd(own))
 
 
 def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]) -> str:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thrustd.core.columns import Floats
-from thrustd.core.threads import each
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import column_of, combined, free_curve
@@ -17,7 +16,7 @@ from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Site
 
 GAIN = 0.1  # sigma of a free curve that multiplies the force
-HEIGHT = 0.02  # of the travel: sigma of a free curve's heights
+HEIGHT = 0.02  # of the travel, or of the force between its ends: sigma of a free curve's heights
 CURVES = 5  # that are estimated whole
 FINE = 16  # knots of these: a bump of a tenth of a channel's way shows
 SAYS = 0.5  # of what the best law removes at first look: who removes less is not
@@ -31,7 +30,7 @@ class Followed:
     parts: tuple[str, ...]  # channels that it is made of
     mse: float
     removed: float  # of the mean square, beside what was there
-    gain: bool = False  # of the force, no bias of the deformation
+    gain: bool = False  # of the force; else a bias of the deformation, or a force
     whole: bool = False  # explains all that is to be explained
     moved: float = 0.0  # where it was estimated, see `Joint`
     walked: float = 0.0
@@ -63,7 +62,7 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
         mse = min(bias, gain)
         return Followed(name, parts, mse, before - mse, gain < bias)
 
-    found = each(seen, combined(table.records[0].channels).items())
+    found = map(seen, combined(table.records[0].channels).items())
     return sorted((one for one in found if one is not None), key=lambda one: one.mse)
 
 
@@ -81,11 +80,10 @@ def estimated(
     """
     leading = sorted([one for one in looked if one.removed > SAYS * worth][:CURVES], key=lambda one: len(one.parts))
     force_n = HEIGHT * base.scale * float(np.ptp(np.concatenate([record.y[record.known] for record in records])))
-    sizes: dict[Site, float] = {"deformation": curve_sigma(records), "force": force_n, "gain": GAIN}
+    sizes: dict[Site, float] = {"force": force_n, "deformation": curve_sigma(records), "gain": GAIN}
     asked = [(one, site) for one in leading for site in sizes if site != "gain" or one.gain]  # the look mistakes a bias
 
-    def fitted(curve: tuple[Followed, Site]) -> Joint | None:
-        one, site = curve
+    def fitted(one: Followed, site: Site) -> Joint | None:
         columns_of = [column_of(one.channel, one.parts, record.channels) for record in records]
         term = free_curve(one.channel, np.concatenate(columns_of), sizes[site], site=site, knots=FINE)
         seen = [
@@ -95,9 +93,10 @@ def estimated(
         return None if term is None else joint_fit(base, seen, (term,))
 
     found: list[Followed] = []
-    for (one, site), fit in zip(asked, each(fitted, asked), strict=True):
-        if any(other.whole and other.channel != one.channel for other in found):
+    for one, site in asked:
+        if any(other.whole for other in found):
             break
+        fit = fitted(one, site)
         if fit is not None:
             now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", whole=whole(fit))
             found.append(replace(now, moved=fit.moved, walked=fit.walked))

@@ -14,14 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thrustd.core.blas import one_thread
-from thrustd.core.threads import each
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
 from thrustd.diagnose.search.better import WORTH, borrowed, clearest, look_alikes, nearly, rivals, stands
-from thrustd.diagnose.search.candidates import NotJudged, elsewhere, judgeable, not_judged_lines
+from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import Followed, curve_sigma, followed
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
@@ -83,9 +82,11 @@ def diagnose(
     records, rows = question.records, question.rows
     present = [effect_named(effect.name).word for effect in spec.effects if effect.name not in GROWS]
     possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
-    effects, not_judged = judgeable([*possible, *asked_for(extra, records)], records, present)
-    effects += elsewhere([law for law in laws(possible) if law.word not in present], records)
-    not_judged = [one for one in not_judged if one.effect not in {law.word for law in effects}]
+    others = by_other_temperatures([law for law in laws(possible) if law.word not in present], records)
+    known, not_judged = judgeable(possible, records, present)
+    more, not_there = judgeable(asked_for(extra, records), records, present)
+    effects, judged = [*known, *more, *others], {law.word for law in others}
+    not_judged = [*(one for one in not_judged if one.effect not in judged), *not_there]
     question, ranked, verdict = _searched(question, effects, progress)
     base = question.base
     energy = loop_energy(records)
@@ -119,9 +120,9 @@ def _searched(
 
 def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) -> tuple[Ranked, Verdict]:
     """By as many samples as a report is made of, with what is not told from it."""
-    wanted = [ranked.nothing, verdict.fit] if verdict.fit.terms else [ranked.nothing]
-    nothing, *others = each(lambda fit: told(base, rows, fit), wanted)
-    ranked, best = replace(ranked, nothing=nothing), others[0] if others else nothing
+    nothing = told(base, rows, ranked.nothing)
+    ranked = replace(ranked, nothing=nothing)
+    best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
     if not stands(nothing, best) and not far_above(nothing, base):  # what few samples seemed to say
         return ranked, Verdict(("none",), nothing, ())
     alike, same = look_alikes(verdict.fit, ranked.fits), tuple(rivals(verdict.fit, ranked.fits))

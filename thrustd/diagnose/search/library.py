@@ -112,7 +112,7 @@ def _ends(name: str, records: Sequence[Record]) -> tuple[float, float]:
 
 def laws(effects: Iterable[Effect]) -> list[Effect]:
     """Without those that another contains."""
-    return [effect for effect in effects if effect.name.partition(BY)[0].partition(AT)[0] not in CONTAINED]
+    return [effect for effect in effects if effect.name.partition(AT)[0] not in CONTAINED]
 
 
 def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
@@ -129,7 +129,7 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
         return
     std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
     if rig.reference_std is not None and thermal(effect) and any(p.name == REFERENCE for p in effect.parameters):
-        std["reference_degc"] = rig.reference_std
+        std[REFERENCE] = rig.reference_std
     shape = [p for p in effect.parameters if not p.amplitude]
     for values in itertools.product(*(_starts(effect, p, rig) for p in shape)):
         term = at_start(effect, std, dict(zip([p.name for p in shape], values, strict=True)))

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from thrustd.core.columns import Floats
-from thrustd.core.threads import each
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, rivals, stands
 from thrustd.diagnose.search.floor import mostly
@@ -62,8 +61,7 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
     begun = split(best.terms, best.solution.point.terms[base.shape.sizes["terms"] :])
     sure = split(best.terms, best.std[best.new])
 
-    def begun_at(place: tuple[int, str, float]) -> Joint:
-        i, name, value = place
+    def begun_at(i: int, name: str, value: float) -> Joint:
         term = best.terms[i]
         moved = replace(term, fixed={**term.fixed, name: value})
         numbers = dict(zip((p.name for p in term.free), begun[i], strict=True))
@@ -71,8 +69,7 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
         terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
         return joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
 
-    terms = enumerate(best.terms)
-    return list(each(begun_at, [(i, *other) for i, term in terms for other in _unknown(term, sure[i], rig)]))
+    return [begun_at(i, *one) for i, term in enumerate(best.terms) for one in _unknown(term, sure[i], rig)]
 
 
 def _unknown(term: Term, std: Floats, rig: Rig) -> list[tuple[str, float]]:

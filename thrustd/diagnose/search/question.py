@@ -41,6 +41,7 @@ class Given:
     mount: MountPlace | None = None
     deck: Deck | None = None
     others: Sequence[tuple[MountPlace, ModelSpec]] = ()  # mounts of the same engine, as their benches left them
+    flies: bool = False  # what is added has to fly: thermal effects by the mount's own temperature alone
 
 
 NOTHING = Given()

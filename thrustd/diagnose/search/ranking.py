@@ -6,11 +6,9 @@ best single; what a member no longer explains beside the others is taken out aga
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
-from thrustd.core.threads import each
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
@@ -71,6 +69,7 @@ def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequenc
     """Every law is looked at from two places: core and reference moved to these records, and both as they were.
 
     A core, or a cell that walks, that has taken on much of a large effect hides it; one that was wrong shows too much.
+    The laws' own columns are those beside the moved core in both: a linear look needs no second run of each.
     """
     terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
     table = table_of(base, nothing)
@@ -125,10 +124,9 @@ def grown_from(
     """Every set of the beam with one effect more, estimated whole; from nothing a pair where no single says much."""
     found: list[Joint] = []
     for member in beam:
-        few = leading(looks.looked if not member.terms else seen_beside(base, member, looks.terms, member.words))
-        for one, fit in zip(few, each(partial(grown, base, records, member), few), strict=True):
+        for one in leading(looks.looked if not member.terms else seen_beside(base, member, looks.terms, member.words)):
             tell(one.term.effect.word)
-            found.append(fit)
+            found.append(grown(base, records, member, one))
     if not best.terms and not any(gained(best, fit) for fit in found):  # together they may say what none says alone
         pairs = screened_pairs(looks.table, singles(looks.looked, looks.probes))
         for pair in [pair for pair in pairs if pair.removes > SAYS][:1]:
@@ -136,7 +134,7 @@ def grown_from(
             both = joint_fit(base, records, pair.terms, start)
             found.append(both)
             if gained(best, both) and not both.shown:  # one of them stands beside the other, which no look told alone
-                found += each(lambda term: joint_fit(base, records, (term,)), pair.terms)
+                found += [joint_fit(base, records, (term,)) for term in pair.terms]
     return found
 
 
@@ -179,8 +177,7 @@ def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Join
         return best
     tried = {fit.terms[0].effect.name for fit in fits if fit.words == best.words}
     same = leading([one for one in looks.looked if one.term.effect.word == best.words[0]])
-    new = [one for one in same if one.term.effect.name not in tried]
-    fits += each(partial(joined, base, records, looks.nothing), new)
+    fits += [joined(base, records, looks.nothing, one) for one in same if one.term.effect.name not in tried]
     return simplest([fit for fit in fits if fit.words == best.words and (fit.shown or fit is best)])
 
 
@@ -190,11 +187,12 @@ def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, 
     The linear look from no effect says little of a law whose shapes are unknown yet, or that the core hides. Looked at
     from what the found set leaves to a member, the core and other members as the set has them, its rivals come first.
     """
-    tried, untried = {_laws(fit.terms) for fit in fits}, []
+    tried, found = {_laws(fit.terms) for fit in fits}, []
     for rest in [_without(best, member) for member in best.terms]:
         seen = leading(seen_beside(base, rest, looks.terms, best.words))
-        untried += [(rest, one) for one in seen if _laws((*rest.terms, one.term)) not in tried]
-    return list(each(lambda pair: joined(base, records, *pair), untried))
+        new = [one for one in seen if _laws((*rest.terms, one.term)) not in tried]
+        found += [joined(base, records, rest, one) for one in new]
+    return found
 
 
 def _without(fit: Joint, member: Term) -> Joint:
@@ -243,7 +241,7 @@ def following(
     for last in [best, nothing] if best.terms else [nothing]:
         while len(last.terms) < MOST and far_above(last, base):
             seen = screened_modulations(table_of(base, last), resisting, rig)
-            more = list(each(partial(grown, base, records, last), leading(seen, most=len(resisting))))
+            more = [grown(base, records, last, one) for one in leading(seen, most=len(resisting))]
             if not (better := [fit for fit in more if adds(base, nothing, last, fit)]):
                 break
             found.append(last := simplest(better))

@@ -11,7 +11,6 @@ from itertools import chain, combinations, pairwise
 import numpy as np
 
 from thrustd.core.columns import Flags, Floats
-from thrustd.core.threads import each
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, prior_from
 from thrustd.diagnose.search.library import Rig, modulations
@@ -129,7 +128,7 @@ class Looked:
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """A candidate's influence where a fit stands: thin columns (n, k) of its amplitudes, and which are positive."""
+    """A candidate's influence beside a fit: thin columns (n, k) of its amplitudes, and which cannot be negative."""
 
     term: Term
     columns: Floats
@@ -144,7 +143,7 @@ def probed(table: Table, terms: Iterable[Term]) -> list[Probe]:
         thin = [means(whole, table.width) for whole in _columns(table, term, plain)]
         return Probe(term, np.concatenate(thin), np.array(replace(term, shapes=False).positive(), bool))
 
-    return list(each(probe, terms))
+    return [probe(term) for term in terms]
 
 
 def screened(table: Table, probes: Iterable[Probe]) -> list[Looked]:
@@ -155,7 +154,7 @@ def screened(table: Table, probes: Iterable[Probe]) -> list[Looked]:
         sizes = SIZES if one.columns.shape[1] >= SPECTRUM else SIZES[:1]
         return Looked(one.term, min(table.squares(size * one.columns, one.positive) for size in sizes), before)
 
-    return sorted(each(seen, probes), key=lambda looked: looked.mse)
+    return sorted(map(seen, probes), key=lambda looked: looked.mse)
 
 
 def leading(looked: Sequence[Looked], least: float = SAYS, most: int = 2 * TRIED) -> list[Looked]:
@@ -194,7 +193,7 @@ def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[L
                 found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))
         return found
 
-    return sorted(chain.from_iterable(each(modulated, laws)), key=lambda looked: looked.mse)
+    return sorted(chain.from_iterable(map(modulated, laws)), key=lambda looked: looked.mse)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +213,7 @@ def screened_pairs(table: Table, probes: Sequence[Probe]) -> list[Pair]:
         columns, positive = np.column_stack((one.columns, other.columns)), (*one.positive, *other.positive)
         return Pair((one.term, other.term), 1.0 - table.squares(columns, np.array(positive)) / before)
 
-    return sorted(each(seen, combinations(probes, 2)), key=lambda pair: -pair.removes)
+    return sorted(map(seen, combinations(probes, 2)), key=lambda pair: -pair.removes)
 
 
 Parts = list[tuple[Floats, Floats]]  # per record, at its known samples: what the core gives, and what lies beside it

@@ -18,7 +18,6 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
-from thrustd.core.threads import each
 from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.friction import (
     YIELDING,
@@ -81,13 +80,13 @@ def regress(
     stopless = replace(shape, radii=none, grows=False)
     alone = [replace(stopless, terms=(term,)) for law in laws for term in by_law(shape.terms[0], law, loose)]
     bare = replace(found.point, stops=none, growth=none)
-    single = best(list(each(lambda one: tried(one, replace(bare, terms=begun(one.terms))), alone)))
+    single = best([tried(one, replace(bare, terms=begun(one.terms))) for one in alone])
     whole = replace(shape, terms=single.shape.terms)
     starts = [
         replace(single.point, stops=begin.stops, growth=begin.growth),
         replace(found.point, terms=begun(whole.terms)),
     ]
-    return best(list(each(lambda start: tried(whole, start), starts)))
+    return best([tried(whole, start) for start in starts])
 
 
 def _unyielding(plain: Shape, records: Sequence[Record], progress: Progress | None) -> tuple[Solution, list[Record]]:

@@ -13,7 +13,7 @@ from pkgutil import iter_modules
 
 from thrustd.core.errors import ModelError
 from thrustd.model.effect import Effect
-from thrustd.model.elsewhere import AT, TEMPERATURE, at_column, thermal
+from thrustd.model.elsewhere import AT, KIND, TEMPERATURE, at_column, is_temperature, thermal
 from thrustd.model.expression import expression_effect, is_expression
 from thrustd.model.modulated import BY, modulated
 
@@ -56,7 +56,9 @@ def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
     if at and not is_expression(law):
         if not thermal(found := effect_named(law)):
             raise ModelError(f"{name}: {law} reads no {TEMPERATURE}; expected a thermal effect before{AT}{column}")
-        return at_column(found, column)
+        if not is_temperature(column):
+            raise ModelError(f"{name}: '{column}' is no temperature; expected a column that ends in {KIND}")
+        return at_column(found, column) if column != TEMPERATURE else found
     if is_expression(name):
         return expression_effect(name, columns)
     if name not in shelf():

@@ -27,7 +27,7 @@ EFFECT = Effect(
         Parameter("expansion_mm_k", "mm/K", neutral=0.0, low=-0.1, high=0.1, starts=(0.003,),
                   meaning="reading per kelvin at constant force", expected="0.0095 mm/K on the bench of the thesis"),
         Parameter("reference_degc", "degC", neutral=20.0, low=-60.0, high=150.0, starts=(20.0,),
-                  meaning="temperature of the rubber when the model was identified", amplitude=False, spread=10.0),
+                  meaning="temperature when the model was identified", amplitude=False, spread=10.0),
     ),
     step=step,
     prepare=None,

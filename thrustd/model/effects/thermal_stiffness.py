@@ -29,7 +29,7 @@ EFFECT = Effect(
                   meaning="relative stiffness per kelvin",
                   expected="0 to -0.011 1/K (30 % stiffer at -7 degC); unmeasurable from 30 to 80 degC in the thesis"),
         Parameter("reference_degc", "degC", neutral=20.0, low=-60.0, high=150.0, starts=(20.0,),
-                  meaning="temperature of the rubber when the model was identified", amplitude=False, spread=10.0),
+                  meaning="temperature when the model was identified", amplitude=False, spread=10.0),
         Parameter("bend", "-", neutral=0.0, low=-10.0, high=10.0, starts=(0.0,),
                   meaning="0: a straight line; 1: exponential", amplitude=False, spread=1.0),
     ),
