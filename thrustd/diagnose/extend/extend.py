@@ -23,6 +23,7 @@ from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import SEARCHED, Base
 from thrustd.diagnose.search.better import eased, gained, rivals, simplest
+from thrustd.diagnose.search.candidates import judgeable
 from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import before, left
 from thrustd.diagnose.search.grow import joined, seen_beside
@@ -97,7 +98,7 @@ def _laws(
     """What may be added, by word: every law that these records can judge; RecordingError where that is none."""
     found: dict[str, list[Effect]] = {}
     for effect in chosen:
-        able = [law for law in variants(effect, temperatures_of) if all(name in records[0] for name in law.channels)]
+        able = judgeable(variants(effect, temperatures_of), records, ())[0]
         if not able:
             check_channels(records, effect)
         laws = found.setdefault(effect.word, [])
