@@ -74,6 +74,15 @@ def test_columns_mapped_from_a_file_cannot_be_written_and_run_all_the_same():
     assert np.array_equal(stage.run(stage.start(np.empty(0), 0.0), np.empty((100, 0)), column), free)
 
 
+def test_a_reading_that_cannot_be_written_runs_through_a_model_of_one_channel():
+    """Nothing reads the rubber's deformation there, so nothing is written: an `identify` ended in a traceback."""
+    model = compile_model(spec(effects=[]), 100.0)
+    deformation = inputs(50)["deformation_mm"][:, None]
+    expected = model.simulate(deformation.copy())
+    deformation.flags.writeable = False
+    assert np.array_equal(model.simulate(deformation), expected)
+
+
 def test_at_rest_the_force_is_the_static_one():
     model = compile_model(spec(effects=[]), 100.0)
     force_n = model.simulate(np.full((1000, 1), 0.5))

@@ -159,7 +159,7 @@ class CompiledModel:
         v, column, begin = np.ascontiguousarray(rows[:, 0]), 1, 0
         rows = rows.copy() if self.chain.own.size else rows
         for stage in self.stages:
-            if stage.enters:
+            if stage.enters and self.chain.own.size:
                 rows[:, 1 + self.chain.own] = v[:, None]
             u = rows[:, column : column + len(stage.channels)]
             v = stage.run(state[begin : begin + stage.n_state], u, v)
