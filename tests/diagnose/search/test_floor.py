@@ -8,7 +8,7 @@ import pytest
 from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.diagnose import Verdict, grade_of
-from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, mostly, shows
+from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, mostly, shows
 from thrustd.diagnose.search.ranking import advanced
 
 UNEXPLAINED = 0.01
@@ -21,6 +21,12 @@ def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
     assert floor_of(fit, SimpleNamespace(promised=0.0005, own_plateau=np.inf)) == 0.0005
     assert floor_of(fit, SimpleNamespace(promised=0.004, own_plateau=0.0007)) == 0.0007  # a mount's core leaves more
     assert at_floor(SimpleNamespace(plateau=0.001, mse=0.00104**2, terms=("law",)), cell)
+
+
+@pytest.mark.parametrize(("left", "said"), [(1.2, True), (21.0, True), (24.0, False), (90.0, False)])
+def test_a_curve_that_leaves_noise_or_a_twentieth_of_the_rest_says_it_all(left, said):
+    assert hardly_anything(left**2, fit(100.0), CELL) == said
+    assert not hardly_anything(1.3**2, fit(2.0), CELL)  # a twentieth of what is above the noise, not of all
 
 
 def fit(rms, words=("law",)):

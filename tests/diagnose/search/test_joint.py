@@ -85,6 +85,23 @@ def test_the_artifact_softens_its_spring_as_the_fit_did():
     assert rmse_n(report.spec, measured) < 1.03 * NOISE_N
 
 
+def test_a_second_search_begins_at_the_equations_of_the_first(monkeypatch):
+    """They are those of its end, to the bit; it only need not make them again."""
+    question = asked(mount(), [record([EffectSpec("axial_inertia", {"mass_kg": 100.0})], n=6000)], NOTHING)
+    joint, begun = import_module("thrustd.diagnose.search.joint"), []
+    search = joint.solve
+
+    def ended(forget):
+        def solved(*args, given, **more):
+            begun.append(given.normal is not None)
+            return search(*args, given=given._replace(normal=None) if forget else given, **more)
+
+        monkeypatch.setattr(joint, "solve", solved)
+        return joint_fit(question.base, question.rows, ()).solution.point.vector(question.base.shape)
+
+    assert np.array_equal(ended(forget=True), ended(forget=False)) and any(begun)
+
+
 def test_sigmas_grow_where_blocks_disagree():
     steps = np.random.default_rng(2).standard_normal(12_000)
     wanders = np.repeat(200.0 * steps[::600], 600)

@@ -43,6 +43,22 @@ def test_a_bump_over_a_tenth_of_a_channels_way_is_along_that_channel(incidence_d
     assert report.depends_on[0].rmse_after_n < 1.25 * NOISE_N
 
 
+def test_a_force_along_a_channel_is_no_bias_of_a_reading(incidence_deg):
+    """The same at every load: as a bias it would go with the slope of the spring."""
+    hidden = record(added=lambda columns: 150.0 * np.tanh(incidence_deg / 2.0))
+    report = diagnose(mount(k3=3000.0), [_stiffer(hidden).with_channels(incidence_deg=incidence_deg)])
+    assert report.verdict == ("unknown",)
+    assert report.depends_on[0].channel == "incidence_deg"
+    assert report.depends_on[0].rmse_after_n < 1.05 * NOISE_N
+
+
+def _stiffer(hidden):
+    """The same on a spring that hardens more."""
+    plain, more = (compile_model(mount(k3=k3), 1 / DT_S) for k3 in (1000.0, 3000.0))
+    change = [model.simulate(model.inputs(hidden.channels)) for model in (more, plain)]
+    return hidden.with_channels(force_N=hidden["force_N"] + change[0] - change[1])
+
+
 def test_two_known_effects_are_not_one_unknown_channel(incidence_deg):
     hidden = record(added=lambda c: (100.0 * (c["accel_z_g"] - 1.0) - 60.0) * c["deformation_mm"]).with_channels(
         incidence_deg=incidence_deg

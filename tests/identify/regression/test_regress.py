@@ -148,6 +148,16 @@ def test_friction_that_is_not_there_switches_itself_off():
     assert rubbing.point.stops.sum() * rubbing.shape.output_scale == pytest.approx(80.0, rel=0.25)
 
 
+def test_what_does_not_rub_is_learnt_without_friction():
+    """A model's own output, as `diagnose` learns it: stops would only follow the curve's corners."""
+    d, clean, _ = mount()
+    found = regress([segment(d, clean)], laws=())
+    assert not found.shape.terms and not len(found.shape.radii) and not found.shape.grows
+    assert np.sqrt(found.mean_square) * found.shape.output_scale < 0.3 * NOISE_N
+    rubbing = regress([segment(d, mount(friction_n=80.0)[1])], laws=())
+    assert np.sqrt(rubbing.mean_square) * rubbing.shape.output_scale > NOISE_N
+
+
 def test_a_record_that_begins_settled_is_told_from_one_that_begins_unloaded():
     for settled in (True, False):
         d, _, y = mount(settled=settled)
