@@ -71,7 +71,7 @@ def extend(
         check_new(spec, effect, spec.name)
     question = asked(spec, recordings, given)
     records, segments, base, rows = question.records, question.segments, question.base, question.rows
-    possible = _laws(chosen, records, () if given.flies else records)
+    possible = _possible(chosen, records, () if given.flies else records)
     calm = without_tremble(question)
     few = counted(calm.base, calm.rows, SEARCHED)
 
@@ -92,7 +92,7 @@ def extend(
     return ExtendReport(written, fit.words, was, after, tuple(estimates_of(base, fit, same)), left_out, base.roles.unit)
 
 
-def _laws(
+def _possible(
     chosen: Sequence[Effect], records: Sequence[Recording], temperatures_of: Sequence[Recording]
 ) -> dict[str, list[Effect]]:
     """What may be added, by word: every law that these records can judge; RecordingError where that is none."""

@@ -44,13 +44,12 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
     plain, before = [core + beside for core, beside in plain_parts(table)], table.mse()
     slope = [_slope(table, record, out, sigma_mm) for record, out in zip(table.records, plain, strict=True)]
     known = [{name: column[record.known] for name, column in record.channels.items()} for record in table.records]
-
-    def seen(channel: tuple[str, tuple[str, ...]]) -> Followed | None:
-        name, parts = channel
+    found = []
+    for name, parts in combined(table.records[0].channels).items():
         columns_of = [column_of(name, parts, channels) for channels in known]
         term = free_curve(name, np.concatenate(columns_of), sigma_mm)
         if term is None:
-            return None
+            continue
         hats = [_hats(term, column) for column in columns_of]
         none = np.zeros(len(term.free), bool)
         bias, gain = (
@@ -60,10 +59,8 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
             for weight in (slope, [GAIN * out for out in plain])
         )
         mse = min(bias, gain)
-        return Followed(name, parts, mse, before - mse, gain < bias)
-
-    found = map(seen, combined(table.records[0].channels).items())
-    return sorted((one for one in found if one is not None), key=lambda one: one.mse)
+        found.append(Followed(name, parts, mse, before - mse, gain < bias))
+    return sorted(found, key=lambda one: one.mse)
 
 
 def estimated(

@@ -60,16 +60,15 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
     """
     begun = split(best.terms, best.solution.point.terms[base.shape.sizes["terms"] :])
     sure = split(best.terms, best.std[best.new])
-
-    def begun_at(i: int, name: str, value: float) -> Joint:
-        term = best.terms[i]
-        moved = replace(term, fixed={**term.fixed, name: value})
+    found = []
+    for i, term in enumerate(best.terms):
         numbers = dict(zip((p.name for p in term.free), begun[i], strict=True))
-        start = np.array([0.0 if p.name == name else numbers.get(p.name, 0.0) for p in moved.free])
-        terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
-        return joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
-
-    return [begun_at(i, *one) for i, term in enumerate(best.terms) for one in _unknown(term, sure[i], rig)]
+        for name, value in _unknown(term, sure[i], rig):
+            moved = replace(term, fixed={**term.fixed, name: value})
+            start = np.array([0.0 if p.name == name else numbers.get(p.name, 0.0) for p in moved.free])
+            terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
+            found.append(joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best))
+    return found
 
 
 def _unknown(term: Term, std: Floats, rig: Rig) -> list[tuple[str, float]]:

@@ -6,7 +6,7 @@ is judged by what it explains that the core cannot absorb under its prior, on bl
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, combinations, pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -137,24 +137,21 @@ class Probe:
 
 def probed(table: Table, terms: Iterable[Term]) -> list[Probe]:
     """Of all of them."""
-    plain = plain_parts(table)
-
-    def probe(term: Term) -> Probe:
+    plain, found = plain_parts(table), []
+    for term in terms:
         thin = [means(whole, table.width) for whole in _columns(table, term, plain)]
-        return Probe(term, np.concatenate(thin), np.array(replace(term, shapes=False).positive(), bool))
-
-    return [probe(term) for term in terms]
+        found.append(Probe(term, np.concatenate(thin), np.array(replace(term, shapes=False).positive(), bool)))
+    return found
 
 
 def screened(table: Table, probes: Iterable[Probe]) -> list[Looked]:
     """Best first."""
-    before = table.mse()
-
-    def seen(one: Probe) -> Looked:
+    before, found = table.mse(), []
+    for one in probes:
         sizes = SIZES if one.columns.shape[1] >= SPECTRUM else SIZES[:1]
-        return Looked(one.term, min(table.squares(size * one.columns, one.positive) for size in sizes), before)
-
-    return sorted(map(seen, probes), key=lambda looked: looked.mse)
+        mse = min(table.squares(size * one.columns, one.positive) for size in sizes)
+        found.append(Looked(one.term, mse, before))
+    return sorted(found, key=lambda looked: looked.mse)
 
 
 def leading(looked: Sequence[Looked], least: float = SAYS, most: int = 2 * TRIED) -> list[Looked]:
@@ -182,18 +179,15 @@ def singles(looked: Sequence[Looked], probes: Sequence[Probe]) -> list[Probe]:
 def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[Looked]:
     """These laws, which act on the force, in proportion to every channel; best first. One run a law."""
     plain, before = plain_parts(table), table.mse()
-    there = {term.effect.word for term in table.fit.solution.shape.terms}
-
-    def modulated(law: Term) -> list[Looked]:
-        whole, positive, found = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool), []
+    there, found = {term.effect.word for term in table.fit.solution.shape.terms}, []
+    for law in laws:
+        whole, positive = _columns(table, law, plain), np.array(replace(law, shapes=False).positive(), bool)
         for term, share in modulations(law, rig, table.records):
             if term.effect.word not in there:
                 known = [s[record.known, None] for s, record in zip(share, table.records, strict=True)]
                 thin = [means(s * c, table.width) for s, c in zip(known, whole, strict=True)]
                 found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))
-        return found
-
-    return sorted(chain.from_iterable(map(modulated, laws)), key=lambda looked: looked.mse)
+    return sorted(found, key=lambda looked: looked.mse)
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,14 +200,11 @@ class Pair:
 
 def screened_pairs(table: Table, probes: Sequence[Probe]) -> list[Pair]:
     """Best first."""
-    before = table.mse()
-
-    def seen(pair: tuple[Probe, Probe]) -> Pair:
-        one, other = pair
+    before, found = table.mse(), []
+    for one, other in combinations(probes, 2):
         columns, positive = np.column_stack((one.columns, other.columns)), (*one.positive, *other.positive)
-        return Pair((one.term, other.term), 1.0 - table.squares(columns, np.array(positive)) / before)
-
-    return sorted(map(seen, combinations(probes, 2)), key=lambda pair: -pair.removes)
+        found.append(Pair((one.term, other.term), 1.0 - table.squares(columns, np.array(positive)) / before))
+    return sorted(found, key=lambda pair: -pair.removes)
 
 
 Parts = list[tuple[Floats, Floats]]  # per record, at its known samples: what the core gives, and what lies beside it
